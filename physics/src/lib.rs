@@ -1,11 +1,17 @@
 //! The physics of one shape-memory-alloy wire: pure functions and a step, no I/O, no clock, no allocation.
+//!
+//! [`WireModel`] holds the parameters, [`Wire`] the state; [`Wire::step`] advances it. [`Hysteresis`] and [`Fraction`]
+//! are the phase alone, for estimators that need curves and slopes.
 #![forbid(unsafe_code)]
 
+mod kinetics;
 mod params;
+mod wire;
 
-pub use params::{
-    Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps, WireModel,
-};
+pub use kinetics::{Direction, Fraction, Hysteresis};
+pub use wire::{EnergyBalance, Inputs, Outputs, Wire, cold_length_m, hot_length_m};
+
+pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps, WireModel};
 
 /// What can be wrong with a wire's parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]

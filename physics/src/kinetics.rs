@@ -1,0 +1,442 @@
+//! The phase: outer transformation curves, and the branch between them that the wire is on.
+//!
+//! Everything here is a function of the driving temperature ϑ = T − σ/α alone, not of time: between two reversals the
+//! martensite fraction is a closed form of ϑ, so a step of any length lands on the same curve.
+
+use crate::params::{Kinetics, Material};
+
+/// ln(1/0.01²): the bounded laws put A_s and A_f where the logistic curve has 1 % left, 9.21/k apart (after eq. 20).
+const BOUNDED_SPAN: f64 = 9.210_340_371_976_184;
+
+/// The phase mixture. Both parts are carried, so that the small one keeps its resolution far from transformation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fraction {
+    /// ξ, 0..1.
+    pub martensite: f64,
+    /// 1 − ξ, 0..1.
+    pub austenite: f64,
+}
+
+impl Fraction {
+    /// The mixture with the given martensite fraction.
+    pub fn of_martensite(martensite: f64) -> Self {
+        Fraction { martensite, austenite: 1.0 - martensite }
+    }
+
+    /// Less martensite than `other`, decided on whichever part resolves it.
+    fn is_hotter_than(&self, other: &Fraction) -> bool {
+        if self.martensite > 0.5 { self.austenite > other.austenite } else { self.martensite < other.martensite }
+    }
+
+    /// ξ − `from`.ξ without cancellation.
+    pub(crate) fn change_from(&self, from: &Fraction) -> f64 {
+        if self.martensite > 0.5 { from.austenite - self.austenite } else { self.martensite - from.martensite }
+    }
+}
+
+/// A fraction and its slope dξ/dϑ, in 1/K.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point {
+    pub(crate) fraction: Fraction,
+    pub(crate) slope: f64,
+    /// The wire rides on the outer curve here.
+    pub(crate) outer: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Law {
+    Linear,
+    SquareRoot,
+    TanakaHeating,
+    TanakaCooling,
+    LiangRogers,
+    Logistic,
+    Richards { skew: f64 },
+}
+
+/// One outer curve: ξ as a function of ϑ after a complete transformation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Curve {
+    law: Law,
+    centre_c: f64,
+    steepness_per_k: f64,
+}
+
+impl Curve {
+    fn at(&self, theta: f64) -> Point {
+        let k = self.steepness_per_k;
+        let z = k * (theta - self.centre_c);
+        if self.law == Law::Logistic {
+            // eq. 20, from the side that does not overflow
+            let e = (-z.abs()).exp();
+            let large = 1.0 / (1.0 + e);
+            let small = e * large;
+            let slope = -k * small * large;
+            let fraction = if z > 0.0 {
+                Fraction { martensite: small, austenite: large }
+            } else {
+                Fraction { martensite: large, austenite: small }
+            };
+            return Point { fraction, slope, outer: true };
+        }
+        self.at_uncommon(z)
+    }
+
+    #[cold]
+    fn at_uncommon(&self, z: f64) -> Point {
+        let k = self.steepness_per_k;
+        let left = 0.5 - z / BOUNDED_SPAN; // distance to the finish temperature over the span: x^b of eq. 13
+        let x = left.clamp(0.0, 1.0);
+        let moving = if left > 0.0 && left < 1.0 { -k / BOUNDED_SPAN } else { 0.0 }; // dx/dϑ
+        let (martensite, austenite, slope) = match self.law {
+            Law::Linear => (x, 1.0 - x, moving), // eq. 15
+            Law::SquareRoot => {
+                // eq. 16
+                let root = x.sqrt();
+                (root, (1.0 - x) / (1.0 + root), moving * 0.5 / root.max(1e-6))
+            }
+            Law::TanakaHeating => {
+                // eq. 17, carried on beyond A_f instead of rounded to zero there
+                let exponent = (BOUNDED_SPAN * 0.5 * (left - 1.0)).min(0.0);
+                let m = exponent.exp();
+                (m, -exponent.exp_m1(), if left < 1.0 { -0.5 * k * m } else { 0.0 })
+            }
+            Law::TanakaCooling => {
+                let exponent = (-BOUNDED_SPAN * 0.5 * left).min(0.0);
+                let a = exponent.exp();
+                (-exponent.exp_m1(), a, if left > 0.0 { -0.5 * k * a } else { 0.0 })
+            }
+            Law::LiangRogers => {
+                // eq. 18: (1 − cos πx)/2 is sin²(πx/2)
+                let (s, c) = (std::f64::consts::FRAC_PI_2 * x).sin_cos();
+                (s * s, c * c, moving * std::f64::consts::PI * s * c)
+            }
+            Law::Richards { skew } => {
+                // eq. 21
+                let grown = skew * z.min(700.0).exp();
+                let exponent = -grown.ln_1p() / skew;
+                let m = exponent.exp();
+                (m, -exponent.exp_m1(), -k * m * grown / (skew * (1.0 + grown)))
+            }
+            Law::Logistic => unreachable!("handled by the caller"),
+        };
+        Point { fraction: Fraction { martensite, austenite }, slope, outer: true }
+    }
+}
+
+/// The two outer curves and how strongly the wire is drawn to them.
+#[derive(Debug, Clone, Copy)]
+pub struct Hysteresis {
+    heating: Curve,
+    cooling: Curve,
+    /// 1 − w: how much of the implicit inner loop's motion is left inside the outer curves.
+    inner_share: f64,
+    /// The tails may cross when the curves differ in more than their centre.
+    tails_cross: bool,
+}
+
+/// Which way ϑ moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// dϑ/dt > 0: towards austenite (eq. 12).
+    Heating,
+    /// dϑ/dt < 0: towards martensite.
+    Cooling,
+}
+
+/// The inner curve since the last reversal: ξ_M g_A on heating, 1 − η_A (1 − g_M) on cooling, with g taken at a
+/// temperature that runs (1 − w) times as fast as ϑ. That is the closed form of the weighted rate law, for any kinetics.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Branch {
+    direction: Direction,
+    reversal_theta: f64,
+    /// ξ_M or η_A.
+    scale: f64,
+    /// 1 − scale.
+    rest: f64,
+}
+
+impl Hysteresis {
+    /// The curves of `material`; ϑ is counted at zero stress.
+    pub fn new(material: &Material) -> Self {
+        let (heating, cooling) = match material.kinetics {
+            Kinetics::Linear => (Law::Linear, Law::Linear),
+            Kinetics::SquareRoot => (Law::SquareRoot, Law::SquareRoot),
+            Kinetics::Tanaka => (Law::TanakaHeating, Law::TanakaCooling),
+            Kinetics::LiangRogers => (Law::LiangRogers, Law::LiangRogers),
+            Kinetics::Logistic => (Law::Logistic, Law::Logistic),
+            Kinetics::Richards { heating_skew, cooling_skew } => {
+                (Law::Richards { skew: heating_skew }, Law::Richards { skew: cooling_skew })
+            }
+        };
+        Hysteresis {
+            heating: Curve {
+                law: heating,
+                centre_c: material.austenite_temperature_c,
+                steepness_per_k: material.heating_steepness_per_k,
+            },
+            cooling: Curve {
+                law: cooling,
+                centre_c: material.martensite_temperature_c,
+                steepness_per_k: material.cooling_steepness_per_k,
+            },
+            inner_share: 1.0 - material.outer_loop_weight,
+            tails_cross: heating != cooling
+                || material.heating_steepness_per_k != material.cooling_steepness_per_k
+                || material.austenite_temperature_c < material.martensite_temperature_c
+                || !matches!(material.kinetics, Kinetics::Logistic),
+        }
+    }
+
+    /// g_A: the most martensite there can be at ϑ (°C).
+    pub fn upper(&self, theta: f64) -> Fraction {
+        self.heating.at(theta).fraction
+    }
+
+    /// g_M: the least martensite there can be at ϑ (°C). Where the tails of unequal curves cross, g_A bounds it:
+    /// the loop has no negative width.
+    pub fn lower(&self, theta: f64) -> Fraction {
+        self.lower_point(theta).fraction
+    }
+
+    fn lower_point(&self, theta: f64) -> Point {
+        let cooling = self.cooling.at(theta);
+        if self.tails_cross {
+            let heating = self.heating.at(theta);
+            if heating.fraction.is_hotter_than(&cooling.fraction) {
+                return heating;
+            }
+        }
+        cooling
+    }
+
+    /// `fraction` clipped into the outer curves at ϑ.
+    pub fn clip(&self, fraction: Fraction, theta: f64) -> Fraction {
+        let (upper, lower) = (self.upper(theta), self.lower(theta));
+        if fraction.is_hotter_than(&lower) {
+            lower
+        } else if upper.is_hotter_than(&fraction) {
+            upper
+        } else {
+            fraction
+        }
+    }
+
+    /// The branch that leaves (ϑ, ξ) in `direction`: history variables of eq. 26, so that ξ is continuous.
+    pub(crate) fn reverse(&self, direction: Direction, theta: f64, at: &Fraction) -> Branch {
+        let (scale, rest) = match direction {
+            Direction::Heating => {
+                let g = self.heating.at(theta).fraction;
+                if g.martensite > 0.0 {
+                    let scale = at.martensite / g.martensite;
+                    (scale.min(1.0), (-at.change_from(&g) / g.martensite).max(0.0))
+                } else {
+                    (1.0, 0.0)
+                }
+            }
+            Direction::Cooling => {
+                let g = self.cooling.at(theta).fraction;
+                if g.austenite > 0.0 {
+                    // above 1 only where the tails cross; there g_A holds ξ, see `inside_far_curve`
+                    ((at.austenite / g.austenite).min(1.0), (at.change_from(&g) / g.austenite).max(0.0))
+                } else {
+                    (1.0, 0.0)
+                }
+            }
+        };
+        Branch { direction, reversal_theta: theta, scale, rest }
+    }
+
+    /// The mixture and its slope at ϑ on `branch`: the inner curve, or the outer one once that has been met.
+    pub(crate) fn on_branch(&self, branch: &Branch, theta: f64) -> Point {
+        let slowed = branch.reversal_theta + self.inner_share * (theta - branch.reversal_theta);
+        let (inner, outer) = match branch.direction {
+            Direction::Heating => {
+                let outer = self.heating.at(theta);
+                if branch.rest == 0.0 {
+                    // on the outer curve already (ξ_M = 1): it is below the slower inner curve from here on
+                    (outer, outer)
+                } else {
+                    let g = self.heating.at(slowed);
+                    let fraction = Fraction {
+                        martensite: branch.scale * g.fraction.martensite,
+                        austenite: branch.rest + branch.scale * g.fraction.austenite,
+                    };
+                    (Point { fraction, slope: self.inner_share * branch.scale * g.slope, outer: false }, outer)
+                }
+            }
+            Direction::Cooling => {
+                let outer = self.lower_point(theta);
+                if branch.rest == 0.0 {
+                    (outer, outer)
+                } else {
+                    let g = self.cooling.at(slowed);
+                    let fraction = Fraction {
+                        martensite: branch.rest + branch.scale * g.fraction.martensite,
+                        austenite: branch.scale * g.fraction.austenite,
+                    };
+                    (Point { fraction, slope: self.inner_share * branch.scale * g.slope, outer: false }, outer)
+                }
+            }
+        };
+        let met = match branch.direction {
+            Direction::Heating => outer.fraction.is_hotter_than(&inner.fraction),
+            Direction::Cooling => inner.fraction.is_hotter_than(&outer.fraction),
+        };
+        let point = if met { outer } else { inner };
+        if self.tails_cross { self.inside_far_curve(branch.direction, theta, point) } else { point }
+    }
+
+    /// Unequal curves can lead an inner branch out through the far side of the loop, in the tails: hold it there.
+    #[cold]
+    fn inside_far_curve(&self, direction: Direction, theta: f64, point: Point) -> Point {
+        match direction {
+            Direction::Heating => {
+                let lower = self.lower_point(theta);
+                if point.fraction.is_hotter_than(&lower.fraction) { lower } else { point }
+            }
+            Direction::Cooling => {
+                let upper = self.heating.at(theta);
+                if upper.fraction.is_hotter_than(&point.fraction) { upper } else { point }
+            }
+        }
+    }
+}
+
+impl Branch {
+    /// From where the wire rides on the outer curve, ξ_M (η_A) is 1: the inner curve no longer matters.
+    pub(crate) fn ride_outer(&mut self) {
+        self.scale = 1.0;
+        self.rest = 0.0;
+    }
+
+    pub(crate) fn direction(&self) -> Direction {
+        self.direction
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn laws() -> [Kinetics; 6] {
+        [
+            Kinetics::Linear,
+            Kinetics::SquareRoot,
+            Kinetics::Tanaka,
+            Kinetics::LiangRogers,
+            Kinetics::Logistic,
+            Kinetics::Richards { heating_skew: 2.0, cooling_skew: 0.5 },
+        ]
+    }
+
+    #[test]
+    fn parts_always_add_to_one_and_slopes_match_differences() {
+        for kinetics in laws() {
+            let h = Hysteresis::new(&Material { kinetics, ..Material::default() });
+            for i in 0..2000 {
+                let theta = 20.0 + 0.06 * f64::from(i);
+                for curve in [h.heating, h.cooling] {
+                    let p = curve.at(theta);
+                    assert!((p.fraction.martensite + p.fraction.austenite - 1.0).abs() < 1e-12, "{kinetics:?} {theta}");
+                    let d = 1e-5;
+                    let (above, below) = (curve.at(theta + d).fraction, curve.at(theta - d).fraction);
+                    let measured = above.change_from(&below) / (2.0 * d);
+                    let kink = matches!(kinetics, Kinetics::Linear | Kinetics::SquareRoot | Kinetics::Tanaka);
+                    if !kink {
+                        assert!((measured - p.slope).abs() < 1e-6, "{kinetics:?} {theta}: {measured} {}", p.slope);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn richards_with_unit_skew_is_logistic() {
+        let logistic = Hysteresis::new(&Material::default());
+        let richards = Hysteresis::new(&Material {
+            kinetics: Kinetics::Richards { heating_skew: 1.0, cooling_skew: 1.0 },
+            ..Material::default()
+        });
+        for i in 0..200 {
+            let theta = 10.0 + f64::from(i);
+            assert!((logistic.upper(theta).martensite - richards.upper(theta).martensite).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn austenite_keeps_its_resolution_in_the_cold() {
+        let h = Hysteresis::new(&Material::default());
+        let cold = h.upper(-100.0).austenite;
+        let expected = (0.31f64 * (-100.0 - 93.0)).exp();
+        assert!((cold / expected - 1.0).abs() < 1e-9, "{cold} {expected}");
+    }
+
+    /// The closed form against the rate law of the design, integrated in small steps by Runge–Kutta.
+    #[test]
+    fn inner_branch_solves_the_weighted_rate_equation() {
+        for weight in [0.0, 0.3, 0.8, 1.0] {
+            let m = Material { outer_loop_weight: weight, ..Material::default() };
+            let h = Hysteresis::new(&m);
+            let start = Fraction::of_martensite(0.45);
+            let theta0 = 78.0;
+            let start = h.clip(start, theta0);
+            let branch = h.reverse(Direction::Heating, theta0, &start);
+            let xi_m = start.martensite / h.upper(theta0).martensite;
+            let rate = |xi: f64| (1.0 - weight) * m.heating_steepness_per_k * (xi * xi / xi_m - xi);
+            let (mut xi, n) = (start.martensite, 20_000);
+            let step = 30.0 / f64::from(n);
+            for i in 0..n {
+                let theta = theta0 + step * f64::from(i + 1);
+                let k1 = rate(xi);
+                let k2 = rate(xi + 0.5 * step * k1);
+                let k3 = rate(xi + 0.5 * step * k2);
+                let k4 = rate(xi + step * k3);
+                xi += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+                xi = xi.min(h.upper(theta).martensite);
+                let closed = h.on_branch(&branch, theta).fraction.martensite;
+                assert!((closed - xi).abs() < 1e-5, "w {weight} ϑ {theta}: {closed} {xi}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_path_stays_between_the_outer_curves_and_is_continuous(
+            law in 0usize..6,
+            weight in 0.0f64..=1.0,
+            k_a in 0.05f64..1.0,
+            k_m in 0.05f64..1.0,
+            width in 0.0f64..60.0,
+            path in prop::collection::vec(0.0f64..160.0, 1..40),
+        ) {
+            let material = Material {
+                kinetics: laws()[law],
+                outer_loop_weight: weight,
+                heating_steepness_per_k: k_a,
+                cooling_steepness_per_k: k_m,
+                martensite_temperature_c: 93.0 - width,
+                ..Material::default()
+            };
+            let h = Hysteresis::new(&material);
+            let mut theta = 25.0;
+            let mut at = h.clip(Fraction::of_martensite(1.0), theta);
+            for target in path {
+                let direction = if target > theta { Direction::Heating } else { Direction::Cooling };
+                let branch = h.reverse(direction, theta, &at);
+                let there = h.on_branch(&branch, theta).fraction;
+                prop_assert!((there.martensite - at.martensite).abs() < 1e-9, "jump {} to {}", at.martensite, there.martensite);
+                let next = h.on_branch(&branch, target).fraction;
+                prop_assert!(next.martensite.is_finite() && next.austenite >= 0.0 && next.martensite >= 0.0);
+                prop_assert!(next.martensite <= h.upper(target).martensite + 1e-12);
+                prop_assert!(next.martensite >= h.lower(target).martensite - 1e-12);
+                let change = next.martensite - at.martensite;
+                let towards = if direction == Direction::Heating { -change } else { change };
+                prop_assert!(towards >= -1e-12, "moved against its direction by {}", towards);
+                theta = target;
+                at = next;
+            }
+        }
+    }
+}
