@@ -1,1 +1,22 @@
-//! placeholder
+//! From the voltages on a wire to its length, its motion, and the trust to put in them.
+//!
+//! A [`Sample`] is what the converter saw in the on-phase of one period. [`LengthSensor::read`] makes a [`Reading`] of it:
+//! length by the dual measurement (eq. 42–43) or, as the baseline to beat, by resistance alone; resistance and
+//! resistivity (eq. 44); the standard deviation of the length; and the [`Health`] of the sample. A length is NaN
+//! unless it was measured. [`MotionObserver`] turns the noisy lengths into a [`Motion`]: length, velocity and
+//! acceleration fit for the second-order sliding surface of chapter 11.
+//!
+//! No I/O, clock, thread or allocation; no panic on any sample, NaN and infinities included.
+#![forbid(unsafe_code)]
+
+mod error;
+mod health;
+mod length;
+mod line;
+mod observer;
+
+pub use error::Error;
+pub use health::Health;
+pub use length::{Converter, LengthSensor, LengthSensorConfig, Method, Reading, Sample};
+pub use line::{LineFit, ResistanceLine};
+pub use observer::{Drive, Motion, MotionObserver, ObserverConfig, Tuning};

@@ -1,0 +1,448 @@
+//! One sample in, one length out, with its standard deviation and a verdict.
+//!
+//! Every threshold stands [`GUARD`] standard deviations of the converter's noise clear of what it must not hit, so
+//! that a healthy channel raises no alarm in years of running; what it must hit lies far beyond it (a lost probe is wrong
+//! by whole strokes, an open wire by orders of magnitude), so that one sample is enough.
+
+use crate::error::{check, check_ordered};
+use crate::{Error, Health, ResistanceLine};
+
+/// Distance of every threshold from healthy values, in standard deviations of the noise: one false alarm in 10¹⁵.
+const GUARD: f64 = 8.0;
+
+/// How far the first tap may stray from its fixed share of the second, as a part of V3: offsets of the converter
+/// and the lead at the fixed end are below, a lost first probe is above it, or else too small to matter.
+const TAP_TOLERANCE: f64 = 0.02;
+
+/// Chance per sample at which a repeated code counts as frozen.
+const STUCK_CHANCE: f64 = 1e-18;
+
+/// A code that would have to repeat more often than this to be suspect says nothing; it is not watched.
+const STUCK_LIMIT: f64 = 2000.0;
+
+/// What the converter saw in the on-phase of one period. NaN = not sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// First tap against the fixed end's ground, V1, in V.
+    pub v1_v: f64,
+    /// Second tap, V2, in V.
+    pub v2_v: f64,
+    /// Moving end, V3, in V.
+    pub v3_v: f64,
+    /// Current through the wire, in A.
+    pub current_a: f64,
+    /// Supply, in V; NaN = not measured.
+    pub supply_v: f64,
+}
+
+impl Sample {
+    /// A period in which nothing was sampled.
+    pub const NONE: Sample =
+        Sample { v1_v: f64::NAN, v2_v: f64::NAN, v3_v: f64::NAN, current_a: f64::NAN, supply_v: f64::NAN };
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Sample::NONE
+    }
+}
+
+/// How a length is made of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// Two fixed taps (eq. 42; with l0 = 0 and V1 not sampled eq. 43): needs no model of the material.
+    DualMeasurement {
+        /// First tap, counted from the fixed end, in m.
+        l0_m: f64,
+        /// From the first tap to the second, in m.
+        ls_m: f64,
+    },
+    /// Total resistance and a calibrated line (fig. 76): the baseline. Needs no taps.
+    Resistance {
+        /// The calibration.
+        line: ResistanceLine,
+    },
+}
+
+/// The converter: its ranges and its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Converter {
+    /// Resolution, in bits over −range..range.
+    pub bits: u32,
+    /// Largest voltage, in V.
+    pub voltage_range_v: f64,
+    /// Largest current, in A.
+    pub current_range_a: f64,
+    /// Noise of a voltage, rms, in V, without quantisation.
+    pub voltage_noise_v: f64,
+    /// Noise of the current, rms, in A, without quantisation.
+    pub current_noise_a: f64,
+}
+
+impl Default for Converter {
+    /// 16 bits, ±10 V with 1.5 mV rms, ±1 A with 0.4 mA rms.
+    fn default() -> Self {
+        Converter {
+            bits: 16,
+            voltage_range_v: 10.0,
+            current_range_a: 1.0,
+            voltage_noise_v: 0.0015,
+            current_noise_a: 0.0004,
+        }
+    }
+}
+
+impl Converter {
+    fn voltage_lsb_v(&self) -> f64 {
+        2.0 * self.voltage_range_v / 2f64.powi(self.bits as i32)
+    }
+
+    fn current_lsb_a(&self) -> f64 {
+        2.0 * self.current_range_a / 2f64.powi(self.bits as i32)
+    }
+
+    /// Standard deviation of a voltage, quantisation included, in V.
+    pub fn voltage_sigma_v(&self) -> f64 {
+        (self.voltage_noise_v.powi(2) + self.voltage_lsb_v().powi(2) / 12.0).sqrt()
+    }
+
+    /// Standard deviation of the current, quantisation included, in A.
+    pub fn current_sigma_a(&self) -> f64 {
+        (self.current_noise_a.powi(2) + self.current_lsb_a().powi(2) / 12.0).sqrt()
+    }
+}
+
+/// What a [`LengthSensor`] has to know. [`LengthSensorConfig::for_wire`] fills it from the wire's two ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LengthSensorConfig {
+    /// Dual measurement or resistance.
+    pub method: Method,
+    /// The wire's cross-section, in m²: enters the resistivity only.
+    pub area_m2: f64,
+    /// The converter.
+    pub converter: Converter,
+    /// Below this the supply counts as dipped, in V; only seen where the supply is measured.
+    pub min_supply_v: f64,
+    /// Below this there is too little current to measure with, in A.
+    pub min_current_a: f64,
+    /// Shortest length the wire can have, in m.
+    pub min_length_m: f64,
+    /// Longest length the wire can have, in m.
+    pub max_length_m: f64,
+    /// Resistance below which the wire must be bridged, in Ω.
+    pub min_resistance_ohm: f64,
+    /// Resistance above which the wire must be broken, in Ω.
+    pub max_resistance_ohm: f64,
+}
+
+impl LengthSensorConfig {
+    /// Limits for a wire from its two ends, each (resistance in Ω, length in m): contracted hot and stretched cold.
+    ///
+    /// Lengths may pass the ends by half a stroke (though the contracted wire never by more than half of what it keeps
+    /// from the second tap), resistances by a factor 0.7 and 1.4; the current must reach a fifth of what the supply
+    /// drives through the largest resistance; the supply may sag by a fifth. `supply_v` is the nominal supply.
+    pub fn for_wire(
+        method: Method,
+        area_m2: f64,
+        supply_v: f64,
+        hot: (f64, f64),
+        cold: (f64, f64),
+        converter: Converter,
+    ) -> LengthSensorConfig {
+        let stroke = (cold.1 - hot.1).abs();
+        let (short, long) = (hot.1.min(cold.1), hot.1.max(cold.1));
+        let lowest = match method {
+            // V2 ≈ V3 reads as l0 + ls and must stay outside the range.
+            Method::DualMeasurement { l0_m, ls_m } => 0.5 * (short + l0_m + ls_m),
+            Method::Resistance { .. } => 0.0,
+        };
+        let max_resistance_ohm = 1.4 * hot.0.max(cold.0);
+        LengthSensorConfig {
+            method,
+            area_m2,
+            converter,
+            min_supply_v: 0.8 * supply_v,
+            min_current_a: 0.2 * supply_v / max_resistance_ohm,
+            min_length_m: (short - 0.5 * stroke).max(lowest),
+            max_length_m: long + 0.5 * stroke,
+            min_resistance_ohm: 0.7 * hot.0.min(cold.0),
+            max_resistance_ohm,
+        }
+    }
+
+    /// Checks every number against its range.
+    ///
+    /// # Errors
+    /// The first number that cannot be used, by name.
+    pub fn validate(&self) -> Result<(), Error> {
+        if let Method::DualMeasurement { l0_m, ls_m } = self.method {
+            check("l0 in m", l0_m, 0.0, 100.0)?;
+            check("ls in m", ls_m, 1e-6, 100.0)?;
+        }
+        if let Method::Resistance { line } = self.method {
+            check("offset of the resistance line in m", line.offset_m, -1e6, 1e6)?;
+            check("slope of the resistance line in m/Ω", line.slope_m_per_ohm, -1e6, 1e6)?;
+        }
+        let c = &self.converter;
+        check("cross-section in m²", self.area_m2, 1e-15, 1.0)?;
+        check("converter bits", f64::from(c.bits), 4.0, 32.0)?;
+        check("voltage range in V", c.voltage_range_v, 1e-3, 1e5)?;
+        check("current range in A", c.current_range_a, 1e-6, 1e5)?;
+        check("voltage noise in V", c.voltage_noise_v, 0.0, 0.1 * c.voltage_range_v)?;
+        check("current noise in A", c.current_noise_a, 0.0, 0.1 * c.current_range_a)?;
+        check("smallest supply in V", self.min_supply_v, 0.0, 1e5)?;
+        // Anything nearer to zero would take noise for a current.
+        let floor = GUARD * c.current_sigma_a();
+        check("smallest current in A", self.min_current_a, floor, c.current_range_a)?;
+        check_ordered("length range in m", self.min_length_m, self.max_length_m)?;
+        check("shortest length in m", self.min_length_m, 0.0, 100.0)?;
+        check_ordered("resistance range in Ω", self.min_resistance_ohm, self.max_resistance_ohm)?;
+        check("smallest resistance in Ω", self.min_resistance_ohm, 0.0, 1e9)
+    }
+}
+
+/// What one sample says of the wire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Wire length, in m; NaN unless `health` is [`Health::Ok`].
+    pub length_m: f64,
+    /// Resistance V3/I of the whole wire, in Ω; NaN where no current was measured.
+    pub resistance_ohm: f64,
+    /// Resistivity between the taps (eq. 44), or of the whole wire by its estimated length (eq. 39), in Ω m;
+    /// NaN unless `health` is [`Health::Ok`].
+    pub resistivity_ohm_m: f64,
+    /// The verdict.
+    pub health: Health,
+    /// Standard deviation of `length_m` from the converter's noise, in m; infinite where there is no length.
+    pub length_sigma_m: f64,
+}
+
+impl Reading {
+    /// No length, for this reason.
+    pub const fn none(health: Health) -> Reading {
+        Reading {
+            length_m: f64::NAN,
+            resistance_ohm: f64::NAN,
+            resistivity_ohm_m: f64::NAN,
+            health,
+            length_sigma_m: f64::INFINITY,
+        }
+    }
+
+    /// The length, where one was measured.
+    pub fn length(&self) -> Option<f64> {
+        self.health.is_ok().then_some(self.length_m)
+    }
+}
+
+/// Counts how long one input has repeated its code.
+#[derive(Debug, Clone, Copy)]
+struct Repeats {
+    last: f64,
+    count: u32,
+    limit: u32,
+}
+
+impl Repeats {
+    /// `sigma` and `lsb` in the input's unit.
+    fn new(sigma: f64, lsb: f64) -> Repeats {
+        // The noise may turn out to be half of what the rig file says; then a code is at most this likely, wherever the
+        // signal stands within it, and so is its repetition.
+        let likeliest = erf(lsb / (2.0 * std::f64::consts::SQRT_2 * 0.5 * sigma));
+        let limit = STUCK_CHANCE.ln() / likeliest.ln();
+        let limit = if limit.is_finite() && (0.0..STUCK_LIMIT).contains(&limit) { limit.ceil() as u32 } else { u32::MAX };
+        Repeats { last: f64::NAN, count: 0, limit: limit.max(4) }
+    }
+
+    /// Takes the next code; true once it has repeated too often.
+    fn frozen(&mut self, code: f64) -> bool {
+        self.count = if code == self.last { self.count.saturating_add(1) } else { 0 };
+        self.last = code;
+        self.count >= self.limit && self.limit != u32::MAX
+    }
+}
+
+/// Error function, Abramowitz & Stegun 7.1.26 (to 1.5·10⁻⁷, rounded up by that much: an upper bound).
+fn erf(x: f64) -> f64 {
+    let t = 1.0 / (1.0 + 0.3275911 * x);
+    let poly = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));
+    (1.0 - poly * (-x * x).exp() + 1.5e-7).min(1.0)
+}
+
+/// Turns samples of one channel into lengths.
+#[derive(Debug, Clone, Copy)]
+pub struct LengthSensor {
+    config: LengthSensorConfig,
+    sigma_v: f64,
+    sigma_i: f64,
+    full_v: f64,
+    full_i: f64,
+    // Guards on R against its limits, as a voltage.
+    guard_short_v: f64,
+    guard_open_v: f64,
+    // Share of V2 that V1 must be, and how far noise alone may move it.
+    tap_share: f64,
+    guard_tap_v: f64,
+    half_span_m: f64,
+    v2: Repeats,
+    v3: Repeats,
+    current: Repeats,
+}
+
+impl LengthSensor {
+    /// A sensor with its thresholds worked out.
+    ///
+    /// # Errors
+    /// As [`LengthSensorConfig::validate`].
+    pub fn new(config: LengthSensorConfig) -> Result<LengthSensor, Error> {
+        config.validate()?;
+        let c = config.converter;
+        let (sigma_v, sigma_i) = (c.voltage_sigma_v(), c.current_sigma_a());
+        let tap_share = match config.method {
+            Method::DualMeasurement { l0_m, ls_m } => l0_m / (l0_m + ls_m),
+            Method::Resistance { .. } => 0.0,
+        };
+        let voltage = Repeats::new(c.voltage_noise_v, c.voltage_lsb_v());
+        Ok(LengthSensor {
+            config,
+            sigma_v,
+            sigma_i,
+            full_v: c.voltage_range_v - 1.5 * c.voltage_lsb_v(),
+            full_i: c.current_range_a - 1.5 * c.current_lsb_a(),
+            guard_short_v: GUARD * (sigma_v + config.min_resistance_ohm * sigma_i),
+            guard_open_v: GUARD * (sigma_v + config.max_resistance_ohm * sigma_i),
+            tap_share,
+            guard_tap_v: GUARD * sigma_v * (1.0 + tap_share * tap_share).sqrt(),
+            half_span_m: 0.5 * (config.max_length_m - config.min_length_m),
+            v2: voltage,
+            v3: voltage,
+            current: Repeats::new(c.current_noise_a, c.current_lsb_a()),
+        })
+    }
+
+    /// The configuration it was made from.
+    pub fn config(&self) -> &LengthSensorConfig {
+        &self.config
+    }
+
+    /// Samples after which a frozen voltage or current input is found, or `None` where the noise is too small
+    /// beside one code to tell.
+    pub fn stuck_after(&self) -> (Option<u32>, Option<u32>) {
+        let limit = |r: &Repeats| (r.limit != u32::MAX).then_some(r.limit);
+        (limit(&self.v3), limit(&self.current))
+    }
+
+    /// Standard deviation of a length measured at this length and this V3, in m: to design with.
+    pub fn expected_sigma_m(&self, length_m: f64, v3_v: f64, current_a: f64) -> f64 {
+        match self.config.method {
+            Method::DualMeasurement { l0_m, ls_m } => {
+                let between = v3_v * ls_m / length_m;
+                self.dual_sigma(ls_m, between, (length_m - l0_m) / ls_m)
+            }
+            Method::Resistance { line } => self.line_sigma(&line, v3_v, current_a, v3_v / current_a),
+        }
+    }
+
+    /// Reads one sample. Any bit pattern is allowed in it.
+    #[inline]
+    pub fn read(&mut self, sample: &Sample) -> Reading {
+        let Sample { v1_v: mut v1, v2_v: mut v2, v3_v: v3, current_a: i, supply_v: supply } = *sample;
+        let c = &self.config;
+        match c.method {
+            Method::DualMeasurement { .. } => {
+                if v1.is_nan() && self.tap_share == 0.0 {
+                    v1 = 0.0; // eq. 43: the first tap is the fixed end itself
+                }
+            }
+            Method::Resistance { .. } => (v1, v2) = (0.0, 0.0),
+        }
+        if !(v1.is_finite() && v2.is_finite() && v3.is_finite() && i.is_finite()) || supply.is_infinite() {
+            let none = sample.v2_v.is_nan() || matches!(c.method, Method::Resistance { .. });
+            let none = none && v3.is_nan() && i.is_nan() && (sample.v1_v.is_nan() || v1 == 0.0);
+            return Reading::none(if none { Health::NoSample } else { Health::NotFinite });
+        }
+        // All three count on every sample, so that a frozen one is found whatever the others do.
+        let frozen = self.v2.frozen(v2) & matches!(c.method, Method::DualMeasurement { .. });
+        let frozen = self.v3.frozen(v3) | self.current.frozen(i) | frozen;
+
+        if supply < c.min_supply_v {
+            return Reading::none(Health::SupplyDip);
+        }
+        if i < c.min_current_a {
+            // Voltage without current is a break beyond the taps; neither is no on-phase, or a break before them.
+            let voltage = v3 > c.min_current_a * c.max_resistance_ohm + self.guard_open_v;
+            return Reading::none(if voltage { Health::OpenWire } else { Health::NoCurrent });
+        }
+        let per_amp = 1.0 / i;
+        let resistance_ohm = v3 * per_amp;
+        let failed = |health| Reading { resistance_ohm, ..Reading::none(health) };
+        // Before saturation: a short drives the current out of range, and then the true resistance is smaller still.
+        if v3 < c.min_resistance_ohm * i - self.guard_short_v {
+            return failed(Health::ShortedWire);
+        }
+        let highest = v1.abs().max(v2.abs()).max(v3.abs());
+        if highest >= self.full_v || i >= self.full_i {
+            return failed(Health::Saturated);
+        }
+        if v3 > c.max_resistance_ohm * i + self.guard_open_v {
+            return failed(Health::OpenWire);
+        }
+        let (length_m, length_sigma_m, resistivity_ohm_m) = match c.method {
+            Method::DualMeasurement { l0_m, ls_m } => {
+                // Whatever the wire is made of, V1 is a fixed share of V2: the only redundancy among three voltages.
+                let between = v2 - v1;
+                let stray = (v1 - self.tap_share * v2).abs();
+                if between < GUARD * std::f64::consts::SQRT_2 * self.sigma_v
+                    || stray > TAP_TOLERANCE * v3 + self.guard_tap_v
+                {
+                    return failed(Health::ProbeLost);
+                }
+                let ratio = (v3 - v1) / between;
+                let length = l0_m + ls_m * ratio; // eq. 42
+                (length, self.dual_sigma(ls_m, between, ratio), c.area_m2 / ls_m * between * per_amp) // eq. 44
+            }
+            Method::Resistance { line } => {
+                let length = line.length_m(resistance_ohm);
+                (length, self.line_sigma(&line, v3, i, resistance_ohm), resistance_ohm * c.area_m2 / length) // eq. 39
+            }
+        };
+        let outside = (c.min_length_m - length_m).max(length_m - c.max_length_m) - GUARD * length_sigma_m;
+        // Written so that NaN fails, though none can get here.
+        if outside.is_nan() || outside > 0.0 {
+            let lost = match c.method {
+                // Far out, or V2 the same as V3: the moving end cannot come down to the second tap.
+                Method::DualMeasurement { l0_m, ls_m } => {
+                    outside > self.half_span_m || length_m < l0_m + ls_m + GUARD * length_sigma_m
+                }
+                Method::Resistance { .. } => false,
+            };
+            return failed(if lost { Health::ProbeLost } else { Health::OutOfRange });
+        }
+        if frozen {
+            return failed(Health::Stuck);
+        }
+        Reading { length_m, resistance_ohm, resistivity_ohm_m, health: Health::Ok, length_sigma_m }
+    }
+
+    /// Forgets how long codes have repeated.
+    pub fn reset(&mut self) {
+        for repeats in [&mut self.v2, &mut self.v3, &mut self.current] {
+            (repeats.last, repeats.count) = (f64::NAN, 0);
+        }
+    }
+
+    /// First-order propagation through eq. 42: ∂L/∂V3 = ls/D, ∂L/∂V2 = −q ls/D, ∂L/∂V1 = (q−1) ls/D with
+    /// D = V2 − V1 and q = (V3 − V1)/D.
+    #[inline]
+    fn dual_sigma(&self, ls_m: f64, between_v: f64, ratio: f64) -> f64 {
+        let rest = ratio - 1.0;
+        ls_m * self.sigma_v / between_v * (1.0 + ratio * ratio + rest * rest).sqrt()
+    }
+
+    /// First-order propagation through L = a + b V3/I.
+    #[inline]
+    fn line_sigma(&self, line: &ResistanceLine, v3: f64, i: f64, resistance: f64) -> f64 {
+        let relative = ((self.sigma_v / v3).powi(2) + (self.sigma_i / i).powi(2)).sqrt();
+        (line.slope_m_per_ohm * resistance).abs() * relative
+    }
+}

@@ -1,0 +1,529 @@
+//! Noisy lengths in, length, velocity and acceleration out.
+//!
+//! A Kalman filter on the chain length → velocity → acceleration, driven by an unknown jerk. The jerk is what a wire's
+//! heating really commands (eq. 68: M x⃛ + B ẍ + K ẋ follows the heating rate, and that is switched), so its bound
+//! is an honest process noise and the only thing to tune. Where load and heating of the wire are roughly known,
+//! [`Drive`] adds eq. 68 itself: the observer then foresees what the duty is about to do, and only has to find the difference.
+//!
+//! The filter settles to constant gains; once it has, an update is a handful of multiplications. The covariance is only
+//! carried while it changes: after the start, after missing samples, and while steps or noise differ from nominal.
+//!
+//! Without a drive and in the limit of fast sampling the gains are those of a third-order Butterworth filter with corner
+//! ω = (q/(σ² dt))^(1/6): an acceleration lag of 2/ω, no lag of length and velocity, and a noise of the acceleration
+//! that grows as ω^2.5. [`Tuning::Bandwidth`] sets that corner, [`Tuning::Jerk`] the q it follows from.
+
+use crate::error::check;
+use crate::Error;
+
+/// Length and its first two derivatives; positive = longer.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Wire length, in m.
+    pub length_m: f64,
+    /// Its first derivative, in m/s.
+    pub velocity_m_s: f64,
+    /// Its second derivative, in m/s².
+    pub acceleration_m_s2: f64,
+}
+
+impl Motion {
+    /// The critically damped sliding surface ẍ + 2λẋ + λ²(x − x_ref) of chapter 11, in m/s².
+    pub fn surface(&self, lambda_per_s: f64, reference_m: f64) -> f64 {
+        self.acceleration_m_s2
+            + lambda_per_s * (2.0 * self.velocity_m_s + lambda_per_s * (self.length_m - reference_m))
+    }
+}
+
+/// How fast the observer believes the wire can change its mind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tuning {
+    /// Corner frequency of the equivalent Butterworth filter, in Hz; lag stays the same at every rate, noise falls as 1/√rate.
+    Bandwidth {
+        /// The corner, in Hz.
+        hz: f64,
+    },
+    /// Jerk of this size, held for this long before it changes: white with q = 2 j² T. The corner follows, and
+    /// rises with the sixth root of the rate.
+    Jerk {
+        /// Root mean square jerk, in m/s³.
+        rms_m_s3: f64,
+        /// How long it holds, in s.
+        hold_s: f64,
+    },
+}
+
+/// What is known of the load and of the heating (eq. 68–69): x⃛ = ω²(u w₁ + d − ẋ) − 2ζω ẍ, with the duty u and the
+/// unknown rest d. Rough is enough: a factor of two in `full_duty_m_s` costs no more than leaving the drive away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// √((K + K_wire)/M), in rad/s.
+    pub natural_rad_s: f64,
+    /// B/(2 √((K + K_wire) M)).
+    pub damping_ratio: f64,
+    /// Velocity w₁ the wire is heated to by duty 1, where it transforms: L ε_L dξ/dT P/Q (negative: heat shortens), in m/s.
+    pub full_duty_m_s: f64,
+    /// How far the rest d strays from its last value, rms, in m/s.
+    pub rest_m_s: f64,
+    /// Within what time it does so, in s.
+    pub rest_time_s: f64,
+}
+
+/// How to build a [`MotionObserver`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObserverConfig {
+    /// Nominal standard deviation of a length, in m; [`crate::LengthSensor::expected_sigma_m`].
+    pub length_sigma_m: f64,
+    /// What drives the motion.
+    pub tuning: Tuning,
+    /// What is known of the drive, if anything.
+    pub drive: Option<Drive>,
+    /// Spread of the velocity before the first sample, in m/s.
+    pub start_velocity_m_s: f64,
+    /// Spread of the acceleration before the first sample, in m/s².
+    pub start_acceleration_m_s2: f64,
+    /// Longest time to predict without a sample, in s; then the wire is taken to stand where it was last predicted, and the
+    /// next sample starts anew.
+    pub max_age_s: f64,
+}
+
+impl Default for ObserverConfig {
+    fn default() -> Self {
+        ObserverConfig {
+            length_sigma_m: 60e-6,
+            tuning: Tuning::Bandwidth { hz: 20.0 },
+            drive: None,
+            start_velocity_m_s: 0.02,
+            start_acceleration_m_s2: 0.5,
+            max_age_s: 0.05,
+        }
+    }
+}
+
+impl ObserverConfig {
+    /// Checks every number against its range.
+    ///
+    /// # Errors
+    /// The first number that cannot be used, by name.
+    pub fn validate(&self) -> Result<(), Error> {
+        check("standard deviation of the length in m", self.length_sigma_m, 1e-12, 1.0)?;
+        match self.tuning {
+            Tuning::Bandwidth { hz } => check("observer bandwidth in Hz", hz, 0.01, 10e3)?,
+            Tuning::Jerk { rms_m_s3, hold_s } => {
+                check("jerk in m/s³", rms_m_s3, 1e-6, 1e9)?;
+                check("holding time of the jerk in s", hold_s, 1e-9, 1e3)?;
+            }
+        }
+        if let Some(drive) = self.drive {
+            check("natural frequency in rad/s", drive.natural_rad_s, 1e-3, 1e6)?;
+            check("damping ratio", drive.damping_ratio, 0.0, 1e6)?;
+            check("velocity at full duty in m/s", drive.full_duty_m_s, -100.0, 100.0)?;
+            check("unknown part of the velocity in m/s", drive.rest_m_s, 1e-9, 100.0)?;
+            check("time of the unknown part in s", drive.rest_time_s, 1e-6, 1e6)?;
+        }
+        check("spread of the first velocity in m/s", self.start_velocity_m_s, 1e-9, 100.0)?;
+        check("spread of the first acceleration in m/s²", self.start_acceleration_m_s2, 1e-9, 1e6)?;
+        check("longest prediction in s", self.max_age_s, 1e-6, 1e3)
+    }
+}
+
+/// Length, velocity, acceleration, and the unknown rest of the heating velocity.
+const STATES: usize = 4;
+type Vector = [f64; STATES];
+type Matrix = [[f64; STATES]; STATES];
+
+/// Steps and deviations within this of nominal use the nominal gains: the optimum is that flat.
+const NOMINAL: f64 = 0.2;
+
+/// The equation of motion: x⃛ = stiffness (w − ẋ) − damping ẍ.
+#[derive(Debug, Clone, Copy)]
+struct Plant {
+    stiffness: f64,
+    damping: f64,
+    /// Reciprocal of the longest step of the series in [`Plant::advance`].
+    per_step: f64,
+    /// Whether eq. 68 is in it at all.
+    driven: bool,
+    full_duty: f64,
+    jerk_psd: f64,
+    rest_psd: f64,
+}
+
+impl Plant {
+    fn new(config: &ObserverConfig, dt_s: f64) -> Plant {
+        let sigma = config.length_sigma_m;
+        let jerk_psd = match config.tuning {
+            Tuning::Bandwidth { hz } => (std::f64::consts::TAU * hz).powi(6) * sigma * sigma * dt_s,
+            Tuning::Jerk { rms_m_s3, hold_s } => 2.0 * rms_m_s3 * rms_m_s3 * hold_s,
+        };
+        let mut plant = Plant {
+            stiffness: 0.0,
+            damping: 0.0,
+            per_step: 0.0,
+            driven: false,
+            full_duty: 0.0,
+            jerk_psd,
+            rest_psd: 0.0,
+        };
+        if let Some(drive) = config.drive {
+            // Modes much faster than the sampling are over within a step; slowed to a few of them per step, they still are,
+            // and the series stays short.
+            let natural = drive.natural_rad_s.min(4.0 / dt_s);
+            let damping = (2.0 * drive.damping_ratio * natural).min(8.0 / dt_s);
+            plant.stiffness = natural * natural;
+            plant.damping = damping;
+            plant.per_step = 2.0 * natural.max(damping);
+            plant.driven = true;
+            plant.full_duty = drive.full_duty_m_s;
+            plant.rest_psd = drive.rest_m_s * drive.rest_m_s / drive.rest_time_s;
+        }
+        plant
+    }
+
+    /// The state `dt` later, under a heating velocity of `w` on top of the state's own.
+    #[inline]
+    fn advance(&self, state: &mut Vector, w: f64, dt: f64) {
+        let [x, v, a, rest] = state;
+        if !self.driven {
+            *x += dt * (*v + 0.5 * dt * *a);
+            *v += dt * *a;
+            return;
+        }
+        let parts = (dt * self.per_step).ceil().clamp(1.0, 64.0);
+        let h = dt / parts;
+        for _ in 0..parts as u32 {
+            // Taylor series: each derivative of a follows from the two before it.
+            let j = self.stiffness * (*rest + w - *v) - self.damping * *a;
+            let j1 = -self.stiffness * *a - self.damping * j;
+            let j2 = -self.stiffness * j - self.damping * j1;
+            let j3 = -self.stiffness * j1 - self.damping * j2;
+            let rise = h * (j + h * (1.0 / 2.0) * (j1 + h * (1.0 / 3.0) * (j2 + h * (1.0 / 4.0) * j3)));
+            let gain = h * h * (0.5 * j + h * (1.0 / 6.0) * (j1 + h * (1.0 / 4.0) * (j2 + h * (1.0 / 5.0) * j3)));
+            let way = h * h * h * (1.0 / 6.0) * (j + h * (1.0 / 4.0) * (j1 + h * (1.0 / 5.0) * j2));
+            *x += h * (*v + 0.5 * h * *a) + way;
+            *v += h * *a + gain;
+            *a += rise;
+        }
+    }
+
+    /// Transition matrix and process noise over `dt`.
+    fn discretise(&self, dt: f64) -> Step {
+        // The noise of the bare chain is exact for short steps and doubled up from there; without a drive at any length.
+        let doublings = if self.driven { (dt * self.per_step * 4.0).log2().ceil().clamp(0.0, 12.0) as i32 } else { 0 };
+        let h = dt / 2f64.powi(doublings);
+        let mut f = [[0.0; STATES]; STATES];
+        for column in 0..STATES {
+            let mut unit = [0.0; STATES];
+            unit[column] = 1.0;
+            self.advance(&mut unit, 0.0, h);
+            for (row, value) in f.iter_mut().zip(unit) {
+                row[column] = value;
+            }
+        }
+        let mut q = [[0.0; STATES]; STATES];
+        let jerk = [h * h / 2.0, h, 1.0, 0.0];
+        let jerk_power = [2, 1, 0, 0];
+        let k = self.stiffness;
+        let rest = [k * h * h * h / 6.0, k * h * h / 2.0, k * h, 1.0];
+        let rest_power = [3, 2, 1, 0];
+        for r in 0..STATES {
+            for c in 0..STATES {
+                // ∫ of tᵐ tⁿ from 0 to h, each normalised to its value at h.
+                let jerks = jerk[r] * jerk[c] / f64::from(jerk_power[r] + jerk_power[c] + 1);
+                let rests = rest[r] * rest[c] / f64::from(rest_power[r] + rest_power[c] + 1);
+                q[r][c] = h * (self.jerk_psd * jerks + self.rest_psd * rests);
+            }
+        }
+        for _ in 0..doublings {
+            let moved = congruence(&f, &q);
+            for r in 0..STATES {
+                for c in 0..STATES {
+                    q[r][c] += moved[r][c];
+                }
+            }
+            f = product(&f, &f);
+        }
+        Step { dt, f, q }
+    }
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let mut out = [[0.0; STATES]; STATES];
+    for r in 0..STATES {
+        for c in 0..STATES {
+            out[r][c] = (0..STATES).map(|k| a[r][k] * b[k][c]).sum();
+        }
+    }
+    out
+}
+
+/// F P Fᵀ.
+fn congruence(f: &Matrix, p: &Matrix) -> Matrix {
+    let fp = product(f, p);
+    let mut out = [[0.0; STATES]; STATES];
+    for r in 0..STATES {
+        for c in r..STATES {
+            out[r][c] = (0..STATES).map(|k| fp[r][k] * f[c][k]).sum();
+            out[c][r] = out[r][c];
+        }
+    }
+    out
+}
+
+/// The model over one step.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    dt: f64,
+    f: Matrix,
+    q: Matrix,
+}
+
+impl Step {
+    fn predict(&self, p: &mut Matrix) {
+        let mut next = congruence(&self.f, p);
+        for r in 0..STATES {
+            for c in 0..STATES {
+                next[r][c] += self.q[r][c];
+            }
+        }
+        *p = next;
+    }
+}
+
+/// Takes a measurement of the length with variance `r` into the covariance; returns the gain.
+fn correct(p: &mut Matrix, r: f64) -> Vector {
+    let scale = 1.0 / (p[0][0] + r);
+    let row = p[0];
+    let gain = row.map(|entry| entry * scale);
+    for i in 0..STATES {
+        for j in 0..STATES {
+            p[i][j] -= gain[i] * row[j];
+        }
+    }
+    gain
+}
+
+/// Estimates the motion of one wire.
+#[derive(Debug, Clone)]
+pub struct MotionObserver {
+    plant: Plant,
+    state: Vector,
+    steady_gain: Vector,
+    nominal_dt: f64,
+    nominal_sigma: f64,
+    duty: f64,
+    age_s: f64,
+    missed: u32,
+    /// Updates until the gains count as settled again; 0 = settled.
+    unsettled: u32,
+    settle: u32,
+    started: bool,
+    covariance: Matrix,
+    steady_covariance: Matrix,
+    /// The model over a step of nominal length, and over the step last needed that was not.
+    nominal_step: Step,
+    other_step: Step,
+    config: ObserverConfig,
+}
+
+impl MotionObserver {
+    /// An observer for samples arriving at `rate_hz`; the gains are worked out here.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a rate outside 1 Hz – 1 MHz, else as [`ObserverConfig::validate`].
+    pub fn new(rate_hz: f64, config: ObserverConfig) -> Result<MotionObserver, Error> {
+        check("rate in Hz", rate_hz, 1.0, 1e6)?;
+        config.validate()?;
+        let dt = 1.0 / rate_hz;
+        let plant = Plant::new(&config, dt);
+        let nominal_step = plant.discretise(dt);
+        let mut observer = MotionObserver {
+            plant,
+            state: [0.0; STATES],
+            steady_gain: [0.0; STATES],
+            nominal_dt: dt,
+            nominal_sigma: config.length_sigma_m,
+            duty: 0.0,
+            age_s: f64::INFINITY,
+            missed: 0,
+            unsettled: 0,
+            settle: 2_000_000,
+            started: false,
+            covariance: [[0.0; STATES]; STATES],
+            steady_covariance: [[0.0; STATES]; STATES],
+            nominal_step,
+            other_step: nominal_step,
+            config,
+        };
+        // Iterate the Riccati equation from the start until the gains stand still; the count is the settling time.
+        let r = config.length_sigma_m * config.length_sigma_m;
+        let mut p = observer.first_covariance(r);
+        let mut gain = correct(&mut p, r);
+        for step in 1..2_000_000u32 {
+            nominal_step.predict(&mut p);
+            let next = correct(&mut p, r);
+            let still = gain.iter().zip(next).all(|(a, b)| (a - b).abs() <= 1e-7 * b.abs());
+            gain = next;
+            if still {
+                observer.settle = step;
+                break;
+            }
+        }
+        observer.steady_gain = gain;
+        observer.steady_covariance = p;
+        Ok(observer)
+    }
+
+    /// The configuration it was made from.
+    pub fn config(&self) -> &ObserverConfig {
+        &self.config
+    }
+
+    /// Takes the length of this cycle, or `None` (or NaN) where there is none, `dt_s` after the last call.
+    ///
+    /// Before the first length the motion is all zero. A `dt_s` that is not positive and finite counts as nominal.
+    #[inline]
+    pub fn update(&mut self, length: Option<f64>, dt_s: f64) -> Motion {
+        self.update_weighted(length, self.nominal_sigma, dt_s)
+    }
+
+    /// As [`MotionObserver::update`], with the standard deviation of this very length, in m.
+    #[inline]
+    pub fn update_weighted(&mut self, length: Option<f64>, sigma_m: f64, dt_s: f64) -> Motion {
+        let length = match length {
+            Some(value) if value.is_finite() && sigma_m > 0.0 && sigma_m < f64::INFINITY => value,
+            _ => return self.coast(dt_s),
+        };
+        if !self.started {
+            return self.begin(length, sigma_m);
+        }
+        let dt = if dt_s > 0.0 && dt_s < f64::INFINITY { dt_s } else { self.nominal_dt };
+        self.age_s += dt;
+        if self.age_s > self.config.max_age_s.max(2.0 * self.nominal_dt) {
+            return self.begin(length, sigma_m);
+        }
+        self.plant.advance(&mut self.state, self.plant.full_duty * self.duty, dt);
+        let nominal_dt = (dt - self.nominal_dt).abs() <= NOMINAL * self.nominal_dt;
+        let nominal = nominal_dt && (sigma_m - self.nominal_sigma).abs() <= NOMINAL * self.nominal_sigma;
+        let gain = if nominal && self.unsettled == 0 {
+            self.steady_gain
+        } else {
+            self.transient_gain(dt, nominal, sigma_m)
+        };
+        let surprise = length - self.state[0];
+        for (value, gain) in self.state.iter_mut().zip(gain) {
+            *value += gain * surprise;
+        }
+        (self.age_s, self.missed) = (0.0, 0);
+        self.motion()
+    }
+
+    /// Tells the duty (0..1) from now until the next update; without a [`Drive`] it makes no difference.
+    #[inline]
+    pub fn set_duty(&mut self, duty: f64) {
+        self.duty = if duty.is_finite() { duty } else { 0.0 };
+    }
+
+    /// The present estimate.
+    pub fn motion(&self) -> Motion {
+        let [length_m, velocity_m_s, acceleration_m_s2, _] = self.state;
+        Motion { length_m, velocity_m_s, acceleration_m_s2 }
+    }
+
+    /// The estimate `ahead_s` from now under the present duty, to make up for a known delay; changes nothing.
+    pub fn ahead(&self, ahead_s: f64) -> Motion {
+        let mut state = self.state;
+        if self.started && ahead_s.is_finite() && ahead_s > 0.0 {
+            self.plant.advance(&mut state, self.plant.full_duty * self.duty, ahead_s.min(self.config.max_age_s));
+        }
+        let [length_m, velocity_m_s, acceleration_m_s2, _] = state;
+        Motion { length_m, velocity_m_s, acceleration_m_s2 }
+    }
+
+    /// Time since the last length that was taken in, in s; infinite before the first.
+    pub fn age_s(&self) -> f64 {
+        self.age_s
+    }
+
+    /// Updates since then that brought no length.
+    pub fn missed(&self) -> u32 {
+        self.missed
+    }
+
+    /// Whether the gains have settled, so that the standard deviations are those of the steady state.
+    pub fn settled(&self) -> bool {
+        self.started && self.unsettled == 0
+    }
+
+    /// Standard deviations of the present estimate, as the observer itself sees them; zero before the first length.
+    pub fn deviation(&self) -> Motion {
+        let p = if self.settled() { &self.steady_covariance } else { &self.covariance };
+        let sigma = |i: usize| p[i][i].max(0.0).sqrt();
+        Motion { length_m: sigma(0), velocity_m_s: sigma(1), acceleration_m_s2: sigma(2) }
+    }
+
+    /// Forgets everything but its configuration.
+    pub fn reset(&mut self) {
+        self.state = [0.0; STATES];
+        self.covariance = [[0.0; STATES]; STATES];
+        (self.duty, self.age_s, self.missed, self.unsettled, self.started) = (0.0, f64::INFINITY, 0, 0, false);
+    }
+
+    fn first_covariance(&self, r: f64) -> Matrix {
+        let mut p = [[0.0; STATES]; STATES];
+        p[0][0] = r;
+        p[1][1] = self.config.start_velocity_m_s.powi(2);
+        p[2][2] = self.config.start_acceleration_m_s2.powi(2);
+        if let Some(drive) = self.config.drive {
+            p[3][3] = drive.rest_m_s.powi(2);
+        }
+        p
+    }
+
+    #[cold]
+    fn begin(&mut self, length: f64, sigma_m: f64) -> Motion {
+        self.state = [length, 0.0, 0.0, 0.0];
+        self.covariance = self.first_covariance(sigma_m * sigma_m);
+        self.unsettled = self.settle;
+        (self.age_s, self.missed, self.started) = (0.0, 0, true);
+        self.motion()
+    }
+
+    /// Leaves the settled state, or stays out of it, and steps the covariance.
+    fn predict_covariance(&mut self, dt: f64) {
+        if self.unsettled == 0 {
+            self.covariance = self.steady_covariance;
+        }
+        if (dt - self.nominal_dt).abs() <= NOMINAL * self.nominal_dt {
+            self.nominal_step.predict(&mut self.covariance);
+        } else {
+            if (dt - self.other_step.dt).abs() > NOMINAL * self.other_step.dt {
+                self.other_step = self.plant.discretise(dt);
+            }
+            self.other_step.predict(&mut self.covariance);
+        }
+    }
+
+    fn transient_gain(&mut self, dt: f64, nominal: bool, sigma_m: f64) -> Vector {
+        self.predict_covariance(dt);
+        self.unsettled = if nominal { self.unsettled.saturating_sub(1) } else { self.settle.max(1) };
+        correct(&mut self.covariance, sigma_m * sigma_m)
+    }
+
+    /// A cycle without a length: prediction only, for as long as that means anything.
+    fn coast(&mut self, dt_s: f64) -> Motion {
+        self.missed = self.missed.saturating_add(1);
+        if !self.started {
+            return self.motion();
+        }
+        let dt = if dt_s > 0.0 && dt_s < f64::INFINITY { dt_s } else { self.nominal_dt };
+        self.age_s += dt;
+        if self.age_s > self.config.max_age_s {
+            self.state = [self.state[0], 0.0, 0.0, 0.0];
+        } else {
+            self.plant.advance(&mut self.state, self.plant.full_duty * self.duty, dt);
+            self.predict_covariance(dt);
+            self.unsettled = self.settle.max(1);
+        }
+        self.motion()
+    }
+}
