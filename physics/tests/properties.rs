@@ -1,0 +1,225 @@
+//! What must hold for any wire under any history: finite numbers, martensite between the outer curves, a closed energy
+//! ledger, and an answer that does not depend on how time is cut.
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use sinew_physics::*;
+
+fn kinetics() -> impl Strategy<Value = Kinetics> {
+    prop_oneof![
+        4 => Just(Kinetics::Logistic),
+        1 => Just(Kinetics::Linear),
+        1 => Just(Kinetics::SquareRoot),
+        1 => Just(Kinetics::Tanaka),
+        1 => Just(Kinetics::LiangRogers),
+        1 => (0.2f64..4.0, 0.2f64..4.0)
+            .prop_map(|(heating_skew, cooling_skew)| Kinetics::Richards { heating_skew, cooling_skew }),
+    ]
+}
+
+prop_compose! {
+    fn material()(
+        austenite_modulus_pa in 20e9f64..120e9,
+        martensite_modulus_pa in 10e9f64..120e9,
+        transformation_strain in 0.0f64..0.08,
+        thermoelastic_pa_per_k in 0.0f64..1.5e6,
+        austenite_temperature_c in 40.0f64..200.0,
+        width in 0.0f64..60.0,
+        stress_shift_k_per_pa in 0.0f64..0.3e-6,
+        heating_steepness_per_k in 0.05f64..1.5,
+        cooling_steepness_per_k in 0.05f64..1.5,
+        outer_loop_weight in 0.0f64..=1.0,
+        latent_heat_j_per_kg in 0.0f64..60_000.0,
+        convection_w_per_m2_k in 5.0f64..2000.0,
+        kinetics in kinetics(),
+        parallel in any::<bool>(),
+        natural in any::<bool>(),
+    ) -> Material {
+        Material {
+            austenite_modulus_pa,
+            martensite_modulus_pa,
+            transformation_strain,
+            thermoelastic_pa_per_k,
+            austenite_temperature_c,
+            martensite_temperature_c: austenite_temperature_c - width,
+            stress_shift_k_per_pa,
+            heating_steepness_per_k,
+            cooling_steepness_per_k,
+            outer_loop_weight,
+            latent_heat_j_per_kg,
+            convection_w_per_m2_k,
+            kinetics,
+            mixing: if parallel { Mixing::Parallel } else { Mixing::Series },
+            convection: if natural { Convection::Natural } else { Convection::Constant },
+            ..Material::default()
+        }
+    }
+}
+
+/// Diameter, length, load and drive in proportion to each other, so that most rigs are ones somebody might build.
+fn model() -> impl Strategy<Value = WireModel> {
+    (
+        material(),
+        (0.02f64..1.0, 20.0f64..1000.0),
+        (0u8..4, 0u8..5),
+        (1e-3f64..1.0, 0.0f64..100.0, 0.0f64..1000.0, 0.0f64..400.0),
+        (1.0f64..300.0, -20.0f64..60.0, 0.0f64..=1.0),
+    )
+        .prop_map(|(material, (diameter_mm, length_mm), (drive, load), (mass, damping, spring, stress_mpa), rest)| {
+            let (watt_per_ohm_scale, ambient_c, martensite) = rest;
+            let geometry = Geometry { diameter_m: diameter_mm * 1e-3, length_m: length_mm * 1e-3 };
+            let resistance = 80e-8 * geometry.length_m / geometry.area_m2();
+            // enough to reach a few hundred kelvin in still air
+            let power = 120.0 * geometry.surface_m2() * watt_per_ohm_scale;
+            WireModel {
+                geometry,
+                material,
+                taps: Some(Taps { l0_m: 0.1 * geometry.length_m, ls_m: 0.8 * geometry.length_m }),
+                drive: Drive {
+                    kind: [DriveKind::Pwm, DriveKind::Power, DriveKind::Current, DriveKind::Temperature]
+                        [usize::from(drive)],
+                    supply_v: (power * resistance).sqrt().min(900.0),
+                    shunt_ohm: 0.1,
+                    switch_ohm: 0.02,
+                    lead_ohm: 0.0,
+                },
+                load: match load {
+                    0 => Load::ImposedPosition,
+                    1 => Load::ImposedForce,
+                    _ => Load::SpringMassDamper {
+                        mass_kg: mass,
+                        damping_n_s_per_m: damping,
+                        spring_n_per_m: spring,
+                        preload_n: stress_mpa * 1e6 * geometry.area_m2(),
+                    },
+                },
+                initial: Initial { temperature_c: None, martensite },
+                ambient_c,
+            }
+        })
+}
+
+/// One stretch of a history: drive 0..1 of what the rig can, load 0..1 of its range, a step from 10 µs to 10 ms, repeats.
+type Stretch = (f64, f64, f64, u8);
+
+fn history() -> impl Strategy<Value = Vec<Stretch>> {
+    prop::collection::vec((0.0f64..1.0, 0.0f64..1.0, -5.0f64..-2.0, 1u8..6), 1..8)
+}
+
+fn inputs(model: &WireModel, drive: f64, load: f64) -> Inputs {
+    let area = model.geometry.area_m2();
+    let peak = model.drive.supply_v.powi(2) * area / (80e-8 * model.geometry.length_m);
+    Inputs {
+        drive: match model.drive.kind {
+            DriveKind::Pwm => drive,
+            DriveKind::Power => drive * peak,
+            DriveKind::Current => (drive * peak * area / (80e-8 * model.geometry.length_m)).sqrt(),
+            DriveKind::Temperature => -20.0 + 300.0 * drive,
+        },
+        imposed: match model.load {
+            Load::ImposedPosition => 0.06 * load * model.geometry.length_m,
+            Load::ImposedForce => 500e6 * load * area,
+            Load::SpringMassDamper { .. } => 0.0,
+        },
+        external_n: if load > 0.8 { 50e6 * area * load } else { 0.0 },
+        ..model.rest_inputs()
+    }
+}
+
+fn check(wire: &Wire) -> Result<(), TestCaseError> {
+    let o = wire.outputs();
+    for value in [
+        o.current_a, o.v1_v, o.v2_v, o.v3_v, o.force_n, o.position_m, o.temperature_c, o.martensite, o.power_w,
+        o.resistance_ohm,
+    ] {
+        prop_assert!(value.is_finite(), "{o:?}");
+    }
+    prop_assert!(o.force_n >= 0.0 && o.resistance_ohm > 0.0);
+    let theta = wire.driving_temperature_c();
+    let (upper, lower) = (wire.hysteresis().upper(theta), wire.hysteresis().lower(theta));
+    prop_assert!(o.martensite <= upper.martensite + 1e-12, "above g_A: {} {}", o.martensite, upper.martensite);
+    prop_assert!(o.martensite >= lower.martensite - 1e-12, "below g_M: {} {}", o.martensite, lower.martensite);
+    let e = wire.energy();
+    let scale = [e.heat_in_j, e.loss_j, e.sensible_j, e.latent_j, e.work_j].iter().map(|x| x.abs()).sum::<f64>();
+    prop_assert!(e.residual_j().abs() <= 1e-9 * scale + 1e-12, "{e:?} leaves {}", e.residual_j());
+    // what is accepted as solved must solve T − σ/α = ϑ to a small share of any movement
+    let shift = wire.temperature_c() - theta;
+    prop_assert!(shift.is_finite());
+    Ok(())
+}
+
+#[test]
+fn a_hundred_thousand_random_rigs_stay_physical() {
+    let mut runner = TestRunner::new(Config { cases: 100_000, failure_persistence: None, ..Config::default() });
+    runner
+        .run(&(model(), history()), |(model, history)| {
+            let first = inputs(&model, 0.2, 0.4);
+            let mut wire = Wire::with_inputs(&model, &first).expect("the strategy stays in range");
+            check(&wire)?;
+            for (drive, load, log_dt, repeats) in history {
+                let inputs = inputs(&model, drive, load);
+                for _ in 0..repeats {
+                    wire.step(&inputs, 10f64.powf(log_dt));
+                    check(&wire)?;
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+}
+
+#[test]
+fn longer_histories_keep_the_ledger_closed() {
+    let mut runner = TestRunner::new(Config { cases: 300, failure_persistence: None, ..Config::default() });
+    runner
+        .run(&(model(), prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 1..20)), |(model, history)| {
+            let mut wire = Wire::with_inputs(&model, &inputs(&model, 0.2, 0.4)).expect("in range");
+            for (drive, load) in history {
+                let inputs = inputs(&model, drive, load);
+                for _ in 0..500 {
+                    wire.step(&inputs, 2e-3);
+                }
+                check(&wire)?;
+            }
+            Ok(())
+        })
+        .unwrap();
+}
+
+#[test]
+fn the_cut_of_time_does_not_matter() {
+    let mut runner = TestRunner::new(Config { cases: 300, failure_persistence: None, ..Config::default() });
+    runner
+        .run(&(material(), prop::collection::vec(0.0f64..0.6, 2..6)), |(material, duties)| {
+            let model = WireModel {
+                geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+                material: Material { kinetics: Kinetics::Logistic, ..material },
+                taps: None,
+                drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
+                load: Load::SpringMassDamper {
+                    mass_kg: 0.2,
+                    damping_n_s_per_m: 40.0,
+                    spring_n_per_m: 0.0,
+                    preload_n: 1.96133,
+                },
+                initial: Initial::default(),
+                ambient_c: 25.0,
+            };
+            let run = |dt: f64| {
+                let mut wire = Wire::new(&model).expect("in range");
+                for &duty in &duties {
+                    let inputs = Inputs { drive: duty, ..model.rest_inputs() };
+                    for _ in 0..(0.8 / dt).round() as usize {
+                        wire.step(&inputs, dt);
+                    }
+                }
+                wire.outputs()
+            };
+            let (fine, coarse) = (run(1e-5), run(1e-2));
+            prop_assert!((fine.temperature_c - coarse.temperature_c).abs() < 0.1, "{fine:?} {coarse:?}");
+            prop_assert!((fine.martensite - coarse.martensite).abs() < 4e-3, "{fine:?} {coarse:?}");
+            prop_assert!((fine.position_m - coarse.position_m).abs() < 4e-5, "{fine:?} {coarse:?}");
+            Ok(())
+        })
+        .unwrap();
+}
