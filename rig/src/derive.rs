@@ -1,0 +1,187 @@
+//! Defaults that follow from the rest of the channel: lengths, currents, temperatures and energies it cannot leave
+//! while everything is well.
+
+use sinew_physics::{Convection, DriveKind, Load, Material, WireModel};
+
+use crate::types::{Channel, Sensing};
+
+/// Standard gravity, in m/s².
+const GRAVITY: f64 = 9.80665;
+/// How far above A the wire counts as wholly austenite, in K.
+const FULLY_HOT_K: f64 = 40.0;
+/// What an unpowered or unknown drive is given as full-on current (A) and power (W): no rig is driven with it.
+const UNKNOWN: f64 = 1.0;
+
+/// Length of the wire under its load at rest, wholly austenite, 40 K above A at its stress; in m.
+///
+/// Exact for the reference model's equilibrium (eq. 6, 23, 51 with ξ = 0). Where position or force are inputs it is
+/// that of the unloaded wire.
+pub fn hot_length_m(model: &WireModel) -> f64 {
+    equilibrium(model, true).0
+}
+
+/// Length of the wire under its load at rest, wholly martensite at ambient temperature; in m.
+///
+/// Exact for the reference model's equilibrium (eq. 6, 23, 51 with ξ = 1). Where position or force are inputs it is
+/// that of the unloaded wire.
+pub fn cold_length_m(model: &WireModel) -> f64 {
+    equilibrium(model, false).0
+}
+
+/// Length (m) and stress (Pa) at rest in one of the two pure phases.
+///
+/// In a pure phase series and parallel mixing agree and everything is linear: ε = c σ + ε_0 against
+/// A_c σ = F − K L_0 ε.
+fn equilibrium(model: &WireModel, hot: bool) -> (f64, f64) {
+    let m = &model.material;
+    let warm = if hot { m.austenite_temperature_c + FULLY_HOT_K } else { model.ambient_c } - m.reference_temperature_c;
+    let (compliance, shape) = if hot {
+        // The temperature of a hot wire rises with its stress: A is shifted.
+        let shift = 1.0 + m.thermoelastic_pa_per_k * m.stress_shift_k_per_pa;
+        (shift / m.austenite_modulus_pa, 0.0)
+    } else {
+        (1.0 / m.martensite_modulus_pa, m.transformation_strain)
+    };
+    let modulus = if hot { m.austenite_modulus_pa } else { m.martensite_modulus_pa };
+    let stress_free = shape + m.thermoelastic_pa_per_k * warm / modulus;
+    let length = model.geometry.length_m;
+    let stress = match model.load {
+        Load::SpringMassDamper { spring_n_per_m, preload_n, .. } => {
+            let pull = preload_n - spring_n_per_m * length * stress_free;
+            // A wire cannot push.
+            (pull / (model.geometry.area_m2() + spring_n_per_m * length * compliance)).max(0.0)
+        }
+        Load::ImposedPosition | Load::ImposedForce => 0.0,
+    };
+    (length * (1.0 + stress_free + compliance * stress), stress)
+}
+
+/// Resistances (Ω) the whole wire can have: least and largest over both phases, from ambient to `hot_c`.
+fn resistances(model: &WireModel, hot_c: f64) -> (f64, f64) {
+    let m = &model.material;
+    let per_length = |t: f64| {
+        let warm = t - m.reference_temperature_c;
+        [
+            m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm,
+            m.martensite_resistivity_ohm_m + m.martensite_resistivity_slope_ohm_m_per_k * warm,
+        ]
+    };
+    let all = per_length(model.ambient_c).into_iter().chain(per_length(hot_c));
+    let (low, high) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(r), high.max(r)));
+    let geometry = model.geometry;
+    let longest = cold_length_m(model).max(geometry.length_m);
+    // A strongly negative slope could take a resistivity through zero; no metal gets near it.
+    (low.max(1e-9) * geometry.length_m / geometry.area_m2(), high.max(1e-9) * longest / geometry.area_m2())
+}
+
+/// The wire while the switch is on: currents (A) and powers (W) the supply can drive through it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FullOn {
+    pub least_current_a: f64,
+    pub largest_current_a: f64,
+    pub largest_power_w: f64,
+}
+
+/// `None` where the drive is not a supply that is switched.
+pub(crate) fn full_on(channel: &Channel, hot_c: f64) -> Option<FullOn> {
+    let drive = &channel.model.drive;
+    if drive.kind != DriveKind::Pwm || drive.supply_v <= 0.0 {
+        return None;
+    }
+    let (low, high) = resistances(&channel.model, hot_c);
+    let series = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
+    let power = |r: f64| r * (drive.supply_v / (r + series)).powi(2);
+    Some(FullOn {
+        least_current_a: drive.supply_v / (high + series),
+        largest_current_a: drive.supply_v / (low + series),
+        // Power over resistance has its peak where the wire matches the rest of the circuit.
+        largest_power_w: power(series.clamp(low, high)),
+    })
+}
+
+/// Loss to the air at a wire temperature, in W.
+fn loss_w(model: &WireModel, temperature_c: f64) -> f64 {
+    let above = (temperature_c - model.ambient_c).max(0.0);
+    let h = match model.material.convection {
+        Convection::Constant => model.material.convection_w_per_m2_k,
+        // Eq. 34, diameter in mm.
+        Convection::Natural => 65.5 * (-model.geometry.diameter_m * 1e3 / 4.0).exp() * above.powf(1.0 / 6.0),
+    };
+    h * model.geometry.surface_m2() * above
+}
+
+/// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.
+fn heat_j(model: &WireModel, temperature_c: f64) -> f64 {
+    let Material { density_kg_per_m3, specific_heat_j_per_kg_k, latent_heat_j_per_kg, .. } = model.material;
+    let mass = density_kg_per_m3 * model.geometry.volume_m3();
+    mass * (specific_heat_j_per_kg_k * (temperature_c - model.ambient_c).max(0.0) + latent_heat_j_per_kg)
+}
+
+/// Fills in every computed default of a channel; `given(table, key)` says what the file gives itself.
+pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
+    if let Load::SpringMassDamper { mass_kg, preload_n, .. } = &mut channel.model.load
+        && !given("load", "preload_n")
+    {
+        *preload_n = *mass_kg * GRAVITY;
+    }
+    if !given("control", "sensing") {
+        channel.control.sensing = if channel.model.taps.is_some() { Sensing::Dual } else { Sensing::Resistance };
+    }
+
+    let model = &channel.model;
+    let nominal = model.geometry.length_m;
+    let (hot, hot_stress) = equilibrium(model, true);
+    let cold = cold_length_m(model);
+    let stroke = (cold - hot).abs();
+    let margin = 0.1 * stroke + 0.005 * nominal;
+    let limits = &mut channel.limits;
+    if !given("limits", "minimum_length_mm") {
+        limits.min_length_m = (hot.min(cold) - margin).max(0.0);
+    }
+    if !given("limits", "maximum_length_mm") {
+        limits.max_length_m = hot.max(cold) + margin;
+    }
+    if !given("limits", "maximum_temperature_c") {
+        let m = &model.material;
+        limits.max_temperature_c = m.austenite_temperature_c + 60.0 + m.stress_shift_k_per_pa * hot_stress;
+    }
+    let hottest = limits.max_temperature_c;
+    if !given("limits", "energy_drain_w") {
+        limits.energy_drain_w = loss_w(model, hottest);
+    }
+    if !given("limits", "energy_budget_j") {
+        limits.energy_budget_j = (1.25 * heat_j(model, hottest)).max(1e-9);
+    }
+    if !given("limits", "default_hold_s") {
+        limits.lease_s = 0.5_f64.min(limits.max_lease_s);
+    }
+
+    let on = full_on(channel, hottest);
+    let (largest_current, largest_power) =
+        on.map_or((UNKNOWN, UNKNOWN), |on| (on.largest_current_a, on.largest_power_w));
+    let limits = &mut channel.limits;
+    if !given("limits", "maximum_current_a") {
+        limits.max_current_a = 1.15 * largest_current;
+    }
+    if !given("limits", "maximum_power_w") {
+        limits.max_power_w = 1.1 * largest_power;
+    }
+    if !given("limits", "maximum_duty") {
+        limits.max_duty = (limits.max_power_w / largest_power).min(1.0);
+    }
+    if !given("adc", "voltage_range_v") {
+        let supply = channel.model.drive.supply_v;
+        channel.adc.voltage_range_v = if 1.25 * supply > 10.0 { 1.25 * supply } else { 10.0 };
+    }
+    if !given("adc", "current_range_a") {
+        channel.adc.current_range_a = 1.1 * channel.limits.max_current_a;
+    }
+
+    let stroke = stroke.max(0.001 * nominal);
+    if !given("control", "pi_proportional_per_mm") {
+        channel.control.pi_proportional_per_m = 10.0 / stroke;
+    }
+    if !given("control", "pi_integral_per_mm_s") {
+        channel.control.pi_integral_per_m_s = 20.0 / stroke;
+    }
+}

@@ -1,0 +1,168 @@
+//! The numbers a fit may move, by their rig-file keys, and how sure one is of each beforehand.
+
+use std::collections::BTreeMap;
+
+use crate::error::{Error, Problem, What};
+use crate::schema::{self, Kind, Value};
+use crate::types::{Channel, Rig};
+
+/// How far a parameter may be off, as 1 σ around the rig file's value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prior {
+    /// As a fraction of the value; 0.2 is "20 %".
+    Relative(f64),
+    /// In the unit of the key.
+    Absolute(f64),
+}
+
+impl Prior {
+    /// 1 σ in the unit of the key, for a parameter whose value is `value` in the same unit. 0 = held fixed.
+    pub fn sigma(&self, value: f64) -> f64 {
+        match self {
+            Prior::Relative(fraction) => fraction * value.abs(),
+            Prior::Absolute(sigma) => *sigma,
+        }
+    }
+}
+
+/// The priors that hold where the rig file says nothing, by key.
+/// Keys not listed have none: a fit leaves them alone unless the rig file says otherwise.
+pub fn default_priors() -> BTreeMap<&'static str, Prior> {
+    BTreeMap::from([
+        ("convection_w_per_m2_k", Prior::Relative(0.20)),
+        ("heating_steepness_per_k", Prior::Relative(0.25)),
+        ("cooling_steepness_per_k", Prior::Relative(0.25)),
+        ("austenite_resistivity_uohm_cm", Prior::Relative(0.10)),
+        ("martensite_resistivity_uohm_cm", Prior::Relative(0.10)),
+        ("austenite_resistivity_slope_uohm_cm_per_k", Prior::Relative(0.30)),
+        ("martensite_resistivity_slope_uohm_cm_per_k", Prior::Relative(0.30)),
+        ("transformation_strain", Prior::Relative(0.15)),
+        ("austenite_modulus_gpa", Prior::Relative(0.15)),
+        ("martensite_modulus_gpa", Prior::Relative(0.15)),
+        ("latent_heat_j_per_kg", Prior::Relative(0.25)),
+        ("specific_heat_j_per_kg_k", Prior::Relative(0.05)),
+        ("stress_shift_k_per_mpa", Prior::Relative(0.20)),
+        ("damping_n_s_per_m", Prior::Relative(0.30)),
+        ("austenite_temperature_c", Prior::Absolute(5.0)),
+        ("martensite_temperature_c", Prior::Absolute(5.0)),
+        ("ambient_c", Prior::Absolute(2.0)),
+    ])
+}
+
+/// A number a fit may move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Key in the rig file, unique among the parameters.
+    pub key: &'static str,
+    /// Table the key lives in, such as `channel.material`; `rig` for the ambient temperature.
+    pub table: &'static str,
+    /// Unit of the key.
+    pub unit: &'static str,
+    /// Least value allowed, in the key's unit.
+    pub low: f64,
+    /// Largest value allowed, in the key's unit.
+    pub high: f64,
+    /// What it is.
+    pub about: &'static str,
+}
+
+/// The tables whose numbers are parameters of the model.
+const MODEL_TABLES: [&str; 6] =
+    ["channel.wire", "channel.taps", "channel.drive", "channel.load", "channel.initial", "channel.material"];
+
+/// Every parameter of the model: the numbers of wire, taps, drive, load, initial state and material, and the ambient
+/// temperature, in the order of the reference.
+pub fn parameters() -> impl Iterator<Item = Parameter> {
+    let of_channel = schema::CHANNEL.iter().filter(|s| MODEL_TABLES.contains(&s.table)).flat_map(|s| {
+        s.keys.iter().filter_map(move |k| describe(s.table, k.name, &k.kind, k.about))
+    });
+    let of_rig = schema::RIG
+        .keys
+        .iter()
+        .filter(|k| k.name == "ambient_c")
+        .filter_map(|k| describe(schema::RIG.table, k.name, &k.kind, k.about));
+    of_rig.chain(of_channel)
+}
+
+fn describe(table: &'static str, key: &'static str, kind: &Kind, about: &'static str) -> Option<Parameter> {
+    match *kind {
+        Kind::Number { unit, low, high, .. } => Some(Parameter { key, table, unit, low, high, about }),
+        _ => None,
+    }
+}
+
+/// Whether a key may stand in `[channel.priors]`.
+pub(crate) fn is_parameter(key: &str) -> bool {
+    parameters().any(|p| p.key == key)
+}
+
+impl Channel {
+    /// The priors in force: the defaults, with the rig file's own in their place, of the parameters this channel has.
+    pub fn priors_in_force(&self) -> BTreeMap<String, Prior> {
+        let mut priors: BTreeMap<String, Prior> =
+            default_priors().into_iter().map(|(key, prior)| (key.to_string(), prior)).collect();
+        priors.extend(self.priors.iter().map(|(key, prior)| (key.clone(), *prior)));
+        priors.retain(|key, _| key == "ambient_c" || self.parameter(key).is_some());
+        priors
+    }
+
+    /// A parameter of the model in the unit of its key; `None` where there is no such key or this channel has no
+    /// such thing (taps, or a mass at an imposed position). The ambient temperature is asked of the [`Rig`].
+    pub fn parameter(&self, key: &str) -> Option<f64> {
+        let (_, k) = find(key)?;
+        match ((k.get)(self), &k.kind) {
+            (Some(Value::Number(si)), Kind::Number { scale, .. }) => Some(scale.to_file(si)),
+            _ => None,
+        }
+    }
+}
+
+impl Rig {
+    /// A parameter of one channel's model, or `ambient_c` of the rig, in the unit of its key.
+    /// `None` where there is no such channel, key or thing.
+    pub fn parameter(&self, channel: usize, key: &str) -> Option<f64> {
+        let channel = self.channels.get(channel)?;
+        if key == "ambient_c" { Some(self.ambient_c) } else { channel.parameter(key) }
+    }
+
+    /// Changes a parameter of one channel's model, or `ambient_c` for the whole rig, in the unit of its key.
+    /// Limits and ranges that were computed from the old value stay as they are until [`Rig::refreshed`].
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where there is no such channel or key, or the value is out of its range; nothing is
+    /// changed then.
+    pub fn set_parameter(&mut self, channel: usize, key: &str, value: f64) -> Result<(), Error> {
+        let wrong = |rig: &Rig, what: What| {
+            let name = rig.channels.get(channel).map_or_else(|| format!("#{}", channel + 1), |c| c.name.clone());
+            let file = rig.source.file.clone();
+            Error::Invalid { problems: vec![Problem { file, line: 1, channel: Some(name), key: key.into(), what }] }
+        };
+        let Some(parameter) = parameters().find(|p| p.key == key).filter(|_| self.parameter(channel, key).is_some())
+        else {
+            return Err(wrong(self, What::Unknown { hint: ": this channel's model has no such parameter".into() }));
+        };
+        if !(parameter.low..=parameter.high).contains(&value) {
+            let (low, high) = (parameter.low, parameter.high);
+            return Err(wrong(self, What::OutOfRange { found: value, low, high, defaulted: false }));
+        }
+        if key == "ambient_c" {
+            self.ambient_c = value;
+            for c in &mut self.channels {
+                c.model.ambient_c = value;
+            }
+        } else if let Some((_, k)) = find(key)
+            && let Kind::Number { scale, .. } = k.kind
+        {
+            (k.set)(&mut self.channels[channel], Value::Number(scale.to_si(value)));
+        }
+        Ok(())
+    }
+}
+
+fn find(key: &str) -> Option<(&'static str, &'static schema::Key<Channel>)> {
+    schema::CHANNEL
+        .iter()
+        .filter(|s| MODEL_TABLES.contains(&s.table))
+        .find_map(|s| s.keys.iter().find(|k| k.name == key).map(|k| (s.table, k)))
+        .filter(|(_, k)| matches!(k.kind, Kind::Number { .. }))
+}

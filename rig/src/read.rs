@@ -1,0 +1,884 @@
+//! From the text of a rig file to a [`Rig`], collecting every mistake on the way.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use sinew_physics::{DriveKind, Geometry, Initial, Kinetics, Load, Material, WireModel};
+
+use crate::derive;
+use crate::effects::{COEFFICIENT_EFFECTS, EFFECTS, EffectParameterKind};
+use crate::error::{Error, Problem, What};
+use crate::parameters::{self, Prior};
+use crate::schema::{self, CHANNEL, Default, Key, Kind, RIG, SIMULATION, Section, Value, local};
+use crate::suggest::nearest;
+use crate::tree::{self, Node, Table, Tree};
+use crate::types::*;
+
+/// The columns a recording can have, by the contract.
+pub(crate) const COLUMNS: [&str; 13] = [
+    "time_s", "duty", "power_w", "temperature_c", "supply_v", "current_a", "v1_v", "v2_v", "v3_v", "force_n",
+    "position_m", "ambient_c", "disturbance_n",
+];
+
+/// Tables of a channel that are more than a plain list of keys.
+const OTHER_CHANNEL_TABLES: [&str; 2] = ["priors", "effects"];
+/// Names of a rig or channel: the rule in words.
+const NAME_RULE: &str = "letters, digits, '-', '_' and '.', a letter or digit first";
+/// Keys of a simulated fault.
+const FAULT_KEYS: [&str; 5] = ["channel", "kind", "start_s", "end_s", "value"];
+
+/// Reads a rig file's text.
+pub(crate) fn rig(text: &str, file: &str) -> Result<Rig, Error> {
+    let mut reader = Reader { file, problems: Vec::new() };
+    // A byte-order mark is no mistake; it is cut off only for the parser, lines stay as they are.
+    let rig = match tree::parse(text.strip_prefix('\u{feff}').unwrap_or(text)) {
+        Err(errors) => {
+            for (line, message) in errors {
+                reader.problem(line, None, "", What::Syntax { message: format!("not TOML: {message}") });
+            }
+            None
+        }
+        Ok(root) => reader.root(&root),
+    };
+    let mut problems = reader.problems;
+    match rig {
+        Some(mut rig) if problems.is_empty() => {
+            rig.source = Source { file: file.to_string(), text: text.to_string() };
+            Ok(rig)
+        }
+        _ => {
+            problems.sort_by_key(|p| p.line);
+            Err(Error::Invalid { problems })
+        }
+    }
+}
+
+/// The line of a channel's key in a rig's text, or of the nearest thing above it; for checks after reading.
+pub(crate) fn line_of(source: &Source, channel: Option<usize>, path: &str) -> usize {
+    let Ok(root) = tree::parse(source.text.strip_prefix('\u{feff}').unwrap_or(&source.text)) else { return 1 };
+    let mut line = 1;
+    let mut table = &root;
+    if let Some(index) = channel {
+        let Some(Node { value: Tree::Array(channels), line: first }) = root.get("channel") else { return line };
+        line = *first;
+        let Some(Node { value: Tree::Table(t), line: header }) = channels.get(index) else { return line };
+        line = *header;
+        table = t;
+    }
+    for part in path.split('.').filter(|p| !p.is_empty()) {
+        let Some(node) = table.get(part) else { break };
+        line = node.line;
+        let Tree::Table(t) = &node.value else { break };
+        table = t;
+    }
+    line
+}
+
+/// What a channel's file gives itself, as (table, key), with lines.
+type Given = BTreeMap<(&'static str, &'static str), usize>;
+
+struct Reader<'a> {
+    file: &'a str,
+    problems: Vec<Problem>,
+}
+
+impl Reader<'_> {
+    fn problem(&mut self, line: usize, channel: Option<&str>, key: impl Into<String>, what: What) {
+        let (file, channel) = (self.file.to_string(), channel.map(str::to_string));
+        self.problems.push(Problem { file, line, channel, key: key.into(), what });
+    }
+
+    fn root(&mut self, root: &Table) -> Option<Rig> {
+        const TABLES: [&str; 4] = ["rig", "channel", "recording", "simulation"];
+        for (name, node) in root {
+            if !TABLES.contains(&name.as_str()) {
+                let hint = unknown_hint(name, "", TABLES);
+                self.problem(node.line, None, name.as_str(), What::Unknown { hint });
+            }
+        }
+        let mut rig = Rig {
+            name: String::new(),
+            rate_hz: f64::NAN,
+            ambient_c: f64::NAN,
+            realtime: Realtime { mode: RealtimeMode::Try, priority: 0, cpu: None },
+            channels: Vec::new(),
+            columns: ColumnMap::new(),
+            simulation: Simulation { seed: 0, pace: Pace::RealTime, faults: Vec::new() },
+            source: Source::default(),
+        };
+        let given = self.section(&RIG, root.get("rig"), &[], None, 1, &mut rig);
+        self.rig_checks(&rig, &given);
+        self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
+        self.channels(root.get("channel"), &mut rig);
+        if let Some(node) = root.get("recording") {
+            rig.columns = self.recording(node);
+        }
+        if let Some(Node { value: Tree::Table(simulation), .. }) = root.get("simulation")
+            && let Some(faults) = simulation.get("fault")
+        {
+            rig.simulation.faults = self.faults(faults, &rig.channels);
+        }
+        Some(rig)
+    }
+
+    fn rig_checks(&mut self, rig: &Rig, given: &Given) {
+        if rig.realtime.mode == RealtimeMode::Off {
+            for key in ["realtime_priority", "realtime_cpu"] {
+                if let Some(line) = given.get(&("rig", key)) {
+                    let message = "makes no sense with realtime = \"off\"; take one of the two out".into();
+                    self.problem(*line, None, format!("rig.{key}"), What::Contradiction { message });
+                }
+            }
+        }
+    }
+
+    /// Reads a plain table into `target` and applies its defaults. `others` are sub-tables read elsewhere.
+    /// Gives the keys that were there; those with a mistake too, so that no default talks over it.
+    fn section<T>(
+        &mut self,
+        section: &'static Section<T>,
+        node: Option<&Node>,
+        others: &[&str],
+        channel: Option<&str>,
+        header: usize,
+        target: &mut T,
+    ) -> Given {
+        let table_name = local(section.table);
+        let path = |key: &str| if table_name.is_empty() { key.to_string() } else { format!("{table_name}.{key}") };
+        let mut given = Given::new();
+        let empty = Table::new();
+        let (table, header) = match node {
+            None => (&empty, header),
+            Some(Node { value: Tree::Table(table), line }) => (table, *line),
+            Some(Node { value, line }) => {
+                let expected = format!("a table: [{}]", section.table);
+                self.problem(*line, channel, table_name, What::WrongType { found: value.describe(), expected });
+                return given;
+            }
+        };
+        if section.optional && node.is_none() {
+            return given;
+        }
+        for (name, node) in table {
+            if !section.keys.iter().any(|k| k.name == name) && !others.contains(&name.as_str()) {
+                let keys = section.keys.iter().map(|k| k.name).chain(others.iter().copied());
+                let hint = unknown_hint(name, section.table, keys);
+                self.problem(node.line, channel, path(name), What::Unknown { hint });
+            }
+        }
+        // In the order of the schema: what selects a kind comes before the keys of that kind.
+        for key in section.keys {
+            match table.get(key.name) {
+                Some(node) => {
+                    given.insert((table_name, key.name), node.line);
+                    match value(key, node) {
+                        Ok(value) => (key.set)(target, value),
+                        Err(what) => self.problem(node.line, channel, path(key.name), what),
+                    }
+                }
+                None => match &key.default {
+                    Default::Required(expected) => {
+                        self.problem(header, channel, path(key.name), What::Missing { expected: (*expected).into() });
+                        // Said once: what depends on it keeps quiet.
+                        given.insert((table_name, key.name), header);
+                    }
+                    Default::Number(in_file) => {
+                        if let Kind::Number { scale, .. } = key.kind {
+                            (key.set)(target, Value::Number(scale.to_si(*in_file)));
+                        }
+                    }
+                    Default::Integer(i) => (key.set)(target, Value::Integer(*i)),
+                    Default::Text(t) => (key.set)(target, Value::Text((*t).into())),
+                    Default::Computed(_) => {}
+                },
+            }
+        }
+        given
+    }
+
+    fn channels(&mut self, node: Option<&Node>, rig: &mut Rig) {
+        let nodes = match node {
+            Some(Node { value: Tree::Array(nodes), .. }) if !nodes.is_empty() => nodes,
+            Some(Node { value: Tree::Array(_), line }) => {
+                let expected = "at least one [[channel]]".into();
+                return self.problem(*line, None, "channel", What::Missing { expected });
+            }
+            Some(Node { value, line }) => {
+                let found = match value {
+                    Tree::Table(_) => "a single table [channel]".into(),
+                    other => other.describe(),
+                };
+                let expected = "an array of tables: [[channel]], with two brackets".into();
+                return self.problem(*line, None, "channel", What::WrongType { found, expected });
+            }
+            None => {
+                let expected = "at least one [[channel]]".into();
+                return self.problem(1, None, "channel", What::Missing { expected });
+            }
+        };
+        if let Some(extra) = nodes.get(MAX_CHANNELS) {
+            let message = format!(
+                "has {} entries, expected at most {MAX_CHANNELS}; split the rig in two files with names of their own",
+                nodes.len()
+            );
+            self.problem(extra.line, None, "channel", What::Contradiction { message });
+        }
+        let mut first_use: BTreeMap<String, usize> = BTreeMap::new();
+        for (index, node) in nodes.iter().take(MAX_CHANNELS).enumerate() {
+            let Tree::Table(table) = &node.value else {
+                let (found, expected) = (node.value.describe(), "a table: [[channel]]".into());
+                self.problem(node.line, Some(&format!("#{}", index + 1)), "", What::WrongType { found, expected });
+                continue;
+            };
+            let channel = self.channel(index, node.line, table, rig.ambient_c);
+            if !channel.name.is_empty() {
+                let line = table.get("name").map_or(node.line, |n| n.line);
+                match first_use.get(&channel.name) {
+                    Some(&first_line) => {
+                        let name = channel.name.clone();
+                        self.problem(line, Some(&format!("#{}", index + 1)), "name", What::Duplicate { name, first_line });
+                    }
+                    None => {
+                        first_use.insert(channel.name.clone(), line);
+                    }
+                }
+            }
+            rig.channels.push(channel);
+        }
+        self.neighbours(nodes, &rig.channels);
+    }
+
+    fn channel(&mut self, index: usize, header: usize, table: &Table, ambient_c: f64) -> Channel {
+        let before = self.problems.len();
+        let mut channel = blank_channel(ambient_c);
+        // The name first: every message about the channel carries it.
+        let place = format!("#{}", index + 1);
+        let label = match table.get("name").map(|n| &n.value) {
+            Some(Tree::Text(name)) if is_name(name, MAX_CHANNEL_NAME) => name.clone(),
+            _ => place,
+        };
+        let label = label.as_str();
+
+        let others: Vec<&str> =
+            CHANNEL.iter().map(|s| local(s.table)).filter(|t| !t.is_empty()).chain(OTHER_CHANNEL_TABLES).collect();
+        let mut given = Given::new();
+        for section in CHANNEL {
+            let name = local(section.table);
+            if name.is_empty() {
+                // The channel's own table is at hand already and its sub-tables are no unknown keys.
+                let own = Node { line: header, value: Tree::Table(table.clone()) };
+                given.extend(self.section(section, Some(&own), &others, Some(label), header, &mut channel));
+            } else {
+                given.extend(self.section(section, table.get(name), &[], Some(label), header, &mut channel));
+            }
+        }
+        if let Some(node) = table.get("priors") {
+            channel.priors = self.priors(node, label);
+        }
+        if let Some(node) = table.get("effects") {
+            channel.effects = self.effects(node, label);
+        }
+        self.requirements(&mut channel, &given, table, header, label);
+        derive::fill(&mut channel, &|table, key| given.iter().any(|((t, k), _)| *t == table && *k == key));
+        // Cross-checks only make sense of a channel that is right key by key.
+        if self.problems.len() == before {
+            self.physics(&channel, &given, header, label);
+            self.relations(&channel, &given, header, label);
+        }
+        channel
+    }
+
+    /// Keys that are required, or out of place, depending on a kind.
+    fn requirements(&mut self, channel: &mut Channel, given: &Given, table: &Table, header: usize, label: &str) {
+        let line_of_table = |name: &str| table.get(name).map_or(header, |n| n.line);
+        if channel.model.drive.kind == DriveKind::Pwm {
+            if !given.contains_key(&("drive", "supply_v")) {
+                let expected = "the supply voltage in V, such as 6.0 (or another drive kind)".into();
+                self.problem(line_of_table("drive"), Some(label), "drive.supply_v", What::Missing { expected });
+            }
+        } else if let Some(line) = given.get(&("limits", "maximum_duty")) {
+            let message = "makes no sense: duty belongs to drive kind \"pwm\"; take it out or change the drive".into();
+            self.problem(*line, Some(label), "limits.maximum_duty", What::Contradiction { message });
+        }
+        match channel.model.load {
+            Load::SpringMassDamper { .. } => {
+                if !given.contains_key(&("load", "mass_kg")) {
+                    let expected = "the moving mass in kg, such as 0.2 (or another load kind)".into();
+                    self.problem(line_of_table("load"), Some(label), "load.mass_kg", What::Missing { expected });
+                }
+            }
+            Load::ImposedPosition | Load::ImposedForce => {
+                for key in ["mass_kg", "damping_n_s_per_m", "spring_n_per_m", "preload_n"] {
+                    if let Some(line) = given.get(&("load", key)) {
+                        let message = "makes no sense with an imposed position or force; \
+                                       take it out, or set kind = \"spring_mass_damper\""
+                            .into();
+                        self.problem(*line, Some(label), format!("load.{key}"), What::Contradiction { message });
+                    }
+                }
+            }
+        }
+        if !matches!(channel.model.material.kinetics, Kinetics::Richards { .. }) {
+            for key in ["heating_skew", "cooling_skew"] {
+                if let Some(line) = given.get(&("material", key)) {
+                    let message = "makes no sense without kinetics = \"richards\"; add that or take it out".into();
+                    self.problem(*line, Some(label), format!("material.{key}"), What::Contradiction { message });
+                }
+            }
+        }
+        if channel.control.algorithm == Algorithm::Pi
+            && let Some(line) = given.get(&("control", "lambda_per_s"))
+        {
+            let message = "makes no sense with algorithm = \"pi\"; take it out or choose a sliding mode".into();
+            self.problem(*line, Some(label), "control.lambda_per_s", What::Contradiction { message });
+        }
+        if channel.model.taps.is_none()
+            && table.get("taps").is_none()
+            && channel.control.sensing == Sensing::Dual
+            && let Some(line) = given.get(&("control", "sensing"))
+        {
+            let message = "is \"dual\" but there is no [channel.taps]; add the taps or use \"resistance\"".into();
+            self.problem(*line, Some(label), "control.sensing", What::Contradiction { message });
+        }
+    }
+
+    /// What the physics finds wrong with the model, at the line of the key it names.
+    fn physics(&mut self, channel: &Channel, given: &Given, header: usize, label: &str) {
+        let Err(error) = channel.model.validate() else { return };
+        let sinew_physics::Error::OutOfRange { key, found, low, high } = error;
+        let place = given.iter().find(|((_, k), _)| *k == key);
+        let table = place.map(|((t, _), _)| *t).or_else(|| schema::tables_with(key).first().map(|t| local(t)));
+        let path = table.map_or(key.to_string(), |t| format!("{t}.{key}"));
+        let line = place.map_or(header, |(_, line)| *line);
+        let what = What::OutOfRange { found: tidy(found), low: tidy(low), high: tidy(high), defaulted: place.is_none() };
+        self.problem(line, Some(label), path, what);
+    }
+
+    /// Limits and ranges that stand against each other.
+    fn relations(&mut self, channel: &Channel, given: &Given, header: usize, label: &str) {
+        let mut contradiction = |keys: &[(&'static str, &'static str)], message: String| {
+            let found = keys.iter().find_map(|k| given.get(k).map(|line| (*k, *line)));
+            let ((table, key), line) = found.unwrap_or((keys[0], header));
+            self.problem(line, Some(label), format!("{table}.{key}"), What::Contradiction { message });
+        };
+        let Channel { limits, adc, control, model, .. } = channel;
+        if limits.min_length_m >= limits.max_length_m {
+            contradiction(
+                &[("limits", "minimum_length_mm"), ("limits", "maximum_length_mm")],
+                format!(
+                    "leaves no length: minimum_length_mm is {}, maximum_length_mm {}; expected the minimum below the maximum",
+                    tidy(limits.min_length_m * 1e3),
+                    tidy(limits.max_length_m * 1e3)
+                ),
+            );
+        }
+        if limits.max_temperature_c <= model.ambient_c {
+            let (hottest, ambient) = (limits.max_temperature_c, model.ambient_c);
+            contradiction(
+                &[("limits", "maximum_temperature_c")],
+                format!("is {hottest}, expected more than the ambient temperature, {ambient}"),
+            );
+        }
+        if limits.lease_s > limits.max_lease_s {
+            contradiction(
+                &[("limits", "default_hold_s"), ("limits", "maximum_hold_s")],
+                format!("leaves no lease: default_hold_s {} is above maximum_hold_s {}", limits.lease_s, limits.max_lease_s),
+            );
+        }
+        if model.drive.kind != DriveKind::Pwm {
+            return;
+        }
+        if control.minimum_duty >= limits.max_duty {
+            contradiction(
+                &[("control", "sensing_duty"), ("limits", "maximum_duty"), ("limits", "maximum_power_w")],
+                format!(
+                    "leaves nothing to control with: sensing_duty {} is not below the largest duty, {}",
+                    control.minimum_duty,
+                    tidy(limits.max_duty)
+                ),
+            );
+        }
+        if adc.current_range_a <= limits.max_current_a {
+            contradiction(
+                &[("adc", "current_range_a"), ("limits", "maximum_current_a")],
+                format!(
+                    "hides an over-current: current_range_a {} must be above maximum_current_a {}",
+                    tidy(adc.current_range_a),
+                    tidy(limits.max_current_a)
+                ),
+            );
+        }
+        if let Some(on) = derive::full_on(channel, limits.max_temperature_c)
+            && limits.max_current_a < on.least_current_a
+        {
+            contradiction(
+                &[("limits", "maximum_current_a")],
+                format!(
+                    "is {}, but this supply drives {:.3} to {:.3} A through this wire whenever it is on; expected more",
+                    tidy(limits.max_current_a),
+                    on.least_current_a,
+                    on.largest_current_a
+                ),
+            );
+        }
+    }
+
+    fn priors(&mut self, node: &Node, label: &str) -> BTreeMap<String, Prior> {
+        let mut priors = BTreeMap::new();
+        let Some(table) = self.table(node, Some(label), "priors", "[channel.priors]") else { return priors };
+        for (key, node) in table {
+            let path = format!("priors.{key}");
+            if !parameters::is_parameter(key) {
+                let known: Vec<&str> = parameters::parameters().map(|p| p.key).collect();
+                let hint = match nearest(key, known.iter().copied()) {
+                    Some(near) => format!(", did you mean {near}?"),
+                    None => "; expected a numeric key of wire, taps, drive, load, initial or material, or ambient_c".into(),
+                };
+                self.problem(node.line, Some(label), path, What::Unknown { hint });
+                continue;
+            }
+            match prior(node) {
+                Ok(prior) => {
+                    priors.insert(key.clone(), prior);
+                }
+                Err(what) => self.problem(node.line, Some(label), path, what),
+            }
+        }
+        priors
+    }
+
+    fn effects(&mut self, node: &Node, label: &str) -> BTreeMap<String, BTreeMap<String, EffectValue>> {
+        let mut effects = BTreeMap::new();
+        let Some(table) = self.table(node, Some(label), "effects", "[channel.effects.\"ID\"]") else { return effects };
+        for (id, node) in table {
+            let path = format!("effects.\"{id}\"");
+            let Some(effect) = EFFECTS.iter().find(|e| e.id == id) else {
+                let hint = if let Some((_, keys)) = COEFFICIENT_EFFECTS.iter().find(|(known, _)| known == id) {
+                    format!(" here: it is part of the reference model, set {} in [channel.material]", keys.join(" and "))
+                } else if EFFECTS.iter().any(|e| e.id.split('.').next() == Some(id)) {
+                    // [channel.effects.thermal.draught] without quotes is a table in a table.
+                    " as an effect; write its id in quotes, such as [channel.effects.\"thermal.draught\"]".into()
+                } else {
+                    let known = EFFECTS.iter().map(|e| e.id).chain(COEFFICIENT_EFFECTS.iter().map(|(id, _)| *id));
+                    match nearest(id, known.clone()) {
+                        Some(near) => format!(", did you mean \"{near}\"?"),
+                        None => format!("; known are {}", known.collect::<Vec<_>>().join(", ")),
+                    }
+                };
+                self.problem(node.line, Some(label), path, What::Unknown { hint });
+                continue;
+            };
+            let Some(parameters) = self.table(node, Some(label), &path, &format!("[channel.effects.\"{id}\"]")) else {
+                continue;
+            };
+            let mut values = BTreeMap::new();
+            for (name, node) in parameters {
+                let path = format!("{path}.{name}");
+                let Some(parameter) = effect.parameters.iter().find(|p| p.name == name) else {
+                    let hint = unknown_hint(name, "", effect.parameters.iter().map(|p| p.name));
+                    self.problem(node.line, Some(label), path, What::Unknown { hint });
+                    continue;
+                };
+                match parameter.kind {
+                    EffectParameterKind::Channel => match &node.value {
+                        Tree::Text(name) => {
+                            values.insert(parameter.name.to_string(), EffectValue::Text(name.clone()));
+                        }
+                        other => {
+                            let (found, expected) = (other.describe(), "the name of a channel".into());
+                            self.problem(node.line, Some(label), path, What::WrongType { found, expected });
+                        }
+                    },
+                    EffectParameterKind::Number | EffectParameterKind::Switch { .. } => match number(node, "a number") {
+                        Ok(found) => {
+                            if let EffectParameterKind::Switch { null } = parameter.kind
+                                && found != null
+                            {
+                                let hint = match effect.instead {
+                                    "" => String::new(),
+                                    instead => format!("; {instead} says the same and is simulated"),
+                                };
+                                let what = What::NotSimulated { parameter: parameter.name.into(), null, hint };
+                                self.problem(node.line, Some(label), format!("effects.\"{id}\""), what);
+                            }
+                            values.insert(parameter.name.to_string(), EffectValue::Number(found));
+                        }
+                        Err(what) => self.problem(node.line, Some(label), path, what),
+                    },
+                }
+            }
+            effects.insert(id.clone(), values);
+        }
+        effects
+    }
+
+    /// Neighbours named by effects must be channels.
+    fn neighbours(&mut self, nodes: &[Node], channels: &[Channel]) {
+        for (channel, node) in channels.iter().zip(nodes) {
+            for (id, values) in &channel.effects {
+                for (key, value) in values {
+                    let EffectValue::Text(name) = value else { continue };
+                    if channels.iter().any(|c| c.name == *name) {
+                        continue;
+                    }
+                    let expected = channel_choices(name, channels);
+                    let what = What::NotAChoice { found: name.clone(), expected };
+                    let line = effect_line(node, id, key);
+                    self.problem(line, Some(&channel.name), format!("effects.\"{id}\".{key}"), what);
+                }
+            }
+        }
+    }
+
+    fn recording(&mut self, node: &Node) -> ColumnMap {
+        let mut columns = ColumnMap::new();
+        let Some(table) = self.table(node, None, "recording", "[recording]") else { return columns };
+        for (name, node) in table {
+            if name != "columns" {
+                let hint = unknown_hint(name, "", ["columns"]);
+                self.problem(node.line, None, format!("recording.{name}"), What::Unknown { hint });
+                continue;
+            }
+            let Some(table) = self.table(node, None, "recording.columns", "[recording.columns]") else { continue };
+            for (name, node) in table {
+                let path = format!("recording.columns.{name}");
+                if !COLUMNS.contains(&name.as_str()) {
+                    let hint = match nearest(name, COLUMNS) {
+                        Some(near) => format!(", did you mean {near}?"),
+                        None => format!("; the columns of a recording are {}", COLUMNS.join(", ")),
+                    };
+                    self.problem(node.line, None, path, What::Unknown { hint });
+                } else if let Some(column) = self.column(node, &path) {
+                    columns.insert(name.clone(), column);
+                }
+            }
+        }
+        columns
+    }
+
+    fn column(&mut self, node: &Node, path: &str) -> Option<Column> {
+        let expected = "the foreign column's name, or { column = \"Pos\", scale = -1.0, offset = 0.0 }";
+        let table = match &node.value {
+            Tree::Text(column) => return Some(Column { column: column.clone(), scale: 1.0, offset: 0.0 }),
+            Tree::Table(table) => table,
+            other => {
+                let (found, expected) = (other.describe(), expected.into());
+                self.problem(node.line, None, path, What::WrongType { found, expected });
+                return None;
+            }
+        };
+        let mut column = Column { column: String::new(), scale: 1.0, offset: 0.0 };
+        for (name, node) in table {
+            let key = format!("{path}.{name}");
+            let result = match name.as_str() {
+                "column" => match &node.value {
+                    Tree::Text(text) => {
+                        column.column = text.clone();
+                        Ok(())
+                    }
+                    other => Err(What::WrongType { found: other.describe(), expected: "the column's name".into() }),
+                },
+                "scale" => number(node, "a number other than 0").and_then(|scale| {
+                    column.scale = scale;
+                    if scale == 0.0 {
+                        let message = "is 0, expected the factor from the foreign unit to the contract's".into();
+                        return Err(What::Contradiction { message });
+                    }
+                    Ok(())
+                }),
+                "offset" => number(node, "a number").map(|offset| column.offset = offset),
+                _ => Err(What::Unknown { hint: unknown_hint(name, "", ["column", "scale", "offset"]) }),
+            };
+            if let Err(what) = result {
+                self.problem(node.line, None, key, what);
+            }
+        }
+        if !table.contains_key("column") {
+            let expected = "the foreign column's name".into();
+            self.problem(node.line, None, format!("{path}.column"), What::Missing { expected });
+        }
+        Some(column)
+    }
+
+    fn faults(&mut self, node: &Node, channels: &[Channel]) -> Vec<SimulatedFault> {
+        let Tree::Array(nodes) = &node.value else {
+            let expected = "an array of tables: [[simulation.fault]], with two brackets".into();
+            let what = What::WrongType { found: node.value.describe(), expected };
+            self.problem(node.line, None, "simulation.fault", what);
+            return Vec::new();
+        };
+        nodes.iter().filter_map(|node| self.fault(node, channels)).collect()
+    }
+
+    fn fault(&mut self, node: &Node, channels: &[Channel]) -> Option<SimulatedFault> {
+        let table = self.table(node, None, "simulation.fault", "[[simulation.fault]]")?;
+        let before = self.problems.len();
+        let mut fault = SimulatedFault {
+            channel: None,
+            kind: FaultKind::OpenWire,
+            start_s: 0.0,
+            end_s: f64::INFINITY,
+            value: None,
+        };
+        let mut seen = BTreeSet::new();
+        for (name, node) in table {
+            seen.insert(name.as_str());
+            let result = match (name.as_str(), &node.value) {
+                ("channel", Tree::Text(name)) => match channels.iter().position(|c| c.name == *name) {
+                    Some(index) => {
+                        fault.channel = Some(index);
+                        Ok(())
+                    }
+                    None => {
+                        Err(What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels) })
+                    }
+                },
+                ("kind", Tree::Text(word)) => match FaultKind::ALL.iter().find(|(w, _)| w == word) {
+                    Some((_, kind)) => {
+                        fault.kind = *kind;
+                        Ok(())
+                    }
+                    None => Err(not_a_choice(word, &FaultKind::ALL.map(|(w, _)| w))),
+                },
+                ("channel" | "kind", other) => {
+                    Err(What::WrongType { found: other.describe(), expected: "text in quotes".into() })
+                }
+                ("start_s", _) => in_range(node, 0.0, 1e9).map(|v| fault.start_s = v),
+                ("end_s", _) => in_range(node, 0.0, 1e9).map(|v| fault.end_s = v),
+                ("value", _) => number(node, "a number").map(|v| fault.value = Some(v)),
+                _ => Err(What::Unknown { hint: unknown_hint(name, "", FAULT_KEYS) }),
+            };
+            if let Err(what) = result {
+                self.problem(node.line, None, format!("simulation.fault.{name}"), what);
+            }
+        }
+        for (key, expected) in [("kind", "what breaks, such as \"open_wire\""), ("start_s", "when it begins, in s")] {
+            if !seen.contains(key) {
+                let what = What::Missing { expected: expected.into() };
+                self.problem(node.line, None, format!("simulation.fault.{key}"), what);
+            }
+        }
+        if self.problems.len() > before {
+            return None;
+        }
+        let line = |key: &str| table.get(key).map_or(node.line, |n| n.line);
+        if fault.end_s <= fault.start_s {
+            let message = format!("is {}, expected more than start_s, {}", fault.end_s, fault.start_s);
+            self.problem(line("end_s"), None, "simulation.fault.end_s", What::Contradiction { message });
+        }
+        if let Some(found) = fault.value {
+            let what = match fault.kind.value_range() {
+                None => Some(What::Contradiction { message: "makes no sense with this kind; take it out".into() }),
+                Some((low, high, _)) if !(low..=high).contains(&found) => {
+                    Some(What::OutOfRange { found, low, high, defaulted: false })
+                }
+                Some(_) if fault.kind == FaultKind::ProbeLost && found.fract() != 0.0 => {
+                    Some(What::Contradiction { message: format!("is {found}, expected 1, 2 or 3") })
+                }
+                Some(_) => None,
+            };
+            if let Some(what) = what {
+                self.problem(line("value"), None, "simulation.fault.value", what);
+            }
+        }
+        Some(fault)
+    }
+
+    fn table<'n>(&mut self, node: &'n Node, channel: Option<&str>, key: &str, header: &str) -> Option<&'n Table> {
+        if let Tree::Table(table) = &node.value {
+            return Some(table);
+        }
+        let (found, expected) = (node.value.describe(), format!("a table: {header}"));
+        self.problem(node.line, channel, key, What::WrongType { found, expected });
+        None
+    }
+}
+
+/// A channel before anything is read. Numbers that only the file or a computed default can give are NaN.
+fn blank_channel(ambient_c: f64) -> Channel {
+    Channel {
+        name: String::new(),
+        model: WireModel {
+            geometry: Geometry { diameter_m: f64::NAN, length_m: f64::NAN },
+            material: Material::default(),
+            taps: None,
+            drive: sinew_physics::Drive {
+                kind: DriveKind::Pwm,
+                supply_v: 0.0,
+                shunt_ohm: 0.0,
+                switch_ohm: 0.0,
+                lead_ohm: 0.0,
+            },
+            load: schema::UNREAD_LOAD,
+            initial: Initial::default(),
+            ambient_c,
+        },
+        position_zero: PositionZero::Known,
+        priors: BTreeMap::new(),
+        adc: Adc {
+            bits: 0,
+            voltage_range_v: f64::NAN,
+            current_range_a: f64::NAN,
+            voltage_noise_v: f64::NAN,
+            current_noise_a: f64::NAN,
+            voltage_offset_v: f64::NAN,
+            current_offset_a: f64::NAN,
+            supply_noise_v: f64::NAN,
+        },
+        limits: Limits {
+            min_length_m: f64::NAN,
+            max_length_m: f64::NAN,
+            max_duty: f64::NAN,
+            max_power_w: f64::NAN,
+            max_current_a: f64::NAN,
+            max_temperature_c: f64::NAN,
+            energy_budget_j: f64::NAN,
+            energy_drain_w: f64::NAN,
+            lease_s: f64::NAN,
+            max_lease_s: f64::NAN,
+        },
+        control: Control {
+            algorithm: Algorithm::SlidingMode,
+            lambda_per_s: None,
+            sensing: Sensing::Resistance,
+            minimum_duty: f64::NAN,
+            pi_proportional_per_m: f64::NAN,
+            pi_integral_per_m_s: f64::NAN,
+        },
+        effects: BTreeMap::new(),
+    }
+}
+
+/// A key's value in SI, or what is wrong with it.
+fn value<T>(key: &Key<T>, node: &Node) -> Result<Value, What> {
+    match &key.kind {
+        Kind::Number { scale, low, high, .. } => {
+            in_range(node, *low, *high).map(|found| Value::Number(scale.to_si(found)))
+        }
+        Kind::Integer { low, high } => match &node.value {
+            Tree::Integer(i) => match i64::try_from(*i) {
+                Ok(i) if (*low..=*high).contains(&i) => Ok(Value::Integer(i)),
+                _ => Err(What::OutOfRange { found: *i as f64, low: *low as f64, high: *high as f64, defaulted: false }),
+            },
+            other => {
+                let expected = format!("a whole number, {low} to {high}");
+                Err(What::WrongType { found: other.describe(), expected })
+            }
+        },
+        Kind::Choice(words) => match &node.value {
+            Tree::Text(word) if words.contains(&word.as_str()) => Ok(Value::Text(word.clone())),
+            Tree::Text(word) => Err(not_a_choice(word, words)),
+            other => {
+                let expected = choices(words);
+                Err(What::WrongType { found: other.describe(), expected })
+            }
+        },
+        Kind::Name { longest } => match &node.value {
+            Tree::Text(name) if is_name(name, *longest) => Ok(Value::Text(name.clone())),
+            Tree::Text(name) => {
+                let found = name.chars().take(60).flat_map(char::escape_debug).collect();
+                Err(What::BadName { found, expected: format!("{NAME_RULE}, at most {longest}") })
+            }
+            other => Err(What::WrongType { found: other.describe(), expected: "a name in quotes".into() }),
+        },
+    }
+}
+
+/// Whether a text can be a name: it becomes part of service names, columns and commands.
+fn is_name(name: &str, longest: usize) -> bool {
+    name.len() <= longest
+        && name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'))
+}
+
+fn number(node: &Node, expected: &str) -> Result<f64, What> {
+    match &node.value {
+        Tree::Integer(i) => Ok(*i as f64),
+        Tree::Float(f, _) if f.is_finite() => Ok(*f),
+        Tree::Float(_, text) => Err(What::NotFinite { found: text.clone(), expected: expected.into() }),
+        other => Err(What::WrongType { found: other.describe(), expected: expected.into() }),
+    }
+}
+
+fn in_range(node: &Node, low: f64, high: f64) -> Result<f64, What> {
+    let found = number(node, &format!("a number, {low} to {high}"))?;
+    if (low..=high).contains(&found) {
+        Ok(found)
+    } else {
+        Err(What::OutOfRange { found, low, high, defaulted: false })
+    }
+}
+
+fn prior(node: &Node) -> Result<Prior, What> {
+    const EXPECTED: &str = "1 sigma: a number in the key's unit, or text such as \"20 %\"";
+    let Tree::Text(text) = &node.value else {
+        return match number(node, EXPECTED)? {
+            found if found < 0.0 => Err(What::OutOfRange { found, low: 0.0, high: f64::MAX, defaulted: false }),
+            sigma => Ok(Prior::Absolute(sigma)),
+        };
+    };
+    let wrong = || What::WrongType { found: node.value.describe(), expected: EXPECTED.into() };
+    let percent: f64 = text.strip_suffix('%').and_then(|t| t.trim().parse().ok()).ok_or_else(wrong)?;
+    if !percent.is_finite() {
+        return Err(What::NotFinite { found: format!("\"{text}\""), expected: EXPECTED.into() });
+    }
+    if !(0.0..=1000.0).contains(&percent) {
+        return Err(What::OutOfRange { found: percent, low: 0.0, high: 1000.0, defaulted: false });
+    }
+    Ok(Prior::Relative(percent / 100.0))
+}
+
+fn choices(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
+    match quoted.as_slice() {
+        [one] => one.clone(),
+        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
+        [] => "nothing".into(),
+    }
+}
+
+fn not_a_choice(word: &str, words: &[&str]) -> What {
+    let expected = match nearest(word, words.iter().copied()) {
+        Some(near) => format!("{}; did you mean \"{near}\"?", choices(words)),
+        None => choices(words),
+    };
+    What::NotAChoice { found: word.chars().take(60).flat_map(char::escape_debug).collect(), expected }
+}
+
+fn channel_choices(name: &str, channels: &[Channel]) -> String {
+    let names: Vec<&str> = channels.iter().map(|c| c.name.as_str()).filter(|n| !n.is_empty()).collect();
+    match nearest(name, names.iter().copied()) {
+        Some(near) => format!("the name of a channel; did you mean \"{near}\"?"),
+        None => format!("the name of a channel: {}", choices(&names)),
+    }
+}
+
+fn effect_line(node: &Node, id: &str, key: &str) -> usize {
+    let mut at = node;
+    for part in ["effects", id, key] {
+        let Tree::Table(table) = &at.value else { break };
+        let Some(next) = table.get(part) else { break };
+        at = next;
+    }
+    at.line
+}
+
+/// What an unknown key was probably meant to be: a key of the same table, one that lives in another, or the list.
+fn unknown_hint<'k>(name: &str, table: &str, keys: impl IntoIterator<Item = &'k str>) -> String {
+    let keys: Vec<&str> = keys.into_iter().collect();
+    let elsewhere = schema::tables_with(name);
+    if !table.is_empty()
+        && let Some(other) = elsewhere.iter().find(|t| **t != table)
+    {
+        return format!(" here: it belongs in [{other}]");
+    }
+    match nearest(name, keys.iter().copied()) {
+        Some(near) => format!(", did you mean {near}?"),
+        None if keys.len() <= 12 => format!("; expected {}", keys.join(", ")),
+        None => format!("; the keys of [{table}] are listed in docs/rig.md"),
+    }
+}
+
+/// A number as one would write it: conversions between units leave dust in the last digits.
+fn tidy(n: f64) -> f64 {
+    format!("{n:.9e}").parse().unwrap_or(n)
+}

@@ -1,0 +1,776 @@
+//! Every key of the rig file: its name, unit, range, default, meaning, and where it lives in the rig.
+//!
+//! One table serves the reader, the writer, the fits' parameters and the reference in `docs/rig.md`
+//! (a test compares them), so that none of the four can say something else.
+
+use sinew_physics::{Convection, DriveKind, Kinetics, Load, Mixing, Taps};
+
+use crate::types::*;
+
+/// A table of the rig file whose keys live in `T` (the rig or a channel).
+pub(crate) struct Section<T: 'static> {
+    /// As in the header, such as `channel.wire`.
+    pub table: &'static str,
+    /// What it is for.
+    pub about: &'static str,
+    /// Where the table is left out, its defaults do not apply either.
+    pub optional: bool,
+    pub keys: &'static [Key<T>],
+}
+
+/// One key. `get` and `set` work in SI.
+pub(crate) struct Key<T> {
+    pub name: &'static str,
+    pub kind: Kind,
+    pub default: Default,
+    pub about: &'static str,
+    pub get: fn(&T) -> Option<Value>,
+    pub set: fn(&mut T, Value),
+}
+
+/// What a key takes; ranges are inclusive and in the key's own unit.
+pub(crate) enum Kind {
+    Number { unit: &'static str, scale: Scale, low: f64, high: f64 },
+    Integer { low: i64, high: i64 },
+    Choice(&'static [&'static str]),
+    Name { longest: usize },
+}
+
+/// What holds where a key is not given.
+pub(crate) enum Default {
+    /// It must be given; the words say what.
+    Required(&'static str),
+    /// In the key's own unit.
+    Number(f64),
+    Integer(i64),
+    Text(&'static str),
+    /// Computed from other keys as the words say.
+    Computed(&'static str),
+}
+
+/// A value in SI on its way between text and rig.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Value {
+    Number(f64),
+    Integer(i64),
+    Text(String),
+}
+
+/// From the key's unit to SI: times `mul`, divided by `div`. One of the two is always 1,
+/// and dividing by a power of ten (rather than multiplying by its inexact inverse) gives the
+/// double nearest to the decimal that was written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale {
+    mul: f64,
+    div: f64,
+}
+
+impl Scale {
+    const fn times(mul: f64) -> Scale {
+        Scale { mul, div: 1.0 }
+    }
+
+    const fn over(div: f64) -> Scale {
+        Scale { mul: 1.0, div }
+    }
+
+    pub(crate) fn to_si(self, in_file: f64) -> f64 {
+        in_file * self.mul / self.div
+    }
+
+    /// The shortest decimal that reads back as exactly `si`, or the nearest double where there is none.
+    pub(crate) fn to_file(self, si: f64) -> f64 {
+        let guess = si / self.mul * self.div;
+        (0..17)
+            .filter_map(|digits| format!("{guess:.digits$e}").parse::<f64>().ok())
+            .find(|v| self.to_si(*v) == si)
+            .unwrap_or(guess)
+    }
+}
+
+const SAME: Scale = Scale::times(1.0);
+const MILLI: Scale = Scale::over(1e3);
+const GIGA: Scale = Scale::times(1e9);
+const MEGA: Scale = Scale::times(1e6);
+const PER_MEGA: Scale = Scale::over(1e6);
+const UOHM_CM: Scale = Scale::over(1e8);
+const PER_MILLI: Scale = Scale::times(1e3);
+
+macro_rules! number {
+    ($name:literal, $unit:literal, $scale:expr, $low:literal .. $high:literal, $default:expr, $about:literal,
+     $of:ident . $($field:ident).+) => {
+        Key {
+            name: $name,
+            kind: Kind::Number { unit: $unit, scale: $scale, low: $low, high: $high },
+            default: $default,
+            about: $about,
+            get: |$of| Some(Value::Number($of.$($field).+)),
+            set: |$of, value| {
+                if let Value::Number(n) = value {
+                    $of.$($field).+ = n;
+                }
+            },
+        }
+    };
+}
+
+macro_rules! optional_number {
+    ($name:literal, $unit:literal, $scale:expr, $low:literal .. $high:literal, $default:expr, $about:literal,
+     $of:ident . $($field:ident).+) => {
+        Key {
+            name: $name,
+            kind: Kind::Number { unit: $unit, scale: $scale, low: $low, high: $high },
+            default: $default,
+            about: $about,
+            get: |$of| $of.$($field).+.map(Value::Number),
+            set: |$of, value| {
+                if let Value::Number(n) = value {
+                    $of.$($field).+ = Some(n);
+                }
+            },
+        }
+    };
+}
+
+macro_rules! choice {
+    ($name:literal, [$(($word:literal, $variant:expr)),+ $(,)?], $default:expr, $about:literal,
+     $of:ident . $($field:ident).+) => {
+        Key {
+            name: $name,
+            kind: Kind::Choice(&[$($word),+]),
+            default: $default,
+            about: $about,
+            get: |$of| [$(($word, $variant)),+]
+                .into_iter()
+                .find(|(_, v)| *v == $of.$($field).+)
+                .map(|(word, _)| Value::Text(word.into())),
+            set: |$of, value| {
+                let Value::Text(text) = value else { return };
+                if let Some((_, v)) = [$(($word, $variant)),+].into_iter().find(|(word, _)| *word == text) {
+                    $of.$($field).+ = v;
+                }
+            },
+        }
+    };
+}
+
+macro_rules! load_number {
+    ($name:literal, $unit:literal, $low:literal .. $high:literal, $default:expr, $about:literal, $field:ident) => {
+        Key {
+            name: $name,
+            kind: Kind::Number { unit: $unit, scale: SAME, low: $low, high: $high },
+            default: $default,
+            about: $about,
+            get: |c| match c.model.load {
+                Load::SpringMassDamper { $field, .. } => Some(Value::Number($field)),
+                _ => None,
+            },
+            set: |c, value| {
+                if let (Load::SpringMassDamper { $field, .. }, Value::Number(n)) = (&mut c.model.load, value) {
+                    *$field = n;
+                }
+            },
+        }
+    };
+}
+
+macro_rules! skew {
+    ($name:literal, $field:ident, $about:literal) => {
+        Key {
+            name: $name,
+            kind: Kind::Number { unit: "1", scale: SAME, low: 0.05, high: 20.0 },
+            default: Default::Number(1.0),
+            about: $about,
+            get: |c| match c.model.material.kinetics {
+                Kinetics::Richards { $field, .. } => Some(Value::Number($field)),
+                _ => None,
+            },
+            set: |c, value| {
+                if let (Kinetics::Richards { $field, .. }, Value::Number(n)) = (&mut c.model.material.kinetics, value) {
+                    *$field = n;
+                }
+            },
+        }
+    };
+}
+
+/// A load whose numbers are still to be read.
+pub(crate) const UNREAD_LOAD: Load =
+    Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
+
+/// Keys of `[rig]`.
+pub(crate) static RIG: Section<Rig> = Section {
+    table: "rig",
+    about: "The rig as a whole. Required.",
+    optional: false,
+    keys: &[
+        Key {
+            name: "name",
+            kind: Kind::Name { longest: MAX_RIG_NAME },
+            default: Default::Required("a name such as \"tensile-bench\""),
+            about: "Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, \
+                    a letter or digit first, at most 48",
+            get: |r| Some(Value::Text(r.name.clone())),
+            set: |r, value| {
+                if let Value::Text(name) = value {
+                    r.name = name;
+                }
+            },
+        },
+        number!(
+            "rate_hz", "Hz", SAME, 0.001..20_000.0, Default::Number(1000.0),
+            "PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower",
+            r.rate_hz
+        ),
+        number!(
+            "ambient_c", "°C", SAME, -200.0..800.0, Default::Number(25.0),
+            "Temperature of the air, where a recording does not give it",
+            r.ambient_c
+        ),
+        choice!(
+            "realtime",
+            [("off", RealtimeMode::Off), ("try", RealtimeMode::Try), ("strict", RealtimeMode::Strict)],
+            Default::Text("try"),
+            "Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`)",
+            r.realtime.mode
+        ),
+        Key {
+            name: "realtime_priority",
+            kind: Kind::Integer { low: 1, high: 98 },
+            default: Default::Integer(80),
+            about: "SCHED_FIFO priority of the loop (99 belongs to the kernel)",
+            get: |r| Some(Value::Integer(r.realtime.priority.into())),
+            set: |r, value| {
+                if let Value::Integer(i) = value {
+                    r.realtime.priority = i as u32;
+                }
+            },
+        },
+        Key {
+            name: "realtime_cpu",
+            kind: Kind::Integer { low: 0, high: 4095 },
+            default: Default::Computed("the driver chooses"),
+            about: "Core the loop is pinned to",
+            get: |r| r.realtime.cpu.map(|cpu| Value::Integer(cpu.into())),
+            set: |r, value| {
+                if let Value::Integer(i) = value {
+                    r.realtime.cpu = Some(i as u32);
+                }
+            },
+        },
+    ],
+};
+
+/// Keys of `[simulation]`; its faults are read apart.
+pub(crate) static SIMULATION: Section<Rig> = Section {
+    table: "simulation",
+    about: "The simulated backend.",
+    optional: false,
+    keys: &[
+        Key {
+            name: "seed",
+            kind: Kind::Integer { low: 0, high: i64::MAX },
+            default: Default::Integer(1),
+            about: "Seed of all noise: same seed, same run",
+            get: |r| Some(Value::Integer(i64::try_from(r.simulation.seed).unwrap_or(i64::MAX))),
+            set: |r, value| {
+                if let Value::Integer(i) = value {
+                    r.simulation.seed = i as u64;
+                }
+            },
+        },
+        choice!(
+            "pace",
+            [("real_time", Pace::RealTime), ("as_fast_as_possible", Pace::AsFastAsPossible)],
+            Default::Text("real_time"),
+            "Whether simulated time keeps to the clock",
+            r.simulation.pace
+        ),
+    ],
+};
+
+/// Every table of a channel that is a plain list of keys.
+pub(crate) static CHANNEL: &[Section<Channel>] = &[
+    Section {
+        table: "channel",
+        about: "One wire each: `[[channel]]`, at least one and at most 64. Its own tables follow it.",
+        optional: false,
+        keys: &[Key {
+            name: "name",
+            kind: Kind::Name { longest: MAX_CHANNEL_NAME },
+            default: Default::Required("a name such as \"wire\""),
+            about: "Name of the channel, unique in the rig. Letters, digits, `-`, `_` and `.`, a letter or digit first, \
+                    at most 32",
+            get: |c| Some(Value::Text(c.name.clone())),
+            set: |c, value| {
+                if let Value::Text(name) = value {
+                    c.name = name;
+                }
+            },
+        }],
+    },
+    Section {
+        table: "channel.wire",
+        about: "The wire's size. Required.",
+        optional: false,
+        keys: &[
+            number!(
+                "diameter_mm", "mm", MILLI, 0.005..10.0, Default::Required("the wire's diameter in mm, such as 0.125"),
+                "Diameter d",
+                c.model.geometry.diameter_m
+            ),
+            number!(
+                "length_mm", "mm", MILLI, 1.0..100_000.0,
+                Default::Required("the wire's hot, unloaded length in mm, such as 160.0"),
+                "Hot and unloaded length L_0",
+                c.model.geometry.length_m
+            ),
+        ],
+    },
+    Section {
+        table: "channel.taps",
+        about: "The dual measurement (eq. 42–44). Leave the table out where there is none.",
+        optional: true,
+        keys: &[
+            Key {
+                name: "l0_mm",
+                kind: Kind::Number { unit: "mm", scale: MILLI, low: 0.0, high: 100_000.0 },
+                default: Default::Number(0.0),
+                about: "Position of the first tap from the fixed end; on the wire",
+                get: |c| c.model.taps.map(|t| Value::Number(t.l0_m)),
+                set: |c, value| {
+                    if let Value::Number(n) = value {
+                        c.model.taps.get_or_insert(Taps { l0_m: 0.0, ls_m: f64::NAN }).l0_m = n;
+                    }
+                },
+            },
+            Key {
+                name: "ls_mm",
+                kind: Kind::Number { unit: "mm", scale: MILLI, low: 0.001, high: 100_000.0 },
+                default: Default::Required("the distance between the taps in mm, such as 150.0"),
+                about: "Distance from the first to the second tap; `l0_mm` + `ls_mm` must lie on the wire",
+                get: |c| c.model.taps.map(|t| Value::Number(t.ls_m)),
+                set: |c, value| {
+                    if let Value::Number(n) = value {
+                        c.model.taps.get_or_insert(Taps { l0_m: 0.0, ls_m: f64::NAN }).ls_m = n;
+                    }
+                },
+            },
+        ],
+    },
+    Section {
+        table: "channel.drive",
+        about: "What heats the wire.",
+        optional: false,
+        keys: &[
+            choice!(
+                "kind",
+                [
+                    ("pwm", DriveKind::Pwm),
+                    ("power", DriveKind::Power),
+                    ("current", DriveKind::Current),
+                    ("temperature", DriveKind::Temperature),
+                ],
+                Default::Text("pwm"),
+                "What the input is: `duty` of the supply, `power_w` into the wire, a steady `current_a`, or an imposed \
+                 `temperature_c`",
+                c.model.drive.kind
+            ),
+            number!(
+                "supply_v", "V", SAME, 0.0..1000.0, Default::Computed("required with kind `pwm`, else 0"),
+                "Supply voltage; the driver needs more than 0",
+                c.model.drive.supply_v
+            ),
+            number!(
+                "shunt_ohm", "Ω", SAME, 0.0..1000.0, Default::Number(0.0), "Current shunt", c.model.drive.shunt_ohm
+            ),
+            number!(
+                "switch_ohm", "Ω", SAME, 0.0..1000.0, Default::Number(0.0), "Switch in its on state",
+                c.model.drive.switch_ohm
+            ),
+            number!(
+                "lead_ohm", "Ω", SAME, 0.0..1000.0, Default::Number(0.0), "Leads outside the taps",
+                c.model.drive.lead_ohm
+            ),
+        ],
+    },
+    Section {
+        table: "channel.load",
+        about: "What the moving end pulls against: M ẍ + B ẋ + K x = preload + external − tension (eq. 51).",
+        optional: false,
+        keys: &[
+            Key {
+                name: "kind",
+                kind: Kind::Choice(&["spring_mass_damper", "imposed_position", "imposed_force"]),
+                default: Default::Text("spring_mass_damper"),
+                about: "A load in motion, or `position_m` or `force_n` as an input; the other keys belong to the first",
+                get: |c| {
+                    Some(Value::Text(
+                        match c.model.load {
+                            Load::SpringMassDamper { .. } => "spring_mass_damper",
+                            Load::ImposedPosition => "imposed_position",
+                            Load::ImposedForce => "imposed_force",
+                        }
+                        .into(),
+                    ))
+                },
+                set: |c, value| {
+                    let Value::Text(kind) = value else { return };
+                    c.model.load = match kind.as_str() {
+                        "imposed_position" => Load::ImposedPosition,
+                        "imposed_force" => Load::ImposedForce,
+                        _ => UNREAD_LOAD,
+                    };
+                },
+            },
+            load_number!(
+                "mass_kg", "kg", 1e-6..1e4, Default::Computed("required with kind `spring_mass_damper`"),
+                "Moving mass M", mass_kg
+            ),
+            load_number!("damping_n_s_per_m", "N s/m", 0.0..1e6, Default::Number(40.0), "Damping B", damping_n_s_per_m),
+            load_number!(
+                "spring_n_per_m", "N/m", 0.0..1e7, Default::Number(0.0), "Spring K; 0 = a hanging mass", spring_n_per_m
+            ),
+            load_number!(
+                "preload_n", "N", -1e5..1e5, Default::Computed("`mass_kg` × 9.80665 m/s²"),
+                "Pull on the wire at its hot, unloaded length", preload_n
+            ),
+        ],
+    },
+    Section {
+        table: "channel.sensors",
+        about: "What the recordings' sensors are like.",
+        optional: false,
+        keys: &[choice!(
+            "position_zero",
+            [("known", PositionZero::Known), ("free", PositionZero::Free)],
+            Default::Text("known"),
+            "`free`: the encoder's zero is arbitrary and may differ from recording to recording",
+            c.position_zero
+        )],
+    },
+    Section {
+        table: "channel.initial",
+        about: "The state at the first sample.",
+        optional: false,
+        keys: &[
+            optional_number!(
+                "temperature_c", "°C", SAME, -273.15..800.0,
+                Default::Computed("ambient, or the first imposed temperature"),
+                "Wire temperature",
+                c.model.initial.temperature_c
+            ),
+            number!(
+                "martensite", "1", SAME, 0.0..1.0, Default::Number(1.0),
+                "Martensite fraction, clipped into the outer curves",
+                c.model.initial.martensite
+            ),
+        ],
+    },
+    Section {
+        table: "channel.material",
+        about: "The alloy: the coefficients of the reference model and its alternatives.",
+        optional: false,
+        keys: &[
+            number!(
+                "austenite_modulus_gpa", "GPa", GIGA, 1.0..300.0, Default::Number(75.0), "Young's modulus E_A",
+                c.model.material.austenite_modulus_pa
+            ),
+            number!(
+                "martensite_modulus_gpa", "GPa", GIGA, 1.0..300.0, Default::Number(28.0), "Young's modulus E_M",
+                c.model.material.martensite_modulus_pa
+            ),
+            number!(
+                "transformation_strain", "1", SAME, 0.0..0.15, Default::Number(0.04), "Largest shape-memory strain ε_L",
+                c.model.material.transformation_strain
+            ),
+            number!(
+                "thermoelastic_mpa_per_k", "MPa/K", MEGA, -5.0..5.0, Default::Number(0.55),
+                "Thermoelastic coefficient θ; 0 = no thermal strain",
+                c.model.material.thermoelastic_pa_per_k
+            ),
+            number!(
+                "reference_temperature_c", "°C", SAME, -273.15..500.0, Default::Number(20.0),
+                "T_0, from which thermal strain and resistivity are counted",
+                c.model.material.reference_temperature_c
+            ),
+            number!(
+                "austenite_temperature_c", "°C", SAME, -200.0..800.0, Default::Number(93.0),
+                "Centre A of the transformation on heating, without stress",
+                c.model.material.austenite_temperature_c
+            ),
+            number!(
+                "martensite_temperature_c", "°C", SAME, -200.0..800.0, Default::Number(67.0),
+                "Centre M of the transformation on cooling, without stress; not above A",
+                c.model.material.martensite_temperature_c
+            ),
+            number!(
+                "stress_shift_k_per_mpa", "K/MPa", PER_MEGA, 0.0..1.0, Default::Number(0.125),
+                "1/α: how far stress moves A and M; 0 = not at all",
+                c.model.material.stress_shift_k_per_pa
+            ),
+            number!(
+                "heating_steepness_per_k", "1/K", SAME, 0.005..20.0, Default::Number(0.31), "k_A",
+                c.model.material.heating_steepness_per_k
+            ),
+            number!(
+                "cooling_steepness_per_k", "1/K", SAME, 0.005..20.0, Default::Number(0.31), "k_M",
+                c.model.material.cooling_steepness_per_k
+            ),
+            number!(
+                "outer_loop_weight", "1", SAME, 0.0..1.0, Default::Number(0.8),
+                "w: 0 = implicit inner loop only, 1 = outer loop only",
+                c.model.material.outer_loop_weight
+            ),
+            number!(
+                "specific_heat_j_per_kg_k", "J/(kg K)", SAME, 50.0..5000.0, Default::Number(836.0), "c_p",
+                c.model.material.specific_heat_j_per_kg_k
+            ),
+            number!(
+                "latent_heat_j_per_kg", "J/kg", SAME, 0.0..200_000.0, Default::Number(24_200.0), "ΔH; 0 = left out",
+                c.model.material.latent_heat_j_per_kg
+            ),
+            number!(
+                "density_kg_per_m3", "kg/m³", SAME, 1000.0..20_000.0, Default::Number(6450.0), "ρ_d",
+                c.model.material.density_kg_per_m3
+            ),
+            number!(
+                "convection_w_per_m2_k", "W/(m² K)", SAME, 0.0..20_000.0, Default::Number(121.2),
+                "h; not used with convection `natural`",
+                c.model.material.convection_w_per_m2_k
+            ),
+            number!(
+                "austenite_resistivity_uohm_cm", "µΩ cm", UOHM_CM, 1.0..1000.0, Default::Number(86.5), "ρ_A0 at T_0",
+                c.model.material.austenite_resistivity_ohm_m
+            ),
+            number!(
+                "martensite_resistivity_uohm_cm", "µΩ cm", UOHM_CM, 1.0..1000.0, Default::Number(75.0), "ρ_M0 at T_0",
+                c.model.material.martensite_resistivity_ohm_m
+            ),
+            number!(
+                "austenite_resistivity_slope_uohm_cm_per_k", "µΩ cm/K", UOHM_CM, -1.0..1.0, Default::Number(0.05), "α_A",
+                c.model.material.austenite_resistivity_slope_ohm_m_per_k
+            ),
+            number!(
+                "martensite_resistivity_slope_uohm_cm_per_k", "µΩ cm/K", UOHM_CM, -1.0..1.0, Default::Number(0.15), "α_M",
+                c.model.material.martensite_resistivity_slope_ohm_m_per_k
+            ),
+            Key {
+                name: "kinetics",
+                kind: Kind::Choice(&["logistic", "linear", "square_root", "tanaka", "liang_rogers", "richards"]),
+                default: Default::Text("logistic"),
+                about: "Law of the outer curves (eq. 15–22); `logistic` is the reference",
+                get: |c| {
+                    Some(Value::Text(
+                        match c.model.material.kinetics {
+                            Kinetics::Logistic => "logistic",
+                            Kinetics::Linear => "linear",
+                            Kinetics::SquareRoot => "square_root",
+                            Kinetics::Tanaka => "tanaka",
+                            Kinetics::LiangRogers => "liang_rogers",
+                            Kinetics::Richards { .. } => "richards",
+                        }
+                        .into(),
+                    ))
+                },
+                set: |c, value| {
+                    let Value::Text(law) = value else { return };
+                    c.model.material.kinetics = match law.as_str() {
+                        "linear" => Kinetics::Linear,
+                        "square_root" => Kinetics::SquareRoot,
+                        "tanaka" => Kinetics::Tanaka,
+                        "liang_rogers" => Kinetics::LiangRogers,
+                        "richards" => Kinetics::Richards { heating_skew: 1.0, cooling_skew: 1.0 },
+                        _ => Kinetics::Logistic,
+                    };
+                },
+            },
+            skew!("heating_skew", heating_skew, "v_A of Richards' curves (eq. 21); only with kinetics `richards`"),
+            skew!("cooling_skew", cooling_skew, "v_M of Richards' curves (eq. 21); only with kinetics `richards`"),
+            choice!(
+                "mixing",
+                [("series", Mixing::Series), ("parallel", Mixing::Parallel)],
+                Default::Text("series"),
+                "How the phases' moduli combine: Reuss (eq. 4) or Voigt (eq. 3)",
+                c.model.material.mixing
+            ),
+            choice!(
+                "convection",
+                [("constant", Convection::Constant), ("natural", Convection::Natural)],
+                Default::Text("constant"),
+                "Loss to the air by h, or by eq. 34",
+                c.model.material.convection
+            ),
+        ],
+    },
+    Section {
+        table: "channel.adc",
+        about: "The converter that measures the wire, as the simulated backend plays it and the driver expects it.",
+        optional: false,
+        keys: &[
+            Key {
+                name: "bits",
+                kind: Kind::Integer { low: 4, high: 32 },
+                default: Default::Integer(16),
+                about: "Resolution over the range",
+                get: |c| Some(Value::Integer(c.adc.bits.into())),
+                set: |c, value| {
+                    if let Value::Integer(i) = value {
+                        c.adc.bits = i as u32;
+                    }
+                },
+            },
+            number!(
+                "voltage_range_v", "V", SAME, 0.001..1e5, Default::Computed("10, or 1.25 × `supply_v` where that is more"),
+                "Full scale of the voltages",
+                c.adc.voltage_range_v
+            ),
+            number!(
+                "current_range_a", "A", SAME, 1e-6..1e5, Default::Computed("1.1 × `maximum_current_a`"),
+                "Full scale of the current; above `maximum_current_a`",
+                c.adc.current_range_a
+            ),
+            number!(
+                "voltage_noise_v", "V", SAME, 0.0..100.0, Default::Number(0.0015), "RMS noise of a voltage sample",
+                c.adc.voltage_noise_v
+            ),
+            number!(
+                "current_noise_a", "A", SAME, 0.0..100.0, Default::Number(0.0004), "RMS noise of a current sample",
+                c.adc.current_noise_a
+            ),
+            number!(
+                "voltage_offset_v", "V", SAME, -100.0..100.0, Default::Number(0.0), "Offset of the voltage samples",
+                c.adc.voltage_offset_v
+            ),
+            number!(
+                "current_offset_a", "A", SAME, -100.0..100.0, Default::Number(0.0), "Offset of the current samples",
+                c.adc.current_offset_a
+            ),
+            number!(
+                "supply_noise_v", "V", SAME, 0.0..100.0, Default::Number(0.003), "RMS noise of the measured supply",
+                c.adc.supply_noise_v
+            ),
+        ],
+    },
+    Section {
+        table: "channel.limits",
+        about: "What the driver's supervisor holds the channel within. Leaving one of them is a fault and switches it off.",
+        optional: false,
+        keys: &[
+            number!(
+                "minimum_length_mm", "mm", MILLI, 0.0..200_000.0,
+                Default::Computed("hot length − margin, margin = 10 % of the stroke + 0.5 % of `length_mm`"),
+                "Shortest length a measurement may show",
+                c.limits.min_length_m
+            ),
+            number!(
+                "maximum_length_mm", "mm", MILLI, 0.0..200_000.0, Default::Computed("cold length + margin"),
+                "Longest length a measurement may show",
+                c.limits.max_length_m
+            ),
+            number!(
+                "maximum_duty", "1", SAME, 0.001..1.0,
+                Default::Computed("1, or `maximum_power_w` over the full-on power where that is less"),
+                "Largest duty; only with drive kind `pwm`",
+                c.limits.max_duty
+            ),
+            number!(
+                "maximum_power_w", "W", SAME, 1e-6..1e6, Default::Computed("1.1 × the largest full-on power"),
+                "Largest mean power into the wire",
+                c.limits.max_power_w
+            ),
+            number!(
+                "maximum_current_a", "A", SAME, 1e-6..1e5, Default::Computed("1.15 × the largest full-on current"),
+                "Largest current in the on-phase",
+                c.limits.max_current_a
+            ),
+            number!(
+                "maximum_temperature_c", "°C", SAME, -200.0..1200.0,
+                Default::Computed("A + 60 K + the shift by the stress of the hot wire"),
+                "Highest estimated wire temperature",
+                c.limits.max_temperature_c
+            ),
+            number!(
+                "energy_budget_j", "J", SAME, 1e-9..1e9,
+                Default::Computed("1.25 × the heat from ambient to `maximum_temperature_c`, latent heat included"),
+                "Heat taken in beyond `energy_drain_w` that is still safe",
+                c.limits.energy_budget_j
+            ),
+            number!(
+                "energy_drain_w", "W", SAME, 0.0..1e6, Default::Computed("the loss to the air at `maximum_temperature_c`"),
+                "Rate at which the energy account empties",
+                c.limits.energy_drain_w
+            ),
+            number!(
+                "default_hold_s", "s", SAME, 0.01..86_400.0, Default::Computed("0.5, or `maximum_hold_s` where that is less"),
+                "Lease of a command that names none",
+                c.limits.lease_s
+            ),
+            number!(
+                "maximum_hold_s", "s", SAME, 0.01..86_400.0, Default::Number(3600.0), "Longest lease a command may ask for",
+                c.limits.max_lease_s
+            ),
+        ],
+    },
+    Section {
+        table: "channel.control",
+        about: "The controller and what it measures by.",
+        optional: false,
+        keys: &[
+            choice!(
+                "algorithm",
+                [
+                    ("sliding_mode", Algorithm::SlidingMode),
+                    ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
+                    ("pi", Algorithm::Pi),
+                ],
+                Default::Text("sliding_mode"),
+                "Control law: second-order sliding surface, first-order surface, or PI with anti-windup",
+                c.control.algorithm
+            ),
+            optional_number!(
+                "lambda_per_s", "1/s", SAME, 0.01..10_000.0, Default::Computed("from the wire's heating and cooling limits"),
+                "λ of the sliding surface; not with `pi`",
+                c.control.lambda_per_s
+            ),
+            choice!(
+                "sensing",
+                [("dual", Sensing::Dual), ("resistance", Sensing::Resistance)],
+                Default::Computed("`dual` with taps, else `resistance`"),
+                "What the length is measured by",
+                c.control.sensing
+            ),
+            number!(
+                "sensing_duty", "1", SAME, 0.0..0.5, Default::Number(0.02),
+                "Duty that is always on so that there is something to measure; below `maximum_duty`",
+                c.control.minimum_duty
+            ),
+            number!(
+                "pi_proportional_per_mm", "1/mm", PER_MILLI, 0.0..1e6, Default::Computed("10 / stroke"),
+                "Proportional gain of the PI controller: duty per mm of error",
+                c.control.pi_proportional_per_m
+            ),
+            number!(
+                "pi_integral_per_mm_s", "1/(mm s)", PER_MILLI, 0.0..1e6, Default::Computed("20 / stroke per second"),
+                "Integral gain of the PI controller",
+                c.control.pi_integral_per_m_s
+            ),
+        ],
+    },
+];
+
+/// The table and key of a channel, by both names; the table without `channel.`.
+pub(crate) fn channel_key(table: &str, name: &str) -> Option<&'static Key<Channel>> {
+    CHANNEL.iter().find(|s| local(s.table) == table)?.keys.iter().find(|k| k.name == name)
+}
+
+/// A channel's table without the `channel.` before it; empty for the channel itself.
+pub(crate) fn local(table: &'static str) -> &'static str {
+    table.strip_prefix("channel").map_or(table, |t| t.strip_prefix('.').unwrap_or(t))
+}
+
+/// Every table in which a key of this name lives, as in its header.
+pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
+    let rig = [&RIG, &SIMULATION].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
+    rig.chain(CHANNEL.iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table)).collect()
+}

@@ -1,0 +1,328 @@
+//! What a rig file says, in SI: the types everything else in the project reads.
+
+use std::collections::BTreeMap;
+
+use sinew_physics::WireModel;
+
+use crate::parameters::Prior;
+
+/// Most channels a rig can have.
+pub const MAX_CHANNELS: usize = 64;
+/// Longest name of a channel, in bytes.
+pub const MAX_CHANNEL_NAME: usize = 32;
+/// Longest name of a rig, in bytes.
+pub const MAX_RIG_NAME: usize = 48;
+/// Slowest rate the driver runs a rig at, in Hz.
+pub const MIN_DRIVEN_RATE_HZ: f64 = 10.0;
+/// Fastest rate the driver runs a rig at, in Hz.
+pub const MAX_DRIVEN_RATE_HZ: f64 = 20_000.0;
+
+/// A whole rig: what a rig file says, with every default filled in.
+///
+/// Comes from [`Rig::load`](crate::Rig::load) or [`Rig::parse`](crate::Rig::parse); fields may be changed and
+/// written back with [`Rig::to_toml`](crate::Rig::to_toml). Two rigs are equal when they say the same,
+/// whatever the text they came from looks like.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    /// Name of the rig; the driver's services are found by it.
+    pub name: String,
+    /// Rate of PWM, sampling and control, in Hz.
+    pub rate_hz: f64,
+    /// Ambient temperature T_∞, in °C; every channel's model carries it too.
+    pub ambient_c: f64,
+    /// How hard the driver tries for real time.
+    pub realtime: Realtime,
+    /// The wires, in the order of the file; at most [`MAX_CHANNELS`].
+    pub channels: Vec<Channel>,
+    /// How a recording's foreign columns are named and scaled.
+    pub columns: ColumnMap,
+    /// The simulated backend.
+    pub simulation: Simulation,
+    pub(crate) source: Source,
+}
+
+impl PartialEq for Rig {
+    fn eq(&self, other: &Rig) -> bool {
+        // Taken apart so that a new field cannot be forgotten here.
+        let Rig { name, rate_hz, ambient_c, realtime, channels, columns, simulation, source: _ } = self;
+        *name == other.name
+            && *rate_hz == other.rate_hz
+            && *ambient_c == other.ambient_c
+            && *realtime == other.realtime
+            && *channels == other.channels
+            && *columns == other.columns
+            && *simulation == other.simulation
+    }
+}
+
+/// The text a rig came from.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Source {
+    pub file: String,
+    pub text: String,
+}
+
+/// How hard the driver tries for real time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Realtime {
+    /// What a refusal by the system means.
+    pub mode: RealtimeMode,
+    /// SCHED_FIFO priority of the loop, 1 to 98.
+    pub priority: u32,
+    /// Core the loop is pinned to; `None` = the driver chooses.
+    pub cpu: Option<u32>,
+}
+
+/// What a refusal of real-time scheduling by the system means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RealtimeMode {
+    /// Do not ask for any of it.
+    Off,
+    /// Ask, say what was refused, go on.
+    Try,
+    /// Ask, and refuse to start without.
+    Strict,
+}
+
+/// One wire with its drive, load, limits and control.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Name, unique within the rig.
+    pub name: String,
+    /// Wire, taps, drive, load and initial state.
+    pub model: WireModel,
+    /// Whether an offset of the measured position means anything.
+    pub position_zero: PositionZero,
+    /// The rig file's own `[channel.priors]`; for those in force use [`Channel::priors_in_force`].
+    pub priors: BTreeMap<String, Prior>,
+    /// The converter that measures voltages and current.
+    pub adc: Adc,
+    /// What the supervisor holds the channel within.
+    pub limits: Limits,
+    /// The controller.
+    pub control: Control,
+    /// `[channel.effects]`: id → parameter → value, in the catalogue's units. All at their null in this version.
+    pub effects: BTreeMap<String, BTreeMap<String, EffectValue>>,
+}
+
+/// Whether the zero of `position_m` is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PositionZero {
+    /// 0 is L_0.
+    Known,
+    /// The encoder's zero is arbitrary and may differ from recording to recording.
+    Free,
+}
+
+/// The parameter of an effect: nearly always a number, the name of a channel for a neighbour.
+#[derive(Debug, Clone, PartialEq)]
+pub enum EffectValue {
+    /// In the catalogue's unit.
+    Number(f64),
+    /// A name.
+    Text(String),
+}
+
+/// The analogue-to-digital converter of one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adc {
+    /// Resolution, in bits over the range.
+    pub bits: u32,
+    /// Full scale of the voltages, in V: 0 to this.
+    pub voltage_range_v: f64,
+    /// Full scale of the current, in A: 0 to this.
+    pub current_range_a: f64,
+    /// Noise of a voltage sample, RMS, in V.
+    pub voltage_noise_v: f64,
+    /// Noise of a current sample, RMS, in A.
+    pub current_noise_a: f64,
+    /// Offset of the voltage samples, in V.
+    pub voltage_offset_v: f64,
+    /// Offset of the current samples, in A.
+    pub current_offset_a: f64,
+    /// Noise of the measured supply, RMS, in V.
+    pub supply_noise_v: f64,
+}
+
+/// What the supervisor holds a channel within; leaving one is a fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Shortest length a measurement may show, in m.
+    pub min_length_m: f64,
+    /// Longest length a measurement may show, in m.
+    pub max_length_m: f64,
+    /// Largest duty the controller may ask for, 0..1.
+    pub max_duty: f64,
+    /// Largest mean power into the wire, in W.
+    pub max_power_w: f64,
+    /// Largest current in the on-phase, in A.
+    pub max_current_a: f64,
+    /// Highest estimated wire temperature, in °C.
+    pub max_temperature_c: f64,
+    /// Heat the wire may have taken beyond what drains at [`Limits::energy_drain_w`], in J.
+    pub energy_budget_j: f64,
+    /// The rate at which the energy account empties, in W.
+    pub energy_drain_w: f64,
+    /// Lease of a command that names none, in s.
+    pub lease_s: f64,
+    /// Longest lease a command may ask for, in s.
+    pub max_lease_s: f64,
+}
+
+/// The controller of one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// The control law.
+    pub algorithm: Algorithm,
+    /// λ of the sliding surface, in 1/s; `None` = from the wire's heating and cooling limits.
+    pub lambda_per_s: Option<f64>,
+    /// What the length is measured by.
+    pub sensing: Sensing,
+    /// Duty that is always on so that there is something to measure, 0..1.
+    pub minimum_duty: f64,
+    /// Proportional gain of the PI controller, duty per m.
+    pub pi_proportional_per_m: f64,
+    /// Integral gain of the PI controller, duty per m and s.
+    pub pi_integral_per_m_s: f64,
+}
+
+/// The control law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Algorithm {
+    /// Sliding mode on a critically damped second-order surface.
+    SlidingMode,
+    /// Sliding mode on a first-order surface.
+    SlidingModeFirstOrder,
+    /// Proportional-integral with anti-windup.
+    Pi,
+}
+
+/// What the length is measured by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sensing {
+    /// Two taps and the moving end: length and resistivity apart (eq. 42–44).
+    Dual,
+    /// The resistance of the whole wire by a calibrated line.
+    Resistance,
+}
+
+/// Where a recording's columns come from, by the contract's column name; columns not listed keep their name.
+pub type ColumnMap = BTreeMap<String, Column>;
+
+/// A foreign column: value = `scale` · raw + `offset`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name in the recording.
+    pub column: String,
+    /// Factor to the contract's unit; never 0.
+    pub scale: f64,
+    /// Added after scaling, in the contract's unit.
+    pub offset: f64,
+}
+
+/// The simulated backend.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Whether simulated time keeps to the clock.
+    pub pace: Pace,
+    /// Faults to play, in the order of the file.
+    pub faults: Vec<SimulatedFault>,
+}
+
+/// Whether simulated time keeps to the clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// One simulated second takes one second.
+    RealTime,
+    /// As fast as the machine can.
+    AsFastAsPossible,
+}
+
+/// A fault the simulated backend plays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedFault {
+    /// Index of the channel it strikes; `None` = all.
+    pub channel: Option<usize>,
+    /// What breaks.
+    pub kind: FaultKind,
+    /// When it begins, in s of simulated time.
+    pub start_s: f64,
+    /// When it ends, in s of simulated time; infinite = never.
+    pub end_s: f64,
+    /// Its size in the unit of its kind, see [`FaultKind::value_key`]; `None` = the kind's default.
+    pub value: Option<f64>,
+}
+
+impl SimulatedFault {
+    /// Whether it acts at `time_s`.
+    pub fn acts_at(&self, time_s: f64) -> bool {
+        self.start_s <= time_s && time_s < self.end_s
+    }
+
+    /// Its size in the unit of its kind, the kind's default where the file gives none; 0 where the kind has no size.
+    pub fn size(&self) -> f64 {
+        self.value.or(self.kind.value_range().map(|(_, _, default)| default)).unwrap_or(0.0)
+    }
+}
+
+/// What breaks in a simulated fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// No current flows.
+    OpenWire,
+    /// The wire is bridged by `value` Ω.
+    ShortedWire,
+    /// Tap `value` (1, 2 or 3 for the moving end) touches nothing.
+    ProbeLost,
+    /// `value` Ω at the moving end, inside V_3.
+    ContactResistance,
+    /// The supply falls to the fraction `value` of itself.
+    SupplyDip,
+    /// Every sample repeats the last one.
+    AdcStuck,
+    /// Every sample is at full scale.
+    AdcSaturated,
+    /// Every sample is NaN.
+    AdcNan,
+    /// The backend's exchange fails.
+    BackendError,
+}
+
+impl FaultKind {
+    /// Every kind with its word in the rig file.
+    pub const ALL: [(&'static str, FaultKind); 9] = [
+        ("open_wire", FaultKind::OpenWire),
+        ("shorted_wire", FaultKind::ShortedWire),
+        ("probe_lost", FaultKind::ProbeLost),
+        ("contact_resistance", FaultKind::ContactResistance),
+        ("supply_dip", FaultKind::SupplyDip),
+        ("adc_stuck", FaultKind::AdcStuck),
+        ("adc_saturated", FaultKind::AdcSaturated),
+        ("adc_nan", FaultKind::AdcNan),
+        ("backend_error", FaultKind::BackendError),
+    ];
+
+    /// What `value` means for this kind, in words; `None` where it has no size.
+    pub fn value_key(self) -> Option<&'static str> {
+        match self {
+            FaultKind::ShortedWire => Some("Ω that bridge the wire"),
+            FaultKind::ProbeLost => Some("the tap: 1, 2, or 3 for the moving end"),
+            FaultKind::ContactResistance => Some("Ω inside V_3"),
+            FaultKind::SupplyDip => Some("fraction of the supply that is left"),
+            _ => None,
+        }
+    }
+
+    /// Least, largest and default `value` of this kind; `None` where it has no size.
+    pub fn value_range(self) -> Option<(f64, f64, f64)> {
+        match self {
+            FaultKind::ShortedWire => Some((0.0, 1000.0, 0.05)),
+            FaultKind::ProbeLost => Some((1.0, 3.0, 2.0)),
+            FaultKind::ContactResistance => Some((0.0, 1000.0, 0.5)),
+            FaultKind::SupplyDip => Some((0.0, 1.0, 0.5)),
+            _ => None,
+        }
+    }
+}

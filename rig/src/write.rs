@@ -1,0 +1,241 @@
+//! From a rig back to text: the user's own text with the changed values in their places.
+
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike};
+
+use crate::effects::EFFECTS;
+use crate::parameters::Prior;
+use crate::read;
+use crate::schema::{CHANNEL, Kind, RIG, SIMULATION, Section, Value, local};
+use crate::types::*;
+
+impl Rig {
+    /// The rig as the text of a rig file. It is the text the rig came from: comments, order and what was not changed
+    /// stay as they are, changed values stand in their places, and keys that were not written before are added to
+    /// their table. Defaults are not written out; those computed from values that were changed are computed anew by
+    /// whoever reads the text.
+    pub fn to_toml(&self) -> String {
+        // A rig is only ever made from text that reads well, so both of these succeed.
+        let (base, mut document) = match (read::rig(&self.source.text, ""), self.source.text.parse::<DocumentMut>()) {
+            (Ok(base), Ok(document)) => (Some(base), document),
+            _ => (None, DocumentMut::new()),
+        };
+        let base = base.as_ref();
+        for section in [&RIG, &SIMULATION] {
+            let path: &[&str] = &[section.table];
+            write_section(document.as_table_mut(), path, section, self, base);
+        }
+        self.write_channels(&mut document, base);
+        self.write_columns(&mut document, base);
+        self.write_faults(&mut document, base);
+        document.to_string()
+    }
+
+    fn write_channels(&self, document: &mut DocumentMut, base: Option<&Rig>) {
+        let old = base.map_or(&[][..], |b| &b.channels);
+        // The same number of channels: one may have been renamed. Another number: go by name.
+        let same_places = old.len() == self.channels.len();
+        if !same_places {
+            // Only headers can be moved about, so channels written as an inline array get headers.
+            let tables = match document.remove("channel").map(Item::into_array_of_tables) {
+                Some(Ok(tables)) => tables,
+                _ => ArrayOfTables::new(),
+            };
+            let mut kept = ArrayOfTables::new();
+            for channel in &self.channels {
+                let place = old.iter().position(|c| c.name == channel.name);
+                kept.push(place.and_then(|i| tables.get(i)).cloned().unwrap_or_default());
+            }
+            document.insert("channel", Item::ArrayOfTables(kept));
+        }
+        for (index, channel) in self.channels.iter().enumerate() {
+            let before = if same_places { old.get(index) } else { old.iter().find(|c| c.name == channel.name) };
+            let table: Option<&mut dyn TableLike> = match document.get_mut("channel") {
+                Some(Item::ArrayOfTables(tables)) => tables.get_mut(index).map(|t| t as &mut dyn TableLike),
+                Some(Item::Value(toml_edit::Value::Array(array))) => {
+                    array.get_mut(index).and_then(|v| v.as_inline_table_mut()).map(|t| t as &mut dyn TableLike)
+                }
+                _ => None,
+            };
+            if let Some(table) = table {
+                write_channel(table, channel, before);
+            }
+        }
+    }
+
+    fn write_columns(&self, document: &mut DocumentMut, base: Option<&Rig>) {
+        let root = document.as_table_mut();
+        let path = ["recording", "columns"];
+        let nothing = ColumnMap::new();
+        let old = base.map_or(&nothing, |b| &b.columns);
+        for name in old.keys().filter(|name| !self.columns.contains_key(*name)) {
+            remove(root, &path, name);
+        }
+        for (name, column) in self.columns.iter().filter(|(name, column)| old.get(*name) != Some(column)) {
+            let mut table = InlineTable::new();
+            table.insert("column", column.column.as_str().into());
+            table.insert("scale", column.scale.into());
+            table.insert("offset", column.offset.into());
+            put(root, &path, name, table.into());
+        }
+    }
+
+    fn write_faults(&self, document: &mut DocumentMut, base: Option<&Rig>) {
+        // By name, not by index: channels may have moved.
+        let named = |rig: &Rig| -> Vec<(Option<String>, SimulatedFault)> {
+            let name = |f: &SimulatedFault| f.channel.and_then(|i| rig.channels.get(i)).map(|c| c.name.clone());
+            let unplaced = |f: &SimulatedFault| SimulatedFault { channel: None, ..f.clone() };
+            rig.simulation.faults.iter().map(|f| (name(f), unplaced(f))).collect()
+        };
+        let faults = named(self);
+        if base.map(named).unwrap_or_default() == faults {
+            return;
+        }
+        remove(document.as_table_mut(), &["simulation"], "fault");
+        if faults.is_empty() {
+            return;
+        }
+        let mut tables = ArrayOfTables::new();
+        for (channel, fault) in faults {
+            let mut table = Table::new();
+            if let Some(name) = channel {
+                table.insert("channel", toml_edit::value(name));
+            }
+            if let Some((word, _)) = FaultKind::ALL.iter().find(|(_, kind)| *kind == fault.kind) {
+                table.insert("kind", toml_edit::value(*word));
+            }
+            table.insert("start_s", toml_edit::value(fault.start_s));
+            if fault.end_s.is_finite() {
+                table.insert("end_s", toml_edit::value(fault.end_s));
+            }
+            if let Some(value) = fault.value {
+                table.insert("value", toml_edit::value(value));
+            }
+            tables.push(table);
+        }
+        if let Some(simulation) = table_at(document.as_table_mut(), &["simulation"]) {
+            simulation.insert("fault", Item::ArrayOfTables(tables));
+        }
+    }
+}
+
+fn write_channel(table: &mut dyn TableLike, channel: &Channel, base: Option<&Channel>) {
+    for section in CHANNEL {
+        let name = local(section.table);
+        let path: &[&str] = if name.is_empty() { &[] } else { &[name] };
+        if section.optional && section.keys.iter().all(|k| (k.get)(channel).is_none()) {
+            // Its required keys would be missed if the empty table stayed.
+            table.remove(name);
+        } else {
+            write_section(table, path, section, channel, base);
+        }
+    }
+    if channel.model.drive.kind != sinew_physics::DriveKind::Pwm {
+        remove(table, &["limits"], "maximum_duty");
+    }
+
+    let nothing = Default::default();
+    let old = base.map_or(&nothing, |b| &b.priors);
+    for key in old.keys().filter(|key| !channel.priors.contains_key(*key)) {
+        remove(table, &["priors"], key);
+    }
+    for (key, prior) in channel.priors.iter().filter(|(key, prior)| old.get(*key) != Some(prior)) {
+        let value = match prior {
+            Prior::Absolute(sigma) => (*sigma).into(),
+            Prior::Relative(fraction) => format!("{} %", percent(*fraction)).into(),
+        };
+        put(table, &["priors"], key, value);
+    }
+
+    let nothing = Default::default();
+    let old = base.map_or(&nothing, |b| &b.effects);
+    for id in old.keys().filter(|id| !channel.effects.contains_key(*id)) {
+        remove(table, &["effects"], id);
+    }
+    for effect in EFFECTS {
+        let Some(values) = channel.effects.get(effect.id) else { continue };
+        let before = old.get(effect.id);
+        let path = ["effects", effect.id];
+        // An effect at its null may be an empty table; it has to be there all the same.
+        table_at(table, &path);
+        for key in before.into_iter().flatten().map(|(key, _)| key).filter(|key| !values.contains_key(*key)) {
+            remove(table, &path, key);
+        }
+        for (key, value) in values.iter().filter(|(key, value)| before.and_then(|b| b.get(*key)) != Some(value)) {
+            let value = match value {
+                EffectValue::Number(n) => (*n).into(),
+                EffectValue::Text(text) => text.as_str().into(),
+            };
+            put(table, &path, key, value);
+        }
+    }
+}
+
+/// Writes what differs from `base`; without one, everything.
+fn write_section<T>(
+    root: &mut dyn TableLike,
+    path: &[&str],
+    section: &'static Section<T>,
+    target: &T,
+    base: Option<&T>,
+) {
+    for key in section.keys {
+        let now = (key.get)(target);
+        if base.is_some_and(|base| (key.get)(base) == now) {
+            continue;
+        }
+        match (now, &key.kind) {
+            (Some(Value::Number(si)), Kind::Number { scale, .. }) => put(root, path, key.name, scale.to_file(si).into()),
+            (Some(Value::Number(n)), _) => put(root, path, key.name, n.into()),
+            (Some(Value::Integer(i)), _) => put(root, path, key.name, i.into()),
+            (Some(Value::Text(text)), _) => put(root, path, key.name, text.into()),
+            (None, _) => remove(root, path, key.name),
+        }
+    }
+}
+
+/// The table at a path, made where it is not there yet.
+fn table_at<'a>(root: &'a mut dyn TableLike, path: &[&str]) -> Option<&'a mut dyn TableLike> {
+    let mut at = root;
+    for (depth, part) in path.iter().enumerate() {
+        let item = at.entry(part).or_insert_with(|| {
+            let mut table = Table::new();
+            // Tables that only hold tables need no header of their own.
+            table.set_implicit(depth + 1 < path.len());
+            Item::Table(table)
+        });
+        at = item.as_table_like_mut()?;
+    }
+    Some(at)
+}
+
+/// Sets a value, keeping the spaces and the comment around the one it replaces.
+fn put(root: &mut dyn TableLike, path: &[&str], key: &str, mut value: toml_edit::Value) {
+    let Some(table) = table_at(root, path) else { return };
+    match table.get_mut(key) {
+        Some(Item::Value(old)) => {
+            *value.decor_mut() = old.decor().clone();
+            *old = value;
+        }
+        _ => {
+            table.insert(key, Item::Value(value));
+        }
+    }
+}
+
+fn remove(root: &mut dyn TableLike, path: &[&str], key: &str) {
+    let mut at = root;
+    for part in path {
+        let Some(next) = at.get_mut(part).and_then(Item::as_table_like_mut) else { return };
+        at = next;
+    }
+    at.remove(key);
+}
+
+/// A fraction in percent, as the decimal that reads back as the same fraction.
+fn percent(fraction: f64) -> f64 {
+    let guess = fraction * 100.0;
+    (0..17)
+        .filter_map(|digits| format!("{guess:.digits$e}").parse::<f64>().ok())
+        .find(|p| p / 100.0 == fraction)
+        .unwrap_or(guess)
+}
