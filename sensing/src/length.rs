@@ -250,7 +250,8 @@ impl Repeats {
         // signal stands within it, and so is its repetition.
         let likeliest = erf(lsb / (2.0 * std::f64::consts::SQRT_2 * 0.5 * sigma));
         let limit = STUCK_CHANCE.ln() / likeliest.ln();
-        let limit = if limit.is_finite() && (0.0..STUCK_LIMIT).contains(&limit) { limit.ceil() as u32 } else { u32::MAX };
+        let limit =
+            if limit.is_finite() && (0.0..STUCK_LIMIT).contains(&limit) { limit.ceil() as u32 } else { u32::MAX };
         Repeats { last: f64::NAN, count: 0, limit: limit.max(4) }
     }
 

@@ -19,4 +19,4 @@ pub use error::Error;
 pub use health::Health;
 pub use length::{Converter, LengthSensor, LengthSensorConfig, Method, Reading, Sample};
 pub use line::{LineFit, ResistanceLine};
-pub use observer::{Drive, Motion, MotionObserver, ObserverConfig, Tuning};
+pub use observer::{Drive, Motion, MotionObserver, ObserverConfig};

@@ -1,19 +1,16 @@
 //! Noisy lengths in, length, velocity and acceleration out.
 //!
-//! A Kalman filter on the chain length → velocity → acceleration, driven by an unknown jerk. The jerk is what a wire's
-//! heating really commands (eq. 68: M x⃛ + B ẍ + K ẋ follows the heating rate, and that is switched), so its bound
-//! is an honest process noise and the only thing to tune. Where load and heating of the wire are roughly known,
-//! [`Drive`] adds eq. 68 itself: the observer then foresees what the duty is about to do, and only has to find the difference.
+//! A Kalman filter. Without a [`Drive`] it runs on the bare chain length → velocity → acceleration, moved by an unknown,
+//! white jerk: third order, for any wire and load. With one it knows eq. 68, the load that follows the heating,
+//! M x⃛ + B ẍ + K ẋ = K_w L ε_L ξ̇, and what is unknown is how fast the wire transforms: a velocity that wanders, less
+//! what the duty is known to do. That pays twice: what wanders is a velocity instead of a jerk, so less noise reaches the
+//! acceleration, and the load's own dynamics are foreseen instead of followed. `examples/closed_loop.rs` has the figures.
 //!
 //! The filter settles to constant gains; once it has, an update is a handful of multiplications. The covariance is only
 //! carried while it changes: after the start, after missing samples, and while steps or noise differ from nominal.
-//!
-//! Without a drive and in the limit of fast sampling the gains are those of a third-order Butterworth filter with corner
-//! ω = (q/(σ² dt))^(1/6): an acceleration lag of 2/ω, no lag of length and velocity, and a noise of the acceleration
-//! that grows as ω^2.5. [`Tuning::Bandwidth`] sets that corner, [`Tuning::Jerk`] the q it follows from.
 
-use crate::error::check;
 use crate::Error;
+use crate::error::check;
 
 /// Length and its first two derivatives; positive = longer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -29,43 +26,35 @@ pub struct Motion {
 impl Motion {
     /// The critically damped sliding surface ẍ + 2λẋ + λ²(x − x_ref) of chapter 11, in m/s².
     pub fn surface(&self, lambda_per_s: f64, reference_m: f64) -> f64 {
-        self.acceleration_m_s2
-            + lambda_per_s * (2.0 * self.velocity_m_s + lambda_per_s * (self.length_m - reference_m))
+        self.acceleration_m_s2 + lambda_per_s * (2.0 * self.velocity_m_s + lambda_per_s * (self.length_m - reference_m))
     }
 }
 
-/// How fast the observer believes the wire can change its mind.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Tuning {
-    /// Corner frequency of the equivalent Butterworth filter, in Hz; lag stays the same at every rate, noise falls as 1/√rate.
-    Bandwidth {
-        /// The corner, in Hz.
-        hz: f64,
-    },
-    /// Jerk of this size, held for this long before it changes: white with q = 2 j² T. The corner follows, and
-    /// rises with the sixth root of the rate.
-    Jerk {
-        /// Root mean square jerk, in m/s³.
-        rms_m_s3: f64,
-        /// How long it holds, in s.
-        hold_s: f64,
-    },
-}
-
 /// What is known of the load and of the heating (eq. 68–69): x⃛ = ω²(u w₁ + d − ẋ) − 2ζω ẍ, with the duty u and the
-/// unknown rest d. Rough is enough: a factor of two in `full_duty_m_s` costs no more than leaving the drive away.
+/// unknown rest d of the heating velocity.
+///
+/// ω and ζ wrong by a third do little harm. `full_duty_m_s` is better too small than too large: a wire inside its
+/// hysteresis moves at a fraction of the speed it has on the outer curves. Zero is allowed and nearly as good.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
-    /// √((K + K_wire)/M), in rad/s.
+    /// ω = √((K + K_wire)/M), in rad/s.
     pub natural_rad_s: f64,
-    /// B/(2 √((K + K_wire) M)).
+    /// ζ = B/(2 √((K + K_wire) M)).
     pub damping_ratio: f64,
-    /// Velocity w₁ the wire is heated to by duty 1, where it transforms: L ε_L dξ/dT P/Q (negative: heat shortens), in m/s.
+    /// Velocity w₁ that duty 1 heats the wire to (negative: heat shortens), in m/s.
     pub full_duty_m_s: f64,
-    /// How far the rest d strays from its last value, rms, in m/s.
-    pub rest_m_s: f64,
-    /// Within what time it does so, in s.
-    pub rest_time_s: f64,
+}
+
+impl Drive {
+    /// From the load of eq. 51: mass in kg, damping in N s/m, the load's spring and the wire's own stiffness E A/L
+    /// together in N/m; and the velocity at full duty in m/s.
+    pub fn of_load(mass_kg: f64, damping_n_s_per_m: f64, stiffness_n_per_m: f64, full_duty_m_s: f64) -> Drive {
+        Drive {
+            natural_rad_s: (stiffness_n_per_m / mass_kg).sqrt(),
+            damping_ratio: 0.5 * damping_n_s_per_m / (stiffness_n_per_m * mass_kg).sqrt(),
+            full_duty_m_s,
+        }
+    }
 }
 
 /// How to build a [`MotionObserver`].
@@ -73,9 +62,12 @@ pub struct Drive {
 pub struct ObserverConfig {
     /// Nominal standard deviation of a length, in m; [`crate::LengthSensor::expected_sigma_m`].
     pub length_sigma_m: f64,
-    /// What drives the motion.
-    pub tuning: Tuning,
-    /// What is known of the drive, if anything.
+    /// Bandwidth, in Hz: the one trade between noise and lag. Without a drive it is the corner ω of the third-order
+    /// Butterworth filter the observer settles to (jerk density q = ω⁶ σ² dt); the acceleration lags by 2/ω. With a
+    /// drive it is the corner at which the rest of the heating velocity is followed (density ω⁴ σ² dt). It means the same at
+    /// every rate; noise falls as 1/√rate.
+    pub bandwidth_hz: f64,
+    /// What is known of load and heating, if anything.
     pub drive: Option<Drive>,
     /// Spread of the velocity before the first sample, in m/s.
     pub start_velocity_m_s: f64,
@@ -90,7 +82,7 @@ impl Default for ObserverConfig {
     fn default() -> Self {
         ObserverConfig {
             length_sigma_m: 60e-6,
-            tuning: Tuning::Bandwidth { hz: 20.0 },
+            bandwidth_hz: 7.0,
             drive: None,
             start_velocity_m_s: 0.02,
             start_acceleration_m_s2: 0.5,
@@ -100,25 +92,31 @@ impl Default for ObserverConfig {
 }
 
 impl ObserverConfig {
+    /// The default for lengths of this standard deviation, in m, where load and heating are known.
+    pub fn with_drive(length_sigma_m: f64, drive: Drive) -> ObserverConfig {
+        ObserverConfig { length_sigma_m, bandwidth_hz: 10.0, drive: Some(drive), ..ObserverConfig::default() }
+    }
+
+    /// The bandwidth in Hz that tracks best, in the mean square and without a drive, a jerk of this rms size in m/s³ that holds
+    /// for `hold_s` between changes. An honest bound for a wire is ω² times its heating velocity, held for as long
+    /// as the controller leaves the power on. It is an upper bound for what serves a controller, which suffers from the
+    /// noise of the acceleration more than from its lag.
+    pub fn bandwidth_for_jerk(jerk_m_s3: f64, hold_s: f64, length_sigma_m: f64, rate_hz: f64) -> f64 {
+        let density = 2.0 * jerk_m_s3 * jerk_m_s3 * hold_s;
+        (density * rate_hz / (length_sigma_m * length_sigma_m)).powf(1.0 / 6.0) / std::f64::consts::TAU
+    }
+
     /// Checks every number against its range.
     ///
     /// # Errors
     /// The first number that cannot be used, by name.
     pub fn validate(&self) -> Result<(), Error> {
         check("standard deviation of the length in m", self.length_sigma_m, 1e-12, 1.0)?;
-        match self.tuning {
-            Tuning::Bandwidth { hz } => check("observer bandwidth in Hz", hz, 0.01, 10e3)?,
-            Tuning::Jerk { rms_m_s3, hold_s } => {
-                check("jerk in m/s³", rms_m_s3, 1e-6, 1e9)?;
-                check("holding time of the jerk in s", hold_s, 1e-9, 1e3)?;
-            }
-        }
+        check("observer bandwidth in Hz", self.bandwidth_hz, 0.01, 10e3)?;
         if let Some(drive) = self.drive {
             check("natural frequency in rad/s", drive.natural_rad_s, 1e-3, 1e6)?;
             check("damping ratio", drive.damping_ratio, 0.0, 1e6)?;
             check("velocity at full duty in m/s", drive.full_duty_m_s, -100.0, 100.0)?;
-            check("unknown part of the velocity in m/s", drive.rest_m_s, 1e-9, 100.0)?;
-            check("time of the unknown part in s", drive.rest_time_s, 1e-6, 1e6)?;
         }
         check("spread of the first velocity in m/s", self.start_velocity_m_s, 1e-9, 100.0)?;
         check("spread of the first acceleration in m/s²", self.start_acceleration_m_s2, 1e-9, 1e6)?;
@@ -150,18 +148,15 @@ struct Plant {
 
 impl Plant {
     fn new(config: &ObserverConfig, dt_s: f64) -> Plant {
-        let sigma = config.length_sigma_m;
-        let jerk_psd = match config.tuning {
-            Tuning::Bandwidth { hz } => (std::f64::consts::TAU * hz).powi(6) * sigma * sigma * dt_s,
-            Tuning::Jerk { rms_m_s3, hold_s } => 2.0 * rms_m_s3 * rms_m_s3 * hold_s,
-        };
+        let corner = std::f64::consts::TAU * config.bandwidth_hz;
+        let floor = config.length_sigma_m * config.length_sigma_m * dt_s;
         let mut plant = Plant {
             stiffness: 0.0,
             damping: 0.0,
             per_step: 0.0,
             driven: false,
             full_duty: 0.0,
-            jerk_psd,
+            jerk_psd: corner.powi(6) * floor,
             rest_psd: 0.0,
         };
         if let Some(drive) = config.drive {
@@ -174,7 +169,8 @@ impl Plant {
             plant.per_step = 2.0 * natural.max(damping);
             plant.driven = true;
             plant.full_duty = drive.full_duty_m_s;
-            plant.rest_psd = drive.rest_m_s * drive.rest_m_s / drive.rest_time_s;
+            plant.jerk_psd = 0.0;
+            plant.rest_psd = corner.powi(4) * floor;
         }
         plant
     }
@@ -404,11 +400,8 @@ impl MotionObserver {
         self.plant.advance(&mut self.state, self.plant.full_duty * self.duty, dt);
         let nominal_dt = (dt - self.nominal_dt).abs() <= NOMINAL * self.nominal_dt;
         let nominal = nominal_dt && (sigma_m - self.nominal_sigma).abs() <= NOMINAL * self.nominal_sigma;
-        let gain = if nominal && self.unsettled == 0 {
-            self.steady_gain
-        } else {
-            self.transient_gain(dt, nominal, sigma_m)
-        };
+        let gain =
+            if nominal && self.unsettled == 0 { self.steady_gain } else { self.transient_gain(dt, nominal, sigma_m) };
         let surprise = length - self.state[0];
         for (value, gain) in self.state.iter_mut().zip(gain) {
             *value += gain * surprise;
@@ -473,8 +466,8 @@ impl MotionObserver {
         p[0][0] = r;
         p[1][1] = self.config.start_velocity_m_s.powi(2);
         p[2][2] = self.config.start_acceleration_m_s2.powi(2);
-        if let Some(drive) = self.config.drive {
-            p[3][3] = drive.rest_m_s.powi(2);
+        if self.plant.driven {
+            p[3][3] = p[1][1];
         }
         p
     }
