@@ -1,1 +1,21 @@
-//! placeholder
+//! Control of shape-memory-alloy wires: laws from length to duty, the state estimate they share, and design calculations.
+//!
+//! Pure functions and small structs: no I/O, no clock, no thread, no allocation, no panic on any input.
+#![forbid(unsafe_code)]
+
+mod algorithm;
+mod demand;
+mod design;
+mod estimator;
+mod lambda;
+mod pi;
+mod sliding;
+mod wire_map;
+
+pub use algorithm::{Algorithm, AlgorithmKind, Settings};
+pub use demand::{Controller, Demand, Modulation};
+pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
+pub use estimator::{Estimate, Observation, StateEstimator};
+pub use lambda::{Lambda, MARGIN, default_lambda};
+pub use pi::{Pi, PiGains};
+pub use sliding::{Law, SlidingMode1, SlidingMode2};

@@ -1,0 +1,99 @@
+//! What a controller is told each cycle, what it answers, and the modulation of power that all sliding modes share.
+
+use crate::Estimate;
+
+/// One cycle's question: which duty for the next PWM period?
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Demand {
+    /// Wire length wanted, in m.
+    pub reference_m: f64,
+    /// Wire length, in m.
+    pub length_m: f64,
+    /// Its first derivative, in m/s.
+    pub velocity_m_s: f64,
+    /// Its second derivative, in m/s².
+    pub acceleration_m_s2: f64,
+    /// Time since the last call, in s.
+    pub dt_s: f64,
+    /// What the state estimator believes this cycle; [`Estimate::UNKNOWN`] where none runs.
+    pub estimate: Estimate,
+}
+
+impl Demand {
+    /// Everything a law of motion needs is a number.
+    pub fn is_finite(&self) -> bool {
+        self.reference_m.is_finite()
+            && self.length_m.is_finite()
+            && self.velocity_m_s.is_finite()
+            && self.acceleration_m_s2.is_finite()
+            && self.dt_s > 0.0
+            && self.dt_s.is_finite()
+    }
+}
+
+/// A law from length to duty.
+pub trait Controller {
+    /// The duty for the next period, always between the minimum and the maximum it was made with.
+    /// A demand that is not finite gets the minimum and sets [`Controller::is_blind`].
+    fn duty(&mut self, demand: &Demand) -> f64;
+
+    /// Forgets the past: as newly made.
+    fn reset(&mut self);
+
+    /// The sliding surface σ of the last cycle, positive = heat; m/s² for second order, m/s for first, 0 where the law has none.
+    fn surface(&self) -> f64;
+
+    /// Whether the last demand held a number that was none.
+    fn is_blind(&self) -> bool;
+}
+
+/// How a wanted mean duty becomes power.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Modulation {
+    /// Full or minimum power, decided anew each PWM period, so that the mean is the one wanted: a sliding mode proper.
+    Switched,
+    /// The wanted duty itself: the switching happens inside the PWM period.
+    Duty,
+}
+
+/// Least and most duty, and the error-feedback switch between them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Range {
+    pub minimum: f64,
+    pub maximum: f64,
+    modulation: Modulation,
+    /// Duty owed: wanted so far minus given so far.
+    owed: f64,
+}
+
+impl Range {
+    pub fn new(minimum: f64, maximum: f64, modulation: Modulation) -> Range {
+        let maximum = if maximum.is_finite() { maximum.clamp(0.0, 1.0) } else { 1.0 };
+        let minimum = if minimum.is_finite() { minimum.clamp(0.0, maximum) } else { 0.0 };
+        Range { minimum, maximum, modulation, owed: 0.0 }
+    }
+
+    pub fn width(&self) -> f64 {
+        self.maximum - self.minimum
+    }
+
+    pub fn reset(&mut self) {
+        self.owed = 0.0;
+    }
+
+    /// The duty to give where `wanted` is wanted on average.
+    #[inline]
+    pub fn give(&mut self, wanted: f64) -> f64 {
+        let wanted = wanted.clamp(self.minimum, self.maximum);
+        match self.modulation {
+            Modulation::Duty => wanted,
+            Modulation::Switched => {
+                let owed = self.owed + wanted;
+                let given =
+                    if owed >= 0.5 * (self.minimum + self.maximum) { self.maximum } else { self.minimum };
+                self.owed = owed - given;
+                given
+            }
+        }
+    }
+}

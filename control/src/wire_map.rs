@@ -1,0 +1,149 @@
+//! What the control laws know of a wire: its reference model boiled down to constants, and the algebra between length,
+//! phase, stress and the temperatures of the two outer branches.
+//!
+//! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
+
+use sinew_physics::{Convection, DriveKind, Load, WireModel};
+
+/// Martensite fraction is kept this far from 0 and 1 where a branch temperature (a logarithm) is taken of it.
+const EDGE: f64 = 0.01;
+
+/// Constants of one wire in its load and circuit, all SI.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WireMap {
+    pub length: f64,
+    pub area: f64,
+    /// m c_p, J/K.
+    pub heat_capacity: f64,
+    /// m ΔH, J.
+    pub latent: f64,
+    /// h A_s, W/K.
+    pub loss: f64,
+    pub ambient: f64,
+    pub preload: f64,
+    pub damping: f64,
+    pub spring: f64,
+    pub mass: f64,
+    /// Whether the tension follows from a load at all; else the caller has to say it.
+    pub load_known: bool,
+    pub compliance_a: f64,
+    pub compliance_m: f64,
+    pub strain: f64,
+    pub thermoelastic: f64,
+    pub reference: f64,
+    /// 1/α, K/Pa.
+    pub shift: f64,
+    pub heating_centre: f64,
+    pub cooling_centre: f64,
+    /// 1/k_A, 1/k_M, in K.
+    pub heating_width: f64,
+    pub cooling_width: f64,
+    /// Power the wire takes at duty 1, in W, at mean resistance.
+    pub full_power: f64,
+    pub supply: f64,
+    pub series: f64,
+    rho_a0: f64,
+    rho_m0: f64,
+    rho_a1: f64,
+    rho_m1: f64,
+    pub drive: DriveKind,
+}
+
+impl WireMap {
+    pub fn new(model: &WireModel) -> WireMap {
+        let (g, m, d) = (&model.geometry, &model.material, &model.drive);
+        let (mass, damping, spring, preload, load_known) = match model.load {
+            Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n } => {
+                (mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n, true)
+            }
+            Load::ImposedPosition | Load::ImposedForce => (0.0, 0.0, 0.0, 0.0, false),
+        };
+        let convection = match m.convection {
+            Convection::Constant => m.convection_w_per_m2_k,
+            // eq. 34, at the 60 K above ambient at which wires work
+            Convection::Natural => 65.5 * (-g.diameter_m * 1e3 / 4.0).exp() * 60f64.powf(1.0 / 6.0),
+        };
+        let mut map = WireMap {
+            length: g.length_m,
+            area: g.area_m2(),
+            heat_capacity: m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k,
+            latent: m.density_kg_per_m3 * g.volume_m3() * m.latent_heat_j_per_kg,
+            loss: convection * g.surface_m2(),
+            ambient: model.ambient_c,
+            preload,
+            damping,
+            spring,
+            mass,
+            load_known,
+            compliance_a: 1.0 / m.austenite_modulus_pa,
+            compliance_m: 1.0 / m.martensite_modulus_pa,
+            strain: m.transformation_strain,
+            thermoelastic: m.thermoelastic_pa_per_k,
+            reference: m.reference_temperature_c,
+            shift: m.stress_shift_k_per_pa,
+            heating_centre: m.austenite_temperature_c,
+            cooling_centre: m.martensite_temperature_c,
+            heating_width: 1.0 / m.heating_steepness_per_k,
+            cooling_width: 1.0 / m.cooling_steepness_per_k,
+            full_power: 0.0,
+            supply: d.supply_v,
+            series: d.shunt_ohm + d.switch_ohm + d.lead_ohm,
+            rho_a0: m.austenite_resistivity_ohm_m,
+            rho_m0: m.martensite_resistivity_ohm_m,
+            rho_a1: m.austenite_resistivity_slope_ohm_m_per_k,
+            rho_m1: m.martensite_resistivity_slope_ohm_m_per_k,
+            drive: d.kind,
+        };
+        map.full_power = map.power_at_full_duty(0.5, 0.5 * (map.heating_centre + map.cooling_centre), 0.02 * map.length);
+        map
+    }
+
+    /// Wire tension over area with the load moving at `v`, in Pa; a wire cannot push (eq. 51 without inertia).
+    pub fn stress(&self, elongation: f64, velocity: f64) -> f64 {
+        ((self.preload - self.spring * elongation - self.damping * velocity) / self.area).max(0.0)
+    }
+
+    /// Martensite fraction at an elongation (eq. 6 and 23 solved for ξ), unclipped.
+    pub fn fraction(&self, elongation: f64, stress: f64, temperature: f64) -> f64 {
+        let s = stress + self.thermoelastic * (temperature - self.reference);
+        (elongation / self.length - self.compliance_a * s) / self.strain_per_fraction(s)
+    }
+
+    /// ∂ε/∂ξ at constant stress and temperature, kept away from 0; `s` = σ + θ(T − T_0).
+    fn strain_per_fraction(&self, s: f64) -> f64 {
+        (self.strain + (self.compliance_m - self.compliance_a) * s).max(1e-4)
+    }
+
+    /// Elongation at a phase, stress and temperature (eq. 6, 23).
+    pub fn elongation(&self, fraction: f64, stress: f64, temperature: f64) -> f64 {
+        let s = stress + self.thermoelastic * (temperature - self.reference);
+        self.length * (self.compliance_a * s + fraction * (self.strain + (self.compliance_m - self.compliance_a) * s))
+    }
+
+    /// ln((1−ξ)/ξ), the distance from a branch's centre in units of its width (eq. 20 inverted).
+    pub fn logit(fraction: f64) -> f64 {
+        let xi = fraction.clamp(EDGE, 1.0 - EDGE);
+        ((1.0 - xi) / xi).ln()
+    }
+
+    /// Resistance (eq. 37, 39), in Ω.
+    pub fn resistance(&self, fraction: f64, temperature: f64, elongation: f64) -> f64 {
+        let t = temperature - self.reference;
+        let rho = (1.0 - fraction) * (self.rho_a0 + self.rho_a1 * t) + fraction * (self.rho_m0 + self.rho_m1 * t);
+        rho.max(1e-9) * (self.length + elongation).max(0.5 * self.length) / self.area
+    }
+
+    /// Power in the wire during the on-phase, in W.
+    pub fn power_at_full_duty(&self, fraction: f64, temperature: f64, elongation: f64) -> f64 {
+        let r = self.resistance(fraction, temperature, elongation);
+        let current = self.supply / (r + self.series);
+        current * current * r
+    }
+
+    /// How much driving temperature one unit of elongation is worth on a branch of the given width at this phase, K/m:
+    /// −dT_b/dx at rest, the slope of eq. 68's ∂ξ/∂T seen from the length.
+    pub fn kelvin_per_metre(&self, fraction: f64, width: f64, s: f64) -> f64 {
+        let xi = fraction.clamp(0.03, 0.97);
+        width / (xi * (1.0 - xi) * self.length * self.strain_per_fraction(s)) + self.spring * self.shift / self.area
+    }
+}
