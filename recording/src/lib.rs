@@ -1,1 +1,47 @@
-//! placeholder
+//! Recordings in and out: what was measured on a wire, one column a quantity, in files any lab can read.
+//!
+//! [`read`] takes a CSV file (plain or gzipped) apart and refuses what cannot be trusted, naming the line, the column and
+//! the remedy; [`Recording`] holds the columns; [`Recording::inputs_for`] turns them into what a simulated wire is
+//! driven by; [`write`] and [`Writer`] put columns back, digit for digit, never leaving half a file behind.
+//!
+//! # What a row means
+//! A row's inputs hold from its time to the time of the next row, and its measured columns are what the sensors saw at
+//! the *end* of that interval, in the on-phase. What is imposed (position, force, temperature) moves in a straight line
+//! and reaches the row's value at the end of the row's interval. The last row's interval is as long as the one before.
+#![forbid(unsafe_code)]
+
+mod column;
+mod error;
+mod read;
+mod recording;
+mod suggest;
+mod write;
+
+pub use column::{Column, TIME, drive_column, imposed_column, required_inputs};
+pub use error::{Error, Miscount, Needed, What};
+pub use read::{MAX_LINE_BYTES, MAX_ROWS, Options, read, read_from};
+pub use recording::{MAX_DURATION_S, MIN_SAMPLES, Recording};
+pub use write::{Writer, write, write_to};
+
+#[cfg(test)]
+pub(crate) mod testing {
+    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material, WireModel};
+
+    /// A 0.125 mm wire of 160 mm that lifts 0.2 kg.
+    pub(crate) fn model() -> WireModel {
+        WireModel {
+            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+            material: Material::default(),
+            taps: None,
+            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
+            load: Load::SpringMassDamper {
+                mass_kg: 0.2,
+                damping_n_s_per_m: 40.0,
+                spring_n_per_m: 0.0,
+                preload_n: 1.96133,
+            },
+            initial: Initial::default(),
+            ambient_c: 25.0,
+        }
+    }
+}

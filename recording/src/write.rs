@@ -1,0 +1,309 @@
+//! Writing: every number in the fewest digits that read back as the same number, and a file that appears whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use crate::column::{Column, TIME};
+use crate::error::{Error, What};
+use crate::read::is_gz;
+use crate::recording::Recording;
+
+/// Writes a recording, gzipped if `path` ends in `.gz`. A file of that name is replaced once the new one is complete.
+///
+/// # Errors
+/// [`What::Unwritable`] with the system's reason; what was there before is untouched.
+pub fn write(path: impl AsRef<Path>, recording: &Recording) -> Result<(), Error> {
+    let columns: Vec<(Column, &[f64])> = recording.columns().collect();
+    let names: Vec<Column> = columns.iter().map(|(c, _)| *c).collect();
+    let mut writer = Writer::create(path, &names)?;
+    let mut row = vec![0.0; columns.len()];
+    for (i, &time_s) in recording.time_s().iter().enumerate() {
+        for (cell, (_, values)) in row.iter_mut().zip(&columns) {
+            *cell = values[i];
+        }
+        writer.row(time_s, &row)?;
+    }
+    writer.finish()
+}
+
+/// Writes a recording as CSV to anything, such as standard output; not compressed.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_to(mut to: impl Write, recording: &Recording) -> io::Result<()> {
+    let columns: Vec<(Column, &[f64])> = recording.columns().collect();
+    let names: Vec<Column> = columns.iter().map(|(c, _)| *c).collect();
+    let mut line = Vec::new();
+    header(&mut line, &names);
+    to.write_all(&line)?;
+    for (i, &time_s) in recording.time_s().iter().enumerate() {
+        line.clear();
+        cells(&mut line, time_s, columns.iter().map(|(_, values)| values[i]));
+        to.write_all(&line)?;
+    }
+    to.flush()
+}
+
+fn header(line: &mut Vec<u8>, columns: &[Column]) {
+    line.extend_from_slice(TIME.as_bytes());
+    for column in columns {
+        line.push(b',');
+        line.extend_from_slice(column.name().as_bytes());
+    }
+    line.push(b'\n');
+}
+
+fn cells(line: &mut Vec<u8>, time_s: f64, values: impl Iterator<Item = f64>) {
+    // writing to a Vec cannot fail; {:?} is the shortest text that reads back as the same bits
+    let _ = write!(line, "{time_s:?}");
+    for value in values {
+        line.push(b',');
+        if !value.is_nan() {
+            let _ = write!(line, "{value:?}");
+        }
+    }
+    line.push(b'\n');
+}
+
+/// Writes row by row, for recordings that do not fit into memory or are just being made.
+///
+/// Nothing of that name changes before [`Writer::finish`]; a writer that is dropped leaves nothing behind.
+#[derive(Debug)]
+pub struct Writer {
+    /// `None` once finished.
+    sink: Option<Sink>,
+    path: PathBuf,
+    /// Where the rows are collected; `None` when `path` is no ordinary file (a pipe, a terminal) and is written directly.
+    part: Option<PathBuf>,
+    columns: usize,
+    line: Vec<u8>,
+}
+
+#[derive(Debug)]
+enum Sink {
+    Plain(BufWriter<File>),
+    Gzip(GzEncoder<BufWriter<File>>),
+}
+
+impl Sink {
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match self {
+            Sink::Plain(file) => file.write_all(bytes),
+            Sink::Gzip(file) => file.write_all(bytes),
+        }
+    }
+
+    fn finish(self) -> io::Result<File> {
+        let buffered = match self {
+            Sink::Plain(file) => file,
+            Sink::Gzip(file) => file.finish()?,
+        };
+        buffered.into_inner().map_err(|e| e.into_error())
+    }
+}
+
+impl Writer {
+    /// A file with `time_s` and these columns, gzipped if `path` ends in `.gz`.
+    ///
+    /// # Errors
+    /// [`What::Unwritable`] with the system's reason.
+    pub fn create(path: impl AsRef<Path>, columns: &[Column]) -> Result<Writer, Error> {
+        let asked = path.as_ref();
+        // a link stays a link, what it points to is replaced
+        let path = fs::canonicalize(asked).unwrap_or_else(|_| asked.to_path_buf());
+        let unwritable = |e| unwritable(asked, &e);
+        let (part, file) = match fs::metadata(&path) {
+            Ok(there) if there.is_dir() => return Err(unwritable(io::ErrorKind::IsADirectory.into())),
+            Ok(there) if !there.is_file() => (None, File::options().write(true).open(&path).map_err(unwritable)?),
+            _ => {
+                let part = part_path(&path);
+                let file = File::options().write(true).create_new(true).open(&part).map_err(unwritable)?;
+                (Some(part), file)
+            }
+        };
+        let buffered = BufWriter::with_capacity(1 << 16, file);
+        let sink = if is_gz(asked) {
+            Sink::Gzip(GzEncoder::new(buffered, Compression::default()))
+        } else {
+            Sink::Plain(buffered)
+        };
+        let mut line = Vec::new();
+        header(&mut line, columns);
+        let mut writer = Writer { sink: Some(sink), path, part, columns: columns.len(), line };
+        writer.put_line()?;
+        Ok(writer)
+    }
+
+    /// One row: its time, and a value (NaN = missing) for each column in the order given to [`Writer::create`].
+    ///
+    /// # Errors
+    /// [`What::Unwritable`], or [`What::WrongLength`] for another number of values.
+    pub fn row(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
+        if values.len() != self.columns {
+            let what = What::WrongLength { expected: self.columns, found: values.len() };
+            return Err(Error::new(&self.path.to_string_lossy(), what));
+        }
+        self.line.clear();
+        cells(&mut self.line, time_s, values.iter().copied());
+        self.put_line()
+    }
+
+    fn put_line(&mut self) -> Result<(), Error> {
+        let Some(sink) = &mut self.sink else { return Ok(()) };
+        sink.write_all(&self.line).map_err(|e| unwritable(&self.path, &e))
+    }
+
+    /// Completes the file, brings it safely to the disk and gives it its name.
+    ///
+    /// # Errors
+    /// [`What::Unwritable`]; what was there before is untouched.
+    pub fn finish(mut self) -> Result<(), Error> {
+        let done = match self.sink.take() {
+            Some(sink) => self.publish(sink),
+            None => Ok(()),
+        };
+        done.map_err(|e| unwritable(&self.path, &e))
+    }
+
+    fn publish(&mut self, sink: Sink) -> io::Result<()> {
+        let file = sink.finish()?;
+        if let Some(part) = &self.part {
+            file.sync_all()?;
+            fs::rename(part, &self.path)?;
+            self.part = None;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        // first the handle, then the name: what is left here was never finished
+        drop(self.sink.take());
+        if let Some(part) = &self.part {
+            let _ = fs::remove_file(part);
+        }
+    }
+}
+
+/// A hidden neighbour of `path`, on the same file system so that it can be renamed, no two alike.
+fn part_path(path: &Path) -> PathBuf {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    path.with_file_name(format!(".{name}.{}-{count}.part", std::process::id()))
+}
+
+fn unwritable(path: &Path, error: &io::Error) -> Error {
+    Error::new(&path.to_string_lossy(), What::Unwritable { reason: error.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Options, read};
+    use proptest::prelude::*;
+
+    fn names_in(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn an_unfinished_file_replaces_nothing_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("good.csv");
+        fs::write(&path, "precious").unwrap();
+        let mut writer = Writer::create(&path, &[Column::Duty]).unwrap();
+        writer.row(0.0, &[0.5]).unwrap();
+        assert!(matches!(writer.row(0.1, &[]).unwrap_err().what, What::WrongLength { expected: 1, found: 0 }));
+        drop(writer);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "precious");
+        assert_eq!(names_in(folder.path()), ["good.csv"]);
+        let mut writer = Writer::create(&path, &[Column::Duty]).unwrap();
+        writer.row(0.0, &[0.5]).unwrap();
+        writer.row(1e-7, &[f64::NAN]).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "time_s,duty\n0.0,0.5\n1e-7,\n");
+        assert_eq!(names_in(folder.path()), ["good.csv"]);
+    }
+
+    #[test]
+    fn a_refusal_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = Writer::create(folder.path(), &[]).unwrap_err();
+        assert!(matches!(error.what, What::Unwritable { .. }) && !error.is_bad_input(), "{error}");
+        let nowhere = folder.path().join("no/such/folder.csv");
+        let error = Writer::create(&nowhere, &[]).unwrap_err();
+        assert!(error.to_string().contains("no/such/folder.csv: cannot be written"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real.csv"), folder.path().join("link.csv"));
+        fs::write(&real, "old").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        Writer::create(&link, &[]).unwrap().finish().unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&real).unwrap(), "time_s\n");
+    }
+
+    prop_compose! {
+        fn any_recording()(
+            steps in prop::collection::vec(1e-6f64..10.0, 3..40),
+            columns in prop::collection::vec(any::<bool>(), Column::COUNT),
+            seed in any::<u64>(),
+        ) -> Recording {
+            let times = steps.iter().scan(-3.0, |t, dt| { *t += dt; Some(*t) }).collect();
+            let mut recording = Recording::new("any", times).unwrap();
+            let mut bits = seed;
+            for (column, _) in Column::ALL.into_iter().zip(columns).filter(|(_, there)| *there) {
+                let values = (0..recording.len()).map(|_| {
+                    bits = bits.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    let share = (bits >> 11) as f64 / (1u64 << 53) as f64;
+                    match column {
+                        Column::Duty => share,
+                        Column::PositionM => share * 0.1,
+                        Column::TemperatureC | Column::AmbientC => share * 200.0,
+                        // any number there is, holes included
+                        _ => Some(f64::from_bits(bits)).filter(|v| v.is_finite()).unwrap_or(f64::NAN),
+                    }
+                }).collect();
+                recording.set(column, values).unwrap();
+            }
+            recording
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn every_bit_survives_a_round_trip(recording in any_recording(), gz in any::<bool>()) {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join(if gz { "a.csv.gz" } else { "a.csv" });
+            write(&path, &recording).unwrap();
+            let back = read(&path, &Options::default()).unwrap();
+            let bits = |values: &[f64]| -> Vec<u64> {
+                values.iter().map(|v| if v.is_nan() { u64::MAX } else { v.to_bits() }).collect()
+            };
+            prop_assert_eq!(bits(back.time_s()), bits(recording.time_s()));
+            for column in Column::ALL {
+                prop_assert_eq!(back.get(column).map(bits), recording.get(column).map(bits));
+            }
+            let mut text = Vec::new();
+            write_to(&mut text, &recording).unwrap();
+            if !gz {
+                prop_assert_eq!(text, fs::read(&path).unwrap());
+            }
+        }
+    }
+}
