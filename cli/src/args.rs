@@ -1,0 +1,299 @@
+//! The command line as clap knows it: every command with its options and an example.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
+#[derive(Debug, Parser)]
+#[command(name = "sinew", version, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Start here:
+  sinew run                        the built-in simulated hexapod, walking on the spot
+  sinew monitor                    watch it from another terminal
+  sinew set leg1-lift stroke=40%   take one wire over for a few seconds
+
+Results go to stdout, everything else to stderr.
+Exit codes: 0 done, 1 own failure, 2 bad input or use (the hint says what to mend).";
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Drive a rig: the real-time loop, its supervisor and its publishing.
+    Run(Run),
+    /// One look at the running driver.
+    Status(Status),
+    /// Watch and command every channel on a live screen.
+    Monitor(Monitor),
+    /// Command one channel.
+    Set(Set),
+    /// Clear a channel's latched fault.
+    Reset(Reset),
+    /// Stop the running driver: outputs to zero, then it reports and ends.
+    Stop(Stop),
+    /// Let a recording's inputs drive the model, and write what the sensors would have measured.
+    Simulate(Simulate),
+    /// What this machine lacks for real time and for the rig, and what to type.
+    Doctor(Doctor),
+    /// Measure this machine beside a bare timer loop.
+    Bench(Bench),
+}
+
+/// `sinew run`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew run                                        the built-in 18-wire hexapod, simulated, walking on the spot
+  sinew run examples/hexapod.toml --for 60 --report run.json
+  sinew run bench.toml --no-monitor 2> run.log     one line a second on stdout
+
+On a terminal it shows the monitor; otherwise one line a second. Ctrl-C and SIGTERM put all outputs to zero,
+print the report and exit 0.")]
+pub struct Run {
+    /// The rig file; without one, the built-in simulated hexapod.
+    #[arg(value_name = "RIG.toml")]
+    pub rig: Option<PathBuf>,
+    /// Stop after so many seconds.
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    pub duration_s: Option<f64>,
+    /// Write the report here, as JSON ("sinew.run/1"); `-` is stdout.
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// One line a second, also on a terminal.
+    #[arg(long)]
+    pub no_monitor: bool,
+}
+
+/// Which running driver is meant.
+#[derive(Debug, Args)]
+pub struct Target {
+    /// Name of the rig; only needed where several drivers run.
+    #[arg(long = "rig", value_name = "NAME")]
+    pub name: Option<String>,
+}
+
+/// `sinew status`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew status
+  sinew status --json | jq '.channel[] | {name, length_m, fault}'")]
+pub struct Status {
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `sinew monitor`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew monitor
+  sinew monitor --rig hexapod
+  sinew monitor > watch.log        no terminal: one line a second
+
+Keys: arrows or j/k select, + and - move the stroke by 5 %, digits type a stroke (Enter sends), o off, r reset,
+Space let go of the channel, ? help, q quit. NO_COLOR is honoured.")]
+pub struct Monitor {
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+    /// Stop after so many seconds.
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    pub duration_s: Option<f64>,
+}
+
+/// `sinew set`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew set leg1-lift stroke=40%
+  sinew set wire length=155mm --hold 30
+  sinew set wire duty=0.1 --hold 2
+  sinew set wire force=1.5N
+  sinew set wire off
+
+Units: length in mm, cm or m; stroke in % (0 % cold and long, 100 % hot and short); duty 0..1 or %; force in N or mN.
+The setpoint holds for the seconds given; then the channel goes back to what the driver does by itself.")]
+pub struct Set {
+    /// Name of the channel.
+    #[arg(value_name = "CHANNEL")]
+    pub channel: String,
+    /// length=155mm, stroke=40%, duty=0.1, force=1.5N or off.
+    #[arg(value_name = "SETPOINT")]
+    pub setpoint: String,
+    /// How long it holds without being renewed.
+    #[arg(long = "hold", value_name = "SECONDS", value_parser = seconds)]
+    pub hold_s: Option<f64>,
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+}
+
+/// `sinew reset`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sinew reset leg1-lift
+
+A fault stays latched until it is reset, and is only cleared once its cause is gone.")]
+pub struct Reset {
+    /// Name of the channel.
+    #[arg(value_name = "CHANNEL")]
+    pub channel: String,
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+}
+
+/// `sinew stop`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sinew stop
+  sinew stop --rig hexapod")]
+pub struct Stop {
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+}
+
+/// `sinew simulate`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew simulate bench.toml recording.csv -o simulated.csv
+  sinew simulate bench.toml recording.csv.gz -o - | head
+
+The inputs are the column of the drive's kind (duty, power_w, current_a or temperature_c), position_m or force_n where
+the load imposes it, and supply_v, ambient_c and disturbance_n where present. A row's inputs hold from its time to the
+next row's; its outputs are those at the end of that span. Rows and time stamps are those of the recording.")]
+pub struct Simulate {
+    /// The rig file.
+    #[arg(value_name = "RIG.toml")]
+    pub rig: PathBuf,
+    /// The recording whose inputs drive the model: .csv or .csv.gz.
+    #[arg(value_name = "INPUTS.csv")]
+    pub inputs: PathBuf,
+    /// Where to write, .csv or .csv.gz; `-` is stdout.
+    #[arg(short, long, value_name = "SIMULATED.csv")]
+    pub output: PathBuf,
+    /// Which channel of the rig file, where it has several.
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// Pass over columns that are no recording's instead of refusing them.
+    #[arg(long)]
+    pub ignore_columns: bool,
+}
+
+/// `sinew doctor`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew doctor
+  sinew doctor bench.toml --json")]
+pub struct Doctor {
+    /// A rig file, to be checked for what this machine can give it; without one, the built-in hexapod.
+    #[arg(value_name = "RIG.toml")]
+    pub rig: Option<PathBuf>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `sinew bench`.
+#[derive(Debug, Args)]
+pub struct Bench {
+    /// What to measure.
+    #[command(subcommand)]
+    pub what: BenchWhat,
+}
+
+/// What can be measured.
+#[derive(Debug, Subcommand)]
+pub enum BenchWhat {
+    /// The driver with simulated wires, beside a bare timer loop in the same run.
+    Loop(BenchLoop),
+}
+
+/// `sinew bench loop`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew bench loop
+  sinew bench loop --channels 64 --rate 5000 --for 60 --json")]
+pub struct BenchLoop {
+    /// How many wires.
+    #[arg(long, default_value_t = 18, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub channels: u32,
+    /// Cycles a second.
+    #[arg(long = "rate", value_name = "HZ", default_value = "1000", value_parser = rate)]
+    pub rate_hz: f64,
+    /// Length of the measurement.
+    #[arg(long = "for", value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub duration_s: f64,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.trim_end_matches('s').parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e7 => Ok(value),
+        Ok(_) => Err("seconds are more than 0 and at most 10000000".into()),
+        Err(_) => Err("give seconds as a number, as in 2.5".into()),
+    }
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (10.0..=10_000.0).contains(&value) => Ok(value),
+        Ok(_) => Err("the rate is 10 to 10000 Hz".into()),
+        Err(_) => Err("give the rate in Hz as a number, as in 1000".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn clap_finds_nothing_wrong_with_it() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_an_example() {
+        fn check(command: &clap::Command) {
+            if command.has_subcommands() {
+                command.get_subcommands().filter(|c| c.get_name() != "help").for_each(check);
+            } else {
+                let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+                let example = format!("  sinew {}", command.get_name());
+                let nested = format!("  sinew bench {}", command.get_name());
+                assert!(text.contains(&example) || text.contains(&nested), "{}: {text}", command.get_name());
+            }
+        }
+        check(&Cli::command());
+    }
+
+    #[test]
+    fn durations_are_positive_numbers() {
+        assert_eq!(seconds("2.5"), Ok(2.5));
+        assert_eq!(seconds("3s"), Ok(3.0));
+        for bad in ["0", "-1", "nan", "inf", "abc", ""] {
+            assert!(seconds(bad).is_err(), "{bad}");
+        }
+        assert!(rate("5").is_err() && rate("nan").is_err() && rate("1e6").is_err());
+    }
+}

@@ -1,0 +1,95 @@
+//! How a command ends when it does not succeed: a message naming the place, a hint what to do, and the exit code.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// Why a command did not do what was asked. Printed as `error: …` and `hint: …` on stderr.
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    hint: Option<String>,
+    code: u8,
+}
+
+impl Failure {
+    /// Bad input or use: exit 2. The message names the place, the hint what would be right.
+    pub fn input(message: impl fmt::Display) -> Self {
+        Failure { message: message.to_string(), hint: None, code: 2 }
+    }
+
+    /// Our own failure, or the machine's: exit 1.
+    pub fn own(message: impl fmt::Display) -> Self {
+        Failure { message: message.to_string(), hint: None, code: 1 }
+    }
+
+    /// With the remedy.
+    pub fn hint(mut self, hint: impl fmt::Display) -> Self {
+        self.hint = Some(hint.to_string());
+        self
+    }
+
+    /// Prints it and gives the exit code.
+    pub fn report(&self) -> ExitCode {
+        eprintln!("{self}");
+        ExitCode::from(self.code)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {}", self.message)?;
+        match &self.hint {
+            Some(hint) => write!(f, "\nhint: {hint}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What every command returns.
+pub type Outcome = Result<(), Failure>;
+
+/// The name among `known` that `given` was probably meant to be, if one is close.
+pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let allowed = 1 + given.chars().count() / 4;
+    known
+        .into_iter()
+        .map(|name| (distance(&given.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(d, _)| *d <= allowed)
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, name)| name)
+}
+
+/// Levenshtein distance.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_is_recognised_and_a_stranger_is_not() {
+        let known = ["front-left-hip", "front-left-knee", "rear-left-hip"];
+        assert_eq!(nearest("front-left-hpi", known), Some("front-left-hip"));
+        assert_eq!(nearest("FRONT-LEFT-KNEE", known), Some("front-left-knee"));
+        assert_eq!(nearest("elbow", known), None);
+    }
+
+    #[test]
+    fn the_hint_stands_on_its_own_line() {
+        let failure = Failure::input("rig.toml:3: unknown key `rat_hz`").hint("did you mean `rate_hz`?");
+        assert_eq!(failure.to_string(), "error: rig.toml:3: unknown key `rat_hz`\nhint: did you mean `rate_hz`?");
+    }
+}

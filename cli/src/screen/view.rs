@@ -1,0 +1,238 @@
+//! What the screen shows, apart from where it comes from: filled from a client of the driver, or by hand in tests.
+
+/// One look at a driver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Name of the rig.
+    pub rig: String,
+    /// Process id of the driver.
+    pub pid: u32,
+    /// Rate the loop is meant to run at, Hz.
+    pub rate_hz: f64,
+    /// Cycles since the start.
+    pub cycle: u64,
+    /// Since the driver started, s.
+    pub uptime_s: f64,
+    /// Since the driver wrote this, s.
+    pub age_s: f64,
+    /// Every channel, in the rig's order.
+    pub channels: Vec<Row>,
+    /// How the loop does.
+    pub timing: Timing,
+}
+
+/// One channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// What the controller does, in at most six letters.
+    pub mode: &'static str,
+    /// Wire length, m; NaN while it is not measured.
+    pub length_m: f64,
+    /// Length asked for, m; NaN when none is.
+    pub target_m: f64,
+    /// Length at no stroke, m.
+    pub cold_m: f64,
+    /// Length at full stroke, m.
+    pub hot_m: f64,
+    /// Observed speed, m/s, positive when it gets longer.
+    pub velocity_m_s: f64,
+    /// Duty of the last period, 0..1.
+    pub duty: f64,
+    /// Measured resistance, Ω.
+    pub resistance_ohm: f64,
+    /// Estimated wire temperature, °C.
+    pub temperature_c: f64,
+    /// Estimated martensite fraction, 0..1.
+    pub martensite: f64,
+    /// Mean electrical power, W.
+    pub power_w: f64,
+    /// What is left of the setpoint's lease, s; NaN when the driver moves the channel by itself.
+    pub lease_s: f64,
+    /// The latched fault, if any.
+    pub fault: Option<FaultText>,
+    /// What is wrong with the present sample, if anything.
+    pub health: Option<&'static str>,
+}
+
+/// A fault in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaultText {
+    /// Short name.
+    pub flag: &'static str,
+    /// What happened.
+    pub cause: &'static str,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
+/// How the loop does, from its own histograms.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Timing {
+    /// Rate over the last look or so, Hz; NaN at the first.
+    pub rate_hz: f64,
+    /// Cycles skipped because the loop was late.
+    pub missed: u64,
+    /// Wake-up lateness, µs.
+    pub lateness_us: Quantiles,
+    /// Time a cycle takes, µs.
+    pub cycle_us: Quantiles,
+    /// Each means of real time and whether the machine granted it.
+    pub realtime: Vec<(&'static str, bool)>,
+}
+
+/// Quantiles of a histogram.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Quantiles {
+    /// Median.
+    pub p50: f64,
+    /// 99 %.
+    pub p99: f64,
+    /// 99.9 %.
+    pub p999: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+impl Row {
+    /// Share of the stroke at a length: 0 cold, 1 hot. NaN where there is none.
+    pub fn stroke_at(&self, length_m: f64) -> f64 {
+        let range = self.cold_m - self.hot_m;
+        if range > 0.0 { (self.cold_m - length_m) / range } else { f64::NAN }
+    }
+
+    /// Present share of the stroke.
+    pub fn stroke(&self) -> f64 {
+        self.stroke_at(self.length_m)
+    }
+
+    /// Share of the stroke asked for.
+    pub fn target(&self) -> f64 {
+        self.stroke_at(self.target_m)
+    }
+}
+
+impl View {
+    /// One line of plain text: what is printed once a second where there is no screen.
+    pub fn plain_line(&self) -> String {
+        let t = &self.timing;
+        let strokes: Vec<String> =
+            self.channels.iter().map(|row| percent(row.stroke()).trim_start().to_string()).collect();
+        let faults: Vec<String> = self
+            .channels
+            .iter()
+            .filter_map(|row| row.fault.map(|fault| format!("{}: {}", row.name, fault.flag)))
+            .collect();
+        let faults = if faults.is_empty() { "none".to_string() } else { faults.join(", ") };
+        format!(
+            "{:.1} s  cycle {}  missed {}  late p50 {} p99 {} max {} µs  stroke % {}  faults {faults}",
+            self.uptime_s,
+            self.cycle,
+            t.missed,
+            micros(t.lateness_us.p50),
+            micros(t.lateness_us.p99),
+            micros(t.lateness_us.max),
+            strokes.join(" "),
+        )
+    }
+}
+
+/// A share as whole percent, three wide; a dash where it is not known.
+pub fn percent(share: f64) -> String {
+    match share.is_finite() {
+        // adding zero turns the −0 of a rounded-off undershoot into 0
+        true => format!("{:3.0}", (share * 100.0).round().clamp(-99.0, 999.0) + 0.0),
+        false => "  –".into(),
+    }
+}
+
+/// A number with so many decimals, `width` wide; a dash where it is not known.
+pub fn number(value: f64, width: usize, decimals: usize) -> String {
+    match value.is_finite() {
+        true => format!("{value:width$.decimals$}"),
+        false => format!("{:>width$}", "–"),
+    }
+}
+
+/// Microseconds short enough for a line: `7`, `1.2k`, `35k`.
+pub fn micros(us: f64) -> String {
+    match us {
+        us if !us.is_finite() => "–".into(),
+        us if us < 9.95 => format!("{us:.1}"),
+        us if us < 999.5 => format!("{us:.0}"),
+        us if us < 9950.0 => format!("{:.1}k", us / 1e3),
+        us => format!("{:.0}k", us / 1e3),
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+
+    /// A made-up rig of `count` wires in various states.
+    pub fn hexapod(count: usize) -> View {
+        let row = |index: usize| {
+            let share = (index as f64 * 0.37).fract();
+            let (cold_m, hot_m) = (0.1673, 0.1605);
+            let faulty = index == 6;
+            Row {
+                name: format!("wire-{:02}", index + 1),
+                mode: if faulty { "off" } else { "track" },
+                length_m: cold_m - share * (cold_m - hot_m),
+                target_m: if faulty { f64::NAN } else { cold_m - (share + 0.02) * (cold_m - hot_m) },
+                cold_m,
+                hot_m,
+                velocity_m_s: -0.0012,
+                duty: 0.3 * share,
+                resistance_ohm: 10.2 - share,
+                temperature_c: 40.0 + 60.0 * share,
+                martensite: 1.0 - share,
+                power_w: 2.5 * share,
+                lease_s: if index == 3 { 1.4 } else { f64::NAN },
+                fault: faulty.then_some(FaultText {
+                    flag: "open wire",
+                    cause: "no current flows",
+                    remedy: "check the wire and its clamps, then reset",
+                }),
+                health: (index == 9).then_some("out of range"),
+            }
+        };
+        View {
+            rig: "hexapod".into(),
+            pid: 4242,
+            rate_hz: 1000.0,
+            cycle: 754_321,
+            uptime_s: 754.321,
+            age_s: 0.02,
+            channels: (0..count).map(row).collect(),
+            timing: Timing {
+                rate_hz: 999.8,
+                missed: 3,
+                lateness_us: Quantiles { p50: 7.2, p99: 61.0, p999: 143.0, max: 1830.0 },
+                cycle_us: Quantiles { p50: 14.1, p99: 22.0, p999: 40.0, max: 212.0 },
+                realtime: vec![("fifo", true), ("mlock", true), ("pinned", true), ("dma-latency", false)],
+            },
+        }
+    }
+
+    #[test]
+    fn the_plain_line_names_the_faults() {
+        let line = hexapod(8).plain_line();
+        assert_eq!(line.lines().count(), 1);
+        assert!(line.contains("cycle 754321") && line.contains("faults wire-07: open wire"), "{line}");
+    }
+
+    #[test]
+    fn numbers_stay_short_and_never_say_nan() {
+        assert_eq!(percent(0.423), " 42");
+        assert_eq!(percent(-0.001), "  0");
+        assert_eq!(percent(f64::NAN), "  –");
+        assert_eq!(number(f64::NAN, 5, 1), "    –");
+        assert_eq!(number(3.14, 5, 1), "  3.1");
+        assert_eq!(micros(7.24), "7.2");
+        assert_eq!(micros(9.97), "10");
+        assert_eq!(micros(1234.0), "1.2k");
+        assert_eq!(micros(f64::NAN), "–");
+    }
+}

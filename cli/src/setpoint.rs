@@ -1,0 +1,222 @@
+//! What a person types to command a channel: `length=155mm`, `stroke=40%`, `duty=0.1`, `force=1.5N`, `off`.
+
+use std::fmt;
+
+/// A command as typed, in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Setpoint {
+    /// Wire length, m.
+    Length(f64),
+    /// Share of the stroke, 0 = cold, 1 = hot.
+    Stroke(f64),
+    /// Duty, 0..1.
+    Duty(f64),
+    /// Wire tension, N.
+    Force(f64),
+    /// Control off.
+    Off,
+}
+
+/// What is wrong with what was typed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SetpointError {
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub hint: String,
+}
+
+/// One kind of quantity: its name, the units it may carry with their factor to SI, and an example.
+struct Quantity {
+    name: &'static str,
+    units: &'static [(&'static str, f64)],
+    example: &'static str,
+}
+
+const QUANTITIES: [Quantity; 4] = [
+    Quantity { name: "length", units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], example: "length=155mm" },
+    Quantity { name: "stroke", units: &[("%", 1e-2)], example: "stroke=40%" },
+    Quantity { name: "duty", units: &[("", 1.0), ("%", 1e-2)], example: "duty=0.1" },
+    Quantity { name: "force", units: &[("N", 1.0), ("mN", 1e-3)], example: "force=1.5N" },
+];
+
+const FORMS: &str = "write length=155mm, stroke=40%, duty=0.1, force=1.5N or off";
+
+impl Setpoint {
+    /// Reads what was typed on the command line.
+    ///
+    /// # Errors
+    /// The quantity, number or unit that does not fit, and what would.
+    pub fn parse(text: &str) -> Result<Setpoint, SetpointError> {
+        let fail = |message: String, hint: String| Err(SetpointError { message, hint });
+        let text = text.trim();
+        if text == "off" {
+            return Ok(Setpoint::Off);
+        }
+        let Some((name, value)) = text.split_once('=') else {
+            return fail(format!("`{text}` is not a setpoint"), FORMS.into());
+        };
+        let (name, value) = (name.trim(), value.trim());
+        let Some(quantity) = QUANTITIES.iter().find(|q| q.name == name) else {
+            return fail(format!("unknown quantity `{name}` in `{text}`"), FORMS.into());
+        };
+        let split = value
+            .char_indices()
+            .find(|&(at, c)| !is_number_character(&value[..at], c))
+            .map_or(value.len(), |(at, _)| at);
+        let (number, unit) = (value[..split].trim(), value[split..].trim());
+        let Ok(number) = number.parse::<f64>() else {
+            let hint = match value.contains(',') {
+                true => format!("the decimal point is `.`, as in {}", quantity.example),
+                false => format!("as in {}", quantity.example),
+            };
+            return fail(format!("`{value}` is not a number with a unit, in `{text}`"), hint);
+        };
+        if !number.is_finite() {
+            return fail(format!("`{value}` is not a finite number"), format!("as in {}", quantity.example));
+        }
+        let Some((_, factor)) = quantity.units.iter().find(|(known, _)| *known == unit) else {
+            let known: Vec<&str> =
+                quantity.units.iter().map(|(u, _)| if u.is_empty() { "no unit" } else { *u }).collect();
+            let known = match known.split_last() {
+                Some((last, [])) => (*last).to_string(),
+                Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+                None => String::new(),
+            };
+            let message = match unit {
+                "" => format!("`{text}` lacks its unit"),
+                _ => format!("`{unit}` is not a unit of {name}, in `{text}`"),
+            };
+            return fail(message, format!("{name} is given in {known}, as in {}", quantity.example));
+        };
+        let value = number * factor;
+        let within = |low: f64, high: f64| value >= low && value <= high;
+        match name {
+            "length" if within(1e-3, 100.0) => Ok(Setpoint::Length(value)),
+            "stroke" if within(0.0, 1.0) => Ok(Setpoint::Stroke(value)),
+            "duty" if within(0.0, 1.0) => Ok(Setpoint::Duty(value)),
+            "force" if within(0.0, 1e5) => Ok(Setpoint::Force(value)),
+            "length" => fail(format!("`{text}`: no wire has that length"), "length is 1 mm to 100 m".into()),
+            "stroke" => {
+                fail(format!("`{text}` is outside the stroke"), "0 % is cold and long, 100 % is hot and short".into())
+            }
+            "duty" => fail(format!("`{text}` is no duty"), "duty is 0 to 1 (or 0% to 100%)".into()),
+            _ => fail(format!("`{text}`: a wire can only pull"), "force is 0 N or more".into()),
+        }
+    }
+
+    /// Reads what was typed in the monitor: as on the command line, and a bare number or percentage is the stroke.
+    ///
+    /// # Errors
+    /// As [`Setpoint::parse`].
+    pub fn parse_typed(text: &str) -> Result<Setpoint, SetpointError> {
+        let text = text.trim();
+        if text.contains('=') || text == "off" {
+            return Setpoint::parse(text);
+        }
+        let digits = |t: &str| t.ends_with(|c: char| c.is_ascii_digit() || c == '.');
+        match text {
+            t if t.ends_with('%') => Setpoint::parse(&format!("stroke={t}")),
+            t if t.ends_with('N') => Setpoint::parse(&format!("force={t}")),
+            t if t.ends_with('m') => Setpoint::parse(&format!("length={t}")),
+            t if digits(t) => Setpoint::parse(&format!("stroke={t}%")),
+            t => Setpoint::parse(t),
+        }
+    }
+}
+
+/// Whether `c`, after `before`, still belongs to a number.
+fn is_number_character(before: &str, c: char) -> bool {
+    let exponent = before.ends_with(['e', 'E']);
+    match c {
+        '0'..='9' | '.' | ',' => true,
+        '+' | '-' => before.is_empty() || exponent,
+        'e' | 'E' => before.ends_with(|c: char| c.is_ascii_digit() || c == '.'),
+        _ => false,
+    }
+}
+
+impl fmt::Display for Setpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Setpoint::Length(m) => write!(f, "length {:.2} mm", m * 1e3),
+            Setpoint::Stroke(share) => write!(f, "stroke {:.1} %", share * 100.0),
+            Setpoint::Duty(duty) => write!(f, "duty {duty:.3}"),
+            Setpoint::Force(n) => write!(f, "force {n:.2} N"),
+            Setpoint::Off => f.write_str("off"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: Setpoint, b: Setpoint) -> bool {
+        use Setpoint::*;
+        match (a, b) {
+            (Length(a), Length(b)) | (Stroke(a), Stroke(b)) | (Duty(a), Duty(b)) | (Force(a), Force(b)) => {
+                (a - b).abs() < 1e-12
+            }
+            (a, b) => a == b,
+        }
+    }
+
+    #[test]
+    fn every_quantity_in_every_unit() {
+        for (text, expected) in [
+            ("length=155mm", Setpoint::Length(0.155)),
+            ("length=15.5cm", Setpoint::Length(0.155)),
+            ("length=0.155m", Setpoint::Length(0.155)),
+            ("length=1.55e-1 m", Setpoint::Length(0.155)),
+            ("length = 155 mm", Setpoint::Length(0.155)),
+            ("stroke=40%", Setpoint::Stroke(0.4)),
+            ("stroke=0%", Setpoint::Stroke(0.0)),
+            ("duty=0.1", Setpoint::Duty(0.1)),
+            ("duty=10%", Setpoint::Duty(0.1)),
+            ("force=1.5N", Setpoint::Force(1.5)),
+            ("force=1500mN", Setpoint::Force(1.5)),
+            ("off", Setpoint::Off),
+        ] {
+            let found = Setpoint::parse(text).unwrap_or_else(|e| panic!("{text}: {e:?}"));
+            assert!(near(found, expected), "{text}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named_with_what_would() {
+        for (text, message, hint) in [
+            ("length=155", "lacks its unit", "mm, cm or m"),
+            ("length=155in", "`in` is not a unit of length", "mm, cm or m"),
+            ("stroke=40mm", "`mm` is not a unit of stroke", "stroke is given in %"),
+            ("force=2kg", "`kg` is not a unit of force", "N or mN"),
+            ("duty=0.1V", "`V` is not a unit of duty", "no unit or %"),
+            ("length=1,5cm", "is not a number", "decimal point is `.`"),
+            ("length=mm", "is not a number", "length=155mm"),
+            ("speed=3", "unknown quantity `speed`", "length=155mm"),
+            ("half", "not a setpoint", "stroke=40%"),
+            ("stroke=140%", "outside the stroke", "100 % is hot"),
+            ("stroke=-3%", "outside the stroke", "0 % is cold"),
+            ("duty=2", "no duty", "0 to 1"),
+            ("force=-1N", "only pull", "0 N or more"),
+            ("length=nanmm", "not a number", "length=155mm"),
+            ("length=1e400m", "not a finite number", "length=155mm"),
+            ("", "not a setpoint", "off"),
+        ] {
+            let error = Setpoint::parse(text).expect_err(text);
+            assert!(error.message.contains(message), "{text}: {error:?}");
+            assert!(error.hint.contains(hint), "{text}: {error:?}");
+        }
+    }
+
+    #[test]
+    fn a_bare_number_in_the_monitor_is_stroke() {
+        assert!(near(Setpoint::parse_typed("45").unwrap(), Setpoint::Stroke(0.45)));
+        assert!(near(Setpoint::parse_typed("45.5%").unwrap(), Setpoint::Stroke(0.455)));
+        assert!(near(Setpoint::parse_typed("155mm").unwrap(), Setpoint::Length(0.155)));
+        assert!(near(Setpoint::parse_typed("1.5N").unwrap(), Setpoint::Force(1.5)));
+        assert!(near(Setpoint::parse_typed("duty=0.2").unwrap(), Setpoint::Duty(0.2)));
+        assert_eq!(Setpoint::parse_typed("off").unwrap(), Setpoint::Off);
+        assert!(Setpoint::parse_typed("120").is_err());
+    }
+}
