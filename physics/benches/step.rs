@@ -1,0 +1,54 @@
+//! What one wire step costs: `cargo bench -p sinew-physics`.
+
+use divan::{Bencher, black_box};
+use sinew_physics::*;
+
+fn main() {
+    divan::main();
+}
+
+fn model() -> WireModel {
+    WireModel {
+        geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+        material: Material::default(),
+        taps: Some(Taps { l0_m: 0.0, ls_m: 0.15 }),
+        drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
+        load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96133 },
+        initial: Initial::default(),
+        ambient_c: 25.0,
+    }
+}
+
+/// Duty that sweeps slowly through the transformation and back.
+fn sweep() -> Vec<f64> {
+    (0..2500).map(|k| 0.15 + 0.12 * (f64::from(k) * std::f64::consts::TAU / 2500.0).sin()).collect()
+}
+
+fn run(bencher: Bencher, dt: f64, duties: &[f64]) {
+    let model = model();
+    let mut wire = Wire::new(&model).expect("a valid model");
+    let inputs = model.rest_inputs();
+    // past the start, so that the wire is in the middle of its transformation
+    for _ in 0..2000 {
+        wire.step(&Inputs { drive: 0.15, ..inputs }, 1e-3);
+    }
+    bencher.counter(divan::counter::ItemsCount::new(duties.len())).bench_local(|| {
+        for &duty in duties {
+            wire.step(&Inputs { drive: duty, ..inputs }, black_box(dt));
+        }
+        wire.position_m()
+    });
+}
+
+/// Slowly changing duty at the steps of a driver and of a recording, in s.
+#[divan::bench(args = [1e-4, 2e-4, 1e-3, 5e-3, 1e-2])]
+fn slow_sweep(bencher: Bencher, dt: f64) {
+    run(bencher, dt, &sweep());
+}
+
+/// Sliding mode: full power and sensing pulse in turn, a reversal nearly every step.
+#[divan::bench(args = [1e-4, 2e-4, 1e-3])]
+fn switching(bencher: Bencher, dt: f64) {
+    let duties: Vec<f64> = sweep().iter().enumerate().map(|(k, _)| if k % 5 == 0 { 0.7 } else { 0.02 }).collect();
+    run(bencher, dt, &duties);
+}

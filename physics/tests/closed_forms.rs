@@ -1,0 +1,170 @@
+//! Where the equations have a closed solution, the step must find it.
+
+use sinew_physics::*;
+
+fn model() -> WireModel {
+    WireModel {
+        geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+        material: Material::default(),
+        taps: Some(Taps { l0_m: 0.01, ls_m: 0.14 }),
+        drive: Drive { kind: DriveKind::Power, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
+        load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96133 },
+        initial: Initial::default(),
+        ambient_c: 25.0,
+    }
+}
+
+/// Far above transformation nothing but the heat balance is left: T decays with τ = ρ d c_p / 4h.
+#[test]
+fn newtons_law_of_cooling() {
+    let mut m = model();
+    m.initial = Initial { temperature_c: Some(400.0), martensite: 0.0 };
+    m.material.latent_heat_j_per_kg = 0.0;
+    let tau = m.material.density_kg_per_m3 * m.geometry.diameter_m * m.material.specific_heat_j_per_kg_k
+        / (4.0 * m.material.convection_w_per_m2_k);
+    let mut wire = Wire::new(&m).unwrap();
+    for k in 1..=100 {
+        wire.step(&m.rest_inputs(), 0.01);
+        let expected = 25.0 + 375.0 * (-0.01 * f64::from(k) / tau).exp();
+        assert!((wire.temperature_c() - expected).abs() < 1e-3, "{} {expected}", wire.temperature_c());
+    }
+}
+
+/// With the phase fixed the load on its wire is a damped oscillator.
+#[test]
+fn damped_oscillation_of_the_load() {
+    let mut m = model();
+    m.material.thermoelastic_pa_per_k = 0.0;
+    m.material.transformation_strain = 0.0;
+    m.material.martensite_modulus_pa = m.material.austenite_modulus_pa;
+    let (mass, damping, preload) = (0.2, 8.0, 1.96133);
+    m.load =
+        Load::SpringMassDamper { mass_kg: mass, damping_n_s_per_m: damping, spring_n_per_m: 100.0, preload_n: preload };
+    let stiffness = 100.0 + m.material.austenite_modulus_pa * m.geometry.area_m2() / m.geometry.length_m;
+    let mut wire = Wire::new(&m).unwrap();
+    let rest = wire.position_m();
+    let pulled = Inputs { external_n: -0.5, ..m.rest_inputs() };
+    let (decay, frequency) = (0.5 * damping / mass, (stiffness / mass - (0.5 * damping / mass).powi(2)).sqrt());
+    let amplitude = 0.5 / stiffness;
+    for k in 1..=2000 {
+        let t = 1e-4 * f64::from(k);
+        wire.step(&pulled, 1e-4);
+        let swing = (-decay * t).exp() * ((frequency * t).cos() + decay / frequency * (frequency * t).sin());
+        let expected = rest - amplitude * (1.0 - swing);
+        assert!((wire.position_m() - expected).abs() < 3e-3 * amplitude, "at {t}: {} {expected}", wire.position_m());
+    }
+}
+
+/// A light, strongly damped load must creep to its equilibrium, not ring about it, at any step.
+#[test]
+fn stiff_loads_do_not_ring() {
+    let mut m = model();
+    m.load = Load::SpringMassDamper { mass_kg: 1e-4, damping_n_s_per_m: 50.0, spring_n_per_m: 0.0, preload_n: 1.96133 };
+    let mut wire = Wire::new(&m).unwrap();
+    let pulled = Inputs { external_n: 0.5, ..m.rest_inputs() };
+    let mut before = wire.position_m();
+    for _ in 0..50 {
+        wire.step(&pulled, 0.01);
+        assert!(wire.position_m() >= before - 1e-9, "{} after {before}", wire.position_m());
+        before = wire.position_m();
+    }
+}
+
+/// Without loss, heat in is enthalpy: m c_p ΔT + m ΔH + V ε_L σ, whatever path was taken and however it was cut.
+#[test]
+fn adiabatic_heating_ends_at_the_enthalpy() {
+    for dt in [1e-5f64, 1e-3, 1e-2] {
+        let mut m = model();
+        m.material.convection_w_per_m2_k = 0.0;
+        let mass = m.material.density_kg_per_m3 * m.geometry.volume_m3();
+        let stress = 1.96133 / m.geometry.area_m2();
+        let enthalpy = mass * m.material.specific_heat_j_per_kg_k * 175.0
+            + mass * m.material.latent_heat_j_per_kg
+            + m.geometry.volume_m3() * m.material.transformation_strain * stress;
+        m.load = Load::ImposedForce;
+        let heating = Inputs { drive: enthalpy / 2.0, imposed: 1.96133, ..m.rest_inputs() };
+        let mut wire = Wire::with_inputs(&m, &heating).unwrap();
+        let steps = (2.0 / dt).round();
+        for _ in 0..steps as usize {
+            wire.step(&heating, dt);
+        }
+        assert!((wire.temperature_c() - 200.0).abs() < 1e-6, "{} at {dt}", wire.temperature_c());
+    }
+}
+
+/// Constant stress and imposed temperature: strain is eq. 23 on the outer curves.
+#[test]
+fn furnace_loop_follows_the_constitutive_law() {
+    let mut m = model();
+    m.drive.kind = DriveKind::Temperature;
+    m.load = Load::ImposedForce;
+    let force = 2.0;
+    let stress = force / m.geometry.area_m2();
+    let at = |t: f64| Inputs { drive: t, imposed: force, ..m.rest_inputs() };
+    let mut wire = Wire::with_inputs(&m, &at(20.0)).unwrap();
+    let mat = m.material;
+    let check = |wire: &Wire, t: f64, centre: f64, k: f64| {
+        let xi = 1.0 / (1.0 + (k * (t - mat.stress_shift_k_per_pa * stress - centre)).exp());
+        let compliance = (1.0 - xi) / mat.austenite_modulus_pa + xi / mat.martensite_modulus_pa;
+        let strain = compliance * stress
+            + mat.transformation_strain * xi
+            + compliance * mat.thermoelastic_pa_per_k * (t - mat.reference_temperature_c);
+        let position = m.geometry.length_m * strain;
+        assert!((wire.position_m() - position).abs() < 1e-8, "{t} °C: {} {position}", wire.position_m());
+    };
+    for k in 21..=200 {
+        wire.step(&at(f64::from(k)), 1.0);
+        check(&wire, f64::from(k), mat.austenite_temperature_c, mat.heating_steepness_per_k);
+    }
+    // the first kelvins back are an inner branch; it has met the cooling curve long before 120 °C
+    for k in (20..200).rev() {
+        wire.step(&at(f64::from(k)), 1.0);
+        if k < 120 {
+            check(&wire, f64::from(k), mat.martensite_temperature_c, mat.cooling_steepness_per_k);
+        }
+    }
+}
+
+/// The taps see the length (eq. 42) and the resistivity (eq. 44), in any state.
+#[test]
+fn taps_see_the_length() {
+    let mut m = model();
+    m.drive.kind = DriveKind::Pwm;
+    let mut wire = Wire::new(&m).unwrap();
+    for k in 0..300 {
+        wire.step(&Inputs { drive: 0.5 + 0.4 * (0.05 * f64::from(k)).sin(), ..m.rest_inputs() }, 5e-3);
+        let o = wire.outputs();
+        let length = 0.01 + 0.14 * (o.v3_v - o.v1_v) / (o.v2_v - o.v1_v);
+        assert!((length - 0.16 - o.position_m).abs() < 1e-12);
+        assert!((o.v3_v / o.current_a - o.resistance_ohm).abs() < 1e-9);
+    }
+}
+
+/// A wire that is let go hangs slack: no tension, and it pulls again when it shortens enough.
+#[test]
+fn slack_wires_do_not_push() {
+    let mut m = model();
+    m.load = Load::ImposedPosition;
+    m.drive.kind = DriveKind::Pwm;
+    let at = |x: f64, duty: f64| Inputs { imposed: x, drive: duty, ..m.rest_inputs() };
+    let mut wire = Wire::with_inputs(&m, &at(0.008, 0.0)).unwrap();
+    assert!(wire.outputs().force_n > 1.0);
+    wire.step(&at(0.004, 0.0), 0.01);
+    assert_eq!(wire.outputs().force_n, 0.0);
+    for _ in 0..100 {
+        wire.step(&at(0.004, 0.5), 0.01);
+    }
+    assert!(wire.outputs().force_n > 2.0, "{:?}", wire.outputs());
+}
+
+#[test]
+fn rest_lengths_bracket_the_stroke() {
+    let m = model();
+    let (hot, cold) = (hot_length_m(&m).unwrap(), cold_length_m(&m).unwrap());
+    // 160 MPa: 0.57 % elastic and 4 % shape strain cold, 0.2 % elastic hot, thermal strain apart
+    assert!((cold - 0.16733).abs() < 5e-5, "{cold}");
+    assert!((hot - 0.1605).abs() < 5e-4, "{hot}");
+    let mut wire = Wire::new(&m).unwrap();
+    wire.step(&m.rest_inputs(), 1.0);
+    assert!((0.16 + wire.position_m() - cold).abs() < 1e-7);
+}
