@@ -39,7 +39,7 @@ pub fn write_to(mut to: impl Write, recording: &Recording) -> io::Result<()> {
     let columns: Vec<(Column, &[f64])> = recording.columns().collect();
     let names: Vec<Column> = columns.iter().map(|(c, _)| *c).collect();
     let mut line = Vec::new();
-    header(&mut line, &names);
+    header(&mut line, names.iter().map(|c| c.name()));
     to.write_all(&line)?;
     for (i, &time_s) in recording.time_s().iter().enumerate() {
         line.clear();
@@ -49,11 +49,11 @@ pub fn write_to(mut to: impl Write, recording: &Recording) -> io::Result<()> {
     to.flush()
 }
 
-fn header(line: &mut Vec<u8>, columns: &[Column]) {
+fn header<'a>(line: &mut Vec<u8>, names: impl Iterator<Item = &'a str>) {
     line.extend_from_slice(TIME.as_bytes());
-    for column in columns {
+    for name in names {
         line.push(b',');
-        line.extend_from_slice(column.name().as_bytes());
+        line.extend_from_slice(name.as_bytes());
     }
     line.push(b'\n');
 }
@@ -84,10 +84,20 @@ pub struct Writer {
     line: Vec<u8>,
 }
 
-#[derive(Debug)]
 enum Sink {
     Plain(BufWriter<File>),
     Gzip(GzEncoder<BufWriter<File>>),
+    Stream(Box<dyn Write + Send>),
+}
+
+impl std::fmt::Debug for Sink {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Sink::Plain(_) => "Plain",
+            Sink::Gzip(_) => "Gzip",
+            Sink::Stream(_) => "Stream",
+        })
+    }
 }
 
 impl Sink {
@@ -95,15 +105,18 @@ impl Sink {
         match self {
             Sink::Plain(file) => file.write_all(bytes),
             Sink::Gzip(file) => file.write_all(bytes),
+            Sink::Stream(stream) => stream.write_all(bytes),
         }
     }
 
-    fn finish(self) -> io::Result<File> {
+    /// Hands over what is still buffered; the file, where it is one.
+    fn finish(self) -> io::Result<Option<File>> {
         let buffered = match self {
             Sink::Plain(file) => file,
             Sink::Gzip(file) => file.finish()?,
+            Sink::Stream(mut stream) => return stream.flush().map(|()| None),
         };
-        buffered.into_inner().map_err(|e| e.into_error())
+        buffered.into_inner().map(Some).map_err(|e| e.into_error())
     }
 }
 
@@ -113,6 +126,16 @@ impl Writer {
     /// # Errors
     /// [`What::Unwritable`] with the system's reason.
     pub fn create(path: impl AsRef<Path>, columns: &[Column]) -> Result<Writer, Error> {
+        let names: Vec<&str> = columns.iter().map(|c| c.name()).collect();
+        Writer::create_named(path, &names)
+    }
+
+    /// The same with columns of any name besides `time_s`: for what a model knows and no sensor measures. Such a file
+    /// reads back with [`crate::Options::ignore_columns`] only.
+    ///
+    /// # Errors
+    /// As [`Writer::create`].
+    pub fn create_named(path: impl AsRef<Path>, names: &[&str]) -> Result<Writer, Error> {
         let asked = path.as_ref();
         // a link stays a link, what it points to is replaced
         let path = fs::canonicalize(asked).unwrap_or_else(|_| asked.to_path_buf());
@@ -133,8 +156,21 @@ impl Writer {
             Sink::Plain(buffered)
         };
         let mut line = Vec::new();
-        header(&mut line, columns);
-        let mut writer = Writer { sink: Some(sink), path, part, columns: columns.len(), line };
+        header(&mut line, names.iter().copied());
+        let mut writer = Writer { sink: Some(sink), path, part, columns: names.len(), line };
+        writer.put_line()?;
+        Ok(writer)
+    }
+
+    /// The same into a stream, such as standard output, uncompressed; `name` is what messages call it.
+    ///
+    /// # Errors
+    /// [`What::Unwritable`] with the system's reason.
+    pub fn to_stream(stream: Box<dyn Write + Send>, name: &str, names: &[&str]) -> Result<Writer, Error> {
+        let mut line = Vec::new();
+        header(&mut line, names.iter().copied());
+        let sink = Some(Sink::Stream(stream));
+        let mut writer = Writer { sink, path: PathBuf::from(name), part: None, columns: names.len(), line };
         writer.put_line()?;
         Ok(writer)
     }
@@ -172,7 +208,7 @@ impl Writer {
 
     fn publish(&mut self, sink: Sink) -> io::Result<()> {
         let file = sink.finish()?;
-        if let Some(part) = &self.part {
+        if let (Some(part), Some(file)) = (&self.part, file) {
             file.sync_all()?;
             fs::rename(part, &self.path)?;
             self.part = None;
@@ -243,6 +279,26 @@ mod tests {
         let nowhere = folder.path().join("no/such/folder.csv");
         let error = Writer::create(&nowhere, &[]).unwrap_err();
         assert!(error.to_string().contains("no/such/folder.csv: cannot be written"), "{error}");
+    }
+
+    #[test]
+    fn a_stream_takes_columns_of_any_name() {
+        #[derive(Clone, Default)]
+        struct Shared(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
+        impl Write for Shared {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                self.0.lock().unwrap().extend_from_slice(bytes);
+                Ok(bytes.len())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let stream = Shared::default();
+        let mut writer = Writer::to_stream(Box::new(stream.clone()), "stdout", &["duty", "martensite"]).unwrap();
+        writer.row(0.5, &[0.1, 0.9]).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(*stream.0.lock().unwrap(), b"time_s,duty,martensite\n0.5,0.1,0.9\n");
     }
 
     #[cfg(unix)]
