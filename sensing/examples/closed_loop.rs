@@ -1,6 +1,6 @@
 //! What the observer's tuning costs in the loop: a 0.125 mm × 160 mm wire with 0.2 kg under sliding-mode control.
 //!
-//! `cargo run --release -p sinew-sensing --example closed_loop [λ in 1/s] [rate in Hz]` prints, for each way to get σ, the
+//! `cargo run --release -p sinew-sensing --example closed_loop [λ in 1/s] [rate in Hz] [mass in kg]` prints, for each way to get σ, the
 //! time to settle within ±0.5 % of stroke and the overshoot of a 40 % step by heating and of the step back by cooling, and the
 //! rms error while holding, the worst of three seeds; first with the bare relay, then with the power in proportion to σ
 //! within a layer about the surface, around the mean of what was applied (the equivalent control), at the best layer and time
@@ -24,12 +24,12 @@ const COOLING: f64 = 87.0;
 const STEEPNESS: f64 = 0.31;
 const INSIDE: f64 = 0.2;
 const STROKE: f64 = 0.04 * 0.160;
-const MASS: f64 = 0.2;
 const DAMPING: f64 = 40.0;
 const POWER: f64 = 3.0;
 const HOT_LENGTH: f64 = 0.1603;
 
 struct Wire {
+    mass: f64,
     t: f64,
     xi: f64,
     x: f64,
@@ -42,8 +42,8 @@ fn sigmoid(z: f64) -> f64 {
 }
 
 impl Wire {
-    fn new() -> Wire {
-        Wire { t: AMBIENT, xi: 1.0, x: HOT_LENGTH + STROKE, v: 0.0, a: 0.0 }
+    fn new(mass: f64) -> Wire {
+        Wire { mass, t: AMBIENT, xi: 1.0, x: HOT_LENGTH + STROKE, v: 0.0, a: 0.0 }
     }
 
     fn step(&mut self, power: f64, dt: f64) {
@@ -58,7 +58,7 @@ impl Wire {
         self.xi = (self.xi - slope * dt_k).clamp(lower, upper);
         let modulus = 1.0 / ((1.0 - self.xi) / 75e9 + self.xi / 28e9);
         let stiffness = modulus * std::f64::consts::FRAC_PI_4 * 0.125e-3f64.powi(2) / 0.160;
-        self.a = (stiffness * (HOT_LENGTH + STROKE * self.xi - self.x) - DAMPING * self.v) / MASS;
+        self.a = (stiffness * (HOT_LENGTH + STROKE * self.xi - self.x) - DAMPING * self.v) / self.mass;
         self.v += self.a * dt;
         self.x += self.v * dt;
     }
@@ -80,9 +80,9 @@ struct Figures {
     hold_rms_m: f64,
 }
 
-fn run(rate: f64, lambda: f64, law: Law, mut estimator: Option<Estimator>, seed: u64) -> Figures {
+fn run(mass: f64, rate: f64, lambda: f64, law: Law, mut estimator: Option<Estimator>, seed: u64) -> Figures {
     let mut rng = SmallRng::seed_from_u64(seed);
-    let mut wire = Wire::new();
+    let mut wire = Wire::new(mass);
     let dt = 1.0 / rate;
     let sub = (dt / 50e-6).round().max(1.0) as u32;
     let mut result = Figures { heating_s: 0.0, heating_over: 0.0, cooling_s: 0.0, cooling_over: 0.0, hold_rms_m: 0.0 };
@@ -146,8 +146,8 @@ fn run(rate: f64, lambda: f64, law: Law, mut estimator: Option<Estimator>, seed:
 
 fn main() {
     let argument = |n: usize, default: f64| std::env::args().nth(n).map_or(Ok(default), |text| text.parse());
-    let (Ok(lambda), Ok(rate)) = (argument(1, 10.0), argument(2, 1000.0)) else {
-        eprintln!("usage: closed_loop [λ in 1/s] [rate in Hz]");
+    let (Ok(lambda), Ok(rate), Ok(mass)) = (argument(1, 10.0), argument(2, 1000.0), argument(3, 0.2)) else {
+        eprintln!("usage: closed_loop [λ in 1/s] [rate in Hz] [mass in kg]");
         std::process::exit(2);
     };
     let mut laws = vec![];
@@ -163,19 +163,21 @@ fn main() {
         let config = ObserverConfig { bandwidth_hz, ..ObserverConfig::default() };
         rows.push((format!("observer, {bandwidth_hz} Hz"), Some(Estimator::observer(rate, config))));
     }
-    for (name, natural_rad_s, full_duty_m_s) in [
-        ("drive", 130.0, 0.0),
-        ("drive 30 % soft", 90.0, 0.0),
-        ("drive 40 % stiff", 180.0, 0.0),
-        ("drive, duty known", 130.0, -0.01),
+    // The wire's stiffness lies between 2100 N/m (martensite) and 5800 N/m (austenite).
+    for (name, stiffness, full_duty_m_s) in [
+        ("drive, 2800 N/m", 2.8e3, 0.0),
+        ("drive, 5800 N/m", 5.8e3, 0.0),
+        ("drive, 8000 N/m", 8e3, 0.0),
+        ("drive, 5800 N/m, −5 mm/s", 5.8e3, -0.005),
+        ("drive, 5800 N/m, −20 mm/s", 5.8e3, -0.02),
     ] {
         for bandwidth_hz in [5.0, 10.0, 20.0] {
-            let drive = Drive { natural_rad_s, damping_ratio: 0.77, full_duty_m_s };
+            let drive = Drive::of_load(mass, DAMPING, stiffness, full_duty_m_s);
             let config = ObserverConfig { bandwidth_hz, ..ObserverConfig::with_drive(60e-6, drive) };
             rows.push((format!("{name}, {bandwidth_hz} Hz"), Some(Estimator::observer(rate, config))));
         }
     }
-    println!("λ = {lambda} 1/s at {rate} Hz, noise of a length 60 µm rms, stroke {:.1} mm", 1e3 * STROKE);
+    println!("λ = {lambda} 1/s at {rate} Hz, {mass} kg, noise of a length 60 µm rms, stroke {:.1} mm", 1e3 * STROKE);
     println!();
     println!(
         "| σ from | relay: hold µm | layer mm, s | heating s | overshoot % | cooling s | undershoot % | hold µm |"
@@ -183,7 +185,7 @@ fn main() {
     println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     for (name, estimator) in rows {
         let worst = |law: Law| {
-            let runs = (0..3).map(|seed| run(rate, lambda, law, estimator.clone(), seed));
+            let runs = (0..3).map(|seed| run(mass, rate, lambda, law, estimator.clone(), seed));
             runs.reduce(|a, b| Figures {
                 heating_s: a.heating_s.max(b.heating_s),
                 heating_over: a.heating_over.max(b.heating_over),

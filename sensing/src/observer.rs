@@ -33,15 +33,17 @@ impl Motion {
 /// What is known of the load and of the heating (eq. 68–69): x⃛ = ω²(u w₁ + d − ẋ) − 2ζω ẍ, with the duty u and the
 /// unknown rest d of the heating velocity.
 ///
-/// ω and ζ wrong by a third do little harm. `full_duty_m_s` is better too small than too large: a wire inside its
-/// hysteresis moves at a fraction of the speed it has on the outer curves. Zero is allowed and nearly as good.
+/// Take the wire at its stiffest (austenite): too stiff by a third does no harm, too soft does where the load is slow.
+/// Leave `full_duty_m_s` at zero where the load is fast beside the sliding surface (ω above about 10 λ): foreseeing
+/// every single pulse then only brings back the chatter. Where the load is slow, a quarter of the outer curves' speed helps; more than
+/// that overstates a wire inside its hysteresis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
     /// ω = √((K + K_wire)/M), in rad/s.
     pub natural_rad_s: f64,
     /// ζ = B/(2 √((K + K_wire) M)).
     pub damping_ratio: f64,
-    /// Velocity w₁ that duty 1 heats the wire to (negative: heat shortens), in m/s.
+    /// Velocity w₁ that duty 1 heats the wire to (negative: heat shortens), in m/s; zero = the duty is not used.
     pub full_duty_m_s: f64,
 }
 
