@@ -12,23 +12,8 @@ const FULLY_HOT_K: f64 = 40.0;
 /// What an unpowered or unknown drive is given as full-on current (A) and power (W): no rig is driven with it.
 const UNKNOWN: f64 = 1.0;
 
-/// Length of the wire under its load at rest, wholly austenite, 40 K above A at its stress; in m.
-///
-/// Exact for the reference model's equilibrium (eq. 6, 23, 51 with ξ = 0). Where position or force are inputs it is
-/// that of the unloaded wire.
-pub fn hot_length_m(model: &WireModel) -> f64 {
-    equilibrium(model, true).0
-}
-
-/// Length of the wire under its load at rest, wholly martensite at ambient temperature; in m.
-///
-/// Exact for the reference model's equilibrium (eq. 6, 23, 51 with ξ = 1). Where position or force are inputs it is
-/// that of the unloaded wire.
-pub fn cold_length_m(model: &WireModel) -> f64 {
-    equilibrium(model, false).0
-}
-
-/// Length (m) and stress (Pa) at rest in one of the two pure phases.
+/// Length (m) and stress (Pa) at rest in one of the two pure phases: wholly austenite 40 K above A at its stress, or
+/// wholly martensite at ambient temperature. Where position or force are inputs, those of the unloaded wire.
 ///
 /// In a pure phase series and parallel mixing agree and everything is linear: ε = c σ + ε_0 against
 /// A_c σ = F − K L_0 ε.
@@ -69,7 +54,7 @@ fn resistances(model: &WireModel, hot_c: f64) -> (f64, f64) {
     let all = per_length(model.ambient_c).into_iter().chain(per_length(hot_c));
     let (low, high) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(r), high.max(r)));
     let geometry = model.geometry;
-    let longest = cold_length_m(model).max(geometry.length_m);
+    let longest = equilibrium(model, false).0.max(geometry.length_m);
     // A strongly negative slope could take a resistivity through zero; no metal gets near it.
     (low.max(1e-9) * geometry.length_m / geometry.area_m2(), high.max(1e-9) * longest / geometry.area_m2())
 }
@@ -95,7 +80,7 @@ pub(crate) fn full_on(channel: &Channel, hot_c: f64) -> Option<FullOn> {
         least_current_a: drive.supply_v / (high + series),
         largest_current_a: drive.supply_v / (low + series),
         // Power over resistance has its peak where the wire matches the rest of the circuit.
-        largest_power_w: power(series.clamp(low, high)),
+        largest_power_w: power(series.max(low).min(high)),
     })
 }
 
@@ -131,7 +116,7 @@ pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
     let model = &channel.model;
     let nominal = model.geometry.length_m;
     let (hot, hot_stress) = equilibrium(model, true);
-    let cold = cold_length_m(model);
+    let (cold, _) = equilibrium(model, false);
     let stroke = (cold - hot).abs();
     let margin = 0.1 * stroke + 0.005 * nominal;
     let limits = &mut channel.limits;
@@ -183,5 +168,69 @@ pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
     }
     if !given("control", "pi_integral_per_mm_s") {
         channel.control.pi_integral_per_m_s = 20.0 / stroke;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rig;
+
+    fn hexapod_wire() -> Channel {
+        Rig::hexapod().channels.swap_remove(0)
+    }
+
+    #[test]
+    fn lengths_are_those_of_the_simulated_wire() {
+        for channel in Rig::hexapod().channels {
+            let hot = sinew_physics::hot_length_m(&channel.model).unwrap();
+            let cold = sinew_physics::cold_length_m(&channel.model).unwrap();
+            assert!((equilibrium(&channel.model, true).0 - hot).abs() < 1e-6, "{hot}");
+            assert!((equilibrium(&channel.model, false).0 - cold).abs() < 1e-6, "{cold}");
+        }
+    }
+
+    #[test]
+    fn a_wire_does_not_push() {
+        let mut channel = hexapod_wire();
+        let Load::SpringMassDamper { preload_n, .. } = &mut channel.model.load else { panic!() };
+        *preload_n = -5.0;
+        assert_eq!(equilibrium(&channel.model, true).1, 0.0);
+    }
+
+    #[test]
+    fn full_on_power_is_the_greatest_over_resistance() {
+        let mut channel = hexapod_wire();
+        for series in [0.0, 5.0, 11.0, 40.0] {
+            channel.model.drive.lead_ohm = series;
+            let on = full_on(&channel, 150.0).unwrap();
+            let (low, high) = resistances(&channel.model, 150.0);
+            let total = series + channel.model.drive.shunt_ohm + channel.model.drive.switch_ohm;
+            for i in 0..=1000 {
+                let r = low + (high - low) * f64::from(i) / 1000.0;
+                let current = channel.model.drive.supply_v / (r + total);
+                assert!(current * current * r <= on.largest_power_w * (1.0 + 1e-12));
+                assert!((on.least_current_a - 1e-12..=on.largest_current_a + 1e-12).contains(&current));
+            }
+        }
+    }
+
+    #[test]
+    fn full_power_exhausts_the_energy_budget_before_it_ruins_the_wire() {
+        // The account is cruder than the temperature estimate and its only job is to end full power in time.
+        let channel = hexapod_wire();
+        let on = full_on(&channel, channel.limits.max_temperature_c).unwrap();
+        let seconds = channel.limits.energy_budget_j / (on.largest_power_w - channel.limits.energy_drain_w);
+        assert!((0.3..3.0).contains(&seconds), "{seconds} s");
+    }
+
+    #[test]
+    fn natural_convection_drains_by_equation_34() {
+        let mut channel = hexapod_wire();
+        channel.model.material.convection = Convection::Natural;
+        let h = 65.5 * (-0.125_f64 / 4.0).exp() * 60.0_f64.powf(1.0 / 6.0);
+        let expected = h * std::f64::consts::PI * 0.125e-3 * 0.160 * 60.0;
+        assert!((loss_w(&channel.model, 85.0) / expected - 1.0).abs() < 1e-12);
+        assert_eq!(loss_w(&channel.model, 20.0), 0.0);
     }
 }

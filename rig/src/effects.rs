@@ -59,10 +59,7 @@ pub static EFFECTS: &[Effect] = &[
     effect("thermal.ambient_drift", &[switch("rate_k_per_s", 0.0)]),
     effect(
         "thermal.neighbour",
-        &[
-            switch("conductance_w_per_k", 0.0),
-            EffectParameter { name: "channel", kind: EffectParameterKind::Channel },
-        ],
+        &[switch("conductance_w_per_k", 0.0), EffectParameter { name: "channel", kind: EffectParameterKind::Channel }],
     ),
     effect("electrical.supply_sag", &[switch("source_ohm", 0.0)]),
     Effect {

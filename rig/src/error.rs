@@ -70,11 +70,7 @@ impl fmt::Display for Problem {
         if let Some(channel) = &self.channel {
             write!(f, "channel \"{channel}\": ")?;
         }
-        if self.key.is_empty() {
-            write!(f, "{}", self.what)
-        } else {
-            write!(f, "{} {}", self.key, self.what)
-        }
+        if self.key.is_empty() { write!(f, "{}", self.what) } else { write!(f, "{} {}", self.key, self.what) }
     }
 }
 

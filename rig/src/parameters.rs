@@ -67,15 +67,16 @@ pub struct Parameter {
 }
 
 /// The tables whose numbers are parameters of the model.
-const MODEL_TABLES: [&str; 6] =
+pub(crate) const MODEL_TABLES: [&str; 6] =
     ["channel.wire", "channel.taps", "channel.drive", "channel.load", "channel.initial", "channel.material"];
 
 /// Every parameter of the model: the numbers of wire, taps, drive, load, initial state and material, and the ambient
 /// temperature, in the order of the reference.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
-    let of_channel = schema::CHANNEL.iter().filter(|s| MODEL_TABLES.contains(&s.table)).flat_map(|s| {
-        s.keys.iter().filter_map(move |k| describe(s.table, k.name, &k.kind, k.about))
-    });
+    let of_channel = schema::CHANNEL
+        .iter()
+        .filter(|s| MODEL_TABLES.contains(&s.table))
+        .flat_map(|s| s.keys.iter().filter_map(move |k| describe(s.table, k.name, &k.kind, k.about)));
     let of_rig = schema::RIG
         .keys
         .iter()
@@ -137,8 +138,11 @@ impl Rig {
             let file = rig.source.file.clone();
             Error::Invalid { problems: vec![Problem { file, line: 1, channel: Some(name), key: key.into(), what }] }
         };
-        let Some(parameter) = parameters().find(|p| p.key == key).filter(|_| self.parameter(channel, key).is_some())
-        else {
+        // The initial temperature may be left open and can be given all the same; taps or a mass that are not there
+        // cannot be given one number at a time.
+        let open = key == "temperature_c" && channel < self.channels.len();
+        let there = open || self.parameter(channel, key).is_some();
+        let Some(parameter) = parameters().find(|p| p.key == key).filter(|_| there) else {
             return Err(wrong(self, What::Unknown { hint: ": this channel's model has no such parameter".into() }));
         };
         if !(parameter.low..=parameter.high).contains(&value) {

@@ -15,8 +15,19 @@ use crate::types::*;
 
 /// The columns a recording can have, by the contract.
 pub(crate) const COLUMNS: [&str; 13] = [
-    "time_s", "duty", "power_w", "temperature_c", "supply_v", "current_a", "v1_v", "v2_v", "v3_v", "force_n",
-    "position_m", "ambient_c", "disturbance_n",
+    "time_s",
+    "duty",
+    "power_w",
+    "temperature_c",
+    "supply_v",
+    "current_a",
+    "v1_v",
+    "v2_v",
+    "v3_v",
+    "force_n",
+    "position_m",
+    "ambient_c",
+    "disturbance_n",
 ];
 
 /// Tables of a channel that are more than a plain list of keys.
@@ -235,7 +246,12 @@ impl Reader<'_> {
                 match first_use.get(&channel.name) {
                     Some(&first_line) => {
                         let name = channel.name.clone();
-                        self.problem(line, Some(&format!("#{}", index + 1)), "name", What::Duplicate { name, first_line });
+                        self.problem(
+                            line,
+                            Some(&format!("#{}", index + 1)),
+                            "name",
+                            What::Duplicate { name, first_line },
+                        );
                     }
                     None => {
                         first_use.insert(channel.name.clone(), line);
@@ -278,9 +294,10 @@ impl Reader<'_> {
             channel.effects = self.effects(node, label);
         }
         self.requirements(&mut channel, &given, table, header, label);
-        derive::fill(&mut channel, &|table, key| given.iter().any(|((t, k), _)| *t == table && *k == key));
-        // Cross-checks only make sense of a channel that is right key by key.
+        // Computed defaults and cross-checks only make sense of a channel that is right key by key.
         if self.problems.len() == before {
+            derive::fill(&mut channel, &|table, key| given.iter().any(|((t, k), _)| *t == table && *k == key));
+            settle(&mut channel);
             self.physics(&channel, &given, header, label);
             self.relations(&channel, &given, header, label);
         }
@@ -349,7 +366,8 @@ impl Reader<'_> {
         let table = place.map(|((t, _), _)| *t).or_else(|| schema::tables_with(key).first().map(|t| local(t)));
         let path = table.map_or(key.to_string(), |t| format!("{t}.{key}"));
         let line = place.map_or(header, |(_, line)| *line);
-        let what = What::OutOfRange { found: tidy(found), low: tidy(low), high: tidy(high), defaulted: place.is_none() };
+        let what =
+            What::OutOfRange { found: tidy(found), low: tidy(low), high: tidy(high), defaulted: place.is_none() };
         self.problem(line, Some(label), path, what);
     }
 
@@ -381,7 +399,10 @@ impl Reader<'_> {
         if limits.lease_s > limits.max_lease_s {
             contradiction(
                 &[("limits", "default_hold_s"), ("limits", "maximum_hold_s")],
-                format!("leaves no lease: default_hold_s {} is above maximum_hold_s {}", limits.lease_s, limits.max_lease_s),
+                format!(
+                    "leaves no lease: default_hold_s {} is above maximum_hold_s {}",
+                    limits.lease_s, limits.max_lease_s
+                ),
             );
         }
         if model.drive.kind != DriveKind::Pwm {
@@ -431,7 +452,9 @@ impl Reader<'_> {
                 let known: Vec<&str> = parameters::parameters().map(|p| p.key).collect();
                 let hint = match nearest(key, known.iter().copied()) {
                     Some(near) => format!(", did you mean {near}?"),
-                    None => "; expected a numeric key of wire, taps, drive, load, initial or material, or ambient_c".into(),
+                    None => {
+                        "; expected a numeric key of wire, taps, drive, load, initial or material, or ambient_c".into()
+                    }
                 };
                 self.problem(node.line, Some(label), path, What::Unknown { hint });
                 continue;
@@ -453,7 +476,10 @@ impl Reader<'_> {
             let path = format!("effects.\"{id}\"");
             let Some(effect) = EFFECTS.iter().find(|e| e.id == id) else {
                 let hint = if let Some((_, keys)) = COEFFICIENT_EFFECTS.iter().find(|(known, _)| known == id) {
-                    format!(" here: it is part of the reference model, set {} in [channel.material]", keys.join(" and "))
+                    format!(
+                        " here: it is part of the reference model, set {} in [channel.material]",
+                        keys.join(" and ")
+                    )
                 } else if EFFECTS.iter().any(|e| e.id.split('.').next() == Some(id)) {
                     // [channel.effects.thermal.draught] without quotes is a table in a table.
                     " as an effect; write its id in quotes, such as [channel.effects.\"thermal.draught\"]".into()
@@ -488,22 +514,24 @@ impl Reader<'_> {
                             self.problem(node.line, Some(label), path, What::WrongType { found, expected });
                         }
                     },
-                    EffectParameterKind::Number | EffectParameterKind::Switch { .. } => match number(node, "a number") {
-                        Ok(found) => {
-                            if let EffectParameterKind::Switch { null } = parameter.kind
-                                && found != null
-                            {
-                                let hint = match effect.instead {
-                                    "" => String::new(),
-                                    instead => format!("; {instead} says the same and is simulated"),
-                                };
-                                let what = What::NotSimulated { parameter: parameter.name.into(), null, hint };
-                                self.problem(node.line, Some(label), format!("effects.\"{id}\""), what);
+                    EffectParameterKind::Number | EffectParameterKind::Switch { .. } => {
+                        match number(node, "a number") {
+                            Ok(found) => {
+                                if let EffectParameterKind::Switch { null } = parameter.kind
+                                    && found != null
+                                {
+                                    let hint = match effect.instead {
+                                        "" => String::new(),
+                                        instead => format!("; {instead} says the same and is simulated"),
+                                    };
+                                    let what = What::NotSimulated { parameter: parameter.name.into(), null, hint };
+                                    self.problem(node.line, Some(label), format!("effects.\"{id}\""), what);
+                                }
+                                values.insert(parameter.name.to_string(), EffectValue::Number(found));
                             }
-                            values.insert(parameter.name.to_string(), EffectValue::Number(found));
+                            Err(what) => self.problem(node.line, Some(label), path, what),
                         }
-                        Err(what) => self.problem(node.line, Some(label), path, what),
-                    },
+                    }
                 }
             }
             effects.insert(id.clone(), values);
@@ -628,9 +656,7 @@ impl Reader<'_> {
                         fault.channel = Some(index);
                         Ok(())
                     }
-                    None => {
-                        Err(What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels) })
-                    }
+                    None => Err(What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels) }),
                 },
                 ("kind", Tree::Text(word)) => match FaultKind::ALL.iter().find(|(w, _)| w == word) {
                     Some((_, kind)) => {
@@ -690,6 +716,22 @@ impl Reader<'_> {
         let (found, expected) = (node.value.describe(), format!("a table: {header}"));
         self.problem(node.line, channel, key, What::WrongType { found, expected });
         None
+    }
+}
+
+/// Takes back what the conversion to SI adds to a value that is exactly at its bound (129.9 mm from a tap at 30.1 mm
+/// is the end of a wire of 160 mm, but not to the last digit), so that whoever validates the model again agrees.
+fn settle(channel: &mut Channel) {
+    for doubling in 0..12 {
+        let Err(sinew_physics::Error::OutOfRange { key, found, low, high }) = channel.model.validate() else { return };
+        let beyond = if found > high { found - high } else { low - found };
+        let dust = beyond <= 1e-12 * found.abs();
+        let key = CHANNEL.iter().flat_map(|s| s.keys).find(|k| k.name == key && matches!(k.kind, Kind::Number { .. }));
+        let Some((key, Value::Number(si))) = key.filter(|_| dust).and_then(|k| Some((k, (k.get)(channel)?))) else {
+            return;
+        };
+        let hair = si.abs() * f64::EPSILON * f64::from(1 << doubling);
+        (key.set)(channel, Value::Number(if found > high { si - hair } else { si + hair }));
     }
 }
 
@@ -801,11 +843,7 @@ fn number(node: &Node, expected: &str) -> Result<f64, What> {
 
 fn in_range(node: &Node, low: f64, high: f64) -> Result<f64, What> {
     let found = number(node, &format!("a number, {low} to {high}"))?;
-    if (low..=high).contains(&found) {
-        Ok(found)
-    } else {
-        Err(What::OutOfRange { found, low, high, defaulted: false })
-    }
+    if (low..=high).contains(&found) { Ok(found) } else { Err(What::OutOfRange { found, low, high, defaulted: false }) }
 }
 
 fn prior(node: &Node) -> Result<Prior, What> {

@@ -218,12 +218,20 @@ pub(crate) static RIG: Section<Rig> = Section {
             },
         },
         number!(
-            "rate_hz", "Hz", SAME, 0.001..20_000.0, Default::Number(1000.0),
+            "rate_hz",
+            "Hz",
+            SAME,
+            0.001..20_000.0,
+            Default::Number(1000.0),
             "PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower",
             r.rate_hz
         ),
         number!(
-            "ambient_c", "°C", SAME, -200.0..800.0, Default::Number(25.0),
+            "ambient_c",
+            "°C",
+            SAME,
+            -200.0..800.0,
+            Default::Number(25.0),
             "Temperature of the air, where a recording does not give it",
             r.ambient_c
         ),
@@ -315,12 +323,19 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         optional: false,
         keys: &[
             number!(
-                "diameter_mm", "mm", MILLI, 0.005..10.0, Default::Required("the wire's diameter in mm, such as 0.125"),
+                "diameter_mm",
+                "mm",
+                MILLI,
+                0.005..10.0,
+                Default::Required("the wire's diameter in mm, such as 0.125"),
                 "Diameter d",
                 c.model.geometry.diameter_m
             ),
             number!(
-                "length_mm", "mm", MILLI, 1.0..100_000.0,
+                "length_mm",
+                "mm",
+                MILLI,
+                1.0..100_000.0,
                 Default::Required("the wire's hot, unloaded length in mm, such as 160.0"),
                 "Hot and unloaded length L_0",
                 c.model.geometry.length_m
@@ -377,19 +392,39 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 c.model.drive.kind
             ),
             number!(
-                "supply_v", "V", SAME, 0.0..1000.0, Default::Computed("required with kind `pwm`, else 0"),
+                "supply_v",
+                "V",
+                SAME,
+                0.0..1000.0,
+                Default::Computed("required with kind `pwm`, else 0"),
                 "Supply voltage; the driver needs more than 0",
                 c.model.drive.supply_v
             ),
             number!(
-                "shunt_ohm", "Ω", SAME, 0.0..1000.0, Default::Number(0.0), "Current shunt", c.model.drive.shunt_ohm
+                "shunt_ohm",
+                "Ω",
+                SAME,
+                0.0..1000.0,
+                Default::Number(0.0),
+                "Current shunt",
+                c.model.drive.shunt_ohm
             ),
             number!(
-                "switch_ohm", "Ω", SAME, 0.0..1000.0, Default::Number(0.0), "Switch in its on state",
+                "switch_ohm",
+                "Ω",
+                SAME,
+                0.0..1000.0,
+                Default::Number(0.0),
+                "Switch in its on state",
                 c.model.drive.switch_ohm
             ),
             number!(
-                "lead_ohm", "Ω", SAME, 0.0..1000.0, Default::Number(0.0), "Leads outside the taps",
+                "lead_ohm",
+                "Ω",
+                SAME,
+                0.0..1000.0,
+                Default::Number(0.0),
+                "Leads outside the taps",
                 c.model.drive.lead_ohm
             ),
         ],
@@ -424,16 +459,29 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 },
             },
             load_number!(
-                "mass_kg", "kg", 1e-6..1e4, Default::Computed("required with kind `spring_mass_damper`"),
-                "Moving mass M", mass_kg
+                "mass_kg",
+                "kg",
+                1e-6..1e4,
+                Default::Computed("required with kind `spring_mass_damper`"),
+                "Moving mass M",
+                mass_kg
             ),
             load_number!("damping_n_s_per_m", "N s/m", 0.0..1e6, Default::Number(40.0), "Damping B", damping_n_s_per_m),
             load_number!(
-                "spring_n_per_m", "N/m", 0.0..1e7, Default::Number(0.0), "Spring K; 0 = a hanging mass", spring_n_per_m
+                "spring_n_per_m",
+                "N/m",
+                0.0..1e7,
+                Default::Number(0.0),
+                "Spring K; 0 = a hanging mass",
+                spring_n_per_m
             ),
             load_number!(
-                "preload_n", "N", -1e5..1e5, Default::Computed("`mass_kg` × 9.80665 m/s²"),
-                "Pull on the wire at its hot, unloaded length", preload_n
+                "preload_n",
+                "N",
+                -1e5..1e5,
+                Default::Computed("`mass_kg` × 9.80665 m/s²"),
+                "Pull on the wire at its hot, unloaded length",
+                preload_n
             ),
         ],
     },
@@ -455,13 +503,20 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         optional: false,
         keys: &[
             optional_number!(
-                "temperature_c", "°C", SAME, -273.15..800.0,
+                "temperature_c",
+                "°C",
+                SAME,
+                -273.15..800.0,
                 Default::Computed("ambient, or the first imposed temperature"),
                 "Wire temperature",
                 c.model.initial.temperature_c
             ),
             number!(
-                "martensite", "1", SAME, 0.0..1.0, Default::Number(1.0),
+                "martensite",
+                "1",
+                SAME,
+                0.0..1.0,
+                Default::Number(1.0),
                 "Martensite fraction, clipped into the outer curves",
                 c.model.initial.martensite
             ),
@@ -473,86 +528,174 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         optional: false,
         keys: &[
             number!(
-                "austenite_modulus_gpa", "GPa", GIGA, 1.0..300.0, Default::Number(75.0), "Young's modulus E_A",
+                "austenite_modulus_gpa",
+                "GPa",
+                GIGA,
+                1.0..300.0,
+                Default::Number(75.0),
+                "Young's modulus E_A",
                 c.model.material.austenite_modulus_pa
             ),
             number!(
-                "martensite_modulus_gpa", "GPa", GIGA, 1.0..300.0, Default::Number(28.0), "Young's modulus E_M",
+                "martensite_modulus_gpa",
+                "GPa",
+                GIGA,
+                1.0..300.0,
+                Default::Number(28.0),
+                "Young's modulus E_M",
                 c.model.material.martensite_modulus_pa
             ),
             number!(
-                "transformation_strain", "1", SAME, 0.0..0.15, Default::Number(0.04), "Largest shape-memory strain ε_L",
+                "transformation_strain",
+                "1",
+                SAME,
+                0.0..0.15,
+                Default::Number(0.04),
+                "Largest shape-memory strain ε_L",
                 c.model.material.transformation_strain
             ),
             number!(
-                "thermoelastic_mpa_per_k", "MPa/K", MEGA, -5.0..5.0, Default::Number(0.55),
+                "thermoelastic_mpa_per_k",
+                "MPa/K",
+                MEGA,
+                -5.0..5.0,
+                Default::Number(0.55),
                 "Thermoelastic coefficient θ; 0 = no thermal strain",
                 c.model.material.thermoelastic_pa_per_k
             ),
             number!(
-                "reference_temperature_c", "°C", SAME, -273.15..500.0, Default::Number(20.0),
+                "reference_temperature_c",
+                "°C",
+                SAME,
+                -273.15..500.0,
+                Default::Number(20.0),
                 "T_0, from which thermal strain and resistivity are counted",
                 c.model.material.reference_temperature_c
             ),
             number!(
-                "austenite_temperature_c", "°C", SAME, -200.0..800.0, Default::Number(93.0),
+                "austenite_temperature_c",
+                "°C",
+                SAME,
+                -200.0..800.0,
+                Default::Number(93.0),
                 "Centre A of the transformation on heating, without stress",
                 c.model.material.austenite_temperature_c
             ),
             number!(
-                "martensite_temperature_c", "°C", SAME, -200.0..800.0, Default::Number(67.0),
+                "martensite_temperature_c",
+                "°C",
+                SAME,
+                -200.0..800.0,
+                Default::Number(67.0),
                 "Centre M of the transformation on cooling, without stress; not above A",
                 c.model.material.martensite_temperature_c
             ),
             number!(
-                "stress_shift_k_per_mpa", "K/MPa", PER_MEGA, 0.0..1.0, Default::Number(0.125),
+                "stress_shift_k_per_mpa",
+                "K/MPa",
+                PER_MEGA,
+                0.0..1.0,
+                Default::Number(0.125),
                 "1/α: how far stress moves A and M; 0 = not at all",
                 c.model.material.stress_shift_k_per_pa
             ),
             number!(
-                "heating_steepness_per_k", "1/K", SAME, 0.005..20.0, Default::Number(0.31), "k_A",
+                "heating_steepness_per_k",
+                "1/K",
+                SAME,
+                0.005..20.0,
+                Default::Number(0.31),
+                "k_A",
                 c.model.material.heating_steepness_per_k
             ),
             number!(
-                "cooling_steepness_per_k", "1/K", SAME, 0.005..20.0, Default::Number(0.31), "k_M",
+                "cooling_steepness_per_k",
+                "1/K",
+                SAME,
+                0.005..20.0,
+                Default::Number(0.31),
+                "k_M",
                 c.model.material.cooling_steepness_per_k
             ),
             number!(
-                "outer_loop_weight", "1", SAME, 0.0..1.0, Default::Number(0.8),
+                "outer_loop_weight",
+                "1",
+                SAME,
+                0.0..1.0,
+                Default::Number(0.8),
                 "w: 0 = implicit inner loop only, 1 = outer loop only",
                 c.model.material.outer_loop_weight
             ),
             number!(
-                "specific_heat_j_per_kg_k", "J/(kg K)", SAME, 50.0..5000.0, Default::Number(836.0), "c_p",
+                "specific_heat_j_per_kg_k",
+                "J/(kg K)",
+                SAME,
+                50.0..5000.0,
+                Default::Number(836.0),
+                "c_p",
                 c.model.material.specific_heat_j_per_kg_k
             ),
             number!(
-                "latent_heat_j_per_kg", "J/kg", SAME, 0.0..200_000.0, Default::Number(24_200.0), "ΔH; 0 = left out",
+                "latent_heat_j_per_kg",
+                "J/kg",
+                SAME,
+                0.0..200_000.0,
+                Default::Number(24_200.0),
+                "ΔH; 0 = left out",
                 c.model.material.latent_heat_j_per_kg
             ),
             number!(
-                "density_kg_per_m3", "kg/m³", SAME, 1000.0..20_000.0, Default::Number(6450.0), "ρ_d",
+                "density_kg_per_m3",
+                "kg/m³",
+                SAME,
+                1000.0..20_000.0,
+                Default::Number(6450.0),
+                "ρ_d",
                 c.model.material.density_kg_per_m3
             ),
             number!(
-                "convection_w_per_m2_k", "W/(m² K)", SAME, 0.0..20_000.0, Default::Number(121.2),
+                "convection_w_per_m2_k",
+                "W/(m² K)",
+                SAME,
+                0.0..20_000.0,
+                Default::Number(121.2),
                 "h; not used with convection `natural`",
                 c.model.material.convection_w_per_m2_k
             ),
             number!(
-                "austenite_resistivity_uohm_cm", "µΩ cm", UOHM_CM, 1.0..1000.0, Default::Number(86.5), "ρ_A0 at T_0",
+                "austenite_resistivity_uohm_cm",
+                "µΩ cm",
+                UOHM_CM,
+                1.0..1000.0,
+                Default::Number(86.5),
+                "ρ_A0 at T_0",
                 c.model.material.austenite_resistivity_ohm_m
             ),
             number!(
-                "martensite_resistivity_uohm_cm", "µΩ cm", UOHM_CM, 1.0..1000.0, Default::Number(75.0), "ρ_M0 at T_0",
+                "martensite_resistivity_uohm_cm",
+                "µΩ cm",
+                UOHM_CM,
+                1.0..1000.0,
+                Default::Number(75.0),
+                "ρ_M0 at T_0",
                 c.model.material.martensite_resistivity_ohm_m
             ),
             number!(
-                "austenite_resistivity_slope_uohm_cm_per_k", "µΩ cm/K", UOHM_CM, -1.0..1.0, Default::Number(0.05), "α_A",
+                "austenite_resistivity_slope_uohm_cm_per_k",
+                "µΩ cm/K",
+                UOHM_CM,
+                -1.0..1.0,
+                Default::Number(0.05),
+                "α_A",
                 c.model.material.austenite_resistivity_slope_ohm_m_per_k
             ),
             number!(
-                "martensite_resistivity_slope_uohm_cm_per_k", "µΩ cm/K", UOHM_CM, -1.0..1.0, Default::Number(0.15), "α_M",
+                "martensite_resistivity_slope_uohm_cm_per_k",
+                "µΩ cm/K",
+                UOHM_CM,
+                -1.0..1.0,
+                Default::Number(0.15),
+                "α_M",
                 c.model.material.martensite_resistivity_slope_ohm_m_per_k
             ),
             Key {
@@ -621,33 +764,66 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 },
             },
             number!(
-                "voltage_range_v", "V", SAME, 0.001..1e5, Default::Computed("10, or 1.25 × `supply_v` where that is more"),
+                "voltage_range_v",
+                "V",
+                SAME,
+                0.001..1e5,
+                Default::Computed("10, or 1.25 × `supply_v` where that is more"),
                 "Full scale of the voltages",
                 c.adc.voltage_range_v
             ),
             number!(
-                "current_range_a", "A", SAME, 1e-6..1e5, Default::Computed("1.1 × `maximum_current_a`"),
+                "current_range_a",
+                "A",
+                SAME,
+                1e-6..1e5,
+                Default::Computed("1.1 × `maximum_current_a`"),
                 "Full scale of the current; above `maximum_current_a`",
                 c.adc.current_range_a
             ),
             number!(
-                "voltage_noise_v", "V", SAME, 0.0..100.0, Default::Number(0.0015), "RMS noise of a voltage sample",
+                "voltage_noise_v",
+                "V",
+                SAME,
+                0.0..100.0,
+                Default::Number(0.0015),
+                "RMS noise of a voltage sample",
                 c.adc.voltage_noise_v
             ),
             number!(
-                "current_noise_a", "A", SAME, 0.0..100.0, Default::Number(0.0004), "RMS noise of a current sample",
+                "current_noise_a",
+                "A",
+                SAME,
+                0.0..100.0,
+                Default::Number(0.0004),
+                "RMS noise of a current sample",
                 c.adc.current_noise_a
             ),
             number!(
-                "voltage_offset_v", "V", SAME, -100.0..100.0, Default::Number(0.0), "Offset of the voltage samples",
+                "voltage_offset_v",
+                "V",
+                SAME,
+                -100.0..100.0,
+                Default::Number(0.0),
+                "Offset of the voltage samples",
                 c.adc.voltage_offset_v
             ),
             number!(
-                "current_offset_a", "A", SAME, -100.0..100.0, Default::Number(0.0), "Offset of the current samples",
+                "current_offset_a",
+                "A",
+                SAME,
+                -100.0..100.0,
+                Default::Number(0.0),
+                "Offset of the current samples",
                 c.adc.current_offset_a
             ),
             number!(
-                "supply_noise_v", "V", SAME, 0.0..100.0, Default::Number(0.003), "RMS noise of the measured supply",
+                "supply_noise_v",
+                "V",
+                SAME,
+                0.0..100.0,
+                Default::Number(0.003),
+                "RMS noise of the measured supply",
                 c.adc.supply_noise_v
             ),
         ],
@@ -658,56 +834,93 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         optional: false,
         keys: &[
             number!(
-                "minimum_length_mm", "mm", MILLI, 0.0..200_000.0,
+                "minimum_length_mm",
+                "mm",
+                MILLI,
+                0.0..200_000.0,
                 Default::Computed("hot length − margin, margin = 10 % of the stroke + 0.5 % of `length_mm`"),
                 "Shortest length a measurement may show",
                 c.limits.min_length_m
             ),
             number!(
-                "maximum_length_mm", "mm", MILLI, 0.0..200_000.0, Default::Computed("cold length + margin"),
+                "maximum_length_mm",
+                "mm",
+                MILLI,
+                0.0..200_000.0,
+                Default::Computed("cold length + margin"),
                 "Longest length a measurement may show",
                 c.limits.max_length_m
             ),
             number!(
-                "maximum_duty", "1", SAME, 0.001..1.0,
+                "maximum_duty",
+                "1",
+                SAME,
+                0.001..1.0,
                 Default::Computed("1, or `maximum_power_w` over the full-on power where that is less"),
                 "Largest duty; only with drive kind `pwm`",
                 c.limits.max_duty
             ),
             number!(
-                "maximum_power_w", "W", SAME, 1e-6..1e6, Default::Computed("1.1 × the largest full-on power"),
+                "maximum_power_w",
+                "W",
+                SAME,
+                1e-6..1e6,
+                Default::Computed("1.1 × the largest full-on power"),
                 "Largest mean power into the wire",
                 c.limits.max_power_w
             ),
             number!(
-                "maximum_current_a", "A", SAME, 1e-6..1e5, Default::Computed("1.15 × the largest full-on current"),
+                "maximum_current_a",
+                "A",
+                SAME,
+                1e-6..1e5,
+                Default::Computed("1.15 × the largest full-on current"),
                 "Largest current in the on-phase",
                 c.limits.max_current_a
             ),
             number!(
-                "maximum_temperature_c", "°C", SAME, -200.0..1200.0,
+                "maximum_temperature_c",
+                "°C",
+                SAME,
+                -200.0..1200.0,
                 Default::Computed("A + 60 K + the shift by the stress of the hot wire"),
                 "Highest estimated wire temperature",
                 c.limits.max_temperature_c
             ),
             number!(
-                "energy_budget_j", "J", SAME, 1e-9..1e9,
+                "energy_budget_j",
+                "J",
+                SAME,
+                1e-9..1e9,
                 Default::Computed("1.25 × the heat from ambient to `maximum_temperature_c`, latent heat included"),
                 "Heat taken in beyond `energy_drain_w` that is still safe",
                 c.limits.energy_budget_j
             ),
             number!(
-                "energy_drain_w", "W", SAME, 0.0..1e6, Default::Computed("the loss to the air at `maximum_temperature_c`"),
+                "energy_drain_w",
+                "W",
+                SAME,
+                0.0..1e6,
+                Default::Computed("the loss to the air at `maximum_temperature_c`"),
                 "Rate at which the energy account empties",
                 c.limits.energy_drain_w
             ),
             number!(
-                "default_hold_s", "s", SAME, 0.01..86_400.0, Default::Computed("0.5, or `maximum_hold_s` where that is less"),
+                "default_hold_s",
+                "s",
+                SAME,
+                0.01..86_400.0,
+                Default::Computed("0.5, or `maximum_hold_s` where that is less"),
                 "Lease of a command that names none",
                 c.limits.lease_s
             ),
             number!(
-                "maximum_hold_s", "s", SAME, 0.01..86_400.0, Default::Number(3600.0), "Longest lease a command may ask for",
+                "maximum_hold_s",
+                "s",
+                SAME,
+                0.01..86_400.0,
+                Default::Number(3600.0),
+                "Longest lease a command may ask for",
                 c.limits.max_lease_s
             ),
         ],
@@ -729,7 +942,11 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 c.control.algorithm
             ),
             optional_number!(
-                "lambda_per_s", "1/s", SAME, 0.01..10_000.0, Default::Computed("from the wire's heating and cooling limits"),
+                "lambda_per_s",
+                "1/s",
+                SAME,
+                0.01..10_000.0,
+                Default::Computed("from the wire's heating and cooling limits"),
                 "λ of the sliding surface; not with `pi`",
                 c.control.lambda_per_s
             ),
@@ -741,17 +958,29 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 c.control.sensing
             ),
             number!(
-                "sensing_duty", "1", SAME, 0.0..0.5, Default::Number(0.02),
+                "sensing_duty",
+                "1",
+                SAME,
+                0.0..0.5,
+                Default::Number(0.02),
                 "Duty that is always on so that there is something to measure; below `maximum_duty`",
                 c.control.minimum_duty
             ),
             number!(
-                "pi_proportional_per_mm", "1/mm", PER_MILLI, 0.0..1e6, Default::Computed("10 / stroke"),
+                "pi_proportional_per_mm",
+                "1/mm",
+                PER_MILLI,
+                0.0..1e6,
+                Default::Computed("10 / stroke"),
                 "Proportional gain of the PI controller: duty per mm of error",
                 c.control.pi_proportional_per_m
             ),
             number!(
-                "pi_integral_per_mm_s", "1/(mm s)", PER_MILLI, 0.0..1e6, Default::Computed("20 / stroke per second"),
+                "pi_integral_per_mm_s",
+                "1/(mm s)",
+                PER_MILLI,
+                0.0..1e6,
+                Default::Computed("20 / stroke per second"),
                 "Integral gain of the PI controller",
                 c.control.pi_integral_per_m_s
             ),
@@ -759,18 +988,160 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
     },
 ];
 
-/// The table and key of a channel, by both names; the table without `channel.`.
-pub(crate) fn channel_key(table: &str, name: &str) -> Option<&'static Key<Channel>> {
-    CHANNEL.iter().find(|s| local(s.table) == table)?.keys.iter().find(|k| k.name == name)
-}
-
 /// A channel's table without the `channel.` before it; empty for the channel itself.
 pub(crate) fn local(table: &'static str) -> &'static str {
     table.strip_prefix("channel").map_or(table, |t| t.strip_prefix('.').unwrap_or(t))
+}
+
+/// The reference of every key as Markdown: one table for each table of the rig file.
+/// `docs/rig.md` carries it word for word.
+pub fn reference() -> String {
+    let mut out = String::new();
+    describe(&mut out, &RIG, "[rig]");
+    for section in CHANNEL {
+        let header = if section.table == "channel" { "[[channel]]".into() } else { format!("[{}]", section.table) };
+        describe(&mut out, section, &header);
+    }
+    describe(&mut out, &SIMULATION, "[simulation]");
+    out
+}
+
+fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
+    use std::fmt::Write as _;
+    // Writing to a String cannot fail.
+    let _ = write!(
+        out,
+        "### `{header}`\n\n{}\n\n| key | unit | default | range | |\n|---|---|---|---|---|\n",
+        section.about
+    );
+    for key in section.keys {
+        let (unit, range) = match &key.kind {
+            Kind::Number { unit, low, high, .. } => (*unit, format!("{low} to {high}")),
+            Kind::Integer { low, high: i64::MAX } => ("", format!("whole, from {low}")),
+            Kind::Integer { low, high } => ("", format!("whole, {low} to {high}")),
+            Kind::Choice(words) => ("", words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")),
+            Kind::Name { .. } => ("", "a name".into()),
+        };
+        let default = match &key.default {
+            Default::Required(_) => "**required**".into(),
+            Default::Number(n) => format!("{n}"),
+            Default::Integer(i) => format!("{i}"),
+            Default::Text(t) => format!("`{t}`"),
+            Default::Computed(words) => (*words).into(),
+        };
+        let _ = writeln!(out, "| `{}` | {unit} | {default} | {range} | {} |", key.name, key.about);
+    }
+    out.push('\n');
 }
 
 /// Every table in which a key of this name lives, as in its header.
 pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
     let rig = [&RIG, &SIMULATION].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
     rig.chain(CHANNEL.iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_of_the_alloy_are_those_of_the_physics() {
+        let rig = crate::Rig::hexapod();
+        assert_eq!(rig.channels[0].model.material, sinew_physics::Material::default());
+    }
+
+    #[test]
+    fn units_convert_there_and_back() {
+        assert_eq!(MILLI.to_si(160.0), 0.16);
+        assert_eq!(UOHM_CM.to_si(86.5), 86.5e-8);
+        for scale in [SAME, MILLI, GIGA, MEGA, PER_MEGA, UOHM_CM, PER_MILLI] {
+            for n in [0.0, 0.1, 0.125, 1.0 / 3.0, 1.96133, 86.5, 160.0, 24_200.0, -0.05, 1e-200, 1e200] {
+                assert_eq!(scale.to_file(scale.to_si(n)), n, "{scale:?} {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_table_starts_with_what_selects_its_kind() {
+        for section in CHANNEL {
+            let place = section.keys.iter().position(|k| k.name == "kind");
+            assert!(place.is_none_or(|p| p == 0), "{}", section.table);
+        }
+    }
+
+    #[test]
+    fn defaults_are_within_their_ranges() {
+        fn check<T>(section: &Section<T>) {
+            for key in section.keys {
+                match (&key.default, &key.kind) {
+                    (Default::Number(n), Kind::Number { low, high, .. }) => {
+                        assert!((low..=high).contains(&n), "{}", key.name);
+                    }
+                    (Default::Integer(i), Kind::Integer { low, high }) => {
+                        assert!((low..=high).contains(&i), "{}", key.name);
+                    }
+                    (Default::Text(t), Kind::Choice(words)) => assert!(words.contains(t), "{}", key.name),
+                    (Default::Required(_) | Default::Computed(_), _) => {}
+                    _ => panic!("{}: the default is of another kind than the key", key.name),
+                }
+            }
+        }
+        check(&RIG);
+        check(&SIMULATION);
+        CHANNEL.iter().for_each(check);
+    }
+
+    #[test]
+    fn every_choice_can_be_set_and_read() {
+        let mut channel = crate::Rig::hexapod().channels.swap_remove(0);
+        for key in CHANNEL.iter().flat_map(|s| s.keys) {
+            if let Kind::Choice(words) = key.kind {
+                for word in words {
+                    (key.set)(&mut channel, Value::Text((*word).into()));
+                    assert_eq!((key.get)(&channel), Some(Value::Text((*word).into())), "{}", key.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ranges_are_those_of_the_physics() {
+        // Keys whose range depends on another key are left to the physics alone.
+        let apart = ["l0_mm", "ls_mm", "martensite_temperature_c"];
+        for parameter in crate::parameters().filter(|p| !apart.contains(&p.key)) {
+            for bound in [parameter.low, parameter.high] {
+                let mut rig = crate::Rig::hexapod();
+                rig.channels[0].model.taps = None;
+                rig.channels[0].model.material.kinetics = Kinetics::Richards { heating_skew: 1.0, cooling_skew: 1.0 };
+                rig.channels[0].model.material.martensite_temperature_c = -200.0;
+                // A hair inside: the way to SI and back may end a last digit outside.
+                let inside =
+                    if bound == parameter.low { bound + 1e-12 * bound.abs() } else { bound - 1e-12 * bound.abs() };
+                rig.set_parameter(0, parameter.key, inside).unwrap();
+                let found = rig.channels[0].model.validate();
+                assert_eq!(found, Ok(()), "{} at its bound {bound}", parameter.key);
+
+                let outside = if bound == parameter.low { bound - 1e-7 } else { bound + 1e-3 * bound.abs().max(1.0) };
+                assert!(rig.set_parameter(0, parameter.key, outside).is_err());
+                let mut model = rig.channels[0].model.clone();
+                for section in CHANNEL {
+                    for key in section.keys.iter().filter(|k| k.name == parameter.key) {
+                        if let Kind::Number { scale, .. } = key.kind {
+                            (key.set)(&mut rig.channels[0], Value::Number(scale.to_si(outside)));
+                            model = rig.channels[0].model.clone();
+                        }
+                    }
+                }
+                if parameter.key == "ambient_c" {
+                    model.ambient_c = outside;
+                }
+                match model.validate() {
+                    Err(sinew_physics::Error::OutOfRange { key, low, high, .. }) => {
+                        assert_eq!((key, low, high), (parameter.key, parameter.low, parameter.high));
+                    }
+                    Ok(()) => panic!("the physics takes {} = {outside}", parameter.key),
+                }
+            }
+        }
+    }
 }

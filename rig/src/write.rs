@@ -3,7 +3,7 @@
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike};
 
 use crate::effects::EFFECTS;
-use crate::parameters::Prior;
+use crate::parameters::{MODEL_TABLES, Prior};
 use crate::read;
 use crate::schema::{CHANNEL, Kind, RIG, SIMULATION, Section, Value, local};
 use crate::types::*;
@@ -11,8 +11,8 @@ use crate::types::*;
 impl Rig {
     /// The rig as the text of a rig file. It is the text the rig came from: comments, order and what was not changed
     /// stay as they are, changed values stand in their places, and keys that were not written before are added to
-    /// their table. Defaults are not written out; those computed from values that were changed are computed anew by
-    /// whoever reads the text.
+    /// their table. Defaults are not written out; limits and ranges computed from values that were changed are computed
+    /// anew by whoever reads the text.
     pub fn to_toml(&self) -> String {
         // A rig is only ever made from text that reads well, so both of these succeed.
         let (base, mut document) = match (read::rig(&self.source.text, ""), self.source.text.parse::<DocumentMut>()) {
@@ -20,6 +20,9 @@ impl Rig {
             _ => (None, DocumentMut::new()),
         };
         let base = base.as_ref();
+        if base.is_some_and(|base| self == base) {
+            return self.source.text.clone();
+        }
         for section in [&RIG, &SIMULATION] {
             let path: &[&str] = &[section.table];
             write_section(document.as_table_mut(), path, section, self, base);
@@ -27,6 +30,19 @@ impl Rig {
         self.write_channels(&mut document, base);
         self.write_columns(&mut document, base);
         self.write_faults(&mut document, base);
+        // A model is what it is to the last number. Where one was a default computed from another that has changed
+        // (the preload of a hanging mass), it has to be written out to stay.
+        if let Ok(again) = read::rig(&document.to_string(), "") {
+            for (index, (channel, read)) in self.channels.iter().zip(&again.channels).enumerate() {
+                if channel.model == read.model {
+                    continue;
+                }
+                let Some(table) = channel_table(&mut document, index) else { continue };
+                for section in CHANNEL.iter().filter(|s| MODEL_TABLES.contains(&s.table)) {
+                    write_section(table, &[local(section.table)], section, channel, Some(read));
+                }
+            }
+        }
         document.to_string()
     }
 
@@ -43,20 +59,15 @@ impl Rig {
             let mut kept = ArrayOfTables::new();
             for channel in &self.channels {
                 let place = old.iter().position(|c| c.name == channel.name);
-                kept.push(place.and_then(|i| tables.get(i)).cloned().unwrap_or_default());
+                let mut table = place.and_then(|i| tables.get(i)).cloned().unwrap_or_default();
+                forget_place(&mut table);
+                kept.push(table);
             }
             document.insert("channel", Item::ArrayOfTables(kept));
         }
         for (index, channel) in self.channels.iter().enumerate() {
             let before = if same_places { old.get(index) } else { old.iter().find(|c| c.name == channel.name) };
-            let table: Option<&mut dyn TableLike> = match document.get_mut("channel") {
-                Some(Item::ArrayOfTables(tables)) => tables.get_mut(index).map(|t| t as &mut dyn TableLike),
-                Some(Item::Value(toml_edit::Value::Array(array))) => {
-                    array.get_mut(index).and_then(|v| v.as_inline_table_mut()).map(|t| t as &mut dyn TableLike)
-                }
-                _ => None,
-            };
-            if let Some(table) = table {
+            if let Some(table) = channel_table(document, index) {
                 write_channel(table, channel, before);
             }
         }
@@ -115,6 +126,17 @@ impl Rig {
         if let Some(simulation) = table_at(document.as_table_mut(), &["simulation"]) {
             simulation.insert("fault", Item::ArrayOfTables(tables));
         }
+    }
+}
+
+/// The table of a channel, whether it has a header of its own or stands in an inline array.
+fn channel_table(document: &mut DocumentMut, index: usize) -> Option<&mut dyn TableLike> {
+    match document.get_mut("channel")? {
+        Item::ArrayOfTables(tables) => tables.get_mut(index).map(|t| t as &mut dyn TableLike),
+        Item::Value(toml_edit::Value::Array(array)) => {
+            array.get_mut(index).and_then(|v| v.as_inline_table_mut()).map(|t| t as &mut dyn TableLike)
+        }
+        _ => None,
     }
 }
 
@@ -184,7 +206,9 @@ fn write_section<T>(
             continue;
         }
         match (now, &key.kind) {
-            (Some(Value::Number(si)), Kind::Number { scale, .. }) => put(root, path, key.name, scale.to_file(si).into()),
+            (Some(Value::Number(si)), Kind::Number { scale, .. }) => {
+                put(root, path, key.name, scale.to_file(si).into())
+            }
             (Some(Value::Number(n)), _) => put(root, path, key.name, n.into()),
             (Some(Value::Integer(i)), _) => put(root, path, key.name, i.into()),
             (Some(Value::Text(text)), _) => put(root, path, key.name, text.into()),
@@ -218,6 +242,18 @@ fn put(root: &mut dyn TableLike, path: &[&str], key: &str, mut value: toml_edit:
         }
         _ => {
             table.insert(key, Item::Value(value));
+        }
+    }
+}
+
+/// Lets a table and those in it be printed where they now are, not where they once were.
+fn forget_place(table: &mut Table) {
+    table.set_position(None);
+    for (_, item) in table.iter_mut() {
+        match item {
+            Item::Table(inner) => forget_place(inner),
+            Item::ArrayOfTables(inner) => inner.iter_mut().for_each(forget_place),
+            _ => {}
         }
     }
 }

@@ -1,0 +1,519 @@
+//! Every kind of mistake is found at its line, with its key and what would be right.
+
+use sinew_rig::{Error, Rig, What};
+
+const GOOD: &str = r#"[rig]
+name = "bench"
+rate_hz = 1000.0
+
+[[channel]]
+name = "wire"
+
+[channel.wire]
+diameter_mm = 0.125
+length_mm = 160.0
+
+[channel.taps]
+ls_mm = 150.0
+
+[channel.drive]
+supply_v = 6.0
+
+[channel.load]
+mass_kg = 0.2
+
+[channel.material]
+latent_heat_j_per_kg = 24200
+"#;
+
+/// The messages for the good file with one piece replaced.
+fn messages(from: &str, to: &str) -> String {
+    assert_eq!(GOOD.matches(from).count(), 1, "{from}");
+    of(&GOOD.replace(from, to))
+}
+
+fn of(text: &str) -> String {
+    match Rig::parse(text, "rig.toml") {
+        Ok(_) => "accepted".into(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[track_caller]
+fn says(from: &str, to: &str, expected: &str) {
+    assert_eq!(messages(from, to), expected);
+}
+
+/// The good file with more lines at its end, which are lines 23 and on.
+#[track_caller]
+fn with(more: &str, expected: &str) {
+    assert_eq!(of(&format!("{GOOD}{more}")), expected);
+}
+
+#[test]
+fn the_good_file_is_good() {
+    let rig = Rig::parse(GOOD, "rig.toml").unwrap();
+    assert_eq!(rig.channels[0].model.geometry.length_m, 0.16);
+    rig.check_drivable().unwrap();
+}
+
+#[test]
+fn out_of_range() {
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "latent_heat_j_per_kg = -3",
+        "rig.toml:22: channel \"wire\": material.latent_heat_j_per_kg is -3, expected 0 to 200000",
+    );
+    says("rate_hz = 1000.0", "rate_hz = 20001", "rig.toml:3: rig.rate_hz is 20001, expected 0.001 to 20000");
+    says(
+        "diameter_mm = 0.125",
+        "diameter_mm = 0",
+        "rig.toml:9: channel \"wire\": wire.diameter_mm is 0, expected 0.005 to 10",
+    );
+    says("rate_hz = 1000.0", "realtime_priority = 99", "rig.toml:3: rig.realtime_priority is 99, expected 1 to 98");
+}
+
+#[test]
+fn what_depends_on_another_key() {
+    says(
+        "ls_mm = 150.0",
+        "ls_mm = 150.0\nl0_mm = 20",
+        "rig.toml:13: channel \"wire\": taps.ls_mm is 150, expected 0.16 to 140",
+    );
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "martensite_temperature_c = 95",
+        "rig.toml:22: channel \"wire\": material.martensite_temperature_c is 95, expected -200 to 93",
+    );
+    // The default of M is what is wrong then: the channel's header stands for it.
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "austenite_temperature_c = 60",
+        "rig.toml:5: channel \"wire\": material.martensite_temperature_c is 67 (the default), expected -200 to 60",
+    );
+}
+
+#[test]
+fn values_at_their_bounds_are_taken() {
+    // 30.1 + 129.9 = 160: the second tap at the very end of the wire, in decimals that no double holds exactly.
+    let mut taken = 0;
+    for tenths in 1..1599 {
+        let (l0, ls) = (f64::from(tenths) / 10.0, f64::from(1600 - tenths) / 10.0);
+        let text = GOOD.replace("ls_mm = 150.0", &format!("l0_mm = {l0}\nls_mm = {ls}"));
+        let rig = Rig::parse(&text, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
+        rig.channels[0].model.validate().unwrap();
+        assert_eq!(rig.to_toml(), text);
+        taken += 1;
+    }
+    assert_eq!(taken, 1598);
+    for (key, bound) in [("austenite_resistivity_uohm_cm", 1000), ("martensite_resistivity_uohm_cm", 1)] {
+        let text = GOOD.replace("latent_heat_j_per_kg = 24200", &format!("{key} = {bound}"));
+        Rig::parse(&text, "rig.toml").unwrap().channels[0].model.validate().unwrap();
+    }
+}
+
+#[test]
+fn not_a_number() {
+    says(
+        "mass_kg = 0.2",
+        "mass_kg = nan",
+        "rig.toml:19: channel \"wire\": load.mass_kg is nan, expected a number, 0.000001 to 10000",
+    );
+    says(
+        "mass_kg = 0.2",
+        "mass_kg = -inf",
+        "rig.toml:19: channel \"wire\": load.mass_kg is -inf, expected a number, 0.000001 to 10000",
+    );
+    says(
+        "supply_v = 6.0",
+        "supply_v = 1e999",
+        "rig.toml:16: channel \"wire\": drive.supply_v is 1e999, expected a number, 0 to 1000",
+    );
+    says(
+        "supply_v = 6.0",
+        "supply_v = \"6 V\"",
+        "rig.toml:16: channel \"wire\": drive.supply_v is the text \"6 V\", expected a number, 0 to 1000",
+    );
+    says(
+        "supply_v = 6.0",
+        "supply_v = 6.0\n[channel.adc]\nbits = 16.0",
+        "rig.toml:18: channel \"wire\": adc.bits is 16.0, expected a whole number, 4 to 32",
+    );
+}
+
+#[test]
+fn unknown_keys() {
+    says(
+        "diameter_mm = 0.125",
+        "diameter_mm = 0.125\ndiamter_mm = 0.1",
+        "rig.toml:10: channel \"wire\": wire.diamter_mm is unknown, did you mean diameter_mm?",
+    );
+    says(
+        "mass_kg = 0.2",
+        "mass_kg = 0.2\nconvection_w_per_m2_k = 80",
+        "rig.toml:20: channel \"wire\": load.convection_w_per_m2_k is unknown here: it belongs in [channel.material]",
+    );
+    says(
+        "mass_kg = 0.2",
+        "mass_kg = 0.2\ncolour = \"red\"",
+        "rig.toml:20: channel \"wire\": load.colour is unknown; \
+         expected kind, mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n",
+    );
+    with("[channel.materials]\n", "rig.toml:23: channel \"wire\": materials is unknown, did you mean material?");
+    with("[rigg]\n", "rig.toml:23: rigg is unknown, did you mean rig?");
+    with("[recording.colums]\n", "rig.toml:23: recording.colums is unknown, did you mean columns?");
+    with("[simulation]\nsed = 3\n", "rig.toml:24: simulation.sed is unknown, did you mean seed?");
+}
+
+#[test]
+fn missing_keys() {
+    says(
+        "diameter_mm = 0.125\n",
+        "",
+        "rig.toml:8: channel \"wire\": wire.diameter_mm is missing, expected the wire's diameter in mm, such as 0.125",
+    );
+    says(
+        "[channel.wire]\ndiameter_mm = 0.125\nlength_mm = 160.0\n",
+        "",
+        "rig.toml:5: channel \"wire\": wire.diameter_mm is missing, expected the wire's diameter in mm, such as 0.125\n\
+         rig.toml:5: channel \"wire\": wire.length_mm is missing, \
+         expected the wire's hot, unloaded length in mm, such as 160.0",
+    );
+    says(
+        "supply_v = 6.0\n",
+        "",
+        "rig.toml:15: channel \"wire\": drive.supply_v is missing, \
+         expected the supply voltage in V, such as 6.0 (or another drive kind)",
+    );
+    says(
+        "mass_kg = 0.2\n",
+        "",
+        "rig.toml:18: channel \"wire\": load.mass_kg is missing, \
+         expected the moving mass in kg, such as 0.2 (or another load kind)",
+    );
+    says("name = \"bench\"\n", "", "rig.toml:1: rig.name is missing, expected a name such as \"tensile-bench\"");
+    says("name = \"wire\"\n", "", "rig.toml:5: channel \"#1\": name is missing, expected a name such as \"wire\"");
+    assert_eq!(of("[rig]\nname = \"a\"\n"), "rig.toml:1: channel is missing, expected at least one [[channel]]");
+    assert_eq!(
+        of(""),
+        "rig.toml:1: rig.name is missing, expected a name such as \"tensile-bench\"\n\
+         rig.toml:1: channel is missing, expected at least one [[channel]]"
+    );
+}
+
+#[test]
+fn names() {
+    says(
+        "name = \"wire\"",
+        "name = \"my wire\"",
+        "rig.toml:6: channel \"#1\": name is \"my wire\", \
+         expected letters, digits, '-', '_' and '.', a letter or digit first, at most 32",
+    );
+    says(
+        "name = \"bench\"",
+        "name = \"../bench\"",
+        "rig.toml:2: rig.name is \"../bench\", \
+         expected letters, digits, '-', '_' and '.', a letter or digit first, at most 48",
+    );
+    says("name = \"bench\"", "name = 3", "rig.toml:2: rig.name is 3, expected a name in quotes");
+    let second = GOOD.split_once("[[channel]]").unwrap().1;
+    assert_eq!(
+        of(&format!("{GOOD}[[channel]]{second}")),
+        "rig.toml:24: channel \"#2\": name \"wire\" is used twice, first in line 6; expected a name of its own"
+    );
+}
+
+#[test]
+fn sixty_four_channels_and_no_more() {
+    let (head, channel) = GOOD.split_once("[[channel]]").unwrap();
+    let rig = |n: usize| {
+        let channels = (0..n).map(|i| format!("[[channel]]{}", channel.replace("\"wire\"", &format!("\"w{i}\""))));
+        format!("{head}{}", channels.collect::<String>())
+    };
+    assert_eq!(Rig::parse(&rig(64), "rig.toml").unwrap().channels.len(), 64);
+    let error = of(&rig(65));
+    assert!(error.contains(": channel has 65 entries, expected at most 64"), "{error}");
+    assert_eq!(error.lines().count(), 1);
+}
+
+#[test]
+fn kinds() {
+    says(
+        "supply_v = 6.0",
+        "kind = \"pmw\"\nsupply_v = 6.0",
+        "rig.toml:16: channel \"wire\": drive.kind is \"pmw\", \
+         expected \"pwm\", \"power\", \"current\" or \"temperature\"; did you mean \"pwm\"?",
+    );
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "kinetics = \"boltzmann\"",
+        "rig.toml:22: channel \"wire\": material.kinetics is \"boltzmann\", \
+         expected \"logistic\", \"linear\", \"square_root\", \"tanaka\", \"liang_rogers\" or \"richards\"",
+    );
+}
+
+#[test]
+fn keys_that_make_no_sense_together() {
+    says(
+        "supply_v = 6.0",
+        "kind = \"power\"\n[channel.limits]\nmaximum_duty = 0.5",
+        "rig.toml:18: channel \"wire\": limits.maximum_duty makes no sense: duty belongs to drive kind \"pwm\"; \
+         take it out or change the drive",
+    );
+    says(
+        "mass_kg = 0.2",
+        "mass_kg = 0.2\nkind = \"imposed_force\"",
+        "rig.toml:19: channel \"wire\": load.mass_kg makes no sense with an imposed position or force; \
+         take it out, or set kind = \"spring_mass_damper\"",
+    );
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "heating_skew = 2",
+        "rig.toml:22: channel \"wire\": material.heating_skew makes no sense without kinetics = \"richards\"; \
+         add that or take it out",
+    );
+    says(
+        "[channel.taps]\nls_mm = 150.0",
+        "[channel.control]\nsensing = \"dual\"",
+        "rig.toml:13: channel \"wire\": control.sensing is \"dual\" but there is no [channel.taps]; \
+         add the taps or use \"resistance\"",
+    );
+    with(
+        "[channel.control]\nalgorithm = \"pi\"\nlambda_per_s = 10\n",
+        "rig.toml:25: channel \"wire\": control.lambda_per_s makes no sense with algorithm = \"pi\"; \
+         take it out or choose a sliding mode",
+    );
+    with(
+        "[channel.limits]\nminimum_length_mm = 170\nmaximum_length_mm = 150\n",
+        "rig.toml:24: channel \"wire\": limits.minimum_length_mm leaves no length: minimum_length_mm is 170, \
+         maximum_length_mm 150; expected the minimum below the maximum",
+    );
+    with(
+        "[channel.limits]\nmaximum_duty = 0.01\n",
+        "rig.toml:24: channel \"wire\": limits.maximum_duty leaves nothing to control with: \
+         sensing_duty 0.02 is not below the largest duty, 0.01",
+    );
+    with(
+        "[channel.limits]\nmaximum_current_a = 0.1\n",
+        "rig.toml:24: channel \"wire\": limits.maximum_current_a is 0.1, but this supply drives 0.449 to 0.608 A \
+         through this wire whenever it is on; expected more",
+    );
+    with(
+        "[channel.adc]\ncurrent_range_a = 0.5\n",
+        "rig.toml:24: channel \"wire\": adc.current_range_a hides an over-current: \
+         current_range_a 0.5 must be above maximum_current_a 0.6986447153",
+    );
+    with(
+        "[channel.limits]\ndefault_hold_s = 9\nmaximum_hold_s = 3\n",
+        "rig.toml:24: channel \"wire\": limits.default_hold_s leaves no lease: default_hold_s 9 is above maximum_hold_s 3",
+    );
+    with(
+        "[channel.limits]\nmaximum_temperature_c = 20\n",
+        "rig.toml:24: channel \"wire\": limits.maximum_temperature_c is 20, expected more than the ambient temperature, 25",
+    );
+    says(
+        "rate_hz = 1000.0",
+        "realtime = \"off\"\nrealtime_cpu = 1",
+        "rig.toml:4: rig.realtime_cpu makes no sense with realtime = \"off\"; take one of the two out",
+    );
+}
+
+#[test]
+fn limits_follow_one_another() {
+    let rig =
+        Rig::parse(&format!("{GOOD}[channel.limits]\nmaximum_power_w = 1.5\nmaximum_hold_s = 0.2\n"), "").unwrap();
+    let limits = rig.channels[0].limits;
+    assert_eq!(limits.max_power_w, 1.5);
+    assert!((0.3..0.5).contains(&limits.max_duty), "{}", limits.max_duty);
+    assert_eq!(limits.lease_s, 0.2);
+}
+
+#[test]
+fn tables_of_another_kind() {
+    assert_eq!(
+        of("rig = 3\nchannel = 4\n"),
+        "rig.toml:1: rig is 3, expected a table: [rig]\n\
+         rig.toml:2: channel is 4, expected an array of tables: [[channel]], with two brackets"
+    );
+    assert_eq!(
+        of("[rig]\nname = \"a\"\n[channel]\nname = \"b\"\n"),
+        "rig.toml:3: channel is a single table [channel], expected an array of tables: [[channel]], with two brackets"
+    );
+    assert_eq!(
+        of("channel = [1]\n[rig]\nname = \"a\"\n").lines().next().unwrap(),
+        "rig.toml:1: channel \"#1\": is 1, expected a table: [[channel]]"
+    );
+}
+
+#[test]
+fn priors() {
+    with(
+        "[channel.priors]\nconvection = \"20 %\"\n",
+        "rig.toml:24: channel \"wire\": priors.convection is unknown; \
+         expected a numeric key of wire, taps, drive, load, initial or material, or ambient_c",
+    );
+    with(
+        "[channel.priors]\nconvection_w_per_m2 = \"20 %\"\n",
+        "rig.toml:24: channel \"wire\": priors.convection_w_per_m2 is unknown, did you mean convection_w_per_m2_k?",
+    );
+    let expected = "expected 1 sigma: a number in the key's unit, or text such as \"20 %\"";
+    for (value, found) in [("\"20\"", "the text \"20\""), ("\"a %\"", "the text \"a %\""), ("true", "true")] {
+        with(
+            &format!("[channel.priors]\nmass_kg = {value}\n"),
+            &format!("rig.toml:24: channel \"wire\": priors.mass_kg is {found}, {expected}"),
+        );
+    }
+    for value in ["-1", "\"-1 %\"", "nan", "\"nan %\""] {
+        assert!(
+            of(&format!("{GOOD}[channel.priors]\nmass_kg = {value}\n"))
+                .contains(":24: channel \"wire\": priors.mass_kg is")
+        );
+    }
+    assert_eq!(of(&format!("{GOOD}[channel.priors]\nmass_kg = \"20%\"\nambient_c = 3\n")), "accepted");
+}
+
+#[test]
+fn effects() {
+    with(
+        "[channel.effects.\"thermal.draught\"]\ngain = 0.35\nstart_s = 33.0\nend_s = 52.0\n",
+        "rig.toml:24: channel \"wire\": effects.\"thermal.draught\" has gain switched on: \
+         this version does not simulate this effect yet; set gain = 0 or take the table out",
+    );
+    with(
+        "[channel.effects.\"sensing.gain\"]\ncurrent = 0\n",
+        "rig.toml:24: channel \"wire\": effects.\"sensing.gain\" has current switched on: \
+         this version does not simulate this effect yet; set current = 1 or take the table out",
+    );
+    with(
+        "[channel.effects.\"electrical.lead_resistance\"]\nlead_ohm = 0.2\n",
+        "rig.toml:24: channel \"wire\": effects.\"electrical.lead_resistance\" has lead_ohm switched on: \
+         this version does not simulate this effect yet; set lead_ohm = 0 or take the table out; \
+         lead_ohm in [channel.drive] says the same and is simulated",
+    );
+    with(
+        "[channel.effects.\"thermal.draft\"]\n",
+        "rig.toml:23: channel \"wire\": effects.\"thermal.draft\" is unknown, did you mean \"thermal.draught\"?",
+    );
+    with(
+        "[channel.effects.\"thermal.latent_heat\"]\n",
+        "rig.toml:23: channel \"wire\": effects.\"thermal.latent_heat\" is unknown here: \
+         it is part of the reference model, set latent_heat_j_per_kg in [channel.material]",
+    );
+    with(
+        "[channel.effects.thermal.draught]\n",
+        "rig.toml:23: channel \"wire\": effects.\"thermal\" is unknown as an effect; \
+         write its id in quotes, such as [channel.effects.\"thermal.draught\"]",
+    );
+    with(
+        "[channel.effects.\"kinetic.lag\"]\nsecond = 0\n",
+        "rig.toml:24: channel \"wire\": effects.\"kinetic.lag\".second is unknown, did you mean seconds?",
+    );
+    with(
+        "[channel.effects.\"thermal.neighbour\"]\nchannel = \"wires\"\n",
+        "rig.toml:24: channel \"wire\": effects.\"thermal.neighbour\".channel is \"wires\", \
+         expected the name of a channel; did you mean \"wire\"?",
+    );
+    // At their null all are accepted, whatever their other parameters say.
+    with("[channel.effects.\"thermal.draught\"]\ngain = 0\nstart_s = 33.0\nend_s = 52.0\n", "accepted");
+    with("[channel.effects.\"kinetic.asymmetry\"]\nheating_skew = 1.0\ncooling_skew = 1\n", "accepted");
+    with("[channel.effects.\"thermal.sheath\"]\n", "accepted");
+}
+
+#[test]
+fn columns() {
+    with(
+        "[recording.columns]\nposition = \"Pos\"\n",
+        "rig.toml:24: recording.columns.position is unknown, did you mean position_m?",
+    );
+    with(
+        "[recording.columns]\nposition_m = { column = \"Pos\", scale = 0 }\n",
+        "rig.toml:24: recording.columns.position_m.scale is 0, \
+         expected the factor from the foreign unit to the contract's",
+    );
+    with(
+        "[recording.columns]\nposition_m = { scale = 2 }\n",
+        "rig.toml:24: recording.columns.position_m.column is missing, expected the foreign column's name",
+    );
+    let text = format!("{GOOD}[recording.columns]\nposition_m = {{ column = \"Pos\", scale = -1.0 }}\nduty = \"D\"\n");
+    let rig = Rig::parse(&text, "").unwrap();
+    assert_eq!((rig.columns["position_m"].scale, rig.columns["position_m"].offset), (-1.0, 0.0));
+    assert_eq!((rig.columns["duty"].column.as_str(), rig.columns["duty"].scale), ("D", 1.0));
+}
+
+#[test]
+fn simulated_faults() {
+    let fault = |body: &str| format!("[[simulation.fault]]\n{body}\n");
+    with(
+        &fault("kind = \"open\"\nstart_s = 1"),
+        "rig.toml:24: simulation.fault.kind is \"open\", expected \"open_wire\", \"shorted_wire\", \"probe_lost\", \
+         \"contact_resistance\", \"supply_dip\", \"adc_stuck\", \"adc_saturated\", \"adc_nan\" or \"backend_error\"",
+    );
+    with(
+        &fault("kind = \"open_wire\""),
+        "rig.toml:23: simulation.fault.start_s is missing, expected when it begins, in s",
+    );
+    with(
+        &fault("kind = \"open_wire\"\nstart_s = 3\nend_s = 2"),
+        "rig.toml:26: simulation.fault.end_s is 2, expected more than start_s, 3",
+    );
+    with(
+        &fault("kind = \"adc_nan\"\nstart_s = 3\nvalue = 2"),
+        "rig.toml:26: simulation.fault.value makes no sense with this kind; take it out",
+    );
+    with(
+        &fault("kind = \"supply_dip\"\nstart_s = 3\nvalue = 2"),
+        "rig.toml:26: simulation.fault.value is 2, expected 0 to 1",
+    );
+    with(
+        &fault("channel = \"wires\"\nkind = \"supply_dip\"\nstart_s = 3"),
+        "rig.toml:24: simulation.fault.channel is \"wires\", expected the name of a channel; did you mean \"wire\"?",
+    );
+    let text = format!("{GOOD}{}", fault("channel = \"wire\"\nkind = \"probe_lost\"\nstart_s = 3\nvalue = 1"));
+    let rig = Rig::parse(&text, "").unwrap();
+    let fault = &rig.simulation.faults[0];
+    assert_eq!((fault.channel, fault.size(), fault.end_s), (Some(0), 1.0, f64::INFINITY));
+    assert!(!fault.acts_at(2.9) && fault.acts_at(3.0) && fault.acts_at(1e9));
+}
+
+#[test]
+fn all_mistakes_at_once_in_the_order_of_their_lines() {
+    let text = GOOD
+        .replace("rate_hz = 1000.0", "rate_hz = \"fast\"")
+        .replace("mass_kg = 0.2", "mass = 0.2")
+        .replace("diameter_mm = 0.125", "diameter_mm = nan");
+    let error = Rig::parse(&text, "rig.toml").unwrap_err();
+    let lines: Vec<usize> = error.problems().iter().map(|p| p.line).collect();
+    assert_eq!(lines, [3, 9, 18, 19], "{error}");
+}
+
+#[test]
+fn syntax() {
+    let error = of("[rig]\nname = \"a\nrate_hz = 3\n");
+    assert!(error.starts_with("rig.toml:2: not TOML: "), "{error}");
+    let error = of("[rig]\nname = \"a\"\nname = \"b\"\n");
+    assert!(error.starts_with("rig.toml:3: not TOML: duplicate key"), "{error}");
+    // A recording given in place of a rig file.
+    let error = of("time_s,duty\n0.0,0.1\n");
+    assert!(error.starts_with("rig.toml:1: not TOML: "), "{error}");
+}
+
+#[test]
+fn unreadable_files() {
+    let error = Rig::load(std::path::Path::new("/no/such/rig.toml")).unwrap_err();
+    assert!(matches!(&error, Error::Unreadable { file, .. } if file == "/no/such/rig.toml"));
+    let error = Rig::load(std::path::Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_err();
+    assert!(matches!(error, Error::Unreadable { .. }));
+}
+
+#[test]
+fn changed_parameters_are_checked() {
+    let mut rig = Rig::parse(GOOD, "rig.toml").unwrap();
+    let before = rig.clone();
+    for (channel, key, value) in
+        [(0, "mass_kg", -1.0), (0, "mass_kg", f64::NAN), (0, "colour", 1.0), (1, "mass_kg", 1.0)]
+    {
+        let error = rig.set_parameter(channel, key, value).unwrap_err();
+        assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }));
+        assert_eq!(rig, before);
+    }
+}
