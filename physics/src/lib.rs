@@ -4,6 +4,7 @@
 //! are the phase alone, for estimators that need curves and slopes.
 #![forbid(unsafe_code)]
 
+mod balance;
 mod kinetics;
 mod params;
 mod wire;
