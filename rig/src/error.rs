@@ -163,7 +163,7 @@ impl fmt::Display for What {
             What::WrongType { found, expected } => write!(f, "is {found}, expected {expected}"),
             What::OutOfRange { found, low, high, defaulted } => {
                 let default = if *defaulted { " (the default)" } else { "" };
-                write!(f, "is {found}{default}, expected {low} to {high}")
+                write!(f, "is {}{default}, expected {} to {}", Plain(*found), Plain(*low), Plain(*high))
             }
             What::NotFinite { found, expected } => write!(f, "is {found}, expected {expected}"),
             What::NotAChoice { found, expected } => write!(f, "is \"{found}\", expected {expected}"),
@@ -178,5 +178,15 @@ impl fmt::Display for What {
                  set {parameter} = {null} or take the table out{hint}"
             ),
         }
+    }
+}
+
+/// A number as one would write it: with an exponent only where there would be a row of zeros.
+struct Plain(f64);
+
+impl fmt::Display for Plain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size != 0.0 && !(1e-6..1e15).contains(&size) { write!(f, "{:e}", self.0) } else { write!(f, "{}", self.0) }
     }
 }

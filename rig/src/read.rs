@@ -847,10 +847,10 @@ fn in_range(node: &Node, low: f64, high: f64) -> Result<f64, What> {
 }
 
 fn prior(node: &Node) -> Result<Prior, What> {
-    const EXPECTED: &str = "1 sigma: a number in the key's unit, or text such as \"20 %\"";
+    const EXPECTED: &str = "1 sigma, 0 or more: a number in the key's unit, or text such as \"20 %\"";
     let Tree::Text(text) = &node.value else {
         return match number(node, EXPECTED)? {
-            found if found < 0.0 => Err(What::OutOfRange { found, low: 0.0, high: f64::MAX, defaulted: false }),
+            found if found < 0.0 => Err(What::WrongType { found: node.value.describe(), expected: EXPECTED.into() }),
             sigma => Ok(Prior::Absolute(sigma)),
         };
     };

@@ -64,6 +64,11 @@ fn out_of_range() {
         "latent_heat_j_per_kg = -3",
         "rig.toml:22: channel \"wire\": material.latent_heat_j_per_kg is -3, expected 0 to 200000",
     );
+    says(
+        "mass_kg = 0.2",
+        "mass_kg = 1e300",
+        "rig.toml:19: channel \"wire\": load.mass_kg is 1e300, expected 0.000001 to 10000",
+    );
     says("rate_hz = 1000.0", "rate_hz = 20001", "rig.toml:3: rig.rate_hz is 20001, expected 0.001 to 20000");
     says(
         "diameter_mm = 0.125",
@@ -356,8 +361,10 @@ fn priors() {
         "[channel.priors]\nconvection_w_per_m2 = \"20 %\"\n",
         "rig.toml:24: channel \"wire\": priors.convection_w_per_m2 is unknown, did you mean convection_w_per_m2_k?",
     );
-    let expected = "expected 1 sigma: a number in the key's unit, or text such as \"20 %\"";
-    for (value, found) in [("\"20\"", "the text \"20\""), ("\"a %\"", "the text \"a %\""), ("true", "true")] {
+    let expected = "expected 1 sigma, 0 or more: a number in the key's unit, or text such as \"20 %\"";
+    for (value, found) in
+        [("-1", "-1"), ("\"20\"", "the text \"20\""), ("\"a %\"", "the text \"a %\""), ("true", "true")]
+    {
         with(
             &format!("[channel.priors]\nmass_kg = {value}\n"),
             &format!("rig.toml:24: channel \"wire\": priors.mass_kg is {found}, {expected}"),
@@ -503,6 +510,10 @@ fn unreadable_files() {
     assert!(matches!(&error, Error::Unreadable { file, .. } if file == "/no/such/rig.toml"));
     let error = Rig::load(std::path::Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_err();
     assert!(matches!(error, Error::Unreadable { .. }));
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("not-text.toml");
+    std::fs::write(&path, b"[rig]\nname = \"\xff\"\n").unwrap();
+    let error = Rig::load(&path).unwrap_err().to_string();
+    assert!(error.ends_with("not-text.toml: cannot be read: line 2 is not UTF-8 text; is this a rig file?"), "{error}");
 }
 
 #[test]
