@@ -1,0 +1,189 @@
+//! The whole virtual rig as a backend: time, channels, and the calls of the contract.
+
+use std::fmt;
+
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth};
+use sinew_physics::{EnergyBalance, Wire};
+use sinew_rig::{FaultKind, Rig};
+
+use crate::channel::Channel;
+use crate::fault::{FaultHandle, Schedule};
+
+/// Operating system error that a scheduled or switched backend error pretends: EIO.
+const EIO: i32 = 5;
+
+/// Why a rig cannot be simulated as a backend.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Error {
+    /// The driver could not drive it either, with every reason.
+    NotDrivable(sinew_rig::Error),
+    /// The physics does not accept a channel's parameters.
+    Wire {
+        /// Name of the channel.
+        channel: String,
+        /// Which, and what would be right.
+        error: sinew_physics::Error,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::NotDrivable(error) => error.fmt(f),
+            Error::Wire { channel, error } => write!(f, "channel \"{channel}\": {error}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// A rig of simulated wires. One `exchange` is one period of the rig's rate, however long it takes: whether a simulated
+/// second takes a second is up to the loop that calls it.
+#[derive(Debug)]
+pub struct SimulatedRig {
+    channels: Vec<Channel>,
+    period_s: f64,
+    /// Periods that have passed.
+    periods: u64,
+    started: bool,
+    faults: FaultHandle,
+    schedule: Schedule,
+}
+
+impl SimulatedRig {
+    /// All wires of `rig` at rest in their loads, cold, with nothing put out.
+    ///
+    /// # Errors
+    /// A rig no driver could drive, or parameters the physics does not accept.
+    pub fn new(rig: &Rig) -> Result<SimulatedRig, Error> {
+        rig.check_drivable().map_err(Error::NotDrivable)?;
+        let scheduled = &rig.simulation.faults;
+        let channels = rig.channels.iter().enumerate().map(|(index, channel)| {
+            let wire =
+                Wire::new(&channel.model).map_err(|error| Error::Wire { channel: channel.name.clone(), error })?;
+            let seed = channel_seed(rig.simulation.seed, &channel.name);
+            Ok(Channel::new(wire, channel, seed, Schedule::of_channel(scheduled, index)))
+        });
+        Ok(SimulatedRig {
+            channels: channels.collect::<Result<Vec<_>, Error>>()?,
+            period_s: 1.0 / rig.rate_hz,
+            periods: 0,
+            started: false,
+            faults: FaultHandle::new(rig.channels.len()),
+            schedule: Schedule::of_backend(scheduled),
+        })
+    }
+
+    /// What breaks things while the rig runs.
+    pub fn faults(&self) -> FaultHandle {
+        self.faults.clone()
+    }
+
+    /// Simulated time, s.
+    pub fn time_s(&self) -> f64 {
+        self.periods as f64 * self.period_s
+    }
+
+    /// Where a wire's energy went since the start: every joule put in, sensing pulses included.
+    pub fn energy(&self, channel: usize) -> Option<EnergyBalance> {
+        Some(self.channels.get(channel)?.wire.energy())
+    }
+
+    /// The simulated wire itself.
+    pub fn wire(&self, channel: usize) -> Option<&Wire> {
+        Some(&self.channels.get(channel)?.wire)
+    }
+
+    /// A time inside the present period that rounding cannot move across its ends.
+    fn middle_s(&self) -> f64 {
+        (self.periods as f64 + 0.5) * self.period_s
+    }
+
+    /// Lets one period pass without sampling.
+    fn pass(&mut self) {
+        let time_s = self.middle_s();
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            let acting = self.faults.acting(index, &channel.schedule, time_s);
+            channel.advance(self.period_s, &acting);
+        }
+        self.periods += 1;
+    }
+
+    /// A failed exchange: time passes, nothing is put out from here on.
+    fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
+        self.pass();
+        self.channels.iter_mut().for_each(Channel::switch_off);
+        samples.fill(Sample::NONE);
+        Err(error)
+    }
+}
+
+/// A seed of its own for every channel of a rig, the same wherever in the rig it stands: FNV-1a over its name.
+fn channel_seed(seed: u64, name: &str) -> u64 {
+    let start = 0xcbf2_9ce4_8422_2325 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    name.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+impl Backend for SimulatedRig {
+    fn channels(&self) -> usize {
+        self.channels.len()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        self.channels.iter_mut().for_each(Channel::at_rest);
+        self.started = true;
+        Ok(())
+    }
+
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        if !self.started {
+            return Err(BackendError::NotStarted);
+        }
+        let expected = self.channels.len();
+        for found in [duty.len(), samples.len()] {
+            if found != expected {
+                let (expected, found) = (expected as u32, found as u32);
+                return self.fail(samples, BackendError::WrongCount { expected, found });
+            }
+        }
+        if let Some(bad) = duty.iter().position(|d| !(0.0..=1.0).contains(d)) {
+            return self.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        }
+        let time_s = self.middle_s();
+        if self.faults.backend_error() || self.schedule.any_acts_at(time_s) {
+            return self.fail(samples, BackendError::Io { os_error: EIO });
+        }
+        let mut failed = None;
+        for (index, ((channel, duty), sample)) in self.channels.iter_mut().zip(duty).zip(samples).enumerate() {
+            let acting = self.faults.acting(index, &channel.schedule, time_s);
+            channel.advance(self.period_s, &acting);
+            *sample = channel.sample(self.period_s, &acting);
+            channel.duty = *duty;
+            if acting.has(FaultKind::BackendError) {
+                *sample = Sample::NONE;
+                channel.switch_off();
+                let fault = ChannelFault::Converter;
+                failed = failed.or(Some(BackendError::Channel { channel: index as u32, fault }));
+            }
+        }
+        self.periods += 1;
+        failed.map_or(Ok(()), Err)
+    }
+
+    fn missed(&mut self, periods: u64) {
+        if self.started {
+            for _ in 0..periods {
+                self.pass();
+            }
+        }
+    }
+
+    fn stop(&mut self) {
+        self.channels.iter_mut().for_each(Channel::at_rest);
+        self.started = false;
+    }
+
+    fn truth(&self, channel: usize) -> Option<Truth> {
+        Some(self.channels.get(channel)?.truth())
+    }
+}
