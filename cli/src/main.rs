@@ -1,6 +1,30 @@
-//! `sinew`: the command line. Each command is a file in `commands/`; this one only chooses it and turns its end into an exit code.
+//! `sinew`: the command line. Each command is a file in `commands/`; this one only chooses it and turns its end into an
+//! exit code.
+
 mod args;
+mod commands;
 mod failure;
+mod output;
 mod screen;
 mod setpoint;
-fn main() {}
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{BenchWhat, Cli, Command};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return output::usage(&error),
+    };
+    let outcome = match &cli.command {
+        Command::Simulate(args) => commands::simulate::simulate(args),
+        _ => todo!(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,74 @@
+//! Results to stdout, everything else to stderr.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use serde::Serialize;
+
+use crate::failure::{Failure, Outcome};
+
+/// Prints to stdout. A reader that has gone away (`| head`) has what it wanted: then the program ends well.
+pub fn print(text: impl fmt::Display) -> Outcome {
+    let mut stdout = io::stdout().lock();
+    match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) => Err(Failure::own(format!("stdout: {error}"))),
+    }
+}
+
+/// Prints a value as JSON to stdout; numbers that are not finite become `null`.
+pub fn print_json(value: &impl Serialize) -> Outcome {
+    print(format_args!("{}\n", json(value)?))
+}
+
+/// A value as indented JSON.
+pub fn json(value: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value).map_err(|error| Failure::own(format!("JSON: {error}")))
+}
+
+/// Writes a text whole or not at all, by way of a file beside it.
+pub fn write_file(path: &Path, text: &str) -> Outcome {
+    let failed = |error: io::Error| {
+        Failure::own(format!("{}: cannot be written: {error}", path.display()))
+            .hint("check the folder, its free space and that you may write there")
+    };
+    // a pipe or a device takes the text directly
+    if path.metadata().is_ok_and(|there| !there.is_file()) {
+        return std::fs::write(path, text).map_err(failed);
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let part = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)).map_err(|error| {
+        let _ = std::fs::remove_file(&part);
+        failed(error)
+    })
+}
+
+/// What clap has to say: help and version on stdout with exit code 0, bad use on stderr with exit code 2.
+pub fn usage(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    // the styled text of clap, but with its last line in the form every hint has here
+    let styled = error.render();
+    let text = match io::IsTerminal::is_terminal(&io::stderr()) && std::env::var_os("NO_COLOR").is_none() {
+        true => styled.ansi().to_string(),
+        false => styled.to_string(),
+    };
+    let plain = styled.to_string();
+    match plain.trim_end().ends_with("try '--help'.") {
+        true => {
+            let body = text.trim_end().rsplit_once('\n').map_or("", |(body, _)| body).trim_end();
+            let command = std::env::args().nth(1).filter(|word| !word.starts_with('-'));
+            let known = command.filter(|word| <crate::args::Cli as clap::CommandFactory>::command().find_subcommand(word).is_some());
+            let command = known.map(|word| format!(" {word}")).unwrap_or_default();
+            eprintln!("{body}\nhint: `sinew{command} --help` shows what there is, with examples");
+        }
+        false => eprint!("{text}"),
+    }
+    ExitCode::from(2)
+}
