@@ -1,1 +1,38 @@
-//! placeholder
+//! Message types, services, and the client a robot program links.
+//!
+//! A driver publishes what it knows and takes commands over shared memory (iceoryx2); a robot program connects with
+//! [`Client`]. `docs/client.md` is the guided tour, `examples/gait.rs` a complete program.
+//!
+//! | service | pattern | carries | written by |
+//! |---|---|---|---|
+//! | `state` | blackboard | [`Info`], the latest [`Snapshot`], [`LoopStats`] | the real-time loop ([`StateWriter`]) |
+//! | `cycles` | publish–subscribe | every cycle, in batches ([`BatchHeader`], [`ChannelState`]) | an ordinary thread ([`CyclePublisher`]) |
+//! | `tick` | event | "something new is there" | the same |
+//! | `command` | request–response | [`Command`] and [`Reply`] | clients; answered by an ordinary thread ([`CommandServer`]) |
+//!
+//! Which driver runs, and where its services are, stands in its lock file: see [`RigLock`].
+#![deny(unsafe_code)]
+
+mod client;
+mod error;
+pub mod fault;
+mod histogram;
+mod messages;
+mod run;
+mod server;
+mod service;
+mod stream;
+mod sys;
+
+pub use client::{Client, ClientOptions, DriverHealth, FaultChange, FaultWatch, Waiter};
+pub use error::{Error, Reason, Refusal};
+pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
+pub use histogram::Histogram;
+pub use messages::{
+    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, DriverState, Info,
+    LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Reply, Snapshot,
+};
+pub use run::{MAX_RIG_NAME, RigLock, check_rig_name, running, runtime_dir};
+pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};
+pub use stream::{Cycle, CycleStream};
+pub use sys::monotonic_ns;

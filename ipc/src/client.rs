@@ -1,0 +1,569 @@
+//! What a robot program links: find the driver, read what it knows, command it.
+//!
+//! A [`Client`] may be shared between threads, and any number of them (128 in all) may be connected to one driver, from
+//! one process or many. Reading the latest state never waits for anything. When the driver ends or dies, reading keeps
+//! giving the last state it wrote, [`Client::is_alive`] says no, and commands fail with [`Error::DriverGone`]; connect again for the next one.
+
+use crate::run::Attachment;
+use crate::service::{
+    Entry, Ipc, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, Requests, StateReader, TickListener, failed, name, node,
+};
+use crate::stream::CycleStream;
+use crate::{
+    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, DriverState, Error, Fault, Info,
+    LoopStats, Outcome, Reason, Refusal, Reply, Snapshot,
+};
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, TryLockError};
+use std::time::{Duration, Instant};
+
+/// What is common to a client, its streams and its waiters. Fields are dropped in this order: the hold on the run's files last.
+pub(crate) struct Link {
+    pub(crate) cycles: publish_subscribe::PortFactory<Ipc, [ChannelState], BatchHeader>,
+    tick: event::PortFactory<Ipc>,
+    snapshot: Entry<Snapshot>,
+    _node: IpcNode,
+    attachment: Attachment,
+}
+
+impl Link {
+    fn driver_lives(&self) -> bool {
+        self.attachment.driver_lives()
+    }
+
+    /// An error when the driver is gone.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if self.driver_lives() {
+            return Ok(());
+        }
+        Err(Error::DriverGone {
+            rig: self.attachment.rig().into(),
+            pid: self.attachment.pid,
+            stopped: self.snapshot.get().state() == DriverState::Stopped,
+        })
+    }
+}
+
+/// How long a client is willing to wait.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClientOptions {
+    /// For a driver that is just starting, when connecting.
+    pub connect: Duration,
+    /// For the answer to a command.
+    pub answer: Duration,
+}
+
+impl Default for ClientOptions {
+    fn default() -> Self {
+        ClientOptions { connect: Duration::from_secs(2), answer: Duration::from_secs(1) }
+    }
+}
+
+/// How the driver is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DriverHealth {
+    /// Services are there, the loop does not run yet.
+    Starting,
+    /// The loop runs.
+    Running,
+    /// Its process lives but the loop has not written for so long.
+    Stalled {
+        /// Age of the latest state.
+        age: Duration,
+    },
+    /// It is stopping or has stopped in order.
+    Stopped,
+    /// It ended without stopping.
+    Died,
+}
+
+/// A connection to a running driver.
+pub struct Client {
+    info: Info,
+    stats: Entry<LoopStats>,
+    _reader: StateReader,
+    requests: Requests,
+    sequence: AtomicU64,
+    number: u64,
+    options: ClientOptions,
+    sleeper: Mutex<Option<Waiter>>,
+    link: Arc<Link>,
+}
+
+impl Client {
+    /// Connects to the driver of this rig.
+    ///
+    /// # Errors
+    /// [`Error::NotRunning`] (with the rigs that are), [`Error::Starting`], [`Error::Protocol`], [`Error::RigName`],
+    /// [`Error::Service`], [`Error::RuntimeDir`].
+    pub fn connect(rig: &str) -> Result<Client, Error> {
+        Client::connect_with(rig, ClientOptions::default())
+    }
+
+    /// Connects with patience of one's own.
+    ///
+    /// # Errors
+    /// As [`Client::connect`].
+    pub fn connect_with(rig: &str, options: ClientOptions) -> Result<Client, Error> {
+        let end = Instant::now() + options.connect;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let attachment = Attachment::find(rig, left)?;
+            match Client::open(attachment, options) {
+                Ok(client) => return Ok(client),
+                // A driver that is just ending, or many clients at once: worth another look while there is time.
+                Err(Error::Service { .. }) if !left.is_zero() => std::thread::sleep(Duration::from_millis(10)),
+                Err(e) => return Err(e),
+            }
+        }
+    }
+
+    fn open(attachment: Attachment, options: ClientOptions) -> Result<Client, Error> {
+        static CLIENTS: AtomicU64 = AtomicU64::new(1);
+        let node = node(&attachment.run, &attachment.run_dir())?;
+        let state = node.service_builder(&name("state")?).blackboard_opener::<u64>().open().map_err(failed("state"))?;
+        let reader = state.reader_builder().create().map_err(failed("state"))?;
+        let info = *reader.entry::<Info>(&KEY_INFO).map_err(failed("state"))?.get();
+        if info.protocol != crate::PROTOCOL {
+            let rig = attachment.rig().to_string();
+            return Err(Error::Protocol { rig, found: info.protocol, expected: crate::PROTOCOL });
+        }
+        let snapshot = reader.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed("state"))?;
+        let stats = reader.entry::<LoopStats>(&KEY_STATS).map_err(failed("state"))?;
+        let cycles = node
+            .service_builder(&name("cycles")?)
+            .publish_subscribe::<[ChannelState]>()
+            .user_header::<BatchHeader>()
+            .open()
+            .map_err(failed("cycles"))?;
+        let tick = node.service_builder(&name("tick")?).event().open().map_err(failed("tick"))?;
+        let requests = node
+            .service_builder(&name("command")?)
+            .request_response::<Command, Reply>()
+            .open()
+            .map_err(failed("command"))?
+            .client_builder()
+            .create()
+            .map_err(failed("command"))?;
+        Ok(Client {
+            info,
+            stats,
+            _reader: reader,
+            requests,
+            sequence: AtomicU64::new(1),
+            number: u64::from(std::process::id()) << 32 | CLIENTS.fetch_add(1, Ordering::Relaxed) & 0xffff_ffff,
+            options,
+            sleeper: Mutex::new(None),
+            link: Arc::new(Link { cycles, tick, snapshot, _node: node, attachment }),
+        })
+    }
+
+    /// Names of the rigs a driver is running for, sorted.
+    ///
+    /// # Errors
+    /// [`Error::RuntimeDir`].
+    pub fn discover() -> Result<Vec<String>, Error> {
+        crate::run::running()
+    }
+
+    /// What does not change while the driver runs: rate, channels, limits.
+    pub fn info(&self) -> &Info {
+        &self.info
+    }
+
+    /// The channels, in the rig's order.
+    pub fn channels(&self) -> &[ChannelInfo] {
+        self.info.channels()
+    }
+
+    /// The number of a channel.
+    ///
+    /// # Errors
+    /// [`Error::UnknownChannel`] with the names there are.
+    pub fn channel(&self, name: &str) -> Result<usize, Error> {
+        self.info.index_of(name).ok_or_else(|| Error::UnknownChannel {
+            name: name.to_string(),
+            known: self.channels().iter().map(|c| c.name.as_str().to_string()).collect(),
+        })
+    }
+
+    /// The latest state: one whole cycle, never parts of two. Does not wait.
+    pub fn latest(&self) -> Snapshot {
+        *self.link.snapshot.get()
+    }
+
+    /// The latest state, into a place of the caller's.
+    pub fn latest_into(&self, snapshot: &mut Snapshot) {
+        snapshot.copy_from(&self.link.snapshot.get());
+    }
+
+    /// Looks at the latest state. The copy from shared memory is the only one made: only after copying can it be told that
+    /// the driver did not write meanwhile.
+    pub fn with_latest<T>(&self, look: impl FnOnce(&Snapshot) -> T) -> T {
+        look(&self.link.snapshot.get())
+    }
+
+    /// How the loop does.
+    pub fn loop_stats(&self) -> LoopStats {
+        *self.stats.get()
+    }
+
+    /// Every cycle from now on, in order.
+    ///
+    /// # Errors
+    /// [`Error::Service`], e.g. when 64 streams are open already.
+    pub fn stream(&self) -> Result<CycleStream, Error> {
+        CycleStream::new(&self.link)
+    }
+
+    /// Sleeps until the driver has something new, up to `timeout`; false when nothing came. Returns at once when something
+    /// has come since the last call. For several threads that sleep at the same time, give each a [`Client::waiter`].
+    ///
+    /// # Errors
+    /// [`Error::DriverGone`], [`Error::Service`].
+    pub fn wait(&self, timeout: Duration) -> Result<bool, Error> {
+        match self.sleeper.try_lock() {
+            Ok(mut sleeper) => match &mut *sleeper {
+                Some(waiter) => waiter.wait(timeout),
+                none => none.insert(Waiter::new(&self.link)?).wait(timeout),
+            },
+            Err(TryLockError::WouldBlock) => Waiter::new(&self.link)?.wait(timeout),
+            Err(TryLockError::Poisoned(_)) => Waiter::new(&self.link)?.wait(timeout),
+        }
+    }
+
+    /// A sleeper of one's own.
+    ///
+    /// # Errors
+    /// [`Error::Service`], e.g. when 128 of them exist already.
+    pub fn waiter(&self) -> Result<Waiter, Error> {
+        Waiter::new(&self.link)
+    }
+
+    /// Fault changes from now on.
+    pub fn faults(&self) -> FaultWatch<'_> {
+        FaultWatch::new(self)
+    }
+
+    /// Age of the latest state.
+    pub fn age(&self) -> Duration {
+        self.with_latest(age_of)
+    }
+
+    /// How the driver is.
+    pub fn health(&self) -> DriverHealth {
+        // Asked in this order: what is written before dying is seen.
+        let lives = self.link.driver_lives();
+        let (state, age) = self.with_latest(|s| (s.state(), age_of(s)));
+        match state {
+            DriverState::Stopped => DriverHealth::Stopped,
+            _ if !lives => DriverHealth::Died,
+            DriverState::Stopping => DriverHealth::Stopped,
+            DriverState::Starting => DriverHealth::Starting,
+            DriverState::Running if age > self.longest_gap() => DriverHealth::Stalled { age },
+            DriverState::Running => DriverHealth::Running,
+        }
+    }
+
+    /// Whether the driver's process lives and its loop runs.
+    pub fn is_alive(&self) -> bool {
+        matches!(self.health(), DriverHealth::Starting | DriverHealth::Running)
+    }
+
+    /// The age of the latest state from which on the loop counts as standing still.
+    fn longest_gap(&self) -> Duration {
+        let periods = if self.info.rate_hz > 0.0 { 20.0 / self.info.rate_hz } else { 0.0 };
+        Duration::from_secs_f64((0.5 + periods).min(60.0))
+    }
+
+    /// Holds a wire length, m, for `hold` unless renewed ([`Duration::ZERO`]: the channel's default). Returns the driver's reply with
+    /// the lease as granted, once the loop has it.
+    ///
+    /// # Errors
+    /// [`Error::UnknownChannel`], [`Error::Refused`] with the reason and what to do, [`Error::DriverGone`], [`Error::NoAnswer`].
+    pub fn set_length(&self, channel: &str, length_m: f64, hold: Duration) -> Result<Reply, Error> {
+        self.set(channel, CommandKind::Length, length_m, hold)
+    }
+
+    /// Holds a share of the stroke, 0 (cold) to 1 (hot).
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn set_stroke(&self, channel: &str, stroke: f64, hold: Duration) -> Result<Reply, Error> {
+        self.set(channel, CommandKind::Stroke, stroke, hold)
+    }
+
+    /// Gives a duty, 0 to 1, without control.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn set_duty(&self, channel: &str, duty: f64, hold: Duration) -> Result<Reply, Error> {
+        self.set(channel, CommandKind::Duty, duty, hold)
+    }
+
+    /// Holds a tension, N.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn set_force(&self, channel: &str, force_n: f64, hold: Duration) -> Result<Reply, Error> {
+        self.set(channel, CommandKind::Force, force_n, hold)
+    }
+
+    /// Only the sensing pulse from now on.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn off(&self, channel: &str) -> Result<Reply, Error> {
+        self.set(channel, CommandKind::Off, 0.0, Duration::ZERO)
+    }
+
+    /// Only the sensing pulse on every channel from now on.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn all_off(&self) -> Result<Reply, Error> {
+        self.command(ALL_CHANNELS, CommandKind::Off, 0.0, Duration::ZERO)
+    }
+
+    /// Clears a latched fault whose cause has gone.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn reset(&self, channel: &str) -> Result<Reply, Error> {
+        self.set(channel, CommandKind::Reset, 0.0, Duration::ZERO)
+    }
+
+    /// Stops the driver: outputs to zero, then it ends.
+    ///
+    /// # Errors
+    /// [`Error::DriverGone`], [`Error::NoAnswer`].
+    pub fn stop(&self) -> Result<Reply, Error> {
+        self.command(ALL_CHANNELS, CommandKind::Stop, 0.0, Duration::ZERO)
+    }
+
+    /// Any command to a channel by name.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn set(&self, channel: &str, kind: CommandKind, value: f64, hold: Duration) -> Result<Reply, Error> {
+        self.command(self.channel(channel)? as u32, kind, value, hold)
+    }
+
+    /// Any command to a channel by number ([`ALL_CHANNELS`] for all). What the driver would refuse is not checked here: there is
+    /// one judge.
+    ///
+    /// # Errors
+    /// As [`Client::set_length`].
+    pub fn command(&self, channel: u32, kind: CommandKind, value: f64, hold: Duration) -> Result<Reply, Error> {
+        let command = Command {
+            client: self.number,
+            sequence: self.sequence.fetch_add(1, Ordering::Relaxed),
+            channel,
+            kind: kind.code(),
+            value,
+            hold_s: hold.as_secs_f64(),
+        };
+        let reply = self.ask(command)?;
+        match self.reason(&reply) {
+            None => Ok(reply),
+            Some(reason) => {
+                let channel = match self.channels().get(channel as usize) {
+                    Some(info) => info.name.to_string(),
+                    None if channel == ALL_CHANNELS => "all channels".into(),
+                    None => format!("number {channel}"),
+                };
+                Err(Error::Refused(Refusal { channel, kind, value, reason }))
+            }
+        }
+    }
+
+    /// Sends a command and waits for its reply.
+    fn ask(&self, command: Command) -> Result<Reply, Error> {
+        self.link.check()?;
+        let started = Instant::now();
+        let no_answer = |waited| match self.link.check() {
+            Err(gone) => gone,
+            Ok(()) => Error::NoAnswer { rig: self.link.attachment.rig().into(), waited },
+        };
+        // All requests this client may have unanswered can be taken, by other threads: theirs will be answered soon.
+        let pending = loop {
+            match self.requests.send_copy(command) {
+                Ok(pending) => break pending,
+                Err(e) if started.elapsed() >= self.options.answer => {
+                    self.link.check()?;
+                    return Err(failed("command")(e));
+                }
+                Err(_) => std::thread::sleep(Duration::from_micros(500)),
+            }
+        };
+        let mut pause = Duration::from_micros(50);
+        let mut next_check = Duration::from_millis(20);
+        loop {
+            if let Ok(Some(reply)) = pending.receive()
+                && reply.sequence == command.sequence
+            {
+                return Ok(*reply);
+            }
+            let waited = started.elapsed();
+            if waited >= self.options.answer {
+                return Err(no_answer(waited));
+            }
+            if waited >= next_check {
+                self.link.check()?;
+                next_check = waited + Duration::from_millis(20);
+            }
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_micros(500));
+        }
+    }
+
+    fn reason(&self, reply: &Reply) -> Option<Reason> {
+        // A fault this version does not know is still a fault.
+        let fault = Fault::from_code(reply.fault).unwrap_or(Fault::Backend);
+        Some(match Outcome::from_code(reply.outcome) {
+            Some(Outcome::Taken) => return None,
+            Some(Outcome::UnknownChannel) => Reason::UnknownChannel,
+            Some(Outcome::UnknownCommand) => Reason::UnknownCommand,
+            Some(Outcome::NotFinite) => Reason::NotFinite,
+            Some(Outcome::OutOfRange) => Reason::OutOfRange { low: reply.low, high: reply.high },
+            Some(Outcome::HoldOutOfRange) => Reason::HoldOutOfRange { low: reply.low, high: reply.high },
+            Some(Outcome::Faulted) => Reason::Faulted(fault),
+            Some(Outcome::CauseRemains) => Reason::CauseRemains(fault),
+            Some(Outcome::Waiting) => Reason::Waiting,
+            Some(Outcome::Unsupported) => Reason::Unsupported,
+            Some(Outcome::Busy) => Reason::Busy,
+            Some(Outcome::Stopping) => Reason::Stopping,
+            None => Reason::Unknown(reply.outcome),
+        })
+    }
+}
+
+fn age_of(snapshot: &Snapshot) -> Duration {
+    Duration::from_nanos(crate::monotonic_ns().saturating_sub(snapshot.monotonic_ns))
+}
+
+/// Sleeps until the driver rings. Made by [`Client::waiter`].
+pub struct Waiter {
+    port: TickListener,
+    link: Arc<Link>,
+}
+
+impl Waiter {
+    pub(crate) fn new(link: &Arc<Link>) -> Result<Waiter, Error> {
+        let port = link.tick.listener_builder().create().map_err(failed("tick"))?;
+        Ok(Waiter { port, link: link.clone() })
+    }
+
+    /// Sleeps until something is new, up to `timeout`; false when nothing came.
+    ///
+    /// # Errors
+    /// [`Error::DriverGone`], [`Error::Service`].
+    pub fn wait(&mut self, timeout: Duration) -> Result<bool, Error> {
+        /// A dead driver does not ring: look after it now and then.
+        const SLICE: Duration = Duration::from_millis(100);
+        use iceoryx2::port::listener::ListenerWaitError;
+        let end = Instant::now() + timeout;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.port.timed_wait(|_| {}, left.min(SLICE)) {
+                Ok(n) if n > 0 => return Ok(true),
+                Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
+                Err(e) => return Err(failed("tick")(e)),
+            }
+            self.link.check()?;
+            if left.is_zero() {
+                return Ok(false);
+            }
+        }
+    }
+}
+
+/// One change of a channel's fault.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaultChange {
+    /// Number of the channel.
+    pub channel: usize,
+    /// Its name.
+    pub name: String,
+    /// The fault before, if any.
+    pub before: Option<Fault>,
+    /// The fault from now on; `None` = cleared.
+    pub after: Option<Fault>,
+    /// The cycle it was seen in.
+    pub cycle: u64,
+    /// When, CLOCK_MONOTONIC, ns.
+    pub monotonic_ns: u64,
+}
+
+/// Watches for faults. Since faults stay latched until somebody resets them, looking now and then misses none but those that
+/// are reset in between. The first look reports every fault that is there.
+pub struct FaultWatch<'a> {
+    client: &'a Client,
+    seen: Vec<Option<Fault>>,
+    found: std::collections::VecDeque<FaultChange>,
+    gone: bool,
+}
+
+impl<'a> FaultWatch<'a> {
+    fn new(client: &'a Client) -> FaultWatch<'a> {
+        FaultWatch { client, seen: vec![None; client.channels().len()], found: Default::default(), gone: false }
+    }
+
+    /// The next change since the last look, if any; never waits. When the driver has died each channel changes to
+    /// [`Fault::DriverDied`] once.
+    pub fn poll(&mut self) -> Option<FaultChange> {
+        if self.found.is_empty() && !self.gone {
+            let died = self.client.health() == DriverHealth::Died;
+            let FaultWatch { client, seen, found, .. } = self;
+            client.with_latest(|snapshot| {
+                for (channel, (state, seen)) in snapshot.channels().iter().zip(seen).enumerate() {
+                    let after = if died { Some(Fault::DriverDied) } else { state.fault() };
+                    if after != *seen {
+                        found.push_back(FaultChange {
+                            channel,
+                            name: client.channels()[channel].name.to_string(),
+                            before: *seen,
+                            after,
+                            cycle: snapshot.cycle,
+                            monotonic_ns: snapshot.monotonic_ns,
+                        });
+                        *seen = after;
+                    }
+                }
+            });
+            self.gone = died;
+        }
+        self.found.pop_front()
+    }
+
+    /// The next change, waiting for it up to `timeout`.
+    ///
+    /// # Errors
+    /// [`Error::DriverGone`] once all that is known has been reported, [`Error::Service`].
+    pub fn wait(&mut self, timeout: Duration) -> Result<Option<FaultChange>, Error> {
+        let end = Instant::now() + timeout;
+        loop {
+            if let Some(change) = self.poll() {
+                return Ok(Some(change));
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(None);
+            }
+            match self.client.wait(left) {
+                Ok(_) => {}
+                Err(gone) => return self.poll().map(Some).ok_or(gone),
+            }
+        }
+    }
+}
+
+impl Iterator for FaultWatch<'_> {
+    type Item = FaultChange;
+
+    /// As [`FaultWatch::poll`].
+    fn next(&mut self) -> Option<FaultChange> {
+        self.poll()
+    }
+}

@@ -1,0 +1,364 @@
+//! What can go wrong between the driver and its clients, and what to do about it.
+
+use crate::{CommandKind, Fault};
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Every way a call of this crate can fail.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A rig name outside the allowed characters or too long.
+    RigName {
+        /// The name as given.
+        name: String,
+    },
+    /// A channel name that does not fit into a message.
+    Name {
+        /// The name as given.
+        name: String,
+    },
+    /// No channels, or more than fit into a message.
+    Channels {
+        /// How many there were.
+        found: usize,
+    },
+    /// A driver for this rig name is already running.
+    AlreadyRunning {
+        /// The rig's name.
+        rig: String,
+        /// Process id of that driver; 0 when it is just starting.
+        pid: u32,
+    },
+    /// No driver for this rig name is running.
+    NotRunning {
+        /// The rig's name.
+        rig: String,
+        /// The rigs that are running.
+        running: Vec<String>,
+    },
+    /// A driver holds the rig but has not opened its services in time.
+    Starting {
+        /// The rig's name.
+        rig: String,
+        /// Process id of that driver.
+        pid: u32,
+    },
+    /// The driver this client was connected to is gone.
+    DriverGone {
+        /// The rig's name.
+        rig: String,
+        /// Process id it had.
+        pid: u32,
+        /// Whether it stopped in order (true) or died.
+        stopped: bool,
+    },
+    /// Driver and client speak different versions of the messages.
+    Protocol {
+        /// The rig's name.
+        rig: String,
+        /// Version of the driver.
+        found: u32,
+        /// Version of this library.
+        expected: u32,
+    },
+    /// There is no channel of that name.
+    UnknownChannel {
+        /// The name as given.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// The driver refused a command.
+    Refused(Refusal),
+    /// The driver did not answer in time.
+    NoAnswer {
+        /// The rig's name.
+        rig: String,
+        /// How long this client waited.
+        waited: Duration,
+    },
+    /// The folder for locks and sockets cannot be used.
+    RuntimeDir {
+        /// The folder.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// Shared memory could not be set up or opened.
+    Service {
+        /// Which part.
+        what: &'static str,
+        /// iceoryx2's own words.
+        reason: String,
+    },
+}
+
+/// Why the driver refused a command.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refusal {
+    /// The channel's name; "all channels" for commands that name none.
+    pub channel: String,
+    /// What was asked for.
+    pub kind: CommandKind,
+    /// The value asked for, in SI units.
+    pub value: f64,
+    /// Why not.
+    pub reason: Reason,
+}
+
+/// The reason of a [`Refusal`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The driver has no channel of that number.
+    UnknownChannel,
+    /// The driver does not know that kind of command.
+    UnknownCommand,
+    /// Value or hold is NaN or infinite.
+    NotFinite,
+    /// The value is outside this range, in SI units.
+    OutOfRange {
+        /// Smallest value allowed.
+        low: f64,
+        /// Largest value allowed.
+        high: f64,
+    },
+    /// The hold is outside this range, s.
+    HoldOutOfRange {
+        /// Shortest hold allowed, s.
+        low: f64,
+        /// Longest hold allowed, s.
+        high: f64,
+    },
+    /// The channel is off by this latched fault.
+    Faulted(Fault),
+    /// The cause of this fault is still there.
+    CauseRemains(Fault),
+    /// The channel's sensors have not proved themselves yet.
+    Waiting,
+    /// This channel cannot do that.
+    Unsupported,
+    /// Too many commands at once.
+    Busy,
+    /// The driver is stopping.
+    Stopping,
+    /// An answer this library does not know.
+    Unknown(u32),
+}
+
+impl Error {
+    /// What a person can do about it; empty where the message says all there is.
+    pub fn remedy(&self) -> String {
+        match self {
+            Error::RigName { .. } => "use 1 to 48 of the characters A-Z a-z 0-9 _ . -".into(),
+            Error::Name { .. } => "use 1 to 64 bytes without a zero byte".into(),
+            Error::Channels { .. } => format!("a rig has 1 to {} channels", crate::MAX_CHANNELS),
+            Error::AlreadyRunning { rig, pid: 0 } => {
+                format!("stop it with `sinew stop --rig {rig}`, or give this rig another name")
+            }
+            Error::AlreadyRunning { rig, pid } => {
+                format!("stop it with `sinew stop --rig {rig}` or `kill {pid}`, or give this rig another name")
+            }
+            Error::NotRunning { running, .. } if running.is_empty() => "start the driver with `sinew run`".into(),
+            Error::NotRunning { running, .. } => format!("start it with `sinew run`; running: {}", running.join(", ")),
+            Error::Starting { pid, .. } => {
+                format!("try again in a moment; if it stays so, look what process {pid} does")
+            }
+            Error::DriverGone { stopped: true, .. } => Fault::Stopping.remedy().into(),
+            Error::DriverGone { stopped: false, .. } => Fault::DriverDied.remedy().into(),
+            Error::Protocol { found, expected, .. } if found > expected => {
+                "build this program against the driver's version of sinew-ipc".into()
+            }
+            Error::Protocol { .. } => "restart the driver with the sinew this program was built with".into(),
+            Error::UnknownChannel { name, known } => match nearest(name, known) {
+                Some(near) => format!("did you mean {near:?}?"),
+                None => format!("there are: {}", known.join(", ")),
+            },
+            Error::Refused(refusal) => refusal.remedy(),
+            Error::NoAnswer { .. } => {
+                "the driver runs but does not answer: see `sinew status` for overruns, and `sinew doctor`".into()
+            }
+            Error::RuntimeDir { .. } => {
+                "make it a folder of your own with mode 0700, or name another one in SINEW_RUNTIME_DIR".into()
+            }
+            Error::Service { .. } => {
+                "check the space left in /dev/shm and the number of programs connected (128 at most)".into()
+            }
+        }
+    }
+
+    /// Whether this is the caller's mistake (a name, a value) and not a failure of the machine or the driver.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Error::RigName { .. } | Error::Name { .. } | Error::Channels { .. } | Error::UnknownChannel { .. } => true,
+            Error::Refused(refusal) => matches!(
+                refusal.reason,
+                Reason::UnknownChannel
+                    | Reason::UnknownCommand
+                    | Reason::NotFinite
+                    | Reason::OutOfRange { .. }
+                    | Reason::HoldOutOfRange { .. }
+                    | Reason::Unsupported
+            ),
+            _ => false,
+        }
+    }
+
+    /// What is wrong, without the remedy.
+    pub fn message(&self) -> String {
+        match self {
+            Error::RigName { name } => format!("{name:?} is no rig name"),
+            Error::Name { name } => format!("{name:?} is no channel name"),
+            Error::Channels { found } => format!("a rig with {found} channels"),
+            Error::AlreadyRunning { rig, pid: 0 } => format!("a driver for rig {rig:?} is already starting"),
+            Error::AlreadyRunning { rig, pid } => {
+                format!("a driver for rig {rig:?} is already running as process {pid}")
+            }
+            Error::NotRunning { rig, .. } => format!("no driver for rig {rig:?} is running"),
+            Error::Starting { rig, pid } => {
+                format!("the driver for rig {rig:?} (process {pid}) has not finished starting")
+            }
+            Error::DriverGone { rig, pid, stopped: true } => {
+                format!("the driver for rig {rig:?} (process {pid}) has stopped")
+            }
+            Error::DriverGone { rig, pid, stopped: false } => {
+                format!("the driver for rig {rig:?} (process {pid}) has died")
+            }
+            Error::Protocol { rig, found, expected } => {
+                format!("the driver for rig {rig:?} speaks protocol {found}, this program protocol {expected}")
+            }
+            Error::UnknownChannel { name, .. } => format!("there is no channel {name:?}"),
+            Error::Refused(refusal) => refusal.message(),
+            Error::NoAnswer { rig, waited } => {
+                format!("the driver for rig {rig:?} has not answered for {:.1} s", waited.as_secs_f64())
+            }
+            Error::RuntimeDir { path, reason } => format!("cannot use {}: {reason}", path.display()),
+            Error::Service { what, reason } => format!("shared memory of {what}: {reason}"),
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message())?;
+        match self.remedy() {
+            remedy if remedy.is_empty() => Ok(()),
+            remedy => write!(f, "; {remedy}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl Refusal {
+    /// What is wrong, without the remedy.
+    pub fn message(&self) -> String {
+        let Refusal { channel, kind, value, reason } = self;
+        let (name, unit) = (kind.name(), kind.unit());
+        match reason {
+            Reason::UnknownChannel => format!("the driver has no channel {channel:?}"),
+            Reason::UnknownCommand => format!("the driver does not know the command {name:?}"),
+            Reason::NotFinite => format!("{channel}: {name} or hold is not a finite number"),
+            Reason::OutOfRange { low, high } => {
+                format!("{channel}: {name} {value}{unit} is outside {low:.6}{unit} to {high:.6}{unit}")
+            }
+            Reason::HoldOutOfRange { low, high } => format!("{channel}: hold is outside {low} s to {high} s"),
+            Reason::Faulted(fault) => format!("{channel} is off ({}): {}", fault.flag(), fault.cause()),
+            Reason::CauseRemains(fault) => {
+                format!("{channel} cannot be reset ({}): the cause is still there: {}", fault.flag(), fault.cause())
+            }
+            Reason::Waiting => format!("{channel} has not proved its sensors yet"),
+            Reason::Unsupported => format!("{channel} cannot do {name}"),
+            Reason::Busy => format!("{channel}: the driver is busy with other commands"),
+            Reason::Stopping => format!("{channel}: {}", Fault::Stopping.cause()),
+            Reason::Unknown(code) => format!("{channel}: refused for a reason this program does not know ({code})"),
+        }
+    }
+
+    /// What a person can do about it.
+    pub fn remedy(&self) -> String {
+        match self.reason {
+            Reason::UnknownChannel => "connect again: the driver may have been restarted with another rig file".into(),
+            Reason::UnknownCommand | Reason::Unknown(_) => "use driver and program of the same version".into(),
+            Reason::NotFinite => "send a finite number".into(),
+            Reason::OutOfRange { .. } => Fault::SetpointOutOfRange.remedy().into(),
+            Reason::HoldOutOfRange { .. } => "choose a hold inside that range; 0 takes the channel's default".into(),
+            Reason::Faulted(fault) | Reason::CauseRemains(fault) => fault.remedy().into(),
+            Reason::Waiting => Fault::NoSample.remedy().into(),
+            Reason::Unsupported => "use length, stroke or duty".into(),
+            Reason::Busy => "send it again, and less often".into(),
+            Reason::Stopping => Fault::Stopping.remedy().into(),
+        }
+    }
+}
+
+/// The known name closest to a mistyped one, if one is close.
+fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
+    known
+        .iter()
+        .map(|k| (distance(name, k), k.as_str()))
+        .min_by_key(|(d, _)| *d)
+        .filter(|(d, _)| *d <= 1 + name.chars().count() / 4)
+        .map(|(_, k)| k)
+}
+
+/// Levenshtein distance.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let cost = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = cost.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistyped_channel_is_recognised() {
+        let known = vec!["front_left_coxa".to_string(), "front_left_femur".to_string()];
+        let e = Error::UnknownChannel { name: "front_left_cxa".into(), known: known.clone() };
+        assert_eq!(e.to_string(), "there is no channel \"front_left_cxa\"; did you mean \"front_left_coxa\"?");
+        let e = Error::UnknownChannel { name: "wire".into(), known };
+        assert!(e.to_string().contains("there are: front_left_coxa, front_left_femur"), "{e}");
+    }
+
+    #[test]
+    fn a_refusal_carries_the_remedy_of_its_fault() {
+        for row in &crate::FAULT_TABLE {
+            let refusal = Refusal {
+                channel: "wire".into(),
+                kind: CommandKind::Stroke,
+                value: 0.4,
+                reason: Reason::Faulted(row.fault),
+            };
+            let text = Error::Refused(refusal).to_string();
+            assert!(text.contains(row.flag) && text.contains(row.cause) && text.contains(row.remedy), "{text}");
+        }
+    }
+
+    #[test]
+    fn messages_begin_small_and_have_no_full_stop() {
+        let samples = [
+            Error::RigName { name: "a b".into() },
+            Error::AlreadyRunning { rig: "x".into(), pid: 7 },
+            Error::NotRunning { rig: "x".into(), running: vec!["y".into()] },
+            Error::Protocol { rig: "x".into(), found: 2, expected: 1 },
+            Error::NoAnswer { rig: "x".into(), waited: Duration::from_millis(1500) },
+        ];
+        for e in samples {
+            let text = e.to_string();
+            assert!(!text.starts_with(char::is_uppercase) && !text.ends_with('.') && text.contains("; "), "{text}");
+        }
+    }
+}

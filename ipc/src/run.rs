@@ -1,0 +1,560 @@
+//! One run of a driver, and how others find it: the rig's lock file, the run's own folder, and sweeping up after the dead.
+//!
+//! In the runtime folder (`$SINEW_RUNTIME_DIR`, else `$XDG_RUNTIME_DIR/sinew`, else `/run/user/UID/sinew`, else
+//! `/tmp/sinew-UID`) stand
+//!
+//! - `RIG.lock`: held exclusively by the running driver, and read by clients: its process id, protocol and run;
+//! - `RUN/`: everything iceoryx2 keeps in files for this run, with `RUN/users` held shared by the driver and by each client.
+//!
+//! Each run has a name of its own, which is also in the name of all its shared memory (`/dev/shm/sinew_RUN_…`). So nothing
+//! that a killed driver left can be in the way of the next one: that one uses other names. A run whose `users` nobody
+//! holds any more is swept away by whoever comes next. The kernel releases the locks however a process ends.
+
+use crate::sys::{self, Lock};
+use crate::{Error, PROTOCOL};
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Longest rig name.
+pub const MAX_RIG_NAME: usize = 48;
+/// Longest runtime folder: a Unix socket's path has 107 bytes, of which a run's name, iceoryx2's prefix, id and suffix take 74.
+const MAX_RUNTIME_DIR: usize = 33;
+/// Letters of a run's name.
+const RUN_LETTERS: usize = 10;
+/// Where Linux keeps shared memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+/// Size of what stands in a lock file: always written whole, so that a reader never sees half of it.
+const RECORD_BYTES: usize = 128;
+
+/// Checks a rig name: 1 to 48 of `A-Z a-z 0-9 _ . -`.
+///
+/// # Errors
+/// [`Error::RigName`].
+pub fn check_rig_name(name: &str) -> Result<(), Error> {
+    let allowed = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'-');
+    if name.is_empty() || name.len() > MAX_RIG_NAME || !name.bytes().all(allowed) {
+        return Err(Error::RigName { name: name.to_string() });
+    }
+    Ok(())
+}
+
+/// The runtime folder, created when it is not there.
+///
+/// # Errors
+/// [`Error::RuntimeDir`] when it is somebody else's, open to others, or its path is too long.
+pub fn runtime_dir() -> Result<PathBuf, Error> {
+    let path = match std::env::var_os("SINEW_RUNTIME_DIR") {
+        Some(path) if !path.is_empty() => PathBuf::from(path),
+        _ => default_runtime_dir(),
+    };
+    let wrong = |reason: String| Error::RuntimeDir { path: path.clone(), reason };
+    if !path.is_absolute() {
+        return Err(wrong("it is not an absolute path".into()));
+    }
+    if path.as_os_str().len() > MAX_RUNTIME_DIR {
+        return Err(wrong(format!(
+            "its path is longer than the {MAX_RUNTIME_DIR} bytes a socket's name leaves for it"
+        )));
+    }
+    match DirBuilder::new().mode(0o700).create(&path) {
+        Ok(()) => {}
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+        Err(e) => return Err(wrong(e.to_string())),
+    }
+    // In /tmp anybody may have put something there before: take only what is ours and closed to others.
+    let meta = fs::symlink_metadata(&path).map_err(|e| wrong(e.to_string()))?;
+    if !meta.is_dir() {
+        return Err(wrong("it is not a folder".into()));
+    }
+    if meta.uid() != sys::user_id() {
+        return Err(wrong(format!("it belongs to user {}, not to {}", meta.uid(), sys::user_id())));
+    }
+    if meta.mode() & 0o022 != 0 {
+        return Err(wrong("others may write to it".into()));
+    }
+    Ok(path)
+}
+
+fn default_runtime_dir() -> PathBuf {
+    let user = sys::user_id();
+    let mine = |p: &Path| fs::metadata(p).is_ok_and(|m| m.is_dir() && m.uid() == user);
+    let candidates = [std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from), Some(format!("/run/user/{user}").into())];
+    candidates
+        .into_iter()
+        .flatten()
+        .filter(|p| p.is_absolute() && mine(p))
+        .map(|p| p.join("sinew"))
+        .find(|p| p.as_os_str().len() <= MAX_RUNTIME_DIR)
+        .unwrap_or_else(|| format!("/tmp/sinew-{user}").into())
+}
+
+fn open(path: &Path, create: bool) -> std::io::Result<File> {
+    OpenOptions::new().read(true).write(true).create(create).truncate(false).mode(0o600).open(path)
+}
+
+fn lock_path(dir: &Path, rig: &str) -> PathBuf {
+    dir.join(format!("{rig}.lock"))
+}
+
+/// Name of what iceoryx2 creates for a run.
+pub(crate) fn prefix(run: &str) -> String {
+    format!("sinew_{run}_")
+}
+
+/// What stands in a lock file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Record {
+    pid: u32,
+    protocol: u32,
+    /// The run's name; empty while the driver is starting.
+    run: String,
+}
+
+impl Record {
+    fn write(&self, mut file: &File) -> std::io::Result<()> {
+        let run = if self.run.is_empty() { "-" } else { &self.run };
+        let text = format!("sinew driver\npid {}\nprotocol {}\nrun {run}\n", self.pid, self.protocol);
+        let text = format!("{text:<width$}\n", width = RECORD_BYTES - 1);
+        file.seek(SeekFrom::Start(0))?;
+        file.write_all(text.as_bytes())?;
+        file.set_len(RECORD_BYTES as u64)
+    }
+
+    fn read(mut file: &File) -> Option<Record> {
+        let mut text = [0; RECORD_BYTES];
+        file.seek(SeekFrom::Start(0)).ok()?;
+        file.read_exact(&mut text).ok()?;
+        let text = std::str::from_utf8(&text).ok()?;
+        let field =
+            |name: &str| text.lines().find_map(|line| line.strip_prefix(name)).map(|value| value.trim().to_string());
+        let run = field("run ")?;
+        let run = if run == "-" { String::new() } else { run };
+        (run.is_empty() || is_run_name(&run)).then_some(())?;
+        Some(Record { pid: field("pid ")?.parse().ok()?, protocol: field("protocol ")?.parse().ok()?, run })
+    }
+}
+
+fn is_run_name(name: &str) -> bool {
+    name.len() == RUN_LETTERS && name.bytes().all(|b| b.is_ascii_digit() || b.is_ascii_lowercase())
+}
+
+/// A name no other run has had lately; the folder of that name, created first, makes sure of it.
+fn run_name(attempt: u64) -> String {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    let mut seed = (since.as_nanos() as u64) ^ (u64::from(std::process::id()) << 40) ^ attempt.rotate_left(57);
+    // Mixed (splitmix64), so that neighbours in time and number share no beginning.
+    seed = (seed ^ (seed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    seed = (seed ^ (seed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    seed ^= seed >> 31;
+    let letters = b"0123456789abcdefghijklmnopqrstuvwxyz";
+    (0..RUN_LETTERS)
+        .map(|_| {
+            let letter = letters[(seed % 36) as usize];
+            seed /= 36;
+            letter as char
+        })
+        .collect()
+}
+
+/// The exclusive hold on a rig's name: at most one driver has it. Released when dropped, and by the kernel when the
+/// process ends in any other way.
+#[derive(Debug)]
+pub struct RigLock {
+    rig: String,
+    dir: PathBuf,
+    run: String,
+    file: File,
+    users: Option<File>,
+}
+
+impl RigLock {
+    /// Takes hold of a rig name, and sweeps up what earlier runs have left.
+    ///
+    /// # Errors
+    /// [`Error::AlreadyRunning`] with the other driver's process id, [`Error::RigName`], [`Error::RuntimeDir`].
+    pub fn acquire(rig: &str) -> Result<RigLock, Error> {
+        RigLock::acquire_in(&runtime_dir()?, rig, PROTOCOL)
+    }
+
+    pub(crate) fn acquire_in(dir: &Path, rig: &str, protocol: u32) -> Result<RigLock, Error> {
+        check_rig_name(rig)?;
+        let path = lock_path(dir, rig);
+        let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
+        // Nobody sweeps meanwhile: a sweeper's passing hold on the file would look like another driver.
+        let sweep = Sweep::begin(dir)?;
+        let file = loop {
+            let file = open(&path, true).map_err(failed)?;
+            if !sys::try_lock(&file, Lock::Exclusive).map_err(failed)? {
+                let pid = Record::read(&file).map_or(0, |record| record.pid);
+                return Err(Error::AlreadyRunning { rig: rig.into(), pid });
+            }
+            // The one before may have removed the file between our opening and locking it: then ours is not the rig's any more.
+            if is_the_file_at(&file, &path) {
+                break file;
+            }
+        };
+        Record { pid: std::process::id(), protocol, run: String::new() }.write(&file).map_err(failed)?;
+        sweep.all();
+        let (run, users) = create_run(dir)?;
+        drop(sweep);
+        Ok(RigLock { rig: rig.into(), dir: dir.into(), run, file, users: Some(users) })
+    }
+
+    /// Name of the rig.
+    pub fn rig(&self) -> &str {
+        &self.rig
+    }
+
+    pub(crate) fn run_dir(&self) -> PathBuf {
+        self.dir.join(&self.run)
+    }
+
+    pub(crate) fn run(&self) -> &str {
+        &self.run
+    }
+
+    /// Tells clients that the services of this run can be opened.
+    pub(crate) fn publish(&self, protocol: u32) -> Result<(), Error> {
+        Record { pid: std::process::id(), protocol, run: self.run.clone() }
+            .write(&self.file)
+            .map_err(|e| Error::RuntimeDir { path: lock_path(&self.dir, &self.rig), reason: e.to_string() })
+    }
+}
+
+impl Drop for RigLock {
+    fn drop(&mut self) {
+        // Removed while it is still locked: who opens it later finds a new one, who has it open notices (see `acquire_in`).
+        let _ = fs::remove_file(lock_path(&self.dir, &self.rig));
+        self.users = None;
+        if let Ok(sweep) = Sweep::begin(&self.dir) {
+            sweep.run(&self.run);
+        }
+    }
+}
+
+fn is_the_file_at(file: &File, path: &Path) -> bool {
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(a), Ok(b)) => a.ino() == b.ino() && a.dev() == b.dev(),
+        _ => false,
+    }
+}
+
+/// A new run's folder, with `users` held. Only while nobody sweeps: see [`Sweep`].
+fn create_run(dir: &Path) -> Result<(String, File), Error> {
+    let mut attempt = 0;
+    loop {
+        let run = run_name(attempt);
+        let path = dir.join(&run);
+        let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
+        match DirBuilder::new().mode(0o700).create(&path) {
+            Err(e) if e.kind() == ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
+            Err(e) => return Err(failed(e)),
+            Ok(()) => {
+                let users = open(&path.join("users"), true).map_err(failed)?;
+                sys::try_lock(&users, Lock::Shared).map_err(failed)?;
+                return Ok((run, users));
+            }
+        }
+    }
+}
+
+/// The right to create and to remove runs, one process at a time.
+struct Sweep {
+    dir: PathBuf,
+    _lock: File,
+}
+
+impl Sweep {
+    fn begin(dir: &Path) -> Result<Sweep, Error> {
+        let path = dir.join(".sweep");
+        let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
+        let file = open(&path, true).map_err(failed)?;
+        sys::lock(&file, Lock::Exclusive).map_err(failed)?;
+        Ok(Sweep { dir: dir.into(), _lock: file })
+    }
+
+    /// Removes every run nobody uses and every lock file nobody holds. What cannot be removed is left for the next time.
+    fn all(&self) {
+        for entry in fs::read_dir(&self.dir).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let Some(name) = name.to_str() else { continue };
+            if is_run_name(name) {
+                self.run(name);
+            } else if name.ends_with(".lock") {
+                let Ok(file) = open(&entry.path(), false) else { continue };
+                if matches!(sys::try_lock(&file, Lock::Exclusive), Ok(true)) && is_the_file_at(&file, &entry.path()) {
+                    let _ = fs::remove_file(entry.path());
+                }
+            }
+        }
+    }
+
+    /// Removes a run if nobody uses it.
+    fn run(&self, run: &str) {
+        let dir = self.dir.join(run);
+        let users = open(&dir.join("users"), false);
+        match &users {
+            Ok(file) => {
+                if !matches!(sys::try_lock(file, Lock::Exclusive), Ok(true)) {
+                    return;
+                }
+            }
+            // Killed between making the folder and this file: nobody can be using it.
+            Err(e) if e.kind() == ErrorKind::NotFound => {}
+            Err(_) => return,
+        }
+        // Shared memory first: the folder is what it will be found by the next time, should this be interrupted.
+        let prefix = prefix(run);
+        for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+            if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+        let _ = fs::remove_dir_all(&dir);
+    }
+}
+
+/// A client's hold on a run: keeps its files from being swept away, and tells whether the driver lives.
+#[derive(Debug)]
+pub(crate) struct Attachment {
+    rig: String,
+    dir: PathBuf,
+    pub(crate) run: String,
+    pub(crate) pid: u32,
+    lock: File,
+    users: Option<File>,
+}
+
+impl Attachment {
+    /// Finds the rig's driver. Waits for one that is just starting until `patience` is over.
+    pub(crate) fn find(rig: &str, patience: Duration) -> Result<Attachment, Error> {
+        check_rig_name(rig)?;
+        let dir = runtime_dir()?;
+        let started = Instant::now();
+        let mut starting = 0;
+        loop {
+            match Attachment::try_find(&dir, rig, &mut starting)? {
+                Some(found) => return Ok(found),
+                None if started.elapsed() < patience => std::thread::sleep(Duration::from_millis(2)),
+                None => return Err(Error::Starting { rig: rig.into(), pid: starting }),
+            }
+        }
+    }
+
+    /// `None` while it is starting.
+    fn try_find(dir: &Path, rig: &str, starting: &mut u32) -> Result<Option<Attachment>, Error> {
+        let path = lock_path(dir, rig);
+        let not_running = || Error::NotRunning { rig: rig.into(), running: running_in(dir) };
+        let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
+        let lock = match open(&path, false) {
+            Ok(file) => file,
+            Err(e) if e.kind() == ErrorKind::NotFound => return Err(not_running()),
+            Err(e) => return Err(failed(e)),
+        };
+        if !sys::is_locked(&lock).map_err(failed)? {
+            return Err(not_running());
+        }
+        let Some(record) = Record::read(&lock) else { return Ok(None) };
+        if record.protocol != PROTOCOL {
+            return Err(Error::Protocol { rig: rig.into(), found: record.protocol, expected: PROTOCOL });
+        }
+        *starting = record.pid;
+        if record.run.is_empty() {
+            return Ok(None);
+        }
+        let Ok(users) = open(&dir.join(&record.run).join("users"), false) else { return Ok(None) };
+        if !sys::try_lock(&users, Lock::Shared).map_err(failed)? || !sys::is_locked(&lock).map_err(failed)? {
+            // Swept, or its driver ended this instant: look again from the start.
+            return Ok(None);
+        }
+        Ok(Some(Attachment {
+            rig: rig.into(),
+            dir: dir.into(),
+            run: record.run,
+            pid: record.pid,
+            lock,
+            users: Some(users),
+        }))
+    }
+
+    pub(crate) fn rig(&self) -> &str {
+        &self.rig
+    }
+
+    pub(crate) fn run_dir(&self) -> PathBuf {
+        self.dir.join(&self.run)
+    }
+
+    /// Whether the driver of this run still holds the rig.
+    pub(crate) fn driver_lives(&self) -> bool {
+        sys::is_locked(&self.lock).unwrap_or(false)
+    }
+}
+
+impl Drop for Attachment {
+    fn drop(&mut self) {
+        self.users = None;
+        // The last to leave a run whose driver is gone takes its files along.
+        if !self.driver_lives()
+            && let Ok(sweep) = Sweep::begin(&self.dir)
+        {
+            sweep.run(&self.run);
+        }
+    }
+}
+
+/// Names of the rigs a driver is running for, sorted.
+///
+/// # Errors
+/// [`Error::RuntimeDir`].
+pub fn running() -> Result<Vec<String>, Error> {
+    Ok(running_in(&runtime_dir()?))
+}
+
+fn running_in(dir: &Path) -> Vec<String> {
+    let mut rigs: Vec<String> = fs::read_dir(dir)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter_map(|entry| {
+            let name = entry.file_name().to_str()?.strip_suffix(".lock")?.to_string();
+            let file = open(&entry.path(), false).ok()?;
+            sys::is_locked(&file).ok()?.then_some(name)
+        })
+        .collect();
+    rigs.sort();
+    rigs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Scratch(PathBuf);
+    impl Scratch {
+        fn new(name: &str) -> Scratch {
+            let path = std::env::temp_dir().join(format!("sinew-run-{}-{name}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Scratch(path)
+        }
+        fn entries(&self) -> Vec<String> {
+            let mut names: Vec<String> =
+                fs::read_dir(&self.0).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+            names.sort();
+            names
+        }
+    }
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn rig_names() {
+        for good in ["hexapod", "a", "left.arm-2_B", &"x".repeat(48), ".."] {
+            assert!(check_rig_name(good).is_ok(), "{good}");
+        }
+        for bad in ["", "a b", "a/b", "ä", "x\n", &"x".repeat(49), "a\0"] {
+            assert_eq!(check_rig_name(bad), Err(Error::RigName { name: bad.to_string() }));
+        }
+    }
+
+    #[test]
+    fn one_driver_per_rig_and_the_second_learns_whose_it_is() {
+        let dir = Scratch::new("one");
+        let first = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        let second = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap_err();
+        assert_eq!(second, Error::AlreadyRunning { rig: "bench".into(), pid: std::process::id() });
+        let other = RigLock::acquire_in(&dir.0, "other", PROTOCOL).unwrap();
+        assert_eq!(running_in(&dir.0), ["bench", "other"]);
+        assert_ne!(first.run(), other.run());
+        drop(first);
+        assert_eq!(running_in(&dir.0), ["other"]);
+        drop(RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap());
+        drop(other);
+        assert_eq!(dir.entries(), [".sweep"]);
+    }
+
+    #[test]
+    fn of_many_that_start_at_once_exactly_one_wins_each_time() {
+        let dir = Scratch::new("many");
+        for _ in 0..20 {
+            let winners: Vec<RigLock> = std::thread::scope(|scope| {
+                let starts: Vec<_> =
+                    (0..8).map(|_| scope.spawn(|| RigLock::acquire_in(&dir.0, "bench", PROTOCOL))).collect();
+                starts.into_iter().filter_map(|t| t.join().unwrap().ok()).collect()
+            });
+            assert_eq!(winners.len(), 1);
+        }
+    }
+
+    #[test]
+    fn what_a_killed_driver_left_is_swept_but_not_what_a_client_still_uses() {
+        let dir = Scratch::new("swept");
+        let killed = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        killed.publish(PROTOCOL).unwrap();
+        let mut pid = 0;
+        let client = Attachment::try_find(&dir.0, "bench", &mut pid).unwrap().unwrap();
+        assert!(client.driver_lives());
+        let run = killed.run().to_string();
+        // What the kernel does when it is killed: the descriptors close, nothing is removed.
+        let RigLock { ref file, ref users, .. } = killed;
+        let (file, users) = (file.try_clone().unwrap(), users.as_ref().unwrap().try_clone().unwrap());
+        std::mem::forget(killed);
+        unlock(file);
+        unlock(users);
+        assert!(!client.driver_lives());
+        let next = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        assert!(dir.entries().contains(&run), "a client still uses it");
+        assert!(!client.driver_lives(), "the next driver is not the one this client knew");
+        drop(client);
+        assert!(!dir.entries().contains(&run), "the last user takes it along");
+        drop(next);
+        assert_eq!(dir.entries(), [".sweep"]);
+    }
+
+    #[allow(unsafe_code)]
+    fn unlock(file: File) {
+        use std::os::fd::AsRawFd;
+        // SAFETY: flock is plain data for which zeros are valid.
+        let mut record: libc::flock = unsafe { std::mem::zeroed() };
+        record.l_type = libc::F_UNLCK as libc::c_short;
+        // SAFETY: descriptor and record are valid during the call.
+        assert_eq!(unsafe { libc::fcntl(file.as_raw_fd(), libc::F_OFD_SETLK, &mut record) }, 0);
+    }
+
+    #[test]
+    fn half_a_folder_and_a_stray_lock_file_are_swept() {
+        let dir = Scratch::new("stray");
+        fs::create_dir(dir.0.join("0123456789")).unwrap();
+        fs::write(dir.0.join("ghost.lock"), "nonsense").unwrap();
+        fs::write(dir.0.join("notes.txt"), "not ours").unwrap();
+        let lock = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        let names = dir.entries();
+        assert!(names.contains(&"notes.txt".to_string()) && !names.contains(&"ghost.lock".to_string()), "{names:?}");
+        assert!(!names.contains(&"0123456789".to_string()), "{names:?}");
+        drop(lock);
+    }
+
+    #[test]
+    fn a_starting_driver_and_another_protocol_are_told_apart() {
+        let dir = Scratch::new("proto");
+        let mut pid = 0;
+        assert!(matches!(Attachment::try_find(&dir.0, "bench", &mut pid), Err(Error::NotRunning { .. })));
+        let lock = RigLock::acquire_in(&dir.0, "bench", PROTOCOL + 1).unwrap();
+        assert_eq!(
+            Attachment::try_find(&dir.0, "bench", &mut pid).unwrap_err(),
+            Error::Protocol { rig: "bench".into(), found: PROTOCOL + 1, expected: PROTOCOL }
+        );
+        drop(lock);
+        let lock = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        assert!(Attachment::try_find(&dir.0, "bench", &mut pid).unwrap().is_none());
+        assert_eq!(pid, std::process::id());
+        lock.publish(PROTOCOL).unwrap();
+        assert!(Attachment::try_find(&dir.0, "bench", &mut pid).unwrap().is_some());
+    }
+}

@@ -1,0 +1,378 @@
+//! The driver's side: the blackboard its loop writes, the stream and the event of an ordinary thread, and the answers to commands.
+//!
+//! [`Server::create`] makes all of it; [`Server::split`] hands the parts to the threads that use them. The rig's name is
+//! released when the last part is dropped.
+
+use crate::service::{
+    ActiveRequest, BatchPublisher, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
+    MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, TickNotifier, failed, name, node,
+};
+use crate::{
+    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, PROTOCOL, Reply,
+    RigLock, Snapshot,
+};
+use iceoryx2::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{Ordering, fence};
+use std::time::{Duration, Instant};
+
+/// How often nodes of dead clients are looked for.
+const CLEANUP_PERIOD: Duration = Duration::from_secs(1);
+/// Commands answered in one call, so that a flood of them cannot keep the thread from its other work.
+const REQUESTS_PER_CALL: usize = 256;
+/// What the stream's buffers may take of shared memory, bytes, when they are full.
+const STREAM_MEMORY: usize = 64 << 20;
+
+/// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
+struct Run {
+    node: IpcNode,
+    _lock: RigLock,
+}
+
+/// Everything a driver publishes and answers with.
+pub struct Server {
+    /// The latest state; for the real-time loop.
+    pub state: StateWriter,
+    /// The stream and the event; for an ordinary thread.
+    pub cycles: CyclePublisher,
+    /// The commands; for an ordinary thread.
+    pub commands: CommandServer,
+}
+
+impl Server {
+    /// Creates the services of this run and tells clients where they are.
+    ///
+    /// # Errors
+    /// [`Error::Service`] when shared memory cannot be had.
+    pub fn create(lock: RigLock, info: &Info) -> Result<Server, Error> {
+        Server::create_with_protocol(lock, info, PROTOCOL)
+    }
+
+    fn create_with_protocol(lock: RigLock, info: &Info, protocol: u32) -> Result<Server, Error> {
+        let run = Arc::new(Run { node: node(lock.run(), &lock.run_dir())?, _lock: lock });
+        let server = Server {
+            state: StateWriter::new(&run, info)?,
+            cycles: CyclePublisher::new(&run, info)?,
+            commands: CommandServer::new(&run)?,
+        };
+        run._lock.publish(protocol)?;
+        Ok(server)
+    }
+
+    /// The parts, for the threads that use them.
+    pub fn split(self) -> (StateWriter, CyclePublisher, CommandServer) {
+        (self.state, self.cycles, self.commands)
+    }
+}
+
+/// Writes the latest state for everybody to read. Made for the real-time loop: an update is one copy of the channels
+/// that are there and one atomic add; it allocates nothing, takes no lock, makes no system call and never waits for a reader.
+pub struct StateWriter {
+    snapshot: Option<EntryMut<Snapshot>>,
+    stats: Option<EntryMut<LoopStats>>,
+    _port: StatePort,
+    _run: Arc<Run>,
+}
+
+impl StateWriter {
+    fn new(run: &Arc<Run>, info: &Info) -> Result<StateWriter, Error> {
+        const WHAT: &str = "state";
+        let mut first = Snapshot::new(info.channels as usize);
+        first.monotonic_ns = info.started_ns;
+        let service = run
+            .node
+            .service_builder(&name(WHAT)?)
+            .blackboard_creator::<u64>()
+            .max_readers(MAX_CLIENTS)
+            .max_nodes(MAX_CLIENTS + 1)
+            .add::<Info>(KEY_INFO, *info)
+            .add::<Snapshot>(KEY_SNAPSHOT, first)
+            .add::<LoopStats>(KEY_STATS, LoopStats::new())
+            .create()
+            .map_err(failed(WHAT))?;
+        let port = service.writer_builder().create().map_err(failed(WHAT))?;
+        let snapshot = port.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed(WHAT))?;
+        let stats = port.entry::<LoopStats>(&KEY_STATS).map_err(failed(WHAT))?;
+        // The blackboard keeps two cells for each entry and writes them in turn. Filling both makes it right for an
+        // update to write only what has changed, and touches every page before the loop does.
+        for _ in 0..2 {
+            snapshot.update_with_copy(first);
+            stats.update_with_copy(LoopStats::new());
+        }
+        Ok(StateWriter { snapshot: Some(snapshot), stats: Some(stats), _port: port, _run: run.clone() })
+    }
+
+    /// Makes this the latest state.
+    #[inline]
+    pub fn update(&mut self, snapshot: &Snapshot) {
+        update(&mut self.snapshot, |cell| cell.copy_from(snapshot));
+    }
+
+    /// Makes these the latest figures of the loop. About ten times as long as [`StateWriter::update`]: some times a second will do.
+    #[inline]
+    pub fn update_stats(&mut self, stats: &LoopStats) {
+        update(&mut self.stats, |cell| *cell = *stats);
+    }
+}
+
+/// Writes the cell readers are not pointed at, then points them at it.
+#[allow(unsafe_code)]
+#[inline]
+fn update<T: Copy + ZeroCopySend + 'static>(entry: &mut Option<EntryMut<T>>, write: impl FnOnce(&mut T)) {
+    let Some(handle) = entry.take() else { return };
+    let mut cell = handle.loan_uninit();
+    // SAFETY: both cells were filled when the writer was made and hold plain data ever since. A reader may be looking at this
+    // one still, from before the last update; it finds the count changed afterwards and reads again.
+    write(unsafe { cell.value_mut().assume_init_mut() });
+    // SAFETY: the cell holds a complete value: the one it held before, changed by `write`.
+    *entry = Some(unsafe { cell.assume_init_and_update() });
+    // iceoryx2 orders the cell before the count, but nothing orders the count before the *next* update's writes. On x86 the
+    // add does; on weaker machines a reader could see those first, and a torn state with it.
+    fence(Ordering::SeqCst);
+}
+
+/// Publishes every cycle, in batches, and wakes sleeping clients. For an ordinary thread.
+///
+/// A reader that is slow loses its oldest batches and can tell how many cycles; nobody ever waits for it.
+pub struct CyclePublisher {
+    port: BatchPublisher,
+    tick: TickNotifier,
+    batch: BatchHeader,
+    states: Vec<ChannelState>,
+    channels: usize,
+    cycles_per_batch: usize,
+    unsent: u64,
+    _run: Arc<Run>,
+}
+
+impl CyclePublisher {
+    fn new(run: &Arc<Run>, info: &Info) -> Result<CyclePublisher, Error> {
+        const WHAT: &str = "cycles";
+        let channels = info.channels().len();
+        let cycles_per_batch = cycles_per_batch(info.rate_hz);
+        let slots = slots(info.rate_hz, channels);
+        let service = run
+            .node
+            .service_builder(&name(WHAT)?)
+            .publish_subscribe::<[ChannelState]>()
+            .user_header::<BatchHeader>()
+            .max_publishers(1)
+            .max_subscribers(MAX_STREAMS)
+            .max_nodes(MAX_CLIENTS + 1)
+            .subscriber_max_buffer_size(slots)
+            .subscriber_max_borrowed_samples(1)
+            .history_size(0)
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(failed(WHAT))?;
+        let port = service
+            .publisher_builder()
+            .initial_max_slice_len(channels * cycles_per_batch)
+            .allocation_strategy(AllocationStrategy::Static)
+            .max_loaned_samples(1)
+            // By itself iceoryx2 reserves a full buffer for every subscriber. But all buffers hold the same samples, always some of
+            // the last `slots` sent; apart from these only the one sample each subscriber is looking at can be in use.
+            .override_sample_preallocation(move |worst| (slots + MAX_STREAMS + 4).min(worst))
+            .create()
+            .map_err(failed(WHAT))?;
+        const TICK: &str = "tick";
+        let tick = run
+            .node
+            .service_builder(&name(TICK)?)
+            .event()
+            .max_listeners(MAX_CLIENTS)
+            .max_notifiers(1)
+            .max_nodes(MAX_CLIENTS + 1)
+            .event_id_max_value(0)
+            .create()
+            .map_err(failed(TICK))?
+            .notifier_builder()
+            .create()
+            .map_err(failed(TICK))?;
+        Ok(CyclePublisher {
+            port,
+            tick,
+            batch: BatchHeader::default(),
+            states: Vec::with_capacity(channels * cycles_per_batch),
+            channels,
+            cycles_per_batch,
+            unsent: 0,
+            _run: run.clone(),
+        })
+    }
+
+    /// Adds one cycle; sends the batch when it is full. Of `channels` as many as the rig has are taken, in the rig's order;
+    /// missing ones are filled with [`ChannelState::UNKNOWN`].
+    pub fn push(&mut self, header: CycleHeader, channels: &[ChannelState]) {
+        let n = channels.len().min(self.channels);
+        self.states.extend_from_slice(&channels[..n]);
+        self.states.resize(self.states.len() + self.channels - n, ChannelState::UNKNOWN);
+        self.batch.cycle[self.batch.cycles as usize] = header;
+        self.batch.cycles += 1;
+        if self.batch.cycles as usize >= self.cycles_per_batch {
+            self.flush();
+        }
+    }
+
+    /// Adds one cycle.
+    pub fn push_snapshot(&mut self, snapshot: &Snapshot) {
+        self.push(snapshot.header(), snapshot.channels());
+    }
+
+    /// Sends what has been added so far. Call it when the last batch is some 10 ms old, and before the end; not for each cycle, for
+    /// a reader's buffer holds a number of batches.
+    pub fn flush(&mut self) {
+        if self.batch.cycles == 0 {
+            return;
+        }
+        self.batch.channels = self.channels as u32;
+        let sent = self.port.loan_slice_uninit(self.states.len()).is_ok_and(|mut sample| {
+            *sample.user_header_mut() = self.batch;
+            sample.write_from_slice(&self.states).send().is_ok()
+        });
+        if !sent {
+            // Readers see the gap in the cycle numbers.
+            self.unsent += u64::from(self.batch.cycles);
+        }
+        self.batch.cycles = 0;
+        self.states.clear();
+    }
+
+    /// Wakes the clients that sleep until something is new. 12–18 µs for each of them.
+    pub fn ring(&mut self) {
+        // A sleeper whose queue of wake-ups is full wakes anyway; one that has died is dropped by iceoryx2.
+        let _ = self.tick.notify();
+    }
+
+    /// How many cycles a batch holds.
+    pub fn cycles_per_batch(&self) -> usize {
+        self.cycles_per_batch
+    }
+
+    /// Cycles that could not be sent at all; 0 unless shared memory is broken.
+    pub fn unsent(&self) -> u64 {
+        self.unsent
+    }
+}
+
+impl Drop for CyclePublisher {
+    fn drop(&mut self) {
+        self.flush();
+        self.ring();
+    }
+}
+
+/// A batch each 10 ms.
+fn cycles_per_batch(rate_hz: f64) -> usize {
+    ((rate_hz / 100.0) as usize).clamp(1, MAX_BATCH)
+}
+
+/// Batches a reader may lag behind: two seconds where memory allows.
+fn slots(rate_hz: f64, channels: usize) -> usize {
+    let batch = cycles_per_batch(rate_hz);
+    let bytes = batch * channels.max(1) * size_of::<ChannelState>();
+    let two_seconds = (2.0 * rate_hz / batch as f64).ceil() as usize;
+    two_seconds.clamp(16, 512).min(STREAM_MEMORY / bytes).max(16)
+}
+
+/// Receives commands and sends replies. For an ordinary thread, which calls it some hundred times a second.
+pub struct CommandServer {
+    port: Replies,
+    next_cleanup: Instant,
+    run: Arc<Run>,
+}
+
+impl CommandServer {
+    fn new(run: &Arc<Run>) -> Result<CommandServer, Error> {
+        const WHAT: &str = "command";
+        let port = run
+            .node
+            .service_builder(&name(WHAT)?)
+            .request_response::<Command, Reply>()
+            .max_servers(1)
+            .max_clients(MAX_CLIENTS)
+            .max_nodes(MAX_CLIENTS + 1)
+            .max_active_requests_per_client(MAX_ACTIVE_REQUESTS)
+            .max_response_buffer_size(1)
+            // A command whose sender has given up waiting is not carried out.
+            .enable_fire_and_forget_requests(false)
+            .enable_safe_overflow_for_requests(false)
+            .enable_safe_overflow_for_responses(true)
+            .create()
+            .map_err(failed(WHAT))?
+            .server_builder()
+            .create()
+            .map_err(failed(WHAT))?;
+        Ok(CommandServer { port, next_cleanup: Instant::now() + CLEANUP_PERIOD, run: run.clone() })
+    }
+
+    /// The next command that waits, if any.
+    pub fn receive(&mut self) -> Option<Request> {
+        // A client that died while it was connecting may leave a connection that cannot be opened: its trouble only.
+        let request = self.port.receive().ok().flatten()?;
+        Some(Request { command: *request.payload(), request })
+    }
+
+    /// Answers every command that waits by `decide`, and now and then clears away what dead clients have left. Returns how many
+    /// were answered.
+    pub fn serve(&mut self, mut decide: impl FnMut(&Command) -> Reply) -> usize {
+        let mut answered = 0;
+        while answered < REQUESTS_PER_CALL
+            && let Some(request) = self.receive()
+        {
+            let reply = decide(request.command());
+            request.reply(reply);
+            answered += 1;
+        }
+        self.tidy();
+        answered
+    }
+
+    /// Clears away what dead clients have left, if it is time to. [`CommandServer::serve`] does it by itself; who uses
+    /// [`CommandServer::receive`] calls it each time around.
+    pub fn tidy(&mut self) {
+        let now = Instant::now();
+        if now >= self.next_cleanup {
+            self.next_cleanup = now + CLEANUP_PERIOD;
+            // iceoryx2 panics when a node it took for dead turns out to live; that must not take the driver along.
+            let _ = catch_unwind(AssertUnwindSafe(|| self.run.node.try_cleanup_dead_nodes()));
+        }
+    }
+}
+
+/// One command, waiting for its answer. Dropping it without one lets its client wait until its patience ends.
+pub struct Request {
+    command: Command,
+    request: ActiveRequest,
+}
+
+impl Request {
+    /// What is asked for.
+    pub fn command(&self) -> &Command {
+        &self.command
+    }
+
+    /// Answers it. A client that has gone meanwhile is nobody's loss.
+    pub fn reply(self, mut reply: Reply) {
+        reply.sequence = self.command.sequence;
+        let _ = self.request.send_copy(reply);
+    }
+}
+
+const _: () = assert!(MAX_CHANNELS * MAX_BATCH * size_of::<ChannelState>() * 16 <= STREAM_MEMORY);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reader_may_lag_by_a_second_at_the_figures_the_driver_is_built_for() {
+        for (rate, channels) in [(1000.0, 18), (5000.0, 64), (100.0, 1), (10_000.0, 18)] {
+            let seconds = (slots(rate, channels) * cycles_per_batch(rate)) as f64 / rate;
+            assert!(seconds >= 1.0, "{rate} Hz, {channels} channels: {seconds} s");
+            let bytes = slots(rate, channels) * cycles_per_batch(rate) * channels * size_of::<ChannelState>();
+            assert!(bytes <= STREAM_MEMORY, "{bytes}");
+        }
+    }
+}
