@@ -832,7 +832,18 @@ fn is_name(name: &str, longest: usize) -> bool {
         && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'))
 }
 
+/// Any number TOML can hold: its integers have 64 bits.
 fn number(node: &Node, expected: &str) -> Result<f64, What> {
+    match &node.value {
+        Tree::Integer(i) if i64::try_from(*i).is_err() => {
+            let expected = format!("{expected}; TOML's integers have 64 bits, write a larger one with a decimal point");
+            Err(What::WrongType { found: format!("{i}"), expected })
+        }
+        _ => any_number(node, expected),
+    }
+}
+
+fn any_number(node: &Node, expected: &str) -> Result<f64, What> {
     match &node.value {
         Tree::Integer(i) => Ok(*i as f64),
         Tree::Float(f, _) if f.is_finite() => Ok(*f),
@@ -842,7 +853,7 @@ fn number(node: &Node, expected: &str) -> Result<f64, What> {
 }
 
 fn in_range(node: &Node, low: f64, high: f64) -> Result<f64, What> {
-    let found = number(node, &format!("a number, {low} to {high}"))?;
+    let found = any_number(node, &format!("a number, {low} to {high}"))?;
     if (low..=high).contains(&found) { Ok(found) } else { Err(What::OutOfRange { found, low, high, defaulted: false }) }
 }
 
