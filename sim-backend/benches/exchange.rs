@@ -32,7 +32,7 @@ fn run(bencher: Bencher, channels: usize, rate_hz: f64) {
     bencher.bench_local(|| {
         period += 1;
         for (i, duty) in duty.iter_mut().enumerate() {
-            let heating = ((period + i as u64 * 97) / half_cycle) % 2 == 0;
+            let heating = ((period + i as u64 * 97) / half_cycle).is_multiple_of(2);
             *duty = if heating { 0.4 } else { 0.02 };
         }
         backend.exchange(&duty, &mut samples)

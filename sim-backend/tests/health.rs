@@ -1,0 +1,125 @@
+//! Does the sensing recognise what the virtual rig breaks? Both sides of the converter, put together.
+
+use sinew_driver::{Backend, Sample};
+use sinew_physics::{cold_length_m, hot_length_m};
+use sinew_rig::{FaultKind, Rig};
+use sinew_sensing::{Converter, Health, LengthSensor, LengthSensorConfig, Method};
+use sinew_sim_backend::SimulatedRig;
+
+/// The sensor of the hexapod's first wire, from the rig file alone.
+fn sensor(rig: &Rig) -> LengthSensor {
+    let channel = &rig.channels[0];
+    let (model, adc) = (&channel.model, &channel.adc);
+    let taps = model.taps.unwrap();
+    let area = model.geometry.area_m2();
+    let (hot_m, cold_m) = (hot_length_m(model).unwrap(), cold_length_m(model).unwrap());
+    let m = &model.material;
+    let hot_ohm = (m.austenite_resistivity_ohm_m + 80.0 * m.austenite_resistivity_slope_ohm_m_per_k) * hot_m / area;
+    let cold_ohm = m.martensite_resistivity_ohm_m * cold_m / area;
+    let converter = Converter {
+        // bits over 0 to the range there, over both signs here
+        bits: adc.bits + 1,
+        voltage_range_v: adc.voltage_range_v,
+        current_range_a: adc.current_range_a,
+        voltage_noise_v: adc.voltage_noise_v,
+        current_noise_a: adc.current_noise_a,
+    };
+    let method = Method::DualMeasurement { l0_m: taps.l0_m, ls_m: taps.ls_m };
+    let supply = model.drive.supply_v;
+    let config = LengthSensorConfig::for_wire(method, area, supply, (hot_ohm, hot_m), (cold_ohm, cold_m), converter);
+    LengthSensor::new(config).unwrap()
+}
+
+struct Bench {
+    backend: SimulatedRig,
+    sensor: LengthSensor,
+    duty: Vec<f64>,
+    samples: Vec<Sample>,
+}
+
+impl Bench {
+    fn new() -> Bench {
+        let rig = Rig::hexapod();
+        let mut backend = SimulatedRig::new(&rig).unwrap();
+        backend.start().unwrap();
+        let channels = backend.channels();
+        Bench { backend, sensor: sensor(&rig), duty: vec![0.02; channels], samples: vec![Sample::NONE; channels] }
+    }
+
+    fn period(&mut self) -> sinew_sensing::Reading {
+        self.backend.exchange(&self.duty, &mut self.samples).unwrap();
+        self.sensor.read(&self.samples[0])
+    }
+}
+
+#[test]
+fn a_whole_cycle_of_a_healthy_wire_is_measured_without_a_gap() {
+    let mut bench = Bench::new();
+    bench.period();
+    let mut worst = 0.0f64;
+    let mut squares = 0.0;
+    let mut expected = 0.0;
+    for i in 0..8000 {
+        bench.duty.fill(if i < 3000 { 0.4 } else { 0.02 });
+        let reading = bench.period();
+        assert_eq!(reading.health, Health::Ok, "period {i}: {:?}", bench.samples[0]);
+        let truth = bench.backend.truth(0).unwrap();
+        let error = reading.length_m - truth.length_m;
+        worst = worst.max(error.abs() / reading.length_sigma_m);
+        squares += error * error;
+        expected += reading.length_sigma_m * reading.length_sigma_m;
+    }
+    // the sensor's own idea of its noise is that of the simulated converter
+    let ratio = (squares / expected).sqrt();
+    assert!((0.97..1.03).contains(&ratio), "{ratio}");
+    assert!(worst < 6.0, "{worst} sigma");
+}
+
+#[test]
+fn every_fault_is_recognised_and_none_passes_as_a_length() {
+    let cases: [(FaultKind, f64, &[Health]); 9] = [
+        (FaultKind::OpenWire, 0.0, &[Health::OpenWire]),
+        (FaultKind::ShortedWire, 0.05, &[Health::ShortedWire]),
+        (FaultKind::ProbeLost, 1.0, &[Health::ProbeLost]),
+        (FaultKind::ProbeLost, 2.0, &[Health::ProbeLost]),
+        (FaultKind::ProbeLost, 3.0, &[Health::ProbeLost, Health::ShortedWire]),
+        (FaultKind::SupplyDip, 0.5, &[Health::SupplyDip]),
+        (FaultKind::AdcSaturated, 0.0, &[Health::Saturated, Health::ShortedWire]),
+        (FaultKind::AdcNan, 0.0, &[Health::NoSample]),
+        (FaultKind::ContactResistance, 2.0, &[Health::OutOfRange, Health::ProbeLost]),
+    ];
+    for (kind, size, verdicts) in cases {
+        let mut bench = Bench::new();
+        for i in 0..1500 {
+            bench.duty.fill(if i < 700 { 0.4 } else { 0.1 });
+            bench.period();
+        }
+        bench.backend.faults().set_sized(0, kind, size);
+        for i in 0..2000 {
+            let reading = bench.period();
+            assert!(
+                verdicts.contains(&reading.health),
+                "{kind:?} {size}, period {i}: {reading:?} {:?}",
+                bench.samples[0]
+            );
+        }
+        bench.backend.faults().clear_all();
+        let reading = bench.period();
+        assert_eq!(reading.health, Health::Ok, "{kind:?} mended: {:?}", bench.samples[0]);
+    }
+}
+
+#[test]
+fn a_frozen_converter_is_recognised_within_the_sensors_own_limit() {
+    let mut bench = Bench::new();
+    for _ in 0..100 {
+        bench.period();
+    }
+    bench.backend.faults().set(0, FaultKind::AdcStuck);
+    let (volts, amps) = bench.sensor.stuck_after();
+    let limit = volts.into_iter().chain(amps).min().expect("noise gives a limit");
+    for i in 0..limit + 10 {
+        let health = bench.period().health;
+        assert_eq!(health == Health::Stuck, i + 1 >= limit, "period {i} of {limit}: {health}");
+    }
+}
