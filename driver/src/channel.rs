@@ -1,0 +1,377 @@
+//! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
+
+use sinew_control::{Algorithm, AlgorithmKind, Controller, Demand, Estimate, Modulation, Observation, PiGains, Settings, StateEstimator, StrokeRange};
+use sinew_ipc::{ChannelState, Fault};
+use sinew_physics::{DriveKind, Load, WireModel};
+use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, Sensing};
+use sinew_sensing::{
+    Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig, Reading,
+    ResistanceLine, Sample,
+};
+
+use crate::error::Error;
+use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};
+
+/// How far above its limit a current must read to be more than noise, in standard deviations of the converter.
+const CURRENT_GUARD: f64 = 8.0;
+
+/// What a channel is told to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// Nothing: the sensing pulse only.
+    Idle,
+    /// Keep this length, m.
+    Length(f64),
+    /// Keep this length, m: the one at which the load pulls with the force asked for.
+    Force(f64),
+    /// Give this duty, 0 ..= 1.
+    Duty(f64),
+}
+
+/// Who told it so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Nobody.
+    Nobody,
+    /// The built-in program.
+    Program,
+    /// A client, until its lease is over.
+    Client {
+        /// When the lease is over, ns on the loop's clock; `u64::MAX` = never (only for `off`).
+        until_ns: u64,
+    },
+}
+
+/// When and how long: the same for all channels of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tick {
+    /// The loop's clock, ns: CLOCK_MONOTONIC, or simulated.
+    pub now_ns: u64,
+    /// Time since the last cycle, s: whole periods, because that is what the samples are apart.
+    pub dt_s: f64,
+}
+
+/// One channel, from its sample to its duty. The fields stand in the order a cycle touches them.
+#[derive(Debug, Clone)]
+pub struct Channel {
+    /// The duty in force in the period the next sample comes from.
+    applied_duty: f64,
+    sensor: LengthSensor,
+    /// What the last sample said.
+    pub(crate) reading: Reading,
+    observer: MotionObserver,
+    /// What the wire does.
+    pub(crate) motion: Motion,
+    /// Power in the on-phase, W: the last one measured.
+    on_power_w: f64,
+    /// Mean power of the period just past, W.
+    pub(crate) power_w: f64,
+    estimator: StateEstimator,
+    /// What is believed of the wire.
+    pub(crate) estimate: Estimate,
+    /// Its supervisor.
+    pub(crate) guard: Guard,
+    /// What it is to do.
+    pub(crate) target: Target,
+    /// Who says so.
+    pub(crate) source: Source,
+    /// Whether the last setpoint's lease ran out and nothing took its place; until the next command.
+    pub(crate) lapsed: bool,
+    regulator: Algorithm,
+    /// Whether the regulator was in charge in the last cycle: else it starts afresh.
+    regulating: bool,
+    min_duty: f64,
+    max_duty: f64,
+    max_power_w: f64,
+    /// The duty for the next period.
+    pub(crate) duty: f64,
+    /// `ChannelState::FLAG_…`.
+    pub(crate) flags: u32,
+    /// Within this of its target it counts as settled, m: 0.5 % of the stroke.
+    settled_m: f64,
+    /// Where its strokes are counted from.
+    pub(crate) stroke: StrokeRange,
+}
+
+/// What happened to a channel in one cycle, beyond its numbers.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Happened {
+    /// A fault latched or cleared.
+    pub change: Option<Change>,
+    /// A setpoint's lease ran out.
+    pub lapsed: bool,
+}
+
+impl Channel {
+    /// A channel of a rig, at rest, trusting nothing.
+    ///
+    /// # Errors
+    /// [`Error::Rig`] where the channel cannot be driven by pulses or measured.
+    pub fn new(channel: &RigChannel, rate_hz: f64) -> Result<Channel, Error> {
+        let model = &channel.model;
+        let refuse = |reason: String| Error::Rig { place: format!("channel {}", channel.name), reason };
+        if model.drive.kind != DriveKind::Pwm {
+            return Err(refuse("its drive is not \"pwm\": only a wire heated by pulses can be driven".into()));
+        }
+        let stroke = StrokeRange::of(model).map_err(|error| refuse(error.to_string()))?;
+        let hot = Ends::of(model, true, stroke.hot_m);
+        let cold = Ends::of(model, false, stroke.cold_m);
+
+        let sensor = sensor(channel, hot, cold).map_err(|error| refuse(error.to_string()))?;
+        let middle_m = 0.5 * (stroke.hot_m + stroke.cold_m);
+        let volts = cold.current_a * cold.resistance_ohm;
+        let sigma_m = sensor.expected_sigma_m(middle_m, volts, cold.current_a).clamp(1e-9, 1e-2);
+        let observer = match model.load {
+            Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } if mass_kg > 0.0 => {
+                // The wire's own stiffness changes with its phase by a factor of three: the softer end, where ω is lowest.
+                let own = model.material.martensite_modulus_pa * model.geometry.area_m2() / model.geometry.length_m;
+                // No word on how fast duty moves the wire: inside the hysteresis it hardly does, and "better too small".
+                let drive = Drive::of_load(mass_kg, damping_n_s_per_m, spring_n_per_m + own, 0.0);
+                ObserverConfig::with_drive(sigma_m, drive)
+            }
+            _ => ObserverConfig { length_sigma_m: sigma_m, ..ObserverConfig::default() },
+        };
+        let observer = MotionObserver::new(rate_hz, observer).map_err(|error| refuse(error.to_string()))?;
+
+        let limits = &channel.limits;
+        let control = &channel.control;
+        let settings = Settings {
+            kind: match control.algorithm {
+                RigAlgorithm::SlidingMode => AlgorithmKind::SlidingMode2,
+                RigAlgorithm::SlidingModeFirstOrder => AlgorithmKind::SlidingMode1,
+                RigAlgorithm::Pi => AlgorithmKind::Pi,
+            },
+            lambda_per_s: control.lambda_per_s,
+            minimum_duty: control.minimum_duty,
+            maximum_duty: limits.max_duty,
+            hold_band_m: None,
+            modulation: Modulation::Switched,
+            pi: Some(PiGains {
+                proportional_per_m: control.pi_proportional_per_m,
+                integral_per_m_s: control.pi_integral_per_m_s,
+                tracking_s: PI_TRACKING_S,
+            }),
+        };
+        let noise_a = sensor.config().converter.current_sigma_a();
+        Ok(Channel {
+            applied_duty: 0.0,
+            sensor,
+            reading: Reading::none(Default::default()),
+            observer,
+            motion: Motion { length_m: f64::NAN, velocity_m_s: f64::NAN, acceleration_m_s2: f64::NAN },
+            on_power_w: cold.power_w().max(hot.power_w()),
+            power_w: 0.0,
+            estimator: StateEstimator::new(model),
+            estimate: Estimate::UNKNOWN,
+            guard: Guard::new(GuardLimits {
+                max_current_a: limits.max_current_a + CURRENT_GUARD * noise_a,
+                max_temperature_c: limits.max_temperature_c,
+                energy_budget_j: limits.energy_budget_j,
+                energy_drain_w: limits.energy_drain_w,
+            }),
+            target: Target::Idle,
+            source: Source::Nobody,
+            lapsed: false,
+            regulator: Algorithm::new(model, &settings),
+            regulating: false,
+            min_duty: control.minimum_duty,
+            max_duty: limits.max_duty,
+            max_power_w: limits.max_power_w,
+            duty: 0.0,
+            flags: 0,
+            settled_m: SETTLED_STROKE * stroke.stroke_m().abs(),
+            stroke,
+        })
+    }
+
+    /// One cycle: the sample of the period just past in, the duty for the next period out (in [`Channel::duty`]).
+    /// `program` is the stroke a built-in program wants, if there is one.
+    #[inline]
+    pub fn step(&mut self, sample: &Sample, tick: &Tick, program: Option<f64>) -> Happened {
+        let mut happened = Happened::default();
+
+        // Sensing. Where nothing was driven there is nothing to see, whatever the converter picked up.
+        let driven = self.applied_duty > 0.0;
+        self.reading = if driven { self.sensor.read(sample) } else { Reading::none(Health::NoCurrent) };
+        let healthy = self.reading.health.is_ok();
+        self.motion = self.observer.update_weighted(self.reading.length(), self.reading.length_sigma_m, tick.dt_s);
+        if healthy {
+            self.on_power_w = sample.v3_v * sample.current_a;
+        }
+        self.power_w = self.applied_duty * self.on_power_w;
+        self.estimate = self.estimator.update(&Observation {
+            power_w: self.power_w,
+            duty: self.applied_duty,
+            length_m: self.reading.length_m,
+            tension_n: f64::NAN,
+            dt_s: tick.dt_s,
+        });
+
+        // Supervisor.
+        let (permit, change) = self.guard.judge(&Evidence {
+            driven,
+            health: self.reading.health,
+            current_a: sample.current_a,
+            power_w: self.power_w,
+            temperature_c: self.estimate.temperature_c,
+            dt_s: tick.dt_s,
+        });
+        happened.change = change;
+        if let Some(Change::Tripped(_)) = change {
+            self.forget_target();
+        }
+
+        // Who is in charge.
+        match self.source {
+            Source::Client { until_ns } if tick.now_ns >= until_ns => {
+                // A stale `off` is no loss of control, and where a program goes on, nothing is lost; else somebody is gone who
+                // should not be.
+                happened.lapsed = self.target != Target::Idle && program.is_none();
+                self.lapsed = happened.lapsed;
+                self.forget_target();
+            }
+            _ => {}
+        }
+        if permit != Permit::Off && !matches!(self.source, Source::Client { .. }) {
+            (self.target, self.source) = match program {
+                Some(stroke) => (Target::Length(self.stroke.length_m(stroke)), Source::Program),
+                None => (Target::Idle, Source::Nobody),
+            };
+        }
+
+        // Controller.
+        let mut regulating = false;
+        let wanted = match (permit, self.target) {
+            (Permit::Off, _) => 0.0,
+            (Permit::SensingPulse, _) | (Permit::Power, Target::Idle) => self.min_duty,
+            (Permit::Power, Target::Duty(duty)) => duty.clamp(self.min_duty, self.max_duty),
+            (Permit::Power, Target::Length(reference_m) | Target::Force(reference_m)) => {
+                regulating = true;
+                if !self.regulating {
+                    self.regulator.reset();
+                }
+                self.regulator.duty(&Demand {
+                    reference_m,
+                    length_m: self.motion.length_m,
+                    velocity_m_s: self.motion.velocity_m_s,
+                    acceleration_m_s2: self.motion.acceleration_m_s2,
+                    dt_s: tick.dt_s,
+                    estimate: self.estimate,
+                })
+            }
+        };
+        self.regulating = regulating;
+
+        // What was put out at this tick is what the next sample comes from.
+        self.applied_duty = self.duty;
+        self.observer.set_duty(self.applied_duty);
+        // The supply may be higher than the rig file says; NaN from anywhere means nothing.
+        let most = self.max_duty.min(self.max_power_w / self.on_power_w);
+        self.duty = if wanted > 0.0 { wanted.min(most.max(0.0)) } else { 0.0 };
+
+        self.flags = 0;
+        if regulating {
+            let at_limit = wanted <= self.min_duty || wanted >= self.max_duty;
+            self.flags |= if at_limit { ChannelState::FLAG_SATURATED } else { 0 };
+            let off_target_m = (self.motion.length_m - self.target_m()).abs();
+            self.flags |= if off_target_m <= self.settled_m { ChannelState::FLAG_SETTLED } else { 0 };
+        }
+        self.flags |= if self.duty < wanted { ChannelState::FLAG_LIMITED } else { 0 };
+        happened
+    }
+
+    /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
+    #[inline]
+    pub fn trip(&mut self, fault: Fault) -> Option<Change> {
+        self.duty = 0.0;
+        self.regulating = false;
+        self.forget_target();
+        self.guard.trip(fault)
+    }
+
+    fn forget_target(&mut self) {
+        (self.target, self.source) = (Target::Idle, Source::Nobody);
+    }
+
+    /// Where its strokes are counted from.
+    pub fn stroke_range(&self) -> StrokeRange {
+        self.stroke
+    }
+
+    /// Target length, m; NaN while it has none.
+    pub fn target_m(&self) -> f64 {
+        match self.target {
+            Target::Length(length_m) | Target::Force(length_m) => length_m,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The sliding surface, 0 while no controller is in charge.
+    pub fn surface(&self) -> f64 {
+        if self.regulating { self.regulator.surface() } else { 0.0 }
+    }
+}
+
+/// Share of the stroke within which a target counts as reached.
+const SETTLED_STROKE: f64 = 0.005;
+/// Time in which the PI controller's integrator follows a saturated output, s.
+const PI_TRACKING_S: f64 = 0.3;
+
+/// One end of a wire's stroke, seen electrically.
+#[derive(Debug, Clone, Copy)]
+struct Ends {
+    length_m: f64,
+    resistance_ohm: f64,
+    current_a: f64,
+}
+
+impl Ends {
+    fn of(model: &WireModel, hot: bool, length_m: f64) -> Ends {
+        let m = &model.material;
+        let (rho, slope, temperature_c) = if hot {
+            // As far above A as a wire that is surely hot.
+            let hot_c = m.austenite_temperature_c + 40.0;
+            (m.austenite_resistivity_ohm_m, m.austenite_resistivity_slope_ohm_m_per_k, hot_c)
+        } else {
+            (m.martensite_resistivity_ohm_m, m.martensite_resistivity_slope_ohm_m_per_k, model.ambient_c)
+        };
+        // eq. 37, 39
+        let resistance_ohm =
+            (rho + slope * (temperature_c - m.reference_temperature_c)) * length_m / model.geometry.area_m2();
+        let drive = &model.drive;
+        let series_ohm = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
+        Ends { length_m, resistance_ohm, current_a: drive.supply_v / (resistance_ohm + series_ohm) }
+    }
+
+    fn power_w(&self) -> f64 {
+        self.current_a * self.current_a * self.resistance_ohm
+    }
+}
+
+fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, sinew_sensing::Error> {
+    let model = &channel.model;
+    let (hot, cold) = ((hot.resistance_ohm, hot.length_m), (cold.resistance_ohm, cold.length_m));
+    let method = match (channel.control.sensing, model.taps) {
+        (Sensing::Dual, Some(taps)) => Method::DualMeasurement { l0_m: taps.l0_m, ls_m: taps.ls_m },
+        _ => Method::Resistance { line: ResistanceLine::through(hot, cold)? },
+    };
+    let adc = &channel.adc;
+    let converter = Converter {
+        // The rig file's range is 0 to full scale, the sensor's minus to plus: one bit more has the same step.
+        bits: (adc.bits + 1).min(32),
+        voltage_range_v: adc.voltage_range_v,
+        current_range_a: adc.current_range_a,
+        voltage_noise_v: adc.voltage_noise_v,
+        current_noise_a: adc.current_noise_a,
+    };
+    let area_m2 = model.geometry.area_m2();
+    let mut config = LengthSensorConfig::for_wire(method, area_m2, model.drive.supply_v, hot, cold, converter);
+    // The rig file's limits are what a length may show; but never so short that a lost second tap (V2 = V3) would pass.
+    let lost_tap_m = match method {
+        Method::DualMeasurement { l0_m, ls_m } => 0.5 * (hot.1.min(cold.1) + l0_m + ls_m),
+        Method::Resistance { .. } => 0.0,
+    };
+    config.min_length_m = channel.limits.min_length_m.max(lost_tap_m);
+    config.max_length_m = channel.limits.max_length_m;
+    LengthSensor::new(config)
+}

@@ -1,0 +1,321 @@
+//! Takes the clients' requests on an ordinary thread: checks them, hands them to the loop, and answers when the loop has taken
+//! them or with the reason why not.
+//!
+//! There is one judge of a request, this module; what only the loop can know (a latched fault, whether its cause is gone) comes
+//! back from it as an answer. Rules:
+//!
+//! - A setpoint needs a channel that exists, finite numbers, a value inside the channel's limits, a hold of one period to
+//!   `max_lease_s` (0 = the channel's default).
+//! - Lengths are taken between the hot and the cold end of the stroke, as far as the rig's limits allow; strokes from 0 to 1; duties
+//!   from 0 (which is the sensing pulse) to `max_duty`; forces only against a spring, where they mean a length.
+//! - `off` holds until the next command unless it names a hold. `off`, `reset` and `stop` may be meant for all channels.
+//! - `stop` is answered at once; every other request waits for the loop.
+
+use std::collections::HashMap;
+use std::sync::atomic::Ordering;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use rtrb::{Consumer, Producer};
+use sinew_control::{StrokeRange, length_for_force};
+use sinew_ipc::{ALL_CHANNELS, Command, CommandKind, CommandServer, Fault, Outcome, Reply, Request};
+use sinew_physics::WireModel;
+use sinew_rig::Rig;
+
+use crate::cycles::Shared;
+use crate::engine::{Answer, Ask, Event, Occurrence, Order};
+use crate::report::MAX_FAULTS;
+
+/// How often clients are asked for requests while none is under way.
+const IDLE_PERIOD: Duration = Duration::from_millis(1);
+/// How often the loop's answers are looked for while a request is under way.
+const BUSY_PERIOD: Duration = Duration::from_micros(200);
+/// How long the loop may take to answer, besides the time a channel may take to prove itself.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// A duty or stroke this far outside is rounding, not a mistake.
+const ROUNDING: f64 = 1e-9;
+
+/// What a channel's requests are checked against.
+#[derive(Debug, Clone)]
+pub struct ChannelRules {
+    model: WireModel,
+    /// Its stroke.
+    pub stroke: StrokeRange,
+    /// Shortest length that may be asked for, m.
+    pub min_length_m: f64,
+    /// Longest length that may be asked for, m.
+    pub max_length_m: f64,
+    /// Largest duty.
+    pub max_duty: f64,
+    /// Lease of a setpoint that names none, s.
+    pub lease_s: f64,
+    /// Shortest lease, s: one period.
+    pub min_lease_s: f64,
+    /// Longest lease, s.
+    pub max_lease_s: f64,
+}
+
+impl ChannelRules {
+    /// The rules of each channel of a rig.
+    ///
+    /// # Errors
+    /// A model whose stroke cannot be worked out.
+    pub fn of(rig: &Rig) -> Result<Vec<ChannelRules>, sinew_physics::Error> {
+        rig.channels
+            .iter()
+            .map(|channel| {
+                let stroke = StrokeRange::of(&channel.model)?;
+                let limits = &channel.limits;
+                let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
+                Ok(ChannelRules {
+                    model: channel.model.clone(),
+                    stroke,
+                    // What the wire cannot reach it would only be overheated for.
+                    min_length_m: limits.min_length_m.max(short_m),
+                    max_length_m: limits.max_length_m.min(long_m),
+                    max_duty: limits.max_duty,
+                    lease_s: limits.lease_s,
+                    min_lease_s: 1.0 / rig.rate_hz,
+                    max_lease_s: limits.max_lease_s,
+                })
+            })
+            .collect()
+    }
+
+    fn within(&self, command: &Command, value: f64, low: f64, high: f64) -> Result<f64, Reply> {
+        let slack = ROUNDING * (high - low).abs().max(1.0);
+        if value >= low - slack && value <= high + slack {
+            Ok(value.clamp(low.min(high), high.max(low)))
+        } else {
+            Err(Reply::refused(command, Outcome::OutOfRange).range(low, high).because(Fault::SetpointOutOfRange))
+        }
+    }
+
+    /// Force at a length of the load at rest, N: the inverse of [`length_for_force`].
+    fn force_n(&self, length_m: f64) -> f64 {
+        match self.model.load {
+            sinew_physics::Load::SpringMassDamper { spring_n_per_m, preload_n, .. } => {
+                preload_n - spring_n_per_m * (length_m - self.model.geometry.length_m)
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    /// Checks a request for this channel: what to ask of the loop and the lease, s (0: until the next command).
+    ///
+    /// # Errors
+    /// The refusal to send back.
+    pub fn check(&self, command: &Command) -> Result<(Ask, f64), Reply> {
+        let Some(kind) = command.kind() else { return Err(Reply::refused(command, Outcome::UnknownCommand)) };
+        let has_value =
+            matches!(kind, CommandKind::Length | CommandKind::Stroke | CommandKind::Duty | CommandKind::Force);
+        if !command.hold_s.is_finite() || (has_value && !command.value.is_finite()) {
+            let refusal = Reply::refused(command, Outcome::NotFinite);
+            return Err(if has_value { refusal.because(Fault::SetpointOutOfRange) } else { refusal });
+        }
+        let ask = match kind {
+            CommandKind::Length => {
+                Ask::Length(self.within(command, command.value, self.min_length_m, self.max_length_m)?)
+            }
+            CommandKind::Stroke => {
+                let stroke = self.within(command, command.value, 0.0, 1.0)?;
+                // A limit may cut the stroke's ends off.
+                let length_m = self.stroke.length_m(stroke).clamp(self.min_length_m, self.max_length_m);
+                Ask::Length(length_m)
+            }
+            CommandKind::Duty => Ask::Duty(self.within(command, command.value, 0.0, self.max_duty)?),
+            CommandKind::Force => {
+                let length_m = length_for_force(&self.model, command.value)
+                    .map_err(|_| Reply::refused(command, Outcome::Unsupported))?;
+                if !(self.min_length_m..=self.max_length_m).contains(&length_m) {
+                    // Longer is less force.
+                    let (low, high) = (self.force_n(self.max_length_m), self.force_n(self.min_length_m));
+                    self.within(command, command.value, low, high)?;
+                }
+                Ask::Force(length_m.clamp(self.min_length_m, self.max_length_m))
+            }
+            CommandKind::Off => Ask::Off,
+            CommandKind::Reset => return Ok((Ask::Reset, 0.0)),
+            // Not a channel's business; the desk has dealt with it.
+            CommandKind::Stop => return Err(Reply::refused(command, Outcome::UnknownCommand)),
+        };
+        let hold_s = match command.hold_s {
+            0.0 if ask == Ask::Off => 0.0,
+            0.0 => self.lease_s,
+            hold_s if hold_s >= self.min_lease_s * (1.0 - ROUNDING) && hold_s <= self.max_lease_s => hold_s,
+            _ => {
+                let refusal = Reply::refused(command, Outcome::HoldOutOfRange);
+                return Err(refusal.range(self.min_lease_s, self.max_lease_s));
+            }
+        };
+        Ok((ask, hold_s))
+    }
+}
+
+/// Faults and lapsed leases as they happened, for the report.
+#[derive(Debug, Default)]
+pub(crate) struct Diary {
+    /// When (ns on the loop's clock), which channel, what; the first [`MAX_FAULTS`].
+    pub faults: Vec<(u64, u32, Fault)>,
+    /// Those beyond.
+    pub not_listed: u64,
+    /// Setpoints whose lease ran out.
+    pub lapsed: u64,
+}
+
+impl Diary {
+    fn note(&mut self, event: &Event, names: &[String]) {
+        let fault = match event.what {
+            Occurrence::Tripped(fault) => fault,
+            Occurrence::Lapsed => {
+                self.lapsed += 1;
+                Fault::StaleSetpoint
+            }
+            Occurrence::Proved | Occurrence::Answered { .. } => return,
+        };
+        let name = names.get(event.channel as usize).map_or("?", String::as_str);
+        tracing::warn!(channel = name, flag = fault.flag(), "{}; {}; {}", fault.cause(), fault.reaction(), fault.remedy());
+        if self.faults.len() < MAX_FAULTS {
+            self.faults.push((event.at_ns, event.channel, fault));
+        } else {
+            self.not_listed += 1;
+        }
+    }
+}
+
+/// A request the loop has not answered yet.
+struct Waiting {
+    request: Request,
+    /// Answers still missing: more than one when it is meant for all channels.
+    missing: usize,
+    /// The answer so far.
+    reply: Reply,
+    until: Instant,
+}
+
+/// Where requests come in and answers go out.
+pub(crate) struct Desk {
+    pub port: Option<CommandServer>,
+    pub rules: Vec<ChannelRules>,
+    pub names: Vec<String>,
+    pub orders: Producer<Order>,
+    pub events: Consumer<Event>,
+}
+
+impl Desk {
+    /// Serves until the loop has ended and everything that was under way is answered.
+    pub fn serve(mut self, shared: &Shared, diary: &Mutex<Diary>) {
+        let mut waiting: HashMap<u64, Waiting> = HashMap::new();
+        let mut tickets = 0;
+        loop {
+            // Asked before looking at the events, so that the last of them are not left behind.
+            let ended = shared.ended.load(Ordering::Acquire);
+            let stopping = ended || shared.stop.load(Ordering::Relaxed);
+
+            while let Ok(event) = self.events.pop() {
+                if let Occurrence::Answered { ticket, answer } = event.what {
+                    answered(&mut waiting, ticket, event.channel, answer, shared);
+                } else {
+                    diary.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
+                }
+            }
+            while let Some(request) = self.port.as_mut().and_then(CommandServer::receive) {
+                tickets += 1;
+                self.take(request, tickets, stopping, &mut waiting, shared);
+            }
+            if let Some(port) = &mut self.port {
+                port.tidy();
+            }
+            let now = Instant::now();
+            let over: Vec<u64> =
+                waiting.iter().filter(|(_, w)| ended || now >= w.until).map(|(ticket, _)| *ticket).collect();
+            for ticket in over {
+                let Some(w) = waiting.remove(&ticket) else { continue };
+                let outcome = if ended { Outcome::Stopping } else { Outcome::Busy };
+                let reply = Reply::refused(w.request.command(), outcome);
+                refuse(shared, w.request, reply);
+            }
+            if ended {
+                return;
+            }
+            std::thread::sleep(if waiting.is_empty() { IDLE_PERIOD } else { BUSY_PERIOD });
+        }
+    }
+
+    fn take(
+        &mut self,
+        request: Request,
+        ticket: u64,
+        stopping: bool,
+        waiting: &mut HashMap<u64, Waiting>,
+        shared: &Shared,
+    ) {
+        let command = *request.command();
+        if command.kind() == Some(CommandKind::Stop) {
+            tracing::info!(client = command.client >> 32, "stop asked for");
+            shared.stop.store(true, Ordering::Relaxed);
+            return request.reply(Reply::taken(&command, 0.0));
+        }
+        if stopping {
+            let reply = Reply::refused(&command, Outcome::Stopping).because(Fault::Stopping);
+            return refuse(shared, request, reply);
+        }
+        let for_all = command.channel == ALL_CHANNELS
+            && matches!(command.kind(), Some(CommandKind::Off | CommandKind::Reset));
+        let channels = match command.channel as usize {
+            _ if for_all => 0..self.rules.len(),
+            channel if channel < self.rules.len() => channel..channel + 1,
+            _ => return refuse(shared, request, Reply::refused(&command, Outcome::UnknownChannel)),
+        };
+        let missing = channels.len();
+        if self.orders.slots() < missing {
+            return refuse(shared, request, Reply::refused(&command, Outcome::Busy));
+        }
+        let mut hold_s = 0.0;
+        for channel in channels {
+            let ask = match self.rules[channel].check(&command) {
+                Ok((ask, granted_s)) => {
+                    hold_s = granted_s;
+                    ask
+                }
+                // All channels are checked by the same rules where a command for all is possible: none is on its way yet.
+                Err(reply) => return refuse(shared, request, reply),
+            };
+            let hold_ns = if hold_s > 0.0 { (hold_s * 1e9) as u64 } else { u64::MAX };
+            // There is room: asked above, and nobody else pushes.
+            let _ = self.orders.push(Order { ticket, channel, ask, hold_ns });
+        }
+        let reply = Reply::taken(&command, hold_s);
+        waiting.insert(ticket, Waiting { request, missing, reply, until: Instant::now() + PATIENCE });
+    }
+}
+
+fn refuse(shared: &Shared, request: Request, reply: Reply) {
+    shared.refusals.fetch_add(1, Ordering::Relaxed);
+    request.reply(reply);
+}
+
+fn answered(waiting: &mut HashMap<u64, Waiting>, ticket: u64, channel: u32, answer: Answer, shared: &Shared) {
+    let Some(w) = waiting.get_mut(&ticket) else { return };
+    let refusal = match answer {
+        Answer::Done => None,
+        Answer::Latched(fault) => Some((Outcome::Faulted, fault)),
+        Answer::CauseRemains(fault) => Some((Outcome::CauseRemains, fault)),
+    };
+    if let Some((outcome, fault)) = refusal
+        && w.reply.outcome == Outcome::Taken.code()
+    {
+        // Of several the first; it says which channel.
+        w.reply = Reply { channel, ..Reply::refused(w.request.command(), outcome).because(fault) };
+    }
+    w.missing -= 1;
+    if w.missing == 0
+        && let Some(w) = waiting.remove(&ticket)
+    {
+        if w.reply.outcome == Outcome::Taken.code() {
+            w.request.reply(w.reply);
+        } else {
+            refuse(shared, w.request, w.reply);
+        }
+    }
+}

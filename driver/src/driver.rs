@@ -1,0 +1,409 @@
+//! A whole driver: lock, services, real time, loop, publisher and desk, put together and taken apart in order.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use rtrb::RingBuffer;
+use sinew_ipc::{ChannelInfo, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
+use sinew_rig::{Rig, RealtimeMode};
+
+use crate::allocations;
+use crate::backend::Backend;
+use crate::baseline;
+use crate::commands::{ChannelRules, Desk, Diary};
+use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
+use crate::engine::Engine;
+use crate::error::Error;
+use crate::program::Program;
+use crate::publish;
+use crate::realtime::{self, Held, Mode, RealtimeReport, Wish};
+use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
+
+/// Orders that may be on their way into the loop.
+const ORDERS: usize = 512;
+/// Events that may be on their way out of it.
+const EVENTS: usize = 8192;
+/// The ring to the publisher holds so much time, s, and at least so many cycles.
+const RING_S: f64 = 0.5;
+const RING_CYCLES: usize = 256;
+
+/// How to run, beyond what the rig file says.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Stop by itself after so long, s of the loop's clock; `None` = never.
+    pub duration_s: Option<f64>,
+    /// What the channels do while nobody commands them.
+    pub program: Option<Program>,
+    /// Run a bare timer loop for so long, s, in the same thread right before the loop, and report its latency as the floor.
+    pub floor_s: Option<f64>,
+    /// Whether the backend is a simulation, for clients to know.
+    pub simulated: bool,
+    /// Without any service to other processes (and without the lock on the rig's name): for benchmarks.
+    pub private: bool,
+}
+
+/// A driver that runs.
+#[derive(Debug)]
+pub struct Driver;
+
+/// The loop's progress, as seen from outside without disturbing it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stats {
+    /// Whether the loop still runs.
+    pub running: bool,
+    /// Cycles so far.
+    pub cycles: u64,
+    /// Periods missed so far.
+    pub missed: u64,
+    /// Faults latched so far, and leases run out.
+    pub faults: u64,
+}
+
+/// The hold on a running driver. Dropped without [`DriverHandle::join`], it stops the driver and waits for it.
+#[derive(Debug)]
+pub struct DriverHandle {
+    shared: Arc<Shared>,
+    diary: Arc<Mutex<Diary>>,
+    threads: Option<Threads>,
+    rig: String,
+    names: Vec<String>,
+    rate_hz: f64,
+    realtime: RealtimeReport,
+    _held: Held,
+}
+
+#[derive(Debug)]
+struct Threads {
+    main: JoinHandle<(Remains, Option<BareLoop>)>,
+    publisher: JoinHandle<()>,
+    desk: JoinHandle<()>,
+}
+
+/// What the loop writes to: the blackboard, or nothing.
+struct Blackboard(Option<StateWriter>);
+
+impl Outlet for Blackboard {
+    #[inline]
+    fn latest(&mut self, snapshot: &Snapshot) {
+        if let Some(writer) = &mut self.0 {
+            writer.update(snapshot);
+        }
+    }
+
+    #[inline]
+    fn stats(&mut self, stats: &LoopStats) {
+        if let Some(writer) = &mut self.0 {
+            writer.update_stats(stats);
+        }
+    }
+}
+
+/// What a rig file asks of Linux.
+pub fn wish_of(rig: &Rig) -> Wish {
+    Wish {
+        mode: match rig.realtime.mode {
+            RealtimeMode::Off => Mode::Off,
+            RealtimeMode::Try => Mode::Try,
+            RealtimeMode::Strict => Mode::Strict,
+        },
+        priority: rig.realtime.priority.min(99) as u8,
+        cpu: rig.realtime.cpu.map(|cpu| cpu as usize),
+    }
+}
+
+impl Driver {
+    /// Starts a driver for a rig on a backend: takes the rig's name, opens the services, starts the backend (outputs zero) and lets
+    /// the loop run on a thread of its own. Returns when it runs.
+    ///
+    /// # Errors
+    /// Everything that is found out before the first cycle; then nothing is left running and outputs are zero.
+    pub fn start<B: Backend + 'static>(rig: &Rig, backend: B, options: Options) -> Result<DriverHandle, Error> {
+        let engine = Engine::new(rig, options.program.clone())?;
+        let channels = engine.channels().len();
+        if backend.channels() != channels {
+            return Err(Error::Channels { expected: channels, found: backend.channels() });
+        }
+        let rules = ChannelRules::of(rig)
+            .map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
+        let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
+        let pace = match rig.simulation.pace {
+            sinew_rig::Pace::RealTime => Pace::RealTime,
+            sinew_rig::Pace::AsFastAsPossible => Pace::AsFastAsPossible,
+        };
+        // A loop that never sleeps would keep its core from everybody else for good.
+        let wish = if pace == Pace::RealTime { wish_of(rig) } else { Wish::OFF };
+
+        let (mut state, mut cycles, mut commands) = (None, None, None);
+        if !options.private {
+            let lock = RigLock::acquire(&rig.name)?;
+            let mut info = info(rig, &rules)?;
+            info.simulated = options.simulated.into();
+            let parts = Server::create(lock, &info)?.split();
+            (state, cycles, commands) = (Some(parts.0), Some(parts.1), Some(parts.2));
+        }
+
+        // After the services, so that their memory is locked with the rest.
+        let (held, realtime) = realtime::prepare_process(&wish);
+        let period_ns = (1e9 / rig.rate_hz).round() as u64;
+        let ring = ((RING_S * rig.rate_hz) as usize).max(RING_CYCLES);
+        let (orders_in, orders) = RingBuffer::new(ORDERS);
+        let (events, events_out) = RingBuffer::new(EVENTS);
+        let (heads, heads_out) = RingBuffer::new(ring);
+        let (states, states_out) = RingBuffer::new(ring * channels);
+        let shared = Arc::new(Shared::default());
+        let diary = Arc::new(Mutex::new(Diary::default()));
+        let looping = Cycles {
+            backend,
+            engine,
+            outlet: Blackboard(state),
+            orders,
+            events,
+            heads,
+            states,
+            period_ns,
+            pace,
+            periods: options.duration_s.map_or(u64::MAX, |seconds| (seconds * rig.rate_hz).round().max(0.0) as u64),
+            stats: LoopStats::new(),
+        };
+
+        let (ready, started) = mpsc::channel();
+        let (floor_s, rate_hz) = (options.floor_s, rig.rate_hz);
+        let main = {
+            let shared = shared.clone();
+            let body = move || run_loop(looping, wish, realtime, floor_s, rate_hz, &shared, &ready);
+            spawn("loop", realtime::LOOP_STACK, body)?
+        };
+        let realtime = match started.recv() {
+            Ok(Ok(realtime)) => realtime,
+            Ok(Err(error)) => {
+                let _ = main.join();
+                return Err(error);
+            }
+            // It ended without a word: it panicked before its first cycle.
+            Err(_) => {
+                let _ = main.join();
+                return Err(Error::Thread(std::io::Error::other("the loop's thread died while it started")));
+            }
+        };
+
+        let publisher = {
+            let shared = shared.clone();
+            spawn("publisher", 0, move || {
+                guarded(&shared, || publish::publish(heads_out, states_out, channels, cycles, &shared));
+            })
+        };
+        let desk = {
+            let (shared, diary) = (shared.clone(), diary.clone());
+            let desk = Desk { port: commands, rules, names: names.clone(), orders: orders_in, events: events_out };
+            spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &diary)))
+        };
+        let (publisher, desk) = match (publisher, desk) {
+            (Ok(publisher), Ok(desk)) => (publisher, desk),
+            (Err(error), _) | (_, Err(error)) => {
+                shared.stop.store(true, Ordering::Relaxed);
+                let _ = main.join();
+                return Err(error);
+            }
+        };
+        Ok(DriverHandle {
+            shared,
+            diary,
+            threads: Some(Threads { main, publisher, desk }),
+            rig: rig.name.clone(),
+            names,
+            rate_hz,
+            realtime,
+            _held: held,
+        })
+    }
+}
+
+/// The loop's thread from its first to its last instruction.
+fn run_loop<B: Backend>(
+    mut looping: Cycles<B, Blackboard>,
+    wish: Wish,
+    mut realtime: RealtimeReport,
+    floor_s: Option<f64>,
+    rate_hz: f64,
+    shared: &Shared,
+    ready: &mpsc::Sender<Result<RealtimeReport, Error>>,
+) -> (Remains, Option<BareLoop>) {
+    realtime::prepare_thread(&wish, &mut realtime);
+    let refused: Vec<String> = realtime
+        .missing()
+        .map(|row| format!("{} ({}); without it {}; to get it: {}", row.asked, row.found, row.cost, row.remedy))
+        .collect();
+    let failure = if wish.mode == Mode::Strict && !refused.is_empty() {
+        Some(Error::NotRealtime { refused })
+    } else {
+        looping.backend.start().err().map(Error::Backend)
+    };
+    if let Some(error) = failure {
+        looping.backend.stop();
+        shared.ended.store(true, Ordering::Release);
+        let _ = ready.send(Err(error));
+        return (Remains::nothing(), None);
+    }
+    looping.stats.realtime = bits(&realtime);
+    looping.stats.priority = realtime.priority.into();
+    looping.stats.cpu = realtime.cpu.map_or(-1, |cpu| cpu as i32);
+    let _ = ready.send(Ok(realtime));
+    let floor = floor_s.filter(|_| looping.pace == Pace::RealTime).map(|s| baseline::bare_loop(rate_hz, s));
+    (looping.run(shared), floor)
+}
+
+fn bits(realtime: &RealtimeReport) -> u32 {
+    let granted = |id: &str| realtime.rows.iter().any(|row| row.id == id && row.granted);
+    let rows = [
+        ("scheduler", LoopStats::RT_FIFO),
+        ("memory", LoopStats::RT_LOCKED),
+        ("prefault", LoopStats::RT_PREFAULTED),
+        ("core", LoopStats::RT_PINNED),
+        ("timer_slack", LoopStats::RT_SLACK),
+        ("idle_states", LoopStats::RT_LATENCY),
+    ];
+    rows.iter().filter(|(id, _)| granted(id)).fold(0, |bits, (_, bit)| bits | bit)
+}
+
+fn spawn<T: Send + 'static>(
+    name: &str,
+    stack: usize,
+    body: impl FnOnce() -> T + Send + 'static,
+) -> Result<JoinHandle<T>, Error> {
+    let builder = thread::Builder::new().name(format!("sinew-{name}"));
+    let builder = if stack > 0 { builder.stack_size(stack) } else { builder };
+    builder.spawn(body).map_err(Error::Thread)
+}
+
+/// A helper that panics takes the driver along in good order: outputs to zero, report.
+fn guarded(shared: &Shared, body: impl FnOnce()) {
+    if catch_unwind(AssertUnwindSafe(body)).is_err() {
+        tracing::error!("a thread of the driver panicked; stopping");
+        shared.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+fn info(rig: &Rig, rules: &[ChannelRules]) -> Result<Info, sinew_ipc::Error> {
+    let channels = rig.channels.iter().zip(rules).map(|(channel, rules)| {
+        Ok(ChannelInfo {
+            name: Name::new(&channel.name)?,
+            min_length_m: rules.min_length_m,
+            max_length_m: rules.max_length_m,
+            hot_length_m: rules.stroke.hot_m,
+            cold_length_m: rules.stroke.cold_m,
+            rest_length_m: channel.model.geometry.length_m,
+            max_duty: rules.max_duty,
+            max_current_a: channel.limits.max_current_a,
+            max_power_w: channel.limits.max_power_w,
+            max_temperature_c: channel.limits.max_temperature_c,
+            lease_s: rules.lease_s,
+        })
+    });
+    let channels: Vec<ChannelInfo> = channels.collect::<Result<_, sinew_ipc::Error>>()?;
+    Info::new(&rig.name, rig.rate_hz, &channels)
+}
+
+impl DriverHandle {
+    /// Asks the loop to end: outputs go to zero within a period. Returns at once; [`DriverHandle::join`] waits.
+    pub fn stop(&self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the loop still runs. It may have ended by itself: its time is over, a client asked for it, its code panicked.
+    pub fn is_running(&self) -> bool {
+        !self.shared.ended.load(Ordering::Acquire)
+    }
+
+    /// What Linux granted.
+    pub fn realtime(&self) -> &RealtimeReport {
+        &self.realtime
+    }
+
+    /// The loop's progress.
+    pub fn stats(&self) -> Stats {
+        let diary = self.diary.lock().unwrap_or_else(PoisonError::into_inner);
+        Stats {
+            running: self.is_running(),
+            cycles: self.shared.cycles.load(Ordering::Relaxed),
+            missed: self.shared.missed.load(Ordering::Relaxed),
+            faults: diary.faults.len() as u64 + diary.not_listed,
+        }
+    }
+
+    /// Waits until the loop has ended (it does not ask for that) and tells how the run was.
+    pub fn join(mut self) -> RunReport {
+        let (remains, floor) = self.wait();
+        self.report(remains, floor)
+    }
+
+    fn wait(&mut self) -> (Remains, Option<BareLoop>) {
+        let Some(threads) = self.threads.take() else { return (Remains::nothing(), None) };
+        // The loop catches its own panics; should its thread have died nevertheless, the others must not wait for it.
+        let ended = threads.main.join().unwrap_or_else(|_| (Remains::nothing(), None));
+        self.shared.ended.store(true, Ordering::Release);
+        let _ = threads.publisher.join();
+        let _ = threads.desk.join();
+        ended
+    }
+
+    fn report(&self, remains: Remains, floor: Option<BareLoop>) -> RunReport {
+        let diary = std::mem::take(&mut *self.diary.lock().unwrap_or_else(PoisonError::into_inner));
+        let name = |channel: u32| self.names.get(channel as usize).cloned().unwrap_or_default();
+        let stats = &remains.stats;
+        RunReport {
+            schema: report::SCHEMA,
+            rig: self.rig.clone(),
+            ended: remains.ending,
+            seconds: (stats.cycles + stats.missed) as f64 / self.rate_hz,
+            rate_hz: self.rate_hz,
+            channels: self.names.len(),
+            cycles: stats.cycles,
+            missed: stats.missed,
+            missed_by_wakeup: remains.missed_by_wakeup,
+            missed_by_cycle: remains.missed_by_cycle,
+            lateness_us: Quantiles::of(&stats.lateness),
+            cycle_us: Quantiles::of(&stats.cycle_time),
+            period_us: Quantiles::of(&stats.period),
+            floor,
+            allocations_in_loop: allocations::is_counting().then_some(stats.allocations),
+            unpublished: stats.ring_drops,
+            rt: self.realtime.clone(),
+            faults: diary
+                .faults
+                .iter()
+                .map(|&(at_ns, channel, fault)| FaultRecord {
+                    time_s: at_ns.saturating_sub(remains.start_ns) as f64 * 1e-9,
+                    channel: name(channel),
+                    flag: fault.flag(),
+                    cause: fault.cause(),
+                })
+                .collect(),
+            faults_not_listed: diary.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
+            leases_lapsed: diary.lapsed,
+            backend_error: remains.last_error.map(|error| error.to_string()),
+            channel: remains
+                .last
+                .channels()
+                .iter()
+                .zip(&self.names)
+                .map(|(state, name)| ChannelReport {
+                    name: name.clone(),
+                    length_m: state.length_m,
+                    target_m: state.target_m,
+                    duty: state.duty,
+                    fault: state.fault().map(|fault| fault.flag()),
+                })
+                .collect(),
+        }
+    }
+}
+
+impl Drop for DriverHandle {
+    fn drop(&mut self) {
+        self.stop();
+        self.wait();
+    }
+}

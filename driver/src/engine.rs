@@ -1,0 +1,274 @@
+//! A cycle of all channels without clock, thread or backend: samples in, duties out. What the loop runs, the tests test and the
+//! benchmarks measure.
+
+use sinew_ipc::{ChannelState, DriverState, Fault, MAX_CHANNELS, Mode, Snapshot};
+use sinew_rig::Rig;
+use sinew_sensing::Sample;
+
+use crate::backend::BackendError;
+use crate::channel::{Channel, Happened, Source, Target, Tick};
+use crate::error::Error;
+use crate::program::Program;
+use crate::supervisor::{Change, Punctuality};
+
+/// What a client asks of a channel, checked and in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ask {
+    /// Keep this length, m.
+    Length(f64),
+    /// Keep this length, m, at which the load pulls with the force that was asked for.
+    Force(f64),
+    /// Give this duty, 0 ..= 1.
+    Duty(f64),
+    /// Nothing but the sensing pulse.
+    Off,
+    /// Clear the latched fault.
+    Reset,
+}
+
+/// A request on its way into the loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// What the answer will refer to.
+    pub ticket: u64,
+    /// Which channel.
+    pub channel: usize,
+    /// What is asked.
+    pub ask: Ask,
+    /// For how long, ns from when the loop takes it; `u64::MAX` = until the next command.
+    pub hold_ns: u64,
+}
+
+/// The loop's answer to an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// It is in force.
+    Done,
+    /// The channel has a latched fault and takes no setpoint.
+    Latched(Fault),
+    /// The fault cannot be cleared: its cause is still there.
+    CauseRemains(Fault),
+}
+
+/// Something that happened in the loop and that somebody outside wants to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// The loop's clock, ns.
+    pub at_ns: u64,
+    /// Which channel.
+    pub channel: u32,
+    /// What.
+    pub what: Occurrence,
+}
+
+/// Kinds of [`Event`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Occurrence {
+    /// A fault was latched.
+    Tripped(Fault),
+    /// The latched fault is cleared (or, after the start, the channel has reported).
+    Proved,
+    /// A setpoint's lease ran out; the channel is off, or the built-in program has it again.
+    Lapsed,
+    /// An order is answered.
+    Answered {
+        /// The order's.
+        ticket: u64,
+        /// The answer.
+        answer: Answer,
+    },
+}
+
+/// One beat of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Beat {
+    /// The loop's clock, ns.
+    pub now_ns: u64,
+    /// Periods without a cycle since the last one.
+    pub missed: u64,
+}
+
+/// All channels of a rig.
+#[derive(Debug, Clone)]
+pub struct Engine {
+    channels: Vec<Channel>,
+    /// The order each channel's reset is to be answered to.
+    resets: Vec<Option<u64>>,
+    program: Option<Program>,
+    punctuality: Punctuality,
+    /// How the last exchange went.
+    exchanged: Result<(), BackendError>,
+    period_s: f64,
+    start_ns: Option<u64>,
+}
+
+impl Engine {
+    /// The channels of a rig, at rest. `program` is what they do while nobody commands them.
+    ///
+    /// # Errors
+    /// [`Error::Rig`] where a channel cannot be driven or measured.
+    pub fn new(rig: &Rig, program: Option<Program>) -> Result<Engine, Error> {
+        rig.check_drivable().map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
+        let channels: Vec<Channel> =
+            rig.channels.iter().map(|channel| Channel::new(channel, rig.rate_hz)).collect::<Result<_, _>>()?;
+        Ok(Engine {
+            resets: vec![None; channels.len()],
+            channels,
+            program,
+            punctuality: Punctuality::default(),
+            exchanged: Ok(()),
+            period_s: 1.0 / rig.rate_hz,
+            start_ns: None,
+        })
+    }
+
+    /// The channels, in the rig's order.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// Takes an order before a cycle at `now_ns`. `None`: the answer comes later, as an event.
+    #[inline]
+    pub fn take(&mut self, order: &Order, now_ns: u64) -> Option<Answer> {
+        let channel = &mut self.channels[order.channel];
+        let target = match order.ask {
+            Ask::Length(length_m) => Target::Length(length_m),
+            Ask::Force(length_m) => Target::Force(length_m),
+            Ask::Duty(duty) => Target::Duty(duty),
+            Ask::Off => Target::Idle,
+            Ask::Reset => {
+                // What the channel itself cannot know: whether backend and loop are well again.
+                if let Some(fault) = channel.guard.fault()
+                    && (self.exchanged.is_err() || !self.punctuality.on_time())
+                    && matches!(fault, Fault::Backend | Fault::CycleOverrun)
+                {
+                    return Some(Answer::CauseRemains(fault));
+                }
+                return match channel.guard.reset() {
+                    Err(fault) => Some(Answer::CauseRemains(fault)),
+                    Ok(false) => Some(Answer::Done),
+                    Ok(true) => {
+                        // A reset asked for again while the channel proves itself: the later one gets the verdict.
+                        self.resets[order.channel] = Some(order.ticket);
+                        None
+                    }
+                };
+            }
+        };
+        if let Some(fault) = channel.guard.fault() {
+            // A faulted channel is off already; to ask for that is no mistake.
+            return Some(if order.ask == Ask::Off { Answer::Done } else { Answer::Latched(fault) });
+        }
+        channel.target = target;
+        channel.source = Source::Client { until_ns: now_ns.saturating_add(order.hold_ns) };
+        channel.lapsed = false;
+        Some(Answer::Done)
+    }
+
+    /// One cycle: what `exchange` brought in, the duties of the next period out. Constant time for a rig, no allocation.
+    #[inline]
+    pub fn cycle(
+        &mut self,
+        beat: Beat,
+        exchanged: Result<(), BackendError>,
+        samples: &[Sample],
+        duty: &mut [f64],
+        mut tell: impl FnMut(Event),
+    ) {
+        // The samples are a whole number of periods apart, however late the loop woke.
+        let dt_s = self.period_s * (1 + beat.missed) as f64;
+        let tick = Tick { now_ns: beat.now_ns, dt_s };
+        let time_s = (beat.now_ns - *self.start_ns.get_or_insert(beat.now_ns)) as f64 * 1e-9;
+
+        let mut everything = self.punctuality.lost(beat.missed, dt_s).then_some(Fault::CycleOverrun);
+        let mut failed = None;
+        if let Err(error) = exchanged {
+            match error.channel() {
+                Some(channel) => failed = Some(channel),
+                None => everything = Some(Fault::Backend),
+            }
+        }
+        let no_samples = everything == Some(Fault::Backend);
+        self.exchanged = exchanged;
+
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            let event = |what| Event { at_ns: beat.now_ns, channel: index as u32, what };
+            let sample = if no_samples { Sample::NONE } else { samples[index] };
+            let outside = everything.or((failed == Some(index)).then_some(Fault::Backend));
+            let before = outside.and_then(|fault| channel.trip(fault));
+
+            let program = self.program.as_ref().and_then(|program| program.stroke(index, time_s));
+            let Happened { change, lapsed } = channel.step(&sample, &tick, program);
+            duty[index] = channel.duty;
+
+            if lapsed {
+                tell(event(Occurrence::Lapsed));
+            }
+            match before.or(change) {
+                None => {}
+                Some(Change::Tripped(fault)) => {
+                    tell(event(Occurrence::Tripped(fault)));
+                    if let Some(ticket) = self.resets[index].take() {
+                        tell(event(Occurrence::Answered { ticket, answer: Answer::CauseRemains(fault) }));
+                    }
+                }
+                Some(Change::Proved) => {
+                    tell(event(Occurrence::Proved));
+                    if let Some(ticket) = self.resets[index].take() {
+                        tell(event(Occurrence::Answered { ticket, answer: Answer::Done }));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Writes the state after a cycle into a snapshot: copies, no allocation. Its cycle number, time and count of missed periods
+    /// are the loop's to fill in.
+    #[inline]
+    pub fn describe(&self, now_ns: u64, state: DriverState, snapshot: &mut Snapshot) {
+        snapshot.state = state.code();
+        snapshot.channels = self.channels.len().min(MAX_CHANNELS) as u32;
+        for (channel, state) in self.channels.iter().zip(&mut snapshot.channel) {
+            channel.describe(now_ns, state);
+        }
+    }
+}
+
+impl Channel {
+    #[inline]
+    fn describe(&self, now_ns: u64, state: &mut ChannelState) {
+        let latched = self.guard.fault();
+        let stale = self.lapsed.then_some(Fault::StaleSetpoint);
+        let mode = match (latched, self.source, self.target) {
+            (Some(_), ..) => Mode::Fault,
+            _ if self.guard.is_proving() => Mode::Waiting,
+            (None, Source::Program, _) => Mode::Program,
+            (None, _, Target::Idle) => Mode::Off,
+            (None, _, Target::Length(_)) => Mode::Length,
+            (None, _, Target::Force(_)) => Mode::Force,
+            (None, _, Target::Duty(_)) => Mode::Duty,
+        };
+        *state = ChannelState {
+            length_m: self.reading.length_m,
+            velocity_m_s: self.motion.velocity_m_s,
+            acceleration_m_s2: self.motion.acceleration_m_s2,
+            target_m: self.target_m(),
+            duty: self.duty,
+            resistance_ohm: self.reading.resistance_ohm,
+            temperature_c: self.estimate.temperature_c,
+            martensite: self.estimate.martensite,
+            power_w: self.power_w,
+            surface: self.surface(),
+            lease_s: match self.source {
+                Source::Nobody => f64::NAN,
+                Source::Program => f64::INFINITY,
+                Source::Client { until_ns: u64::MAX } => f64::INFINITY,
+                Source::Client { until_ns } => until_ns.saturating_sub(now_ns) as f64 * 1e-9,
+            },
+            mode: mode.code(),
+            fault: latched.or(stale).map_or(0, Fault::code),
+            health: u32::from(self.reading.health.code()),
+            flags: self.flags,
+        };
+    }
+}

@@ -1,0 +1,137 @@
+//! What a rig does by itself while nobody commands it: a pure function of channel and time.
+//!
+//! The built-in hexapod walks on the spot with it. A command from outside takes a channel over while its lease lasts, then
+//! the program goes on where its clock is by then.
+
+use std::f64::consts::PI;
+
+/// A reference for each channel as a function of time. Nothing in it changes once it is made, so the loop may ask it
+/// without allocating or locking.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    period_s: f64,
+    joints: Vec<Joint>,
+}
+
+/// What one wire does in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Joint {
+    /// Where in the step its leg begins, 0 ..= 1: half a step apart for the two tripods.
+    phase: f64,
+    motion: Motion,
+    low: f64,
+    high: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    /// Up and down again while the leg is in the air, at rest on the ground.
+    Lift,
+    /// Forward while the leg is in the air, back while it is on the ground.
+    Swing,
+    /// Stretched while on the ground, drawn in while in the air.
+    Extend,
+}
+
+impl Program {
+    /// Wires of a leg, in the order of the channels: coxa (swings it), femur (lifts it), tibia (reaches).
+    pub const WIRES_A_LEG: usize = 3;
+
+    /// A tripod gait on the spot, for channels in the order of the built-in hexapod: legs from front to rear, left before right,
+    /// three wires each. Front and rear leg of one side and the middle leg of the other are in the air together, half a step
+    /// apart from the other three, so that three feet always stand. Strokes stay in 10 % to 50 %. `period_s` (s, at least
+    /// 0.1) is the time of a whole step; a 0.125 mm wire cools in about 1.4 s, so 6 s is a comfortable walk.
+    pub fn tripod(channels: usize, period_s: f64) -> Program {
+        let joints = (0..channels)
+            .map(|channel| {
+                let leg = channel / Self::WIRES_A_LEG;
+                let (motion, low, high) = match channel % Self::WIRES_A_LEG {
+                    0 => (Motion::Swing, 0.15, 0.45),
+                    1 => (Motion::Lift, 0.10, 0.50),
+                    _ => (Motion::Extend, 0.10, 0.40),
+                };
+                // Rows of two legs: the left one of a row goes with the right one of the next.
+                let tripod = (leg / 2 + leg) % 2;
+                Joint { phase: 0.5 * tripod as f64, motion, low, high }
+            })
+            .collect();
+        // NaN and everything too fast become the fastest step there is.
+        Program { period_s: period_s.max(0.1), joints }
+    }
+
+    /// How many channels it moves.
+    pub fn channels(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// Stroke of `channel` at `time_s` (s since the start), 0 = cold and long, 1 = hot and short; `None` for a channel it does
+    /// not move. Continuous in time, with a continuous first derivative; the first step grows out of rest.
+    #[inline]
+    pub fn stroke(&self, channel: usize, time_s: f64) -> Option<f64> {
+        let joint = self.joints.get(channel)?;
+        let steps = time_s / self.period_s;
+        let at = (steps + joint.phase).rem_euclid(1.0);
+        // The leg is in the air in the first half of its step.
+        let shape = match joint.motion {
+            Motion::Lift if at < 0.5 => raised_cosine(2.0 * at),
+            Motion::Lift => 0.0,
+            Motion::Swing => 0.5 - 0.5 * (2.0 * PI * at).cos(),
+            Motion::Extend if at < 0.5 => 1.0 - raised_cosine(2.0 * at),
+            Motion::Extend => 1.0,
+        };
+        let ramp = if steps < 1.0 { 0.5 - 0.5 * (PI * steps.max(0.0)).cos() } else { 1.0 };
+        Some(ramp * (joint.low + (joint.high - joint.low) * shape))
+    }
+}
+
+/// A bump from 0 over 1 at the middle back to 0, for 0 ..= 1.
+fn raised_cosine(at: f64) -> f64 {
+    0.5 - 0.5 * (2.0 * PI * at).cos()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_feet_stand_at_any_time() {
+        let program = Program::tripod(18, 4.0);
+        for tick in 0..4000 {
+            let time_s = 4.0 + f64::from(tick) * 1e-3;
+            let stands = |leg: &usize| {
+                let femur = leg * Program::WIRES_A_LEG + 1;
+                (program.stroke(femur, time_s).unwrap() - 0.1).abs() < 1e-12
+            };
+            let standing: Vec<usize> = (0..6).filter(stands).collect();
+            // Front left, middle right, rear left; or the other three. At the moment of change, all six.
+            let tripods = [vec![0, 3, 4], vec![1, 2, 5], vec![0, 1, 2, 3, 4, 5]];
+            assert!(tripods.contains(&standing), "at {time_s} s on {standing:?}");
+        }
+    }
+
+    #[test]
+    fn stays_in_its_range_and_never_jumps() {
+        let program = Program::tripod(18, 6.0);
+        for channel in 0..18 {
+            let mut last = program.stroke(channel, 0.0).unwrap();
+            assert_eq!(last, 0.0, "it begins at rest");
+            for tick in 1..20_000 {
+                let stroke = program.stroke(channel, f64::from(tick) * 1e-3).unwrap();
+                assert!((0.0..=0.5).contains(&stroke));
+                assert!((stroke - last).abs() < 1e-3, "channel {channel}, tick {tick}: {last} to {stroke}");
+                last = stroke;
+            }
+        }
+        assert_eq!(program.stroke(18, 1.0), None);
+    }
+
+    #[test]
+    fn every_wire_moves() {
+        let program = Program::tripod(18, 6.0);
+        for channel in 0..18 {
+            let strokes = (0..100).map(|tick| program.stroke(channel, 6.0 + f64::from(tick) * 0.06).unwrap());
+            let (low, high) = strokes.fold((1.0f64, 0.0f64), |(low, high), stroke| (low.min(stroke), high.max(stroke)));
+            assert!(high - low > 0.25, "channel {channel} moves by {}", high - low);
+        }
+    }
+}
