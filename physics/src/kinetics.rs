@@ -290,16 +290,18 @@ impl Hysteresis {
     /// Unequal curves can lead an inner branch out through the far side of the loop, in the tails: hold it there.
     #[cold]
     fn inside_far_curve(&self, direction: Direction, theta: f64, point: Point) -> Point {
-        match direction {
+        let (beyond, far) = match direction {
             Direction::Heating => {
                 let lower = self.lower_point(theta);
-                if point.fraction.is_hotter_than(&lower.fraction) { lower } else { point }
+                (point.fraction.is_hotter_than(&lower.fraction), lower)
             }
             Direction::Cooling => {
                 let upper = self.heating.at(theta);
-                if upper.fraction.is_hotter_than(&point.fraction) { upper } else { point }
+                (upper.fraction.is_hotter_than(&point.fraction), upper)
             }
-        }
+        };
+        // held by the far curve, not met by the near one: the inner branch goes on
+        if beyond { Point { outer: false, ..far } } else { point }
     }
 }
 

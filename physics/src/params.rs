@@ -249,7 +249,13 @@ impl WireModel {
     pub fn validate(&self) -> Result<(), Error> {
         let m = &self.material;
         let check = |key: &'static str, found: f64, low: f64, high: f64| {
-            if found >= low && found <= high { Ok(()) } else { Err(Error::OutOfRange { key, found, low, high }) }
+            // bounds are stated in the rig file's units: a value exactly on one may come back from SI a last digit beyond
+            let slack = 1e-12 * low.abs().max(high.abs());
+            if found >= low - slack && found <= high + slack {
+                Ok(())
+            } else {
+                Err(Error::OutOfRange { key, found, low, high })
+            }
         };
         check("diameter_mm", self.geometry.diameter_m * 1e3, 0.005, 10.0)?;
         check("length_mm", self.geometry.length_m * 1e3, 1.0, 100_000.0)?;

@@ -304,7 +304,7 @@ impl Wire {
                 high = theta;
             }
             // across a whole transformation Newton can swing from one flat end to the other: halve then
-            newton_may = !(high - low > 0.5 * width);
+            newton_may = high - low <= 0.5 * width;
             if is_solved(&trial, from.theta) || moved.abs() <= 1e-3 * THETA_TOLERANCE_K {
                 break;
             }
