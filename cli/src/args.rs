@@ -17,7 +17,7 @@ const EXIT_CODES: &str = "\
 Start here:
   sinew run                        the built-in simulated hexapod, walking on the spot
   sinew monitor                    watch it from another terminal
-  sinew set leg1-lift stroke=40%   take one wire over for a few seconds
+  sinew set front_left_femur stroke=40%   take one wire over for a few seconds
 
 Results go to stdout, everything else to stderr.
 Exit codes: 0 done, 1 own failure, 2 bad input or use (the hint says what to mend).";
@@ -116,7 +116,7 @@ pub struct Monitor {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  sinew set leg1-lift stroke=40%
+  sinew set front_left_femur stroke=40%
   sinew set wire length=155mm --hold 30
   sinew set wire duty=0.1 --hold 2
   sinew set wire force=1.5N
@@ -143,7 +143,7 @@ pub struct Set {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
-  sinew reset leg1-lift
+  sinew reset front_left_femur
 
 A fault stays latched until it is reset, and is only cleared once its cause is gone.")]
 pub struct Reset {

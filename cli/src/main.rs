@@ -21,6 +21,12 @@ fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Simulate(args) => commands::simulate::simulate(args),
+        Command::Status(args) => commands::status::status(args),
+        Command::Monitor(args) => commands::monitor::monitor(args),
+        Command::Set(args) => commands::set::set(args),
+        Command::Reset(args) => commands::set::reset(args),
+        Command::Stop(args) => commands::set::stop(args),
+        Command::Doctor(args) => commands::doctor::doctor(args),
         _ => todo!(),
     };
     match outcome {

@@ -9,12 +9,17 @@ use serde::Serialize;
 
 use crate::failure::{Failure, Outcome};
 
-/// Prints to stdout. A reader that has gone away (`| head`) has what it wanted: then the program ends well.
+/// Prints to stdout. A reader that has gone away (`| head`) has what it wanted.
 pub fn print(text: impl fmt::Display) -> Outcome {
+    try_print(text).map(|_| ())
+}
+
+/// Prints to stdout; false when its reader has gone away.
+pub fn try_print(text: impl fmt::Display) -> Result<bool, Failure> {
     let mut stdout = io::stdout().lock();
     match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
-        Ok(()) => Ok(()),
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
         Err(error) => Err(Failure::own(format!("stdout: {error}"))),
     }
 }
@@ -64,7 +69,8 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         true => {
             let body = text.trim_end().rsplit_once('\n').map_or("", |(body, _)| body).trim_end();
             let command = std::env::args().nth(1).filter(|word| !word.starts_with('-'));
-            let known = command.filter(|word| <crate::args::Cli as clap::CommandFactory>::command().find_subcommand(word).is_some());
+            let known = command
+                .filter(|word| <crate::args::Cli as clap::CommandFactory>::command().find_subcommand(word).is_some());
             let command = known.map(|word| format!(" {word}")).unwrap_or_default();
             eprintln!("{body}\nhint: `sinew{command} --help` shows what there is, with examples");
         }

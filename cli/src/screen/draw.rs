@@ -112,7 +112,6 @@ fn draw_title(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
 #[derive(Clone, Copy, PartialEq)]
 enum Column {
     Name,
-    Mode,
     Bar,
     Stroke,
     Target,
@@ -122,17 +121,15 @@ enum Column {
     Temperature,
     Martensite,
     Power,
-    Fault,
+    State,
 }
 
 /// The columns that fit, with their widths; one cell stands between two of them.
 fn columns(width: u16, view: &View) -> Vec<(Column, u16)> {
     use Column::*;
     let longest = view.channels.iter().map(|row| row.name.chars().count()).max().unwrap_or(4) as u16;
-    let name = longest.clamp(4, if width >= 100 { 20 } else { 11 });
     let mut chosen = vec![
-        (Name, name),
-        (Mode, 6),
+        (Name, longest.clamp(7, 24)),
         (Bar, 8),
         (Stroke, 4),
         (Target, 4),
@@ -142,21 +139,21 @@ fn columns(width: u16, view: &View) -> Vec<(Column, u16)> {
         (Temperature, 4),
         (Martensite, 4),
         (Power, 5),
-        (Fault, 10),
+        (State, 12),
     ];
     let needed = |chosen: &[(Column, u16)]| 1 + chosen.iter().map(|(_, w)| w + 1).sum::<u16>();
-    for least in [Length, Martensite, Resistance, Power, Temperature, Duty, Mode, Target, Fault, Bar, Stroke] {
+    for least in [Length, Martensite, Resistance, Power, Temperature, Duty, Target, Bar, Stroke, State] {
         if needed(&chosen) <= width {
             break;
         }
         chosen.retain(|(column, _)| *column != least);
     }
     let spare = width.saturating_sub(needed(&chosen));
-    let fault_extra = (spare / 3).min(14);
+    let state_extra = (spare / 4).min(12);
     for (column, w) in &mut chosen {
         match column {
-            Fault => *w += fault_extra,
-            Bar => *w += (spare - fault_extra).min(52),
+            State => *w += state_extra,
+            Bar => *w += (spare - state_extra).min(52),
             _ => {}
         }
     }
@@ -167,7 +164,6 @@ fn heading(column: Column, width: u16) -> String {
     let w = width as usize;
     match column {
         Column::Name => format!("{:<w$}", "channel"),
-        Column::Mode => format!("{:<w$}", "mode"),
         Column::Bar if w >= 12 => format!("cold{:>rest$}", "hot", rest = w - 4),
         Column::Bar => format!("{:<w$}", "stroke"),
         Column::Stroke => format!("{:>w$}", "%"),
@@ -178,7 +174,7 @@ fn heading(column: Column, width: u16) -> String {
         Column::Temperature => format!("{:>w$}", "≈°C"),
         Column::Martensite => format!("{:>w$}", "≈ξ"),
         Column::Power => format!("{:>w$}", "W"),
-        Column::Fault => format!("{:<w$}", "fault"),
+        Column::State => format!("{:<w$}", "state"),
     }
 }
 
@@ -224,7 +220,6 @@ fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: 
                     put(buffer, x, y, &format!("{}*", clip(&row.name, w - 1)), *width, base)
                 }
                 Column::Name => put(buffer, x, y, &row.name, *width, base),
-                Column::Mode => put(buffer, x, y, row.mode, *width, base),
                 Column::Bar => draw_bar(buffer, Rect { x, y, width: *width, height: 1 }, row, palette),
                 Column::Stroke => put(buffer, x, y, &format!("{:>w$}", percent(row.stroke())), *width, base),
                 Column::Target => {
@@ -236,15 +231,20 @@ fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: 
                 Column::Temperature => put(buffer, x, y, &number(row.temperature_c, 0), *width, base),
                 Column::Martensite => put(buffer, x, y, &number(row.martensite, 2), *width, base),
                 Column::Power => put(buffer, x, y, &number(row.power_w, 2), *width, base),
-                Column::Fault => match (row.fault, row.health) {
-                    (Some(fault), _) => put(buffer, x, y, &format!("✖ {}", fault.flag), *width, palette.fault()),
+                Column::State => match (row.fault, row.health) {
+                    (Some(fault), _) => put(buffer, x, y, &format!("✖ {}", words(fault.flag)), *width, palette.fault()),
                     (None, Some(health)) => put(buffer, x, y, &format!("▲ {health}"), *width, palette.warning()),
-                    (None, None) => put(buffer, x, y, "–", *width, palette.label()),
+                    (None, None) => put(buffer, x, y, row.mode, *width, base),
                 },
             }
             x += width + 1;
         }
     }
+}
+
+/// A flag as a person would write it.
+fn words(flag: &str) -> String {
+    flag.replace('_', " ")
 }
 
 /// The stroke as a bar from cold (left) to hot (right) in eighths of a cell, with the target as a mark on it.
@@ -366,7 +366,7 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
         ),
     ];
     if let Some(fault) = row.fault {
-        lines.push(Line::styled(format!("✖ {}: {}", fault.flag, fault.cause), palette.fault()));
+        lines.push(Line::styled(format!("✖ {}: {}", words(fault.flag), fault.cause), palette.fault()));
         lines.push(Line::raw(fault.remedy));
     } else if let Some(health) = row.health {
         lines.push(Line::styled(format!("▲ sample: {health}"), palette.warning()));
@@ -417,8 +417,10 @@ fn draw_timing(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
     let style = if granted < t.realtime.len() { palette.warning() } else { Style::new() };
     spans.push(Span::styled(format!(" {granted}/{}", t.realtime.len()), style));
     if area.width >= 110 {
-        let refused = t.realtime.iter().filter(|(_, granted)| !granted);
-        spans.extend(refused.map(|(name, _)| Span::styled(format!(" no-{name}"), palette.warning())));
+        let refused: Vec<&str> = t.realtime.iter().filter(|(_, granted)| !granted).map(|(name, _)| *name).collect();
+        if !refused.is_empty() {
+            spans.push(Span::styled(format!(", not: {}", refused.join(", ")), palette.warning()));
+        }
     }
     Line::from(spans).render(area, buffer);
 }
@@ -539,8 +541,8 @@ mod tests {
     fn eighteen_channels_fit_into_80_by_24() {
         let lines = screen(&app(), 80, 24);
         compare(&lines, "80x24.txt");
-        for index in 1..=18 {
-            assert!(lines.iter().any(|line| line.contains(&format!("wire-{index:02}"))), "wire-{index:02}");
+        for row in hexapod(18).channels {
+            assert!(lines.iter().any(|line| line.contains(&row.name)), "{}", row.name);
         }
     }
 
@@ -575,7 +577,7 @@ mod tests {
         for selected in [0, 20, 40, 63] {
             app.selected = selected;
             let lines = screen(&app, 80, 24);
-            let name = format!("▶wire-{:02}", selected + 1);
+            let name = format!("▶{}", app.view.as_ref().unwrap().channels[selected].name);
             assert!(lines.iter().any(|line| line.contains(&name)), "{name}\n{}", lines.join("\n"));
         }
     }

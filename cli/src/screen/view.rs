@@ -26,7 +26,7 @@ pub struct View {
 pub struct Row {
     /// Its name.
     pub name: String,
-    /// What the controller does, in at most six letters.
+    /// What the controller does, in one word.
     pub mode: &'static str,
     /// Wire length, m; NaN while it is not measured.
     pub length_m: f64,
@@ -78,6 +78,8 @@ pub struct Timing {
     pub lateness_us: Quantiles,
     /// Time a cycle takes, µs.
     pub cycle_us: Quantiles,
+    /// Calls to the allocator inside the loop.
+    pub allocations: u64,
     /// Each means of real time and whether the machine granted it.
     pub realtime: Vec<(&'static str, bool)>,
 }
@@ -170,6 +172,9 @@ pub fn micros(us: f64) -> String {
 pub mod tests {
     use super::*;
 
+    const LEGS: [&str; 6] = ["front_left", "front_right", "middle_left", "middle_right", "rear_left", "rear_right"];
+    const JOINTS: [&str; 3] = ["coxa", "femur", "tibia"];
+
     /// A made-up rig of `count` wires in various states.
     pub fn hexapod(count: usize) -> View {
         let row = |index: usize| {
@@ -177,8 +182,11 @@ pub mod tests {
             let (cold_m, hot_m) = (0.1673, 0.1605);
             let faulty = index == 6;
             Row {
-                name: format!("wire-{:02}", index + 1),
-                mode: if faulty { "off" } else { "track" },
+                name: match index < 18 {
+                    true => format!("{}_{}", LEGS[index / 3], JOINTS[index % 3]),
+                    false => format!("wire_{index}"),
+                },
+                mode: if faulty { "fault" } else { "program" },
                 length_m: cold_m - share * (cold_m - hot_m),
                 target_m: if faulty { f64::NAN } else { cold_m - (share + 0.02) * (cold_m - hot_m) },
                 cold_m,
@@ -191,7 +199,7 @@ pub mod tests {
                 power_w: 2.5 * share,
                 lease_s: if index == 3 { 1.4 } else { f64::NAN },
                 fault: faulty.then_some(FaultText {
-                    flag: "open wire",
+                    flag: "open_wire",
                     cause: "no current flows",
                     remedy: "check the wire and its clamps, then reset",
                 }),
@@ -211,7 +219,13 @@ pub mod tests {
                 missed: 3,
                 lateness_us: Quantiles { p50: 7.2, p99: 61.0, p999: 143.0, max: 1830.0 },
                 cycle_us: Quantiles { p50: 14.1, p99: 22.0, p999: 40.0, max: 212.0 },
-                realtime: vec![("fifo", true), ("mlock", true), ("pinned", true), ("dma-latency", false)],
+                allocations: 0,
+                realtime: vec![
+                    ("SCHED_FIFO", true),
+                    ("memory locked", true),
+                    ("pinned to a core", true),
+                    ("cpu_dma_latency held", false),
+                ],
             },
         }
     }
@@ -220,7 +234,7 @@ pub mod tests {
     fn the_plain_line_names_the_faults() {
         let line = hexapod(8).plain_line();
         assert_eq!(line.lines().count(), 1);
-        assert!(line.contains("cycle 754321") && line.contains("faults wire-07: open wire"), "{line}");
+        assert!(line.contains("cycle 754321") && line.contains("faults middle_left_coxa: open_wire"), "{line}");
     }
 
     #[test]

@@ -1,0 +1,178 @@
+//! A running driver seen from here: which one is meant, what it says, and what it answers.
+
+use std::time::Duration;
+
+use sinew_ipc::{Client, CommandKind, DriverHealth, Error, Histogram, LoopStats, Snapshot};
+use sinew_sensing::Health;
+
+use super::list;
+use crate::args::Target;
+use crate::failure::Failure;
+use crate::screen::view::{FaultText, Quantiles, Row, Timing, View};
+use crate::setpoint::Setpoint;
+
+/// Connects to the driver that is meant: the named one, or the only one there is.
+pub fn connect(target: &Target) -> Result<Client, Failure> {
+    if let Some(name) = &target.name {
+        return Client::connect(name).map_err(failure);
+    }
+    let running = Client::discover().map_err(failure)?;
+    match running.as_slice() {
+        [] => Err(Failure::own("no driver is running").hint("start one with `sinew run`")),
+        [only] => Client::connect(only).map_err(failure),
+        several => Err(Failure::input(format!("{} drivers are running", several.len()))
+            .hint(format!("choose one with --rig: {}", list(several.iter().map(String::as_str))))),
+    }
+}
+
+/// A client's error, with its remedy as the hint.
+pub fn failure(error: Error) -> Failure {
+    // a name nobody has, while others are there, is a slip of the user's
+    let slip = matches!(&error, Error::NotRunning { running, .. } if !running.is_empty());
+    let failure = match error.is_bad_input() || slip {
+        true => Failure::input(error.message()),
+        false => Failure::own(error.message()),
+    };
+    match error.remedy() {
+        remedy if remedy.is_empty() => failure,
+        remedy => failure.hint(remedy),
+    }
+}
+
+/// A setpoint as the driver takes it: kind and value in SI.
+pub fn command(setpoint: Setpoint) -> (CommandKind, f64) {
+    match setpoint {
+        Setpoint::Length(m) => (CommandKind::Length, m),
+        Setpoint::Stroke(share) => (CommandKind::Stroke, share),
+        Setpoint::Duty(duty) => (CommandKind::Duty, duty),
+        Setpoint::Force(n) => (CommandKind::Force, n),
+        Setpoint::Off => (CommandKind::Off, 0.0),
+    }
+}
+
+/// Looks at a driver again and again.
+pub struct Live {
+    client: Client,
+    /// Cycle and time of an earlier look, ns: for the rate.
+    earlier: Option<(u64, u64)>,
+    rate_hz: f64,
+}
+
+/// The rate is taken over at least this long, ns.
+const RATE_SPAN_NS: u64 = 1_000_000_000;
+
+impl Live {
+    /// Over a connection.
+    pub fn new(client: Client) -> Live {
+        Live { client, earlier: None, rate_hz: f64::NAN }
+    }
+
+    /// The connection.
+    pub fn client(&self) -> &Client {
+        &self.client
+    }
+
+    /// One look.
+    pub fn look(&mut self) -> View {
+        let snapshot = self.client.latest();
+        let stats = self.client.loop_stats();
+        match self.earlier {
+            Some((cycle, at_ns)) if snapshot.monotonic_ns >= at_ns + RATE_SPAN_NS => {
+                let span_s = (snapshot.monotonic_ns - at_ns) as f64 * 1e-9;
+                self.rate_hz = snapshot.cycle.saturating_sub(cycle) as f64 / span_s;
+                self.earlier = Some((snapshot.cycle, snapshot.monotonic_ns));
+            }
+            None if snapshot.cycle > 0 => self.earlier = Some((snapshot.cycle, snapshot.monotonic_ns)),
+            _ => {}
+        }
+        view(&self.client, &snapshot, &stats, self.rate_hz)
+    }
+
+    /// Commands a channel for so long; says what was taken, or why not and what to do.
+    pub fn set(&self, channel: usize, setpoint: Setpoint, hold: Duration) -> Result<String, String> {
+        let (kind, value) = command(setpoint);
+        match self.client.command(channel as u32, kind, value, hold) {
+            Ok(_) => Ok(format!("{}: {setpoint}", self.name(channel))),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    /// Clears a channel's fault; says so, or why not and what to do.
+    pub fn reset(&self, channel: usize) -> Result<String, String> {
+        match self.client.command(channel as u32, CommandKind::Reset, 0.0, Duration::ZERO) {
+            Ok(_) => Ok(format!("{}: reset", self.name(channel))),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    /// Why there is nothing more to see, once that is so.
+    pub fn ended(&self) -> Option<DriverHealth> {
+        match self.client.health() {
+            ended @ (DriverHealth::Stopped | DriverHealth::Died) => Some(ended),
+            _ => None,
+        }
+    }
+
+    fn name(&self, channel: usize) -> &str {
+        self.client.channels().get(channel).map_or("?", |info| info.name.as_str())
+    }
+}
+
+/// What a client sees, for the screen and for `status`.
+fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -> View {
+    let info = client.info();
+    let seconds = |ns: u64| ns as f64 * 1e-9;
+    let channels = client.channels().iter().zip(snapshot.channels()).map(|(info, state)| Row {
+        name: info.name.to_string(),
+        mode: state.mode().name(),
+        length_m: state.length_m,
+        target_m: state.target_m,
+        cold_m: info.cold_length_m,
+        hot_m: info.hot_length_m,
+        velocity_m_s: state.velocity_m_s,
+        duty: state.duty,
+        resistance_ohm: state.resistance_ohm,
+        temperature_c: state.temperature_c,
+        martensite: state.martensite,
+        power_w: state.power_w,
+        lease_s: if state.lease_s.is_finite() { state.lease_s } else { f64::NAN },
+        fault: state.fault().map(|fault| FaultText {
+            flag: fault.flag(),
+            cause: fault.cause(),
+            remedy: fault.remedy(),
+        }),
+        health: u8::try_from(state.health)
+            .ok()
+            .and_then(Health::from_code)
+            .filter(|health| !health.is_ok())
+            .map(Health::describe),
+    });
+    View {
+        rig: info.rig.to_string(),
+        pid: info.pid,
+        rate_hz: info.rate_hz,
+        cycle: snapshot.cycle,
+        uptime_s: seconds(snapshot.monotonic_ns.saturating_sub(info.started_ns)),
+        age_s: client.age().as_secs_f64(),
+        channels: channels.collect(),
+        timing: Timing {
+            rate_hz,
+            missed: snapshot.missed,
+            lateness_us: quantiles(&stats.lateness),
+            cycle_us: quantiles(&stats.cycle_time),
+            allocations: stats.allocations,
+            realtime: LoopStats::REALTIME.map(|(bit, name)| (name, stats.realtime & bit != 0)).to_vec(),
+        },
+    }
+}
+
+/// A histogram of ns in four numbers of µs; NaN where there is nothing in it.
+pub fn quantiles(histogram: &Histogram) -> Quantiles {
+    let us = |ns: u64| if histogram.count() == 0 { f64::NAN } else { ns as f64 * 1e-3 };
+    Quantiles {
+        p50: us(histogram.quantile(0.5)),
+        p99: us(histogram.quantile(0.99)),
+        p999: us(histogram.quantile(0.999)),
+        max: us(histogram.max()),
+    }
+}

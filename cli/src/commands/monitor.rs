@@ -1,0 +1,68 @@
+//! `sinew monitor`: every channel live, as a client of a running driver like any other.
+
+use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use sinew_ipc::DriverHealth;
+
+use super::live::{self, Live};
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::output;
+use crate::screen::terminal;
+
+/// Runs the command.
+pub fn monitor(args: &args::Monitor) -> Outcome {
+    let mut live = Live::new(live::connect(&args.target)?);
+    let asked = signals()?;
+    let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+    let over = || asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end);
+    if has_screen() {
+        terminal::show(&mut live, "quit", &over)?;
+    } else {
+        while lines(&mut live, &over)? {}
+    }
+    match live.ended() {
+        Some(DriverHealth::Died) => Err(Failure::own(format!(
+            "the driver of {} (process {}) died",
+            live.client().info().rig,
+            live.client().info().pid
+        ))
+        .hint("its outputs are at zero if its hardware has a watchdog; start it again with `sinew run`")),
+        Some(_) => {
+            eprintln!("the driver has stopped");
+            Ok(())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Whether a screen can be shown: a terminal that can place its cursor.
+pub fn has_screen() -> bool {
+    io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
+}
+
+/// Prints a line, waits a second; whether to go on.
+pub fn lines(live: &mut Live, over: &dyn Fn() -> bool) -> Result<bool, Failure> {
+    let next = Instant::now() + Duration::from_secs(1);
+    while Instant::now() < next {
+        if over() || live.ended().is_some() {
+            return Ok(false);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    output::try_print(format_args!("{}\n", live.look().plain_line()))
+}
+
+/// Set once somebody asks this process to end: Ctrl-C, SIGTERM, or the terminal is gone.
+pub fn signals() -> Result<Arc<AtomicBool>, Failure> {
+    let asked = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, Arc::clone(&asked))
+            .map_err(|error| Failure::own(format!("signal {signal} cannot be handled: {error}")))?;
+    }
+    Ok(asked)
+}

@@ -1,0 +1,101 @@
+//! `sinew set`, `reset` and `stop`: commands to a running driver, done when it has taken them.
+
+use std::time::{Duration, Instant};
+
+use sinew_ipc::{Client, CommandKind, DriverHealth, Error, Reason, Reply};
+
+use super::{live, unknown_channel};
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::output;
+use crate::setpoint::Setpoint;
+
+/// How long a setpoint holds when nobody says: long enough to see what happens.
+const DEFAULT_HOLD_S: f64 = 10.0;
+/// How long a stopping driver may take.
+const STOP_PATIENCE: Duration = Duration::from_secs(5);
+
+/// Runs `sinew set`.
+pub fn set(args: &args::Set) -> Outcome {
+    let setpoint = Setpoint::parse(&args.setpoint).map_err(|e| Failure::input(e.message).hint(e.hint))?;
+    let client = live::connect(&args.target)?;
+    let channel = channel(&client, &args.channel)?;
+    let (kind, value) = live::command(setpoint);
+    let ask = |hold_s: f64| client.command(channel as u32, kind, value, Duration::from_secs_f64(hold_s));
+    let asked = match (setpoint, args.hold_s) {
+        (_, Some(hold_s)) => ask(hold_s),
+        // off stays off until somebody says otherwise
+        (Setpoint::Off, None) => ask(0.0),
+        (_, None) => match ask(DEFAULT_HOLD_S) {
+            // this channel does not let anybody hold it that long: then as long as it does
+            Err(Error::Refused(refusal)) => match refusal.reason {
+                Reason::HoldOutOfRange { high, .. } => ask(high),
+                _ => Err(Error::Refused(refusal)),
+            },
+            other => other,
+        },
+    };
+    let reply = asked.map_err(live::failure)?;
+    output::print(taken(&client, channel, setpoint, &reply))
+}
+
+/// What was taken, in the words it was asked in, with the length it means.
+fn taken(client: &Client, channel: usize, setpoint: Setpoint, reply: &Reply) -> String {
+    let info = &client.channels()[channel];
+    let length = match setpoint {
+        Setpoint::Stroke(share) => format!(" ({:.2} mm)", info.length_at_stroke(share) * 1e3),
+        Setpoint::Length(m) => format!(" ({:.1} % of the stroke)", info.stroke_at_length(m) * 100.0),
+        _ => String::new(),
+    };
+    let hold = match reply.hold_s {
+        hold_s if hold_s.is_finite() && hold_s > 0.0 => format!(" for {hold_s} s"),
+        _ => String::new(),
+    };
+    format!("{}: {setpoint}{length}{hold}\n", info.name)
+}
+
+/// Runs `sinew reset`.
+pub fn reset(args: &args::Reset) -> Outcome {
+    let client = live::connect(&args.target)?;
+    let channel = channel(&client, &args.channel)?;
+    let before = client.latest().channels().get(channel).and_then(|state| state.fault());
+    client.command(channel as u32, CommandKind::Reset, 0.0, Duration::ZERO).map_err(live::failure)?;
+    output::print(match before {
+        Some(fault) => format!("{}: {} cleared\n", args.channel, fault.flag()),
+        None => format!("{}: had no fault\n", args.channel),
+    })
+}
+
+/// Runs `sinew stop`: done when the driver is gone.
+pub fn stop(args: &args::Stop) -> Outcome {
+    let client = live::connect(&args.target)?;
+    let (rig, pid) = (client.info().rig, client.info().pid);
+    match client.stop() {
+        // somebody was quicker: what was asked for is so
+        Ok(_) | Err(Error::DriverGone { .. }) => {}
+        Err(error) => return Err(live::failure(error)),
+    }
+    let asked = Instant::now();
+    loop {
+        match client.health() {
+            DriverHealth::Stopped => {
+                return output::print(format!("{rig}: stopped (process {pid}), outputs at zero\n"));
+            }
+            DriverHealth::Died => {
+                return Err(Failure::own(format!("the driver of {rig} (process {pid}) died while stopping"))
+                    .hint("switch the supply off, and look at its own messages"));
+            }
+            _ if asked.elapsed() > STOP_PATIENCE => {
+                return Err(Failure::own(format!("the driver of {rig} (process {pid}) is still running"))
+                    .hint(format!("kill {pid}")));
+            }
+            _ => std::thread::sleep(Duration::from_millis(5)),
+        }
+    }
+}
+
+/// The number of a channel, or the names there are.
+fn channel(client: &Client, name: &str) -> Result<usize, Failure> {
+    let known = || client.channels().iter().map(|info| info.name.as_str());
+    client.info().index_of(name).ok_or_else(|| unknown_channel(&format!("rig {}", client.info().rig), name, known()))
+}

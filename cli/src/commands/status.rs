@@ -1,0 +1,163 @@
+//! `sinew status`: one look at a running driver.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::live::{self, Live};
+use crate::args;
+use crate::failure::Outcome;
+use crate::output;
+use crate::screen::view::{Quantiles, View, micros, number, percent};
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Status<'a> {
+    schema: &'static str,
+    rig: &'a str,
+    pid: u32,
+    rate_hz: f64,
+    channels: usize,
+    seconds: f64,
+    cycles: u64,
+    missed: u64,
+    age_s: f64,
+    lateness_us: Quantiles,
+    cycle_us: Quantiles,
+    allocations_in_loop: u64,
+    rt: serde_json::Map<String, serde_json::Value>,
+    channel: Vec<Channel<'a>>,
+}
+
+/// One channel; what is not known is `null`.
+#[derive(Debug, Serialize)]
+struct Channel<'a> {
+    name: &'a str,
+    mode: &'static str,
+    length_m: f64,
+    target_m: f64,
+    stroke: f64,
+    duty: f64,
+    fault: Option<&'static str>,
+    age_s: f64,
+    temperature_c: f64,
+    martensite: f64,
+    resistance_ohm: f64,
+    power_w: f64,
+    lease_s: f64,
+}
+
+/// Runs the command.
+pub fn status(args: &args::Status) -> Outcome {
+    let view = Live::new(live::connect(&args.target)?).look();
+    match args.json {
+        true => output::print_json(&of(&view)),
+        false => output::print(text(&view)),
+    }
+}
+
+fn of(view: &View) -> Status<'_> {
+    let channel = view.channels.iter().map(|row| Channel {
+        name: &row.name,
+        mode: row.mode,
+        length_m: row.length_m,
+        target_m: row.target_m,
+        stroke: row.stroke(),
+        duty: row.duty,
+        fault: row.fault.map(|fault| fault.flag),
+        age_s: view.age_s,
+        temperature_c: row.temperature_c,
+        martensite: row.martensite,
+        resistance_ohm: row.resistance_ohm,
+        power_w: row.power_w,
+        lease_s: row.lease_s,
+    });
+    let rt = view.timing.realtime.iter().map(|(name, granted)| (name.replace(' ', "_"), (*granted).into()));
+    Status {
+        schema: "sinew.status/1",
+        rig: &view.rig,
+        pid: view.pid,
+        rate_hz: view.rate_hz,
+        channels: view.channels.len(),
+        seconds: view.uptime_s,
+        cycles: view.cycle,
+        missed: view.timing.missed,
+        age_s: view.age_s,
+        lateness_us: view.timing.lateness_us,
+        cycle_us: view.timing.cycle_us,
+        allocations_in_loop: view.timing.allocations,
+        rt: rt.collect(),
+        channel: channel.collect(),
+    }
+}
+
+fn text(view: &View) -> String {
+    let q = view.timing.lateness_us;
+    let mut text = format!(
+        "rig {}  pid {}  {} channels at {} Hz for {:.1} s\ncycles {}  missed {}  late µs p50 {} p99 {} p999 {} max {}\n\n",
+        view.rig,
+        view.pid,
+        view.channels.len(),
+        view.rate_hz,
+        view.uptime_s,
+        view.cycle,
+        view.timing.missed,
+        micros(q.p50),
+        micros(q.p99),
+        micros(q.p999),
+        micros(q.max),
+    );
+    let width = view.channels.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(7);
+    let _ = writeln!(
+        text,
+        "{:<width$} mode     {:>8} {:>8} {:>4} {:>5} {:>7} {:>5} {:>5} {:>6}  fault",
+        "channel", "mm", "→ mm", "%", "duty", "Ω", "≈°C", "≈ξ", "W"
+    );
+    for row in &view.channels {
+        let _ = writeln!(
+            text,
+            "{:<width$} {:<8} {} {} {:>4} {} {} {} {} {}  {}",
+            row.name,
+            row.mode,
+            number(row.length_m * 1e3, 8, 3),
+            number(row.target_m * 1e3, 8, 3),
+            percent(row.stroke()),
+            number(row.duty, 5, 3),
+            number(row.resistance_ohm, 7, 3),
+            number(row.temperature_c, 5, 1),
+            number(row.martensite, 5, 2),
+            number(row.power_w, 6, 3),
+            row.fault.map_or("–", |fault| fault.flag),
+        );
+    }
+    for row in view.channels.iter() {
+        if let Some(fault) = row.fault {
+            let _ = write!(text, "\n{}: {}\n  {}\n", row.name, fault.cause, fault.remedy);
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::screen::view::tests::hexapod;
+
+    #[test]
+    fn unknown_numbers_are_null_in_json_and_dashes_in_text() {
+        let mut view = hexapod(8);
+        view.channels[0].length_m = f64::NAN;
+        let json: serde_json::Value = serde_json::from_str(&output::json(&of(&view)).unwrap()).unwrap();
+        assert_eq!(json["schema"], "sinew.status/1");
+        assert!(json["channel"][0]["length_m"].is_null());
+        assert!(json["channel"][1]["length_m"].is_f64());
+        assert_eq!(json["channel"][6]["fault"], "open_wire");
+        assert!(json["channel"][0]["fault"].is_null());
+        for key in ["age_s", "temperature_c", "martensite", "resistance_ohm", "power_w", "duty"] {
+            assert!(json["channel"][1][key].is_f64(), "{key}");
+        }
+        let text = text(&view);
+        assert!(!text.contains("NaN"), "{text}");
+        assert!(text.contains("check the wire"), "{text}");
+    }
+}

@@ -1,0 +1,121 @@
+//! Takes the terminal, shows the screen until somebody leaves or the driver ends, and gives it back whatever happens.
+
+use std::time::{Duration, Instant};
+
+use ratatui::crossterm::event::{self, Event, KeyEventKind};
+
+use super::app::{Action, App, Message};
+use super::draw::draw;
+use super::style::Palette;
+use crate::commands::live::Live;
+use crate::failure::{Failure, Outcome};
+use crate::setpoint::Setpoint;
+
+/// From one picture to the next.
+const FRAME: Duration = Duration::from_millis(50);
+/// Lease of what the screen holds.
+const HOLD: Duration = Duration::from_millis(1500);
+/// From one renewal to the next.
+const RENEW: Duration = Duration::from_millis(400);
+/// An `off` this short lets a channel go: it lapses at once and without fault.
+const RELEASE: Duration = Duration::from_millis(50);
+
+/// Restores the terminal when it goes out of scope, also by a panic in this thread; ratatui's hook does it before the
+/// message of any panic is printed.
+struct Restore;
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+/// Shows the screen until a key, `over` or the driver's end closes it. `quit_word` is what `q` does.
+pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -> Outcome {
+    let restore = Restore;
+    let mut terminal = ratatui::try_init().map_err(|error| {
+        Failure::own(format!("the terminal cannot be used: {error}")).hint("pipe the output to get plain lines")
+    })?;
+    let palette = Palette::from_environment();
+    let mut app = App::new(quit_word);
+    let mut held: Vec<(usize, Setpoint)> = Vec::new();
+    let mut renewed = Instant::now();
+    let started = Instant::now();
+    loop {
+        let now_s = started.elapsed().as_secs_f64();
+        app.update(live.look());
+        app.forget(now_s);
+        app.held = held.iter().map(|(channel, _)| *channel).collect();
+        let drawn = terminal.draw(|frame| draw(frame, &app, palette));
+        // a terminal that is gone is a reason to leave, not to complain
+        if drawn.is_err() || over() || live.ended().is_some() {
+            break;
+        }
+        let mut action = Action::None;
+        let next = Instant::now() + FRAME;
+        while action == Action::None {
+            let left = next.saturating_duration_since(Instant::now());
+            match event::poll(left) {
+                Ok(true) => match event::read() {
+                    Ok(Event::Key(key)) if key.kind != KeyEventKind::Release => action = app.key(key, now_s),
+                    Ok(Event::Resize(..)) => break,
+                    Ok(_) => {}
+                    Err(_) => action = Action::Quit,
+                },
+                Ok(false) => break,
+                // interrupted by a signal: `over` will tell
+                Err(_) => break,
+            }
+        }
+        match action {
+            Action::None => {}
+            Action::Quit => break,
+            Action::Set(channel, setpoint) => {
+                held.retain(|(other, _)| *other != channel);
+                // off needs no lease
+                let hold = if setpoint == Setpoint::Off { Duration::ZERO } else { HOLD };
+                let answer = live.set(channel, setpoint, hold);
+                if answer.is_ok() {
+                    held.push((channel, setpoint));
+                }
+                say(&mut app, answer, now_s);
+            }
+            Action::Release(channel) => {
+                held.retain(|(other, _)| *other != channel);
+                let answer = live.set(channel, Setpoint::Off, RELEASE).map(|_| "let go".into());
+                say(&mut app, answer, now_s);
+            }
+            Action::Reset(channel) => {
+                let answer = live.reset(channel);
+                say(&mut app, answer, now_s);
+            }
+        }
+        if renewed.elapsed() >= RENEW {
+            renewed = Instant::now();
+            held.retain(|(channel, setpoint)| {
+                let answer =
+                    if *setpoint == Setpoint::Off { Ok(String::new()) } else { live.set(*channel, *setpoint, HOLD) };
+                let kept = answer.is_ok();
+                if !kept {
+                    say(&mut app, answer, now_s);
+                }
+                kept
+            });
+        }
+    }
+    drop(restore);
+    if live.ended().is_none() {
+        for (channel, _) in held {
+            let _ = live.set(channel, Setpoint::Off, RELEASE);
+        }
+    }
+    Ok(())
+}
+
+fn say(app: &mut App, answer: Result<String, String>, now_s: f64) {
+    let message = match answer {
+        Ok(text) => Message::Done(text),
+        Err(text) => Message::Refused(text),
+    };
+    app.say(message, now_s);
+}
