@@ -419,7 +419,8 @@ impl fmt::Display for What {
                 write!(f, "; there are {}", list(present))
             }
             What::FieldCount { expected, found, .. } => {
-                write!(f, "has {found} cells in this row, expected {expected} as in the header")
+                let cells = if *found == 1 { "cell" } else { "cells" };
+                write!(f, "has {found} {cells} in this row, expected {expected} as in the header")
             }
             What::NotANumber { found } => write!(f, "\"{}\" is not a number", shorten(found)),
             What::Infinite { found } => write!(f, "{} is infinite", shorten(found)),

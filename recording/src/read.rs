@@ -164,9 +164,9 @@ impl<'a, R: Read> Reader<'a, R> {
         let mut buffer = Vec::new();
         let header = self.header(&mut buffer)?;
         let targets = self.targets(&header)?;
-        let time_cell = targets.iter().find(|t| t.column.is_none());
-        let Some(time) = time_cell else {
-            return Err(self.here(What::MissingTimeColumn { present: header }));
+        // known to be there: without it there are no targets
+        let Some(time) = targets.iter().find(|t| t.column.is_none()) else {
+            return Err(self.no_time(&header));
         };
         self.rows(&mut buffer, &header, time, &targets)
     }
@@ -247,6 +247,9 @@ impl<'a, R: Read> Reader<'a, R> {
                 used[last.cell] = true;
             }
         }
+        if targets.iter().all(|t| t.column.is_some()) {
+            return Err(self.no_time(header));
+        }
         if !self.options.ignore_columns {
             let mut unknown = header.iter().zip(&used).filter(|(_, used)| !**used).map(|(name, _)| name.clone());
             if let Some(first) = unknown.next() {
@@ -258,11 +261,15 @@ impl<'a, R: Read> Reader<'a, R> {
         }
         if let Some(model) = self.options.model {
             let missing = inputs.iter().find(|input| targets.iter().all(|t| t.column != Some(**input)));
-            if let (Some(&input), true) = (missing, targets.iter().any(|t| t.column.is_none())) {
+            if let Some(&input) = missing {
                 return Err(missing_input(self.name, input, model, header.to_vec()).at(self.line));
             }
         }
         Ok(targets)
+    }
+
+    fn no_time(&self, header: &[String]) -> Error {
+        self.here(What::MissingTimeColumn { present: header.to_vec() })
     }
 
     /// Whether a column of this name in the file means something to us.
@@ -529,13 +536,10 @@ mod tests {
 
     #[test]
     fn the_columns_must_be_right() {
-        let what = wrong("t_ms,duty\n0,0\n", Some(1), Some("t_ms"));
-        assert!(matches!(what, What::UnknownColumn { .. }));
-        let model = model();
-        let options = Options { model: Some(&model), ignore_columns: true, ..Options::default() };
-        let error = read_from("t_ms,duty\n0,0\n".as_bytes(), "x", &options).unwrap_err();
+        let error = text("t_ms,duty\n0,0\n").unwrap_err();
         assert!(matches!(error.what, What::MissingTimeColumn { .. }));
         assert!(error.hint().contains("time_s = { column = \"t_ms\", scale = 0.001 }"), "{error}");
+        assert!(matches!(wrong("duty,force_n\n0,0\n", Some(1), None), What::MissingTimeColumn { .. }));
 
         let what = wrong("time_s,power_w\n0,0\n", Some(1), None);
         let because = Needed::Drive(DriveKind::Pwm);
