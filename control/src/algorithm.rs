@@ -45,7 +45,7 @@ impl Default for Settings {
             minimum_duty: 0.02,
             maximum_duty: 1.0,
             hold_band_m: None,
-            modulation: Modulation::Switched,
+            modulation: Modulation::Duty,
             pi: None,
         }
     }
@@ -72,7 +72,7 @@ impl Algorithm {
             Some(value) if value > 0.0 && value.is_finite() => value,
             _ => limits.value,
         };
-        let stroke = map.length * map.strain;
+        let stroke = lambda::speeds(&map, map.full_power).stroke;
         let hold = match settings.hold_band_m {
             Some(value) if value >= 0.0 && value.is_finite() => value,
             _ => 0.0025 * stroke,

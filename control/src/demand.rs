@@ -73,8 +73,10 @@ impl Range {
         Range { minimum, maximum, modulation, owed: 0.0 }
     }
 
-    pub fn width(&self) -> f64 {
-        self.maximum - self.minimum
+    /// Maximum where σ says heat, minimum elsewhere.
+    #[inline]
+    pub fn switch(&self, surface: f64) -> f64 {
+        if surface > 0.0 { self.maximum } else { self.minimum }
     }
 
     pub fn reset(&mut self) {

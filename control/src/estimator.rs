@@ -6,19 +6,41 @@
 //! that is measured (g_M ≤ ξ ≤ g_A), and a wire that shortens on its own sits on the heating curve, one that lengthens on the
 //! cooling curve. Both pull with bounded gains, so a wrong parameter biases the estimate and can never make it run away.
 
+use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
 
-/// Rate at which a temperature outside the outer curves is pulled back to them, 1/s.
-const BOUND_RATE: f64 = 20.0;
-/// Rate at which a moving wire's temperature is pulled to the curve it moves on, 1/s.
-const BRANCH_RATE: f64 = 4.0;
-/// Of ξ per second: slower than this is standing (noise, thermal strain), four times as fast is surely moving.
-const STANDING_PER_S: f64 = 0.15;
-/// Rate at which a measured length is followed, 1/s: the length noise of a cycle is of the size of the hold band.
-const LENGTH_RATE: f64 = 40.0;
+// Rates and speeds below are multiples of the wire's own: its λ, and the fastest the air lets it lengthen. The factors are
+// those that serve the figure wire of docs/control.md best, and hold for others as those scale.
+
+/// Pull of a temperature outside the outer curves, in λ.
+const BOUND_RATE: f64 = 2.0;
+/// Pull of a moving wire's temperature to the curve it moves on, in λ.
+const BRANCH_RATE: f64 = 0.4;
+/// Slower than this share of the cooling speed is standing; four times as fast is surely moving.
+const STANDING: f64 = 0.14;
+/// And slower than this many standard deviations of the velocity is standing, too.
+const STANDING_SIGMA: f64 = 6.0;
+/// Bandwidth of the length and velocity kept here, in λ, of a wire that stands: the noise of one reading is twice the
+/// accuracy wanted, and no acceleration is needed.
+const MOTION_RATE: f64 = 2.0;
+/// How many times more bandwidth a moving wire gets, whose lag would cost more than noise does.
+const MOTION_GAIN: f64 = 4.0;
+/// Share of the cooling speed at which it gets all of that.
+const MOTION_SPEED: f64 = 0.27;
+/// How much a kelvin of pull changes the loss that is believed, 1/K.
+const LOSS_PER_K: f64 = 0.035;
+/// Power imbalance, as a share of the loss, up to which a pull says something of the loss.
+const BALANCE: f64 = 0.25;
+/// Fastest that evidence from the length moves the temperature, K/s.
+const MOST_K_PER_S: f64 = 60.0;
 /// Hottest and coldest temperature an estimate can take, °C.
 const RANGE_C: (f64, f64) = (-250.0, 1000.0);
+
+/// How far a phase is inside its range at this end: 0 where it cannot be told from the end, 1 a few per cent in.
+fn inside(fraction: f64) -> f64 {
+    (25.0 * (fraction - 0.03)).clamp(0.0, 1.0)
+}
 
 /// What one cycle measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,10 +50,8 @@ pub struct Observation {
     pub power_w: f64,
     /// Duty since the last call, 0..1; only read where `power_w` is NaN.
     pub duty: f64,
-    /// Wire length, in m; NaN = not measured: the model alone.
+    /// Wire length as the sensor read it, unfiltered, in m; NaN = not measured: the model alone.
     pub length_m: f64,
-    /// Its derivative, in m/s; NaN counts as 0.
-    pub velocity_m_s: f64,
     /// Wire tension, in N; NaN = follows from the load.
     pub tension_n: f64,
     /// Time since the last call, in s.
@@ -55,6 +75,10 @@ pub struct Estimate {
     pub cooling_curve_c: f64,
     /// Smoothed length, in m.
     pub length_m: f64,
+    /// Loss to the air at this temperature, as learned, in W: the power that holds it.
+    pub loss_w: f64,
+    /// Smoothed velocity, in m/s.
+    pub velocity_m_s: f64,
 }
 
 impl Estimate {
@@ -67,6 +91,8 @@ impl Estimate {
         heating_curve_c: f64::NAN,
         cooling_curve_c: f64::NAN,
         length_m: f64::NAN,
+        loss_w: f64::NAN,
+        velocity_m_s: f64::NAN,
     };
 }
 
@@ -74,10 +100,18 @@ impl Estimate {
 #[derive(Debug, Clone)]
 pub struct StateEstimator {
     map: WireMap,
+    /// λ of the wire, 1/s, and the fastest the air lets it lengthen, m/s.
+    lambda: f64,
+    cooling_speed: f64,
     temperature: f64,
     fraction: f64,
     hottest: f64,
     elongation: f64,
+    velocity: f64,
+    /// Variance of a reading against the prediction, m².
+    variance: f64,
+    /// Loss to the air over what the model says.
+    loss_scale: f64,
     /// Whether a length has come yet.
     seen: bool,
     initial: (f64, f64),
@@ -87,15 +121,20 @@ impl StateEstimator {
     /// An estimator for a wire that starts as the model says: at its initial temperature (ambient) and phase.
     pub fn new(model: &WireModel) -> StateEstimator {
         let map = WireMap::new(model);
-        let initial = (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite);
+        let speeds = lambda::speeds(&map, map.full_power);
         let mut estimator = StateEstimator {
             map,
+            lambda: lambda::limits(&map, map.full_power).value.clamp(0.05, 50.0),
+            cooling_speed: speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3)),
             temperature: 0.0,
             fraction: 0.0,
             hottest: 0.0,
             elongation: 0.0,
+            velocity: 0.0,
+            variance: 0.0,
+            loss_scale: 1.0,
             seen: false,
-            initial,
+            initial: (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite),
         };
         estimator.reset();
         estimator
@@ -106,7 +145,8 @@ impl StateEstimator {
         (self.temperature, self.fraction) = self.initial;
         self.hottest = self.temperature;
         self.seen = false;
-        let stress = self.map.stress(0.02 * self.map.length, 0.0);
+        (self.velocity, self.variance, self.loss_scale) = (0.0, 0.0, 1.0);
+        let stress = self.map.stress(self.map.strain * self.map.length, 0.0);
         let theta = self.temperature - stress * self.map.shift;
         self.fraction = self.clipped(self.fraction, theta);
         self.elongation = self.map.elongation(self.fraction, stress, self.temperature);
@@ -120,12 +160,35 @@ impl StateEstimator {
         fraction.clamp(low.min(high), high)
     }
 
+    /// Follows the length with a critically damped α–β filter.
+    #[inline]
+    fn follow(&mut self, elongation: f64, dt: f64) {
+        if !self.seen {
+            (self.elongation, self.velocity, self.seen) = (elongation, 0.0, true);
+            return;
+        }
+        let moving = (self.velocity.abs() / (MOTION_SPEED * self.cooling_speed)).min(1.0);
+        let rate = MOTION_RATE * self.lambda * (1.0 + MOTION_GAIN * moving);
+        // r = 1/(1+ω dt), α = 1−r², β = (1−r)²
+        let keep = 1.0 / (1.0 + rate * dt);
+        self.elongation += self.velocity * dt;
+        let surprise = elongation - self.elongation;
+        self.elongation += (1.0 - keep * keep) * surprise;
+        self.velocity += rate * rate * keep * keep * dt * surprise;
+        self.variance += (self.lambda * dt).min(1.0) * (surprise * surprise - self.variance);
+    }
+
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let m = &self.map;
         let dt = if seen.dt_s > 0.0 { seen.dt_s.min(0.1) } else { 0.0 };
-        let velocity = if seen.velocity_m_s.is_finite() { seen.velocity_m_s } else { 0.0 };
+        let measured = seen.length_m.is_finite();
+        if measured {
+            self.follow(seen.length_m - self.map.length, dt);
+        } else {
+            self.velocity = 0.0;
+        }
+        let m = &self.map;
         let power = if seen.power_w.is_finite() {
             seen.power_w.max(0.0)
         } else if seen.duty.is_finite() {
@@ -133,64 +196,58 @@ impl StateEstimator {
         } else {
             m.full_power
         };
-        let measured = seen.length_m.is_finite();
-        if measured {
-            let elongation = seen.length_m - m.length;
-            if self.seen {
-                let share = (LENGTH_RATE * dt).min(1.0);
-                // velocity lead: no lag behind a steady motion
-                self.elongation += share * (elongation + velocity / LENGTH_RATE - self.elongation);
-            } else {
-                self.elongation = elongation;
-                self.seen = true;
-            }
-        }
         let stress = if seen.tension_n.is_finite() {
             (seen.tension_n / m.area).max(0.0)
         } else {
-            m.stress(self.elongation, if measured { velocity } else { 0.0 })
+            m.stress(self.elongation, self.velocity)
         };
         let shift = stress * m.shift;
-        let old = self.fraction;
-        // heat first, at the phase as it was (eq. 48)
-        let heat = power - m.loss * (self.temperature - m.ambient);
+        // heat balance (eq. 48): what is not lost to the air, and what the change of phase releases
+        let loss = self.loss_scale * m.loss * (self.temperature - m.ambient);
+        let heat = power - loss;
+        let release = m.release(stress);
         let fraction = if measured {
             m.fraction(self.elongation, stress, self.temperature).clamp(0.0, 1.0)
         } else {
             let predicted = self.temperature + heat * dt / m.heat_capacity;
-            // ahead on an outer curve only as far as this cycle's heat pays for
-            let next = self.clipped(old, predicted - shift);
-            let latent = (m.latent + m.area * m.length * stress * m.strain).max(1e-12);
-            let most = (heat * dt).abs() / latent;
-            old + (next - old).clamp(-most, most)
+            // along an outer curve only as far as this cycle's heat pays for
+            let most = (heat * dt).abs() / release;
+            self.fraction + (self.clipped(self.fraction, predicted - shift) - self.fraction).clamp(-most, most)
         };
-        let released = (m.latent + m.area * m.length * stress * m.strain) * (fraction - old);
-        self.temperature += (heat * dt + released) / m.heat_capacity;
+        self.temperature += (heat * dt + release * (fraction - self.fraction)) / m.heat_capacity;
         self.fraction = fraction;
-        if !measured {
-            self.elongation = m.elongation(fraction, stress, self.temperature);
-        }
 
         let logit = WireMap::logit(fraction);
         let heating_curve = m.heating_centre + m.heating_width * logit + shift;
         let cooling_curve = m.cooling_centre + m.cooling_width * logit + shift;
         if measured {
-            let mut pull = 0.0;
-            if fraction > 0.02 && self.temperature > heating_curve {
-                pull = BOUND_RATE * (heating_curve - self.temperature);
-            } else if fraction < 0.98 && self.temperature < cooling_curve {
-                pull = BOUND_RATE * (cooling_curve - self.temperature);
-            } else if fraction > 0.02 && fraction < 0.98 {
-                let speed = velocity / (m.length * m.strain.max(1e-3) * STANDING_PER_S);
-                let sure = (BRANCH_RATE / 3.0) * (speed.abs() - 1.0).clamp(0.0, 3.0);
-                let curve = if speed < 0.0 { heating_curve } else { cooling_curve };
-                pull = sure * (curve - self.temperature);
-            }
-            self.temperature += pull * dt.min(1.0 / BOUND_RATE);
+            // a phase that cannot be told from the end of its range says nothing of that side
+            let (below, above) = (inside(fraction), inside(1.0 - fraction));
+            let pull = if self.temperature > heating_curve {
+                below * BOUND_RATE * (heating_curve - self.temperature)
+            } else if self.temperature < cooling_curve {
+                above * BOUND_RATE * (cooling_curve - self.temperature)
+            } else {
+                let rate = MOTION_RATE * self.lambda;
+                let noise = STANDING_SIGMA * rate * (0.5 * rate * dt * self.variance).sqrt();
+                let standing = (STANDING * self.cooling_speed).max(noise);
+                let sure = ((self.velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
+                let curve = if self.velocity < 0.0 { heating_curve } else { cooling_curve };
+                below.min(above) * sure * BRANCH_RATE * (curve - self.temperature)
+            };
+            let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
+            self.temperature += pulled;
+            // What has to be pulled again and again is a loss to the air that is not as the model has it; but only near
+            // balance, where the loss is what the power is for.
+            let balanced = (1.0 - heat.abs() / (BALANCE * loss.abs()).max(1e-12)).max(0.0) * below.min(above);
+            self.loss_scale = (self.loss_scale - balanced * LOSS_PER_K * pulled).clamp(0.4, 2.5);
         }
         self.temperature = self.temperature.clamp(RANGE_C.0, RANGE_C.1);
+        if !measured {
+            self.elongation = m.elongation(fraction, stress, self.temperature);
+        }
         let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
-        self.hottest = (self.hottest + rise * dt / m.heat_capacity).clamp(self.temperature, RANGE_C.1);
+        self.hottest = (self.hottest + rise * dt / m.heat_capacity).min(RANGE_C.1).max(self.temperature);
         Estimate {
             temperature_c: self.temperature,
             martensite: fraction,
@@ -199,6 +256,8 @@ impl StateEstimator {
             heating_curve_c: heating_curve,
             cooling_curve_c: cooling_curve,
             length_m: m.length + self.elongation,
+            velocity_m_s: self.velocity,
+            loss_w: self.loss_scale * m.loss * (self.temperature - m.ambient),
         }
     }
 }

@@ -6,6 +6,9 @@ use sinew_physics::WireModel;
 /// Share of the least limit that the default λ uses.
 pub const MARGIN: f64 = 0.75;
 
+/// More λ than any wire can use, 1/s.
+const MOST: f64 = 1e3;
+
 /// λ and the limits it comes from, all in 1/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lambda {
@@ -24,35 +27,53 @@ pub fn default_lambda(model: &WireModel, max_power_w: f64) -> Lambda {
     limits(&WireMap::new(model), max_power_w)
 }
 
-pub(crate) fn limits(m: &WireMap, max_power: f64) -> Lambda {
+/// How fast a wire can move at the worst slope of its transformation, and how far.
+pub(crate) struct Speeds {
+    /// Shortening under full power, m/s.
+    pub heating: f64,
+    /// Lengthening in the air, m/s.
+    pub cooling: f64,
+    /// Between all martensite and all austenite at rest, m.
+    pub stroke: f64,
+}
+
+/// Eq. 69 without the load's dynamics at ξ = 1/2, where latent heat is most in the way: the phase slope there is k/4, and
+/// v = L ε dξ/dT (P − h A_s (T − T_∞)) / (m c_p + H dξ/dT).
+pub(crate) fn speeds(m: &WireMap, max_power: f64) -> Speeds {
     let stress = m.stress(0.5 * m.length * m.strain, 0.0);
     let shift = stress * m.shift;
-    let per_latent = m.latent + m.area * m.length * stress * m.strain;
-    // Speed per watt at the worst slope of the transformation, ξ = 1/2 (eq. 69 without the load's dynamics).
+    let stroke = (m.length * (m.strain + (m.compliance_m - m.compliance_a) * stress)).max(1e-9);
     let speed = |width: f64, power: f64| {
         let slope = 0.25 / width;
-        let stroke_per_k = m.length * (m.strain + (m.compliance_m - m.compliance_a) * stress) * slope;
-        power.max(0.0) * stroke_per_k / (m.heat_capacity + per_latent * slope)
+        power.max(0.0) * stroke * slope / (m.heat_capacity + m.release(stress) * slope)
     };
-    let hot = m.heating_centre + shift;
-    let cold = m.cooling_centre + shift;
-    let heating = speed(m.heating_width, max_power - m.loss * (hot - m.ambient));
-    let cooling = speed(m.cooling_width, m.loss * (cold - m.ambient));
-    let stroke = (m.length * (m.strain + (m.compliance_m - m.compliance_a) * stress)).max(1e-9);
-    // Fastest point of a critically damped step over the whole stroke: λ S/e.
+    Speeds {
+        heating: speed(m.heating_width, max_power - m.loss * (m.heating_centre + shift - m.ambient)),
+        cooling: speed(m.cooling_width, m.loss * (m.cooling_centre + shift - m.ambient)),
+        stroke,
+    }
+}
+
+pub(crate) fn limits(m: &WireMap, max_power: f64) -> Lambda {
+    let speeds = speeds(m, max_power);
     let e = std::f64::consts::E;
-    let stiffness = m.spring + m.area / (m.compliance_m * m.length);
     let mechanical = if m.load_known && m.mass > 0.0 {
+        let stiffness = m.spring + m.area / (m.compliance_m * m.length);
         let half = 0.5 * m.damping / m.mass;
         let square = half * half - stiffness / m.mass;
-        let slowest = if square > 0.0 { stiffness / m.mass / (half + square.sqrt()) } else { half.max(1e-3) };
+        let slowest = if square > 0.0 {
+            stiffness / m.mass / (half + square.sqrt())
+        } else {
+            // an undamped load still follows its wire, at its natural frequency
+            (stiffness / m.mass).sqrt()
+        };
         slowest / 3.0
     } else {
-        1e3
+        MOST
     };
-    let (heating, cooling) = (e * heating / stroke, e * cooling / stroke);
+    let (heating, cooling) = (e * speeds.heating / speeds.stroke, e * speeds.cooling / speeds.stroke);
     // a supply too weak to transform the wire still gets a λ it can be run with
-    let floor = 0.1 * m.loss / m.heat_capacity;
-    let value = (MARGIN * heating.min(mechanical)).clamp(floor.clamp(1e-3, 1.0), 1e3);
+    let floor = (0.1 * m.loss / m.heat_capacity).clamp(1e-3, 1.0);
+    let value = (MARGIN * heating.min(mechanical)).clamp(floor, MOST);
     Lambda { value, heating_limit: heating, cooling_limit: cooling, mechanical_limit: mechanical }
 }

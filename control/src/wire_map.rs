@@ -3,7 +3,7 @@
 //!
 //! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
 
-use sinew_physics::{Convection, DriveKind, Load, WireModel};
+use sinew_physics::{Convection, Load, WireModel};
 
 /// Martensite fraction is kept this far from 0 and 1 where a branch temperature (a logarithm) is taken of it.
 const EDGE: f64 = 0.01;
@@ -38,6 +38,10 @@ pub(crate) struct WireMap {
     /// 1/k_A, 1/k_M, in K.
     pub heating_width: f64,
     pub cooling_width: f64,
+    /// Excess temperature that drives one metre per second against the load's damping, B/(α A_c), in K s/m.
+    pub drag: f64,
+    /// Its inverse below, in 1/W.
+    pub per_full_power: f64,
     /// Power the wire takes at duty 1, in W, at mean resistance.
     pub full_power: f64,
     pub supply: f64,
@@ -46,7 +50,6 @@ pub(crate) struct WireMap {
     rho_m0: f64,
     rho_a1: f64,
     rho_m1: f64,
-    pub drive: DriveKind,
 }
 
 impl WireMap {
@@ -85,6 +88,8 @@ impl WireMap {
             cooling_centre: m.martensite_temperature_c,
             heating_width: 1.0 / m.heating_steepness_per_k,
             cooling_width: 1.0 / m.cooling_steepness_per_k,
+            drag: 0.0,
+            per_full_power: 0.0,
             full_power: 0.0,
             supply: d.supply_v,
             series: d.shunt_ohm + d.switch_ohm + d.lead_ohm,
@@ -92,9 +97,10 @@ impl WireMap {
             rho_m0: m.martensite_resistivity_ohm_m,
             rho_a1: m.austenite_resistivity_slope_ohm_m_per_k,
             rho_m1: m.martensite_resistivity_slope_ohm_m_per_k,
-            drive: d.kind,
         };
+        map.drag = map.damping * map.shift / map.area;
         map.full_power = map.power_at_full_duty(0.5, 0.5 * (map.heating_centre + map.cooling_centre), 0.02 * map.length);
+        map.per_full_power = 1.0 / map.full_power.max(1e-9);
         map
     }
 
@@ -118,6 +124,11 @@ impl WireMap {
     pub fn elongation(&self, fraction: f64, stress: f64, temperature: f64) -> f64 {
         let s = stress + self.thermoelastic * (temperature - self.reference);
         self.length * (self.compliance_a * s + fraction * (self.strain + (self.compliance_m - self.compliance_a) * s))
+    }
+
+    /// Heat and work a wire gives off when all of it turns martensite under this stress (eq. 48), in J; never 0.
+    pub fn release(&self, stress: f64) -> f64 {
+        (self.latent + self.area * self.length * stress * self.strain).max(1e-12)
     }
 
     /// ln((1−ξ)/ξ), the distance from a branch's centre in units of its width (eq. 20 inverted).
