@@ -128,7 +128,7 @@ fn inputs(model: &WireModel, drive: f64, load: f64) -> Inputs {
     }
 }
 
-fn check(wire: &Wire) -> Result<(), TestCaseError> {
+fn check(model: &WireModel, wire: &Wire) -> Result<(), TestCaseError> {
     let o = wire.outputs();
     for value in [
         o.current_a,
@@ -151,7 +151,10 @@ fn check(wire: &Wire) -> Result<(), TestCaseError> {
     prop_assert!(o.martensite >= lower.martensite - 1e-12, "below g_M: {} {}", o.martensite, lower.martensite);
     let e = wire.energy();
     let scale = [e.heat_in_j, e.loss_j, e.sensible_j, e.latent_j, e.work_j].iter().map(|x| x.abs()).sum::<f64>();
-    prop_assert!(e.residual_j().abs() <= 1e-9 * scale + 1e-12, "{e:?} leaves {}", e.residual_j());
+    // rounding: of the ledger's own size, and of temperatures to 10⁻¹¹ K
+    let capacity =
+        model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
+    prop_assert!(e.residual_j().abs() <= 1e-9 * scale + 1e-11 * capacity, "{e:?} leaves {}", e.residual_j());
     Ok(())
 }
 
@@ -170,13 +173,13 @@ fn a_hundred_thousand_random_rigs_stay_physical() {
         .run(&(model(), history()), |(model, history)| {
             let first = inputs(&model, 0.2, 0.4);
             let mut wire = Wire::with_inputs(&model, &first).expect("the strategy stays in range");
-            check(&wire)?;
+            check(&model, &wire)?;
             for (drive, load, log_dt, repeats) in history {
                 let inputs = inputs(&model, drive, load);
                 for _ in 0..repeats {
                     let before = wire.driving_temperature_c();
                     wire.step(&inputs, 10f64.powf(log_dt));
-                    check(&wire)?;
+                    check(&model, &wire)?;
                     // with one piece a step, the movement of the step is that of the piece
                     if log_dt < -3.7 && !matches!(model.material.kinetics, Kinetics::SquareRoot) {
                         check_solved(&model, &wire, (wire.driving_temperature_c() - before).abs())?;
@@ -199,7 +202,7 @@ fn longer_histories_keep_the_ledger_closed() {
                 for _ in 0..500 {
                     wire.step(&inputs, 2e-3);
                 }
-                check(&wire)?;
+                check(&model, &wire)?;
             }
             Ok(())
         })
