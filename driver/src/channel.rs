@@ -1,12 +1,15 @@
 //! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
 
-use sinew_control::{Algorithm, AlgorithmKind, Controller, Demand, Estimate, Modulation, Observation, PiGains, Settings, StateEstimator, StrokeRange};
+use sinew_control::{
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, Modulation, Observation, PiGains, Settings, StateEstimator,
+    StrokeRange,
+};
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, Sensing};
 use sinew_sensing::{
-    Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig, Reading,
-    ResistanceLine, Sample,
+    Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
+    Reading, ResistanceLine, Sample,
 };
 
 use crate::error::Error;
@@ -291,6 +294,11 @@ impl Channel {
 
     fn forget_target(&mut self) {
         (self.target, self.source) = (Target::Idle, Source::Nobody);
+    }
+
+    /// Whether its controller is in charge.
+    pub fn is_powered(&self) -> bool {
+        self.regulating
     }
 
     /// Where its strokes are counted from.

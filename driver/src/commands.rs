@@ -174,7 +174,14 @@ impl Diary {
             Occurrence::Proved | Occurrence::Answered { .. } => return,
         };
         let name = names.get(event.channel as usize).map_or("?", String::as_str);
-        tracing::warn!(channel = name, flag = fault.flag(), "{}; {}; {}", fault.cause(), fault.reaction(), fault.remedy());
+        tracing::warn!(
+            channel = name,
+            flag = fault.flag(),
+            "{}; {}; {}",
+            fault.cause(),
+            fault.reaction(),
+            fault.remedy()
+        );
         if self.faults.len() < MAX_FAULTS {
             self.faults.push((event.at_ns, event.channel, fault));
         } else {
@@ -260,8 +267,8 @@ impl Desk {
             let reply = Reply::refused(&command, Outcome::Stopping).because(Fault::Stopping);
             return refuse(shared, request, reply);
         }
-        let for_all = command.channel == ALL_CHANNELS
-            && matches!(command.kind(), Some(CommandKind::Off | CommandKind::Reset));
+        let for_all =
+            command.channel == ALL_CHANNELS && matches!(command.kind(), Some(CommandKind::Off | CommandKind::Reset));
         let channels = match command.channel as usize {
             _ if for_all => 0..self.rules.len(),
             channel if channel < self.rules.len() => channel..channel + 1,

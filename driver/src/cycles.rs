@@ -254,11 +254,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
 
 /// Hands one cycle to the publisher: its channels, then its head, so that a head is only seen with its channels complete.
 #[inline]
-fn push_cycle(
-    heads: &mut Producer<CycleHeader>,
-    states: &mut Producer<ChannelState>,
-    snapshot: &Snapshot,
-) -> bool {
+fn push_cycle(heads: &mut Producer<CycleHeader>, states: &mut Producer<ChannelState>, snapshot: &Snapshot) -> bool {
     if heads.is_full() {
         return false;
     }

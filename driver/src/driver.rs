@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 
 use rtrb::RingBuffer;
 use sinew_ipc::{ChannelInfo, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
-use sinew_rig::{Rig, RealtimeMode};
+use sinew_rig::{RealtimeMode, Rig};
 
 use crate::allocations;
 use crate::backend::Backend;
@@ -126,8 +126,8 @@ impl Driver {
         if backend.channels() != channels {
             return Err(Error::Channels { expected: channels, found: backend.channels() });
         }
-        let rules = ChannelRules::of(rig)
-            .map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
+        let rules =
+            ChannelRules::of(rig).map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
         let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
         let pace = match rig.simulation.pace {
             sinew_rig::Pace::RealTime => Pace::RealTime,

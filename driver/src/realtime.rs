@@ -415,9 +415,8 @@ pub fn sleep_until_ns(at_ns: u64) {
     };
     loop {
         // SAFETY: `at` is a valid timespec that outlives the call; the remaining time is not asked for (absolute sleep).
-        let code = unsafe {
-            libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &at, std::ptr::null_mut())
-        };
+        let code =
+            unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &at, std::ptr::null_mut()) };
         if code != libc::EINTR {
             return;
         }

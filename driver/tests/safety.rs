@@ -118,7 +118,11 @@ fn outputs_are_zero_then_the_sensing_pulse_until_every_sensor_has_reported() {
     }
     assert!((0..3).all(|channel| bench.mode(channel) == Mode::Waiting));
     bench.run(3);
-    assert!((0..3).all(|channel| bench.mode(channel) == Mode::Duty), "proved after {} samples", supervisor::PROOF_SAMPLES);
+    assert!(
+        (0..3).all(|channel| bench.mode(channel) == Mode::Duty),
+        "proved after {} samples",
+        supervisor::PROOF_SAMPLES
+    );
     assert_eq!(bench.duty, [0.5; 3]);
     assert!(bench.faults().is_empty());
 }

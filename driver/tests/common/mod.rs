@@ -11,9 +11,7 @@ use sinew_rig::Rig;
 
 /// A rig of equal wires on bias springs.
 pub fn rig(name: &str, channels: usize, rate_hz: f64) -> Rig {
-    let mut text = format!(
-        "[rig]\nname = \"{name}\"\nrate_hz = {rate_hz:.1}\nambient_c = 25.0\nrealtime = \"off\"\n"
-    );
+    let mut text = format!("[rig]\nname = \"{name}\"\nrate_hz = {rate_hz:.1}\nambient_c = 25.0\nrealtime = \"off\"\n");
     for channel in 0..channels {
         text += &format!(
             "[[channel]]\nname = \"wire{channel}\"\n\
@@ -144,7 +142,7 @@ impl Fake {
         }
         let supply_v = match mishap {
             Some(Mishap::SupplyDip) => 0.5 * SUPPLY_V,
-            Some(Mishap::OverCurrent) => 1.25 * SUPPLY_V,
+            Some(Mishap::OverCurrent) => 1.35 * SUPPLY_V,
             _ => SUPPLY_V,
         };
         let r = match mishap {
