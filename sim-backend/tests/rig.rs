@@ -192,6 +192,18 @@ fn missed_periods_go_by_under_the_last_duty() {
     assert_eq!(late.time_s(), punctual.time_s());
 }
 
+#[test]
+fn a_pause_of_a_day_is_over_at_once_and_finds_the_wires_settled() {
+    let mut backend = started(&quiet(""));
+    run(&mut backend, 0.05, 1);
+    backend.missed(86_400_000);
+    near(backend.time_s(), 86_400.001, 1e-6);
+    let settled = backend.truth(0).unwrap();
+    run(&mut backend, 0.05, 5000);
+    near(backend.truth(0).unwrap().temperature_c, settled.temperature_c, 1e-6);
+    assert!(settled.temperature_c > 35.0);
+}
+
 /// Breaks one thing on the left wire while it is driven; the samples of left and right wire ten periods later.
 fn broken(kind: FaultKind, size: f64) -> (SimulatedRig, Sample, Sample) {
     let mut backend = started(&quiet(""));
