@@ -4,6 +4,7 @@
 mod args;
 mod commands;
 mod failure;
+mod log;
 mod output;
 mod screen;
 mod setpoint;
@@ -14,11 +15,16 @@ use clap::Parser;
 
 use args::{BenchWhat, Cli, Command};
 
+/// Counts allocations by thread, so that a run can report those of its loop.
+#[global_allocator]
+static ALLOCATOR: sinew_driver::CountingAllocator = sinew_driver::CountingAllocator;
+
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return output::usage(&error),
     };
+    log::start();
     let outcome = match &cli.command {
         Command::Simulate(args) => commands::simulate::simulate(args),
         Command::Status(args) => commands::status::status(args),
@@ -27,7 +33,10 @@ fn main() -> ExitCode {
         Command::Reset(args) => commands::set::reset(args),
         Command::Stop(args) => commands::set::stop(args),
         Command::Doctor(args) => commands::doctor::doctor(args),
-        _ => todo!(),
+        Command::Run(args) => commands::run::run(args),
+        Command::Bench(bench) => match &bench.what {
+            BenchWhat::Loop(args) => commands::bench::bench_loop(args),
+        },
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

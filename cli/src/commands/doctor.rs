@@ -9,9 +9,10 @@ use serde::Serialize;
 use sinew_driver::baseline;
 use sinew_driver::realtime::{self, Wish};
 use sinew_driver::report::BareLoop;
+use sinew_driver::wish_of;
 use sinew_rig::{RealtimeMode, Rig};
 
-use super::{load_rig, wish};
+use super::load_rig;
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
@@ -63,7 +64,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn doctor(args: &args::Doctor) -> Outcome {
     let rig = load_rig(args.rig.as_deref())?;
-    let mut wish = wish(&rig);
+    let mut wish = wish_of(&rig);
     if rig.realtime.mode == RealtimeMode::Off {
         // the rig does not ask for it, but the question here is what the machine would give
         wish = Wish { mode: realtime::Mode::Try, priority: 80, cpu: None };

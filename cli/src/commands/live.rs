@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-use sinew_ipc::{Client, CommandKind, DriverHealth, Error, Histogram, LoopStats, Snapshot};
+use sinew_driver::report::Quantiles;
+use sinew_ipc::{Client, CommandKind, DriverHealth, Error, LoopStats, Snapshot};
 use sinew_sensing::Health;
 
 use super::list;
 use crate::args::Target;
 use crate::failure::Failure;
-use crate::screen::view::{FaultText, Quantiles, Row, Timing, View};
+use crate::screen::view::{FaultText, Row, Timing, View};
 use crate::setpoint::Setpoint;
 
 /// Connects to the driver that is meant: the named one, or the only one there is.
@@ -158,21 +159,10 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
         timing: Timing {
             rate_hz,
             missed: snapshot.missed,
-            lateness_us: quantiles(&stats.lateness),
-            cycle_us: quantiles(&stats.cycle_time),
+            lateness_us: Quantiles::of(&stats.lateness),
+            cycle_us: Quantiles::of(&stats.cycle_time),
             allocations: stats.allocations,
             realtime: LoopStats::REALTIME.map(|(bit, name)| (name, stats.realtime & bit != 0)).to_vec(),
         },
-    }
-}
-
-/// A histogram of ns in four numbers of µs; NaN where there is nothing in it.
-pub fn quantiles(histogram: &Histogram) -> Quantiles {
-    let us = |ns: u64| if histogram.count() == 0 { f64::NAN } else { ns as f64 * 1e-3 };
-    Quantiles {
-        p50: us(histogram.quantile(0.5)),
-        p99: us(histogram.quantile(0.99)),
-        p999: us(histogram.quantile(0.999)),
-        max: us(histogram.max()),
     }
 }

@@ -1,16 +1,17 @@
 //! The commands, one file each.
 
+pub mod bench;
 pub mod doctor;
 pub mod live;
 pub mod monitor;
+pub mod run;
 pub mod set;
 pub mod simulate;
 pub mod status;
 
 use std::path::Path;
 
-use sinew_driver::realtime::{Mode, Wish};
-use sinew_rig::{Channel, RealtimeMode, Rig};
+use sinew_rig::{Channel, Rig};
 
 use crate::failure::{Failure, nearest};
 
@@ -18,16 +19,6 @@ use crate::failure::{Failure, nearest};
 fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
     let Some(path) = path else { return Ok(Rig::hexapod()) };
     Rig::load(path).map_err(|error| rig_failure(&error))
-}
-
-/// What a rig file asks of real time.
-fn wish(rig: &Rig) -> Wish {
-    let mode = match rig.realtime.mode {
-        RealtimeMode::Off => return Wish::OFF,
-        RealtimeMode::Try => Mode::Try,
-        RealtimeMode::Strict => Mode::Strict,
-    };
-    Wish { mode, priority: rig.realtime.priority.min(99) as u8, cpu: rig.realtime.cpu.map(|cpu| cpu as usize) }
 }
 
 /// A rig file's mistakes, every one on its line.

@@ -23,7 +23,7 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
     if has_screen() {
         terminal::show(&mut live, "quit", &over)?;
     } else {
-        while lines(&mut live, &over)? {}
+        while lines(&mut live, &over, false)? {}
     }
     match live.ended() {
         Some(DriverHealth::Died) => Err(Failure::own(format!(
@@ -45,8 +45,8 @@ pub fn has_screen() -> bool {
     io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
 }
 
-/// Prints a line, waits a second; whether to go on.
-pub fn lines(live: &mut Live, over: &dyn Fn() -> bool) -> Result<bool, Failure> {
+/// Waits a second, then prints a line (to stderr if stdout is wanted for something else); whether to go on.
+pub fn lines(live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Result<bool, Failure> {
     let next = Instant::now() + Duration::from_secs(1);
     while Instant::now() < next {
         if over() || live.ended().is_some() {
@@ -54,7 +54,12 @@ pub fn lines(live: &mut Live, over: &dyn Fn() -> bool) -> Result<bool, Failure> 
         }
         std::thread::sleep(Duration::from_millis(20));
     }
-    output::try_print(format_args!("{}\n", live.look().plain_line()))
+    let line = live.look().plain_line();
+    if stdout_taken {
+        eprintln!("{line}");
+        return Ok(true);
+    }
+    output::try_print(format_args!("{line}\n"))
 }
 
 /// Set once somebody asks this process to end: Ctrl-C, SIGTERM, or the terminal is gone.

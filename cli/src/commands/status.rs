@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use serde::Serialize;
+use sinew_driver::report::Quantiles;
 
 use super::live::{self, Live};
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
-use crate::screen::view::{Quantiles, View, micros, number, percent};
+use crate::screen::view::{View, micros, number, percent};
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]

@@ -1,5 +1,7 @@
 //! What the screen shows, apart from where it comes from: filled from a client of the driver, or by hand in tests.
 
+use sinew_driver::report::Quantiles;
+
 /// One look at a driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
@@ -68,7 +70,7 @@ pub struct FaultText {
 }
 
 /// How the loop does, from its own histograms.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Timing {
     /// Rate over the last look or so, Hz; NaN at the first.
     pub rate_hz: f64,
@@ -82,19 +84,6 @@ pub struct Timing {
     pub allocations: u64,
     /// Each means of real time and whether the machine granted it.
     pub realtime: Vec<(&'static str, bool)>,
-}
-
-/// Quantiles of a histogram.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
-pub struct Quantiles {
-    /// Median.
-    pub p50: f64,
-    /// 99 %.
-    pub p99: f64,
-    /// 99.9 %.
-    pub p999: f64,
-    /// Largest.
-    pub max: f64,
 }
 
 impl Row {

@@ -1,0 +1,196 @@
+//! `sinew bench loop`: the driver with simulated wires at a given size, beside a bare timer loop in the same thread, and what
+//! the parts of a cycle cost by themselves.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use serde::Serialize;
+use sinew_driver::report::{BareLoop, Quantiles};
+use sinew_driver::{Backend, Beat, Driver, Engine, Options, Program, RunReport, Sample};
+use sinew_ipc::{ChannelInfo, DriverState, Info, Name, RigLock, Server, Snapshot};
+use sinew_rig::Rig;
+use sinew_sim_backend::SimulatedRig;
+
+use super::live;
+use super::monitor::signals;
+use super::run::driver_failure;
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::output;
+use crate::screen::view::micros;
+
+/// Cycles the parts are measured over.
+const PART_CYCLES: u64 = 20_000;
+/// Cycles before that, for the channels to prove their sensors and start to move.
+const WARM_UP_CYCLES: u64 = 2_000;
+
+/// What a part of a cycle costs by itself, in a busy loop of an ordinary thread.
+#[derive(Debug, Serialize)]
+struct Parts {
+    /// The simulated wires: one exchange, µs.
+    exchange_us: f64,
+    /// Sensing, supervisor and control of all channels, µs.
+    engine_us: f64,
+    /// The same for one channel, ns.
+    engine_ns_per_channel: f64,
+    /// One update of the blackboard, µs.
+    publish_us: f64,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    schema: &'static str,
+    channels: u32,
+    rate_hz: f64,
+    seconds: f64,
+    bare_loop: Option<&'a BareLoop>,
+    driver: &'a RunReport,
+    /// Lateness of the driver over that of the bare loop.
+    lateness_ratio: Option<Quantiles>,
+    parts: Parts,
+}
+
+/// Runs the command.
+pub fn bench_loop(args: &args::BenchLoop) -> Outcome {
+    let rig = rig(args.channels, args.rate_hz)?;
+    let asked = signals()?;
+    let parts = parts(&rig)?;
+    eprintln!("a bare timer loop for {0} s, then the driver for {0} s …", args.duration_s);
+    let backend = SimulatedRig::new(&rig).map_err(Failure::own)?;
+    let options = Options {
+        duration_s: Some(args.duration_s),
+        program: Some(Program::tripod(rig.channels.len(), 6.0)),
+        floor_s: Some(args.duration_s),
+        simulated: true,
+        ..Options::default()
+    };
+    let driver = Driver::start(&rig, backend, options).map_err(|error| driver_failure(&rig, error))?;
+    while driver.is_running() && !asked.load(std::sync::atomic::Ordering::Relaxed) {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    driver.stop();
+    let run = driver.join();
+    let report = Report {
+        schema: "sinew.bench.loop/1",
+        channels: args.channels,
+        rate_hz: args.rate_hz,
+        seconds: run.seconds,
+        lateness_ratio: run.floor.as_ref().map(|bare| ratio(run.lateness_us, bare.lateness_us)),
+        bare_loop: run.floor.as_ref(),
+        driver: &run,
+        parts,
+    };
+    if args.json { output::print_json(&report) } else { output::print(text(&report)) }
+}
+
+/// The built-in hexapod's wires as often as needed, under a name nobody else has.
+fn rig(channels: u32, rate_hz: f64) -> Result<Rig, Failure> {
+    let mut rig = Rig::hexapod();
+    rig.name = format!("bench-{}", std::process::id());
+    rig.rate_hz = rate_hz;
+    let wires = std::mem::take(&mut rig.channels);
+    rig.channels = wires
+        .iter()
+        .cycle()
+        .take(channels as usize)
+        .enumerate()
+        .map(|(index, wire)| {
+            let mut wire = wire.clone();
+            wire.name = format!("wire_{}", index + 1);
+            wire
+        })
+        .collect();
+    rig.check_drivable().map_err(Failure::input)?;
+    Ok(rig)
+}
+
+/// Times the parts of a cycle one by one.
+fn parts(rig: &Rig) -> Result<Parts, Failure> {
+    let count = rig.channels.len();
+    let program = Program::tripod(count, 6.0);
+    let mut backend = SimulatedRig::new(rig).map_err(Failure::own)?;
+    let mut engine = Engine::new(rig, Some(program)).map_err(Failure::own)?;
+    let channels: Vec<ChannelInfo> = rig
+        .channels
+        .iter()
+        .map(|channel| Ok(ChannelInfo { name: Name::new(&channel.name)?, ..ChannelInfo::EMPTY }))
+        .collect::<Result<_, sinew_ipc::Error>>()
+        .map_err(live::failure)?;
+    let lock = RigLock::acquire(&rig.name).map_err(live::failure)?;
+    let info = Info::new(&rig.name, rig.rate_hz, &channels).map_err(live::failure)?;
+    let (mut writer, _cycles, _commands) = Server::create(lock, &info).map_err(live::failure)?.split();
+
+    backend.start().map_err(Failure::own)?;
+    let mut snapshot = Snapshot::new(count);
+    let (mut duty, mut samples) = (vec![0.0; count], vec![Sample::NONE; count]);
+    let period_ns = (1e9 / rig.rate_hz) as u64;
+    let mut spent = [0u64; 3];
+    for cycle in 0..WARM_UP_CYCLES + PART_CYCLES {
+        let now_ns = (cycle + 1) * period_ns;
+        let started = Instant::now();
+        let exchanged = backend.exchange(&duty, &mut samples);
+        let sampled = Instant::now();
+        engine.cycle(Beat { now_ns, missed: 0 }, exchanged, &samples, &mut duty, |_| {});
+        engine.describe(now_ns, DriverState::Running, &mut snapshot);
+        snapshot.cycle = cycle;
+        let decided = Instant::now();
+        writer.update(&snapshot);
+        let published = Instant::now();
+        if cycle >= WARM_UP_CYCLES {
+            for (spent, span) in spent.iter_mut().zip([sampled - started, decided - sampled, published - decided]) {
+                *spent += span.as_nanos() as u64;
+            }
+        }
+    }
+    backend.stop();
+    let [exchange_us, engine_us, publish_us] = spent.map(|ns| ns as f64 * 1e-3 / PART_CYCLES as f64);
+    Ok(Parts { exchange_us, engine_us, engine_ns_per_channel: engine_us * 1e3 / count as f64, publish_us })
+}
+
+fn ratio(driver: Quantiles, bare: Quantiles) -> Quantiles {
+    Quantiles {
+        p50: driver.p50 / bare.p50,
+        p99: driver.p99 / bare.p99,
+        p999: driver.p999 / bare.p999,
+        max: driver.max / bare.max,
+    }
+}
+
+fn text(report: &Report) -> String {
+    let run = report.driver;
+    let mut text = format!(
+        "{} simulated wires at {} Hz for {:.1} s\n\n{:<22} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
+        report.channels, report.rate_hz, report.seconds, "µs", "p50", "p99", "p999", "max", "missed"
+    );
+    let mut row = |name: &str, q: Quantiles, missed: String| {
+        let cells = [q.p50, q.p99, q.p999, q.max].map(|us| format!("{:>8}", micros(us)));
+        let _ = writeln!(text, "{name:<22} {} {missed:>8}", cells.join(" "));
+    };
+    if let Some(bare) = report.bare_loop {
+        row("lateness, bare loop", bare.lateness_us, bare.missed.to_string());
+    }
+    row("lateness, driver", run.lateness_us, run.missed.to_string());
+    if let Some(ratio) = report.lateness_ratio {
+        row("  ratio", ratio, String::new());
+    }
+    row("cycle", run.cycle_us, String::new());
+    row("period", run.period_us, String::new());
+    let parts = &report.parts;
+    let _ = writeln!(
+        text,
+        "\na cycle's parts by themselves, mean: simulated wires {:.2} µs, sensing + supervisor + control {:.2} µs \
+         ({:.0} ns a channel), blackboard {:.2} µs",
+        parts.exchange_us, parts.engine_us, parts.engine_ns_per_channel, parts.publish_us
+    );
+    let _ = writeln!(
+        text,
+        "missed: {} woken too late, {} cycles too long; allocations in the loop: {}; {} {}",
+        run.missed_by_wakeup,
+        run.missed_by_cycle,
+        run.allocations_in_loop.map_or("not counted".into(), |count| count.to_string()),
+        run.rt.policy,
+        if run.rt.locked { "memory locked" } else { "memory not locked" },
+    );
+    text
+}

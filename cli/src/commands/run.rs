@@ -1,0 +1,176 @@
+//! `sinew run`: the driver with its simulated wires, the monitor or plain lines on top, and the report at the end.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use sinew_driver::report::Ending;
+use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport};
+use sinew_ipc::Client;
+use sinew_rig::Rig;
+use sinew_sim_backend::SimulatedRig;
+
+use super::live::{self, Live};
+use super::monitor::{has_screen, lines, signals};
+use super::{load_rig, rig_failure};
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::log;
+use crate::output;
+use crate::screen::terminal;
+use crate::screen::view::micros;
+
+/// Time of one step of the built-in hexapod, s.
+const STEP_S: f64 = 6.0;
+
+/// Runs the command.
+pub fn run(args: &args::Run) -> Outcome {
+    let rig = load_rig(args.rig.as_deref())?;
+    if let Some(path) = &args.report {
+        writable(path)?;
+    }
+    let asked = signals()?;
+    let backend = SimulatedRig::new(&rig).map_err(|error| backend_failure(&rig, error))?;
+    let options = Options {
+        duration_s: args.duration_s,
+        // only the built-in rig is known to have legs
+        program: args.rig.is_none().then(|| Program::tripod(rig.channels.len(), STEP_S)),
+        simulated: true,
+        ..Options::default()
+    };
+    let driver = Driver::start(&rig, backend, options).map_err(|error| driver_failure(&rig, error))?;
+    let shown = show(args, &rig, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
+    driver.stop();
+    let report = driver.join();
+    eprint!("{}", summary(&report));
+    if let Some(path) = &args.report {
+        let text = output::json(&report)? + "\n";
+        if path == Path::new("-") { output::print(text)? } else { output::write_file(path, &text)? }
+    }
+    shown?;
+    match report.ended {
+        Ending::Panicked => {
+            Err(Failure::own("the loop panicked; outputs are at zero").hint("please report it, with what stands above"))
+        }
+        Ending::Duration | Ending::Stopped => Ok(()),
+    }
+}
+
+/// Shows the running driver until `over`.
+fn show(args: &args::Run, rig: &Rig, driver: &DriverHandle, over: &dyn Fn() -> bool) -> Outcome {
+    // a client of its own, like anybody's
+    let mut live = match Client::connect(&rig.name) {
+        Ok(client) => Live::new(client),
+        // a very short run may be over before anybody could look
+        Err(_) if !driver.is_running() => return Ok(()),
+        Err(error) => return Err(live::failure(error)),
+    };
+    if has_screen() && !args.no_monitor {
+        let quiet = log::hold_back();
+        let shown = terminal::show(&mut live, "stop", over);
+        drop(quiet);
+        return shown;
+    }
+    let info = live.client().info();
+    eprintln!(
+        "driving {} ({} simulated wires at {} Hz) as process {}; Ctrl-C or `sinew stop` ends it",
+        info.rig, info.channels, info.rate_hz, info.pid
+    );
+    // the report has stdout to itself
+    let quiet = args.report.as_deref() == Some(Path::new("-"));
+    while lines(&mut live, over, quiet)? {}
+    Ok(())
+}
+
+/// Finds out before the run, not after it, that its report has no place.
+fn writable(path: &Path) -> Outcome {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    match (path.is_dir(), folder.is_dir()) {
+        (true, _) => Err(Failure::input(format!("{}: is a folder", path.display())).hint("name a file for the report")),
+        (_, false) => Err(Failure::input(format!("{}: there is no folder {}", path.display(), folder.display()))
+            .hint(format!("mkdir -p {}", folder.display()))),
+        _ => Ok(()),
+    }
+}
+
+fn backend_failure(rig: &Rig, error: sinew_sim_backend::Error) -> Failure {
+    match error {
+        sinew_sim_backend::Error::NotDrivable(error) => rig_failure(&error),
+        error => Failure::input(format!("{}: {error}", rig.file())),
+    }
+}
+
+/// Why there is no driver, with what to do about it.
+pub fn driver_failure(rig: &Rig, error: Error) -> Failure {
+    match error {
+        Error::Services(error) => live::failure(error),
+        Error::Rig { place, reason } => Failure::input(format!("{}: {place}: {reason}", rig.file())),
+        Error::NotRealtime { .. } => {
+            Failure::own(error).hint("`sinew doctor` tells more; realtime = \"try\" in [rig] goes on without")
+        }
+        error => Failure::own(error),
+    }
+}
+
+/// What a run came to, for a person.
+fn summary(report: &RunReport) -> String {
+    let mut text = String::new();
+    let (late, cycle) = (report.lateness_us, report.cycle_us);
+    let _ = writeln!(
+        text,
+        "{}: {:.1} s, {} cycles at {} Hz, {} missed{}",
+        report.rig,
+        report.seconds,
+        report.cycles,
+        report.rate_hz,
+        report.missed,
+        match report.missed {
+            0 => String::new(),
+            _ => format!(" ({} woken too late, {} cycles too long)", report.missed_by_wakeup, report.missed_by_cycle),
+        }
+    );
+    for (what, q) in [("lateness", late), ("cycle", cycle)] {
+        if q.max.is_finite() {
+            let (p50, p99, p999, max) = (micros(q.p50), micros(q.p99), micros(q.p999), micros(q.max));
+            let _ = writeln!(text, "  {what:<9} p50 {p50}  p99 {p99}  p999 {p999}  max {max} µs");
+        }
+    }
+    if let Some(count @ 1..) = report.allocations_in_loop {
+        let _ = writeln!(text, "  {count} allocations in the loop, expected none");
+    }
+    if report.unpublished > 0 {
+        let _ = writeln!(text, "  {} cycles no stream could get", report.unpublished);
+    }
+    let faults = report.faults.len() as u64 + report.faults_not_listed;
+    let _ = writeln!(text, "  faults    {}", if faults == 0 { "none".into() } else { faults.to_string() });
+    for fault in report.faults.iter().take(10) {
+        let _ = writeln!(text, "    {:.3} s  {}: {} ({})", fault.time_s, fault.channel, fault.flag, fault.cause);
+    }
+    if faults > 10 {
+        let _ = writeln!(text, "    … and {} more; --report FILE.json lists them", faults - 10);
+    }
+    if let Some(error) = &report.backend_error {
+        let _ = writeln!(text, "  backend   {error}");
+    }
+    text + &refused(report)
+}
+
+/// What Linux refused, each remedy once.
+fn refused(report: &RunReport) -> String {
+    let mut by_remedy: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for row in report.rt.missing() {
+        by_remedy.entry(&row.remedy).or_default().push(&row.asked);
+    }
+    let mut text = String::new();
+    for (remedy, asked) in by_remedy {
+        let _ = writeln!(text, "  real time: {} refused\n    type: {remedy}", asked.join(", "));
+    }
+    if !text.is_empty() {
+        text += "    `sinew doctor` says what each costs\n";
+    }
+    text
+}
