@@ -1,63 +1,118 @@
-//! Steps of the reference wire under every law, noise on: the numbers of docs/control.md.
+//! Steps of one wire under every law, converter noise on: the command that reproduces the table of docs/control.md.
 //!
-//! `cargo run -p sinew-control --example step [-- --trace LAW]`
+//! `cargo run --release -p sinew-control --example step` prints the table;
+//! `… --example step -- trace LAW RATE_HZ SEED` one run as CSV on stdout (LAW: sliding, whole, plain, first, pi).
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
 
-use rig::{Bench, CONVERTER, Noise, Step, duty_for_power, figure_wire};
+use rig::{Bench, CONVERTER, STEPS, Step, duty_for_power, figure_wire};
 use sinew_control::{AlgorithmKind, Modulation, Settings, default_lambda};
+use sinew_physics::WireModel;
+
+const SEEDS: u64 = 20;
+/// Name, law, modulation.
+type Entry = (&'static str, AlgorithmKind, Modulation);
+const LAWS: [Entry; 5] = [
+    ("sliding", AlgorithmKind::SlidingMode2, Modulation::Switched),
+    ("whole", AlgorithmKind::SlidingMode2, Modulation::WholePeriods),
+    ("plain", AlgorithmKind::SlidingMode2Plain, Modulation::Switched),
+    ("first", AlgorithmKind::SlidingMode1, Modulation::Switched),
+    ("pi", AlgorithmKind::Pi, Modulation::Switched),
+];
+
+fn settings(law: &Entry, maximum_duty: f64) -> Settings {
+    Settings { kind: law.1, modulation: law.2, maximum_duty, ..Settings::default() }
+}
+
+/// All steps for all seeds; per step the settling times sorted, the worst overshoot and rms, the limits.
+fn table(title: &str, plant: &WireModel, believed: &WireModel, power_w: f64, law: &Entry, rate_hz: f64) {
+    let settings = settings(law, duty_for_power(believed, power_w));
+    let mut runs: Vec<Vec<Step>> = vec![Vec::new(); STEPS.len()];
+    let mut worst_k = 0f64;
+    for seed in 1..=SEEDS {
+        let mut bench = Bench::new(plant, believed, &settings, rate_hz, CONVERTER, seed);
+        bench.idle(0.3);
+        for (run, &(stroke, seconds)) in runs.iter_mut().zip(&STEPS) {
+            run.push(bench.step_to(stroke, seconds, |_, _, _| ()));
+        }
+        worst_k = worst_k.max(bench.worst_temperature_error);
+    }
+    println!("{title}: {}, {rate_hz} Hz, {SEEDS} seeds, temperature estimated to {worst_k:.1} K", law.0);
+    for (run, &(stroke, _)) in runs.iter_mut().zip(&STEPS) {
+        run.sort_by(|a, b| a.settle_s.total_cmp(&b.settle_s));
+        let good = run.iter().filter(|step| step.meets_figure()).count();
+        let worst = |f: fn(&Step) -> f64| run.iter().map(f).fold(0f64, f64::max);
+        println!(
+            "  to {:>3.0} %: settled {:.2} / {:.2} s (median / worst), limit {:.2} s (fastest possible {:.2}), \
+             overshoot {:.2} %, rms {:.2} %, figure met {good}/{}",
+            stroke * 100.0,
+            run[run.len() / 2].settle_s,
+            run[run.len() - 1].settle_s,
+            run[0].limit_s(),
+            run[0].fastest_s,
+            worst(|s| s.overshoot) * 100.0,
+            worst(|s| s.rms) * 100.0,
+            run.len()
+        );
+    }
+}
+
+fn trace(law: &Entry, rate_hz: f64, seed: u64) {
+    let model = figure_wire();
+    let settings = settings(law, duty_for_power(&model, 3.0));
+    let mut bench = Bench::new(&model, &model, &settings, rate_hz, CONVERTER, seed);
+    println!("time_s,error_percent,temperature_c,estimated_c,heating_curve_c,cooling_curve_c,martensite,estimated,duty");
+    bench.idle(0.3);
+    let mut start = 0.0;
+    for &(stroke, seconds) in &STEPS {
+        bench.step_to(stroke, seconds, |bench, t, error| {
+            let e = &bench.estimate;
+            println!(
+                "{:.4},{:.4},{:.3},{:.3},{:.3},{:.3},{:.5},{:.5},{:.4}",
+                start + t,
+                error * 100.0,
+                bench.wire.temperature_c(),
+                e.temperature_c,
+                e.heating_curve_c,
+                e.cooling_curve_c,
+                bench.wire.martensite(),
+                e.martensite,
+                bench.duty()
+            );
+        });
+        start += seconds;
+    }
+}
 
 fn main() {
-    let var = |k: &str, d: f64| std::env::var(k).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let model = figure_wire();
-    let maximum_duty = duty_for_power(&model, 3.0);
-    println!("{:?}", default_lambda(&model, 3.0));
-    let lam = var("LAM", 0.0);
-    let settings = Settings { maximum_duty, lambda_per_s: (lam > 0.0).then_some(lam),
-      kind: match var("KIND", 0.0) as u8 {1=>AlgorithmKind::SlidingMode2Plain,2=>AlgorithmKind::SlidingMode1,3=>AlgorithmKind::Pi,_=>AlgorithmKind::SlidingMode2},
-      modulation: if var("SW",0.0)>0.0 {Modulation::Switched} else {Modulation::Duty},
-      ..Settings::default() };
-    let noise = if var("NN", 0.0) > 0.0 { Noise { voltage_v: 0.0, current_a: 0.0, bits: 24 } } else { CONVERTER };
-    let mut plant = model.clone();
-    plant.material.convection_w_per_m2_k *= var("H", 1.0);
-    plant.material.latent_heat_j_per_kg *= var("LAT", 1.0);
-    let stages = [(0.4, 3.0), (0.3, 3.0), (0.7, 3.0), (0.3, 4.0), (0.6, 3.0), (0.2, 4.0)];
-    let rate = var("RATE", 1000.0);
-    let trace = var("TRACE", 0.0);
-    let mut worst = [Step::default(); 6];
-    let mut terr: f64 = 0.0; let mut all: Vec<Vec<Step>> = vec![vec![]; 6];
-    for seed in (if trace>0.0 {trace as u64} else {1})..=(if trace > 0.0 { trace as u64 } else { var("SEEDS",40.0) as u64 }) {
-        let mut b = Bench::new(&plant, &model, &settings, rate, noise, seed);
-        for _ in 0..(0.3 * rate) as usize { b.cycle(b.range.cold_m + 1e-3); }
-        let mut base = 0.0;
-        for (i, &(to, s)) in stages.iter().enumerate() {
-            let mut k = 0u32;
-            let every = (rate * var("EVERY", 0.03)) as u32;
-            let step = b.step_to(to, s, |b, t, e| {
-                k += 1;
-                if trace > 0.0 && k % every == 0 {
-                    let es = &b.estimate;
-                    println!("{:.3} {to} e%={:.3} T={:.1} That={:.1} xi={:.3} {:.3} v={:.2} hi={:.1} lo={:.1} duty={:.2}", base + t, e * 100.0, b.wire.temperature_c(), es.temperature_c, b.wire.martensite(), es.martensite, b.wire.velocity_m_s() * 1e3, es.heating_curve_c, es.cooling_curve_c, b.duty());
-                }
-            });
-            base += s;
-            all[i].push(step);
-            let w = &mut worst[i];
-            *w = Step { from: step.from, to, settle_s: w.settle_s.max(step.settle_s), overshoot: w.overshoot.max(step.overshoot), fastest_s: step.fastest_s, bias: w.bias.abs().max(step.bias.abs()), rms: w.rms.max(step.rms) };
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [word, law, rate, seed] = &arguments[..]
+        && word == "trace"
+    {
+        match (LAWS.iter().find(|entry| entry.0 == law), rate.parse(), seed.parse()) {
+            (Some(law), Ok(rate), Ok(seed)) => return trace(law, rate, seed),
+            _ => {
+                eprintln!("usage: step [trace sliding|whole|plain|first|pi RATE_HZ SEED]");
+                std::process::exit(2);
+            }
         }
-        terr = terr.max(b.worst_temperature_error);
     }
-    if var("STAT", 1.0) > 0.0 && trace == 0.0 {
-        let mut bad = 0;
-        for (i, a) in all.iter_mut().enumerate() {
-            a.sort_by(|a, b| a.settle_s.total_cmp(&b.settle_s));
-            let limit = if i == 0 || i == 2 || i == 4 { 1.2 } else { 1.2 * a[0].fastest_s };
-            let b = a.iter().filter(|s| s.settle_s > (if i % 2 == 0 { 1.2 } else { 1.2 * s.fastest_s }) || s.overshoot > 0.01).count();
-            bad += b;
-            let q = |f: f64| a[((a.len() - 1) as f64 * f) as usize].settle_s;
-            print!("[→{:.0} lim {:.2} med {:.2} 90% {:.2} bad {b}] ", a[0].to * 100.0, limit, q(0.5), q(0.9));
+    let model = figure_wire();
+    println!("{:#?}", default_lambda(&model, 3.0));
+    for rate_hz in [1e3, 2e3, 5e3, 1e4] {
+        table("as modelled", &model, &model, 3.0, &LAWS[0], rate_hz);
+    }
+    for law in &LAWS[1..] {
+        for rate_hz in [1e3, 1e4] {
+            table("as modelled", &model, &model, 3.0, law, rate_hz);
         }
-        println!("BAD {bad}");
-    } else if trace == 0.0 { for w in worst { print!("[{:.0}→{:.0}: {:.2}s ({:.2}) ov {:.2}% b {:.2}] ", w.from * 100.0, w.to * 100.0, w.settle_s, w.fastest_s, w.overshoot * 100.0, w.bias * 100.0); } println!("Terr {terr:.1}"); }
+    }
+    for (title, plant) in rig::misjudged(&model) {
+        table(title, &plant, &model, 3.0, &LAWS[0], 1e3);
+    }
+    for (title, model, power_w) in rig::other_wires() {
+        println!("{title}: {:?}", default_lambda(&model, power_w));
+        table(title, &model, &model, power_w, &LAWS[0], 1e3);
+    }
 }

@@ -31,7 +31,7 @@ pub struct Settings {
     pub maximum_duty: f64,
     /// Half width of the band around the reference in which the wire is left standing, in m; default 0.25 % of the stroke.
     pub hold_band_m: Option<f64>,
-    /// Switched, or duty.
+    /// When power is switched; the plain second-order and the first-order law always switch whole periods.
     pub modulation: Modulation,
     /// PI gains.
     pub pi: Option<PiGains>,
@@ -45,7 +45,7 @@ impl Default for Settings {
             minimum_duty: 0.02,
             maximum_duty: 1.0,
             hold_band_m: None,
-            modulation: Modulation::Duty,
+            modulation: Modulation::Switched,
             pi: None,
         }
     }

@@ -47,13 +47,14 @@ pub trait Controller {
     fn is_blind(&self) -> bool;
 }
 
-/// How a wanted mean duty becomes power.
+/// When the power is switched between its maximum and its minimum, so that its mean is the one wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Modulation {
-    /// Full or minimum power, decided anew each PWM period, so that the mean is the one wanted: a sliding mode proper.
+    /// Inside the PWM period: on for a share of it. The default.
     Switched,
-    /// The wanted duty itself: the switching happens inside the PWM period.
-    Duty,
+    /// Once per PWM period: on or off for all of it, the error carried over to the next. For drives that cannot do
+    /// better. The ripple makes a held wire creep shorter: its pulses move it along the heating curve, its pauses not back.
+    WholePeriods,
 }
 
 /// Least and most duty, and the error-feedback switch between them.
@@ -88,8 +89,8 @@ impl Range {
     pub fn give(&mut self, wanted: f64) -> f64 {
         let wanted = wanted.clamp(self.minimum, self.maximum);
         match self.modulation {
-            Modulation::Duty => wanted,
-            Modulation::Switched => {
+            Modulation::Switched => wanted,
+            Modulation::WholePeriods => {
                 let owed = self.owed + wanted;
                 let given =
                     if owed >= 0.5 * (self.minimum + self.maximum) { self.maximum } else { self.minimum };

@@ -18,7 +18,7 @@ use crate::wire_map::WireMap;
 use crate::{Controller, Demand};
 
 /// How much steeper a cooling wire approaches: heating brakes it with several times the power that cools it.
-pub const COOLING_HASTE: f64 = 3.0;
+pub const COOLING_HASTE: f64 = 3.5;
 /// Time over which the error of a held wire is averaged, in 1/λ.
 const AVERAGE: f64 = 4.0;
 /// A hold lasts this long before its mean error is judged, in 1/λ.

@@ -26,6 +26,53 @@ pub fn figure_wire() -> WireModel {
     }
 }
 
+/// The figure's steps of 40 % of the stroke, and two of 10 %: stroke and time watched.
+pub const STEPS: [(f64, f64); 6] = [(0.4, 3.0), (0.8, 3.0), (0.4, 3.0), (0.0, 6.0), (0.3, 3.0), (0.2, 3.0)];
+
+/// The figure's wire other than its model says.
+pub fn misjudged(model: &WireModel) -> Vec<(&'static str, WireModel)> {
+    let change = |f: fn(&mut WireModel)| {
+        let mut plant = model.clone();
+        f(&mut plant);
+        plant
+    };
+    vec![
+        ("convection 20 % less", change(|m| m.material.convection_w_per_m2_k *= 0.8)),
+        ("convection 20 % more", change(|m| m.material.convection_w_per_m2_k *= 1.2)),
+        ("latent heat 25 % less", change(|m| m.material.latent_heat_j_per_kg *= 0.75)),
+        ("latent heat 25 % more", change(|m| m.material.latent_heat_j_per_kg *= 1.25)),
+        ("A and M 5 K up", change(|m| {
+            m.material.austenite_temperature_c += 5.0;
+            m.material.martensite_temperature_c += 5.0;
+        })),
+        ("transformation strain 10 % less", change(|m| m.material.transformation_strain *= 0.9)),
+    ]
+}
+
+/// Other wires, and the power to heat them with: thin, thick, weakly supplied, undamped, on a spring.
+pub fn other_wires() -> Vec<(&'static str, WireModel, f64)> {
+    let wire = |diameter_mm: f64, length_mm: f64, supply_v: f64, mass_kg: f64, damping: f64, spring: f64, preload: f64| {
+        let mut m = figure_wire();
+        m.geometry = Geometry { diameter_m: diameter_mm * 1e-3, length_m: length_mm * 1e-3 };
+        m.taps = Some(Taps { l0_m: 0.0, ls_m: 0.9375e-3 * length_mm });
+        m.drive.supply_v = supply_v;
+        m.load = Load::SpringMassDamper {
+            mass_kg,
+            damping_n_s_per_m: damping,
+            spring_n_per_m: spring,
+            preload_n: preload,
+        };
+        m
+    };
+    vec![
+        ("thin 0.05 mm × 100 mm, 0.03 kg", wire(0.05, 100.0, 9.0, 0.03, 6.0, 0.0, 0.3), 100.0),
+        ("thick 0.5 mm × 300 mm, 3 kg", wire(0.5, 300.0, 5.0, 3.0, 600.0, 0.0, 29.4), 100.0),
+        ("weak supply, 1 W", wire(0.125, 160.0, 6.0, 0.2, 40.0, 0.0, 1.96133), 1.0),
+        ("undamped 0.2 kg", wire(0.125, 160.0, 6.0, 0.2, 0.0, 0.0, 1.96133), 3.0),
+        ("hexapod coxa, spring", wire(0.125, 160.0, 6.5, 0.08, 30.0, 150.0, 2.4), 3.5),
+    ]
+}
+
 /// Duty at which the cold wire takes this power.
 pub fn duty_for_power(model: &WireModel, power_w: f64) -> f64 {
     let wire = Wire::new(model).unwrap();
@@ -83,6 +130,18 @@ pub struct Step {
     /// Mean and rms error of the last quarter, shares of the stroke.
     pub bias: f64,
     pub rms: f64,
+}
+
+impl Step {
+    /// The figure's time: 1.2 s heating, 1.2 × free cooling.
+    pub fn limit_s(&self) -> f64 {
+        if self.to > self.from { 1.2 } else { 1.2 * self.fastest_s }
+    }
+
+    /// The figure: settled in time, overshoot below 1 %.
+    pub fn meets_figure(&self) -> bool {
+        self.settle_s <= self.limit_s() && self.overshoot < 0.01
+    }
 }
 
 pub struct Bench {
@@ -176,6 +235,13 @@ impl Bench {
             estimate: self.estimate,
         });
         self.model.geometry.length_m + self.wire.position_m()
+    }
+
+    /// Power off but for the sensing pulse.
+    pub fn idle(&mut self, seconds: f64) {
+        for _ in 0..(seconds * self.rate_hz) as usize {
+            self.cycle(self.range.cold_m + self.range.stroke_m());
+        }
     }
 
     pub fn length_m(&self) -> f64 {
