@@ -236,10 +236,13 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             due_ns += period_ns;
             missed_since = 0;
             if pace == Pace::RealTime && done_ns >= due_ns {
-                stats.overruns += 1;
+                stats.overruns += u64::from(done_ns - busy_from_ns >= period_ns);
                 let gone = (done_ns - due_ns) / period_ns + 1;
                 due_ns += gone * period_ns;
-                *missed_by_cycle += gone;
+                // Woken late and then busy past the end of the period: it is the wake-up that cost it.
+                let lost_by =
+                    if done_ns - busy_from_ns >= period_ns { &mut *missed_by_cycle } else { &mut *missed_by_wakeup };
+                *lost_by += gone;
                 missed_since = gone;
             }
             if elapsed >= self.periods {

@@ -27,9 +27,9 @@ pub struct RunReport {
     pub cycles: u64,
     /// Periods without a cycle.
     pub missed: u64,
-    /// Of these, the ones the machine took: the loop was woken more than a period late.
+    /// Of these, the ones the machine took: the loop was woken so late that the period was over before its cycle.
     pub missed_by_wakeup: u64,
-    /// Of these, the ones lost after waking up: the cycle took longer than its period.
+    /// Of these, the ones lost after waking up: the cycle alone took longer than its period.
     pub missed_by_cycle: u64,
     /// How late the loop was woken, µs.
     pub lateness_us: Quantiles,
