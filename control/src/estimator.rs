@@ -15,8 +15,9 @@ use sinew_physics::WireModel;
 
 /// Pull of a temperature outside the outer curves, in λ.
 const BOUND_RATE: f64 = 2.0;
-/// Pull of a moving wire's temperature to the curve it moves on, in λ.
-const BRANCH_RATE: f64 = 0.4;
+/// Pull of a moving wire's temperature to the heating curve, and to the cooling curve, in λ: too hot a wire overshoots,
+/// while a cooling one spends long on the way to its curve.
+const BRANCH_RATE: (f64, f64) = (1.0, 0.4);
 /// Slower than this share of the cooling speed is standing; four times as fast is surely moving.
 const STANDING: f64 = 0.14;
 /// And slower than this many standard deviations of the velocity is standing, too.
@@ -34,6 +35,8 @@ const LOSS_PER_K: f64 = 0.035;
 const BALANCE: f64 = 0.25;
 /// Fastest that evidence from the length moves the temperature, K/s.
 const MOST_K_PER_S: f64 = 60.0;
+/// More stress than a wire bears, Pa.
+const MOST_PA: f64 = 5e9;
 /// Hottest and coldest temperature an estimate can take, °C.
 const RANGE_C: (f64, f64) = (-250.0, 1000.0);
 
@@ -182,7 +185,8 @@ impl StateEstimator {
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
         let dt = if seen.dt_s > 0.0 { seen.dt_s.min(0.1) } else { 0.0 };
-        let measured = seen.length_m.is_finite();
+        // a length that no wire can have is none
+        let measured = (seen.length_m - self.map.length).abs() < self.map.length;
         if measured {
             self.follow(seen.length_m - self.map.length, dt);
         } else {
@@ -190,14 +194,14 @@ impl StateEstimator {
         }
         let m = &self.map;
         let power = if seen.power_w.is_finite() {
-            seen.power_w.max(0.0)
+            seen.power_w.clamp(0.0, 100.0 * m.full_power + 100.0)
         } else if seen.duty.is_finite() {
             seen.duty.clamp(0.0, 1.0) * m.power_at_full_duty(self.fraction, self.temperature, self.elongation)
         } else {
             m.full_power
         };
         let stress = if seen.tension_n.is_finite() {
-            (seen.tension_n / m.area).max(0.0)
+            (seen.tension_n / m.area).clamp(0.0, MOST_PA)
         } else {
             m.stress(self.elongation, self.velocity)
         };
@@ -232,8 +236,12 @@ impl StateEstimator {
                 let noise = STANDING_SIGMA * rate * (0.5 * rate * dt * self.variance).sqrt();
                 let standing = (STANDING * self.cooling_speed).max(noise);
                 let sure = ((self.velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
-                let curve = if self.velocity < 0.0 { heating_curve } else { cooling_curve };
-                below.min(above) * sure * BRANCH_RATE * (curve - self.temperature)
+                let (curve, rate) = if self.velocity < 0.0 {
+                    (heating_curve, BRANCH_RATE.0)
+                } else {
+                    (cooling_curve, BRANCH_RATE.1)
+                };
+                below.min(above) * sure * rate * (curve - self.temperature)
             };
             let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
             self.temperature += pulled;
