@@ -60,7 +60,7 @@ pub struct Run {
     #[arg(value_name = "RIG.toml")]
     pub rig: Option<PathBuf>,
     /// Stop after so many seconds.
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
     /// Write the report here, as JSON ("sinew.run/1"); `-` is stdout.
     #[arg(long, value_name = "FILE.json")]
@@ -108,7 +108,7 @@ pub struct Monitor {
     #[command(flatten)]
     pub target: Target,
     /// Stop after so many seconds.
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
 }
 
@@ -117,13 +117,14 @@ pub struct Monitor {
 #[command(after_help = "\
 Examples:
   sinew set front_left_femur stroke=40%
-  sinew set wire length=155mm --hold 30
-  sinew set wire duty=0.1 --hold 2
-  sinew set wire force=1.5N
-  sinew set wire off
+  sinew set front_left_femur length=164mm --hold 30
+  sinew set front_left_femur duty=0.1 --hold 2
+  sinew set front_left_femur force=2.5N
+  sinew set front_left_femur off
 
 Units: length in mm, cm or m; stroke in % (0 % cold and long, 100 % hot and short); duty 0..1 or %; force in N or mN.
-The setpoint holds for the seconds given; then the channel goes back to what the driver does by itself.")]
+Without --hold a setpoint holds for 10 s; then the channel goes back to what the driver does by itself.
+`off` stays until the next command unless --hold is given.")]
 pub struct Set {
     /// Name of the channel.
     #[arg(value_name = "CHANNEL")]
@@ -132,7 +133,7 @@ pub struct Set {
     #[arg(value_name = "SETPOINT")]
     pub setpoint: String,
     /// How long it holds without being renewed.
-    #[arg(long = "hold", value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long = "hold", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub hold_s: Option<f64>,
     /// Which driver.
     #[command(flatten)]
@@ -236,10 +237,10 @@ pub struct BenchLoop {
     #[arg(long, default_value_t = 18, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub channels: u32,
     /// Cycles a second.
-    #[arg(long = "rate", value_name = "HZ", default_value = "1000", value_parser = rate)]
+    #[arg(long = "rate", value_name = "HZ", default_value = "1000", value_parser = rate, allow_negative_numbers = true)]
     pub rate_hz: f64,
     /// Length of the measurement.
-    #[arg(long = "for", value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    #[arg(long = "for", value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub duration_s: f64,
     /// As JSON.
     #[arg(long)]

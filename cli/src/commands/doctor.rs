@@ -175,7 +175,7 @@ fn throttling(rig: &Rig) -> Option<Check> {
         let cost = "a loop that needs more than 95 % of its core is stopped for 50 ms in every second";
         (Verdict::Advice, cost, "sudo sysctl kernel.sched_rt_runtime_us=-1".to_string())
     });
-    Some(check("throttling", "real-time threads are not throttled", format!("sched_rt_runtime_us {found}"), trouble))
+    Some(check("throttling", "real-time threads keep their core", format!("sched_rt_runtime_us {found}"), trouble))
 }
 
 fn shared_memory() -> Check {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use sinew_driver::report::Quantiles;
-use sinew_ipc::{Client, CommandKind, DriverHealth, Error, LoopStats, Snapshot};
+use sinew_ipc::{Client, CommandKind, DriverHealth, Error, LoopStats, Reason, Refusal, Snapshot};
 use sinew_sensing::Health;
 
 use super::list;
@@ -30,13 +30,48 @@ pub fn connect(target: &Target) -> Result<Client, Failure> {
 pub fn failure(error: Error) -> Failure {
     // a name nobody has, while others are there, is a slip of the user's
     let slip = matches!(&error, Error::NotRunning { running, .. } if !running.is_empty());
-    let failure = match error.is_bad_input() || slip {
-        true => Failure::input(error.message()),
-        false => Failure::own(error.message()),
+    let (message, remedy) = words(&error);
+    let failure = if error.is_bad_input() || slip { Failure::input(message) } else { Failure::own(message) };
+    if remedy.is_empty() { failure } else { failure.hint(remedy) }
+}
+
+/// An error in words and what to do about it: refused values and ranges in the units they are typed in.
+fn words(error: &Error) -> (String, String) {
+    let Error::Refused(refusal) = error else { return (error.message(), error.remedy()) };
+    let Refusal { channel, kind, value, reason } = refusal;
+    let (unit, factor, decimals) = match kind {
+        CommandKind::Length => (" mm", 1e3, 2),
+        CommandKind::Stroke => (" %", 1e2, 1),
+        CommandKind::Force => (" N", 1.0, 3),
+        _ => ("", 1.0, 3),
     };
-    match error.remedy() {
-        remedy if remedy.is_empty() => failure,
-        remedy => failure.hint(remedy),
+    let name = kind.name();
+    match *reason {
+        Reason::OutOfRange { low, high } => {
+            // rounded inwards, so that what is offered would be taken
+            let scale = f64::powi(10.0, decimals);
+            let low = (low * factor * scale - 1e-6).ceil() / scale + 0.0;
+            let high = (high * factor * scale + 1e-6).floor() / scale;
+            let value = value * factor;
+            let d = decimals as usize;
+            (
+                format!("{channel}: {name} {value:.d$}{unit} is outside {low:.d$} to {high:.d$}{unit}"),
+                format!("choose a {name} in that range; [channel.limits] and the wire's own stroke bound it"),
+            )
+        }
+        Reason::HoldOutOfRange { low, high } => (
+            format!("{channel}: that hold is outside {low} to {high} s"),
+            format!("choose --hold from {low} to {high}; maximum_hold_s in [channel.limits] bounds it"),
+        ),
+        _ => (refusal.message(), error.remedy()),
+    }
+}
+
+/// The same in one line.
+fn sentence(error: &Error) -> String {
+    match words(error) {
+        (message, remedy) if remedy.is_empty() => message,
+        (message, remedy) => format!("{message}; {remedy}"),
     }
 }
 
@@ -94,7 +129,7 @@ impl Live {
         let (kind, value) = command(setpoint);
         match self.client.command(channel as u32, kind, value, hold) {
             Ok(_) => Ok(format!("{}: {setpoint}", self.name(channel))),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(sentence(&error)),
         }
     }
 
@@ -102,7 +137,7 @@ impl Live {
     pub fn reset(&self, channel: usize) -> Result<String, String> {
         match self.client.command(channel as u32, CommandKind::Reset, 0.0, Duration::ZERO) {
             Ok(_) => Ok(format!("{}: reset", self.name(channel))),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(sentence(&error)),
         }
     }
 
@@ -164,5 +199,37 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
             allocations: stats.allocations,
             realtime: LoopStats::REALTIME.map(|(bit, name)| (name, stats.realtime & bit != 0)).to_vec(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(kind: CommandKind, value: f64, reason: Reason) -> Error {
+        Error::Refused(Refusal { channel: "knee".into(), kind, value, reason })
+    }
+
+    #[test]
+    fn refusals_speak_in_the_units_that_are_typed() {
+        let range = Reason::OutOfRange { low: 0.160_530_1, high: 0.167_046_9 };
+        let (message, hint) = words(&refused(CommandKind::Length, 0.155, range));
+        assert_eq!(message, "knee: length 155.00 mm is outside 160.54 to 167.04 mm");
+        assert!(hint.contains("choose a length"), "{hint}");
+        let (message, _) = words(&refused(CommandKind::Stroke, 1.2, Reason::OutOfRange { low: 0.0, high: 1.0 }));
+        assert_eq!(message, "knee: stroke 120.0 % is outside 0.0 to 100.0 %");
+        let (message, hint) = words(&refused(CommandKind::Duty, 0.1, Reason::HoldOutOfRange { low: 0.01, high: 60.0 }));
+        assert_eq!(message, "knee: that hold is outside 0.01 to 60 s");
+        assert!(hint.contains("--hold from 0.01 to 60"), "{hint}");
+    }
+
+    #[test]
+    fn a_wrong_rig_name_is_the_users_slip_and_no_driver_at_all_is_not() {
+        let error = |running: &[&str]| {
+            let running = running.iter().map(ToString::to_string).collect();
+            failure(Error::NotRunning { rig: "hexapood".into(), running })
+        };
+        assert_eq!(error(&["hexapod"]).code(), 2);
+        assert_eq!(error(&[]).code(), 1);
     }
 }

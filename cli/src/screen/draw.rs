@@ -40,7 +40,7 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
     let course = match spare {
         0 => Rect::ZERO,
         1..CHART_ROWS => rows.bottom(1),
-        _ => rows.bottom(spare.min(16)),
+        _ => rows.bottom(spare.min(24)),
     };
     let table = rows.top(rows.left());
 

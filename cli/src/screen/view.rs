@@ -232,7 +232,7 @@ pub mod tests {
         assert_eq!(percent(-0.001), "  0");
         assert_eq!(percent(f64::NAN), "  –");
         assert_eq!(number(f64::NAN, 5, 1), "    –");
-        assert_eq!(number(3.14, 5, 1), "  3.1");
+        assert_eq!(number(4.56, 5, 1), "  4.6");
         assert_eq!(micros(7.24), "7.2");
         assert_eq!(micros(9.97), "10");
         assert_eq!(micros(1234.0), "1.2k");
