@@ -462,11 +462,17 @@ impl Waiter {
     pub fn wait(&mut self, timeout: Duration) -> Result<bool, Error> {
         /// A dead driver does not ring: look after it now and then.
         const SLICE: Duration = Duration::from_millis(100);
+        const SHORTEST: Duration = Duration::from_micros(10);
         use iceoryx2::port::listener::ListenerWaitError;
         let end = Instant::now() + timeout;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            match self.port.timed_wait(|_| {}, left.min(SLICE)) {
+            // iceoryx2 hands the time to SO_RCVTIMEO in microseconds, where 0 means "for ever".
+            let woken = match left.min(SLICE) {
+                short if short < SHORTEST => self.port.try_wait(|_| {}),
+                slice => self.port.timed_wait(|_| {}, slice),
+            };
+            match woken {
                 Ok(n) if n > 0 => return Ok(true),
                 Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
                 Err(e) => return Err(failed("tick")(e)),

@@ -192,9 +192,15 @@ impl RigLock {
                 return Err(Error::AlreadyRunning { rig: rig.into(), pid });
             }
             // The one before may have removed the file between our opening and locking it: then ours is not the rig's any more.
-            if is_the_file_at(&file, &path) {
+            if !is_the_file_at(&file, &path) {
+                continue;
+            }
+            // A file somebody has written is a dead driver's, and its clients may still be watching: to them a lock on this very
+            // file would mean that he is back. They keep the old one, we take a new one.
+            if file.metadata().map_err(failed)?.len() == 0 {
                 break file;
             }
+            fs::remove_file(&path).map_err(failed)?;
         };
         Record { pid: std::process::id(), protocol, run: String::new() }.write(&file).map_err(failed)?;
         sweep.all();
