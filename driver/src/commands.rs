@@ -171,6 +171,10 @@ impl Diary {
                 self.lapsed += 1;
                 Fault::StaleSetpoint
             }
+            Occurrence::Complained(error) => {
+                tracing::error!("{error}");
+                return;
+            }
             Occurrence::Proved | Occurrence::Answered { .. } => return,
         };
         let name = names.get(event.channel as usize).map_or("?", String::as_str);

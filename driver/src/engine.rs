@@ -68,8 +68,10 @@ pub enum Occurrence {
     Tripped(Fault),
     /// The latched fault is cleared (or, after the start, the channel has reported).
     Proved,
-    /// A setpoint's lease ran out; the channel is off, or the built-in program has it again.
+    /// A setpoint's lease ran out and the channel is off.
     Lapsed,
+    /// The backend reports an error it did not report in the cycle before; where it is about a channel, about that one.
+    Complained(BackendError),
     /// An order is answered.
     Answered {
         /// The order's.
@@ -187,6 +189,12 @@ impl Engine {
                 Some(channel) => failed = Some(channel),
                 None => everything = Some(Fault::Backend),
             }
+        }
+        if let Err(error) = exchanged
+            && exchanged != self.exchanged
+        {
+            let channel = error.channel().unwrap_or(0) as u32;
+            tell(Event { at_ns: beat.now_ns, channel, what: Occurrence::Complained(error) });
         }
         let no_samples = everything == Some(Fault::Backend);
         self.exchanged = exchanged;

@@ -23,7 +23,7 @@
 //! | health of a sample | 8 standard deviations clear of anything healthy (`sinew-sensing`) | 2 | 10⁻¹⁵ a sample, 10⁻³⁰ twice in a row |
 //! | current in the on-phase | `max_current_a` + 8 standard deviations of the converter | 2 | the same |
 //! | estimated temperature, energy account | the limit | 2 | both are integrals: noise moves them by less than 0.1 K |
-//! | overrun | [`OVERRUN_RUN`] late cycles in a row, or one gap of [`LARGEST_GAP_S`] | | single late wake-ups are only counted |
+//! | overrun | late without a break for [`OVERRUN_S`], one gap or many | | late wake-ups now and then are only counted |
 //! | stale setpoint | the lease's end | 1 | a clock has no noise |
 //!
 //! The first bad sample already takes the controller's duty away: a channel is at the sensing pulse one period after a
@@ -36,13 +36,14 @@ use sinew_sensing::Health;
 pub const PROOF_SAMPLES: u32 = 8;
 /// Bad samples in a row that latch a fault.
 pub const DEBOUNCE_SAMPLES: u32 = 2;
-/// A channel that has neither proved itself nor shown a clear fault for so long (s) is latched with the last thing wrong.
+/// A channel that has neither proved itself nor shown a clear fault for so long (s, and four times [`PROOF_SAMPLES`] periods)
+/// is latched with the last thing wrong.
 pub const PROOF_TIMEOUT_S: f64 = 1.0;
-/// Late cycles in a row (each of them missed at least one period) that switch everything off.
-pub const OVERRUN_RUN: u32 = 20;
-/// One gap without control, s, that switches everything off: longer than a busy machine makes, shorter than it takes to
-/// overheat a wire at full power by more than its latent heat.
-pub const LARGEST_GAP_S: f64 = 0.25;
+/// Time without punctual control, s, that switches everything off: one gap, or a row of cycles each of which missed a period.
+/// Longer than a busy machine makes, shorter than it takes to overheat a wire at full power by more than its latent heat.
+pub const OVERRUN_S: f64 = 0.25;
+/// Periods that must be missed in that time: on a very slow loop a single one is no overrun.
+pub const OVERRUN_PERIODS: u64 = 3;
 /// The estimate must have come down by so much, K, before a temperature fault can be reset.
 pub const TEMPERATURE_MARGIN_K: f64 = 10.0;
 /// The energy account must have drained to this share of its budget before an energy fault can be reset.
@@ -112,8 +113,9 @@ pub struct Guard {
     state: State,
     /// Good samples in a row while proving.
     good_samples: u32,
-    /// How long it has been proving, s.
+    /// How long since it began to prove itself, s and periods.
     proving_s: f64,
+    proving_periods: u32,
     /// Bad samples in a row, and what the first of them showed.
     bad_samples: u32,
     suspect: Fault,
@@ -133,6 +135,7 @@ impl Guard {
             state: State::Proving,
             good_samples: 0,
             proving_s: 0.0,
+            proving_periods: 0,
             bad_samples: 0,
             suspect: Fault::NoSample,
             hot_periods: 0,
@@ -174,10 +177,13 @@ impl Guard {
             return (Permit::Off, None);
         }
 
-        // Budgets first: they hold whatever the sample looks like. Written so that NaN counts as too hot.
-        let hot = !(evidence.temperature_c <= self.limits.max_temperature_c);
+        self.proving_s += evidence.dt_s;
+        self.proving_periods = self.proving_periods.saturating_add(1);
+
+        // Budgets first: they hold whatever the sample looks like. (The account is never NaN: `max` drops it.)
+        let hot = evidence.temperature_c.is_nan() || evidence.temperature_c > self.limits.max_temperature_c;
         self.hot_periods = if hot { self.hot_periods + 1 } else { 0 };
-        let spent = !(self.energy_j <= self.limits.energy_budget_j);
+        let spent = self.energy_j > self.limits.energy_budget_j;
         self.spent_periods = if spent { self.spent_periods + 1 } else { 0 };
         if self.hot_periods >= DEBOUNCE_SAMPLES {
             return (Permit::Off, self.trip(Fault::OverTemperature));
@@ -210,27 +216,26 @@ impl Guard {
         if self.state == State::Healthy {
             return (Permit::Power, None);
         }
-        self.proving_s += evidence.dt_s;
         if self.good_samples >= PROOF_SAMPLES {
             self.state = State::Healthy;
             self.latched = None;
             return (Permit::Power, Some(Change::Proved));
         }
-        if self.proving_s > PROOF_TIMEOUT_S {
+        if self.proving_s > PROOF_TIMEOUT_S && self.proving_periods > 4 * PROOF_SAMPLES {
             return (Permit::Off, self.trip(self.suspect));
         }
         (Permit::SensingPulse, None)
     }
 
-    /// Latches a fault found elsewhere (backend, overrun). The first cause stays: a second one changes nothing. Returns the
-    /// change, if it is one.
+    /// Latches a fault found elsewhere (backend, overrun). While one is latched the first cause stays, and a second one changes
+    /// nothing; a channel that was proving itself after a reset takes the new one. Returns the change, if it is one.
     #[inline]
     pub fn trip(&mut self, fault: Fault) -> Option<Change> {
         let news = self.state != State::Latched;
+        if news {
+            self.latched = Some(fault);
+        }
         self.state = State::Latched;
-        // A cause that comes back while the channel proves itself after a reset is still the first one, if it is the same;
-        // another one is news.
-        self.latched = Some(if news { fault } else { self.latched.unwrap_or(fault) });
         self.bad_samples = 0;
         self.good_samples = 0;
         self.hot_periods = 0;
@@ -257,6 +262,7 @@ impl Guard {
         }
         self.state = State::Proving;
         self.proving_s = 0.0;
+        self.proving_periods = 0;
         self.suspect = fault;
         Ok(true)
     }
@@ -285,7 +291,8 @@ fn wrong_with(evidence: &Evidence, limits: &GuardLimits) -> Option<Fault> {
 /// Watches over the loop's own punctuality.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Punctuality {
-    late_run: u32,
+    late_s: f64,
+    missed: u64,
 }
 
 impl Punctuality {
@@ -293,16 +300,146 @@ impl Punctuality {
     /// switched off.
     #[inline]
     pub fn lost(&mut self, missed: u64, dt_s: f64) -> bool {
-        self.late_run = if missed > 0 { self.late_run.saturating_add(1) } else { 0 };
-        let lost = self.late_run >= OVERRUN_RUN || (missed > 0 && dt_s >= LARGEST_GAP_S);
+        if missed == 0 {
+            *self = Punctuality::default();
+            return false;
+        }
+        self.late_s += dt_s;
+        self.missed = self.missed.saturating_add(missed);
+        let lost = self.late_s >= OVERRUN_S && self.missed >= OVERRUN_PERIODS;
         if lost {
-            self.late_run = 0;
+            // The next row is counted from here; a late last cycle still stands in the way of a reset.
+            (self.late_s, self.missed) = (0.0, 1);
         }
         lost
     }
 
     /// Whether the last cycle was on time.
     pub fn on_time(&self) -> bool {
-        self.late_run == 0
+        self.missed == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LIMITS: GuardLimits =
+        GuardLimits { max_current_a: 0.7, max_temperature_c: 150.0, energy_budget_j: 2.0, energy_drain_w: 1.0 };
+    const GOOD: Evidence =
+        Evidence { driven: true, health: Health::Ok, current_a: 0.5, power_w: 0.1, temperature_c: 30.0, dt_s: 1e-3 };
+
+    fn healthy() -> Guard {
+        let mut guard = Guard::new(LIMITS);
+        for _ in 0..PROOF_SAMPLES {
+            guard.judge(&GOOD);
+        }
+        assert!(guard.is_healthy());
+        guard
+    }
+
+    #[test]
+    fn the_energy_account_fills_drains_and_trips() {
+        let mut guard = healthy();
+        // 3 W in, 1 W drains: 2 J are full after one second, and one period of debouncing.
+        let heating = Evidence { power_w: 3.0, ..GOOD };
+        let tripped = (1..5000).find(|_| guard.judge(&heating).1.is_some());
+        assert!(matches!(tripped, Some(1000..=1003)), "{tripped:?}");
+        assert_eq!(guard.fault(), Some(Fault::EnergyBudget));
+        assert_eq!(guard.reset(), Err(Fault::EnergyBudget), "still full");
+        let resting = Evidence { driven: false, power_w: 0.0, ..GOOD };
+        for _ in 0..410 {
+            assert_eq!(guard.judge(&resting), (Permit::Off, None));
+        }
+        assert!(guard.energy_j() < ENERGY_MARGIN * LIMITS.energy_budget_j);
+        assert_eq!(guard.reset(), Ok(true));
+        for _ in 0..10_000 {
+            guard.judge(&GOOD);
+        }
+        assert_eq!(guard.energy_j(), 0.0, "it never owes");
+    }
+
+    #[test]
+    fn a_temperature_nobody_knows_is_too_hot() {
+        let mut guard = healthy();
+        let unknown = Evidence { temperature_c: f64::NAN, ..GOOD };
+        assert_eq!(guard.judge(&unknown).1, None);
+        assert_eq!(guard.judge(&unknown), (Permit::Off, Some(Change::Tripped(Fault::OverTemperature))));
+        assert!(guard.reset().is_err(), "still unknown");
+    }
+
+    #[test]
+    fn flapping_contacts_never_prove_themselves_and_are_latched_in_the_end() {
+        let mut guard = Guard::new(LIMITS);
+        let bad = Evidence { health: Health::ProbeLost, ..GOOD };
+        let tripped = (0..3000).find(|k| guard.judge(if k % 3 == 0 { &bad } else { &GOOD }).1.is_some());
+        assert!(matches!(tripped, Some(1000..=1010)), "{tripped:?}");
+        assert_eq!(guard.fault(), Some(Fault::ProbeLost));
+    }
+
+    #[test]
+    fn without_current_there_is_nothing_to_judge() {
+        let mut guard = healthy();
+        let dark = Evidence { driven: false, health: Health::NoSample, current_a: f64::NAN, ..GOOD };
+        for _ in 0..100 {
+            assert_eq!(guard.judge(&dark), (Permit::Power, None));
+        }
+        // And where there should be some, its absence is a break.
+        let none = Evidence { health: Health::NoCurrent, ..GOOD };
+        guard.judge(&none);
+        assert_eq!(guard.judge(&none).1, Some(Change::Tripped(Fault::OpenWire)));
+    }
+
+    fn number() -> impl Strategy<Value = f64> {
+        prop_oneof![5 => -1e3..1e3f64, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => Just(-1e300)]
+    }
+
+    proptest! {
+        #[test]
+        fn power_is_only_given_on_good_evidence(
+            history in prop::collection::vec(
+                (any::<bool>(), 0u8..22, number(), number(), number(), 0u8..40), 1..400),
+        ) {
+            let mut guard = Guard::new(LIMITS);
+            let mut good_in_a_row = 0;
+            let mut ever_proved = false;
+            for (driven, health, current_a, power_w, temperature_c, whim) in history {
+                // Mostly healthy, or nothing would ever happen.
+                let health = Health::from_code(health).unwrap_or(Health::Ok);
+                let evidence = Evidence { driven, health, current_a, power_w, temperature_c, dt_s: 1e-3 };
+                let before = guard.fault();
+                let was_latched = before.is_some() && !guard.is_proving();
+                let (permit, change) = guard.judge(&evidence);
+                if driven {
+                    good_in_a_row = if health.is_ok() { good_in_a_row + 1 } else { 0 };
+                }
+                match change {
+                    Some(Change::Proved) => {
+                        prop_assert!(good_in_a_row >= PROOF_SAMPLES);
+                        ever_proved = true;
+                    }
+                    Some(Change::Tripped(fault)) => {
+                        prop_assert!(!was_latched);
+                        prop_assert_eq!(guard.fault(), Some(fault));
+                        prop_assert_eq!(permit, Permit::Off);
+                    }
+                    None => {}
+                }
+                if was_latched {
+                    prop_assert_eq!((permit, guard.fault()), (Permit::Off, before));
+                }
+                if permit == Permit::Power {
+                    prop_assert!(ever_proved && guard.fault().is_none());
+                    prop_assert!(!driven || health.is_ok());
+                }
+                prop_assert!(guard.energy_j() >= 0.0);
+                match whim {
+                    0 => { guard.trip(Fault::Backend); good_in_a_row = 0; }
+                    1 => { let _ = guard.reset(); good_in_a_row = 0; }
+                    _ => {}
+                }
+            }
+        }
     }
 }

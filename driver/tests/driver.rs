@@ -48,6 +48,20 @@ fn the_scripted_backend_keeps_the_contract() {
 }
 
 #[test]
+fn with_all_that_linux_grants_nothing_is_allocated_either() {
+    let mut rig = rig(&name("realtime"), 4, 500.0);
+    rig.realtime.mode = sinew_rig::RealtimeMode::Try;
+    let options = Options { duration_s: Some(0.2), ..Options::default() };
+    let report = Driver::start(&rig, Fake::new(&rig), options).unwrap().join();
+    assert_eq!(report.allocations_in_loop, Some(0));
+    // Whatever was granted, the report tells of it without contradiction.
+    let granted = |id: &str| report.rt.rows.iter().any(|row| row.id == id && row.granted);
+    assert_eq!(report.rt.policy == "SCHED_FIFO", granted("scheduler"));
+    assert_eq!(report.rt.locked, granted("memory"));
+    assert_eq!(report.rt.cpu.is_some(), granted("core"));
+}
+
+#[test]
 fn the_running_loop_allocates_nothing_and_reports_what_it_did() {
     let rig = rig(&name("alloc"), 18, 1000.0);
     let options = Options {
@@ -74,7 +88,7 @@ fn the_running_loop_allocates_nothing_and_reports_what_it_did() {
     let report = handle.join();
     assert_eq!(report.allocations_in_loop, Some(0));
     assert_eq!(report.ended, Ending::Duration);
-    assert_eq!(report.cycles + report.missed, 1000);
+    assert!(report.cycles + report.missed >= 1000, "{} + {}", report.cycles, report.missed);
     assert_eq!(report.missed, report.missed_by_wakeup + report.missed_by_cycle);
     assert!(seen > 0 && report.unpublished == 0, "{seen} seen, {} lost", report.unpublished);
     assert!(watch.stopped.load(Ordering::Relaxed));
@@ -207,7 +221,8 @@ fn a_panic_in_the_loop_stops_the_outputs_and_ends_the_run() {
     assert!(watch.stopped.load(Ordering::Relaxed), "outputs are zero");
     let report = handle.join();
     assert_eq!(report.ended, Ending::Panicked);
-    assert_eq!(report.cycles, 49);
+    // Fewer where the machine made the loop miss a period.
+    assert!((1..50).contains(&report.cycles), "{}", report.cycles);
 }
 
 #[test]

@@ -186,6 +186,17 @@ fn electrical_faults_are_off_within_two_periods_and_latched() {
 }
 
 #[test]
+fn a_frozen_converter_is_found_as_soon_as_its_noise_allows() {
+    let mut bench = Bench::started(1);
+    bench.order(0, Ask::Duty(0.3), 100.0);
+    bench.fake.script = vec![(40..u64::MAX, 0, Mishap::Stuck)];
+    bench.run(120);
+    assert_eq!(bench.faults().iter().map(|fault| fault.2).collect::<Vec<_>>(), [Fault::Stuck]);
+    assert!(bench.faults()[0].0 < 80, "{:?}", bench.faults());
+    assert_eq!(bench.duty[0], 0.0);
+}
+
+#[test]
 fn a_reset_with_the_cause_still_there_is_refused_and_the_wire_sees_no_more_than_the_sensing_pulse() {
     let mut bench = Bench::started(1);
     bench.fake.script = vec![(30..u64::MAX, 0, Mishap::ShortedWire)];
@@ -309,15 +320,16 @@ fn late_cycles_in_a_row_or_one_long_gap_switch_everything_off() {
         bench.order(channel, Ask::Duty(0.2), 1000.0);
     }
     bench.run(10);
-    // Late now and then is only counted.
-    for _ in 0..50 {
-        for _ in 0..supervisor::OVERRUN_RUN - 1 {
+    // Late now and then is only counted, however often.
+    let late_cycles = (supervisor::OVERRUN_S * RATE_HZ / 2.0).ceil() as u64;
+    for _ in 0..20 {
+        for _ in 0..late_cycles - 1 {
             bench.cycle_after(1);
         }
         bench.run(1);
     }
     assert!(bench.faults().is_empty(), "{:?}", bench.faults());
-    for _ in 0..supervisor::OVERRUN_RUN {
+    for _ in 0..late_cycles {
         bench.cycle_after(1);
     }
     let both = |bench: &Bench| bench.faults().iter().map(|f| f.2).collect::<Vec<_>>();
@@ -326,7 +338,7 @@ fn late_cycles_in_a_row_or_one_long_gap_switch_everything_off() {
     bench.run(1);
     assert_eq!(bench.reset(0), Answer::Done);
     assert_eq!(bench.reset(1), Answer::Done);
-    bench.cycle_after((supervisor::LARGEST_GAP_S * RATE_HZ) as u64);
+    bench.cycle_after((supervisor::OVERRUN_S * RATE_HZ) as u64);
     assert_eq!(both(&bench), [Fault::CycleOverrun; 4]);
 }
 

@@ -204,11 +204,11 @@ impl Backend for Fake {
         self.advance(1);
         assert!(self.period < self.watch.panic_at.load(Ordering::Relaxed), "the script says: panic");
         let mut answer = Ok(());
-        for channel in 0..channels {
+        for (channel, sample) in samples.iter_mut().enumerate() {
             let mishap = self.mishap(channel);
-            samples[channel] = self.sample(channel, mishap);
+            *sample = self.sample(channel, mishap);
             if mishap == Some(Mishap::ChannelError) {
-                samples[channel] = Sample::NONE;
+                *sample = Sample::NONE;
                 let fault = ChannelFault::Converter;
                 answer = answer.and(Err(BackendError::Channel { channel: channel as u32, fault }));
             }
