@@ -56,7 +56,7 @@ impl CycleStream {
     // Not an iterator: a cycle lies in shared memory and must be let go before the next.
     #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Result<Option<Cycle<'_>>, Error> {
-        if !self.batch.as_ref().is_some_and(|b| self.index < cycles_in(b)) {
+        if self.batch.as_ref().is_none_or(|b| self.index >= cycles_in(b)) {
             // Let go of the old batch first: only one may be held.
             self.batch = None;
             self.index = 0;
