@@ -3,6 +3,8 @@
 use std::fmt;
 use std::process::ExitCode;
 
+use crate::output;
+
 /// Why a command did not do what was asked. Printed as `error: …` and `hint: …` on stderr.
 #[derive(Debug)]
 pub struct Failure {
@@ -36,7 +38,7 @@ impl Failure {
 
     /// Prints it and gives the exit code.
     pub fn report(&self) -> ExitCode {
-        eprintln!("{self}");
+        output::note(self);
         ExitCode::from(self.code)
     }
 }

@@ -24,6 +24,11 @@ pub fn try_print(text: impl fmt::Display) -> Result<bool, Failure> {
     }
 }
 
+/// Prints a line to stderr. Where nobody listens any more (a terminal that is gone) nothing is lost: the commands go on.
+pub fn note(text: impl fmt::Display) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
 /// Prints a value as JSON to stdout; numbers that are not finite become `null`.
 pub fn print_json(value: &impl Serialize) -> Outcome {
     print(format_args!("{}\n", json(value)?))
@@ -72,9 +77,9 @@ pub fn usage(error: &clap::Error) -> ExitCode {
             let known = command
                 .filter(|word| <crate::args::Cli as clap::CommandFactory>::command().find_subcommand(word).is_some());
             let command = known.map(|word| format!(" {word}")).unwrap_or_default();
-            eprintln!("{body}\nhint: `sinew{command} --help` shows what there is, with examples");
+            note(format_args!("{body}\nhint: `sinew{command} --help` shows what there is, with examples"));
         }
-        false => eprint!("{text}"),
+        false => note(text.trim_end()),
     }
     ExitCode::from(2)
 }

@@ -56,7 +56,7 @@ pub fn bench_loop(args: &args::BenchLoop) -> Outcome {
     let rig = rig(args.channels, args.rate_hz)?;
     let asked = signals()?;
     let parts = parts(&rig)?;
-    eprintln!("a bare timer loop for {0} s, then the driver for {0} s …", args.duration_s);
+    output::note(format_args!("a bare timer loop for {0} s, then the driver for {0} s …", args.duration_s));
     let backend = SimulatedRig::new(&rig).map_err(Failure::own)?;
     let options = Options {
         duration_s: Some(args.duration_s),

@@ -33,7 +33,7 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
         ))
         .hint("its outputs are at zero if its hardware has a watchdog; start it again with `sinew run`")),
         Some(_) => {
-            eprintln!("the driver has stopped");
+            output::note("the driver has stopped");
             Ok(())
         }
         None => Ok(()),
@@ -56,7 +56,7 @@ pub fn lines(live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Re
     }
     let line = live.look().plain_line();
     if stdout_taken {
-        eprintln!("{line}");
+        output::note(line);
         return Ok(true);
     }
     output::try_print(format_args!("{line}\n"))

@@ -43,7 +43,7 @@ pub fn run(args: &args::Run) -> Outcome {
     let shown = show(args, &rig, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
     driver.stop();
     let report = driver.join();
-    eprint!("{}", summary(&report));
+    output::note(summary(&report).trim_end());
     if let Some(path) = &args.report {
         let text = output::json(&report)? + "\n";
         if path == Path::new("-") { output::print(text)? } else { output::write_file(path, &text)? }
@@ -73,10 +73,10 @@ fn show(args: &args::Run, rig: &Rig, driver: &DriverHandle, over: &dyn Fn() -> b
         return shown;
     }
     let info = live.client().info();
-    eprintln!(
+    output::note(format_args!(
         "driving {} ({} simulated wires at {} Hz) as process {}; Ctrl-C or `sinew stop` ends it",
         info.rig, info.channels, info.rate_hz, info.pid
-    );
+    ));
     // the report has stdout to itself
     let quiet = args.report.as_deref() == Some(Path::new("-"));
     while lines(&mut live, over, quiet)? {}

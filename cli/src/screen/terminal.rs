@@ -1,5 +1,6 @@
 //! Takes the terminal, shows the screen until somebody leaves or the driver ends, and gives it back whatever happens.
 
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
@@ -26,7 +27,7 @@ struct Restore;
 
 impl Drop for Restore {
     fn drop(&mut self) {
-        ratatui::restore();
+        let _ = ratatui::try_restore();
     }
 }
 
@@ -36,6 +37,7 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
     let mut terminal = ratatui::try_init().map_err(|error| {
         Failure::own(format!("the terminal cannot be used: {error}")).hint("pipe the output to get plain lines")
     })?;
+    let events = events();
     let palette = Palette::from_environment();
     let mut app = App::new(quit_word);
     let mut held: Vec<(usize, Setpoint)> = Vec::new();
@@ -54,17 +56,11 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
         let mut action = Action::None;
         let next = Instant::now() + FRAME;
         while action == Action::None {
-            let left = next.saturating_duration_since(Instant::now());
-            match event::poll(left) {
-                Ok(true) => match event::read() {
-                    Ok(Event::Key(key)) if key.kind != KeyEventKind::Release => action = app.key(key, now_s),
-                    Ok(Event::Resize(..)) => break,
-                    Ok(_) => {}
-                    Err(_) => action = Action::Quit,
-                },
-                Ok(false) => break,
-                // interrupted by a signal: `over` will tell
-                Err(_) => break,
+            match events.recv_timeout(next.saturating_duration_since(Instant::now())) {
+                Ok(Event::Key(key)) if key.kind != KeyEventKind::Release => action = app.key(key, now_s),
+                Ok(Event::Resize(..)) | Err(RecvTimeoutError::Timeout) => break,
+                Ok(_) => {}
+                Err(RecvTimeoutError::Disconnected) => action = Action::Quit,
             }
         }
         match action {
@@ -104,12 +100,30 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
         }
     }
     drop(restore);
+    if terminal.show_cursor().is_err() {
+        // the terminal is gone; dropped, it would complain to a stderr that is gone as well
+        std::mem::forget(terminal);
+    }
     if live.ended().is_none() {
         for (channel, _) in held {
             let _ = live.set(channel, Setpoint::Off, RELEASE);
         }
     }
     Ok(())
+}
+
+/// Keys and resizes, read by a thread of their own: on a terminal that has gone away crossterm's reader never comes back, and
+/// the screen must not wait for it.
+fn events() -> Receiver<Event> {
+    let (sender, receiver) = mpsc::channel();
+    std::thread::spawn(move || {
+        while let Ok(event) = event::read() {
+            if sender.send(event).is_err() {
+                break;
+            }
+        }
+    });
+    receiver
 }
 
 fn say(app: &mut App, answer: Result<String, String>, now_s: f64) {
