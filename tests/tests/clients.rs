@@ -1,0 +1,176 @@
+//! Clients that are killed, that sleep, and that come in numbers: none of them costs the others anything.
+
+use sinew_ipc::{Client, Fault, Mode};
+use sinew_tests::{Driver, Process, RATE_HZ, Rig, SENSING_DUTY, checkout, gait, wait_for, wait_until};
+use std::process::Command;
+use std::time::Duration;
+
+const LONG: Duration = Duration::from_secs(120);
+
+fn robot(rig: &Rig, task: &[&str]) -> Process {
+    Process::start(Command::new(env!("CARGO_BIN_EXE_sinew-test-robot")).arg(&rig.name).args(task))
+}
+
+#[test]
+fn a_client_killed_in_the_middle_costs_only_its_own_setpoint() {
+    let rig = Rig::bench(&["left", "right"], "");
+    let (driver, observer) = Driver::ready(&rig);
+    observer.set_duty("right", 0.1, LONG).unwrap();
+    let mut stream = observer.stream().unwrap();
+    for round in 0..4 {
+        let mut holder = robot(&rig, &["hold", "left", "0.3", "1.0"]);
+        holder.wait_for_word("holding");
+        let mut reader = robot(&rig, &["stream"]);
+        reader.wait_for_word("streaming");
+        wait_until("the setpoint to be seen", || observer.latest().channels()[0].mode() == Mode::Length);
+        holder.kill();
+        reader.kill();
+        let left = wait_for("the lease to run out", || {
+            let left = observer.latest().channels()[0];
+            (left.mode() != Mode::Length).then_some(left)
+        });
+        assert_eq!((left.mode(), left.fault()), (Mode::Off, Some(Fault::StaleSetpoint)), "round {round}: {left:?}");
+        assert_eq!(left.duty, SENSING_DUTY, "round {round}");
+        // The others have seen every cycle, and keep their setpoint.
+        while let Some(cycle) = stream.next().unwrap() {
+            assert_eq!((cycle.channels[1].mode(), cycle.channels[1].duty), (Mode::Duty, 0.1), "round {round}");
+        }
+        assert_eq!(stream.lost(), 0, "round {round}");
+    }
+    let report = driver.stop();
+    assert_eq!(report["leases_lapsed"], 4, "{report:#}");
+}
+
+#[test]
+fn more_clients_may_be_killed_than_may_be_connected_at_once() {
+    let rig = Rig::bench(&["left"], "");
+    let (driver, observer) = Driver::ready(&rig);
+    // 64 streams is what a driver serves at once; dead ones have to be cleared away for the later ones to get in.
+    for _ in 0..10 {
+        let mut readers: Vec<Process> = (0..8).map(|_| robot(&rig, &["stream"])).collect();
+        for reader in &mut readers {
+            reader.wait_for_word("streaming");
+        }
+        readers.into_iter().for_each(Process::kill);
+    }
+    let mut last = robot(&rig, &["stream"]);
+    last.wait_for_word("streaming");
+    assert!(observer.is_alive());
+    driver.stop();
+    last.finish().expect(3);
+}
+
+#[test]
+fn a_slow_reader_knows_exactly_what_it_lost_and_delays_nobody() {
+    let rig = Rig::bench(&["left", "right"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let mut slow = client.stream().unwrap();
+    let mut fast = rig.client().stream().unwrap();
+    // The first cycle says where its counting starts; then it sleeps, much longer than the two seconds that are buffered.
+    let first = wait_for("a first cycle", || slow.next().unwrap().map(|cycle| cycle.header.cycle));
+    let until = first + (8.0 * RATE_HZ) as u64;
+    let mut expected = None;
+    wait_until("eight seconds of cycles", || {
+        while let Some(cycle) = fast.next().unwrap() {
+            assert_eq!(cycle.lost, 0);
+            assert_eq!(cycle.header.cycle, expected.unwrap_or(cycle.header.cycle));
+            expected = Some(cycle.header.cycle + 1);
+        }
+        expected.is_some_and(|next| next > until)
+    });
+    assert_eq!(fast.lost(), 0, "the fast reader has every cycle");
+
+    let (mut last, mut lost, mut received) = (first, 0, 1);
+    let mut gaps = 0;
+    wait_until("the slow reader to catch up", || {
+        while let Some(cycle) = slow.next().unwrap() {
+            assert_eq!(cycle.header.cycle - last - 1, cycle.lost, "the gap is what it says was lost");
+            gaps += u64::from(cycle.lost > 0);
+            last = cycle.header.cycle;
+            lost += cycle.lost;
+            received += 1;
+        }
+        last > until
+    });
+    assert_eq!((slow.received(), slow.lost()), (received, lost));
+    assert_eq!(received + lost, last - first + 1, "nothing is unaccounted for");
+    assert!(lost > 0 && gaps == 1, "it slept once, and lost {lost} cycles in {gaps} gaps");
+    assert!(received as f64 > RATE_HZ, "only the oldest are lost, {received} received");
+    let report = driver.stop();
+    assert_eq!(report["unpublished"], 0, "{report:#}");
+}
+
+#[test]
+fn twenty_clients_at_once() {
+    let names: Vec<String> = (0..20).map(|i| format!("wire{i:02}")).collect();
+    let rig = Rig::bench(&names.iter().map(String::as_str).collect::<Vec<_>>(), "");
+    let (driver, observer) = Driver::ready(&rig);
+    let robots: Vec<Process> = names.iter().map(|name| robot(&rig, &["work", name, "1500"])).collect();
+    for (robot, name) in robots.into_iter().zip(&names) {
+        let said = robot.finish().expect(0).stdout;
+        let numbers: Vec<u64> = said.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
+        let [received, lost, commands] = numbers[..] else { panic!("{name}: {said}") };
+        assert_eq!((received, commands), (1500, 10), "{name}: {said}");
+        // Twenty processes on a few cores may well be starved for longer than is buffered; they know it then.
+        println!("{name}: {lost} lost");
+    }
+    wait_until("all commands to be counted", || observer.loop_stats().commands >= 200);
+    let report = driver.stop();
+    assert_eq!(report["faults"].as_array().unwrap().iter().filter(|f| f["flag"] != "stale_setpoint").count(), 0);
+}
+
+#[test]
+fn one_client_may_command_while_others_only_look() {
+    let rig = Rig::bench(&["left", "right"], "");
+    let (driver, client) = Driver::ready(&rig);
+    assert!(Client::discover().unwrap().contains(&rig.name));
+    assert_eq!(client.info().rig.as_str(), rig.name);
+    assert_eq!((client.info().simulated, client.info().rate_hz), (1, RATE_HZ));
+    let names: Vec<&str> = client.channels().iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["left", "right"]);
+    for info in client.channels() {
+        assert!(info.hot_length_m < info.cold_length_m && info.rest_length_m == 0.16, "{info:?}");
+        assert!(info.min_length_m < info.max_length_m && info.lease_s == 0.5, "{info:?}");
+    }
+    // A sleeping client is woken.
+    assert!(client.wait(sinew_tests::PATIENCE).unwrap());
+    // Plain lines of the monitor, where there is no terminal.
+    let said = rig.ask(&["monitor", "--for", "2.5"]).expect(0).stdout;
+    assert!(said.lines().count() >= 2, "{said}");
+    driver.stop();
+}
+
+/// The robot program that is shown to people, on the rig that is shown to people.
+#[test]
+fn the_gait_walks_the_hexapod_and_stops_cleanly() {
+    let text = std::fs::read_to_string(checkout().join("examples/hexapod.toml")).unwrap();
+    assert_eq!(text.matches("name = \"hexapod\"").count(), 1);
+    let rig = Rig::named(|name| text.replace("name = \"hexapod\"", &format!("name = \"{name}\"")));
+    let (driver, observer) = Driver::ready(&rig);
+    assert_eq!(observer.channels().len(), 18);
+    let mut robot = Process::start(Command::new(gait()).arg(&rig.name));
+    // Every wire is taken over, and femora lift their legs by a good part of the stroke.
+    wait_until("the robot to command all wires", || {
+        if let Some(status) = robot.ended() {
+            panic!("the gait ended with {status}: {}{}", robot.stdout(), robot.stderr());
+        }
+        observer.latest().channels().iter().all(|c| c.mode() == Mode::Length)
+    });
+    let mut ranges = [(f64::MAX, f64::MIN); 18];
+    wait_until("all wires to walk", || {
+        let state = observer.latest();
+        for ((range, channel), info) in ranges.iter_mut().zip(state.channels()).zip(observer.channels()) {
+            assert_eq!(channel.fault(), None, "{}: {channel:?}", info.name);
+            let stroke = info.stroke_at_length(channel.length_m);
+            *range = (range.0.min(stroke), range.1.max(stroke));
+        }
+        ranges.iter().all(|(low, high)| high - low > 0.1)
+    });
+    robot.signal(libc::SIGINT);
+    robot.finish().expect(0);
+    // It has let go: nothing is heated any more, and no setpoint was left to run out.
+    wait_until("all wires to be off", || observer.latest().channels().iter().all(|c| c.mode() == Mode::Off));
+    assert!(observer.latest().channels().iter().all(|c| c.duty <= SENSING_DUTY));
+    let report = driver.stop();
+    assert_eq!(report["faults"].as_array().unwrap().len(), 0, "{report:#}");
+}
