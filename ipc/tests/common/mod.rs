@@ -15,9 +15,15 @@ pub fn rig(test: &str) -> String {
 
 /// `n` channels called c0, c1, …
 pub fn info(rig: &str, n: usize, rate_hz: f64) -> Info {
-    let channels: Vec<ChannelInfo> = (0..n)
-        .map(|i| ChannelInfo {
-            name: Name::new(&format!("c{i}")).unwrap(),
+    info_of(rig, &(0..n).map(|i| format!("c{i}")).collect::<Vec<_>>(), rate_hz)
+}
+
+/// Channels of these names.
+pub fn info_of(rig: &str, names: &[String], rate_hz: f64) -> Info {
+    let channels: Vec<ChannelInfo> = names
+        .iter()
+        .map(|name| ChannelInfo {
+            name: Name::new(name).unwrap(),
             min_length_m: 0.155,
             max_length_m: 0.17,
             hot_length_m: 0.16,
@@ -96,7 +102,12 @@ pub struct Driver {
 
 impl Driver {
     pub fn start(rig: &str, channels: usize, rate_hz: f64) -> Driver {
-        let server = Server::create(RigLock::acquire(rig).unwrap(), &info(rig, channels, rate_hz)).unwrap();
+        Driver::with(&info(rig, channels, rate_hz), decide)
+    }
+
+    pub fn with(info: &Info, mut decide: impl FnMut(&Command) -> Reply + Send + 'static) -> Driver {
+        let (channels, rate_hz) = (info.channels().len(), info.rate_hz);
+        let server = Server::create(RigLock::acquire(info.rig.as_str()).unwrap(), info).unwrap();
         let (mut writer, mut cycles, mut commands) = server.split();
         let stop = Arc::new(AtomicBool::new(false));
         let (send, receive) = std::sync::mpsc::channel::<Snapshot>();
@@ -133,7 +144,7 @@ impl Driver {
                     Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
                     Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => break,
                 }
-                commands.serve(decide);
+                commands.serve(&mut decide);
             }
         });
         Driver { stop, threads: vec![looping, publishing] }
