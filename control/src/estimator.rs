@@ -15,9 +15,8 @@ use sinew_physics::WireModel;
 
 /// Pull of a temperature outside the outer curves, in λ.
 const BOUND_RATE: f64 = 2.0;
-/// Pull of a moving wire's temperature to the heating curve, and to the cooling curve, in λ: too hot a wire overshoots,
-/// while a cooling one spends long on the way to its curve.
-const BRANCH_RATE: (f64, f64) = (1.0, 0.4);
+/// Pull of a moving wire's temperature to the curve it moves on, in λ.
+const BRANCH_RATE: f64 = 0.4;
 /// Slower than this share of the cooling speed is standing; four times as fast is surely moving.
 const STANDING: f64 = 0.14;
 /// And slower than this many standard deviations of the velocity is standing, too.
@@ -51,7 +50,7 @@ pub struct Observation {
     /// Mean electrical power in the wire since the last call (duty · I²R, the sensing pulse included), in W.
     /// NaN = not measured: then the duty and the model's circuit say it.
     pub power_w: f64,
-    /// Duty since the last call, 0..1; only read where `power_w` is NaN.
+    /// Duty since the last call, 0..1: what the power was given for.
     pub duty: f64,
     /// Wire length as the sensor read it, unfiltered, in m; NaN = not measured: the model alone.
     pub length_m: f64,
@@ -80,6 +79,8 @@ pub struct Estimate {
     pub length_m: f64,
     /// Loss to the air at this temperature, as learned, in W: the power that holds it.
     pub loss_w: f64,
+    /// Power the wire takes at duty 1, in W: as last measured, else by the model.
+    pub full_power_w: f64,
     /// Smoothed velocity, in m/s.
     pub velocity_m_s: f64,
 }
@@ -95,6 +96,7 @@ impl Estimate {
         cooling_curve_c: f64::NAN,
         length_m: f64::NAN,
         loss_w: f64::NAN,
+        full_power_w: f64::NAN,
         velocity_m_s: f64::NAN,
     };
 }
@@ -115,6 +117,7 @@ pub struct StateEstimator {
     variance: f64,
     /// Loss to the air over what the model says.
     loss_scale: f64,
+    full_power: f64,
     /// Whether a length has come yet.
     seen: bool,
     initial: (f64, f64),
@@ -136,6 +139,7 @@ impl StateEstimator {
             velocity: 0.0,
             variance: 0.0,
             loss_scale: 1.0,
+            full_power: map.full_power,
             seen: false,
             initial: (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite),
         };
@@ -149,6 +153,7 @@ impl StateEstimator {
         self.hottest = self.temperature;
         self.seen = false;
         (self.velocity, self.variance, self.loss_scale) = (0.0, 0.0, 1.0);
+        self.full_power = self.map.full_power;
         let stress = self.map.stress(self.map.strain * self.map.length, 0.0);
         let theta = self.temperature - stress * self.map.shift;
         self.fraction = self.clipped(self.fraction, theta);
@@ -200,6 +205,10 @@ impl StateEstimator {
         } else {
             m.full_power
         };
+        if seen.duty > 1e-3 && seen.duty <= 1.0 {
+            // a supply that has gone is no reason to ask for a thousandfold duty when it comes back
+            self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
+        }
         let stress = if seen.tension_n.is_finite() {
             (seen.tension_n / m.area).clamp(0.0, MOST_PA)
         } else {
@@ -236,12 +245,8 @@ impl StateEstimator {
                 let noise = STANDING_SIGMA * rate * (0.5 * rate * dt * self.variance).sqrt();
                 let standing = (STANDING * self.cooling_speed).max(noise);
                 let sure = ((self.velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
-                let (curve, rate) = if self.velocity < 0.0 {
-                    (heating_curve, BRANCH_RATE.0)
-                } else {
-                    (cooling_curve, BRANCH_RATE.1)
-                };
-                below.min(above) * sure * rate * (curve - self.temperature)
+                let curve = if self.velocity < 0.0 { heating_curve } else { cooling_curve };
+                below.min(above) * sure * BRANCH_RATE * (curve - self.temperature)
             };
             let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
             self.temperature += pulled;
@@ -264,6 +269,7 @@ impl StateEstimator {
             heating_curve_c: heating_curve,
             cooling_curve_c: cooling_curve,
             length_m: m.length + self.elongation,
+            full_power_w: self.full_power,
             velocity_m_s: self.velocity,
             loss_w: self.loss_scale * m.loss * (self.temperature - m.ambient),
         }

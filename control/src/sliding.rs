@@ -25,20 +25,24 @@ const AVERAGE: f64 = 4.0;
 const AT_LEAST: f64 = 1.5;
 /// What the first error of a hold is worth as averaging time, in 1/λ.
 const FIRST: f64 = 0.3;
-/// Where a hold begins, seen from the side the wire comes from, in hold bands.
-const ARRIVE: f64 = 0.8;
+/// Where a hold begins for a wire that comes from being too long, and from too short, in hold bands.
+const ARRIVE: (f64, f64) = (1.0, 0.8);
 /// Mean error at which a hold ends if the wire can be moved along the curve it stands near, in hold bands.
-const LEAVE_ALONG: f64 = 1.4;
+const LEAVE_ALONG: f64 = 1.7;
 /// The same if it has to cross the hysteresis.
 const LEAVE_ACROSS: f64 = 2.2;
 /// Error at which a hold ends at once, in hold bands.
 const LEAVE_AT_ONCE: f64 = 4.0;
-/// How far off either curve a held wire's temperature is kept, in widths 1/k of the curve.
-const RETREAT: f64 = 0.3;
+/// How far off the heating and the cooling curve a held wire's temperature is kept, in widths 1/k of the curve.
+const RETREAT: (f64, f64) = (1.35, 0.8);
 /// Within this of its curve, in widths, and within [`LEAVE_AT_ONCE`] of the reference, a wire is crept at.
 const CREEP_WITHIN: f64 = 0.6;
 /// Rate of creeping, in widths times λ.
 const CREEP: f64 = 0.06;
+/// Least rate, as a share of that, of a wire that does not move as it should: the integral action of this law.
+const CREEP_AT_LEAST: f64 = 0.5;
+/// Share of the believed loss that is made up for on the way: what is missing lets a wire arrive slowly, not run past.
+const MADE_UP: f64 = 0.975;
 
 /// How σ of the second-order surface becomes power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,8 +133,8 @@ impl SlidingMode2 {
             if error.abs() > LEAVE_AT_ONCE * band {
                 hold.from_long = error > 0.0;
             }
-            let ahead = if hold.from_long { error } else { -error };
-            if ahead <= ARRIVE * band {
+            let (ahead, arrive) = if hold.from_long { (error, ARRIVE.0) } else { (-error, ARRIVE.1) };
+            if ahead <= arrive * band {
                 (hold.on, hold.error, hold.time) = (true, error, FIRST / self.lambda);
             }
         }
@@ -148,8 +152,8 @@ impl SlidingMode2 {
         let (heating, cooling) = (seen.heating_curve_c + drag_k, seen.cooling_curve_c + drag_k);
         let drag = m.drag;
         let (target, width) = if self.hold.on {
-            let low = cooling + RETREAT * m.cooling_width;
-            let high = heating - RETREAT * m.heating_width;
+            let low = cooling + RETREAT.1 * m.cooling_width;
+            let high = heating - RETREAT.0 * m.heating_width;
             (seen.temperature_c.min(high).max(low), m.heating_width)
         } else {
             let (curve, width, haste) = if error > 0.0 {
@@ -169,15 +173,21 @@ impl SlidingMode2 {
             transforming = xi * (1.0 - xi) / width * m.release(seen.stress_pa);
             if error.abs() < LEAVE_AT_ONCE * self.band {
                 let (creep, within) = (CREEP * lambda * width, CREEP_WITHIN * width);
+                let towards = if error > 0.0 { -seen.velocity_m_s } else { seen.velocity_m_s };
+                // slower than half of what the surface asks: the curve is not where it is believed to be
+                let least = if towards < 0.25 * lambda * error.abs() { CREEP_AT_LEAST * creep } else { f64::NEG_INFINITY };
                 if error > 0.0 {
-                    rate = rate.min(creep + 2.0 * lambda * (heating - within - seen.temperature_c).max(0.0));
+                    let most = creep + 2.0 * lambda * (heating - within - seen.temperature_c).max(0.0);
+                    rate = rate.max(least).min(most);
                 } else {
-                    rate = rate.max(-creep - 2.0 * lambda * (seen.temperature_c - cooling - within).max(0.0));
+                    let most = creep + 2.0 * lambda * (seen.temperature_c - cooling - within).max(0.0);
+                    rate = rate.min(-least).max(-most);
                 }
             }
         }
         self.surface = rate * self.per_kelvin;
-        (seen.loss_w + (m.heat_capacity + transforming) * rate) * m.per_full_power
+        let share = if self.hold.on { 1.0 } else { MADE_UP };
+        (share * seen.loss_w + (m.heat_capacity + transforming) * rate) / seen.full_power_w
     }
 }
 

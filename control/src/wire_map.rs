@@ -40,8 +40,6 @@ pub(crate) struct WireMap {
     pub cooling_width: f64,
     /// Excess temperature that drives one metre per second against the load's damping, B/(α A_c), in K s/m.
     pub drag: f64,
-    /// Its inverse below, in 1/W.
-    pub per_full_power: f64,
     /// Power the wire takes at duty 1, in W, at mean resistance.
     pub full_power: f64,
     pub supply: f64,
@@ -89,7 +87,6 @@ impl WireMap {
             heating_width: 1.0 / m.heating_steepness_per_k,
             cooling_width: 1.0 / m.cooling_steepness_per_k,
             drag: 0.0,
-            per_full_power: 0.0,
             full_power: 0.0,
             supply: d.supply_v,
             series: d.shunt_ohm + d.switch_ohm + d.lead_ohm,
@@ -99,8 +96,8 @@ impl WireMap {
             rho_m1: m.martensite_resistivity_slope_ohm_m_per_k,
         };
         map.drag = map.damping * map.shift / map.area;
-        map.full_power = map.power_at_full_duty(0.5, 0.5 * (map.heating_centre + map.cooling_centre), 0.02 * map.length);
-        map.per_full_power = 1.0 / map.full_power.max(1e-9);
+        let middle = 0.5 * (map.heating_centre + map.cooling_centre);
+        map.full_power = map.power_at_full_duty(0.5, middle, 0.02 * map.length).max(1e-9);
         map
     }
 
