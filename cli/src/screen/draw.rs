@@ -34,8 +34,14 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
     let title = rows.top(1);
     let keys = rows.bottom(1);
     let timing = if rows.left() > 3 { rows.bottom(1) } else { Rect::ZERO };
-    let message = if rows.left() > 3 { rows.bottom(1) } else { Rect::ZERO };
     let table_rows = view.channels.len() as u16 + 1;
+    let said = message_line(app, view, palette);
+    // what does not fit into a line may take the rows the table does not need
+    let needed = (said.width() as u16).div_ceil(area.width).clamp(1, 3);
+    let message = match rows.left().saturating_sub(table_rows) {
+        _ if rows.left() <= 3 => Rect::ZERO,
+        spare => rows.bottom(needed.min(spare.max(1))),
+    };
     let spare = rows.left().saturating_sub(table_rows);
     let course = match spare {
         0 => Rect::ZERO,
@@ -51,7 +57,7 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
     } else if course.height > 0 {
         draw_sparkline(frame.buffer_mut(), course, app, view, palette);
     }
-    draw_message(frame.buffer_mut(), message, app, view, palette);
+    frame.render_widget(Paragraph::new(said).wrap(Wrap { trim: false }), message);
     draw_timing(frame.buffer_mut(), timing, view, palette);
     draw_keys(frame.buffer_mut(), keys, app, palette);
     if app.help {
@@ -361,7 +367,8 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
             "setpoint",
             match row.lease_s.is_finite() {
                 true => format!("held for {:.1} s more", row.lease_s),
-                false => "the driver's own".into(),
+                false if row.mode == "program" => "the driver's own".into(),
+                false => "none".into(),
             },
         ),
     ];
@@ -374,9 +381,10 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
     lines
 }
 
-fn draw_message(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: Palette) {
+/// What is being typed, or was answered, or is to be known of the selected channel.
+fn message_line(app: &App, view: &View, palette: Palette) -> Line<'static> {
     let row = view.channels.get(app.selected);
-    let line = if let Some(entry) = &app.entry {
+    if let Some(entry) = &app.entry {
         let name = row.map_or("", |row| row.name.as_str());
         Line::from(vec![
             Span::raw(format!(" set {name}: ")),
@@ -393,8 +401,7 @@ fn draw_message(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette
         Line::styled(format!(" ✖ {}: {}; {}", row.name, fault.cause, fault.remedy), palette.fault())
     } else {
         Line::default()
-    };
-    line.render(area, buffer);
+    }
 }
 
 fn draw_timing(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
@@ -591,6 +598,17 @@ mod tests {
             assert!(text.contains("✖ open wire"), "{text}");
             assert!(text.contains("no current flows"), "{text}");
         }
+    }
+
+    #[test]
+    fn a_long_answer_takes_the_curves_place_and_no_channels() {
+        let mut app = app();
+        let answer = "front_right_coxa: length 155.00 mm is outside 160.54 to 167.04 mm; choose a length in that range";
+        app.say(Message::Refused(answer.into()), 0.0);
+        let lines = screen(&app, 80, 24);
+        let text = lines.join(" ");
+        assert!(answer.split(' ').all(|word| text.contains(word)), "{}", lines.join("\n"));
+        assert!(hexapod(18).channels.iter().all(|row| text.contains(&row.name)), "{}", lines.join("\n"));
     }
 
     #[test]
