@@ -367,6 +367,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_client_of_another_version_is_told_so() {
+        let rig = format!("t-{}-protocol", std::process::id());
+        let info = Info::new(&rig, 100.0, &[crate::ChannelInfo::EMPTY]).unwrap();
+        let wrong = Error::Protocol { rig: rig.clone(), found: PROTOCOL + 1, expected: PROTOCOL };
+        let connect = || crate::Client::connect(&rig).map(|_| ());
+        // By the lock file, before anything of another layout is touched ...
+        let server = Server::create_with_protocol(RigLock::acquire(&rig).unwrap(), &info, PROTOCOL + 1).unwrap();
+        assert_eq!(connect(), Err(wrong.clone()));
+        drop(server);
+        // ... and by what the driver says of itself.
+        let other = Info { protocol: PROTOCOL + 1, ..info };
+        let server = Server::create(RigLock::acquire(&rig).unwrap(), &other).unwrap();
+        assert_eq!(connect(), Err(wrong));
+        drop(server);
+        let _server = Server::create(RigLock::acquire(&rig).unwrap(), &info).unwrap();
+        assert_eq!(connect(), Ok(()));
+    }
+
+    #[test]
     fn a_reader_may_lag_by_a_second_at_the_figures_the_driver_is_built_for() {
         for (rate, channels) in [(1000.0, 18), (5000.0, 64), (100.0, 1), (10_000.0, 18)] {
             let seconds = (slots(rate, channels) * cycles_per_batch(rate)) as f64 / rate;
