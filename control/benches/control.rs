@@ -16,12 +16,7 @@ fn wire() -> WireModel {
         material: Material::default(),
         taps: None,
         drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
-        load: Load::SpringMassDamper {
-            mass_kg: 0.2,
-            damping_n_s_per_m: 40.0,
-            spring_n_per_m: 0.0,
-            preload_n: 1.96133,
-        },
+        load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96133 },
         initial: Initial::default(),
         ambient_c: 25.0,
     }

@@ -64,7 +64,9 @@ fn trace(law: &Entry, rate_hz: f64, seed: u64) {
     let model = figure_wire();
     let settings = settings(law, duty_for_power(&model, 3.0));
     let mut bench = Bench::new(&model, &model, &settings, rate_hz, CONVERTER, seed);
-    println!("time_s,error_percent,temperature_c,estimated_c,heating_curve_c,cooling_curve_c,martensite,estimated,duty");
+    println!(
+        "time_s,error_percent,temperature_c,estimated_c,heating_curve_c,cooling_curve_c,martensite,estimated,duty"
+    );
     bench.idle(0.3);
     let mut start = 0.0;
     for &(stroke, seconds) in &STEPS {

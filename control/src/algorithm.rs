@@ -52,6 +52,8 @@ impl Default for Settings {
 }
 
 /// A channel's law.
+// Lies by value in the channel's struct, where the loop touches it: a box would cost more than the bytes.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub enum Algorithm {
     /// Second-order sliding mode.

@@ -92,11 +92,41 @@ impl Range {
             Modulation::Switched => wanted,
             Modulation::WholePeriods => {
                 let owed = self.owed + wanted;
-                let given =
-                    if owed >= 0.5 * (self.minimum + self.maximum) { self.maximum } else { self.minimum };
+                let given = if owed >= 0.5 * (self.minimum + self.maximum) { self.maximum } else { self.minimum };
                 self.owed = owed - given;
                 given
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_periods_keep_the_mean() {
+        let mut range = Range::new(0.02, 0.9, Modulation::WholePeriods);
+        for wanted in [0.02, 0.1, 0.37, 0.9] {
+            let mean = (0..10_000).map(|_| range.give(wanted)).sum::<f64>() / 10_000.0;
+            assert!((mean - wanted).abs() < 1e-3, "{wanted}: {mean}");
+        }
+    }
+
+    #[test]
+    fn switching_back_owes_nothing_from_saturation() {
+        let mut range = Range::new(0.0, 1.0, Modulation::WholePeriods);
+        (0..1000).for_each(|_| assert_eq!(range.give(5.0), 1.0));
+        let on = (0..10).map(|_| range.give(-5.0)).sum::<f64>();
+        assert!(on <= 1.0, "{on}");
+    }
+
+    #[test]
+    fn a_range_is_a_range_whatever_it_is_made_of() {
+        for (minimum, maximum) in [(0.5, 0.1), (f64::NAN, f64::NAN), (-1.0, 7.0)] {
+            let mut range = Range::new(minimum, maximum, Modulation::Switched);
+            let given = range.give(0.3);
+            assert!((0.0..=1.0).contains(&given) && range.minimum <= range.maximum);
         }
     }
 }

@@ -63,10 +63,7 @@ impl StrokeRange {
     /// # Errors
     /// A parameter outside its physical range.
     pub fn of(model: &WireModel) -> Result<StrokeRange, sinew_physics::Error> {
-        Ok(StrokeRange {
-            cold_m: sinew_physics::cold_length_m(model)?,
-            hot_m: sinew_physics::hot_length_m(model)?,
-        })
+        Ok(StrokeRange { cold_m: sinew_physics::cold_length_m(model)?, hot_m: sinew_physics::hot_length_m(model)? })
     }
 
     /// The whole stroke, in m; positive for a wire that shortens when hot.
@@ -89,4 +86,54 @@ impl StrokeRange {
 pub fn safe_current_a(diameter_m: f64) -> f64 {
     let area_mm2 = Geometry { diameter_m, length_m: 1.0 }.area_m2() * 1e6;
     20.0 * area_mm2 + 0.04
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_physics::{Drive, DriveKind, Initial, Material};
+
+    fn model(load: Load) -> WireModel {
+        WireModel {
+            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+            material: Material::default(),
+            taps: None,
+            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
+            load,
+            initial: Initial::default(),
+            ambient_c: 25.0,
+        }
+    }
+
+    fn mass_on(spring_n_per_m: f64) -> Load {
+        Load::SpringMassDamper { mass_kg: 0.1, damping_n_s_per_m: 10.0, spring_n_per_m, preload_n: 2.0 }
+    }
+
+    #[test]
+    fn a_spring_turns_force_into_length() {
+        let length = length_for_force(&model(mass_on(150.0)), 1.4).unwrap();
+        assert!((length - 0.164).abs() < 1e-12, "{length}");
+    }
+
+    #[test]
+    fn a_mass_cannot_be_commanded_by_force() {
+        assert_eq!(length_for_force(&model(mass_on(0.0)), 1.4), Err(CommandError::NoSpring));
+        assert_eq!(length_for_force(&model(Load::ImposedForce), 1.4), Err(CommandError::LoadUnknown));
+        assert!(matches!(length_for_force(&model(mass_on(1.0)), f64::NAN), Err(CommandError::NotFinite { .. })));
+    }
+
+    #[test]
+    fn stroke_runs_from_cold_to_hot() {
+        let range = StrokeRange::of(&model(mass_on(0.0))).unwrap();
+        assert!(range.stroke_m() > 0.005 && range.stroke_m() < 0.009, "{range:?}");
+        assert!((range.length_m(0.0) - range.cold_m).abs() < 1e-15);
+        assert!((range.length_m(1.0) - range.hot_m).abs() < 1e-15);
+        assert!((range.stroke(range.length_m(0.37)) - 0.37).abs() < 1e-12);
+    }
+
+    /// Table 3 of the thesis for its demonstration wire of 0.127 mm: about 0.3 A.
+    #[test]
+    fn safe_current_follows_the_rule() {
+        assert!((safe_current_a(0.127e-3) - 0.2934).abs() < 1e-3, "{}", safe_current_a(0.127e-3));
+    }
 }

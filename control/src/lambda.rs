@@ -77,3 +77,60 @@ pub(crate) fn limits(m: &WireMap, max_power: f64) -> Lambda {
     let value = (MARGIN * heating.min(mechanical)).clamp(floor, MOST);
     Lambda { value, heating_limit: heating, cooling_limit: cooling, mechanical_limit: mechanical }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material};
+
+    fn model(diameter_mm: f64, mass_kg: f64, damping: f64) -> WireModel {
+        WireModel {
+            geometry: Geometry { diameter_m: diameter_mm * 1e-3, length_m: 0.16 },
+            material: Material::default(),
+            taps: None,
+            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
+            load: Load::SpringMassDamper {
+                mass_kg,
+                damping_n_s_per_m: damping,
+                spring_n_per_m: 0.0,
+                preload_n: mass_kg * 9.80665,
+            },
+            initial: Initial::default(),
+            ambient_c: 25.0,
+        }
+    }
+
+    /// The thesis runs its wire of this size with λ = 10 on 3 W, and finds 1 W too little for it.
+    #[test]
+    fn agrees_with_the_thesis() {
+        let at = |power| default_lambda(&model(0.125, 0.2, 40.0), power);
+        assert!((8.0..13.0).contains(&at(3.0).value), "{:?}", at(3.0));
+        assert!(at(1.0).heating_limit < 10.0, "{:?}", at(1.0));
+        assert!(at(3.0).cooling_limit < at(3.0).heating_limit);
+    }
+
+    #[test]
+    fn less_power_and_thicker_wires_are_slower() {
+        let value = |d: f64, p| default_lambda(&model(d, 0.2, 40.0), p).value;
+        assert!(value(0.125, 1.5) < value(0.125, 3.0));
+        let cooling = |d: f64| default_lambda(&model(d, 0.2, 40.0), 3.0).cooling_limit;
+        assert!(cooling(0.5) < 0.5 * cooling(0.125));
+    }
+
+    #[test]
+    fn a_slow_load_bounds_it() {
+        let lambda = default_lambda(&model(0.125, 20.0, 10.0), 30.0);
+        assert!(lambda.mechanical_limit < lambda.heating_limit);
+        assert!((lambda.value - MARGIN * lambda.mechanical_limit).abs() < 1e-9, "{lambda:?}");
+    }
+
+    #[test]
+    fn is_positive_for_any_wire() {
+        for diameter in [0.01, 0.1, 1.0, 8.0] {
+            for power in [0.0, 1e-3, 1.0, 1e4, f64::NAN] {
+                let value = default_lambda(&model(diameter, 0.2, 0.0), power).value;
+                assert!(value > 0.0 && value.is_finite(), "{diameter} mm, {power} W: {value}");
+            }
+        }
+    }
+}

@@ -175,7 +175,8 @@ impl SlidingMode2 {
                 let (creep, within) = (CREEP * lambda * width, CREEP_WITHIN * width);
                 let towards = if error > 0.0 { -seen.velocity_m_s } else { seen.velocity_m_s };
                 // slower than half of what the surface asks: the curve is not where it is believed to be
-                let least = if towards < 0.25 * lambda * error.abs() { CREEP_AT_LEAST * creep } else { f64::NEG_INFINITY };
+                let least =
+                    if towards < 0.25 * lambda * error.abs() { CREEP_AT_LEAST * creep } else { f64::NEG_INFINITY };
                 if error > 0.0 {
                     let most = creep + 2.0 * lambda * (heating - within - seen.temperature_c).max(0.0);
                     rate = rate.max(least).min(most);

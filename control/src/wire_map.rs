@@ -155,3 +155,47 @@ impl WireMap {
         width / (xi * (1.0 - xi) * self.length * self.strain_per_fraction(s)) + self.spring * self.shift / self.area
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Material, Wire};
+
+    fn model() -> WireModel {
+        WireModel {
+            geometry: Geometry { diameter_m: 0.15e-3, length_m: 0.2 },
+            material: Material::default(),
+            taps: None,
+            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
+            load: Load::SpringMassDamper {
+                mass_kg: 0.2,
+                damping_n_s_per_m: 40.0,
+                spring_n_per_m: 120.0,
+                preload_n: 3.0,
+            },
+            initial: Initial { temperature_c: Some(90.0), martensite: 0.6 },
+            ambient_c: 25.0,
+        }
+    }
+
+    /// The algebra here and the wire of the reference model agree at rest.
+    #[test]
+    fn agrees_with_the_wire_at_rest() {
+        let (model, map) = (model(), WireMap::new(&model()));
+        let wire = Wire::new(&model).unwrap();
+        let (x, t) = (wire.position_m(), wire.temperature_c());
+        let stress = map.stress(x, 0.0);
+        assert!((stress / wire.stress_pa() - 1.0).abs() < 1e-6, "{stress} {}", wire.stress_pa());
+        assert!((map.fraction(x, stress, t) - wire.martensite()).abs() < 1e-6);
+        assert!((map.elongation(wire.martensite(), stress, t) - x).abs() < 1e-9);
+        assert!((map.resistance(wire.martensite(), t, x) / wire.resistance_ohm() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn logit_inverts_the_curve() {
+        for xi in [0.02, 0.3, 0.5, 0.98] {
+            assert!((1.0 / (1.0 + WireMap::logit(xi).exp()) - xi).abs() < 1e-12);
+        }
+        assert!(WireMap::logit(0.0).is_finite() && WireMap::logit(1.0).is_finite());
+    }
+}

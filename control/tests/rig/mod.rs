@@ -41,34 +41,38 @@ pub fn misjudged(model: &WireModel) -> Vec<(&'static str, WireModel)> {
         ("convection 20 % more", change(|m| m.material.convection_w_per_m2_k *= 1.2)),
         ("latent heat 25 % less", change(|m| m.material.latent_heat_j_per_kg *= 0.75)),
         ("latent heat 25 % more", change(|m| m.material.latent_heat_j_per_kg *= 1.25)),
-        ("A and M 5 K up", change(|m| {
-            m.material.austenite_temperature_c += 5.0;
-            m.material.martensite_temperature_c += 5.0;
-        })),
+        (
+            "A and M 5 K up",
+            change(|m| {
+                m.material.austenite_temperature_c += 5.0;
+                m.material.martensite_temperature_c += 5.0;
+            }),
+        ),
         ("transformation strain 10 % less", change(|m| m.material.transformation_strain *= 0.9)),
     ]
 }
 
-/// Other wires, and the power to heat them with: thin, thick, weakly supplied, undamped, on a spring.
+/// Other wires, and the power to heat them with: thin, thick, weakly supplied, lightly damped, on a spring.
 pub fn other_wires() -> Vec<(&'static str, WireModel, f64)> {
-    let wire = |diameter_mm: f64, length_mm: f64, supply_v: f64, mass_kg: f64, damping: f64, spring: f64, preload: f64| {
-        let mut m = figure_wire();
-        m.geometry = Geometry { diameter_m: diameter_mm * 1e-3, length_m: length_mm * 1e-3 };
-        m.taps = Some(Taps { l0_m: 0.0, ls_m: 0.9375e-3 * length_mm });
-        m.drive.supply_v = supply_v;
-        m.load = Load::SpringMassDamper {
-            mass_kg,
-            damping_n_s_per_m: damping,
-            spring_n_per_m: spring,
-            preload_n: preload,
+    let wire =
+        |diameter_mm: f64, length_mm: f64, supply_v: f64, mass_kg: f64, damping: f64, spring: f64, preload: f64| {
+            let mut m = figure_wire();
+            m.geometry = Geometry { diameter_m: diameter_mm * 1e-3, length_m: length_mm * 1e-3 };
+            m.taps = Some(Taps { l0_m: 0.0, ls_m: 0.9375e-3 * length_mm });
+            m.drive.supply_v = supply_v;
+            m.load = Load::SpringMassDamper {
+                mass_kg,
+                damping_n_s_per_m: damping,
+                spring_n_per_m: spring,
+                preload_n: preload,
+            };
+            m
         };
-        m
-    };
     vec![
         ("thin 0.05 mm × 100 mm, 0.03 kg", wire(0.05, 100.0, 9.0, 0.03, 6.0, 0.0, 0.3), 100.0),
         ("thick 0.5 mm × 300 mm, 3 kg", wire(0.5, 300.0, 5.0, 3.0, 600.0, 0.0, 29.4), 100.0),
         ("weak supply, 1 W", wire(0.125, 160.0, 6.0, 0.2, 40.0, 0.0, 1.96133), 1.0),
-        ("undamped 0.2 kg", wire(0.125, 160.0, 6.0, 0.2, 0.0, 0.0, 1.96133), 3.0),
+        ("lightly damped 0.2 kg, B = 5 N s/m", wire(0.125, 160.0, 6.0, 0.2, 5.0, 0.0, 1.96133), 3.0),
         ("hexapod coxa, spring", wire(0.125, 160.0, 6.5, 0.08, 30.0, 150.0, 2.4), 3.5),
     ]
 }
@@ -165,7 +169,14 @@ pub struct Bench {
 }
 
 impl Bench {
-    pub fn new(model: &WireModel, believed: &WireModel, settings: &Settings, rate_hz: f64, noise: Noise, seed: u64) -> Bench {
+    pub fn new(
+        model: &WireModel,
+        believed: &WireModel,
+        settings: &Settings,
+        rate_hz: f64,
+        noise: Noise,
+        seed: u64,
+    ) -> Bench {
         let wire = Wire::new(model).unwrap();
         let observer = MotionObserver::new(rate_hz, ObserverConfig::default()).unwrap();
         Bench {
