@@ -39,6 +39,20 @@ pub fn json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value).map_err(|error| Failure::own(format!("JSON: {error}")))
 }
 
+/// Finds out before the work, not after it, that a file to be written has no place.
+pub fn has_place(path: &Path) -> Outcome {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    match (path.is_dir(), folder.is_dir()) {
+        (true, _) => Err(Failure::input(format!("{}: is a folder", path.display())).hint("name a file")),
+        (_, false) => Err(Failure::input(format!("{}: there is no folder {}", path.display(), folder.display()))
+            .hint(format!("mkdir -p {}", folder.display()))),
+        _ => Ok(()),
+    }
+}
+
 /// Writes a text whole or not at all, by way of a file beside it.
 pub fn write_file(path: &Path, text: &str) -> Outcome {
     let failed = |error: io::Error| {

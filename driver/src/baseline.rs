@@ -25,7 +25,7 @@ pub fn bare_loop(rate_hz: f64, seconds: f64) -> BareLoop {
         missed += gone;
         next_ns += (gone + 1) * period_ns;
     }
-    BareLoop { seconds, rate_hz, cycles, missed, lateness_us: Quantiles::of(&lateness) }
+    BareLoop { seconds, rate_hz, cycles, missed, lateness_us: Quantiles::of(&lateness), lateness }
 }
 
 /// The same in a thread of its own with all that `wish` asks for: for `sinew bench loop`.

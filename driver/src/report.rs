@@ -115,6 +115,9 @@ pub struct BareLoop {
     pub missed: u64,
     /// How late it was woken, µs.
     pub lateness_us: Quantiles,
+    /// The same in full, ns; too long for a report.
+    #[serde(skip)]
+    pub lateness: Histogram,
 }
 
 /// One fault of a run.

@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde::Serialize;
 use sinew_driver::report::{BareLoop, Quantiles};
 use sinew_driver::{Backend, Beat, Driver, Engine, Options, Program, RunReport, Sample};
-use sinew_ipc::{ChannelInfo, DriverState, Info, Name, RigLock, Server, Snapshot};
+use sinew_ipc::{ChannelInfo, Client, DriverState, Histogram, Info, Name, RigLock, Server, Snapshot};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 
@@ -48,7 +48,22 @@ struct Report<'a> {
     driver: &'a RunReport,
     /// Lateness of the driver over that of the bare loop.
     lateness_ratio: Option<Quantiles>,
+    /// How many wake-ups were how late.
+    histogram: Vec<Bin>,
     parts: Parts,
+}
+
+/// One octave of lateness.
+#[derive(Debug, PartialEq, Serialize)]
+struct Bin {
+    /// From here, µs.
+    from_us: f64,
+    /// To below here, µs.
+    to_us: f64,
+    /// Wake-ups of the bare loop.
+    bare_loop: u64,
+    /// Wake-ups of the driver.
+    driver: u64,
 }
 
 /// Runs the command.
@@ -66,11 +81,14 @@ pub fn bench_loop(args: &args::BenchLoop) -> Outcome {
         ..Options::default()
     };
     let driver = Driver::start(&rig, backend, options).map_err(|error| driver_failure(&rig, error))?;
+    let client = Client::connect(&rig.name).map_err(live::failure)?;
     while driver.is_running() && !asked.load(std::sync::atomic::Ordering::Relaxed) {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     driver.stop();
     let run = driver.join();
+    // what was written last stays readable after the driver's end
+    let looped = client.loop_stats();
     let report = Report {
         schema: "sinew.bench.loop/1",
         channels: args.channels,
@@ -78,6 +96,7 @@ pub fn bench_loop(args: &args::BenchLoop) -> Outcome {
         seconds: run.seconds,
         lateness_ratio: run.floor.as_ref().map(|bare| ratio(run.lateness_us, bare.lateness_us)),
         bare_loop: run.floor.as_ref(),
+        histogram: histogram(run.floor.as_ref().map(|bare| &bare.lateness), &looped.lateness),
         driver: &run,
         parts,
     };
@@ -148,6 +167,40 @@ fn parts(rig: &Rig) -> Result<Parts, Failure> {
     Ok(Parts { exchange_us, engine_us, engine_ns_per_channel: engine_us * 1e3 / count as f64, publish_us })
 }
 
+/// Both histograms by octaves, from the first to the last that is not empty.
+fn histogram(bare: Option<&Histogram>, driver: &Histogram) -> Vec<Bin> {
+    const OCTAVES: usize = 31;
+    let octaves = |histogram: &Histogram| {
+        let mut counts = [0; OCTAVES];
+        for (first_ns, _, count) in histogram.filled() {
+            counts[(first_ns.max(1).ilog2() as usize).min(OCTAVES - 1)] += count;
+        }
+        counts[OCTAVES - 1] += histogram.overflow();
+        counts
+    };
+    let (bare, driver) = (bare.map(octaves).unwrap_or([0; OCTAVES]), octaves(driver));
+    let filled = |octave: &usize| bare[*octave] + driver[*octave] > 0;
+    let (Some(first), Some(last)) = ((0..OCTAVES).find(filled), (0..OCTAVES).rev().find(filled)) else {
+        return Vec::new();
+    };
+    let edge_us = |octave: usize| (1u64 << octave) as f64 * 1e-3;
+    (first..=last)
+        .map(|octave| Bin {
+            from_us: edge_us(octave),
+            to_us: edge_us(octave + 1),
+            bare_loop: bare[octave],
+            driver: driver[octave],
+        })
+        .collect()
+}
+
+/// A count as a bar on a logarithmic scale, so that a single late wake-up is still seen.
+fn bar(count: u64, most: u64) -> String {
+    let log = |n: u64| (n as f64 + 1.0).log10();
+    let cells = if count == 0 { 0.0 } else { 20.0 * log(count) / log(most) };
+    "█".repeat((cells.round() as usize).max(usize::from(count > 0)))
+}
+
 fn ratio(driver: Quantiles, bare: Quantiles) -> Quantiles {
     Quantiles {
         p50: driver.p50 / bare.p50,
@@ -176,6 +229,14 @@ fn text(report: &Report) -> String {
     }
     row("cycle", run.cycle_us, String::new());
     row("period", run.period_us, String::new());
+    let most = report.histogram.iter().map(|bin| bin.bare_loop.max(bin.driver)).max().unwrap_or(1);
+    let _ = writeln!(text, "\n{:>17}  {:<30} driver   (bars: logarithmic)", "lateness µs", "bare loop");
+    for bin in &report.histogram {
+        let (bare, driver) = (bar(bin.bare_loop, most), bar(bin.driver, most));
+        let range = format!("{} – {}", micros(bin.from_us), micros(bin.to_us));
+        let line = format!("{range:>17} {:>8} {bare:<21} {:>8} {driver}", bin.bare_loop, bin.driver);
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
     let parts = &report.parts;
     let _ = writeln!(
         text,
@@ -193,4 +254,43 @@ fn text(report: &Report) -> String {
         if run.rt.locked { "memory locked" } else { "memory not locked" },
     );
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_histograms_share_their_octaves_and_lose_no_wakeup() {
+        let (mut bare, mut driver) = (Histogram::new(), Histogram::new());
+        for ns in [900, 1000, 20_000, 21_000] {
+            bare.record(ns);
+        }
+        for ns in [20_000, 3_000_000, 5_000_000_000] {
+            driver.record(ns);
+        }
+        let bins = histogram(Some(&bare), &driver);
+        assert_eq!(bins.iter().map(|bin| bin.bare_loop).sum::<u64>(), 4);
+        assert_eq!(bins.iter().map(|bin| bin.driver).sum::<u64>(), 3);
+        let both = bins.iter().find(|bin| bin.bare_loop == 2 && bin.driver == 1).expect("20 µs");
+        assert!(both.from_us <= 20.0 && both.to_us > 21.0, "{both:?}");
+        assert!(bins.windows(2).all(|pair| pair[0].to_us == pair[1].from_us));
+        assert_eq!(histogram(None, &Histogram::new()), []);
+    }
+
+    #[test]
+    fn a_single_late_wakeup_is_seen_beside_a_million() {
+        assert_eq!(bar(0, 1_000_000), "");
+        assert!(!bar(1, 1_000_000).is_empty());
+        assert_eq!(bar(1_000_000, 1_000_000).chars().count(), 20);
+    }
+
+    #[test]
+    fn the_bench_rig_has_as_many_wires_as_asked_for() {
+        for channels in [1, 18, 64] {
+            let rig = rig(channels, 5000.0).unwrap();
+            assert_eq!(rig.channels.len(), channels as usize);
+            assert_eq!(rig.rate_hz, 5000.0);
+        }
+    }
 }

@@ -277,6 +277,7 @@ mod tests {
             cycles: 1000,
             missed,
             lateness_us: quantiles(p99),
+            lateness: sinew_ipc::Histogram::new(),
         };
         assert_eq!(punctuality(&rig, &watched(0, 60.0)).verdict, Verdict::Good);
         assert_eq!(punctuality(&rig, &watched(2, 60.0)).verdict, Verdict::Lacking);

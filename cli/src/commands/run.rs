@@ -28,7 +28,7 @@ const STEP_S: f64 = 6.0;
 pub fn run(args: &args::Run) -> Outcome {
     let rig = load_rig(args.rig.as_deref())?;
     if let Some(path) = &args.report {
-        writable(path)?;
+        output::has_place(path)?;
     }
     let asked = signals()?;
     let backend = SimulatedRig::new(&rig).map_err(|error| backend_failure(&rig, error))?;
@@ -81,20 +81,6 @@ fn show(args: &args::Run, rig: &Rig, driver: &DriverHandle, over: &dyn Fn() -> b
     let quiet = args.report.as_deref() == Some(Path::new("-"));
     while lines(&mut live, over, quiet)? {}
     Ok(())
-}
-
-/// Finds out before the run, not after it, that its report has no place.
-fn writable(path: &Path) -> Outcome {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    match (path.is_dir(), folder.is_dir()) {
-        (true, _) => Err(Failure::input(format!("{}: is a folder", path.display())).hint("name a file for the report")),
-        (_, false) => Err(Failure::input(format!("{}: there is no folder {}", path.display(), folder.display()))
-            .hint(format!("mkdir -p {}", folder.display()))),
-        _ => Ok(()),
-    }
 }
 
 fn backend_failure(rig: &Rig, error: sinew_sim_backend::Error) -> Failure {

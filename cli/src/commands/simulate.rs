@@ -9,6 +9,7 @@ use sinew_recording::{Column, Options, Recording, Writer, drive_column, imposed_
 use super::{choose_channel, load_rig};
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::output;
 
 /// The martensite fraction: no sensor measures it, but the model knows it.
 const MARTENSITE: &str = "martensite";
@@ -24,6 +25,7 @@ pub fn simulate(args: &args::Simulate) -> Outcome {
         ..Options::default()
     };
     let recording = sinew_recording::read(&args.inputs, &options).map_err(recording_failure)?;
+    output::has_place(&args.output)?;
     let columns = columns(&recording, &channel.model);
     let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
     let writer = if args.output == Path::new("-") {
