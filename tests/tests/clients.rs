@@ -45,16 +45,30 @@ fn a_client_killed_in_the_middle_costs_only_its_own_setpoint() {
 fn more_clients_may_be_killed_than_may_be_connected_at_once() {
     let rig = Rig::bench(&["left"], "");
     let (driver, observer) = Driver::ready(&rig);
-    // 64 streams is what a driver serves at once; dead ones have to be cleared away for the later ones to get in.
-    for _ in 0..10 {
-        let mut readers: Vec<Process> = (0..8).map(|_| robot(&rig, &["stream"])).collect();
-        for reader in &mut readers {
-            reader.wait_for_word("streaming");
+    // A driver serves 64 streams at once. The dead are cleared away now and then: somebody who finds no room for them tries
+    // again.
+    let mut turned_away = 0;
+    let mut reader = || loop {
+        let mut reader = robot(&rig, &["stream"]);
+        let ended = wait_for("a reader to stream or to be turned away", || match reader.ended() {
+            Some(_) => Some(true),
+            None => reader.stdout().contains("streaming").then_some(false),
+        });
+        if !ended {
+            return reader;
         }
-        readers.into_iter().for_each(Process::kill);
+        let why = reader.finish().expect(1).stderr;
+        assert!(why.contains("ExceedsMax"), "{why}");
+        turned_away += 1;
+        assert!(turned_away < 1000, "nobody clears away the dead");
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    for _ in 0..20 {
+        let four = [reader(), reader(), reader(), reader()];
+        four.into_iter().for_each(Process::kill);
     }
-    let mut last = robot(&rig, &["stream"]);
-    last.wait_for_word("streaming");
+    let last = reader();
+    println!("{turned_away} times there was no room");
     assert!(observer.is_alive());
     driver.stop();
     last.finish().expect(3);

@@ -93,7 +93,10 @@ fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
                     (None, None) => assert!(state.duty <= SENSING_DUTY, "{name}: {state:?}"),
                     (before, Some(fault)) => {
                         assert_eq!((state.mode(), state.duty), (Mode::Fault, 0.0), "{name}: {state:?}");
-                        assert!(before.is_none_or(|b| b == fault), "{name}: the first cause stays: {before:?}, {fault:?}");
+                        assert!(
+                            before.is_none_or(|b| b == fault),
+                            "{name}: the first cause stays: {before:?}, {fault:?}"
+                        );
                         if before.is_none() {
                             assert!(unhealthy[i] <= 2, "{name}: off after {} bad samples", unhealthy[i]);
                         }

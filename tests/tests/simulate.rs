@@ -45,7 +45,8 @@ impl Table {
 }
 
 fn span(values: &[f64]) -> f64 {
-    let of = |pick: fn(f64, f64) -> f64| values.iter().copied().filter(|v| v.is_finite()).reduce(pick).expect("numbers");
+    let of =
+        |pick: fn(f64, f64) -> f64| values.iter().copied().filter(|v| v.is_finite()).reduce(pick).expect("numbers");
     of(f64::max) - of(f64::min)
 }
 
@@ -322,6 +323,7 @@ fn files_that_are_not_there_and_channels_that_do_not_exist() {
     simulate(&nowhere, &desk.inputs, &out, &[]).refused(&["nowhere.toml"]);
     simulate(&desk.here.path(), &desk.here.file("nowhere.csv"), &out, &[]).refused(&["nowhere.csv"]);
     simulate(&desk.here.path(), &desk.inputs, &desk.here.file("no/such/folder/out.csv"), &[]).refused(&["out.csv"]);
+    simulate(&desk.here.path(), &desk.inputs, desk.here.path().parent().unwrap(), &[]).refused(&["folder"]);
     desk.refuses(&["--channel", "wrie"], &["wrie", "wire"]);
     let two = GOOD_RIG.to_string() + &GOOD_RIG[GOOD_RIG.find("[[channel]]").unwrap()..].replace("\"wire\"", "\"two\"");
     let desk = Desk::new(&two, "in.csv", GOOD_INPUTS.as_bytes());
