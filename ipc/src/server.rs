@@ -8,8 +8,8 @@ use crate::service::{
     MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, TickNotifier, failed, name, node,
 };
 use crate::{
-    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, PROTOCOL, Reply,
-    RigLock, Snapshot,
+    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, PROTOCOL, Reply, RigLock,
+    Snapshot,
 };
 use iceoryx2::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,6 +23,10 @@ const CLEANUP_PERIOD: Duration = Duration::from_secs(1);
 const REQUESTS_PER_CALL: usize = 256;
 /// What the stream's buffers may take of shared memory, bytes, when they are full.
 const STREAM_MEMORY: usize = 64 << 20;
+/// Batches in use beside those in the readers' buffers: one each reader looks at, and some in between.
+const EXTRA_SLOTS: usize = MAX_STREAMS + 4;
+/// Fewest batches a reader may lag behind.
+const FEWEST_SLOTS: usize = 16;
 
 /// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
 struct Run {
@@ -151,7 +155,16 @@ impl CyclePublisher {
         const WHAT: &str = "cycles";
         let channels = info.channels().len();
         let cycles_per_batch = cycles_per_batch(info.rate_hz);
-        let slots = slots(info.rate_hz, channels);
+        // Shared memory is only taken when it is written, and running out of it then kills the process: look first.
+        let left = crate::sys::shared_memory_left().map_or(STREAM_MEMORY, |left| left / 2);
+        let slots = slots(info.rate_hz, channels, left.min(STREAM_MEMORY)).ok_or_else(|| Error::Service {
+            what: WHAT,
+            reason: format!(
+                "only {} MB are left in /dev/shm, of which the stream may take half and needs {:.1} MB",
+                (2 * left) >> 20,
+                (slot_bytes(info.rate_hz, channels) * (FEWEST_SLOTS + EXTRA_SLOTS)) as f64 / f64::from(1 << 20)
+            ),
+        })?;
         let service = run
             .node
             .service_builder(&name(WHAT)?)
@@ -173,7 +186,7 @@ impl CyclePublisher {
             .max_loaned_samples(1)
             // By itself iceoryx2 reserves a full buffer for every subscriber. But all buffers hold the same samples, always some of
             // the last `slots` sent; apart from these only the one sample each subscriber is looking at can be in use.
-            .override_sample_preallocation(move |worst| (slots + MAX_STREAMS + 4).min(worst))
+            .override_sample_preallocation(move |worst| (slots + EXTRA_SLOTS).min(worst))
             .create()
             .map_err(failed(WHAT))?;
         const TICK: &str = "tick";
@@ -268,12 +281,16 @@ fn cycles_per_batch(rate_hz: f64) -> usize {
     ((rate_hz / 100.0) as usize).clamp(1, MAX_BATCH)
 }
 
-/// Batches a reader may lag behind: two seconds where memory allows.
-fn slots(rate_hz: f64, channels: usize) -> usize {
-    let batch = cycles_per_batch(rate_hz);
-    let bytes = batch * channels.max(1) * size_of::<ChannelState>();
-    let two_seconds = (2.0 * rate_hz / batch as f64).ceil() as usize;
-    two_seconds.clamp(16, 512).min(STREAM_MEMORY / bytes).max(16)
+/// Bytes of a batch.
+fn slot_bytes(rate_hz: f64, channels: usize) -> usize {
+    cycles_per_batch(rate_hz) * channels * size_of::<ChannelState>() + size_of::<BatchHeader>()
+}
+
+/// Batches a reader may lag behind: two seconds where `memory` (bytes) allows; `None` when not even a few fit.
+fn slots(rate_hz: f64, channels: usize, memory: usize) -> Option<usize> {
+    let two_seconds = (2.0 * rate_hz / cycles_per_batch(rate_hz) as f64).ceil() as usize;
+    let fitting = (memory / slot_bytes(rate_hz, channels)).saturating_sub(EXTRA_SLOTS);
+    (fitting >= FEWEST_SLOTS).then(|| two_seconds.clamp(FEWEST_SLOTS, 1024).min(fitting))
 }
 
 /// Receives commands and sends replies. For an ordinary thread, which calls it some hundred times a second.
@@ -360,8 +377,6 @@ impl Request {
     }
 }
 
-const _: () = assert!(MAX_CHANNELS * MAX_BATCH * size_of::<ChannelState>() * 16 <= STREAM_MEMORY);
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -388,10 +403,14 @@ mod tests {
     #[test]
     fn a_reader_may_lag_by_a_second_at_the_figures_the_driver_is_built_for() {
         for (rate, channels) in [(1000.0, 18), (5000.0, 64), (100.0, 1), (10_000.0, 18)] {
-            let seconds = (slots(rate, channels) * cycles_per_batch(rate)) as f64 / rate;
+            let slots = slots(rate, channels, STREAM_MEMORY).unwrap();
+            let seconds = (slots * cycles_per_batch(rate)) as f64 / rate;
             assert!(seconds >= 1.0, "{rate} Hz, {channels} channels: {seconds} s");
-            let bytes = slots(rate, channels) * cycles_per_batch(rate) * channels * size_of::<ChannelState>();
-            assert!(bytes <= STREAM_MEMORY, "{bytes}");
+            assert!((slots + EXTRA_SLOTS) * slot_bytes(rate, channels) <= STREAM_MEMORY);
         }
+        // With little memory less, and with too little an error at the start and not a signal later.
+        let little = slots(5000.0, 64, STREAM_MEMORY / 3).unwrap();
+        assert!((FEWEST_SLOTS..60).contains(&little), "{little}");
+        assert_eq!(slots(5000.0, 64, STREAM_MEMORY / 4), None);
     }
 }

@@ -23,6 +23,15 @@ pub fn user_id() -> u32 {
     unsafe { libc::geteuid() }
 }
 
+/// Bytes left for shared memory; `None` where the system does not say.
+pub fn shared_memory_left() -> Option<usize> {
+    // SAFETY: statvfs is plain data for which all zeros are valid.
+    let mut stat: libc::statvfs = unsafe { std::mem::zeroed() };
+    // SAFETY: the path is a C string, `stat` a valid place; the call writes nothing else.
+    let done = unsafe { libc::statvfs(c"/dev/shm".as_ptr(), &mut stat) };
+    (done == 0).then(|| (stat.f_bavail as usize).saturating_mul(stat.f_frsize as usize))
+}
+
 /// Kind of a lock: any number of readers, or one writer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lock {
