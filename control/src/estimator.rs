@@ -108,6 +108,8 @@ pub struct StateEstimator {
     /// λ of the wire, 1/s, and the fastest the air lets it lengthen, m/s.
     lambda: f64,
     cooling_speed: f64,
+    /// 1/([`MOTION_SPEED`] · that), s/m.
+    per_motion_speed: f64,
     temperature: f64,
     fraction: f64,
     hottest: f64,
@@ -128,10 +130,12 @@ impl StateEstimator {
     pub fn new(model: &WireModel) -> StateEstimator {
         let map = WireMap::new(model);
         let speeds = lambda::speeds(&map, map.full_power);
+        let cooling_speed = speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3));
         let mut estimator = StateEstimator {
             map,
             lambda: lambda::limits(&map, map.full_power).value.clamp(0.05, 50.0),
-            cooling_speed: speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3)),
+            cooling_speed,
+            per_motion_speed: 1.0 / (MOTION_SPEED * cooling_speed),
             temperature: 0.0,
             fraction: 0.0,
             hottest: 0.0,
@@ -175,7 +179,7 @@ impl StateEstimator {
             (self.elongation, self.velocity, self.seen) = (elongation, 0.0, true);
             return;
         }
-        let moving = (self.velocity.abs() / (MOTION_SPEED * self.cooling_speed)).min(1.0);
+        let moving = (self.velocity.abs() * self.per_motion_speed).min(1.0);
         let rate = MOTION_RATE * self.lambda * (1.0 + MOTION_GAIN * moving);
         // r = 1/(1+ω dt), α = 1−r², β = (1−r)²
         let keep = 1.0 / (1.0 + rate * dt);
@@ -210,7 +214,7 @@ impl StateEstimator {
             self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
         }
         let stress = if seen.tension_n.is_finite() {
-            (seen.tension_n / m.area).clamp(0.0, MOST_PA)
+            (seen.tension_n * m.per_area).clamp(0.0, MOST_PA)
         } else {
             m.stress(self.elongation, self.velocity)
         };
@@ -222,12 +226,12 @@ impl StateEstimator {
         let fraction = if measured {
             m.fraction(self.elongation, stress, self.temperature).clamp(0.0, 1.0)
         } else {
-            let predicted = self.temperature + heat * dt / m.heat_capacity;
+            let predicted = self.temperature + heat * dt * m.per_heat_capacity;
             // along an outer curve only as far as this cycle's heat pays for
             let most = (heat * dt).abs() / release;
             self.fraction + (self.clipped(self.fraction, predicted - shift) - self.fraction).clamp(-most, most)
         };
-        self.temperature += (heat * dt + release * (fraction - self.fraction)) / m.heat_capacity;
+        self.temperature += (heat * dt + release * (fraction - self.fraction)) * m.per_heat_capacity;
         self.fraction = fraction;
 
         let logit = WireMap::logit(fraction);
@@ -240,27 +244,31 @@ impl StateEstimator {
                 below * BOUND_RATE * (heating_curve - self.temperature)
             } else if self.temperature < cooling_curve {
                 above * BOUND_RATE * (cooling_curve - self.temperature)
-            } else {
+            } else if self.velocity.abs() > STANDING * self.cooling_speed {
                 let rate = MOTION_RATE * self.lambda;
                 let noise = STANDING_SIGMA * rate * (0.5 * rate * dt * self.variance).sqrt();
                 let standing = (STANDING * self.cooling_speed).max(noise);
                 let sure = ((self.velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
                 let curve = if self.velocity < 0.0 { heating_curve } else { cooling_curve };
                 below.min(above) * sure * BRANCH_RATE * (curve - self.temperature)
+            } else {
+                0.0
             };
-            let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
-            self.temperature += pulled;
-            // What has to be pulled again and again is a loss to the air that is not as the model has it; but only near
-            // balance, where the loss is what the power is for.
-            let balanced = (1.0 - heat.abs() / (BALANCE * loss.abs()).max(1e-12)).max(0.0) * below.min(above);
-            self.loss_scale = (self.loss_scale - balanced * LOSS_PER_K * pulled).clamp(0.4, 2.5);
+            if pull != 0.0 {
+                let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
+                self.temperature += pulled;
+                // What has to be pulled again and again is a loss to the air that is not as the model has it; but only
+                // near balance, where the loss is what the power is for.
+                let balanced = (1.0 - heat.abs() / (BALANCE * loss.abs()).max(1e-12)).max(0.0) * below.min(above);
+                self.loss_scale = (self.loss_scale - balanced * LOSS_PER_K * pulled).clamp(0.4, 2.5);
+            }
         }
         self.temperature = self.temperature.clamp(RANGE_C.0, RANGE_C.1);
         if !measured {
             self.elongation = m.elongation(fraction, stress, self.temperature);
         }
         let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
-        self.hottest = (self.hottest + rise * dt / m.heat_capacity).min(RANGE_C.1).max(self.temperature);
+        self.hottest = (self.hottest + rise * dt * m.per_heat_capacity).min(RANGE_C.1).max(self.temperature);
         Estimate {
             temperature_c: self.temperature,
             martensite: fraction,

@@ -15,6 +15,10 @@ pub(crate) struct WireMap {
     pub area: f64,
     /// m c_p, J/K.
     pub heat_capacity: f64,
+    /// Reciprocals of what is divided by every cycle.
+    pub per_heat_capacity: f64,
+    pub per_length: f64,
+    pub per_area: f64,
     /// m ΔH, J.
     pub latent: f64,
     /// h A_s, W/K.
@@ -68,6 +72,9 @@ impl WireMap {
             length: g.length_m,
             area: g.area_m2(),
             heat_capacity: m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k,
+            per_heat_capacity: 1.0 / (m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k),
+            per_length: 1.0 / g.length_m,
+            per_area: 1.0 / g.area_m2(),
             latent: m.density_kg_per_m3 * g.volume_m3() * m.latent_heat_j_per_kg,
             loss: convection * g.surface_m2(),
             ambient: model.ambient_c,
@@ -103,13 +110,13 @@ impl WireMap {
 
     /// Wire tension over area with the load moving at `v`, in Pa; a wire cannot push (eq. 51 without inertia).
     pub fn stress(&self, elongation: f64, velocity: f64) -> f64 {
-        ((self.preload - self.spring * elongation - self.damping * velocity) / self.area).max(0.0)
+        ((self.preload - self.spring * elongation - self.damping * velocity) * self.per_area).max(0.0)
     }
 
     /// Martensite fraction at an elongation (eq. 6 and 23 solved for ξ), unclipped.
     pub fn fraction(&self, elongation: f64, stress: f64, temperature: f64) -> f64 {
         let s = stress + self.thermoelastic * (temperature - self.reference);
-        (elongation / self.length - self.compliance_a * s) / self.strain_per_fraction(s)
+        (elongation * self.per_length - self.compliance_a * s) / self.strain_per_fraction(s)
     }
 
     /// ∂ε/∂ξ at constant stress and temperature, kept away from 0; `s` = σ + θ(T − T_0).
@@ -152,7 +159,7 @@ impl WireMap {
     /// −dT_b/dx at rest, the slope of eq. 68's ∂ξ/∂T seen from the length.
     pub fn kelvin_per_metre(&self, fraction: f64, width: f64, s: f64) -> f64 {
         let xi = fraction.clamp(0.03, 0.97);
-        width / (xi * (1.0 - xi) * self.length * self.strain_per_fraction(s)) + self.spring * self.shift / self.area
+        width / (xi * (1.0 - xi) * self.length * self.strain_per_fraction(s)) + self.spring * self.shift * self.per_area
     }
 }
 
