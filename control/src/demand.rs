@@ -20,21 +20,22 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// Everything a law of motion needs is a number.
-    pub fn is_finite(&self) -> bool {
-        self.reference_m.is_finite()
-            && self.length_m.is_finite()
-            && self.velocity_m_s.is_finite()
-            && self.acceleration_m_s2.is_finite()
+    /// Everything a law of motion needs is a number, and one that does not overflow when squared.
+    pub fn is_usable(&self) -> bool {
+        let usable = |value: f64| value.abs() < 1e9;
+        usable(self.reference_m)
+            && usable(self.length_m)
+            && usable(self.velocity_m_s)
+            && usable(self.acceleration_m_s2)
             && self.dt_s > 0.0
-            && self.dt_s.is_finite()
+            && usable(self.dt_s)
     }
 }
 
 /// A law from length to duty.
 pub trait Controller {
     /// The duty for the next period, always between the minimum and the maximum it was made with.
-    /// A demand that is not finite gets the minimum and sets [`Controller::is_blind`].
+    /// A demand that is not usable gets the minimum and sets [`Controller::is_blind`].
     fn duty(&mut self, demand: &Demand) -> f64;
 
     /// Forgets the past: as newly made.
@@ -87,7 +88,8 @@ impl Range {
     /// The duty to give where `wanted` is wanted on average.
     #[inline]
     pub fn give(&mut self, wanted: f64) -> f64 {
-        let wanted = wanted.clamp(self.minimum, self.maximum);
+        // in this order a NaN becomes the minimum
+        let wanted = wanted.max(self.minimum).min(self.maximum);
         match self.modulation {
             Modulation::Switched => wanted,
             Modulation::WholePeriods => {

@@ -32,7 +32,7 @@ impl Pi {
 impl Controller for Pi {
     #[inline]
     fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_finite();
+        self.blind = !demand.is_usable();
         if self.blind {
             return self.range.minimum;
         }

@@ -195,7 +195,7 @@ impl SlidingMode2 {
 impl Controller for SlidingMode2 {
     #[inline]
     fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_finite();
+        self.blind = !demand.is_usable();
         if self.blind {
             self.surface = 0.0;
             return self.range.minimum;
@@ -243,7 +243,7 @@ impl SlidingMode1 {
 impl Controller for SlidingMode1 {
     #[inline]
     fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_finite();
+        self.blind = !demand.is_usable();
         if self.blind {
             self.surface = 0.0;
             return self.range.minimum;

@@ -197,7 +197,7 @@ proptest! {
             };
             let given = law.duty(&demand);
             prop_assert!((settings.minimum_duty..=settings.maximum_duty).contains(&given), "{given}");
-            prop_assert_eq!(law.is_blind(), !demand.is_finite());
+            prop_assert_eq!(law.is_blind(), !demand.is_usable());
             if law.is_blind() {
                 prop_assert_eq!(given, settings.minimum_duty);
             }
