@@ -393,3 +393,11 @@ fn connecting_waits_for_a_driver_that_is_starting() {
         assert_eq!(connecting.join().unwrap().unwrap(), 7);
     });
 }
+
+#[test]
+#[should_panic(expected = "cycle 8, channel 2")]
+fn a_torn_state_would_be_noticed() {
+    let mut torn = state(8, 4);
+    torn.channel[2..].copy_from_slice(&state(7, 64).channel[2..]);
+    assert_whole(torn.cycle, torn.missed, torn.channels());
+}
