@@ -223,6 +223,47 @@ fn without_a_driver_there_is_none_and_with_two_one_has_to_be_chosen() {
     second.finish().expect(0);
 }
 
+/// The first thing anybody tries: no rig file at all.
+#[test]
+fn the_built_in_hexapod_walks_by_itself_and_lends_a_wire_to_whoever_asks() {
+    let rig = Rig::bench(&["unused"], "");
+    let house = House::new();
+    let report = rig.file("report.json");
+    let run = ["run", "--no-monitor", "--for", "300", "--report"];
+    let driver = house.process(Command::new(sinew()).args(run).arg(&report));
+    house.wait_for_driver();
+    let wires = || house.sinew(&["status", "--json"]).expect(0).json()["channel"].as_array().unwrap().clone();
+    let mut ranges = vec![(f64::MAX, f64::MIN); 18];
+    wait_until("all eighteen wires to walk", || {
+        let wires = wires();
+        assert_eq!(wires.len(), 18);
+        for (wire, range) in wires.iter().zip(&mut ranges) {
+            assert!(wire["fault"].is_null(), "{wire:#}");
+            if let Some(stroke) = wire["stroke"].as_f64() {
+                *range = (range.0.min(stroke), range.1.max(stroke));
+            }
+        }
+        ranges.iter().all(|(low, high)| high - low > 0.15)
+    });
+    let (asked, others): (Vec<_>, Vec<_>) = {
+        house.sinew(&["set", "front_left_femur", "stroke=60%", "--hold", "5"]).expect(0);
+        wires().into_iter().partition(|wire| wire["name"] == "front_left_femur")
+    };
+    assert_eq!(asked[0]["mode"], "length", "{:#}", asked[0]);
+    assert!(asked[0]["lease_s"].as_f64().unwrap() <= 5.0, "{:#}", asked[0]);
+    assert!(others.len() == 17 && others.iter().all(|wire| wire["mode"] == "program"), "{others:#?}");
+    // And it goes on walking with it once the lease is over, without anybody having to reset anything.
+    wait_until("the wire to walk again", || {
+        wires().iter().all(|wire| wire["mode"] == "program" && wire["fault"].is_null())
+    });
+    driver.signal(libc::SIGINT);
+    driver.finish().expect(0);
+    let report: serde_json::Value = serde_json::from_str(&fs::read_to_string(report).unwrap()).unwrap();
+    check_report(&report);
+    assert_eq!((report["rig"].as_str(), report["channels"].as_u64()), (Some("hexapod"), Some(18)));
+    assert_eq!(report["faults"].as_array().unwrap().len(), 0, "{report:#}");
+}
+
 #[test]
 fn a_rig_that_cannot_be_driven_is_refused_and_no_report_is_touched() {
     let mistakes: [(&str, &str, &[&str]); 8] = [
