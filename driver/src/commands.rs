@@ -282,17 +282,17 @@ impl Desk {
         if self.orders.slots() < missing {
             return refuse(shared, request, Reply::refused(&command, Outcome::Busy));
         }
-        let mut hold_s = 0.0;
+        // All are checked before the first is on its way: a command for all is taken by all or by none.
+        let mut hold_s = f64::INFINITY;
+        for channel in channels.clone() {
+            match self.rules[channel].check(&command) {
+                Ok((_, granted_s)) => hold_s = hold_s.min(granted_s),
+                Err(reply) => return refuse(shared, request, Reply { channel: channel as u32, ..reply }),
+            }
+        }
         for channel in channels {
-            let ask = match self.rules[channel].check(&command) {
-                Ok((ask, granted_s)) => {
-                    hold_s = granted_s;
-                    ask
-                }
-                // All channels are checked by the same rules where a command for all is possible: none is on its way yet.
-                Err(reply) => return refuse(shared, request, reply),
-            };
-            let hold_ns = if hold_s > 0.0 { (hold_s * 1e9) as u64 } else { u64::MAX };
+            let Ok((ask, granted_s)) = self.rules[channel].check(&command) else { continue };
+            let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
             // There is room: asked above, and nobody else pushes.
             let _ = self.orders.push(Order { ticket, channel, ask, hold_ns });
         }
