@@ -56,44 +56,9 @@ impl fmt::Display for Failure {
 /// What every command returns.
 pub type Outcome = Result<(), Failure>;
 
-/// The name among `known` that `given` was probably meant to be, if one is close.
-pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let allowed = 1 + given.chars().count() / 4;
-    known
-        .into_iter()
-        .map(|name| (distance(&given.to_lowercase(), &name.to_lowercase()), name))
-        .filter(|(d, _)| *d <= allowed)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, name)| name)
-}
-
-/// Levenshtein distance.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_slip_is_recognised_and_a_stranger_is_not() {
-        let known = ["front-left-hip", "front-left-knee", "rear-left-hip"];
-        assert_eq!(nearest("front-left-hpi", known), Some("front-left-hip"));
-        assert_eq!(nearest("FRONT-LEFT-KNEE", known), Some("front-left-knee"));
-        assert_eq!(nearest("elbow", known), None);
-    }
 
     #[test]
     fn the_hint_stands_on_its_own_line() {

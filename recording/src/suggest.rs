@@ -4,35 +4,12 @@ use crate::column::{Column, TIME};
 
 /// The known column nearest to `word`, if one is near enough to be a slip, or the same quantity written otherwise.
 pub(crate) fn nearest(word: &str) -> Option<&'static str> {
-    let word = word.to_lowercase();
-    if word.chars().count() > 40 {
-        return None;
-    }
     let names = || std::iter::once(TIME).chain(Column::ALL.iter().map(|c| c.name()));
-    let near = names()
-        .map(|name| (distance(&word, name), name))
-        .filter(|(d, name)| *d <= 1 + name.len() / 5)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, name)| name);
+    let near = sinew_rig::nearest(word, names());
+    let word = word.to_lowercase();
     // "position", "position_mm" and "Position [mm]" all begin like position_m
     let letters: String = word.chars().take_while(char::is_ascii_alphanumeric).collect();
     near.or_else(|| names().find(|name| letters.len() > 2 && name.split('_').next() == Some(letters.as_str())))
-}
-
-/// Levenshtein distance in letters.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 /// The column that is probably the time under another name.

@@ -11,9 +11,9 @@ pub mod status;
 
 use std::path::Path;
 
-use sinew_rig::{Channel, Rig};
+use sinew_rig::{Channel, Rig, nearest};
 
-use crate::failure::{Failure, nearest};
+use crate::failure::Failure;
 
 /// Reads a rig file, or takes the built-in hexapod.
 fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
