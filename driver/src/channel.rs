@@ -117,6 +117,18 @@ impl Channel {
             return Err(refuse("its drive is not \"pwm\": only a wire heated by pulses can be driven".into()));
         }
         let stroke = StrokeRange::of(model).map_err(|error| refuse(error.to_string()))?;
+        let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
+        let (low_m, high_m) = (channel.limits.min_length_m, channel.limits.max_length_m);
+        // Nothing could be asked of such a channel, and every sample would be out of range.
+        if !(low_m.max(short_m) <= high_m.min(long_m)) {
+            return Err(refuse(format!(
+                "its limits leave nothing of its stroke: {:.2} to {:.2} mm, but it is {:.2} to {:.2} mm long",
+                low_m * 1e3,
+                high_m * 1e3,
+                short_m * 1e3,
+                long_m * 1e3
+            )));
+        }
         let hot = Ends::of(model, true, stroke.hot_m);
         let cold = Ends::of(model, false, stroke.cold_m);
 
@@ -286,7 +298,11 @@ impl Channel {
     /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
     #[inline]
     pub fn trip(&mut self, fault: Fault) -> Option<Change> {
-        self.duty = 0.0;
+        // A backend that failed has put its outputs to zero; else what went out with this exchange still heats for a period, and
+        // however long that one gets, it is accounted for.
+        if fault == Fault::Backend {
+            self.duty = 0.0;
+        }
         self.regulating = false;
         self.forget_target();
         self.guard.trip(fault)

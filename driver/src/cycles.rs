@@ -38,10 +38,14 @@ impl Outlet for NoOutlet {
 pub(crate) struct Shared {
     /// Set by whoever wants the loop to end.
     pub stop: AtomicBool,
+    /// Set, before `stop`, when a helper's thread has panicked.
+    pub panicked: AtomicBool,
     /// Set by the loop when it has ended and outputs are zero.
     pub ended: AtomicBool,
     /// Events that did not fit into their ring.
     pub events_lost: AtomicU64,
+    /// Cycles the publisher could not send.
+    pub unsent: AtomicU64,
     /// Requests refused, by the desk or the loop.
     pub refusals: AtomicU64,
     /// Cycles so far, and periods missed: written by the loop alone.
@@ -120,7 +124,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let result = panic::catch_unwind(AssertUnwindSafe(|| self.cycles(shared, &mut remains)));
         // Once more, should it have come from before the guard in there was set up.
         self.backend.stop();
-        if let Ok(ending) = result {
+        if let Ok(ending) = result
+            && !shared.panicked.load(Ordering::Acquire)
+        {
             remains.ending = ending;
         }
         remains.last.state = DriverState::Stopped.code();
@@ -183,6 +189,8 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 backend.0.missed(missed_since);
                 stats.missed += missed_since;
             }
+            // What the backend leaves unwritten is not measured, and must not pass for the sample of the period before.
+            samples.fill(Sample::NONE);
             let exchanged = backend.0.exchange(&duty, &mut samples);
             if let Err(error) = exchanged {
                 *last_error = Some(error);

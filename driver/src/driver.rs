@@ -239,7 +239,10 @@ fn run_loop<B: Backend>(
     let failure = if wish.mode == Mode::Strict && !refused.is_empty() {
         Some(Error::NotRealtime { refused })
     } else {
-        looping.backend.start().err().map(Error::Backend)
+        match catch_unwind(AssertUnwindSafe(|| looping.backend.start())) {
+            Ok(started) => started.err().map(Error::Backend),
+            Err(_) => Some(Error::Thread(std::io::Error::other("the backend panicked while it started"))),
+        }
     };
     if let Some(error) = failure {
         looping.backend.stop();
@@ -281,8 +284,9 @@ fn spawn<T: Send + 'static>(
 /// A helper that panics takes the driver along in good order: outputs to zero, report.
 fn guarded(shared: &Shared, body: impl FnOnce()) {
     if catch_unwind(AssertUnwindSafe(body)).is_err() {
-        tracing::error!("a thread of the driver panicked; stopping");
+        shared.panicked.store(true, Ordering::Release);
         shared.stop.store(true, Ordering::Relaxed);
+        tracing::error!("a thread of the driver panicked; stopping");
     }
 }
 
@@ -369,7 +373,7 @@ impl DriverHandle {
             period_us: Quantiles::of(&stats.period),
             floor,
             allocations_in_loop: allocations::is_counting().then_some(stats.allocations),
-            unpublished: stats.ring_drops,
+            unpublished: stats.ring_drops + self.shared.unsent.load(Ordering::Relaxed),
             rt: self.realtime.clone(),
             faults: diary
                 .faults

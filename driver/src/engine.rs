@@ -185,9 +185,12 @@ impl Engine {
         let mut everything = self.punctuality.lost(beat.missed, dt_s).then_some(Fault::CycleOverrun);
         let mut failed = None;
         if let Err(error) = exchanged {
-            match error.channel() {
-                Some(channel) => failed = Some(channel),
-                None => everything = Some(Fault::Backend),
+            match error {
+                BackendError::Channel { channel, .. } if (channel as usize) < self.channels.len() => {
+                    failed = Some(channel as usize);
+                }
+                // A channel there is none of, or a duty that kept all others from going out as well: no sample is to be trusted.
+                _ => everything = Some(Fault::Backend),
             }
         }
         if let Err(error) = exchanged
@@ -258,6 +261,8 @@ impl Channel {
         };
         *state = ChannelState {
             length_m: self.reading.length_m,
+            // the observer goes on predicting when samples stop; that is not a measurement
+            observed_length_m: if self.reading.health.is_ok() { self.motion.length_m } else { f64::NAN },
             velocity_m_s: self.motion.velocity_m_s,
             acceleration_m_s2: self.motion.acceleration_m_s2,
             target_m: self.target_m(),

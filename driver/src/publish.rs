@@ -48,6 +48,7 @@ pub(crate) fn publish(
         if let Some(port) = &mut port {
             if now >= next_flush || ended {
                 port.flush();
+                shared.unsent.store(port.unsent(), Ordering::Relaxed);
                 next_flush = now + BATCH_AGE;
             }
             if news && now >= next_ring {

@@ -42,7 +42,7 @@ pub struct RunReport {
     pub floor: Option<BareLoop>,
     /// Calls to the allocator by the loop's thread while it looped; `null` when the program does not count them.
     pub allocations_in_loop: Option<u64>,
-    /// Cycles that no subscriber could get, because the ring to the publisher was full.
+    /// Cycles that no subscriber could get: the ring to the publisher was full, or shared memory could not be had.
     pub unpublished: u64,
     /// What Linux granted.
     pub rt: RealtimeReport,

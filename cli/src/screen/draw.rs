@@ -231,7 +231,7 @@ fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: 
                 Column::Target => {
                     put(buffer, x, y, &format!("{:>w$}", percent(row.target())), *width, palette.target())
                 }
-                Column::Length => put(buffer, x, y, &number(row.length_m * 1e3, 2), *width, base),
+                Column::Length => put(buffer, x, y, &number(row.observed_length_m * 1e3, 2), *width, base),
                 Column::Duty => put(buffer, x, y, &number(row.duty, 2), *width, base),
                 Column::Resistance => put(buffer, x, y, &number(row.resistance_ohm, 2), *width, base),
                 Column::Temperature => put(buffer, x, y, &number(row.temperature_c, 0), *width, base),
@@ -355,7 +355,7 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
         false => "–".into(),
     };
     let mut lines = vec![
-        pair("length", unit(row.length_m * 1e3, 3, "mm")),
+        pair("length", unit(row.observed_length_m * 1e3, 3, "mm")),
         pair("target", unit(row.target_m * 1e3, 3, "mm")),
         pair("range", format!("{:.1} … {:.1} mm", row.hot_m * 1e3, row.cold_m * 1e3)),
         pair("speed", unit(row.velocity_m_s * 1e3, 2, "mm/s")),
@@ -525,7 +525,7 @@ mod tests {
             view.uptime_s = end_s - f64::from(tick) * 0.2;
             let share = 0.5 + 0.4 * (view.uptime_s * 0.5).sin();
             let row = &mut view.channels[3];
-            row.length_m = row.cold_m - share * (row.cold_m - row.hot_m);
+            row.observed_length_m = row.cold_m - share * (row.cold_m - row.hot_m);
             row.target_m = row.cold_m - (if share > 0.5 { 0.9 } else { 0.1 }) * (row.cold_m - row.hot_m);
             app.update(view.clone());
         }
@@ -615,7 +615,7 @@ mod tests {
     fn unknown_values_show_a_dash() {
         let mut view = hexapod(1);
         let row = &mut view.channels[0];
-        row.length_m = f64::NAN;
+        row.observed_length_m = f64::NAN;
         row.target_m = f64::NAN;
         row.resistance_ohm = f64::NAN;
         row.temperature_c = f64::INFINITY;

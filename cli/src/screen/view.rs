@@ -30,8 +30,10 @@ pub struct Row {
     pub name: String,
     /// What the controller does, in one word.
     pub mode: &'static str,
-    /// Wire length, m; NaN while it is not measured.
+    /// Wire length as sampled, m; NaN while it is not measured.
     pub length_m: f64,
+    /// The same without the sample's noise, by the driver's observer, m: what is shown.
+    pub observed_length_m: f64,
     /// Length asked for, m; NaN when none is.
     pub target_m: f64,
     /// Length at no stroke, m.
@@ -95,7 +97,7 @@ impl Row {
 
     /// Present share of the stroke.
     pub fn stroke(&self) -> f64 {
-        self.stroke_at(self.length_m)
+        self.stroke_at(self.observed_length_m)
     }
 
     /// Share of the stroke asked for.
@@ -177,6 +179,7 @@ pub mod tests {
                 },
                 mode: if faulty { "fault" } else { "program" },
                 length_m: cold_m - share * (cold_m - hot_m),
+                observed_length_m: cold_m - share * (cold_m - hot_m),
                 target_m: if faulty { f64::NAN } else { cold_m - (share + 0.02) * (cold_m - hot_m) },
                 cold_m,
                 hot_m,

@@ -46,6 +46,7 @@ pub fn state(cycle: u64, channels: usize) -> Snapshot {
         let x = (cycle * 64 + i as u64) as f64;
         *c = ChannelState {
             length_m: x,
+            observed_length_m: x,
             velocity_m_s: x + 0.25,
             acceleration_m_s2: -x,
             target_m: x,
