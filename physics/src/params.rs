@@ -250,7 +250,7 @@ impl WireModel {
         let m = &self.material;
         let check = |key: &'static str, found: f64, low: f64, high: f64| {
             // bounds are stated in the rig file's units: a value exactly on one may come back from SI a last digit beyond
-            let slack = 1e-12 * found.abs();
+            let slack = 8.0 * f64::EPSILON * found.abs();
             if found >= low - slack && found <= high + slack {
                 Ok(())
             } else {
