@@ -69,7 +69,7 @@ pub enum Ending {
     Duration,
     /// Somebody asked for it.
     Stopped,
-    /// Its code panicked; outputs were put to zero.
+    /// Code of the loop or of one of its helpers panicked; outputs were put to zero.
     Panicked,
 }
 

@@ -3,7 +3,10 @@
 mod common;
 
 use common::{Fake, Mishap, rig};
-use sinew_driver::{Answer, Ask, Backend, Beat, Engine, Event, Occurrence, Order, Program, Sample, supervisor};
+use sinew_driver::{
+    Answer, Ask, Backend, BackendError, Beat, ChannelFault, Engine, Error, Event, Occurrence, Order, Program, Sample,
+    supervisor,
+};
 use sinew_ipc::{DriverState, Fault, Mode, Snapshot};
 
 const RATE_HZ: f64 = 1000.0;
@@ -340,6 +343,53 @@ fn late_cycles_in_a_row_or_one_long_gap_switch_everything_off() {
     assert_eq!(bench.reset(1), Answer::Done);
     bench.cycle_after((supervisor::OVERRUN_S * RATE_HZ) as u64);
     assert_eq!(both(&bench), [Fault::CycleOverrun; 4]);
+}
+
+#[test]
+fn what_still_goes_out_when_the_loop_was_late_is_accounted_for() {
+    let mut bench = Bench::started(1);
+    bench.order(0, Ask::Duty(0.2), 1000.0);
+    bench.run(10);
+    let before_w = bench.state.channel[0].power_w;
+    bench.cycle_after((supervisor::OVERRUN_S * RATE_HZ) as u64);
+    assert_eq!(bench.faults(), [(bench.period, 0, Fault::CycleOverrun)]);
+    assert_eq!(bench.duty, [0.0], "from the next exchange on");
+    // What this one handed over was in force until then.
+    bench.run(1);
+    let power_w = bench.state.channel[0].power_w;
+    assert!((power_w / before_w - 1.0).abs() < 0.05, "{power_w} W of {before_w} W");
+    bench.run(1);
+    assert_eq!(bench.state.channel[0].power_w, 0.0);
+}
+
+#[test]
+fn an_error_about_a_channel_there_is_none_of_and_a_refused_duty_switch_everything_off() {
+    let fault = ChannelFault::Converter;
+    for error in [BackendError::Channel { channel: 2, fault }, BackendError::BadDuty { channel: 0 }] {
+        let mut bench = Bench::started(2);
+        bench.run(1);
+        let (duty, samples) = (&mut bench.duty, &bench.samples);
+        let beat = Beat { now_ns: bench.period * PERIOD_NS, missed: 0 };
+        bench.engine.cycle(beat, Err(error), samples, duty, |_| {});
+        assert_eq!(bench.duty, [0.0; 2], "{error}");
+        bench.engine.describe(beat.now_ns, DriverState::Running, &mut bench.state);
+        for state in bench.state.channels() {
+            assert!(state.length_m.is_nan() && state.fault() == Some(Fault::Backend), "{error}: {state:?}");
+        }
+    }
+}
+
+#[test]
+fn a_channel_whose_limits_leave_nothing_of_its_stroke_is_refused() {
+    let mut rig = rig("limits", 1, RATE_HZ);
+    // What a client asks of it could not be held to any range.
+    (rig.channels[0].limits.min_length_m, rig.channels[0].limits.max_length_m) = (0.18, 0.19);
+    match Engine::new(&rig, None) {
+        Err(Error::Rig { place, reason }) => {
+            assert!(place.contains("wire0") && reason.contains("180.00 to 190.00 mm"), "{place}: {reason}");
+        }
+        other => panic!("{:?}", other.err()),
+    }
 }
 
 #[test]

@@ -51,7 +51,7 @@ pub fn run(args: &args::Run) -> Outcome {
     shown?;
     match report.ended {
         Ending::Panicked => {
-            Err(Failure::own("the loop panicked; outputs are at zero").hint("please report it, with what stands above"))
+            Err(Failure::own("the driver panicked; outputs are at zero").hint("please report it, with what stands above"))
         }
         Ending::Duration | Ending::Stopped => Ok(()),
     }
