@@ -3,7 +3,7 @@
 
 use crate::kinetics::{Fraction, Hysteresis, Point};
 use crate::params::{Convection, DriveKind, Load, Mixing, Taps, WireModel};
-use crate::wire::Inputs;
+use crate::signals::Inputs;
 
 /// Longest step taken in one piece, in s. Longer ones are divided evenly.
 const LONGEST_PIECE_S: f64 = 2.5e-3;

@@ -7,10 +7,12 @@
 mod balance;
 mod kinetics;
 mod params;
+mod signals;
 mod wire;
 
 pub use kinetics::{Direction, Fraction, Hysteresis};
-pub use wire::{EnergyBalance, Inputs, Outputs, Wire, cold_length_m, hot_length_m};
+pub use signals::{EnergyBalance, Inputs, Outputs};
+pub use wire::{Wire, cold_length_m, hot_length_m};
 
 pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps, WireModel};
 
