@@ -120,14 +120,22 @@ fn a_driver_is_commanded_refuses_what_it_must_and_stops_in_order() {
 }
 
 #[test]
-fn sigterm_is_an_orderly_end() {
-    let scratch = Scratch::new();
-    let mut driver = Driver::start(&scratch);
-    let killed = Command::new("kill").args(["-TERM", &driver.child.id().to_string()]).status().expect("kill");
-    assert!(killed.success());
-    let (code, report) = driver.ended();
-    assert_eq!(code, 0);
-    assert_eq!(report["ended"], "stopped");
+fn sigterm_is_an_orderly_end_and_so_is_ctrl_z() {
+    // A driver that only stood still would leave its wires heated.
+    for signal in ["-TERM", "-TSTP"] {
+        let scratch = Scratch::new();
+        let mut driver = Driver::start(&scratch);
+        let killed = Command::new("kill").args([signal, &driver.child.id().to_string()]).status().expect("kill");
+        assert!(killed.success());
+        let patience = Instant::now() + Duration::from_secs(60);
+        while driver.child.try_wait().expect("a child").is_none() {
+            assert!(Instant::now() < patience, "{signal} does not end it");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let (code, report) = driver.ended();
+        assert_eq!(code, 0);
+        assert_eq!(report["ended"], "stopped");
+    }
 }
 
 #[test]

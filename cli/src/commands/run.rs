@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use signal_hook::consts::SIGTSTP;
 use sinew_driver::report::Ending;
 use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport};
 use sinew_ipc::Client;
@@ -31,6 +33,9 @@ pub fn run(args: &args::Run) -> Outcome {
         output::has_place(path)?;
     }
     let asked = signals()?;
+    // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
+    signal_hook::flag::register(SIGTSTP, Arc::clone(&asked))
+        .map_err(|error| Failure::own(format!("signal {SIGTSTP} cannot be handled: {error}")))?;
     let backend = SimulatedRig::new(&rig).map_err(|error| backend_failure(&rig, error))?;
     let options = Options {
         duration_s: args.duration_s,
@@ -51,7 +56,8 @@ pub fn run(args: &args::Run) -> Outcome {
     shown?;
     match report.ended {
         Ending::Panicked => {
-            Err(Failure::own("the driver panicked; outputs are at zero").hint("please report it, with what stands above"))
+            Err(Failure::own("the driver panicked; outputs are at zero")
+                .hint("please report it, with what stands above"))
         }
         Ending::Duration | Ending::Stopped => Ok(()),
     }

@@ -110,6 +110,9 @@ fn text(view: &View) -> String {
         micros(q.p999),
         micros(q.max),
     );
+    if let Some(stands) = view.stands_still() {
+        let _ = writeln!(text, "{stands}\n");
+    }
     let width = view.channels.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(7);
     let _ = writeln!(
         text,
@@ -162,5 +165,10 @@ mod tests {
         let text = text(&view);
         assert!(!text.contains("NaN"), "{text}");
         assert!(text.contains("check the wire"), "{text}");
+        assert!(!text.contains("nothing new"), "{text}");
+        view.age_s = 3.25;
+        let text = super::text(&view);
+        assert!(text.contains("nothing new for 3.2 s: the loop stands still"), "{text}");
+        assert!(view.plain_line().contains("nothing new for 3.2 s"), "{}", view.plain_line());
     }
 }

@@ -107,8 +107,18 @@ impl Row {
 }
 
 impl View {
+    /// A warning that what is shown is old, when it is: the loop has not written for half a second and twenty periods.
+    pub fn stands_still(&self) -> Option<String> {
+        (self.age_s > 0.5 + 20.0 / self.rate_hz.max(1.0)).then(|| {
+            format!("nothing new for {:.1} s: the loop stands still, and all of this is from before", self.age_s)
+        })
+    }
+
     /// One line of plain text: what is printed once a second where there is no screen.
     pub fn plain_line(&self) -> String {
+        if let Some(stands) = self.stands_still() {
+            return format!("{:.1} s  cycle {}  {stands}", self.uptime_s, self.cycle);
+        }
         let t = &self.timing;
         let strokes: Vec<String> =
             self.channels.iter().map(|row| percent(row.stroke()).trim_start().to_string()).collect();
