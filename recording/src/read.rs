@@ -97,18 +97,17 @@ impl<R: Read> Read for Lines<R> {
         if self.too_long() {
             return Err(ErrorKind::FileTooLarge.into());
         }
-        let read = self.input.read(buffer)?;
-        if read == 0 && self.length > 0 && !buffer.is_empty() {
-            buffer[0] = b'\n';
-            self.length = 0;
-            return Ok(1);
-        }
-        for (i, byte) in buffer[..read].iter().enumerate() {
-            self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
-            if self.too_long() {
-                // what comes before the end of this line is good, and says which line it is
-                return Ok(i + 1);
+        // so little at a time that no line becomes too long before its end is looked for
+        let room = buffer.len().min(MAX_LINE_BYTES + 1 - self.length);
+        let read = self.input.read(&mut buffer[..room])?;
+        match buffer[..read].iter().rposition(|byte| *byte == b'\n') {
+            Some(end) => self.length = read - end - 1,
+            None if read == 0 && self.length > 0 && room > 0 => {
+                buffer[0] = b'\n';
+                self.length = 0;
+                return Ok(1);
             }
+            None => self.length += read,
         }
         Ok(read)
     }
@@ -214,11 +213,13 @@ impl<'a, R: Read> Reader<'a, R> {
             return Err(self.error(What::Empty));
         }
         // Latin-1 has µ and ° as bytes no UTF-8 has
-        let row = StringRecord::from_byte_record(row).map_err(|_| self.here(What::NotText { found: "not UTF-8 text" }))?;
+        let row =
+            StringRecord::from_byte_record(row).map_err(|_| self.here(What::NotText { found: "not UTF-8 text" }))?;
         let names: Vec<String> = row.iter().map(|cell| unquoted(cell).to_string()).collect();
         if names.len() == 1 || !names.iter().any(|n| n == TIME) {
             let separators = [(';', "semicolons"), ('\t', "tabs"), ('|', "bars")];
-            if let Some((_, found)) = separators.into_iter().find(|(c, _)| names.iter().any(|n| n.contains(*c))) {
+            let text = row.as_slice().trim_end();
+            if let Some((_, found)) = separators.into_iter().find(|(c, _)| text.contains(*c)) {
                 return Err(self.here(What::WrongSeparator { found }));
             }
             if names.len() == 1 && names[0] != TIME && names[0].split_whitespace().any(|word| word == TIME) {
@@ -656,6 +657,20 @@ mod tests {
         let options = Options { columns: Some(&map), ..Options::default() };
         let r = read_from("time_s,v1_v,v2_v\n0,1,2\n1,1,2\n2,1,2\n".as_bytes(), "x", &options).unwrap();
         assert_eq!((r.get(Column::V1V).unwrap()[0], r.get(Column::V2V).unwrap()[0]), (2.0, 1.0));
+    }
+
+    #[test]
+    fn lines_are_counted_whatever_ends_them() {
+        for end in ["\n", "\r\n"] {
+            for last in ["", end] {
+                let content = ["", "time_s,duty", "", "", "0,0", "  ", "1,x"].join(end) + last;
+                assert_eq!(wrong(&content, Some(7), Some("duty")), What::NotANumber { found: "x".into() });
+            }
+        }
+        // good lines that arrive together with one that is too long are still counted
+        let body = |long: usize| format!("time_s,duty\n0,0\n1,0\n2,0{}\n3,0\n", " ".repeat(long - 3));
+        assert!(text(&body(MAX_LINE_BYTES)).is_ok());
+        assert_eq!(wrong(&body(MAX_LINE_BYTES + 1), Some(4), None), What::LineTooLong { limit: MAX_LINE_BYTES });
     }
 
     #[test]
