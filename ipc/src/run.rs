@@ -233,7 +233,11 @@ impl RigLock {
 impl Drop for RigLock {
     fn drop(&mut self) {
         // Removed while it is still locked: who opens it later finds a new one, who has it open notices (see `acquire_in`).
-        let _ = fs::remove_file(lock_path(&self.dir, &self.rig));
+        // Should somebody have removed it before, the one that is there now is another driver's.
+        let path = lock_path(&self.dir, &self.rig);
+        if is_the_file_at(&self.file, &path) {
+            let _ = fs::remove_file(path);
+        }
         self.users = None;
         if let Ok(sweep) = Sweep::begin(&self.dir) {
             sweep.run(&self.run);
@@ -482,6 +486,18 @@ mod tests {
         assert_eq!(running_in(&dir.0), ["other"]);
         drop(RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap());
         drop(other);
+        assert_eq!(dir.entries(), [".sweep"]);
+    }
+
+    #[test]
+    fn a_driver_whose_lock_file_was_removed_leaves_the_next_ones_alone() {
+        let dir = Scratch::new("removed");
+        let first = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        fs::remove_file(lock_path(&dir.0, "bench")).unwrap();
+        let second = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+        drop(first);
+        assert_eq!(running_in(&dir.0), ["bench"], "it could not be stopped any more");
+        drop(second);
         assert_eq!(dir.entries(), [".sweep"]);
     }
 
