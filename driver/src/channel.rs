@@ -119,8 +119,9 @@ impl Channel {
         let stroke = StrokeRange::of(model).map_err(|error| refuse(error.to_string()))?;
         let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
         let (low_m, high_m) = (channel.limits.min_length_m, channel.limits.max_length_m);
+        let reaches = low_m.max(short_m) <= high_m.min(long_m);
         // Nothing could be asked of such a channel, and every sample would be out of range.
-        if !(low_m.max(short_m) <= high_m.min(long_m)) {
+        if !reaches {
             return Err(refuse(format!(
                 "its limits leave nothing of its stroke: {:.2} to {:.2} mm, but it is {:.2} to {:.2} mm long",
                 low_m * 1e3,
