@@ -229,7 +229,7 @@ impl StateEstimator {
             let predicted = self.temperature + heat * dt * m.per_heat_capacity;
             // along an outer curve only as far as this cycle's heat pays for
             let most = (heat * dt).abs() / release;
-            self.fraction + (self.clipped(self.fraction, predicted - shift) - self.fraction).clamp(-most, most)
+            self.fraction + (self.clipped(self.fraction, predicted - shift) - self.fraction).max(-most).min(most)
         };
         self.temperature += (heat * dt + release * (fraction - self.fraction)) * m.per_heat_capacity;
         self.fraction = fraction;

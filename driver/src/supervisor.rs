@@ -20,6 +20,7 @@
 //!
 //! | evidence | threshold | periods | why noise cannot |
 //! |---|---|---|---|
+//! | a flapping contact | every second sample bad, see [`MOST_UNREST`] | 32 | as above, many times over |
 //! | health of a sample | 8 standard deviations clear of anything healthy (`sinew-sensing`) | 2 | 10⁻¹⁵ a sample, 10⁻³⁰ twice in a row |
 //! | current in the on-phase | `max_current_a` + 8 standard deviations of the converter | 2 | the same |
 //! | estimated temperature, energy account | the limit | 2 | both are integrals: noise moves them by less than 0.1 K |
@@ -36,6 +37,9 @@ use sinew_sensing::Health;
 pub const PROOF_SAMPLES: u32 = 8;
 /// Bad samples in a row that latch a fault.
 pub const DEBOUNCE_SAMPLES: u32 = 2;
+/// A contact that flaps so that no two samples in a row are bad latches too: every second sample bad does in 32 periods,
+/// every third never.
+pub const MOST_UNREST: u32 = 16;
 /// A channel that has neither proved itself nor shown a clear fault for so long (s, and four times [`PROOF_SAMPLES`] periods)
 /// is latched with the last thing wrong.
 pub const PROOF_TIMEOUT_S: f64 = 1.0;
@@ -118,6 +122,8 @@ pub struct Guard {
     proving_periods: u32,
     /// Bad samples in a row, and what the first of them showed.
     bad_samples: u32,
+    /// Rises by 2 with a bad sample and falls by 1 with a good one: a flapping contact, never bad twice in a row.
+    unrest: u32,
     suspect: Fault,
     hot_periods: u32,
     spent_periods: u32,
@@ -137,6 +143,7 @@ impl Guard {
             proving_s: 0.0,
             proving_periods: 0,
             bad_samples: 0,
+            unrest: 0,
             suspect: Fault::NoSample,
             hot_periods: 0,
             spent_periods: 0,
@@ -200,6 +207,7 @@ impl Guard {
             match wrong_with(evidence, &self.limits) {
                 None => {
                     self.bad_samples = 0;
+                    self.unrest = self.unrest.saturating_sub(1);
                     self.good_samples = self.good_samples.saturating_add(1);
                 }
                 Some(fault) => {
@@ -207,8 +215,9 @@ impl Guard {
                         self.suspect = fault;
                     }
                     self.bad_samples += 1;
+                    self.unrest += 2;
                     self.good_samples = 0;
-                    if self.bad_samples >= DEBOUNCE_SAMPLES {
+                    if self.bad_samples >= DEBOUNCE_SAMPLES || self.unrest >= MOST_UNREST {
                         return (Permit::Off, self.trip(self.suspect));
                     }
                     // Whatever is wrong, it is not the moment to heat.
@@ -241,6 +250,7 @@ impl Guard {
         }
         self.state = State::Latched;
         self.bad_samples = 0;
+        self.unrest = 0;
         self.good_samples = 0;
         self.hot_periods = 0;
         self.spent_periods = 0;
@@ -393,6 +403,16 @@ mod tests {
         let tripped = (0..3000).find(|k| guard.judge(if k % 3 == 0 { &bad } else { &GOOD }).1.is_some());
         assert!(matches!(tripped, Some(1000..=1010)), "{tripped:?}");
         assert_eq!(guard.fault(), Some(Fault::ProbeLost));
+    }
+
+    #[test]
+    fn a_contact_that_flaps_under_power_latches_and_a_rare_bad_sample_does_not() {
+        let bad = Evidence { health: Health::ProbeLost, ..GOOD };
+        let mut guard = healthy();
+        let tripped = (0..100).find(|k| guard.judge(if k % 2 == 0 { &bad } else { &GOOD }).1.is_some());
+        assert_eq!(tripped, Some(28), "every second one bad");
+        let mut guard = healthy();
+        assert!((0..3000).all(|k| guard.judge(if k % 3 == 0 { &bad } else { &GOOD }).1.is_none()), "every third");
     }
 
     #[test]
