@@ -154,6 +154,7 @@ impl Channel {
         let settings = Settings {
             kind: match control.algorithm {
                 RigAlgorithm::SlidingMode => AlgorithmKind::SlidingMode2,
+                RigAlgorithm::SlidingModePlain => AlgorithmKind::SlidingMode2Plain,
                 RigAlgorithm::SlidingModeFirstOrder => AlgorithmKind::SlidingMode1,
                 RigAlgorithm::Pi => AlgorithmKind::Pi,
             },

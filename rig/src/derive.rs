@@ -164,10 +164,10 @@ pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
 
     let stroke = stroke.max(0.001 * nominal);
     if !given("control", "pi_proportional_per_mm") {
-        channel.control.pi_proportional_per_m = 10.0 / stroke;
+        channel.control.pi_proportional_per_m = 1.0 / (0.3 * stroke);
     }
     if !given("control", "pi_integral_per_mm_s") {
-        channel.control.pi_integral_per_m_s = 20.0 / stroke;
+        channel.control.pi_integral_per_m_s = 1.0 / (0.3 * stroke);
     }
 }
 

@@ -934,11 +934,12 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "algorithm",
                 [
                     ("sliding_mode", Algorithm::SlidingMode),
+                    ("sliding_mode_plain", Algorithm::SlidingModePlain),
                     ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
                     ("pi", Algorithm::Pi),
                 ],
                 Default::Text("sliding_mode"),
-                "Control law: second-order sliding surface, first-order surface, or PI with anti-windup",
+                "Control law: second-order sliding surface in the wire's estimated state; the thesis' on measured derivatives; first-order surface; PI with anti-windup",
                 c.control.algorithm
             ),
             optional_number!(
@@ -971,7 +972,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "1/mm",
                 PER_MILLI,
                 0.0..1e6,
-                Default::Computed("10 / stroke"),
+                Default::Computed("1 / (0.3 stroke)"),
                 "Proportional gain of the PI controller: duty per mm of error",
                 c.control.pi_proportional_per_m
             ),
@@ -980,7 +981,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "1/(mm s)",
                 PER_MILLI,
                 0.0..1e6,
-                Default::Computed("20 / stroke per second"),
+                Default::Computed("1 / (0.3 stroke) per second"),
                 "Integral gain of the PI controller",
                 c.control.pi_integral_per_m_s
             ),

@@ -189,8 +189,10 @@ pub struct Control {
 /// The control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
-    /// Sliding mode on a critically damped second-order surface.
+    /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
     SlidingMode,
+    /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
+    SlidingModePlain,
     /// Sliding mode on a first-order surface.
     SlidingModeFirstOrder,
     /// Proportional-integral with anti-windup.
