@@ -1,8 +1,8 @@
 //! A robot program: walks the built-in hexapod with a tripod gait, from a process of its own.
 //!
 //! ```text
-//! cargo run --bin sinew -- run &                    # the driver, on simulated wires
-//! cargo run -p sinew-ipc --example gait             # this program; Ctrl-C ends it
+//! cargo run --bin sinew -- run                      # in one terminal: the driver, on simulated wires
+//! cargo run -p sinew-ipc --example gait             # in another: this program; Ctrl-C ends it
 //! cargo run -p sinew-ipc --example gait -- RIG 30   # another rig of the same legs, for 30 s
 //! ```
 //!

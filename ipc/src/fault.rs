@@ -83,7 +83,7 @@ pub const FAULT_TABLE: [FaultRow; 18] = [
         flag: "saturated",
         cause: "an input of the converter is at the end of its range",
         reaction: "channel off, latched",
-        remedy: "raise voltage_range_v or current_range_a in [channel.adc] to what the amplifier gives, or lower its gain, then reset",
+        remedy: "if it is the current, look for a short with the power off first; else raise voltage_range_v or current_range_a in [channel.adc] to what the amplifier gives, or lower its gain, then reset",
     },
     FaultRow {
         fault: Fault::OutOfRange,
@@ -132,7 +132,7 @@ pub const FAULT_TABLE: [FaultRow; 18] = [
         flag: "over_current",
         cause: "the current in the on-phase is above the channel's limit",
         reaction: "channel off, latched",
-        remedy: "check supply_v and max_current_a against the wire's resistance and look for a partial short, then reset",
+        remedy: "check supply_v and maximum_current_a against the wire's resistance and look for a partial short, then reset",
     },
     FaultRow {
         fault: Fault::EnergyBudget,
@@ -146,7 +146,7 @@ pub const FAULT_TABLE: [FaultRow; 18] = [
         flag: "over_temperature",
         cause: "the estimated wire temperature is above its limit",
         reaction: "channel off, latched",
-        remedy: "let it cool; check the load and max_temperature_c in [channel.limits], then reset",
+        remedy: "let it cool; check the load and maximum_temperature_c in [channel.limits], then reset",
     },
     FaultRow {
         fault: Fault::StaleSetpoint,
