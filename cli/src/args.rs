@@ -119,7 +119,7 @@ Examples:
   sinew set front_left_femur stroke=40%
   sinew set front_left_femur length=164mm --hold 30
   sinew set front_left_femur duty=0.1 --hold 2
-  sinew set front_left_femur force=2.5N
+  sinew set front_left_femur force=2N
   sinew set front_left_femur off
 
 Units: length in mm, cm or m; stroke in % (0 % cold and long, 100 % hot and short); duty 0..1 or %; force in N or mN.
@@ -129,7 +129,7 @@ pub struct Set {
     /// Name of the channel.
     #[arg(value_name = "CHANNEL")]
     pub channel: String,
-    /// length=155mm, stroke=40%, duty=0.1, force=1.5N or off.
+    /// length=164mm, stroke=40%, duty=0.1, force=2N or off.
     #[arg(value_name = "SETPOINT")]
     pub setpoint: String,
     /// How long it holds without being renewed.

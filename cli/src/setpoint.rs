@@ -1,4 +1,4 @@
-//! What a person types to command a channel: `length=155mm`, `stroke=40%`, `duty=0.1`, `force=1.5N`, `off`.
+//! What a person types to command a channel: `length=164mm`, `stroke=40%`, `duty=0.1`, `force=2N`, `off`.
 
 use std::fmt;
 
@@ -34,13 +34,13 @@ struct Quantity {
 }
 
 const QUANTITIES: [Quantity; 4] = [
-    Quantity { name: "length", units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], example: "length=155mm" },
+    Quantity { name: "length", units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], example: "length=164mm" },
     Quantity { name: "stroke", units: &[("%", 1e-2)], example: "stroke=40%" },
     Quantity { name: "duty", units: &[("", 1.0), ("%", 1e-2)], example: "duty=0.1" },
-    Quantity { name: "force", units: &[("N", 1.0), ("mN", 1e-3)], example: "force=1.5N" },
+    Quantity { name: "force", units: &[("N", 1.0), ("mN", 1e-3)], example: "force=2N" },
 ];
 
-const FORMS: &str = "write length=155mm, stroke=40%, duty=0.1, force=1.5N or off";
+const FORMS: &str = "write length=164mm, stroke=40%, duty=0.1, force=2N or off";
 
 impl Setpoint {
     /// Reads what was typed on the command line.
@@ -192,15 +192,15 @@ mod tests {
             ("force=2kg", "`kg` is not a unit of force", "N or mN"),
             ("duty=0.1V", "`V` is not a unit of duty", "no unit or %"),
             ("length=1,5cm", "is not a number", "decimal point is `.`"),
-            ("length=mm", "is not a number", "length=155mm"),
-            ("speed=3", "unknown quantity `speed`", "length=155mm"),
+            ("length=mm", "is not a number", "length=164mm"),
+            ("speed=3", "unknown quantity `speed`", "length=164mm"),
             ("half", "not a setpoint", "stroke=40%"),
             ("stroke=140%", "outside the stroke", "100 % is hot"),
             ("stroke=-3%", "outside the stroke", "0 % is cold"),
             ("duty=2", "no duty", "0 to 1"),
             ("force=-1N", "only pull", "0 N or more"),
-            ("length=nanmm", "not a number", "length=155mm"),
-            ("length=1e400m", "not a finite number", "length=155mm"),
+            ("length=nanmm", "not a number", "length=164mm"),
+            ("length=1e400m", "not a finite number", "length=164mm"),
             ("", "not a setpoint", "off"),
         ] {
             let error = Setpoint::parse(text).expect_err(text);

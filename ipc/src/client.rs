@@ -214,7 +214,8 @@ impl Client {
     /// # Errors
     /// [`Error::Service`], e.g. when 64 streams are open already.
     pub fn stream(&self) -> Result<CycleStream, Error> {
-        CycleStream::new(&self.link)
+        let latest = self.with_latest(|state| state.cycle);
+        CycleStream::new(&self.link, latest)
     }
 
     /// Sleeps until the driver has something new, up to `timeout`; false when nothing came. Returns at once when something

@@ -27,6 +27,8 @@ pub struct CycleStream {
     waiter: Option<Waiter>,
     /// Next cycle of `batch`.
     index: usize,
+    /// The latest cycle when the stream was opened: what came before is not its business, though a batch may bring it.
+    opened_after: u64,
     /// Number the next cycle should have; 0 before the first.
     expected: u64,
     received: u64,
@@ -35,13 +37,14 @@ pub struct CycleStream {
 }
 
 impl CycleStream {
-    pub(crate) fn new(link: &Arc<Link>) -> Result<CycleStream, Error> {
+    pub(crate) fn new(link: &Arc<Link>, opened_after: u64) -> Result<CycleStream, Error> {
         let port = link.cycles.subscriber_builder().create().map_err(failed("cycles"))?;
         Ok(CycleStream {
             batch: None,
             port,
             waiter: None,
             index: 0,
+            opened_after,
             expected: 0,
             received: 0,
             lost: 0,
@@ -56,16 +59,8 @@ impl CycleStream {
     // Not an iterator: a cycle lies in shared memory and must be let go before the next.
     #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Result<Option<Cycle<'_>>, Error> {
-        if self.batch.as_ref().is_none_or(|b| self.index >= cycles_in(b)) {
-            // Let go of the old batch first: only one may be held.
-            self.batch = None;
-            self.index = 0;
-            // Asked before looking, so that what is sent between the two is not lost.
-            let alive = self.link.check();
-            self.batch = self.port.receive().map_err(failed("cycles"))?;
-            if self.batch.is_none() {
-                return alive.map(|()| None);
-            }
+        if !self.take_batch()? {
+            return Ok(None);
         }
         let Some(batch) = &self.batch else { return Ok(None) };
         let header = batch.user_header();
@@ -89,7 +84,7 @@ impl CycleStream {
     /// As [`CycleStream::next`].
     pub fn next_within(&mut self, timeout: Duration) -> Result<Option<Cycle<'_>>, Error> {
         let end = Instant::now() + timeout;
-        while !self.is_ready()? {
+        while !self.take_batch()? {
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Ok(None);
@@ -103,13 +98,28 @@ impl CycleStream {
         self.next()
     }
 
-    fn is_ready(&self) -> Result<bool, Error> {
-        if self.batch.as_ref().is_some_and(|b| self.index < cycles_in(b)) {
-            return Ok(true);
+    /// Sees to it that `index` points to the next cycle of a batch; false when none is there yet.
+    fn take_batch(&mut self) -> Result<bool, Error> {
+        loop {
+            if let Some(batch) = &self.batch {
+                let header = batch.user_header();
+                while self.index < cycles_in(batch) && header.cycle[self.index].cycle <= self.opened_after {
+                    self.index += 1;
+                }
+                if self.index < cycles_in(batch) {
+                    return Ok(true);
+                }
+            }
+            // Let go of the old batch first: only one may be held.
+            self.batch = None;
+            self.index = 0;
+            // Asked before looking, so that what is sent between the two is not lost.
+            let alive = self.link.check();
+            self.batch = self.port.receive().map_err(failed("cycles"))?;
+            if self.batch.is_none() {
+                return alive.map(|()| false);
+            }
         }
-        let alive = self.link.check();
-        let ready = self.port.has_samples().map_err(failed("cycles"))?;
-        if ready { Ok(true) } else { alive.map(|()| false) }
     }
 
     /// Cycles received so far.

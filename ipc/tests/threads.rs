@@ -104,6 +104,29 @@ fn the_stream_has_every_cycle_in_order() {
 }
 
 #[test]
+fn a_stream_begins_where_it_was_opened_whatever_its_first_batch_holds() {
+    let rig = rig("open");
+    let server = Server::create(RigLock::acquire(&rig).unwrap(), &info(&rig, 5, 1000.0)).unwrap();
+    let (mut latest, mut cycles, _commands) = server.split();
+    let client = Client::connect(&rig).unwrap();
+    for cycle in 1..=5 {
+        latest.update(&state(cycle, 5));
+        cycles.push_snapshot(&state(cycle, 5));
+    }
+    let mut stream = client.stream().unwrap();
+    cycles.flush();
+    assert!(stream.next().unwrap().is_none(), "all of that was before");
+    for cycle in 6..=8 {
+        cycles.push_snapshot(&state(cycle, 5));
+    }
+    cycles.flush();
+    for expected in 6..=8 {
+        assert_eq!(stream.next().unwrap().unwrap().header.cycle, expected);
+    }
+    assert_eq!((stream.received(), stream.lost()), (3, 0));
+}
+
+#[test]
 fn a_slow_reader_loses_the_oldest_counts_them_exactly_and_delays_nobody() {
     let rig = rig("slow");
     let server = Server::create(RigLock::acquire(&rig).unwrap(), &info(&rig, 18, 1000.0)).unwrap();

@@ -275,7 +275,7 @@ impl Error {
             }
             What::UnknownColumn { nearest, .. } => {
                 let meant = nearest.map(|n| format!("did you mean \"{n}\"? otherwise ")).unwrap_or_default();
-                let foreign = suggest::map_entry("CONTRACT_COLUMN", column, None);
+                let foreign = suggest::map_entry("NAME", column, None);
                 format!("{meant}map it in the rig file ([recording.columns] {foreign}) or pass --ignore-columns")
             }
             What::DuplicateColumn { .. } => "take one of them out".into(),

@@ -390,7 +390,7 @@ fn message_line(app: &App, view: &View, palette: Palette) -> Line<'static> {
             Span::raw(format!(" set {name}: ")),
             Span::styled(entry.clone(), palette.title()),
             Span::styled("▏", palette.target()),
-            Span::styled("  45 or 45% stroke, 155mm, 1.5N, duty=0.1; Enter sends, Esc drops it", palette.label()),
+            Span::styled("  45 or 45% stroke, 164mm, 2N, duty=0.1; Enter sends, Esc drops it", palette.label()),
         ])
     } else if let Some((message, _)) = &app.message {
         match message {
@@ -458,7 +458,7 @@ fn draw_help(frame: &mut Frame, app: &App, palette: Palette) {
         "\
 ↑ ↓  j k          select a channel
 + −               stroke up or down by 5 %
-0-9 … Enter       type a stroke, or 155mm, 1.5N, duty=0.1
+0-9 … Enter       type a stroke, or 164mm, 2N, duty=0.1
 o                 channel off
 space             let go of a channel held from here (*)
 r                 reset a latched fault
