@@ -29,19 +29,25 @@ impl Error {
     }
 }
 
+/// Mistakes printed at once. A file of another kind has one in every line.
+const MOST_SHOWN: usize = 30;
+
 impl fmt::Display for Error {
     /// One line per mistake.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Unreadable { file, reason } => write!(f, "{file}: cannot be read: {reason}"),
             Error::Invalid { problems } => {
-                for (i, problem) in problems.iter().enumerate() {
+                for (i, problem) in problems.iter().take(MOST_SHOWN).enumerate() {
                     if i > 0 {
                         writeln!(f)?;
                     }
                     write!(f, "{problem}")?;
                 }
-                Ok(())
+                match problems.len().saturating_sub(MOST_SHOWN) {
+                    0 => Ok(()),
+                    more => write!(f, "\nand {more} more"),
+                }
             }
         }
     }

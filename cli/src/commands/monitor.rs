@@ -42,7 +42,14 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
 
 /// Whether a screen can be shown: a terminal that can place its cursor.
 pub fn has_screen() -> bool {
-    io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
+    io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb") && in_foreground()
+}
+
+/// Whether this process may use its terminal. One started with `&` would be stopped by the kernel at the first touch,
+/// and a driver that stands still leaves its wires as they are.
+fn in_foreground() -> bool {
+    // SAFETY: both calls take and give plain numbers; a terminal that is gone gives -1.
+    unsafe { libc::tcgetpgrp(libc::STDOUT_FILENO) == libc::getpgrp() }
 }
 
 /// Waits a second, then prints a line (to stderr if stdout is wanted for something else); whether to go on.

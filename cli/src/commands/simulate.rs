@@ -26,6 +26,12 @@ pub fn simulate(args: &args::Simulate) -> Outcome {
     };
     let recording = sinew_recording::read(&args.inputs, &options).map_err(recording_failure)?;
     output::has_place(&args.output)?;
+    if let (Ok(from), Ok(to)) = (args.inputs.canonicalize(), args.output.canonicalize())
+        && from == to
+    {
+        return Err(Failure::input(format!("{}: is the recording itself", args.output.display()))
+            .hint("name another file for -o: what was measured is not to be overwritten"));
+    }
     let columns = columns(&recording, &channel.model);
     let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
     let writer = if args.output == Path::new("-") {

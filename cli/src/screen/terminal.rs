@@ -8,6 +8,7 @@ use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use super::app::{Action, App, Message};
 use super::draw::draw;
 use super::style::Palette;
+use super::view::Row;
 use crate::commands::live::Live;
 use crate::failure::{Failure, Outcome};
 use crate::setpoint::Setpoint;
@@ -18,8 +19,24 @@ const FRAME: Duration = Duration::from_millis(50);
 const HOLD: Duration = Duration::from_millis(1500);
 /// From one renewal to the next.
 const RENEW: Duration = Duration::from_millis(400);
+/// A command shows in the published state this much later at most.
+const SHOWS: Duration = Duration::from_millis(20);
 /// An `off` this short lets a channel go: it lapses at once and without fault.
 const RELEASE: Duration = Duration::from_millis(50);
+
+/// A channel this screen holds.
+struct Held {
+    channel: usize,
+    setpoint: Setpoint,
+    since: Instant,
+    /// What the driver published of it once the command was in force. Anything else later is somebody else's command.
+    seen: Option<(&'static str, u64)>,
+}
+
+/// What tells one setpoint of a channel from another.
+fn mark(row: &Row) -> (&'static str, u64) {
+    (row.mode, row.target_m.to_bits())
+}
 
 /// Restores the terminal when it goes out of scope, also by a panic in this thread; ratatui's hook does it before the
 /// message of any panic is printed.
@@ -40,14 +57,32 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
     let events = events();
     let palette = Palette::from_environment();
     let mut app = App::new(quit_word);
-    let mut held: Vec<(usize, Setpoint)> = Vec::new();
+    let mut held: Vec<Held> = Vec::new();
     let mut renewed = Instant::now();
     let started = Instant::now();
     loop {
         let now_s = started.elapsed().as_secs_f64();
         app.update(live.look());
         app.forget(now_s);
-        app.held = held.iter().map(|(channel, _)| *channel).collect();
+        if let Some(view) = &app.view {
+            let mut lost = None;
+            held.retain_mut(|held| {
+                let row = &view.channels[held.channel];
+                let now = mark(row);
+                if held.seen.is_none() && held.since.elapsed() >= SHOWS {
+                    held.seen = Some(now);
+                }
+                let ours = held.seen.is_none_or(|seen| seen == now);
+                if !ours && row.fault.is_none() {
+                    lost = Some(row.name.clone());
+                }
+                ours
+            });
+            if let Some(name) = lost {
+                app.say(Message::Refused(format!("{name}: taken from this screen by another command")), now_s);
+            }
+        }
+        app.held = held.iter().map(|held| held.channel).collect();
         let drawn = terminal.draw(|frame| draw(frame, &app, palette));
         // a terminal that is gone is a reason to leave, not to complain
         if drawn.is_err() || over() || live.ended().is_some() {
@@ -67,17 +102,17 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
             Action::None => {}
             Action::Quit => break,
             Action::Set(channel, setpoint) => {
-                held.retain(|(other, _)| *other != channel);
+                held.retain(|held| held.channel != channel);
                 // off needs no lease
                 let hold = if setpoint == Setpoint::Off { Duration::ZERO } else { HOLD };
                 let answer = live.set(channel, setpoint, hold);
                 if answer.is_ok() {
-                    held.push((channel, setpoint));
+                    held.push(Held { channel, setpoint, since: Instant::now(), seen: None });
                 }
                 say(&mut app, answer, now_s);
             }
             Action::Release(channel) => {
-                held.retain(|(other, _)| *other != channel);
+                held.retain(|held| held.channel != channel);
                 let answer = live.set(channel, Setpoint::Off, RELEASE).map(|_| "let go".into());
                 say(&mut app, answer, now_s);
             }
@@ -88,9 +123,10 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
         }
         if renewed.elapsed() >= RENEW {
             renewed = Instant::now();
-            held.retain(|(channel, setpoint)| {
-                let answer =
-                    if *setpoint == Setpoint::Off { Ok(String::new()) } else { live.set(*channel, *setpoint, HOLD) };
+            held.retain(|held| {
+                // not before its own setpoint has been seen in force: this renewal could be over another's command
+                let quiet = held.setpoint == Setpoint::Off || held.seen.is_none();
+                let answer = if quiet { Ok(String::new()) } else { live.set(held.channel, held.setpoint, HOLD) };
                 let kept = answer.is_ok();
                 if !kept {
                     say(&mut app, answer, now_s);
@@ -105,8 +141,8 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
         std::mem::forget(terminal);
     }
     if live.ended().is_none() {
-        for (channel, _) in held {
-            let _ = live.set(channel, Setpoint::Off, RELEASE);
+        for held in held {
+            let _ = live.set(held.channel, Setpoint::Off, RELEASE);
         }
     }
     Ok(())
