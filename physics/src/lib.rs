@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod balance;
+pub mod effects;
 mod kinetics;
 mod params;
 mod signals;

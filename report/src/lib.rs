@@ -1,0 +1,1 @@
+//! The page and the ten lines: see [`sinew_diagnosis::Diagnosis`].
