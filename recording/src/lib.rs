@@ -14,6 +14,7 @@ mod column;
 mod error;
 mod read;
 mod recording;
+mod smooth;
 mod suggest;
 mod write;
 

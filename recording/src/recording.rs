@@ -4,6 +4,7 @@ use sinew_physics::{DriveKind, Inputs, Load, WireModel};
 
 use crate::column::{Column, TIME, drive_column, imposed_column, required_inputs};
 use crate::error::{Error, Needed, What};
+use crate::smooth;
 
 /// Fewest samples anything can be said from: two intervals.
 pub const MIN_SAMPLES: usize = 3;
@@ -152,6 +153,9 @@ impl Recording {
     /// each step its outputs stand beside the measured columns of that row. Where the recording has no supply voltage,
     /// ambient temperature or disturbance, the rig's own (or 0) is taken; where one sample of them is missing, the last one.
     ///
+    /// A measured supply and ambient drive the wire by the level beneath their noise, which is found anew at every call:
+    /// who simulates the same rows many times collects them once.
+    ///
     /// # Errors
     /// As [`Recording::check_inputs`].
     pub fn inputs_for(
@@ -161,15 +165,16 @@ impl Recording {
         self.check_inputs(model)?;
         let drive = self.get(drive_column(model.drive.kind)).unwrap_or(&[]);
         let imposed = imposed_column(&model.load).and_then(|c| self.get(c));
-        let (supply, ambient) = (self.get(Column::SupplyV), self.get(Column::AmbientC));
+        let level = |column: Column| self.get(column).map(|values| smooth::level(&self.time_s, values));
+        let (supply, ambient) = (level(Column::SupplyV), level(Column::AmbientC));
         let disturbance = self.get(Column::DisturbanceN);
         let clamp_duty = model.drive.kind == DriveKind::Pwm;
         let known = |column: Option<&[f64]>, fallback: f64| {
             column.and_then(|c| c.iter().copied().find(|v| !v.is_nan())).unwrap_or(fallback)
         };
         // a hole at the very start is filled from the first sample that is there
-        let mut supply_v = known(supply, model.drive.supply_v);
-        let mut ambient_c = known(ambient, model.ambient_c);
+        let mut supply_v = known(supply.as_deref(), model.drive.supply_v);
+        let mut ambient_c = known(ambient.as_deref(), model.ambient_c);
         let mut external_n = known(disturbance, 0.0);
         let hold = |last: &mut f64, column: Option<&[f64]>, row: usize| {
             if let Some(value) = column.map(|c| c[row]).filter(|v| !v.is_nan()) {
@@ -180,8 +185,8 @@ impl Recording {
         Ok((0..self.len()).map(move |row| {
             let inputs = Inputs {
                 drive: if clamp_duty { drive[row].clamp(0.0, 1.0) } else { drive[row] },
-                supply_v: hold(&mut supply_v, supply, row),
-                ambient_c: hold(&mut ambient_c, ambient, row),
+                supply_v: hold(&mut supply_v, supply.as_deref(), row),
+                ambient_c: hold(&mut ambient_c, ambient.as_deref(), row),
                 external_n: hold(&mut external_n, disturbance, row),
                 imposed: imposed.map_or(0.0, |c| c[row]),
             };
