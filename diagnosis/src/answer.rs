@@ -72,16 +72,16 @@ impl Verdict {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stages {
     /// With the rig file as it is.
-    pub as_given: BTreeMap<String, Error>,
+    pub as_given: BTreeMap<String, Misfit>,
     /// With parameters refitted within their priors.
-    pub recalibrated: BTreeMap<String, Error>,
+    pub recalibrated: BTreeMap<String, Misfit>,
     /// With what was found in the model.
-    pub improved: BTreeMap<String, Error>,
+    pub improved: BTreeMap<String, Misfit>,
 }
 
 /// RMS error of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Error {
+pub struct Misfit {
     /// In the column's unit.
     pub rmse: f64,
     /// Over the sensor's noise; 1 = nothing left to explain.

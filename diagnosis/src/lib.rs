@@ -2,5 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod answer;
+mod noise;
 
 pub use answer::*;
+pub use noise::{Noise, estimate};
