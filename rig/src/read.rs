@@ -274,17 +274,24 @@ impl Reader<'_> {
         };
         let label = label.as_str();
 
-        let others: Vec<&str> =
-            CHANNEL.iter().map(|s| local(s.table)).filter(|t| !t.is_empty()).chain(OTHER_CHANNEL_TABLES).collect();
+        let tables: Vec<&str> = CHANNEL.iter().map(|s| local(s.table)).chain(OTHER_CHANNEL_TABLES).collect();
         let mut given = Given::new();
         for section in CHANNEL {
             let name = local(section.table);
             if name.is_empty() {
                 // The channel's own table is at hand already and its sub-tables are no unknown keys.
                 let own = Node { line: header, value: Tree::Table(table.clone()) };
-                given.extend(self.section(section, Some(&own), &others, Some(label), header, &mut channel));
+                given.extend(self.section(
+                    section,
+                    Some(&own),
+                    &within(&tables, ""),
+                    Some(label),
+                    header,
+                    &mut channel,
+                ));
             } else {
-                given.extend(self.section(section, table.get(name), &[], Some(label), header, &mut channel));
+                let node = descend(table, name);
+                given.extend(self.section(section, node, &within(&tables, name), Some(label), header, &mut channel));
             }
         }
         if let Some(node) = table.get("priors") {
@@ -718,6 +725,26 @@ impl Reader<'_> {
     }
 }
 
+/// The tables that stand in `table`, of a list of paths.
+fn within<'p>(paths: &[&'p str], table: &str) -> Vec<&'p str> {
+    let inside = |path: &&'p str| match table {
+        "" => Some(*path),
+        _ => path.strip_prefix(table)?.strip_prefix('.'),
+    };
+    paths.iter().filter_map(inside).filter(|path| !path.is_empty() && !path.contains('.')).collect()
+}
+
+/// What stands at a path of tables, such as `sensors.noise`.
+fn descend<'n>(table: &'n Table, path: &str) -> Option<&'n Node> {
+    let (first, rest) = path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
+    let node = table.get(first)?;
+    match (rest, &node.value) {
+        (None, _) => Some(node),
+        (Some(rest), Tree::Table(inner)) => descend(inner, rest),
+        (Some(_), _) => None,
+    }
+}
+
 /// A channel before anything is read. Numbers that only the file or a computed default can give are NaN.
 fn blank_channel(ambient_c: f64) -> Channel {
     Channel {
@@ -738,6 +765,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             ambient_c,
         },
         position_zero: PositionZero::Known,
+        noise: BTreeMap::new(),
         priors: BTreeMap::new(),
         adc: Adc {
             bits: 0,
@@ -897,8 +925,10 @@ fn effect_line(node: &Node, id: &str, key: &str) -> usize {
 /// What an unknown key was probably meant to be: a key of the same table, one that lives in another, or the list.
 fn unknown_hint<'k>(name: &str, table: &str, keys: impl IntoIterator<Item = &'k str>) -> String {
     let keys: Vec<&str> = keys.into_iter().collect();
+    // What a sensor's noise is called after belongs elsewhere by that name, but is not what was meant here.
     let elsewhere = schema::tables_with(name);
     if !table.is_empty()
+        && table != schema::NOISE
         && let Some(other) = elsewhere.iter().find(|t| **t != table)
     {
         return format!(" here: it belongs in [{other}]");

@@ -194,9 +194,29 @@ macro_rules! skew {
     };
 }
 
+macro_rules! noise {
+    ($name:literal, $unit:literal, $about:literal) => {
+        Key {
+            name: $name,
+            kind: Kind::Number { unit: $unit, scale: SAME, low: 1e-12, high: 1e6 },
+            default: Default::Computed("estimated from the recording"),
+            about: $about,
+            get: |c| c.noise.get($name).copied().map(Value::Number),
+            set: |c, value| {
+                if let Value::Number(n) = value {
+                    c.noise.insert($name.into(), n);
+                }
+            },
+        }
+    };
+}
+
 /// A load whose numbers are still to be read.
 pub(crate) const UNREAD_LOAD: Load =
     Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
+
+/// The table whose keys are columns of recordings.
+pub(crate) const NOISE: &str = "channel.sensors.noise";
 
 /// Keys of `[rig]`.
 pub(crate) static RIG: Section<Rig> = Section {
@@ -496,6 +516,21 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
             "`free`: the encoder's zero is arbitrary and may differ from recording to recording",
             c.position_zero
         )],
+    },
+    Section {
+        table: NOISE,
+        about: "RMS noise of the recordings' measured columns, where it is known. A fit weighs each sensor by it.",
+        optional: false,
+        keys: &[
+            noise!("current_a", "A", "Of the current"),
+            noise!("v1_v", "V", "Of the first tap"),
+            noise!("v2_v", "V", "Of the second tap"),
+            noise!("v3_v", "V", "Of the moving end"),
+            noise!("force_n", "N", "Of the wire tension"),
+            noise!("position_m", "m", "Of the elongation"),
+            noise!("temperature_c", "K", "Of the wire temperature"),
+            noise!("power_w", "W", "Of the electrical power"),
+        ],
     },
     Section {
         table: "channel.initial",
@@ -1035,10 +1070,11 @@ fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
     out.push('\n');
 }
 
-/// Every table in which a key of this name lives, as in its header.
+/// Every table in which a key of this name lives, as in its header; not the noise of a column of that name.
 pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
     let rig = [&RIG, &SIMULATION].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
-    rig.chain(CHANNEL.iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table)).collect()
+    let channel = CHANNEL.iter().filter(|s| s.table != NOISE && s.keys.iter().any(|k| k.name == name));
+    rig.chain(channel.map(|s| s.table)).collect()
 }
 
 #[cfg(test)]

@@ -93,6 +93,8 @@ pub struct Channel {
     pub model: WireModel,
     /// Whether an offset of the measured position means anything.
     pub position_zero: PositionZero,
+    /// `[channel.sensors.noise]`: RMS by the name of a recording's column, in the column's unit; above 0.
+    pub noise: BTreeMap<String, f64>,
     /// The rig file's own `[channel.priors]`; for those in force use [`Channel::priors_in_force`].
     pub priors: BTreeMap<String, Prior>,
     /// The converter that measures voltages and current.

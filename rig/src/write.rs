@@ -143,12 +143,12 @@ fn channel_table(document: &mut DocumentMut, index: usize) -> Option<&mut dyn Ta
 fn write_channel(table: &mut dyn TableLike, channel: &Channel, base: Option<&Channel>) {
     for section in CHANNEL {
         let name = local(section.table);
-        let path: &[&str] = if name.is_empty() { &[] } else { &[name] };
         if section.optional && section.keys.iter().all(|k| (k.get)(channel).is_none()) {
             // Its required keys would be missed if the empty table stayed.
             table.remove(name);
         } else {
-            write_section(table, path, section, channel, base);
+            let path: Vec<&str> = name.split('.').filter(|part| !part.is_empty()).collect();
+            write_section(table, &path, section, channel, base);
         }
     }
     if channel.model.drive.kind != sinew_physics::DriveKind::Pwm {

@@ -380,6 +380,36 @@ fn priors() {
 }
 
 #[test]
+fn noise_of_sensors() {
+    let noise = |body: &str| format!("[channel.sensors]\nposition_zero = \"free\"\n[channel.sensors.noise]\n{body}\n");
+    with(
+        &noise("position_m = 0.0"),
+        "rig.toml:26: channel \"wire\": sensors.noise.position_m is 0, expected 1e-12 to 1000000",
+    );
+    with(
+        &noise("supply_v = 0.003"),
+        "rig.toml:26: channel \"wire\": sensors.noise.supply_v is unknown; \
+         expected current_a, v1_v, v2_v, v3_v, force_n, position_m, temperature_c, power_w",
+    );
+    with(
+        &noise("position = 1e-5"),
+        "rig.toml:26: channel \"wire\": sensors.noise.position is unknown, did you mean position_m?",
+    );
+    with(
+        "[channel.sensors]\nnoise = 0.003\n",
+        "rig.toml:24: channel \"wire\": sensors.noise is 0.003, expected a table: [channel.sensors.noise]",
+    );
+    // Noise is no place where a key of that name belongs.
+    with(
+        "[channel.initial]\nforce_n = 3\n",
+        "rig.toml:24: channel \"wire\": initial.force_n is unknown; expected temperature_c, martensite",
+    );
+    let rig = Rig::parse(&format!("{GOOD}{}", noise("position_m = 1.5e-5\nv3_v = 0.002")), "").unwrap();
+    let noise: Vec<(&str, f64)> = rig.channels[0].noise.iter().map(|(key, rms)| (key.as_str(), *rms)).collect();
+    assert_eq!(noise, [("position_m", 1.5e-5), ("v3_v", 0.002)]);
+}
+
+#[test]
 fn effects() {
     with(
         "[channel.effects.\"thermal.draught\"]\ngain = 0.35\nstart_s = 33.0\nend_s = 52.0\n",

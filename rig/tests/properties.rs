@@ -38,6 +38,7 @@ damping_n_s_per_m = 40.0
 
 [channel.sensors]
 position_zero = "free"
+noise = { position_m = 1.5e-5 }
 
 [channel.initial]
 temperature_c = 30.0
@@ -271,6 +272,9 @@ proptest! {
         rig.channels[0].limits.lease_s = hold;
         rig.channels[0].control.algorithm = Algorithm::SlidingMode;
         rig.channels[0].control.lambda_per_s = None;
+        rig.channels[0].noise.remove("position_m");
+        rig.channels[0].noise.insert("v3_v".into(), 1e-3 * scale);
+        rig.channels[1].noise.insert("force_n".into(), 0.01 * duty);
         rig.channels[0].priors.remove("austenite_temperature_c");
         rig.channels[0].priors.insert("mass_kg".into(), Prior::Absolute(sigma));
         rig.channels[1].priors.insert("latent_heat_j_per_kg".into(), Prior::Relative(percent / 100.0));
