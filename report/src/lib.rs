@@ -1,1 +1,37 @@
-//! The page and the ten lines: see [`sinew_diagnosis::Diagnosis`].
+//! The page and the ten lines: a [`Diagnosis`] for a person.
+//!
+//! [`html`] writes one self-contained page with its plots inside, without a script and without anything fetched;
+//! [`text`] the same answer in about ten lines for a terminal. Both are functions of what they are given: no clock, no
+//! randomness, the same page for the same answer. What they are given may be anything; names are escaped, and what is not
+//! a number leaves a gap.
+#![forbid(unsafe_code)]
+
+mod figures;
+mod page;
+mod plot;
+mod quantity;
+mod summary;
+mod terminal;
+mod words;
+
+use sinew_diagnosis::{Diagnosis, Figures};
+
+pub use terminal::text;
+
+/// What a page says about where it comes from.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct About {
+    /// Name of the rig.
+    pub rig: String,
+    /// Name of the channel that was looked at.
+    pub channel: String,
+    /// The command that makes this page again, as typed.
+    pub command: String,
+    /// Version of the program that made it.
+    pub version: String,
+}
+
+/// The page: `report.html`.
+pub fn html(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> String {
+    page::page(diagnosis, figures, about).into_string()
+}

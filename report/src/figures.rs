@@ -1,0 +1,429 @@
+//! The page's figures: measured against simulated, what is left over time and conditions, what each equation lacks.
+
+use maud::{Markup, html};
+use sinew_diagnosis::{Diagnosis, Figures, Map, SensorTrace, Traces, UnknownInput, Verdict, Window};
+use sinew_recording::Column;
+
+use crate::plot::{Axis, Band, Heat, Ink, Line, Plot, extent, heat_scale};
+use crate::quantity::{chi, percent, quantity};
+use crate::words;
+
+/// Width of a plot over the page's whole width, and of one of two side by side, px.
+const WIDE: f64 = 940.0;
+const HALF: f64 = 460.0;
+/// Points of all lines of the page together, so that it stays below 2 MB …
+const POINTS: usize = 110_000;
+/// … and of a line, at most and at least.
+const LINE_POINTS: (usize, usize) = (200, 1500);
+/// Recordings that are drawn; more are only listed.
+const RECORDINGS: usize = 8;
+/// Sensors that are in sight at once; more are folded away.
+const SENSORS_IN_SIGHT: usize = 3;
+/// Half the height of the noise band, in σ of the noise: 95 % of it.
+const NOISE_BAND: f64 = 2.0;
+/// A cell of a map below this is no more than noise.
+const NOISY_CHI: f64 = 1.3;
+
+/// Which stages of the model are shown as before and after, and under which names.
+struct Stages {
+    before: Option<(fn(&SensorTrace) -> &[f64], &'static str)>,
+    after: (fn(&SensorTrace) -> &[f64], &'static str),
+    /// The model as given is drawn beside them.
+    beside: bool,
+}
+
+impl Stages {
+    fn of(verdict: Verdict) -> Stages {
+        match verdict {
+            Verdict::Agrees => {
+                Stages { before: None, after: (|s| &s.as_given, "simulated, rig file as given"), beside: false }
+            }
+            Verdict::ParametersOff => Stages {
+                before: Some((|s| &s.as_given, "simulated, rig file as given")),
+                after: (|s| &s.improved, "simulated, recalibrated"),
+                beside: false,
+            },
+            Verdict::PhysicsMissing | Verdict::UnknownPhysics => Stages {
+                before: Some((|s| &s.recalibrated, "simulated before: best parameters, same physics")),
+                after: (|s| &s.improved, "simulated after: with what was found"),
+                beside: true,
+            },
+        }
+    }
+}
+
+/// Every recording as measured and simulated, with what is left below.
+pub(crate) fn traces(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+    let stages = Stages::of(diagnosis.verdict);
+    let points = points_per_line(figures);
+    let drawn = &figures.recordings[..figures.recordings.len().min(RECORDINGS)];
+    html! {
+        @if drawn.is_empty() { p.muted { "No recording was drawn." } } @else { (legend(&stages, diagnosis)) }
+        @for (i, recording) in drawn.iter().enumerate() {
+            @let windows = windows(diagnosis, recording);
+            @let page = Sheet { diagnosis, recording, windows, stages: &stages, points };
+            @if i == 0 {
+                @if figures.recordings.len() > 1 { h3 { "Recording " (recording.name) } }
+                (page.sensors())
+                (page.zoom())
+                (page.loops())
+                (page.wire())
+            } @else {
+                details {
+                    summary { "Recording " (recording.name) }
+                    (page.sensors())
+                    (page.loops())
+                }
+            }
+        }
+        @if figures.recordings.len() > drawn.len() {
+            p.muted { (figures.recordings.len() - drawn.len()) " more recordings are not drawn here; the table of recordings lists them all." }
+        }
+    }
+}
+
+/// The swatches are drawn as the lines are.
+fn legend(stages: &Stages, diagnosis: &Diagnosis) -> Markup {
+    html! {
+        ul.legend {
+            li { (swatch("measured")) "measured" }
+            @if stages.beside { li { (swatch("given")) "simulated, rig file as given" } }
+            @if let Some((_, name)) = stages.before { li { (swatch("before")) (name) } }
+            li { (swatch("after")) (stages.after.1) }
+            li { (swatch("kept")) "kept back: never fitted" }
+            @if !diagnosis.location.windows.is_empty() { li { (swatch("guilty")) "where the mismatch is" } }
+            li { (swatch("noise")) "noise, ±2 σ" }
+        }
+    }
+}
+
+fn swatch(kind: &str) -> Markup {
+    html! {
+        svg class={ "swatch " (kind) } viewBox="0 0 30 12" width="30" height="12" aria-hidden="true" {
+            @if matches!(kind, "kept" | "guilty" | "noise") { rect width="30" height="12" {} }
+            @match kind {
+                "kept" => rect.bar width="30" height="3" {},
+                "guilty" => path d="M1 0V12M29 0V12" {},
+                "noise" => {},
+                _ => path d="M0 6H30" {},
+            }
+        }
+    }
+}
+
+fn windows<'a>(diagnosis: &'a Diagnosis, recording: &Traces) -> Vec<&'a Window> {
+    diagnosis.location.windows.iter().filter(|w| w.recording == recording.name).collect()
+}
+
+fn points_per_line(figures: &Figures) -> usize {
+    let lines: usize = figures.recordings.iter().take(RECORDINGS).map(|r| 6 * r.sensors.len() + 10).sum();
+    (POINTS / lines.max(1)).clamp(LINE_POINTS.0, LINE_POINTS.1)
+}
+
+/// One recording's plots.
+struct Sheet<'a> {
+    diagnosis: &'a Diagnosis,
+    recording: &'a Traces,
+    windows: Vec<&'a Window>,
+    stages: &'a Stages,
+    points: usize,
+}
+
+impl Sheet<'_> {
+    /// The sensors, those with most to explain first.
+    fn sensors(&self) -> Markup {
+        let sensors = self.worst_first();
+        let in_sight = sensors.len().min(SENSORS_IN_SIGHT);
+        html! {
+            @for sensor in &sensors[..in_sight] { (self.sensor(sensor)) }
+            @if sensors.len() > in_sight {
+                details {
+                    summary { (sensors.len() - in_sight) " more sensors of this recording" }
+                    @for sensor in &sensors[in_sight..] { (self.sensor(sensor)) }
+                }
+            }
+        }
+    }
+
+    fn worst_first(&self) -> Vec<&SensorTrace> {
+        let fit = &self.diagnosis.fit;
+        let stage = if self.stages.beside { &fit.recalibrated } else { &fit.as_given };
+        let chi = |s: &SensorTrace| stage.get(s.column.name()).map_or(f64::NEG_INFINITY, |e| e.chi);
+        let mut sensors: Vec<&SensorTrace> = self.recording.sensors.iter().collect();
+        sensors.sort_by(|a, b| chi(b).total_cmp(&chi(a)));
+        sensors
+    }
+
+    fn sensor(&self, sensor: &SensorTrace) -> Markup {
+        self.sensor_during(sensor, 0..self.recording.time_s.len(), None)
+    }
+
+    /// A closer look at the worst window, where the whole recording is too long to see it.
+    fn zoom(&self) -> Markup {
+        let time = &self.recording.time_s;
+        let worst = self.windows.iter().max_by(|a, b| a.share.total_cmp(&b.share));
+        let (Some(window), Some(&sensor), Some((first, last))) =
+            (worst, self.worst_first().first(), extent(time.iter().copied()))
+        else {
+            return html! {};
+        };
+        let margin = 0.3 * (window.end_s - window.start_s);
+        let (from, to) = (window.start_s - margin, window.end_s + margin);
+        let inside = time.partition_point(|t| *t < from)..time.partition_point(|t| *t <= to);
+        if inside.len() < 10 || to - from > 0.6 * (last - first) {
+            return html! {};
+        }
+        let note = format!("closer, {:.1} s to {:.1} s", from.max(first), to.min(last));
+        self.sensor_during(sensor, inside, Some(&note))
+    }
+
+    fn sensor_during(&self, sensor: &SensorTrace, span: std::ops::Range<usize>, note: Option<&str>) -> Markup {
+        let cut = |y: &[f64]| -> Vec<f64> { span.clone().map(|i| y.get(i).copied().unwrap_or(f64::NAN)).collect() };
+        let time = cut(&self.recording.time_s);
+        let measured = cut(&sensor.measured);
+        let as_given = if self.stages.beside { cut(&sensor.as_given) } else { Vec::new() };
+        let before = self.stages.before.map(|(of, _)| cut(of(sensor))).unwrap_or_default();
+        let after = cut((self.stages.after.0)(sensor));
+        let (name, unit) = words::column(sensor.column);
+        let y = Axis::around(name, unit, [&measured, &as_given, &before, &after].into_iter().flatten().copied());
+        let x = time_axis(&time);
+        let line = |y, ink| Line { x: &time, y, ink };
+        let lines = vec![
+            line(&measured, Ink::Measured),
+            line(&as_given, Ink::AsGiven),
+            line(&before, Ink::Before),
+            line(&after, Ink::After),
+        ];
+        let left_before = over_noise(&measured, &before, sensor.noise);
+        let left_after = over_noise(&measured, &after, sensor.noise);
+        let left = |left: &[f64]| extent(left.iter().copied()).map_or(0.0, |(l, h)| l.abs().max(h.abs()));
+        let most = left(&left_before).max(left(&left_after)).max(2.0 * NOISE_BAND);
+        let title = y.title();
+        let main = Plot {
+            title: format!("{name} over time in {}, measured and simulated", self.recording.name),
+            size: (WIDE, 210.0),
+            x: x.clone(),
+            y,
+            names_x: false,
+            bands: self.bands(),
+            noise: None,
+            lines,
+            points: self.points,
+        };
+        let strip = Plot {
+            title: format!("{name}: measured less simulated, over the noise"),
+            size: (WIDE, 120.0),
+            x,
+            y: Axis::spanning("", "1", -most, most),
+            names_x: true,
+            bands: self.bands(),
+            noise: Some(NOISE_BAND),
+            lines: vec![
+                Line { x: &time, y: &left_before, ink: Ink::LeftBefore },
+                Line { x: &time, y: &left_after, ink: Ink::LeftAfter },
+            ],
+            points: self.points,
+        };
+        html! {
+            figure {
+                figcaption {
+                    b { (title) }
+                    @if let Some(note) = note { span.note { (note) } } @else { (self.chis(sensor)) }
+                }
+                div.scroll {
+                    (main.draw())
+                    p.strip { "what is left, in units of the noise (" (quantity(sensor.noise, unit)) ")" }
+                    (strip.draw())
+                }
+            }
+        }
+    }
+
+    fn bands(&self) -> Vec<Band> {
+        let kept = self.recording.kept_back.iter().map(|&(from, to)| Band { from, to, ink: Ink::KeptBack });
+        let guilty = self.windows.iter().map(|w| Band { from: w.start_s, to: w.end_s, ink: Ink::Guilty });
+        kept.chain(guilty).collect()
+    }
+
+    fn chis(&self, sensor: &SensorTrace) -> Markup {
+        let fit = &self.diagnosis.fit;
+        let of = |stage: &std::collections::BTreeMap<String, sinew_diagnosis::Error>| {
+            stage.get(sensor.column.name()).map(|e| chi(e.chi))
+        };
+        let stages: Vec<String> =
+            [&fit.as_given, &fit.recalibrated, &fit.improved].into_iter().filter_map(of).collect();
+        html! {
+            @if !stages.is_empty() { span.note { "chi " (stages.join(" → ")) } }
+        }
+    }
+
+    /// Elongation against temperature and against the drive: the hysteresis loops.
+    fn loops(&self) -> Markup {
+        let Some(position) = self.recording.sensors.iter().find(|s| s.column == Column::PositionM) else {
+            return html! {};
+        };
+        let recording = self.recording;
+        let (drive, drive_unit) = words::column(recording.drive_column);
+        let mut against = vec![("Wire temperature in the model", "°C", &recording.temperature_c)];
+        if recording.drive_column != Column::TemperatureC {
+            against.push((drive, drive_unit, &recording.drive));
+        }
+        let (name, unit) = words::column(Column::PositionM);
+        let before = self.stages.before.map_or(&[][..], |(of, _)| of(position));
+        let after = (self.stages.after.0)(position);
+        let y = Axis::around(name, unit, [&position.measured, before, after].into_iter().flatten().copied());
+        let title = y.title();
+        html! {
+            figure {
+                figcaption { b { (title) } span.note { "the hysteresis loops" } }
+                div.pair {
+                    @for (what, unit, x) in against {
+                        @let plot = Plot {
+                            title: format!("{name} against {what}, measured and simulated"),
+                            size: (HALF, 260.0),
+                            x: Axis::around(what, unit, x.iter().copied()),
+                            y: y.clone(),
+                            names_x: true,
+                            bands: Vec::new(),
+                            noise: None,
+                            lines: vec![
+                                Line { x, y: &position.measured, ink: Ink::Measured },
+                                Line { x, y: before, ink: Ink::Before },
+                                Line { x, y: after, ink: Ink::After },
+                            ],
+                            points: self.points,
+                        };
+                        div.scroll { (plot.draw()) }
+                    }
+                }
+            }
+        }
+    }
+
+    /// What the wire was given and what became of it.
+    fn wire(&self) -> Markup {
+        let recording = self.recording;
+        let (drive, unit) = words::column(recording.drive_column);
+        let x = time_axis(&recording.time_s);
+        let strips = [
+            (drive, unit, &recording.drive),
+            ("Wire temperature in the model", "°C", &recording.temperature_c),
+            ("Martensite fraction in the model", "1", &recording.martensite),
+        ];
+        html! {
+            details {
+                summary { "Drive, wire temperature and martensite over time" }
+                @for (i, (name, unit, values)) in strips.into_iter().enumerate() {
+                    @let y = Axis::around(name, unit, values.iter().copied());
+                    figure {
+                        figcaption { b { (y.title()) } }
+                        div.scroll {
+                            (Plot {
+                                title: format!("{name} over time in {}", recording.name),
+                                size: (WIDE, 120.0),
+                                x: x.clone(),
+                                y,
+                                names_x: i == 2,
+                                bands: self.bands(),
+                                noise: None,
+                                lines: vec![Line { x: &recording.time_s, y: values, ink: Ink::Plain }],
+                                points: self.points,
+                            }.draw())
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn time_axis(time: &[f64]) -> Axis {
+    let (first, last) = extent(time.iter().copied()).unwrap_or((0.0, 1.0));
+    Axis::spanning("Time", "s", first, last)
+}
+
+fn over_noise(measured: &[f64], simulated: &[f64], noise: f64) -> Vec<f64> {
+    measured.iter().zip(simulated).map(|(m, s)| (m - s) / noise).collect()
+}
+
+/// Residual by condition, before and after side by side on one scale.
+pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+    let after = if words::is_complete(diagnosis.verdict) { "in the final model" } else { "after: with what was found" };
+    html! {
+        @for map in figures.maps.iter().filter(|m| !m.before.is_empty()) {
+            @let darkest = extent(map.before.iter().chain(&map.after).flatten().copied()).map_or(1.0, |(_, h)| h);
+            figure {
+                figcaption {
+                    b { "chi by " (map.x) " and " (map.y) }
+                    span.note { (heat_scale(darkest)) }
+                }
+                div.pair {
+                    @for (cells, when) in [(&map.before, "recalibrated: best parameters, same physics"), (&map.after, after)] {
+                        div {
+                            p.strip { (when) "; up: " (map.y) }
+                            div.scroll {
+                                (Heat {
+                                    title: format!("chi by {} and {}, {when}", map.x, map.y),
+                                    size: (HALF, 250.0),
+                                    x_name: &map.x,
+                                    x_edges: &map.x_edges,
+                                    y_edges: &map.y_edges,
+                                    cells,
+                                    darkest,
+                                    framed: guilty_cell(map),
+                                }.draw())
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The cell with most left before, if that is more than noise, as `(y, x)`.
+fn guilty_cell(map: &Map) -> Option<(usize, usize)> {
+    let rows = map.before.iter().enumerate();
+    let cells = rows.flat_map(|(y, row)| row.iter().enumerate().map(move |(x, &chi)| ((y, x), chi)));
+    cells.filter(|(_, chi)| *chi > NOISY_CHI).max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(cell, _)| cell)
+}
+
+/// What each equation would have to be given, the one that explains most first.
+pub(crate) fn unknown_inputs(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+    let mut inputs: Vec<&UnknownInput> = figures.unknown_inputs.iter().collect();
+    inputs.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let bands: Vec<Band> = figures.recordings.first().map_or_else(Vec::new, |first| {
+        windows(diagnosis, first).iter().map(|w| Band { from: w.start_s, to: w.end_s, ink: Ink::Guilty }).collect()
+    });
+    html! {
+        div.pair {
+            @for input in inputs {
+                @let guilty = diagnosis.location.equation.as_deref() == Some(&input.equation);
+                @let y = Axis::around("", &input.unit, input.value.iter().copied().chain([0.0]));
+                figure.guilty[guilty] {
+                    figcaption {
+                        b { (input.equation) } ": " (input.what) @if !y.unit().is_empty() { ", " (y.unit()) }
+                        span.note { "explains " (percent(input.score)) }
+                    }
+                    div.scroll {
+                        (Plot {
+                            title: format!("{} over time: the {} equation's unknown input", input.what, input.equation),
+                            size: (HALF, 150.0),
+                            x: time_axis(&input.time_s),
+                            y,
+                            names_x: true,
+                            bands: bands.clone(),
+                            noise: None,
+                            lines: vec![Line {
+                                x: &input.time_s,
+                                y: &input.value,
+                                ink: if guilty { Ink::After } else { Ink::Plain },
+                            }],
+                            points: LINE_POINTS.1,
+                        }.draw())
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,588 @@
+//! The page, from the answer down to how it was made.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sinew_diagnosis::{
+    Diagnosis, Error, Evidence, Figures, FittedParameter, FoundEffect, RecordingSummary, Tried, Unknown, Verdict,
+};
+
+use crate::About;
+use crate::figures;
+use crate::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
+use crate::summary::{FAR_SIGMAS, Overall, in_sigmas, sigmas};
+use crate::words;
+
+/// Models of the evidence table that are in sight at once; more are folded away.
+const TRIED_IN_SIGHT: usize = 12;
+
+/// Styles, and nothing else: nothing is run, nothing is fetched.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
+
+pub(crate) fn page(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                title { (about.rig) ": " (words::verdict(diagnosis.verdict)) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body class=(diagnosis.verdict.name()) {
+                header {
+                    p.rig { "Diagnosis of " b { (about.rig) } @if !about.channel.is_empty() { ", channel " b { (about.channel) } } }
+                    nav aria-label="Sections" {
+                        a href="#fit" { "Fit" }
+                        a href="#where" { "Where" }
+                        a href="#what" { "What" }
+                        a href="#parameters" { "Parameters" }
+                        a href="#recordings" { "Recordings" }
+                        a href="#next" { "Next" }
+                        a href="#warnings" { "Warnings" }
+                        a href="#again" { "Reproduce" }
+                    }
+                }
+                main {
+                    (answer(diagnosis))
+                    (fit(diagnosis, figures))
+                    (location(diagnosis, figures))
+                    (what(diagnosis, figures))
+                    (parameters(diagnosis))
+                    (recordings(diagnosis))
+                    (next(diagnosis))
+                    (warnings(diagnosis))
+                    (again(diagnosis, about))
+                }
+            }
+        }
+    }
+}
+
+/// The answer in words and three numbers.
+fn answer(diagnosis: &Diagnosis) -> Markup {
+    let Overall { as_given, recalibrated, improved } = Overall::of(diagnosis);
+    let complete = words::is_complete(diagnosis.verdict);
+    html! {
+        section #answer {
+            p.verdict { (words::verdict(diagnosis.verdict)) }
+            h1 { (words::headline(diagnosis)) }
+            @for paragraph in paragraphs(&diagnosis.summary) { p.lead { (paragraph) } }
+            ol.stages {
+                (stage("as given", "the rig file as it is", as_given))
+                (stage("recalibrated", "same physics, best parameters", recalibrated))
+                (stage("improved", if complete { "nothing had to be added" } else { "with what was found" }, improved))
+            }
+            p.muted {
+                "chi: error on data kept back, over the sensors' noise. 1 means that nothing is left to explain. "
+                @if diagnosis.left.p_value.is_finite() {
+                    @if complete { "Adding physics improves it by no more than chance does" } @else { "By chance it would improve this much" }
+                    " with a probability of " b { (probability(diagnosis.left.p_value)) } "."
+                }
+            }
+            @if !diagnosis.warnings.is_empty() {
+                p.callout {
+                    a href="#warnings" {
+                        (diagnosis.warnings.len()) @if diagnosis.warnings.len() == 1 { " warning" } @else { " warnings" }
+                    }
+                    " to read before relying on this."
+                }
+            }
+        }
+    }
+}
+
+fn stage(name: &str, about: &str, value: f64) -> Markup {
+    html! {
+        li {
+            span.name { (name) }
+            span.value.good[value < 1.2] { (chi(value)) }
+            span.about { (about) }
+        }
+    }
+}
+
+fn fit(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+    html! {
+        section #fit {
+            h2 { "Measured against simulated" }
+            (figures::traces(diagnosis, figures))
+            (errors(diagnosis))
+        }
+    }
+}
+
+/// Error of each sensor by stage.
+fn errors(diagnosis: &Diagnosis) -> Markup {
+    let fit = &diagnosis.fit;
+    let cell = |error: Option<&Error>, unit: &str| match error {
+        Some(error) => html! { td.n { (chi(error.chi)) } td.n.muted { (quantity(error.rmse, unit)) } },
+        None => html! { td.n { (NONE) } td.n.muted { (NONE) } },
+    };
+    html! {
+        @if !diagnosis.noise.is_empty() {
+            h3 { "Error of each sensor on data kept back" }
+            div.scroll {
+                table {
+                    thead {
+                        tr {
+                            th scope="col" rowspan="2" { "sensor" }
+                            th.n scope="col" rowspan="2" { "noise" }
+                            th.n scope="colgroup" colspan="2" { "as given" }
+                            th.n scope="colgroup" colspan="2" { "recalibrated" }
+                            th.n scope="colgroup" colspan="2" { "improved" }
+                        }
+                        tr { @for _ in 0..3 { th.n scope="col" { "chi" } th.n scope="col" { "RMS" } } }
+                    }
+                    tbody {
+                        @for (column, noise) in &diagnosis.noise {
+                            @let (name, unit) = words::column_by_name(column);
+                            tr {
+                                th scope="row" { (name) }
+                                td.n { (quantity(*noise, unit)) }
+                                (cell(fit.as_given.get(column), unit))
+                                (cell(fit.recalibrated.get(column), unit))
+                                (cell(fit.improved.get(column), unit))
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Which equation, when, under which conditions.
+fn location(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+    let complete = words::is_complete(diagnosis.verdict);
+    html! {
+        section #where {
+            h2 { "Where" }
+            @if complete {
+                p { "Nowhere: what is left is noise, at all times and under all conditions." }
+                (figures::maps(diagnosis, figures))
+                @if !figures.unknown_inputs.is_empty() {
+                    details {
+                        summary { "What each equation would have to be given: no more than noise" }
+                        (figures::unknown_inputs(diagnosis, figures))
+                    }
+                }
+            } @else {
+                (places(diagnosis))
+                (scores(diagnosis))
+                @if !figures.unknown_inputs.is_empty() {
+                    h3 { "What each equation would have to be given to explain the recording" }
+                    (figures::unknown_inputs(diagnosis, figures))
+                }
+                @if !figures.maps.is_empty() { h3 { "Under which conditions" } }
+                (figures::maps(diagnosis, figures))
+            }
+        }
+    }
+}
+
+fn places(diagnosis: &Diagnosis) -> Markup {
+    let location = &diagnosis.location;
+    let places = words::places(location);
+    html! {
+        @if let Some(equation) = &location.equation {
+            p.lead {
+                "In the " b { (equation) } " equation"
+                @let about = words::equation_about(equation);
+                @if !about.is_empty() { " (" (about) ")" }
+                "."
+            }
+        }
+        @if places.is_empty() {
+            p { "The mismatch is not bound to a time or a condition." }
+        } @else {
+            ul { @for place in &places { li { (place) "." } } }
+        }
+    }
+}
+
+/// How much of what is left an unknown input to each equation explains.
+fn scores(diagnosis: &Diagnosis) -> Markup {
+    let mut scores: Vec<(&String, f64)> =
+        diagnosis.location.equation_scores.iter().map(|(name, score)| (name, *score)).collect();
+    scores.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    html! {
+        @if !scores.is_empty() {
+            h3 { "How much of what is left an unknown input to one equation explains" }
+            div.scroll {
+                table.bars {
+                    thead { tr { th scope="col" { "equation" } th scope="col" { "share explained on data kept back" } th.n scope="col" {} } }
+                    tbody {
+                        @for (name, score) in scores {
+                            @let guilty = diagnosis.location.equation.as_ref() == Some(name);
+                            tr.guilty[guilty] {
+                                th scope="row" { (name) br; small.muted { (words::equation_about(name)) } }
+                                td { (bar(score)) }
+                                td.n { (percent(score)) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A bar for a share of 0 to 1.
+fn bar(share: f64) -> Markup {
+    let width = if is_sane(share) { (100.0 * share.clamp(0.0, 1.0)).round() } else { 0.0 };
+    html! {
+        svg.bar viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true" {
+            rect.rail width="100" height="10" {}
+            rect.filled width=(width) height="10" {}
+        }
+    }
+}
+
+/// What is missing, why it is believed, and what else was tried.
+fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+    let title = match diagnosis.verdict {
+        Verdict::Agrees | Verdict::ParametersOff => "Is anything missing?",
+        Verdict::PhysicsMissing | Verdict::UnknownPhysics => "What is missing",
+    };
+    html! {
+        section #what {
+            h2 { (title) }
+            @if words::is_complete(diagnosis.verdict) {
+                p {
+                    "No. The best of all additions to the physics improves the fit by no more than it would if nothing were missing (p = "
+                    (probability(diagnosis.left.p_value)) ")."
+                }
+            }
+            @for effect in &diagnosis.effects { (found(effect)) }
+            @if let Some(unknown) = &diagnosis.unknown { (outside(unknown)) }
+            (tried(figures))
+            @if !diagnosis.left.method.is_empty() { p.muted { "How the p-value was made: " (diagnosis.left.method) } }
+        }
+    }
+}
+
+fn found(effect: &FoundEffect) -> Markup {
+    html! {
+        article {
+            h3 { (capitalised(&words::effect_name(&effect.id))) " " code { (effect.id) } }
+            @for paragraph in paragraphs(&effect.says) { p { (paragraph) } }
+            (sizes(effect.parameters.iter().map(|(key, size)| (key, size))))
+            (evidence(&effect.evidence))
+            @if !effect.cannot_be_told_apart_from.is_empty() {
+                p.callout {
+                    "Cannot be told apart from "
+                    (words::list(&effect.cannot_be_told_apart_from.iter().map(|id| words::effect_name(id)).collect::<Vec<_>>()))
+                    ": this recording is explained equally well by either. See " a href="#next" { "the next experiment" } "."
+                }
+            }
+            @if !effect.alternatives.is_empty() {
+                div.scroll {
+                    table {
+                        caption { "In its place, everything else refitted" }
+                        thead { tr { th scope="col" { "effect" } th.n scope="col" { "chi, kept back" } th.n scope="col" { "ΔBIC to the one found" } } }
+                        tbody {
+                            tr.chosen {
+                                th scope="row" { (words::effect_name(&effect.id)) " (found)" }
+                                td.n { (chi(effect.evidence.holdout_chi_after)) }
+                                td.n { "0" }
+                            }
+                            @for rival in &effect.alternatives {
+                                tr {
+                                    th scope="row" { (words::effect_name(&rival.id)) }
+                                    td.n { (chi(rival.holdout_chi)) }
+                                    td.n { (signed(rival.delta_bic)) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn sizes<'a>(sizes: impl Iterator<Item = (&'a String, &'a sinew_diagnosis::EffectSize)>) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead { tr { th scope="col" { "size" } th.n scope="col" { "value" } th.n scope="col" { "90 % interval" } } }
+                tbody {
+                    @for (key, size) in sizes {
+                        @let (value, interval) = estimate(size.value, size.low, size.high, &size.unit);
+                        tr { th scope="row" { code { (key) } } td.n { (value) } td.n { (interval) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn evidence(evidence: &Evidence) -> Markup {
+    html! {
+        p {
+            "Without it chi on data kept back is " b { (chi(evidence.holdout_chi_before)) }
+            ", with it " b { (chi(evidence.holdout_chi_after)) }
+            "; ΔBIC " (signed(evidence.delta_bic)) " (negative speaks for it); by chance with p = " (probability(evidence.p_value)) "."
+        }
+    }
+}
+
+/// What no effect of the catalogue explains.
+fn outside(unknown: &Unknown) -> Markup {
+    html! {
+        article {
+            h3 { "Outside the catalogue, in the " (unknown.equation) " equation" }
+            @if unknown.form.is_empty() {
+                p { "No closed form was found for it." }
+            } @else {
+                p { "The best closed form found" @if !unknown.unit.is_empty() { ", in " (shown_unit(&unknown.unit)) } ":" }
+                pre { (unknown.form) }
+                p.muted { "Empirical: it describes this recording and names no mechanism. Do not trust it outside the conditions it was fitted in." }
+            }
+            p {
+                "Without it chi on data kept back is " b { (chi(unknown.holdout_chi_before)) }
+                ", with it " b { (chi(unknown.holdout_chi_after)) } "."
+            }
+            @if !unknown.coefficients.is_empty() { (sizes(unknown.coefficients.iter())) }
+        }
+    }
+}
+
+/// Every model that was tried, best first.
+fn tried(figures: &Figures) -> Markup {
+    let models = &figures.tried;
+    let in_sight = models.len().min(TRIED_IN_SIGHT);
+    html! {
+        @if !models.is_empty() {
+            h3 { "Everything that was tried" }
+            (tried_table(&models[..in_sight]))
+            @if models.len() > in_sight {
+                details {
+                    summary { (models.len() - in_sight) " more" }
+                    (tried_table(&models[in_sight..]))
+                }
+            }
+        }
+    }
+}
+
+fn tried_table(models: &[Tried]) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th scope="col" { "added to the model" }
+                        th.n scope="col" { "chi, kept back" }
+                        th.n scope="col" { "ΔBIC" }
+                        th scope="col" {}
+                    }
+                }
+                tbody {
+                    @for model in models {
+                        tr.chosen[model.chosen] {
+                            th scope="row" {
+                                @if model.effects.is_empty() { "nothing: recalibrated only" }
+                                (words::list(&model.effects.iter().map(|id| words::effect_name(id)).collect::<Vec<_>>()))
+                            }
+                            td.n { (chi(model.holdout_chi)) }
+                            td.n { (signed(model.delta_bic)) }
+                            td {
+                                @if model.chosen { b { "chosen" } }
+                                @if model.screened { span.muted { "screened only" } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Parameters before and after, in σ of their priors.
+fn parameters(diagnosis: &Diagnosis) -> Markup {
+    let mut moved: Vec<(&String, &FittedParameter)> = diagnosis.parameters.iter().collect();
+    moved.sort_by(|(_, a), (_, b)| sigmas(b).abs().total_cmp(&sigmas(a).abs()));
+    let furthest = moved.iter().map(|(_, p)| sigmas(p).abs()).filter(|s| is_sane(*s)).fold(3.0, f64::max);
+    let scale = furthest.min(6.0).ceil();
+    html! {
+        section #parameters {
+            h2 { "Parameters against what was believed" }
+            @if moved.is_empty() {
+                p.muted { "No parameter was fitted." }
+            } @else {
+                p.muted {
+                    "The rig file's values are at 0. One σ is what the prior allows a parameter to be off; beyond " (FAR_SIGMAS)
+                    " σ (outside the shaded part) a parameter is suspect: it may carry physics that is missing."
+                }
+                div.scroll {
+                    table.parameters {
+                        thead {
+                            tr {
+                                th scope="col" { "parameter" }
+                                th.n scope="col" { "given" }
+                                th.n scope="col" { "fitted" }
+                                th.n scope="col" { "90 % interval" }
+                                th scope="col" { span.axis { span { "−" (scale) " σ" } span { "0" } span { "+" (scale) " σ" } } }
+                                th.n scope="col" { "σ" }
+                            }
+                        }
+                        tbody { @for (key, parameter) in moved { (parameter_row(diagnosis, key, parameter, scale)) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn parameter_row(diagnosis: &Diagnosis, key: &str, parameter: &FittedParameter, scale: f64) -> Markup {
+    let (value, interval) = estimate(parameter.value, parameter.low, parameter.high, &parameter.unit);
+    let moved = sigmas(parameter);
+    let far = moved.abs() > FAR_SIGMAS;
+    let warned = diagnosis.warnings.iter().any(|w| w.contains(key));
+    html! {
+        tr.far[far || warned] {
+            th scope="row" { code { (key) } }
+            td.n { (number(parameter.given)) }
+            td.n { (value) }
+            td.n { (interval) }
+            td { (dot(parameter, scale)) }
+            td.n {
+                @if is_sane(moved) { (signed((10.0 * moved).round() / 10.0)) } @else { (NONE) }
+                @if far { " " b { "far" } }
+                @if warned { " " a href="#warnings" { "warning" } }
+            }
+        }
+    }
+}
+
+/// Dot and interval between −`scale` and `scale` σ; an end beyond is drawn at the edge.
+fn dot(parameter: &FittedParameter, scale: f64) -> Markup {
+    const HALF: f64 = 120.0;
+    let at = |value: f64| {
+        let sigmas = in_sigmas(parameter, value);
+        is_sane(sigmas).then(|| ((1.0 + sigmas.clamp(-scale, scale) / scale) * HALF * 10.0).round() / 10.0)
+    };
+    let allowed = FAR_SIGMAS / scale * HALF;
+    html! {
+        svg.dot viewBox="0 0 240 18" width="240" height="18" aria-hidden="true" {
+            rect.allowed x=(HALF - allowed) width=(2.0 * allowed) height="18" {}
+            path.zero d="M120 0V18" {}
+            @if let (Some(low), Some(high)) = (at(parameter.low), at(parameter.high)) {
+                path.interval d={ "M" (low) " 9H" (high) "M" (low) " 5V13M" (high) " 5V13" } {}
+            }
+            @if let Some(value) = at(parameter.value) { circle cx=(value.clamp(5.0, 235.0)) cy="9" r="4.5" {} }
+        }
+    }
+}
+
+fn recordings(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        section #recordings {
+            h2 { "Recordings" }
+            @if diagnosis.recordings.is_empty() {
+                p.muted { "No recording is listed." }
+            } @else {
+                div.scroll {
+                    table {
+                        thead {
+                            tr {
+                                th scope="col" { "recording" }
+                                th.n scope="col" { "samples" }
+                                th.n scope="col" { "length" }
+                                th scope="col" { "used for" }
+                                th.n scope="col" { "chi, kept back" }
+                                th scope="col" { "offsets fitted for it alone" }
+                            }
+                        }
+                        tbody { @for recording in &diagnosis.recordings { (recording_row(recording)) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn recording_row(recording: &RecordingSummary) -> Markup {
+    html! {
+        tr {
+            th scope="row" { (recording.name) }
+            td.n { (recording.samples) }
+            td.n { (quantity(recording.duration_s, "s")) }
+            td { @if recording.held_out { "judging only: all of it kept back" } @else { "fitting, with blocks kept back" } }
+            td.n { (chi(recording.chi)) }
+            td {
+                @if recording.offsets.is_empty() { (NONE) }
+                @for (i, (name, offset)) in recording.offsets.iter().enumerate() {
+                    @let (words, unit) = words::column_by_name(name);
+                    @if i > 0 { br; }
+                    (words) " " (quantity(*offset, unit))
+                }
+            }
+        }
+    }
+}
+
+fn next(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        section #next {
+            h2 { "The next experiment" }
+            @if diagnosis.next_experiment.trim().is_empty() { p.muted { "None is proposed." } }
+            @for paragraph in paragraphs(&diagnosis.next_experiment) { p { (paragraph) } }
+        }
+    }
+}
+
+fn warnings(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        section #warnings {
+            h2 { "Warnings" }
+            @if diagnosis.warnings.is_empty() {
+                p.muted { "None." }
+            } @else {
+                ul { @for warning in &diagnosis.warnings { li { (warning) } } }
+            }
+        }
+    }
+}
+
+fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
+    html! {
+        section #again {
+            h2 { "How to reproduce this" }
+            @if !about.command.is_empty() { pre { (about.command) } }
+            p.muted {
+                "sinew " (about.version) ", format " (diagnosis.schema) ", seed " (diagnosis.seed)
+                ". The same input and seed give the same answer. "
+                code { "diagnosis.json" } " beside this page holds every number, "
+                code { "improved.toml" } " the model: " code { "sinew simulate" } " takes it."
+            }
+            h3 { "Words used here" }
+            dl {
+                dt { "chi" }
+                dd { "RMS of measured less simulated, over the sensor's noise. 1: nothing is left to explain. 3: the error is three times the noise." }
+                dt { "kept back" }
+                dd { "Blocks of each recording, or a whole one, that no fit ever saw. Every chi on this page is of such data." }
+                dt { "as given, recalibrated, improved" }
+                dd { "The model with the rig file as it is; with its parameters refitted as far as their priors allow; with what was found added." }
+                dt { "p-value" }
+                dd { "How often an improvement as large as this one would be found if nothing were missing. Small: chance does not explain it. Large: no proof that everything is in the model, but nothing in this recording says otherwise." }
+                dt { "ΔBIC" }
+                dd { "Change of the Bayesian information criterion: fit against number of parameters, counted for as many samples as are independent. Negative is better; beyond 10 is clear." }
+                dt { "90 % interval" }
+                dd { "Values the recording is compatible with." }
+                dt { "σ of the prior" }
+                dd { "How far a parameter of the rig file may be off before it is suspect." }
+            }
+        }
+    }
+}
+
+fn paragraphs(text: &str) -> impl Iterator<Item = &str> {
+    text.split('\n').map(str::trim).filter(|p| !p.is_empty())
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

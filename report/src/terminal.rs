@@ -1,0 +1,162 @@
+//! The answer in about ten lines, for a terminal.
+
+use sinew_diagnosis::{Diagnosis, FittedParameter, FoundEffect, Unknown, Verdict};
+
+use crate::quantity::{chi, estimate, percent, probability, signed};
+use crate::summary::{FAR_SIGMAS, Overall, largest_changes, sigmas};
+use crate::words::{headline, is_complete, list, places};
+
+/// Narrower than this a terminal is not taken at its word.
+const LEAST_WIDTH: usize = 40;
+/// Where the text begins, after its label.
+const INDENT: usize = 9;
+
+/// The answer of `diagnosis` for a terminal of `width` columns, with ANSI colours where `colour` is true.
+/// Ends with a newline.
+pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
+    let mut answer = Answer { lines: String::new(), width: width.max(LEAST_WIDTH), colour };
+    let shade = match diagnosis.verdict {
+        Verdict::Agrees | Verdict::ParametersOff => "1;32",
+        Verdict::PhysicsMissing => "1;33",
+        Verdict::UnknownPhysics => "1;35",
+    };
+    answer.headline(&headline(diagnosis), shade);
+    answer.says("", &diagnosis.summary);
+    answer.says("fit", &fit(diagnosis));
+    if !is_complete(diagnosis.verdict) {
+        answer.says("where", &place(diagnosis));
+        for effect in &diagnosis.effects {
+            answer.says("what", &found(effect));
+        }
+        if let Some(unknown) = &diagnosis.unknown {
+            answer.says("unknown", &form(unknown));
+        }
+    }
+    answer.says("param.", &parameters(diagnosis));
+    answer.says("next", &diagnosis.next_experiment);
+    for warning in &diagnosis.warnings {
+        answer.says("warning", warning);
+    }
+    answer.lines
+}
+
+fn fit(diagnosis: &Diagnosis) -> String {
+    let Overall { as_given, recalibrated, improved } = Overall::of(diagnosis);
+    format!(
+        "chi on kept-back data {} as given, {} recalibrated, {} improved (1 = noise); by chance with p = {}",
+        chi(as_given),
+        chi(recalibrated),
+        chi(improved),
+        probability(diagnosis.left.p_value)
+    )
+}
+
+fn place(diagnosis: &Diagnosis) -> String {
+    let location = &diagnosis.location;
+    let equation = location.equation.as_ref().map(|equation| match location.equation_scores.get(equation) {
+        Some(score) => format!("the {equation} equation, which explains {}", percent(*score)),
+        None => format!("the {equation} equation"),
+    });
+    equation.into_iter().chain(places(location)).collect::<Vec<_>>().join("; ")
+}
+
+fn found(effect: &FoundEffect) -> String {
+    let sizes = effect.parameters.iter().map(|(key, size)| {
+        let (value, interval) = estimate(size.value, size.low, size.high, &size.unit);
+        format!("{key} {value} [{interval}]")
+    });
+    let mut line = format!("{}: {}", effect.id, list(&sizes.collect::<Vec<_>>()));
+    line += &format!(
+        "; without it chi {} (ΔBIC {}, p = {})",
+        chi(effect.evidence.holdout_chi_before),
+        signed(effect.evidence.delta_bic),
+        probability(effect.evidence.p_value)
+    );
+    if !effect.cannot_be_told_apart_from.is_empty() {
+        line += &format!("; cannot be told apart from {}", list(&effect.cannot_be_told_apart_from));
+    } else if let Some(rival) = effect.alternatives.first() {
+        line += &format!("; next best {} leaves chi {}", rival.id, chi(rival.holdout_chi));
+    }
+    line
+}
+
+fn form(unknown: &Unknown) -> String {
+    let fit = format!("chi {} → {}", chi(unknown.holdout_chi_before), chi(unknown.holdout_chi_after));
+    if unknown.form.is_empty() {
+        format!("in the {} equation, no closed form found; {fit}", unknown.equation)
+    } else {
+        format!("in the {} equation, empirically {} (in {}); {fit}", unknown.equation, unknown.form, unknown.unit)
+    }
+}
+
+fn parameters(diagnosis: &Diagnosis) -> String {
+    let far: Vec<String> = largest_changes(diagnosis, 3).into_iter().map(|(key, p)| change(key, p)).collect();
+    if far.is_empty() { "none moved by as much as its prior allows".into() } else { far.join("; ") }
+}
+
+fn change(key: &str, parameter: &FittedParameter) -> String {
+    let (value, interval) = estimate(parameter.value, parameter.low, parameter.high, &parameter.unit);
+    let sigmas = sigmas(parameter);
+    let flag = if sigmas.abs() > FAR_SIGMAS { ", far from its prior" } else { "" };
+    let given = crate::quantity::number(parameter.given);
+    format!("{key} {given} → {value} [{interval}] ({} σ{flag})", signed((10.0 * sigmas).round() / 10.0))
+}
+
+/// Lines as they are put together.
+struct Answer {
+    lines: String,
+    width: usize,
+    colour: bool,
+}
+
+impl Answer {
+    fn headline(&mut self, text: &str, shade: &str) {
+        for line in wrapped(text, self.width) {
+            let line = self.painted(&line, shade);
+            self.lines += &line;
+            self.lines.push('\n');
+        }
+    }
+
+    /// A label and what it says, wrapped beside it; nothing where it says nothing.
+    fn says(&mut self, label: &str, text: &str) {
+        for (i, line) in wrapped(text, self.width - INDENT).iter().enumerate() {
+            let label = if i == 0 { label } else { "" };
+            let padding = " ".repeat(INDENT - label.len().min(INDENT));
+            let label = self.painted(label, if label == "warning" { "33" } else { "2" });
+            self.lines += &format!("{label}{padding}{line}\n");
+        }
+    }
+
+    fn painted(&self, text: &str, shade: &str) -> String {
+        if self.colour && !text.is_empty() { format!("\x1b[{shade}m{text}\x1b[0m") } else { text.into() }
+    }
+}
+
+/// Words on lines of at most `width` characters; a longer word has a line of its own. Control characters, which could
+/// command the terminal, count as spaces.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_wrap_and_control_characters_do_not_reach_the_terminal() {
+        assert_eq!(wrapped("a bb\u{1b}[31m ccc", 5), ["a bb", "[31m", "ccc"]);
+        assert_eq!(wrapped("", 5), Vec::<String>::new());
+        assert_eq!(wrapped("overlong x", 3), ["overlong", "x"]);
+    }
+}
