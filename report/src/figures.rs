@@ -5,7 +5,7 @@ use sinew_diagnosis::{Diagnosis, Figures, Map, SensorTrace, Traces, UnknownInput
 use sinew_recording::Column;
 
 use crate::plot::{Axis, Band, Heat, Ink, Line, Plot, extent, heat_scale};
-use crate::quantity::{chi, percent, quantity};
+use crate::quantity::{chi, fixed, percent, quantity};
 use crate::words;
 
 /// Width of a plot over the page's whole width, and of one of two side by side, px.
@@ -24,10 +24,13 @@ const NOISE_BAND: f64 = 2.0;
 /// A cell of a map below this is no more than noise.
 const NOISY_CHI: f64 = 1.3;
 
-/// Which stages of the model are shown as before and after, and under which names.
+/// A stage of the model, and what it is called.
+type Stage = (fn(&SensorTrace) -> &[f64], &'static str);
+
+/// Which stages of the model are shown as before and after.
 struct Stages {
-    before: Option<(fn(&SensorTrace) -> &[f64], &'static str)>,
-    after: (fn(&SensorTrace) -> &[f64], &'static str),
+    before: Option<Stage>,
+    after: Stage,
     /// The model as given is drawn beside them.
     beside: bool,
 }
@@ -77,7 +80,7 @@ pub(crate) fn traces(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
             }
         }
         @if figures.recordings.len() > drawn.len() {
-            p.muted { (figures.recordings.len() - drawn.len()) " more recordings are not drawn here; the table of recordings lists them all." }
+            p.muted { "Only the first " (RECORDINGS) " recordings are drawn; the table of recordings lists them all." }
         }
     }
 }
@@ -138,7 +141,7 @@ impl Sheet<'_> {
             @for sensor in &sensors[..in_sight] { (self.sensor(sensor)) }
             @if sensors.len() > in_sight {
                 details {
-                    summary { (sensors.len() - in_sight) " more sensors of this recording" }
+                    summary { (sensors.len() - in_sight) @if sensors.len() == in_sight + 1 { " more sensor" } @else { " more sensors" } " of this recording" }
                     @for sensor in &sensors[in_sight..] { (self.sensor(sensor)) }
                 }
             }
@@ -173,7 +176,7 @@ impl Sheet<'_> {
         if inside.len() < 10 || to - from > 0.6 * (last - first) {
             return html! {};
         }
-        let note = format!("closer, {:.1} s to {:.1} s", from.max(first), to.min(last));
+        let note = format!("closer, {} s to {} s", fixed(from.max(first), 1), fixed(to.min(last), 1));
         self.sensor_during(sensor, inside, Some(&note))
     }
 
@@ -212,9 +215,9 @@ impl Sheet<'_> {
         };
         let strip = Plot {
             title: format!("{name}: measured less simulated, over the noise"),
-            size: (WIDE, 120.0),
+            size: (WIDE, 132.0),
             x,
-            y: Axis::spanning("", "1", -most, most),
+            y: Axis::left_over(most, NOISE_BAND),
             names_x: true,
             bands: self.bands(),
             noise: Some(NOISE_BAND),
@@ -232,7 +235,9 @@ impl Sheet<'_> {
                 }
                 div.scroll {
                     (main.draw())
-                    p.strip { "what is left, in units of the noise (" (quantity(sensor.noise, unit)) ")" }
+                    p.strip { "what is left, in units of the noise (" (quantity(sensor.noise, unit)) ")"
+                        @if most > 4.0 * NOISE_BAND { ", logarithmic beyond it" }
+                        @if self.stages.before.is_some() { "; shaded before, line after" } }
                     (strip.draw())
                 }
             }
@@ -247,7 +252,7 @@ impl Sheet<'_> {
 
     fn chis(&self, sensor: &SensorTrace) -> Markup {
         let fit = &self.diagnosis.fit;
-        let of = |stage: &std::collections::BTreeMap<String, sinew_diagnosis::Error>| {
+        let of = |stage: &std::collections::BTreeMap<String, sinew_diagnosis::Misfit>| {
             stage.get(sensor.column.name()).map(|e| chi(e.chi))
         };
         let stages: Vec<String> =
@@ -348,19 +353,19 @@ fn over_noise(measured: &[f64], simulated: &[f64], noise: f64) -> Vec<f64> {
 
 /// Residual by condition, before and after side by side on one scale.
 pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
-    let after = if words::is_complete(diagnosis.verdict) { "in the final model" } else { "after: with what was found" };
+    let after = if words::is_complete(diagnosis.verdict) { "in the final model" } else { "with what was found" };
     html! {
         @for map in figures.maps.iter().filter(|m| !m.before.is_empty()) {
             @let darkest = extent(map.before.iter().chain(&map.after).flatten().copied()).map_or(1.0, |(_, h)| h);
             figure {
                 figcaption {
-                    b { "chi by " (map.x) " and " (map.y) }
+                    b { "chi by " (uncapitalised(&map.x)) " and " (map.y) }
                     span.note { (heat_scale(darkest)) }
                 }
                 div.pair {
-                    @for (cells, when) in [(&map.before, "recalibrated: best parameters, same physics"), (&map.after, after)] {
+                    @for (cells, when) in [(&map.before, "recalibrated"), (&map.after, after)] {
                         div {
-                            p.strip { (when) "; up: " (map.y) }
+                            p.strip { (when) "; upwards: " (map.y) }
                             div.scroll {
                                 (Heat {
                                     title: format!("chi by {} and {}, {when}", map.x, map.y),
@@ -379,6 +384,11 @@ pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
             }
         }
     }
+}
+
+fn uncapitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
 /// The cell with most left before, if that is more than noise, as `(y, x)`.
@@ -402,7 +412,7 @@ pub(crate) fn unknown_inputs(diagnosis: &Diagnosis, figures: &Figures) -> Markup
                 @let y = Axis::around("", &input.unit, input.value.iter().copied().chain([0.0]));
                 figure.guilty[guilty] {
                     figcaption {
-                        b { (input.equation) } ": " (input.what) @if !y.unit().is_empty() { ", " (y.unit()) }
+                        span { b { (input.equation) } ": " (input.what) @if !y.unit().is_empty() { ", " (y.unit()) } }
                         span.note { "explains " (percent(input.score)) }
                     }
                     div.scroll {

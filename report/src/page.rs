@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sinew_diagnosis::{
-    Diagnosis, Error, Evidence, Figures, FittedParameter, FoundEffect, RecordingSummary, Tried, Unknown, Verdict,
+    Diagnosis, Evidence, Figures, FittedParameter, FoundEffect, Misfit, RecordingSummary, Tried, Unknown, Verdict,
 };
 
 use crate::About;
@@ -114,7 +114,7 @@ fn fit(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
 /// Error of each sensor by stage.
 fn errors(diagnosis: &Diagnosis) -> Markup {
     let fit = &diagnosis.fit;
-    let cell = |error: Option<&Error>, unit: &str| match error {
+    let cell = |error: Option<&Misfit>, unit: &str| match error {
         Some(error) => html! { td.n { (chi(error.chi)) } td.n.muted { (quantity(error.rmse, unit)) } },
         None => html! { td.n { (NONE) } td.n.muted { (NONE) } },
     };
@@ -266,7 +266,7 @@ fn found(effect: &FoundEffect) -> Markup {
         article {
             h3 { (capitalised(&words::effect_name(&effect.id))) " " code { (effect.id) } }
             @for paragraph in paragraphs(&effect.says) { p { (paragraph) } }
-            (sizes(effect.parameters.iter().map(|(key, size)| (key, size))))
+            (sizes(effect.parameters.iter()))
             (evidence(&effect.evidence))
             @if !effect.cannot_be_told_apart_from.is_empty() {
                 p.callout {
@@ -352,28 +352,30 @@ fn outside(unknown: &Unknown) -> Markup {
 fn tried(figures: &Figures) -> Markup {
     let models = &figures.tried;
     let in_sight = models.len().min(TRIED_IN_SIGHT);
+    let worst = models.iter().map(|m| m.holdout_chi).filter(|chi| is_sane(*chi)).fold(1.5, f64::max);
     html! {
         @if !models.is_empty() {
             h3 { "Everything that was tried" }
-            (tried_table(&models[..in_sight]))
+            (tried_table(&models[..in_sight], worst))
             @if models.len() > in_sight {
                 details {
                     summary { (models.len() - in_sight) " more" }
-                    (tried_table(&models[in_sight..]))
+                    (tried_table(&models[in_sight..], worst))
                 }
             }
         }
     }
 }
 
-fn tried_table(models: &[Tried]) -> Markup {
+fn tried_table(models: &[Tried], worst: f64) -> Markup {
     html! {
         div.scroll {
-            table {
+            table.tried {
                 thead {
                     tr {
                         th scope="col" { "added to the model" }
                         th.n scope="col" { "chi, kept back" }
+                        th scope="col" { span.visually-hidden { "chi above 1, as a bar" } }
                         th.n scope="col" { "ΔBIC" }
                         th scope="col" {}
                     }
@@ -386,6 +388,7 @@ fn tried_table(models: &[Tried]) -> Markup {
                                 (words::list(&model.effects.iter().map(|id| words::effect_name(id)).collect::<Vec<_>>()))
                             }
                             td.n { (chi(model.holdout_chi)) }
+                            td { (bar((model.holdout_chi - 1.0) / (worst - 1.0))) }
                             td.n { (signed(model.delta_bic)) }
                             td {
                                 @if model.chosen { b { "chosen" } }
@@ -442,36 +445,36 @@ fn parameter_row(diagnosis: &Diagnosis, key: &str, parameter: &FittedParameter, 
     let warned = diagnosis.warnings.iter().any(|w| w.contains(key));
     html! {
         tr.far[far || warned] {
-            th scope="row" { code { (key) } }
+            th scope="row" {
+                code { (key) }
+                @if far { small { "far from its prior" @if warned { ", see " a href="#warnings" { "warnings" } } } }
+                @else if warned { small { "see " a href="#warnings" { "warnings" } } }
+            }
             td.n { (number(parameter.given)) }
             td.n { (value) }
             td.n { (interval) }
             td { (dot(parameter, scale)) }
-            td.n {
-                @if is_sane(moved) { (signed((10.0 * moved).round() / 10.0)) } @else { (NONE) }
-                @if far { " " b { "far" } }
-                @if warned { " " a href="#warnings" { "warning" } }
-            }
+            td.n { @if is_sane(moved) { (signed((10.0 * moved).round() / 10.0)) } @else { (NONE) } }
         }
     }
 }
 
 /// Dot and interval between −`scale` and `scale` σ; an end beyond is drawn at the edge.
 fn dot(parameter: &FittedParameter, scale: f64) -> Markup {
-    const HALF: f64 = 120.0;
+    const HALF: f64 = 100.0;
     let at = |value: f64| {
         let sigmas = in_sigmas(parameter, value);
         is_sane(sigmas).then(|| ((1.0 + sigmas.clamp(-scale, scale) / scale) * HALF * 10.0).round() / 10.0)
     };
     let allowed = FAR_SIGMAS / scale * HALF;
     html! {
-        svg.dot viewBox="0 0 240 18" width="240" height="18" aria-hidden="true" {
+        svg.dot viewBox="0 0 200 18" width="200" height="18" aria-hidden="true" {
             rect.allowed x=(HALF - allowed) width=(2.0 * allowed) height="18" {}
-            path.zero d="M120 0V18" {}
+            path.zero d="M100 0V18" {}
             @if let (Some(low), Some(high)) = (at(parameter.low), at(parameter.high)) {
                 path.interval d={ "M" (low) " 9H" (high) "M" (low) " 5V13M" (high) " 5V13" } {}
             }
-            @if let Some(value) = at(parameter.value) { circle cx=(value.clamp(5.0, 235.0)) cy="9" r="4.5" {} }
+            @if let Some(value) = at(parameter.value) { circle cx=(value.clamp(5.0, 195.0)) cy="9" r="4.5" {} }
         }
     }
 }

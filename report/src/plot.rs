@@ -5,6 +5,7 @@
 
 use maud::{Markup, PreEscaped, html};
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -24,7 +25,7 @@ const TEXT: f64 = 12.0;
 /// What is drawn with. After Okabe and Ito, so that colour-blind readers can tell them apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ink {
-    /// Measured: a thin dark line.
+    /// Measured: a broad pale line, on which the models' lie.
     Measured,
     /// The model as given, where it is neither before nor after: dotted.
     AsGiven,
@@ -70,7 +71,7 @@ impl Ink {
     /// Its colour, distinct from every other's: the style sheet's handle.
     pub(crate) const fn rgb(self) -> (u8, u8, u8) {
         match self {
-            Ink::Measured => (0x33, 0x3D, 0x47),
+            Ink::Measured => (0xA9, 0xB3, 0xBE),
             Ink::AsGiven => (0xCC, 0x79, 0xA7),
             Ink::Before => (0xD5, 0x5E, 0x00),
             Ink::After => (0x00, 0x72, 0xB2),
@@ -99,7 +100,8 @@ impl Ink {
 
     fn line(self) -> ShapeStyle {
         let width = match self {
-            Ink::Measured | Ink::LeftAfter => 1.1,
+            Ink::Measured => 4.0,
+            Ink::LeftAfter => 1.1,
             Ink::Grid | Ink::Axis => 1.0,
             Ink::AsGiven | Ink::Plain => 1.4,
             _ => 1.8,
@@ -112,44 +114,71 @@ impl Ink {
     }
 }
 
+/// How an axis runs from its low to its high end.
+#[derive(Debug, Clone, PartialEq)]
+enum Scale {
+    Linear,
+    /// Linear near 0 and logarithmic beyond ± this.
+    Logarithmic(f64),
+    /// As much room for each stretch between two edges.
+    Steps(Vec<f64>),
+}
+
 /// One axis: what is on it, its unit, and the range shown.
 #[derive(Debug, Clone)]
 pub(crate) struct Axis {
     name: String,
     unit: String,
     prefix: Prefix,
-    /// In the prefixed unit.
+    scale: Scale,
+    /// In the prefixed unit, as are the ticks.
     low: f64,
     high: f64,
+    ticks: Vec<f64>,
+    /// Of the ticks' numbers.
+    decimals: usize,
 }
 
 impl Axis {
     /// An axis that shows every one of `values` with a little air around them.
     pub(crate) fn around(name: &str, unit: &str, values: impl Iterator<Item = f64>) -> Axis {
         let (low, high) = extent(values).unwrap_or((0.0, 1.0));
-        let air = 0.05 * (high - low);
-        Axis::spanning(name, unit, low - air, high + air)
+        let axis = Axis::spanning(name, unit, low, high);
+        let air = 0.05 * (axis.high - axis.low);
+        Axis { low: axis.low - air, high: axis.high + air, ..axis }
     }
 
     /// An axis from `low` to `high` and no further.
     pub(crate) fn spanning(name: &str, unit: &str, low: f64, high: f64) -> Axis {
         let [low, high] = [low, high].map(|v| if is_sane(v) { v } else { 0.0 });
-        let magnitude = low.abs().max(high.abs());
-        // a prefix is chosen without the air at the ends, which must not tip it over
-        let prefix = Prefix::of_axis(magnitude / 1.05, unit);
+        let prefix = Prefix::of_axis(low.abs().max(high.abs()), unit);
         let [mut low, mut high] = [low.min(high) / prefix.factor, low.max(high) / prefix.factor];
-        let least = 1e-6 * low.abs().max(high.abs()).max(1e-3);
-        if high - low < least {
+        let magnitude = low.abs().max(high.abs());
+        if high - low <= 1e-6 * magnitude {
             // a line that does not move is shown in the middle
-            let half = if low == 0.0 && high == 0.0 { 1.0 } else { 0.1 * low.abs().max(high.abs()).max(least) };
+            let half = if magnitude == 0.0 { 1.0 } else { 0.1 * magnitude };
             (low, high) = (low - half, high + half);
         }
-        Axis { name: name.into(), unit: prefix.unit(unit), prefix, low, high }
+        let unit = prefix.unit(unit);
+        Axis { name: name.into(), unit, prefix, scale: Scale::Linear, low, high, ticks: Vec::new(), decimals: 0 }
+    }
+
+    /// An axis of what is left, over the noise, up to ±`most`: logarithmic beyond the noise where that is far.
+    pub(crate) fn left_over(most: f64, noise: f64) -> Axis {
+        let scale = if most > 4.0 * noise { Scale::Logarithmic(noise) } else { Scale::Linear };
+        Axis { scale, ..Axis::spanning("", "1", -most, most) }
+    }
+
+    /// An axis with as much room for each of the stretches between `edges`.
+    pub(crate) fn steps(name: &str, edges: &[f64]) -> Axis {
+        let scale = Scale::Steps(edges.to_vec());
+        let (low, high) = extent(edges.iter().copied()).unwrap_or((0.0, 1.0));
+        Axis { scale, prefix: Prefix::NONE, low, high, ..Axis::spanning(name, "1", low, high) }
     }
 
     /// Name and unit, as in "Elongation, mm".
     pub(crate) fn title(&self) -> String {
-        if self.unit.is_empty() { self.name.clone() } else { format!("{}, {}", self.name, self.unit) }
+        if self.unit().is_empty() { self.name.clone() } else { format!("{}, {}", self.name, self.unit()) }
     }
 
     /// Its unit with its prefix; empty for a pure number.
@@ -162,14 +191,87 @@ impl Axis {
         is_sane(value).then(|| (value / self.prefix.factor).clamp(self.low, self.high))
     }
 
-    fn range(&self) -> std::ops::Range<f64> {
-        self.low..self.high
+    /// How far from the low end to the high end a value is, 0..1.
+    fn fraction(&self, value: f64) -> f64 {
+        let fraction = match &self.scale {
+            Scale::Linear => (value - self.low) / (self.high - self.low),
+            Scale::Logarithmic(width) => {
+                let [value, low, high] = [value, self.low, self.high].map(|v| (v / width).asinh());
+                (value - low) / (high - low)
+            }
+            Scale::Steps(edges) => {
+                let step = edges.partition_point(|e| *e <= value).clamp(1, (edges.len() - 1).max(1)) - 1;
+                let within = match edges.get(step..step + 2) {
+                    Some(&[from, to]) if to > from => (value - from) / (to - from),
+                    _ => 0.0,
+                };
+                (step as f64 + within) / (edges.len().max(2) - 1) as f64
+            }
+        };
+        if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// A number on it: as many decimals as steps of about a tenth of the range need.
+    /// The value so far from the low end to the high one.
+    fn at(&self, fraction: f64) -> f64 {
+        match &self.scale {
+            Scale::Logarithmic(width) => {
+                let [low, high] = [self.low, self.high].map(|v| (v / width).asinh());
+                width * (low + fraction * (high - low)).sinh()
+            }
+            Scale::Linear | Scale::Steps(_) => self.low + fraction * (self.high - self.low),
+        }
+    }
+
+    /// The same axis with at most `most` ticks.
+    fn ticked(&self, most: usize) -> Axis {
+        let mut axis = self.clone();
+        axis.ticks = match &self.scale {
+            Scale::Linear => {
+                let step = nice_step((self.high - self.low) / most.max(2) as f64);
+                axis.decimals = (-(step * 1.0001).log10().floor()).clamp(0.0, 8.0) as usize;
+                let (first, last) = ((self.low / step).ceil(), (self.high / step).floor());
+                (0..=(last - first).clamp(0.0, 50.0) as usize).map(|i| (first + i as f64) * step).collect()
+            }
+            Scale::Logarithmic(_) => {
+                let decades = (1..=15).map(|k| 10f64.powi(k)).filter(|t| *t <= self.high);
+                let every = decades.clone().count().div_ceil((most / 2).max(1)).max(1);
+                decades.step_by(every).flat_map(|t| [-t, t]).chain([0.0]).collect()
+            }
+            Scale::Steps(edges) => {
+                edges.iter().copied().step_by(1 + edges.len() / (most + 1)).filter(|e| is_sane(*e)).collect()
+            }
+        };
+        axis
+    }
+
     fn tick(&self, value: f64) -> String {
-        let decimals = -((self.high - self.low) / 9.0).log10().floor();
-        if decimals > 7.0 { number(value) } else { fixed(value, decimals.max(0.0) as usize) }
+        match self.scale {
+            Scale::Linear if self.decimals < 8 && value.abs() < 1e7 => fixed(value, self.decimals),
+            _ => number(value),
+        }
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, and at least `least`.
+fn nice_step(least: f64) -> f64 {
+    let decade = 10f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|n| n * decade).find(|step| *step >= least * 0.9999).unwrap_or(10.0 * decade)
+}
+
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        from + (self.fraction(*value) * f64::from(to - from)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.low..self.high
     }
 }
 
@@ -208,24 +310,16 @@ pub(crate) struct Plot<'a> {
 
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 impl Plot<'_> {
     pub(crate) fn draw(&self) -> Markup {
         svg(&self.title, self.size, |area| {
-            let below = if self.names_x { BELOW_WITH_NAME } else { BELOW };
-            let mut chart = ChartBuilder::on(area)
-                .margin_top(fine(TOP))
-                .margin_right(fine(RIGHT))
-                .x_label_area_size(fine(below))
-                .y_label_area_size(fine(LEFT))
-                .build_cartesian_2d(self.x.range(), self.y.range())?;
-            self.bands(&mut chart)?;
-            self.axes(&mut chart)?;
+            let (width, height) = self.size;
+            let x = self.x.ticked((width / 65.0) as usize);
+            let y = self.y.ticked((height / 28.0).clamp(3.0, 7.0) as usize);
+            let name = self.names_x.then(|| self.x.title());
+            let mut chart = chart(area, x, y, |chart| self.bands(chart), name)?;
             for line in &self.lines {
                 for run in runs(line, self.points, &self.x, &self.y) {
                     draw_run(&mut chart, run, line.ink)?;
@@ -245,7 +339,7 @@ impl Plot<'_> {
             chart.draw_series([Rectangle::new([(from, low), (to, high)], band.ink.fill())])?;
             if band.ink == Ink::KeptBack {
                 // a bar along the top, which a grey print keeps
-                let bar = high - (high - low) * 4.0 / self.size.1;
+                let bar = self.y.at(1.0 - 4.0 / self.size.1);
                 chart.draw_series([Rectangle::new([(from, bar), (to, high)], Ink::Axis.fill())])?;
             }
             if band.ink == Ink::Guilty {
@@ -258,25 +352,38 @@ impl Plot<'_> {
         }
         Ok(())
     }
+}
 
-    fn axes(&self, chart: &mut Chart<'_, '_>) -> Drawn {
-        let (x_tick, y_tick) = (|x: &f64| self.x.tick(*x), |y: &f64| self.y.tick(*y));
-        let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(TRANSPARENT)
-            .bold_line_style(Ink::Grid.line())
-            .axis_style(Ink::Axis.line())
-            .x_labels((self.size.0 / 90.0) as usize)
-            .y_labels((self.size.1 / 34.0).clamp(3.0, 7.0) as usize)
-            .label_style(text())
-            .axis_desc_style(text())
-            .set_all_tick_mark_size(fine(4.0))
-            .x_label_formatter(&x_tick)
-            .y_label_formatter(&y_tick);
-        if self.names_x {
-            mesh.x_desc(self.x.title());
-        }
-        mesh.draw()
+/// The axes with their numbers, over what is drawn `beneath`.
+fn chart<'a, 'b>(
+    area: &'a Area<'b>,
+    x: Axis,
+    y: Axis,
+    beneath: impl FnOnce(&mut Chart<'a, 'b>) -> Drawn,
+    x_name: Option<String>,
+) -> Result<Chart<'a, 'b>, DrawingAreaErrorKind<std::io::Error>> {
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(fine(TOP))
+        .margin_right(fine(RIGHT))
+        .x_label_area_size(fine(if x_name.is_some() { BELOW_WITH_NAME } else { BELOW }))
+        .y_label_area_size(fine(LEFT))
+        .build_cartesian_2d(x.clone(), y.clone())?;
+    beneath(&mut chart)?;
+    let (x_tick, y_tick) = (|v: &f64| x.tick(*v), |v: &f64| y.tick(*v));
+    let mut mesh = chart.configure_mesh();
+    mesh.light_line_style(TRANSPARENT)
+        .bold_line_style(Ink::Grid.line())
+        .axis_style(Ink::Axis.line())
+        .label_style(text())
+        .axis_desc_style(text())
+        .set_all_tick_mark_size(fine(4.0))
+        .x_label_formatter(&x_tick)
+        .y_label_formatter(&y_tick);
+    if let Some(name) = x_name {
+        mesh.x_desc(name);
     }
+    mesh.draw()?;
+    Ok(chart)
 }
 
 /// Draws what lies between two gaps.
@@ -314,46 +421,28 @@ pub(crate) struct Heat<'a> {
 
 impl Heat<'_> {
     pub(crate) fn draw(&self) -> Markup {
-        let x = Axis::around(self.x_name, "1", self.x_edges.iter().copied()).without_air(self.x_edges);
-        let y = Axis::around("", "1", self.y_edges.iter().copied()).without_air(self.y_edges);
+        let (x, y) = (Axis::steps(self.x_name, self.x_edges), Axis::steps("", self.y_edges));
         svg(&self.title, self.size, |area| {
-            let mut chart = ChartBuilder::on(area)
-                .margin_top(fine(TOP))
-                .margin_right(fine(RIGHT))
-                .x_label_area_size(fine(BELOW_WITH_NAME))
-                .y_label_area_size(fine(LEFT))
-                .build_cartesian_2d(x.range(), y.range())?;
-            let (x_tick, y_tick) = (|v: &f64| x.tick(*v), |v: &f64| y.tick(*v));
-            chart
-                .configure_mesh()
-                .disable_mesh()
-                .axis_style(Ink::Axis.line())
-                .x_labels(6)
-                .y_labels(6)
-                .label_style(text())
-                .axis_desc_style(text())
-                .set_all_tick_mark_size(fine(4.0))
-                .x_label_formatter(&x_tick)
-                .y_label_formatter(&y_tick)
-                .x_desc(self.x_name)
-                .draw()?;
-            let roomy = self.size.0 / self.x_edges.len().max(1) as f64 > 30.0;
+            let name = Some(self.x_name.to_owned());
+            let mut chart = chart(area, x.ticked(12), y.ticked(9), |_| Ok(()), name)?;
+            let wide = (self.size.0 - LEFT - RIGHT) / self.x_edges.len() as f64 > 30.0;
+            let high = (self.size.1 - TOP - BELOW_WITH_NAME) / self.y_edges.len() as f64 > 13.0;
             for ((row, column), chi) in self.values() {
                 let (Some(corners), true) = (self.corners(row, column, &x, &y), is_sane(chi)) else { continue };
-                let shade = sequential(self.depth(chi));
-                chart.draw_series([Rectangle::new(corners, shade.filled())])?;
-                if self.framed == Some((row, column)) {
-                    let [(left, low), (right, high)] = corners;
-                    let frame = [(left, low), (right, low), (right, high), (left, high), (left, low)];
-                    chart.draw_series([PathElement::new(frame, frame_style())])?;
-                }
-                if roomy {
-                    let ink = if self.depth(chi) > 0.45 { RGBColor(255, 255, 254) } else { RGBColor(17, 24, 38) };
+                let depth = depth(chi, self.darkest);
+                chart.draw_series([Rectangle::new(corners, sequential(depth).filled())])?;
+                let [(left, low), (right, high_edge)] = corners;
+                if wide && high {
+                    let ink = if depth > 0.5 { RGBColor(255, 255, 254) } else { RGBColor(17, 24, 38) };
                     let style = text().color(&ink).pos(Pos::new(HPos::Center, VPos::Center));
-                    let [(left, low), (right, high)] = corners;
-                    let written = crate::quantity::chi(chi);
-                    chart.draw_series([Text::new(written, (0.5 * (left + right), 0.5 * (low + high)), style)])?;
+                    let centre = (0.5 * (left + right), 0.5 * (low + high_edge));
+                    chart.draw_series([Text::new(crate::quantity::chi(chi), centre, style)])?;
                 }
+            }
+            let framed = self.framed.and_then(|(row, column)| self.corners(row, column, &x, &y));
+            if let Some([(left, low), (right, high)]) = framed {
+                let frame = [(left, low), (right, low), (right, high), (left, high), (left, low)];
+                chart.draw_series([PathElement::new(frame, frame_style())])?;
             }
             Ok(())
         })
@@ -371,14 +460,9 @@ impl Heat<'_> {
             (at(x, self.x_edges, column + 1)?, at(y, self.y_edges, row + 1)?),
         ])
     }
-
-    /// 0 at noise, 1 at the darkest: by the logarithm, since a chi of 3 is already far from 1.
-    fn depth(&self, chi: f64) -> f64 {
-        depth(chi, self.darkest)
-    }
 }
 
-/// 0 at a chi of 1 or less, 1 at `darkest`.
+/// 0 at a chi of 1 or less, 1 at `darkest`: by the logarithm, since a chi of 3 is already far from 1.
 fn depth(chi: f64, darkest: f64) -> f64 {
     let depth = chi.max(1.0).ln() / darkest.max(1.5).ln();
     if depth.is_finite() { depth.clamp(0.0, 1.0) } else { 0.0 }
@@ -412,17 +496,6 @@ fn sequential(depth: f64) -> RGBColor {
     let ((r0, g0, b0), (r1, g1, b1), t) = (STOPS[below], STOPS[below + 1], place - below as f64);
     let mix = |a: u8, b: u8| (f64::from(a) + t * (f64::from(b) - f64::from(a))).round() as u8;
     RGBColor(mix(r0, r1), mix(g0, g1), mix(b0, b1))
-}
-
-impl Axis {
-    fn without_air(mut self, edges: &[f64]) -> Axis {
-        if let Some((low, high)) = extent(edges.iter().copied())
-            && high / self.prefix.factor > low / self.prefix.factor
-        {
-            (self.low, self.high) = (low / self.prefix.factor, high / self.prefix.factor);
-        }
-        self
-    }
 }
 
 /// Least and largest of the values that are numbers.
@@ -509,4 +582,83 @@ fn edge() -> ShapeStyle {
 
 fn frame_style() -> ShapeStyle {
     ShapeStyle { stroke_width: fine(3.0), ..edge() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_style_sheet_knows_every_ink_and_no_two_are_alike() {
+        let style = include_str!("style.css");
+        for (i, ink) in Ink::ALL.into_iter().enumerate() {
+            let (r, g, b) = ink.rgb();
+            assert!(style.contains(&format!("=\"#{r:02X}{g:02X}{b:02X}\"]")), "{ink:?}");
+            assert!(Ink::ALL[..i].iter().all(|other| other.rgb() != ink.rgb()), "{ink:?}");
+        }
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_inside_the_range() {
+        for (low, high, most, expected, decimals) in [
+            (0.0, 90.0, 10, &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0][..], 0),
+            (1.78, 2.1, 7, &[1.8, 1.85, 1.9, 1.95, 2.0, 2.05, 2.1], 2),
+            (-3.0, 5.0, 4, &[-2.0, 0.0, 2.0, 4.0], 0),
+        ] {
+            let axis = Axis::spanning("", "1", low, high).ticked(most);
+            assert_eq!(axis.ticks.len(), expected.len(), "{:?}", axis.ticks);
+            assert!(axis.ticks.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{:?}", axis.ticks);
+            assert_eq!(axis.decimals, decimals);
+        }
+    }
+
+    #[test]
+    fn a_logarithmic_axis_is_linear_within_the_noise_and_has_its_ticks_at_decades() {
+        let axis = Axis::left_over(300.0, 2.0).ticked(4);
+        let mut ticks = axis.ticks.clone();
+        ticks.sort_by(f64::total_cmp);
+        assert_eq!(ticks, [-100.0, -10.0, 0.0, 10.0, 100.0]);
+        assert_eq!(axis.fraction(0.0), 0.5);
+        assert!((axis.at(axis.fraction(37.0)) - 37.0).abs() < 1e-9);
+        assert_eq!(Axis::left_over(5.0, 2.0).scale, Scale::Linear);
+    }
+
+    #[test]
+    fn stretches_between_edges_have_the_same_room() {
+        let axis = Axis::steps("", &[0.0, 1.0, 10.0, 1000.0]);
+        assert_eq!([0.0, 1.0, 10.0, 1000.0].map(|e| (3.0 * axis.fraction(e)).round()), [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(axis.fraction(5.5), 0.5);
+    }
+
+    #[test]
+    fn an_axis_chooses_its_prefix_and_survives_any_range() {
+        assert_eq!(Axis::around("Elongation", "m", [0.0, 0.0076].into_iter()).title(), "Elongation, mm");
+        assert_eq!(Axis::around("Tension", "N", [0.98, 1.0].into_iter()).title(), "Tension, N");
+        for (low, high) in
+            [(f64::NAN, 1.0), (5.0, 5.0), (0.0, 0.0), (-1e300, 1e300), (1.0, 1.0 + 1e-15), (1e-300, 2e-300), (3.0, 1.0)]
+        {
+            let axis = Axis::spanning("", "1", low, high).ticked(7);
+            assert!(axis.low < axis.high, "{low} to {high}");
+            assert!(axis.ticks.len() <= 51 && axis.ticks.iter().all(|t| t.is_finite()), "{low} to {high}");
+        }
+    }
+
+    #[test]
+    fn thinning_keeps_spikes_and_gaps() {
+        let mut y: Vec<f64> = (0..10_000).map(|i| f64::from(i % 7)).collect();
+        y[4321] = 1e3;
+        y[6000..7000].fill(f64::NAN);
+        let kept = thinned(&y, 500);
+        assert!(kept.len() <= 500 && kept.contains(&4321) && kept.is_sorted());
+        assert!(kept.iter().any(|&i| y[i].is_nan()));
+        assert_eq!(thinned(&y[..100], 500), (0..100).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_maps_grow_darker_all_the_way() {
+        let luminance = |c: RGBColor| 0.2126 * f64::from(c.0) + 0.7152 * f64::from(c.1) + 0.0722 * f64::from(c.2);
+        let shades: Vec<f64> = (0..=100).map(|i| luminance(sequential(f64::from(i) / 100.0))).collect();
+        assert!(shades.is_sorted_by(|a, b| a > b));
+        assert_eq!([depth(0.5, 10.0), depth(10.0, 10.0), depth(f64::NAN, 10.0)], [0.0, 1.0, 0.0]);
+    }
 }

@@ -49,7 +49,7 @@ pub(crate) fn probability(value: f64) -> String {
 
 /// A share as per cent.
 pub(crate) fn percent(share: f64) -> String {
-    if is_sane(share) { format!("{} %", fixed(100.0 * share, 0)) } else { NONE.into() }
+    with_unit(fixed(100.0 * share, 0), "%")
 }
 
 /// A difference, with its sign.
@@ -93,6 +93,9 @@ pub(crate) struct Prefix {
 }
 
 impl Prefix {
+    /// None at all.
+    pub(crate) const NONE: Prefix = Prefix { factor: 1.0, letter: Some("") };
+
     /// The one in which `magnitude` has one to three digits before the point.
     pub(crate) fn of(magnitude: f64, unit: &str) -> Prefix {
         const LETTERS: [&str; 6] = ["n", "µ", "m", "", "k", "M"];
@@ -101,7 +104,7 @@ impl Prefix {
         match unit {
             "m" | "s" => Prefix::letter(LETTERS, exponent.clamp(-3.0, 0.0)),
             "V" | "A" | "N" | "W" | "Ω" | "ohm" | "J" | "Pa" => Prefix::letter(LETTERS, exponent.clamp(-3.0, 2.0)),
-            _ => Prefix { factor: 1.0, letter: Some("") },
+            _ => Prefix::NONE,
         }
     }
 
@@ -130,6 +133,9 @@ impl Prefix {
 
 /// With exactly so many decimals.
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+    if !is_sane(value) {
+        return NONE.into();
+    }
     let written = format!("{value:.decimals$}");
     match written.strip_prefix('-') {
         Some(digits) if digits.bytes().any(|b| (b'1'..=b'9').contains(&b)) => format!("−{digits}"),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sinew_diagnosis::{Diagnosis, Error, FittedParameter};
+use sinew_diagnosis::{Diagnosis, FittedParameter, Misfit};
 
 /// A parameter further from the rig file than this many σ of its prior is worth a remark.
 pub(crate) const FAR_SIGMAS: f64 = 2.0;
@@ -26,7 +26,7 @@ impl Overall {
 }
 
 /// The mean square over sensors, since each has as many samples as the next.
-fn over_all(errors: &BTreeMap<String, Error>) -> f64 {
+fn over_all(errors: &BTreeMap<String, Misfit>) -> f64 {
     let sum: f64 = errors.values().map(|e| e.chi * e.chi).sum();
     (sum / errors.len() as f64).sqrt()
 }

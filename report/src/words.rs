@@ -4,7 +4,7 @@ use sinew_diagnosis::{Diagnosis, Location, Verdict};
 use sinew_physics::effects::Equation;
 use sinew_recording::Column;
 
-use crate::quantity::percent;
+use crate::quantity::{fixed, percent};
 
 /// The answer as a headline.
 pub(crate) fn headline(diagnosis: &Diagnosis) -> String {
@@ -92,13 +92,8 @@ pub(crate) fn list<S: AsRef<str>>(items: &[S]) -> String {
 /// When and under which conditions, as sentences without their full stops.
 pub(crate) fn places(location: &Location) -> Vec<String> {
     let windows = location.windows.iter().map(|w| {
-        format!(
-            "{} of what is left lies between {:.1} s and {:.1} s of {}",
-            percent(w.share),
-            w.start_s,
-            w.end_s,
-            w.recording
-        )
+        let [start, end] = [w.start_s, w.end_s].map(|t| fixed(t, 1));
+        format!("{} of what is left lies between {start} s and {end} s of {}", percent(w.share), w.recording)
     });
     let conditions = location
         .conditions

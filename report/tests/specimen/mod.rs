@@ -22,7 +22,7 @@ const SENSORS: [(Column, f64); 4] =
 pub fn physics_missing() -> (Diagnosis, Figures) {
     let truth = run(&material(113.0, 94.0), true, 1);
     let as_given = run(&material(121.2, 93.0), false, 0);
-    let recalibrated = run(&material(121.0, 93.2), false, 0);
+    let recalibrated = run(&material(116.0, 93.8), false, 0);
     let figures = figures(&truth, [&as_given, &recalibrated, &run(&material(113.1, 94.0), true, 0)], true);
     let mut diagnosis = diagnosis(Verdict::PhysicsMissing, &figures);
     diagnosis.summary =
@@ -256,7 +256,8 @@ fn unknown_inputs(traces: &Traces) -> Vec<UnknownInput> {
     let wobble = |t: f64| (1.7 * t).sin() * (0.31 * t).cos();
     let at =
         |t: f64| traces.temperature_c[((t / (DT_S * THINNING as f64)) as usize).min(traces.temperature_c.len() - 1)];
-    let rows: [(&str, &str, f64, Box<dyn Fn(f64) -> f64>); 5] = [
+    type Row<'a> = (&'a str, &'a str, f64, Box<dyn Fn(f64) -> f64 + 'a>);
+    let rows: [Row<'_>; 5] = [
         ("heat into the wire", "W", 0.93, Box::new(|t| 0.004 * wobble(t) - blows(t) * 0.0026 * (at(t) - 25.0))),
         ("relative change of resistivity", "1", 0.21, Box::new(|t| 0.01 * wobble(t) - 0.01 * blows(t))),
         ("shift of the driving temperature", "K", 0.48, Box::new(|t| 2.0 * wobble(t) - 9.0 * blows(t))),
@@ -279,14 +280,14 @@ fn unknown_inputs(traces: &Traces) -> Vec<UnknownInput> {
 
 fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
     let traces = &figures.recordings[0];
-    let stage = |model: fn(&SensorTrace) -> &[f64]| -> BTreeMap<String, Error> {
+    let stage = |model: fn(&SensorTrace) -> &[f64]| -> BTreeMap<String, Misfit> {
         traces
             .sensors
             .iter()
             .map(|s| {
                 let squares = s.measured.iter().zip(model(s)).map(|(m, v)| (m - v).powi(2));
                 let rmse = (squares.sum::<f64>() / s.measured.len() as f64).sqrt();
-                (s.column.name().into(), Error { rmse, chi: rmse / s.noise })
+                (s.column.name().into(), Misfit { rmse, chi: rmse / s.noise })
             })
             .collect()
     };
