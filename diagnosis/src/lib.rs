@@ -2,7 +2,12 @@
 #![forbid(unsafe_code)]
 
 mod answer;
-mod noise;
+mod error;
+pub mod gates;
+pub mod noise;
 
 pub use answer::*;
-pub use noise::{Noise, estimate};
+pub use error::{Broken, Error, Trouble};
+
+#[cfg(test)]
+mod testing;
