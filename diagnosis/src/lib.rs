@@ -3,11 +3,13 @@
 
 mod answer;
 mod error;
-pub mod gates;
-pub mod noise;
+mod gates;
+mod noise;
 
 pub use answer::*;
 pub use error::{Broken, Error, Trouble};
+pub use gates::{Exclude, LEAST_SAMPLES, MOST_SAMPLES, Warning, check, sensors};
+pub use noise::{Noise, estimate};
 
 #[cfg(test)]
 mod testing;

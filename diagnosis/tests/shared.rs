@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sinew_diagnosis::gates;
+use sinew_diagnosis::check;
 use sinew_recording::{Options, read};
 use sinew_rig::Rig;
 
@@ -28,7 +28,7 @@ fn good_recordings_pass() {
                 if name.ends_with(".csv") || name.ends_with(".csv.gz") {
                     let options = Options { model: Some(&channel.model), ..Options::default() };
                     let recording = read(&path, &options).unwrap_or_else(|e| panic!("{e}"));
-                    let warnings = gates::check(&recording, channel).unwrap_or_else(|e| panic!("{e}"));
+                    let warnings = check(&recording, channel).unwrap_or_else(|e| panic!("{e}"));
                     assert_eq!(warnings, [], "{name}");
                 }
             }
