@@ -55,34 +55,62 @@ impl Stages {
     }
 }
 
-/// Every recording as measured and simulated, with what is left below.
+/// Every recording as measured and simulated, with what is left below. The one with the worst window is in sight, the
+/// others are folded away.
 pub(crate) fn traces(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
     let stages = Stages::of(diagnosis.verdict);
-    let points = points_per_line(figures);
-    let drawn = &figures.recordings[..figures.recordings.len().min(RECORDINGS)];
+    let recordings = worst_in_front(diagnosis, figures);
+    let several = recordings.len() > 1;
+    let drawn = &recordings[..recordings.len().min(RECORDINGS)];
+    let points = points_per_line(drawn);
+    let sheet = |recording, points| Sheet {
+        diagnosis,
+        recording,
+        windows: windows(diagnosis, recording),
+        stages: &stages,
+        points,
+    };
     html! {
-        @if drawn.is_empty() { p.muted { "No recording was drawn." } } @else { (legend(&stages, diagnosis)) }
-        @for (i, recording) in drawn.iter().enumerate() {
-            @let windows = windows(diagnosis, recording);
-            @let page = Sheet { diagnosis, recording, windows, stages: &stages, points };
-            @if i == 0 {
-                @if figures.recordings.len() > 1 { h3 { "Recording " (recording.name) } }
-                (page.sensors())
-                (page.zoom())
-                (page.loops())
-                (page.wire())
-            } @else {
+        @if let [front, others @ ..] = drawn {
+            @let sheet_in_front = sheet(front, points.0);
+            (legend(&stages, diagnosis))
+            @if several { h3 { "Recording " (front.name) } }
+            (sheet_in_front.sensors())
+            (sheet_in_front.zoom())
+            (sheet_in_front.loops())
+            (sheet_in_front.wire())
+            @for other in others {
+                @let sheet = sheet(other, points.1);
                 details {
-                    summary { "Recording " (recording.name) }
-                    (page.sensors())
-                    (page.loops())
+                    summary { "Recording " (other.name) }
+                    (sheet.sensors())
+                    (sheet.loops())
                 }
             }
-        }
-        @if figures.recordings.len() > drawn.len() {
-            p.muted { "Only the first " (RECORDINGS) " recordings are drawn; the table of recordings lists them all." }
+            @if recordings.len() > drawn.len() {
+                p.muted { "Only " (RECORDINGS) " recordings are drawn; the table of recordings lists them all." }
+            }
+        } @else {
+            p.muted { "No recording was drawn." }
         }
     }
+}
+
+fn worst_in_front<'a>(diagnosis: &Diagnosis, figures: &'a Figures) -> Vec<&'a Traces> {
+    let worst = |recording: &Traces| {
+        windows(diagnosis, recording).iter().map(|w| w.share).filter(|share| *share > 0.0).fold(0.0, f64::max)
+    };
+    let mut recordings: Vec<&Traces> = figures.recordings.iter().collect();
+    let mut front = 0;
+    for (i, recording) in recordings.iter().enumerate() {
+        if worst(recording) > worst(recordings[front]) {
+            front = i;
+        }
+    }
+    if !recordings.is_empty() {
+        recordings[..=front].rotate_right(1);
+    }
+    recordings
 }
 
 /// The swatches are drawn as the lines are.
@@ -118,9 +146,14 @@ fn windows<'a>(diagnosis: &'a Diagnosis, recording: &Traces) -> Vec<&'a Window> 
     diagnosis.location.windows.iter().filter(|w| w.recording == recording.name).collect()
 }
 
-fn points_per_line(figures: &Figures) -> usize {
-    let lines: usize = figures.recordings.iter().take(RECORDINGS).map(|r| 6 * r.sensors.len() + 10).sum();
-    (POINTS / lines.max(1)).clamp(LINE_POINTS.0, LINE_POINTS.1)
+/// Points for each line of the recording in front, and of the others.
+fn points_per_line(drawn: &[&Traces]) -> (usize, usize) {
+    let lines = |recordings: &[&Traces]| -> usize { recordings.iter().map(|r| 6 * r.sensors.len() + 10).sum() };
+    let (front, others) = drawn.split_at(drawn.len().min(1));
+    let share = |points: usize, lines: usize| (points / lines.max(1)).clamp(LINE_POINTS.0, LINE_POINTS.1);
+    let of_front = share(POINTS / 2, lines(front));
+    let of_others = share(POINTS.saturating_sub(of_front * lines(front)), lines(others));
+    (of_front, of_others)
 }
 
 /// One recording's plots.
@@ -351,9 +384,9 @@ fn over_noise(measured: &[f64], simulated: &[f64], noise: f64) -> Vec<f64> {
     measured.iter().zip(simulated).map(|(m, s)| (m - s) / noise).collect()
 }
 
-/// Residual by condition, before and after side by side on one scale.
+/// Residual by condition: before and after side by side on one scale, or once where there is no such difference.
 pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
-    let after = if words::is_complete(diagnosis.verdict) { "in the final model" } else { "with what was found" };
+    let complete = words::is_complete(diagnosis.verdict);
     html! {
         @for map in figures.maps.iter().filter(|m| !m.before.is_empty()) {
             @let darkest = extent(map.before.iter().chain(&map.after).flatten().copied()).map_or(1.0, |(_, h)| h);
@@ -362,8 +395,9 @@ pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
                     b { "chi by " (uncapitalised(&map.x)) " and " (map.y) }
                     span.note { (heat_scale(darkest)) }
                 }
+                @let stages = [(&map.before, "recalibrated"), (&map.after, if complete { "final model" } else { "with what was found" })];
                 div.pair {
-                    @for (cells, when) in [(&map.before, "recalibrated"), (&map.after, after)] {
+                    @for (cells, when) in &stages[usize::from(complete)..] {
                         div {
                             p.strip { (when) "; upwards: " (map.y) }
                             div.scroll {
@@ -375,7 +409,7 @@ pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
                                     y_edges: &map.y_edges,
                                     cells,
                                     darkest,
-                                    framed: guilty_cell(map),
+                                    framed: if complete { None } else { guilty_cell(map) },
                                 }.draw())
                             }
                         }

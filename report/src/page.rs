@@ -75,8 +75,7 @@ fn answer(diagnosis: &Diagnosis) -> Markup {
             p.muted {
                 "chi: error on data kept back, over the sensors' noise. 1 means that nothing is left to explain. "
                 @if diagnosis.left.p_value.is_finite() {
-                    @if complete { "Adding physics improves it by no more than chance does" } @else { "By chance it would improve this much" }
-                    " with a probability of " b { (probability(diagnosis.left.p_value)) } "."
+                    "If nothing were missing, the best addition to the physics would still improve the fit this much with a probability of " b { (probability(diagnosis.left.p_value)) } "."
                 }
             }
             @if !diagnosis.warnings.is_empty() {
@@ -322,7 +321,7 @@ fn evidence(evidence: &Evidence) -> Markup {
         p {
             "Without it chi on data kept back is " b { (chi(evidence.holdout_chi_before)) }
             ", with it " b { (chi(evidence.holdout_chi_after)) }
-            "; ΔBIC " (signed(evidence.delta_bic)) " (negative speaks for it); by chance with p = " (probability(evidence.p_value)) "."
+            "; ΔBIC " (signed(evidence.delta_bic)) " (negative speaks for it), p = " (probability(evidence.p_value)) "."
         }
     }
 }

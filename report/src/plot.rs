@@ -22,6 +22,9 @@ const RIGHT: f64 = 14.0;
 /// Size of the numbers, px.
 const TEXT: f64 = 12.0;
 
+/// The darkest shade of a map stands for at least this chi, so that noise stays pale.
+const LEAST_DARK: f64 = 3.0;
+
 /// What is drawn with. After Okabe and Ito, so that colour-blind readers can tell them apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ink {
@@ -227,7 +230,11 @@ impl Axis {
         let mut axis = self.clone();
         axis.ticks = match &self.scale {
             Scale::Linear => {
-                let step = nice_step((self.high - self.low) / most.max(2) as f64);
+                // three at least, or nobody can read a value off
+                let inside = |step: f64| ((self.high / step).floor() - (self.low / step).ceil()) as usize + 1;
+                let step = |n: usize| nice_step((self.high - self.low) / n as f64);
+                let most = most.max(2);
+                let step = (most..2 * most).map(step).find(|s| inside(*s) >= 3).unwrap_or_else(|| step(2 * most));
                 axis.decimals = (-(step * 1.0001).log10().floor()).clamp(0.0, 8.0) as usize;
                 let (first, last) = ((self.low / step).ceil(), (self.high / step).floor());
                 (0..=(last - first).clamp(0.0, 50.0) as usize).map(|i| (first + i as f64) * step).collect()
@@ -464,7 +471,7 @@ impl Heat<'_> {
 
 /// 0 at a chi of 1 or less, 1 at `darkest`: by the logarithm, since a chi of 3 is already far from 1.
 fn depth(chi: f64, darkest: f64) -> f64 {
-    let depth = chi.max(1.0).ln() / darkest.max(1.5).ln();
+    let depth = chi.max(1.0).ln() / darkest.max(LEAST_DARK).ln();
     if depth.is_finite() { depth.clamp(0.0, 1.0) } else { 0.0 }
 }
 
@@ -483,7 +490,7 @@ pub(crate) fn heat_scale(darkest: f64) -> Markup {
                 title { "From light, noise, to dark, the largest mismatch" }
                 @for (i, stop) in stops.iter().enumerate() { rect x=(i * 10) width="10" height="10" fill=(stop) {} }
             }
-            " " (if is_sane(darkest) { crate::quantity::chi(darkest.max(1.5)) } else { NONE.into() })
+            " " (if is_sane(darkest) { crate::quantity::chi(darkest.max(LEAST_DARK)) } else { NONE.into() })
         }
     }
 }
@@ -555,7 +562,7 @@ fn svg(title: &str, (width, height): (f64, f64), draw: impl FnOnce(&Area<'_>) ->
     html! {
         @match (drawn, body) {
             (Ok(()), Some(body)) => {
-                svg viewBox={ "0 0 " (size.0) " " (size.1) } role="img" style={ "--least:" (width * 0.7) "px" } {
+                svg viewBox={ "0 0 " (size.0) " " (size.1) } role="img" style={ "--least:" (width * 0.8) "px" } {
                     title { (title) }
                     (PreEscaped(body))
                 }

@@ -43,7 +43,7 @@ pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
 fn fit(diagnosis: &Diagnosis) -> String {
     let Overall { as_given, recalibrated, improved } = Overall::of(diagnosis);
     format!(
-        "chi on kept-back data {} as given, {} recalibrated, {} improved (1 = noise); by chance with p = {}",
+        "chi on kept-back data {} as given, {} recalibrated, {} improved (1 = noise), p = {}",
         chi(as_given),
         chi(recalibrated),
         chi(improved),

@@ -98,7 +98,7 @@ pub(crate) fn places(location: &Location) -> Vec<String> {
     let conditions = location
         .conditions
         .iter()
-        .map(|c| format!("{} of it lies in: {} ({} of the samples)", percent(c.share), c.when, percent(c.of_time)));
+        .map(|c| format!("{} of it: {} ({} of the samples)", percent(c.share), c.when, percent(c.of_time)));
     windows.chain(conditions).collect()
 }
 

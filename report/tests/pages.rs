@@ -211,7 +211,18 @@ fn many_long_recordings_stay_below_two_megabytes() {
     figures.recordings = vec![figures.recordings[0].clone(); 40];
     let page = html(&diagnosis, &figures, &about());
     assert!(page.len() < 2_000_000, "{} bytes", page.len());
-    assert!(page.contains("Only the first 8 recordings are drawn"));
+    assert!(page.contains("Only 8 recordings are drawn"));
+}
+
+#[test]
+fn the_recording_with_the_worst_window_is_in_front() {
+    let (mut diagnosis, mut figures) = specimen::physics_missing();
+    let mut other = figures.recordings[0].clone();
+    other.name = "second run".into();
+    figures.recordings.push(other);
+    assert!(html(&diagnosis, &figures, &about()).contains("<h3>Recording train.csv.gz</h3>"));
+    diagnosis.location.windows[0].recording = "second run".into();
+    assert!(html(&diagnosis, &figures, &about()).contains("<h3>Recording second run</h3>"));
 }
 
 #[test]
