@@ -102,6 +102,7 @@ mod tests {
             load,
             initial: Initial::default(),
             ambient_c: 25.0,
+            effects: sinew_physics::Effects::default(),
         }
     }
 

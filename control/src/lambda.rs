@@ -97,6 +97,7 @@ mod tests {
             },
             initial: Initial::default(),
             ambient_c: 25.0,
+            effects: sinew_physics::Effects::default(),
         }
     }
 

@@ -182,6 +182,7 @@ mod tests {
             },
             initial: Initial { temperature_c: Some(90.0), martensite: 0.6 },
             ambient_c: 25.0,
+            effects: sinew_physics::Effects::default(),
         }
     }
 

@@ -16,6 +16,7 @@ fn model() -> WireModel {
         load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96133 },
         initial: Initial::default(),
         ambient_c: 25.0,
+        effects: Effects::default(),
     }
 }
 

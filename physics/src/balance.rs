@@ -1,7 +1,9 @@
 //! The equations of one wire at one instant: heat (eq. 48), motion (eq. 51), strain (eq. 23) and resistance (eq. 36–39),
-//! for a trial value of the driving temperature at the end of a piece of time.
+//! for a trial value of the driving temperature at the end of a piece of time. The effects beyond the reference model
+//! come in where their [`Terms`] are asked; without any, the equations are the reference model's to the last digit.
 
-use crate::kinetics::{Fraction, Hysteresis, Point};
+use crate::effects::{Loss, STRESS_PA, Term, Terms};
+use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Convection, DriveKind, Load, Mixing, Taps, WireModel};
 use crate::signals::Inputs;
 
@@ -11,6 +13,13 @@ const LONGEST_PIECE_S: f64 = 2.5e-3;
 const LONGEST_PIECE_RAD: f64 = 0.35;
 /// … but never shorter ones than this, in s: then its ringing is damped rather than followed.
 const SHORTEST_PIECE_S: f64 = 0.25e-3;
+
+/// More rounds than strain as a curve of stress needs: from no stress, one for each scale of the curve.
+const MOST_ROUNDS: u32 = 40;
+/// Stress is found to this share of itself, or to the second in Pa.
+const STRESS_TOLERANCE: (f64, f64) = (1e-10, 1e-2);
+/// Strain never gives way to stress less than this share of what the wire's moduli do.
+const LEAST_COMPLIANCE: f64 = 0.1;
 
 /// The residual falls with ϑ at least this fast, K/K, unless a kinetics law has a kink.
 const LEAST_SLOPE: f64 = -1e-3;
@@ -59,6 +68,14 @@ pub(crate) struct Balance {
     pub(crate) martensite_ohm_per_k: f64,
     pub(crate) series_ohm: f64,
     pub(crate) taps: Option<Taps>,
+    /// Ω of the wire per Ω m of resistivity.
+    pub(crate) ohm_per_resistivity: f64,
+    /// A_s, m².
+    pub(crate) surface: f64,
+    /// A frame's strain of the wire's length per stress, 1/Pa.
+    pub(crate) frame: f64,
+    /// The effects that need more than a coefficient, and any unknown input.
+    pub(crate) terms: Option<Box<Terms>>,
 }
 
 /// The state at one instant.
@@ -77,6 +94,8 @@ pub(crate) struct State {
 pub(crate) struct Stage {
     /// h/2: the weight of the end in the heat balance, s.
     pub(crate) heat_tau: f64,
+    /// h, s.
+    pub(crate) span: f64,
     /// θh: the weight of the end in the equation of motion, s.
     pub(crate) motion_tau: f64,
     /// m c_p T with the heat of the start, J.
@@ -95,6 +114,35 @@ pub(crate) struct Stage {
     pub(crate) temperature: f64,
 }
 
+/// Strain as a straight line in stress and temperature: free + compliance (σ + θ (T − T_0)) + soft σ.
+struct Elastic {
+    free: f64,
+    compliance: f64,
+    /// Gives way to stress but not to temperature, 1/Pa.
+    soft: f64,
+    /// Shape strain per ξ that does work.
+    shape: f64,
+}
+
+/// What the load asks of the wire's end: its strain, or the tension on it.
+struct Line {
+    inertia: f64,
+    stretch: f64,
+    push: f64,
+    give: f64,
+    /// Tension, where that is what is imposed, N.
+    force: Option<f64>,
+}
+
+/// Heat and motion solved at a trial ϑ.
+struct Solved {
+    temperature: f64,
+    stress: f64,
+    elastic: Elastic,
+    half_work: f64,
+    follow: f64,
+}
+
 /// One evaluation of the coupled equations at a trial ϑ.
 pub(crate) struct Trial {
     pub(crate) state: State,
@@ -111,6 +159,7 @@ impl Balance {
     pub(crate) fn new(model: &WireModel) -> Self {
         let (m, g) = (&model.material, &model.geometry);
         let area = g.area_m2();
+        let effects = &model.effects;
         let ohm_per_resistivity = g.length_m / area;
         let mass = m.density_kg_per_m3 * g.volume_m3();
         let (stiffness_base, stiffness_slope) = match m.mixing {
@@ -126,7 +175,7 @@ impl Balance {
         };
         let settling = Settling::of(model);
         Balance {
-            hysteresis: Hysteresis::new(m),
+            hysteresis: Hysteresis::of(model),
             motion: match model.load {
                 Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n } => Motion::Dynamic {
                     mass: mass_kg,
@@ -159,8 +208,17 @@ impl Balance {
             martensite_ohm: m.martensite_resistivity_ohm_m * ohm_per_resistivity,
             austenite_ohm_per_k: m.austenite_resistivity_slope_ohm_m_per_k * ohm_per_resistivity,
             martensite_ohm_per_k: m.martensite_resistivity_slope_ohm_m_per_k * ohm_per_resistivity,
-            series_ohm: model.drive.shunt_ohm + model.drive.switch_ohm + model.drive.lead_ohm,
+            series_ohm: model.drive.shunt_ohm
+                + model.drive.switch_ohm
+                + model.drive.lead_ohm
+                + effects.electrical.lead_resistance.lead_ohm
+                + effects.electrical.supply_sag.source_ohm
+                + effects.sensing.contact_resistance.ohm,
             taps: model.taps,
+            ohm_per_resistivity,
+            surface: g.surface_m2(),
+            frame: effects.mechanical.frame_compliance.compliance_m_per_n * area / g.length_m,
+            terms: Terms::of(model),
         }
     }
 
@@ -214,34 +272,142 @@ impl Balance {
         }
     }
 
+    /// Shape strain of full martensite under a stress in Pa.
+    pub(crate) fn shape_strain(&self, terms: &Terms, stress: f64) -> f64 {
+        let mechanical = &terms.effects.mechanical;
+        let (oriented, _) = mechanical.stress_dependent_strain.oriented(stress);
+        self.transformation_strain * oriented + mechanical.two_way.strain
+    }
+
+    /// Strain of the phase `fraction` (eq. 23), as its tangent at the stress `at`.
+    #[inline(always)]
+    fn elastic(&self, terms: Option<&Terms>, fraction: &Fraction, at: f64) -> Elastic {
+        let (compliance, _) = self.compliance(fraction);
+        let shape = self.transformation_strain;
+        let plain = Elastic { free: shape * fraction.martensite, compliance, soft: 0.0, shape };
+        match terms {
+            None => plain,
+            Some(terms) => self.elastic_with(terms, fraction, at, plain),
+        }
+    }
+
+    fn elastic_with(&self, terms: &Terms, fraction: &Fraction, at: f64, mut elastic: Elastic) -> Elastic {
+        let mechanical = &terms.effects.mechanical;
+        let xi = fraction.martensite;
+        let (_, steeper) = mechanical.stress_dependent_strain.oriented(at);
+        elastic.soft = self.transformation_strain * steeper * xi;
+        elastic.shape = self.shape_strain(terms, at);
+        elastic.free = elastic.shape * xi - elastic.soft * at;
+        let form = &terms.effects.empirical.mechanical;
+        let (linear, square) = (form.get(Term::Stress) / STRESS_PA, form.get(Term::Stress2) / STRESS_PA / STRESS_PA);
+        elastic.soft = (elastic.soft + linear + 2.0 * square * at).max((LEAST_COMPLIANCE - 1.0) * elastic.compliance);
+        elastic.free +=
+            (form.get(Term::Martensite) + form.get(Term::Mixed) * fraction.austenite) * xi - square * at * at;
+        if let Some(ends) = &terms.ends {
+            elastic.free = ends.middle * elastic.free + ends.free;
+            elastic.compliance *= ends.middle;
+            elastic.soft = ends.middle * elastic.soft + ends.compliance;
+        }
+        elastic.free += terms.strain();
+        elastic.soft += self.frame;
+        elastic
+    }
+
     /// Strain of the wire itself: that of its ends, or its own when it hangs slack between them.
     pub(crate) fn strain(&self, state: &State) -> f64 {
-        let ends = state.position * self.per_length;
+        let ends = state.position * self.per_length - self.frame * state.stress;
         if state.stress > 0.0 { ends } else { ends.max(self.free_strain(&state.fraction, state.temperature)) }
     }
 
     /// Strain without stress (eq. 23 at σ = 0).
     pub(crate) fn free_strain(&self, fraction: &Fraction, temperature: f64) -> f64 {
-        let (compliance, _) = self.compliance(fraction);
-        self.transformation_strain * fraction.martensite
-            + compliance * self.thermoelastic * (temperature - self.reference_c)
+        let elastic = self.elastic(self.terms.as_deref(), fraction, 0.0);
+        elastic.free + elastic.compliance * self.thermoelastic * (temperature - self.reference_c)
+    }
+
+    /// Resistance of the unstrained wire, all of it in this phase at this temperature, in Ω (eq. 36, 37).
+    #[inline(always)]
+    pub(crate) fn unstrained(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64, stress: f64) -> f64 {
+        let warm = temperature - self.reference_c;
+        let mut austenite = self.austenite_ohm + self.austenite_ohm_per_k * warm;
+        let mut martensite = self.martensite_ohm + self.martensite_ohm_per_k * warm;
+        if let Some(terms) = terms {
+            let electrical = &terms.effects.electrical;
+            austenite *= 1.0 + electrical.resistivity_stress.austenite_per_pa * stress;
+            martensite *= 1.0 + electrical.resistivity_stress.martensite_per_pa * stress;
+            // carried by the martensite fraction
+            martensite += electrical.r_phase.resistivity(temperature) * self.ohm_per_resistivity;
+        }
+        fraction.austenite * austenite + fraction.martensite * martensite
     }
 
     /// R = ρL/A_c (eq. 36, 37, 39), in Ω.
+    #[inline(always)]
     pub(crate) fn resistance(&self, state: &State) -> f64 {
-        let warm = state.temperature - self.reference_c;
-        let austenite = self.austenite_ohm + self.austenite_ohm_per_k * warm;
-        let martensite = self.martensite_ohm + self.martensite_ohm_per_k * warm;
-        let unstrained = state.fraction.austenite * austenite + state.fraction.martensite * martensite;
+        let terms = self.terms.as_deref();
+        let unstrained = self.unstrained(terms, &state.fraction, state.temperature, state.stress);
         // a straight line in T reaches zero somewhere; no wire does
-        unstrained.max(1e-3 * self.austenite_ohm) * (1.0 + self.strain(state))
+        let least = 1e-3 * self.austenite_ohm;
+        match terms {
+            None => unstrained.max(least) * (1.0 + self.strain(state)),
+            Some(terms) => {
+                let whole = match &terms.ends {
+                    None => unstrained,
+                    Some(ends) => ends.middle * unstrained + ends.ohm,
+                };
+                whole.max(least) * self.stretched(terms, state)
+            }
+        }
+    }
+
+    /// Resistance between the fixed end and a point `at` m from it, in Ω.
+    pub(crate) fn resistance_up_to(&self, terms: &Terms, state: &State, at: f64) -> f64 {
+        let at = at / (1.0 + self.strain(state));
+        match &terms.ends {
+            None => state.resistance * at * self.per_length,
+            Some(ends) => {
+                let middle = self.unstrained(Some(terms), &state.fraction, state.temperature, state.stress);
+                ends.up_to(at, self.length, middle) * self.stretched(terms, state)
+            }
+        }
+    }
+
+    /// By what a state's unstrained resistance grows: length, cross-section (eq. 41) and what is unknown of resistivity.
+    pub(crate) fn stretched(&self, terms: &Terms, state: &State) -> f64 {
+        let (compliance, _) = self.compliance(&state.fraction);
+        (1.0 + self.strain(state))
+            * terms.effects.electrical.poisson_area.factor(state.stress, compliance)
+            * terms.resistivity_factor(state)
+    }
+
+    /// `asked` clipped into the outer curves at ϑ.
+    fn clip(&self, asked: Fraction, theta: f64) -> Fraction {
+        match &self.terms {
+            None => self.hysteresis.clip(asked, theta),
+            Some(terms) => terms.clip(&self.hysteresis, asked, theta),
+        }
     }
 
     /// The wire at rest at `temperature`, its phase clipped into the outer curves at the stress it then has.
-    pub(crate) fn at_rest(&self, temperature: f64, asked: Fraction, inputs: &Inputs) -> State {
-        let stress = |fraction: &Fraction| -> f64 {
-            let (compliance, _) = self.compliance(fraction);
-            let free = self.free_strain(fraction, temperature);
+    pub(crate) fn at_rest(&mut self, temperature: f64, asked: Fraction, inputs: &Inputs) -> State {
+        let mut state = self.equilibrium(temperature, asked, inputs);
+        // cold ends and a cooling curve moved by stress depend on the state they belong to
+        for _ in 0..4 {
+            let Some(mut terms) = self.terms.take() else { break };
+            if let Some(shift) = terms.cooling_shift(state.stress) {
+                self.hysteresis.move_cooling_curve(shift);
+            }
+            terms.settle(self, &state, asked, inputs.ambient_c);
+            self.terms = Some(terms);
+            state = self.equilibrium(temperature, asked, inputs);
+        }
+        state
+    }
+
+    fn equilibrium(&self, temperature: f64, asked: Fraction, inputs: &Inputs) -> State {
+        let terms = self.terms.as_deref();
+        let warm = temperature - self.reference_c;
+        let stress_of = |free: f64, compliance: f64| -> f64 {
             let taut = match self.motion {
                 Motion::Dynamic { spring, preload, .. } => {
                     (preload + inputs.external_n - spring * self.length * free)
@@ -252,6 +418,22 @@ impl Balance {
             };
             taut.max(0.0)
         };
+        let stress = |fraction: &Fraction| -> f64 {
+            let mut stress = 0.0;
+            for _ in 0..MOST_ROUNDS {
+                let elastic = self.elastic(terms, fraction, stress);
+                let found = stress_of(
+                    elastic.free + elastic.compliance * self.thermoelastic * warm,
+                    elastic.compliance + elastic.soft,
+                );
+                let moved = (found - stress).abs();
+                stress = found;
+                if !terms.is_some_and(|terms| terms.bends) || is_same_stress(moved, found) {
+                    break;
+                }
+            }
+            stress
+        };
         let all_austenite = Fraction { martensite: 0.0, austenite: 1.0 };
         let all_martensite = Fraction { martensite: 1.0, austenite: 0.0 };
         let most = stress(&all_austenite).max(stress(&all_martensite));
@@ -259,14 +441,17 @@ impl Balance {
         let (mut low, mut high) = (temperature - self.stress_shift * most, temperature);
         for _ in 0..80 {
             let theta = 0.5 * (low + high);
-            let fraction = self.hysteresis.clip(asked, theta);
+            let fraction = self.clip(asked, theta);
             if temperature - self.stress_shift * stress(&fraction) > theta { low = theta } else { high = theta }
         }
         let theta = 0.5 * (low + high);
-        let fraction = self.hysteresis.clip(asked, theta);
+        let fraction = self.clip(asked, theta);
         let stress = stress(&fraction);
-        let (compliance, _) = self.compliance(&fraction);
-        let wire_end = self.length * (self.free_strain(&fraction, temperature) + compliance * stress);
+        let elastic = self.elastic(terms, &fraction, stress);
+        let wire_end = self.length
+            * (elastic.free
+                + elastic.compliance * self.thermoelastic * warm
+                + (elastic.compliance + elastic.soft) * stress);
         let position = match self.motion {
             Motion::Position => inputs.imposed,
             // a slack wire does not say where the load is: its spring does
@@ -279,6 +464,31 @@ impl Balance {
             State { theta, fraction, temperature, stress, position, velocity: 0.0, resistance: self.austenite_ohm };
         state.resistance = self.resistance(&state);
         state
+    }
+
+    /// The phase at the end of a piece at ϑ, on its branch.
+    #[inline(always)]
+    pub(crate) fn point(&self, branch: &Branch, theta: f64, from: &State) -> Point {
+        match &self.terms {
+            None => self.hysteresis.on_branch(branch, theta),
+            Some(terms) => terms.point(&self.hysteresis, branch, theta, from),
+        }
+    }
+
+    /// The phase at the end of a piece if ϑ stands still.
+    pub(crate) fn standing(&self, from: &State) -> Point {
+        match &self.terms {
+            None => Point { fraction: from.fraction, slope: 0.0, outer: false },
+            Some(terms) => terms.standing(&self.hysteresis, from),
+        }
+    }
+
+    /// The branch that leaves `from` in `direction`.
+    pub(crate) fn reverse(&mut self, direction: Direction, from: &State) -> Branch {
+        match &mut self.terms {
+            None => self.hysteresis.reverse(direction, from.theta, &from.fraction),
+            Some(terms) => terms.reverse(&self.hysteresis, direction, from.theta),
+        }
     }
 
     /// What the equation of motion asks of the stress at the end of a piece:
@@ -297,7 +507,13 @@ impl Balance {
     ) -> Stage {
         let tau = implicitness * h;
         let (inertia, push, give, position_base) = match self.motion {
-            Motion::Dynamic { mass, damping, spring, preload } => {
+            Motion::Dynamic { mass, mut damping, mut spring, mut preload } => {
+                if let Some(terms) = &self.terms {
+                    let (force, stiffer, thicker) = terms.moving_load(start, mass, tau);
+                    preload += force;
+                    spring += stiffer;
+                    damping += thicker;
+                }
                 // M ẍ + B ẋ + K x = F − A_c σ by the θ-method, times τ²
                 let early = h - tau;
                 let force = preload + inputs.external_n;
@@ -313,19 +529,20 @@ impl Balance {
         };
         Stage {
             heat_tau: 0.5 * h,
+            span: h,
             motion_tau: tau,
             heat_base,
             position_base,
             inertia,
             push,
             give,
-            force: imposed,
+            force: self.terms.as_ref().map_or(imposed, |terms| imposed + terms.imposed_load()),
             temperature: furnace,
         }
     }
 
-    /// All equations at the end of `stage` for a trial ϑ with its phase `point`. Temperature and resistance of the last
-    /// trial serve where a coefficient depends on them.
+    /// All equations at the end of `stage` for a trial ϑ with its phase `point`. The last trial's state serves where
+    /// a coefficient depends on it.
     #[inline(always)]
     pub(crate) fn trial(
         &self,
@@ -334,73 +551,164 @@ impl Balance {
         from: &State,
         theta: f64,
         point: &Point,
-        guess: (f64, f64),
+        guess: &State,
     ) -> Trial {
-        let (temperature_guess, resistance_guess) = guess;
+        match self.terms.as_deref() {
+            None => self.trial_with(None, inputs, stage, from, theta, point, guess),
+            Some(terms) => self.trial_of_effects(terms, inputs, stage, from, theta, point, guess),
+        }
+    }
+
+    /// Apart, so that the reference model's trial stays as small as it is.
+    #[inline(never)]
+    #[allow(clippy::too_many_arguments)]
+    fn trial_of_effects(
+        &self,
+        terms: &Terms,
+        inputs: &Inputs,
+        stage: &Stage,
+        from: &State,
+        theta: f64,
+        point: &Point,
+        guess: &State,
+    ) -> Trial {
+        self.trial_with(Some(terms), inputs, stage, from, theta, point, guess)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn trial_with(
+        &self,
+        terms: Option<&Terms>,
+        inputs: &Inputs,
+        stage: &Stage,
+        from: &State,
+        theta: f64,
+        point: &Point,
+        guess: &State,
+    ) -> Trial {
         let tau = stage.heat_tau;
         let fraction = point.fraction;
-        let (compliance, _) = self.compliance(&fraction);
-        let shape = self.transformation_strain * fraction.martensite;
-        // σ = (pull − follow θ T) / hold
-        let (mut pull, mut follow, hold) = match self.motion {
-            Motion::Force => ((stage.force / self.area).max(0.0), 0.0, 1.0),
-            _ => {
-                let follow = stage.inertia * compliance;
-                let stretch = stage.position_base * self.per_length - shape;
-                let pull = stage.inertia * stretch
-                    + follow * self.thermoelastic * self.reference_c
-                    + stage.push * self.per_length;
-                (pull, follow, follow + stage.give * self.per_length)
-            }
-        };
         // heat balance (eq. 48), with the work of transformation by the trapezoidal rule
         let change = fraction.change_from(&from.fraction);
-        let half_work = 0.5 * self.volume * self.transformation_strain * change;
-        let loss_coefficient = self.loss_coefficient(temperature_guess, inputs.ambient_c);
-        let power = self.power(inputs, resistance_guess);
-        let capacity = self.heat_capacity + tau * loss_coefficient;
+        let power = self.power(inputs, guess.resistance);
+        let loss = match terms {
+            None => {
+                let coefficient = self.loss_coefficient(guess.temperature, inputs.ambient_c);
+                Loss { coefficient, ambient: inputs.ambient_c, fixed: 0.0 }
+            }
+            Some(terms) => terms.loss_at_end(self, guess.temperature, power, tau),
+        };
+        let shape_before = match terms {
+            None => self.transformation_strain,
+            Some(terms) => self.shape_strain(terms, from.stress),
+        };
+        let work_before = 0.5 * self.volume * shape_before * change * from.stress;
+        let capacity = self.heat_capacity + tau * loss.coefficient;
         let heat = stage.heat_base
-            + tau * (power + loss_coefficient * inputs.ambient_c)
+            + tau * (power + loss.coefficient * loss.ambient - loss.fixed)
             + self.latent * change
-            + half_work * from.stress;
+            + work_before;
         let furnace = self.drive == DriveKind::Temperature;
-        let temperature_at = |pull: f64, follow: f64| {
-            if furnace {
-                stage.temperature
-            } else {
-                (heat * hold + half_work * pull) / (capacity * hold + half_work * follow * self.thermoelastic)
+
+        // σ = (pull − follow θ T) / hold
+        let solve = |line: &Line| -> Solved {
+            let mut at = guess.stress;
+            let mut rounds = 0;
+            loop {
+                rounds += 1;
+                let elastic = self.elastic(terms, &fraction, at);
+                let half_work = 0.5 * self.volume * elastic.shape * change;
+                let (mut pull, mut follow, hold) = match line.force {
+                    Some(force) => ((force / self.area).max(0.0), 0.0, 1.0),
+                    None => {
+                        let follow = line.inertia * elastic.compliance;
+                        let pull = line.inertia * (line.stretch - elastic.free)
+                            + follow * self.thermoelastic * self.reference_c
+                            + line.push * self.per_length;
+                        (pull, follow, follow + line.inertia * elastic.soft + line.give * self.per_length)
+                    }
+                };
+                let temperature_at = |pull: f64, follow: f64| {
+                    if furnace {
+                        stage.temperature
+                    } else {
+                        (heat * hold + half_work * pull) / (capacity * hold + half_work * follow * self.thermoelastic)
+                    }
+                };
+                let mut temperature = temperature_at(pull, follow);
+                let mut stress = (pull - follow * self.thermoelastic * temperature) / hold;
+                if stress < 0.0 {
+                    // slack: a wire cannot push
+                    (pull, follow, stress) = (0.0, 0.0, 0.0);
+                    temperature = temperature_at(pull, follow);
+                }
+                let bends = terms.is_some_and(|terms| terms.bends);
+                if !bends || is_same_stress((stress - at).abs(), stress) || rounds == MOST_ROUNDS {
+                    return Solved { temperature, stress, elastic, half_work, follow: follow / hold };
+                }
+                at = stress;
             }
         };
-        let mut temperature = temperature_at(pull, follow);
-        let mut stress = (pull - follow * self.thermoelastic * temperature) / hold;
-        if stress < 0.0 {
-            // slack: a wire cannot push
-            (pull, follow, stress) = (0.0, 0.0, 0.0);
-            temperature = temperature_at(pull, follow);
-        }
+        let stretch = stage.position_base * self.per_length;
+        let mut line = match self.motion {
+            Motion::Force => Line { inertia: 1.0, stretch, push: 0.0, give: 0.0, force: Some(stage.force) },
+            _ => Line { inertia: stage.inertia, stretch, push: stage.push, give: stage.give, force: None },
+        };
+        let solved = match terms.and_then(Terms::grip) {
+            Some(grip) if !matches!(self.motion, Motion::Position) => {
+                // held where it is, if friction can; else friction is the most there is, through the whole piece
+                let base = if line.force.is_some() { from.position } else { stage.position_base };
+                let held = Line { inertia: 1.0, stretch: base * self.per_length, push: 0.0, give: 0.0, force: None };
+                let solved = solve(&held);
+                let (needed, weight) = match line.force {
+                    Some(force) => (self.area * solved.stress - force, 1.0),
+                    None => {
+                        let weight = stage.motion_tau * stage.span;
+                        ((line.give * solved.stress - line.push) / weight, weight)
+                    }
+                };
+                let friction = grip.force(needed);
+                if friction == needed {
+                    line = held;
+                    solved
+                } else {
+                    match &mut line.force {
+                        Some(force) => *force += friction,
+                        None => line.push += weight * friction,
+                    }
+                    solve(&line)
+                }
+            }
+            _ => solve(&line),
+        };
+        let Solved { temperature, stress, elastic, half_work, follow } = solved;
         let (position, velocity) = match self.motion {
             Motion::Dynamic { .. } => {
-                let moved = (stage.push - stage.give * stress) / stage.inertia;
+                let moved = (line.push - line.give * stress) / line.inertia;
                 (stage.position_base + moved, moved / stage.motion_tau)
             }
             Motion::Position => (stage.position_base, 0.0),
+            Motion::Force if line.force.is_none() && stress > 0.0 => (from.position, 0.0),
             Motion::Force => {
                 let thermal = self.thermoelastic * (temperature - self.reference_c);
-                (self.length * (shape + compliance * (stress + thermal)), 0.0)
+                let soft = elastic.soft * stress;
+                (self.length * (elastic.free + elastic.compliance * (stress + thermal) + soft), 0.0)
             }
         };
         let mut state =
-            State { theta, fraction, temperature, stress, position, velocity, resistance: resistance_guess };
+            State { theta, fraction, temperature, stress, position, velocity, resistance: guess.resistance };
         state.resistance = self.resistance(&state);
-        let work = half_work * (from.stress + stress);
+        let work = work_before + half_work * stress;
+        let shift = terms.map_or(0.0, |terms| terms.shift(change));
         Trial {
             state,
             power,
-            loss: loss_coefficient * (temperature - inputs.ambient_c),
+            loss: loss.coefficient * (temperature - loss.ambient) + loss.fixed,
             released: self.latent * change + work,
             work,
-            residual: temperature - self.stress_shift * stress - theta,
-            follow: follow / hold,
+            residual: temperature - self.stress_shift * stress + shift - theta,
+            follow,
         }
     }
 
@@ -419,9 +727,20 @@ impl Balance {
         let stress_per_fraction = -trial.follow
             * ((self.transformation_strain + compliance_slope * (state.stress + thermal)) / compliance
                 + self.thermoelastic * heat_per_fraction);
-        let gain = heat_per_fraction - self.stress_shift * stress_per_fraction;
+        let shift_per_fraction = self.terms.as_ref().map_or(0.0, |terms| terms.shift_per_fraction());
+        let gain = heat_per_fraction - self.stress_shift * stress_per_fraction + shift_per_fraction;
         (gain * slope - 1.0).min(LEAST_SLOPE)
     }
+}
+
+/// Whether stress has moved little enough between two rounds, in Pa.
+fn is_same_stress(moved: f64, stress: f64) -> bool {
+    moved <= STRESS_TOLERANCE.0 * stress + STRESS_TOLERANCE.1
+}
+
+/// θ that makes the θ-method exact for e^(−z): ½ for slow motion, 1 for motion that is over within the step.
+pub(crate) fn fitted_implicitness(z: f64) -> f64 {
+    if z < 1e-2 { 0.5 + z / 12.0 } else { 1.0 / -(-z).exp_m1() - 1.0 / z }
 }
 
 /// How the load settles on the stiffest state of its wire.

@@ -3,7 +3,7 @@
 //! Everything here is a function of the driving temperature ϑ = T − σ/α alone, not of time: between two reversals the
 //! martensite fraction is a closed form of ϑ, so a step of any length lands on the same curve.
 
-use crate::params::{Kinetics, Material};
+use crate::params::{Kinetics, Material, WireModel};
 
 /// ln(1/0.01²): the bounded laws put A_s and A_f where the logistic curve has 1 % left, 9.21/k apart (after eq. 20).
 const BOUNDED_SPAN: f64 = 9.210_340_371_976_184;
@@ -133,6 +133,8 @@ pub struct Hysteresis {
     inner_share: f64,
     /// The tails may cross when the curves differ in more than their centre.
     tails_cross: bool,
+    /// How far stress has moved the cooling curve besides ϑ, in K; see [`crate::effects::UnequalSlopes`].
+    cooling_shift: f64,
 }
 
 /// Which way ϑ moves.
@@ -149,6 +151,7 @@ pub enum Direction {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Branch {
     direction: Direction,
+    /// ϑ of the reversal, as the curve sees it.
     reversal_theta: f64,
     /// ξ_M or η_A.
     scale: f64,
@@ -185,7 +188,32 @@ impl Hysteresis {
                 || material.heating_steepness_per_k != material.cooling_steepness_per_k
                 || material.austenite_temperature_c < material.martensite_temperature_c
                 || !matches!(material.kinetics, Kinetics::Logistic),
+            cooling_shift: 0.0,
         }
+    }
+
+    /// The curves of a wire, with the effects that shape them.
+    pub(crate) fn of(model: &WireModel) -> Self {
+        let mut material = model.material;
+        let skew = &model.effects.kinetic.asymmetry;
+        if (skew.heating_skew, skew.cooling_skew) != (1.0, 1.0) {
+            let (heating, cooling) = match material.kinetics {
+                Kinetics::Logistic => (1.0, 1.0),
+                Kinetics::Richards { heating_skew, cooling_skew } => (heating_skew, cooling_skew),
+                _ => return Hysteresis::new(&material),
+            };
+            material.kinetics = Kinetics::Richards {
+                heating_skew: heating * skew.heating_skew,
+                cooling_skew: cooling * skew.cooling_skew,
+            };
+        }
+        Hysteresis::new(&material)
+    }
+
+    /// Moves the cooling curve to `shift` K above where the material has it.
+    pub(crate) fn move_cooling_curve(&mut self, shift: f64) {
+        self.cooling_shift = shift;
+        self.tails_cross = true;
     }
 
     /// g_A: the most martensite there can be at ϑ (°C).
@@ -200,7 +228,7 @@ impl Hysteresis {
     }
 
     fn lower_point(&self, theta: f64) -> Point {
-        let cooling = self.cooling.at(theta);
+        let cooling = self.cooling.at(theta - self.cooling_shift);
         if self.tails_cross {
             let heating = self.heating.at(theta);
             if heating.fraction.is_hotter_than(&cooling.fraction) {
@@ -224,9 +252,10 @@ impl Hysteresis {
 
     /// The branch that leaves (ϑ, ξ) in `direction`: history variables of eq. 26, so that ξ is continuous.
     pub(crate) fn reverse(&self, direction: Direction, theta: f64, at: &Fraction) -> Branch {
+        let reversal_theta = self.seen(direction, theta);
         let (scale, rest) = match direction {
             Direction::Heating => {
-                let g = self.heating.at(theta).fraction;
+                let g = self.heating.at(reversal_theta).fraction;
                 if g.martensite > 0.0 {
                     let scale = at.martensite / g.martensite;
                     (scale.min(1.0), (-at.change_from(&g) / g.martensite).max(0.0))
@@ -235,7 +264,7 @@ impl Hysteresis {
                 }
             }
             Direction::Cooling => {
-                let g = self.cooling.at(theta).fraction;
+                let g = self.cooling.at(reversal_theta).fraction;
                 if g.austenite > 0.0 {
                     // above 1 only where the tails cross; there g_A holds ξ, see `inside_far_curve`
                     ((at.austenite / g.austenite).min(1.0), (at.change_from(&g) / g.austenite).max(0.0))
@@ -244,12 +273,22 @@ impl Hysteresis {
                 }
             }
         };
-        Branch { direction, reversal_theta: theta, scale, rest }
+        Branch { direction, reversal_theta, scale, rest }
+    }
+
+    /// ϑ as the curve of this direction sees it.
+    #[inline(always)]
+    fn seen(&self, direction: Direction, theta: f64) -> f64 {
+        match direction {
+            Direction::Heating => theta,
+            Direction::Cooling => theta - self.cooling_shift,
+        }
     }
 
     /// The mixture and its slope at ϑ on `branch`: the inner curve, or the outer one once that has been met.
     pub(crate) fn on_branch(&self, branch: &Branch, theta: f64) -> Point {
-        let slowed = branch.reversal_theta + self.inner_share * (theta - branch.reversal_theta);
+        let since = self.seen(branch.direction, theta) - branch.reversal_theta;
+        let slowed = branch.reversal_theta + self.inner_share * since;
         let (inner, outer) = match branch.direction {
             Direction::Heating => {
                 let outer = self.heating.at(theta);

@@ -11,6 +11,7 @@ mod params;
 mod signals;
 mod wire;
 
+pub use effects::{Effects, Unknown};
 pub use kinetics::{Direction, Fraction, Hysteresis};
 pub use signals::{EnergyBalance, Inputs, Outputs};
 pub use wire::{Wire, cold_length_m, hot_length_m};

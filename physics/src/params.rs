@@ -1,9 +1,10 @@
-//! What a wire is made of and what it hangs in: the parameters of the reference model, in SI.
+//! What a wire is made of and what it hangs in: the parameters of the model, in SI.
 //!
 //! Temperatures are in °C: only differences and offsets of them occur in the equations.
 //! Every parameter knows its physical range; [`WireModel::validate`] names the first one outside it by its rig-file key.
 
 use crate::Error;
+use crate::effects::{self, Effects};
 
 /// The alloy. Defaults are those of a trained Flexinol-type NiTi wire.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -222,7 +223,7 @@ impl Default for Initial {
     }
 }
 
-/// Everything the reference model needs to know of one wire.
+/// Everything there is to know of one wire: the reference model's parameters, and the effects beyond it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WireModel {
     /// Size.
@@ -239,6 +240,8 @@ pub struct WireModel {
     pub initial: Initial,
     /// Ambient temperature T_∞, in °C.
     pub ambient_c: f64,
+    /// Physics beyond the reference model.
+    pub effects: Effects,
 }
 
 impl WireModel {
@@ -315,6 +318,7 @@ impl WireModel {
             check("temperature_c", t, -273.15, 800.0)?;
         }
         check("martensite", self.initial.martensite, 0.0, 1.0)?;
-        check("ambient_c", self.ambient_c, -200.0, 800.0)
+        check("ambient_c", self.ambient_c, -200.0, 800.0)?;
+        effects::validate(self)
     }
 }

@@ -48,8 +48,10 @@ pub struct Outputs {
 pub struct EnergyBalance {
     /// Electrical heat ∫P dt.
     pub heat_in_j: f64,
-    /// Loss to the air ∫h A_s (T − T_∞) dt.
+    /// Loss ∫h A_s (T − T_∞) dt to the air, and by whatever other way heat leaves for good.
     pub loss_j: f64,
+    /// Heat kept by a sleeve around the wire.
+    pub sheath_j: f64,
     /// Sensible heat m c_p (T − T_start).
     pub sensible_j: f64,
     /// Latent heat taken up by forming austenite, m ΔH (ξ_start − ξ).
@@ -61,7 +63,7 @@ pub struct EnergyBalance {
 impl EnergyBalance {
     /// What does not add up, in J: rounding, if the equations are solved as written.
     pub fn residual_j(&self) -> f64 {
-        self.heat_in_j - self.loss_j - self.sensible_j - self.latent_j - self.work_j
+        self.heat_in_j - self.loss_j - self.sheath_j - self.sensible_j - self.latent_j - self.work_j
     }
 }
 

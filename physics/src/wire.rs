@@ -8,8 +8,9 @@
 //! is paid for every change of ξ, whatever the step.
 
 use crate::Error;
-use crate::balance::{Balance, Stage, State, Trial};
-use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
+use crate::balance::{Balance, Motion, Stage, State, Trial, fitted_implicitness};
+use crate::effects::{Terms, Unknown};
+use crate::kinetics::{Branch, Direction, Fraction, Hysteresis};
 use crate::params::{DriveKind, WireModel};
 use crate::signals::{EnergyBalance, Inputs, Outputs};
 
@@ -38,6 +39,8 @@ pub struct Wire {
     power: f64,
     current: f64,
     started: State,
+    /// Time since the start, s.
+    elapsed: f64,
     energy: EnergyBalance,
 }
 
@@ -57,7 +60,7 @@ impl Wire {
     /// [`Error::OutOfRange`] if a parameter is outside its physical range.
     pub fn with_inputs(model: &WireModel, first: &Inputs) -> Result<Wire, Error> {
         model.validate()?;
-        let balance = Balance::new(model);
+        let mut balance = Balance::new(model);
         let temperature = model.initial.temperature_c.unwrap_or(match model.drive.kind {
             DriveKind::Temperature => first.drive,
             _ => first.ambient_c,
@@ -75,10 +78,37 @@ impl Wire {
             power: 0.0,
             current: 0.0,
             started: state,
+            elapsed: 0.0,
             energy: EnergyBalance::default(),
         };
         wire.current = wire.balance.current(first, state.resistance);
+        let seen = wire.seen();
+        if let Some(terms) = &mut wire.balance.terms {
+            terms.remember(&seen);
+        }
         Ok(wire)
+    }
+
+    /// Sets the unknown input to each equation, for whoever looks for what the model leaves out; it holds until it is set
+    /// again.
+    pub fn set_unknown(&mut self, unknown: Unknown) {
+        match &mut self.balance.terms {
+            Some(terms) => terms.unknown = unknown,
+            None if unknown == Unknown::default() => {}
+            None => {
+                let mut terms = Terms::none(&self.balance, &self.state);
+                terms.unknown = unknown;
+                self.balance.terms = Some(terms);
+            }
+        }
+    }
+
+    /// Sets the temperature of the wire beside this one, in °C, for `thermal.neighbour`; it holds until it is set again.
+    /// Before that it is ambient.
+    pub fn set_neighbour_c(&mut self, temperature_c: f64) {
+        if let Some(terms) = &mut self.balance.terms {
+            terms.neighbour_c = Some(temperature_c);
+        }
     }
 
     /// Advances by `dt_s` under `inputs`. The answer does not depend on how a span is cut into steps, but for the
@@ -95,6 +125,9 @@ impl Wire {
             DriveKind::Temperature => (inputs.drive - self.state.temperature) / dt_s,
             _ => 0.0,
         };
+        if let Some(terms) = &mut self.balance.terms {
+            terms.time = self.elapsed;
+        }
         let mut heat_in = 0.0;
         // a count, not `elapsed < dt`: rounding must not add a piece
         let mut piece = 0.0;
@@ -102,6 +135,7 @@ impl Wire {
             heat_in += self.piece(inputs, h, imposed_rate, temperature_rate);
             piece += 1.0;
         }
+        self.elapsed += dt_s;
         self.imposed = inputs.imposed;
         self.power = heat_in / dt_s;
         self.current = self.balance.current(inputs, self.state.resistance);
@@ -109,6 +143,19 @@ impl Wire {
         let c = &self.balance;
         self.energy.sensible_j = c.heat_capacity * (self.state.temperature - self.started.temperature);
         self.energy.latent_j = -c.latent * self.state.fraction.change_from(&self.started.fraction);
+        if self.balance.terms.is_some() {
+            self.keep_for_later();
+        }
+    }
+
+    /// What the effects need of the end of a step.
+    fn keep_for_later(&mut self) {
+        let seen = self.seen();
+        if let Some(terms) = &mut self.balance.terms {
+            self.energy.sheath_j = terms.sheath_j();
+            terms.time = self.elapsed;
+            terms.keep(self.elapsed, &seen);
+        }
     }
 
     /// One piece of length `h`; returns the electrical heat, J.
@@ -117,11 +164,17 @@ impl Wire {
             self.fitted_to = h;
             self.implicitness = fitted_implicitness(h * self.balance.fastest_rate);
         }
-        let c = &self.balance;
         let start = self.state;
+        if self.balance.terms.is_some() {
+            self.begin_effects(inputs, h);
+        }
+        let c = &self.balance;
         let half = 0.5 * h;
         let power = c.power(inputs, start.resistance);
-        let loss = c.loss_coefficient(start.temperature, inputs.ambient_c) * (start.temperature - inputs.ambient_c);
+        let loss = match &c.terms {
+            None => c.loss_coefficient(start.temperature, inputs.ambient_c) * (start.temperature - inputs.ambient_c),
+            Some(terms) => terms.loss_at_start(c, &start, power),
+        };
         let heat_base = c.heat_capacity * start.temperature + half * (power - loss);
         let imposed = self.imposed + imposed_rate * h;
         let furnace = start.temperature + temperature_rate * h;
@@ -131,15 +184,39 @@ impl Wire {
             self.state.velocity = (self.state.position - start.position) / h;
         }
         self.imposed = imposed;
-        let lost = half * (loss + end.loss);
-        self.energy.loss_j += lost;
+        let mut lost = half * (loss + end.loss);
         self.energy.work_j -= end.work;
-        if self.balance.drive == DriveKind::Temperature {
+        let heat_in = if self.balance.drive == DriveKind::Temperature {
             // the furnace supplies whatever the imposed temperature takes
             self.balance.heat_capacity * (end.state.temperature - start.temperature) - end.released + lost
         } else {
             half * (power + end.power)
+        };
+        if self.balance.terms.is_some() {
+            lost -= self.finish_effects(&start);
         }
+        self.energy.loss_j += lost;
+        heat_in
+    }
+
+    fn begin_effects(&mut self, inputs: &Inputs, h: f64) {
+        let c = &mut self.balance;
+        let Some(mut terms) = c.terms.take() else { return };
+        if let Some(shift) = terms.cooling_shift(self.state.stress) {
+            c.hysteresis.move_cooling_curve(shift);
+        }
+        terms.begin(c, inputs, &self.state, h);
+        c.terms = Some(terms);
+    }
+
+    /// Closes a piece that began in `start`; returns the heat kept by what is around the wire, J.
+    fn finish_effects(&mut self, start: &State) -> f64 {
+        let c = &mut self.balance;
+        let Some(mut terms) = c.terms.take() else { return 0.0 };
+        let branch = if self.state.theta == start.theta { None } else { self.branch.as_ref() };
+        let kept = terms.finish(c, branch, start, &self.state);
+        c.terms = Some(terms);
+        kept
     }
 
     /// Solves the piece of length `h` from the present state and moves there.
@@ -167,13 +244,13 @@ impl Wire {
             Direction::Cooling => -1.0,
         };
         let mut theta = from.theta + expected;
-        let mut guess = (from.temperature, from.resistance);
+        let mut guess = *from;
         for _ in 0..4 {
             if (theta - from.theta) * forward <= THETA_TOLERANCE_K {
                 return None;
             }
-            let point = c.hysteresis.on_branch(&branch, theta);
-            let trial = c.trial(inputs, stage, from, theta, &point, guess);
+            let point = c.point(&branch, theta, from);
+            let trial = c.trial(inputs, stage, from, theta, &point, &guess);
             if is_solved(&trial, from.theta) {
                 if point.outer {
                     branch.ride_outer();
@@ -182,17 +259,16 @@ impl Wire {
                 return Some(trial);
             }
             theta -= trial.residual / c.residual_slope(stage, from, &trial, point.slope);
-            guess = (trial.state.temperature, trial.state.resistance);
+            guess = trial.state;
         }
         None
     }
 
     /// From standing: finds the direction, reverses the branch if it must, and solves by Newton inside a bracket.
     fn set_out(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
-        let c = &self.balance;
         let from = &self.state;
-        let still = Point { fraction: from.fraction, slope: 0.0, outer: false };
-        let mut trial = c.trial(inputs, stage, from, from.theta, &still, (from.temperature, from.resistance));
+        let still = self.balance.standing(from);
+        let mut trial = self.balance.trial(inputs, stage, from, from.theta, &still, from);
         // the residual falls with ϑ, so its sign where we stand is the direction of motion
         if trial.residual.abs() <= THETA_TOLERANCE_K {
             return trial;
@@ -200,15 +276,16 @@ impl Wire {
         let direction = if trial.residual > 0.0 { Direction::Heating } else { Direction::Cooling };
         let mut branch = match self.branch {
             Some(branch) if branch.direction() == direction => branch,
-            _ => c.hysteresis.reverse(direction, from.theta, &from.fraction),
+            _ => self.balance.reverse(direction, from),
         };
+        let c = &self.balance;
         // the near end of the bracket is where we stand; the far end is found on the way
         let (mut low, mut high) = match direction {
             Direction::Heating => (from.theta, f64::INFINITY),
             Direction::Cooling => (f64::NEG_INFINITY, from.theta),
         };
         let mut theta = from.theta;
-        let mut point = c.hysteresis.on_branch(&branch, theta);
+        let mut point = c.point(&branch, theta, from);
         let mut newton_may = true;
         for _ in 0..MOST_ITERATIONS {
             let width = high - low;
@@ -223,8 +300,8 @@ impl Wire {
             }
             let moved = next - theta;
             theta = next;
-            point = c.hysteresis.on_branch(&branch, theta);
-            trial = c.trial(inputs, stage, from, theta, &point, (trial.state.temperature, trial.state.resistance));
+            point = c.point(&branch, theta, from);
+            trial = c.trial(inputs, stage, from, theta, &point, &trial.state);
             if trial.residual > 0.0 {
                 low = theta;
             } else {
@@ -243,10 +320,6 @@ impl Wire {
         trial
     }
 }
-/// θ that makes the θ-method exact for e^(−z): ½ for slow motion, 1 for motion that is over within the step.
-fn fitted_implicitness(z: f64) -> f64 {
-    if z < 1e-2 { 0.5 + z / 12.0 } else { 1.0 / -(-z).exp_m1() - 1.0 / z }
-}
 /// The trial is close enough to the solution, seen from where the stage started.
 fn is_solved(trial: &Trial, start_theta: f64) -> bool {
     trial.residual.abs() <= THETA_TOLERANCE_K + THETA_TOLERANCE * (trial.state.theta - start_theta).abs()
@@ -255,6 +328,15 @@ fn is_solved(trial: &Trial, start_theta: f64) -> bool {
 impl Wire {
     /// What sensors see now, in the on-phase under the supply of the last step.
     pub fn outputs(&self) -> Outputs {
+        let mut outputs = self.seen();
+        if let Some(terms) = &self.balance.terms {
+            terms.recall(&mut outputs);
+        }
+        outputs
+    }
+
+    /// What sensors see without delay.
+    fn seen(&self) -> Outputs {
         let (s, c) = (&self.state, &self.balance);
         let voltage = self.current * s.resistance;
         // taps are fixed in space: the wire between fixed end and tap is the same share of the whole as l of L (eq. 42)
@@ -263,7 +345,7 @@ impl Wire {
             Some(taps) => (per_metre * taps.l0_m, per_metre * (taps.l0_m + taps.ls_m)),
             None => (0.0, 0.0),
         };
-        Outputs {
+        let mut outputs = Outputs {
             current_a: self.current,
             v1_v: v1,
             v2_v: v2,
@@ -274,7 +356,28 @@ impl Wire {
             martensite: s.fraction.martensite,
             power_w: self.power,
             resistance_ohm: s.resistance,
+        };
+        if let Some(terms) = &c.terms {
+            self.add_effects(terms, &mut outputs);
         }
+        outputs
+    }
+
+    /// What the effects make of what sensors see.
+    fn add_effects(&self, terms: &Terms, o: &mut Outputs) {
+        let (s, c, sensing) = (&self.state, &self.balance, &terms.effects.sensing);
+        let phi = terms.features_now(s);
+        if let Some(taps) = c.taps {
+            let second = taps.l0_m + taps.ls_m - sensing.probe_deflection.m_per_n * o.force_n;
+            o.v1_v = self.current * c.resistance_up_to(terms, s, taps.l0_m);
+            o.v2_v = self.current * c.resistance_up_to(terms, s, second);
+        }
+        o.v3_v += self.current * (sensing.contact_resistance.ohm + terms.effects.empirical.voltage.sum(&phi));
+        o.position_m += terms.effects.empirical.position.sum(&phi);
+        if matches!(c.motion, Motion::Position) {
+            o.force_n += terms.effects.mechanical.dragged(o.force_n, s.velocity) + terms.imposed_load();
+        }
+        sensing.amplify(o);
     }
 
     /// Wire temperature T, in °C.
@@ -292,7 +395,7 @@ impl Wire {
         self.state.fraction
     }
 
-    /// Driving temperature ϑ = T − σ/α, in °C.
+    /// Driving temperature ϑ = T − σ/α that the phase sees, in °C.
     pub fn driving_temperature_c(&self) -> f64 {
         self.state.theta
     }
@@ -317,6 +420,15 @@ impl Wire {
         self.state.resistance
     }
 
+    /// Least and most martensite there can be at ϑ; with `kinetic.lag`, to which ξ lags behind.
+    pub fn bounds(&self) -> (Fraction, Fraction) {
+        let theta = self.state.theta;
+        match &self.balance.terms {
+            None => (self.balance.hysteresis.lower(theta), self.balance.hysteresis.upper(theta)),
+            Some(terms) => terms.bounds(&self.balance.hysteresis, theta),
+        }
+    }
+
     /// The energy ledger since the start.
     pub fn energy(&self) -> EnergyBalance {
         self.energy
@@ -333,7 +445,7 @@ impl Wire {
 /// [`Error::OutOfRange`] if a parameter is outside its physical range.
 pub fn cold_length_m(model: &WireModel) -> Result<f64, Error> {
     model.validate()?;
-    let c = Balance::new(model);
+    let mut c = Balance::new(model);
     let state = c.at_rest(model.ambient_c, Fraction::of_martensite(1.0), &model.rest_inputs());
     Ok(c.length + state.position)
 }
@@ -345,7 +457,7 @@ pub fn cold_length_m(model: &WireModel) -> Result<f64, Error> {
 /// [`Error::OutOfRange`] if a parameter is outside its physical range.
 pub fn hot_length_m(model: &WireModel) -> Result<f64, Error> {
     model.validate()?;
-    let c = Balance::new(model);
+    let mut c = Balance::new(model);
     let inputs = model.rest_inputs();
     let mut stress = 0.0;
     let mut position = 0.0;

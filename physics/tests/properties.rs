@@ -101,6 +101,7 @@ fn model() -> impl Strategy<Value = WireModel> {
                     },
                     initial: Initial { temperature_c: None, martensite },
                     ambient_c,
+                    effects: Effects::default(),
                 }
             },
         )
@@ -235,6 +236,7 @@ fn the_cut_of_time_does_not_matter() {
                 },
                 initial: Initial::default(),
                 ambient_c: 25.0,
+                effects: Effects::default(),
             };
             let run = |dt: f64| {
                 let mut wire = Wire::new(&model).expect("in range");

@@ -43,6 +43,7 @@ pub(crate) mod testing {
             },
             initial: Initial::default(),
             ambient_c: 25.0,
+            effects: sinew_physics::Effects::default(),
         }
     }
 }

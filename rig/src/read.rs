@@ -763,6 +763,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             load: schema::UNREAD_LOAD,
             initial: Initial::default(),
             ambient_c,
+            effects: sinew_physics::Effects::default(),
         },
         position_zero: PositionZero::Known,
         noise: BTreeMap::new(),

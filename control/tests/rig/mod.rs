@@ -23,6 +23,7 @@ pub fn figure_wire() -> WireModel {
         },
         initial: Initial::default(),
         ambient_c: 25.0,
+        effects: sinew_physics::Effects::default(),
     }
 }
 

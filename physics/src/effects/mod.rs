@@ -4,7 +4,28 @@
 //! Every effect is one term of the model with a null at which it vanishes, so the reference model is nested in every
 //! extension of it. Adding an effect means adding its row and its term in the file of its equation.
 
-use crate::params::WireModel;
+mod coefficients;
+mod electrical;
+mod empirical;
+mod kinetic;
+mod mechanical;
+mod sensing;
+mod terms;
+mod thermal;
+
+pub use electrical::{Electrical, LeadResistance, PoissonArea, RPhase, ResistivityStress, SupplySag};
+pub use empirical::{Empirical, Form, Term};
+pub use kinetic::{Asymmetry, Distributed, Kinetic, Lag, TrainingDrift, UnequalSlopes};
+pub use mechanical::{Capstan, FrameCompliance, Friction, Mechanical, Ratcheting, StressDependentStrain, TwoWay};
+pub use sensing::{ContactResistance, Delay, DelayedSensor, Gain, Offset, ProbeDeflection, Sensing};
+pub use terms::Unknown;
+pub(crate) use terms::{Loss, STRESS_PA, Terms};
+pub use thermal::{AmbientDrift, Draught, EndConduction, NaturalConvection, Neighbour, Radiation, Sheath, Thermal};
+
+use std::sync::LazyLock;
+
+use crate::Error;
+use crate::params::{DriveKind, Kinetics, Load, WireModel};
 
 /// The equation an effect belongs to: where a mismatch can sit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -111,4 +132,177 @@ pub enum Role {
         /// Its value where the rig file gives none.
         default: f64,
     },
+}
+
+/// Every effect beyond the reference model, in SI, grouped by the equation it is a term of. The default has none of
+/// them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Effects {
+    /// Terms of the heat balance.
+    pub thermal: Thermal,
+    /// Terms of resistance and circuit.
+    pub electrical: Electrical,
+    /// Terms of the phase.
+    pub kinetic: Kinetic,
+    /// Terms of strain and load.
+    pub mechanical: Mechanical,
+    /// What the sensors add.
+    pub sensing: Sensing,
+    /// Closed forms for what no mechanism explains.
+    pub empirical: Empirical,
+}
+
+/// A row's parameter: range and plausible range in the rig file's unit, field of the model, SI per rig-file unit.
+macro_rules! parameter {
+    ($role:expr, $key:literal, $unit:literal, $range:expr, $plausible:expr, $si:literal, $($at:ident).+, $about:literal) => {
+        $crate::effects::EffectParameter {
+            key: $key,
+            unit: $unit,
+            role: $role,
+            low: $range.0,
+            high: $range.1,
+            plausible: $plausible,
+            about: $about,
+            get: |model| model.$($at).+ / $si,
+            set: |model, value| model.$($at).+ = value * $si,
+        }
+    };
+}
+/// A switch with the given null: see `parameter`.
+macro_rules! switch {
+    ($null:literal, $($rest:tt)+) => {
+        $crate::effects::parameter!($crate::effects::Role::Switch { null: |_| $null }, $($rest)+)
+    };
+}
+/// A shape with the given default: see `parameter`.
+macro_rules! shape {
+    ($default:expr, $($rest:tt)+) => {
+        $crate::effects::parameter!($crate::effects::Role::Shape { default: $default }, $($rest)+)
+    };
+}
+pub(crate) use {parameter, shape, switch};
+
+/// The catalogue by group: the reference model's own coefficients, the mechanisms by equation, the empirical forms.
+static GROUPS: [&[Effect]; 7] = [
+    &coefficients::ROWS,
+    &thermal::ROWS,
+    &electrical::ROWS,
+    &kinetic::ROWS,
+    &mechanical::ROWS,
+    &sensing::ROWS,
+    &empirical::ROWS,
+];
+
+/// Every row of the catalogue: the reference model's own coefficients first, the empirical forms last.
+pub fn catalogue() -> impl Iterator<Item = &'static Effect> + Clone {
+    GROUPS.iter().flat_map(|group| group.iter())
+}
+
+/// The row with this id.
+pub fn effect(id: &str) -> Option<&'static Effect> {
+    catalogue().find(|effect| effect.id == id)
+}
+
+impl Effect {
+    /// Whether the model leaves this effect out: all its switches are at their null.
+    pub fn is_null(&self, model: &WireModel) -> bool {
+        self.parameters.iter().all(|parameter| parameter.is_null(model))
+    }
+
+    /// Takes the effect out of the model: switches to their null, shapes to their default.
+    pub fn set_null(&self, model: &mut WireModel) {
+        for parameter in self.parameters {
+            let value = parameter.default(model);
+            (parameter.set)(model, value);
+        }
+    }
+
+    /// Whether the effect can show on such a rig at all: no probe gives way where there is none.
+    pub fn applies_to(&self, model: &WireModel) -> bool {
+        let furnace = model.drive.kind == DriveKind::Temperature;
+        match self.id {
+            // an imposed temperature has no heat balance
+            "thermal.ambient_drift" | "thermal.latent_heat" => !furnace,
+            id if id.starts_with("thermal.") || id == "empirical.thermal" => !furnace,
+            // a given current or power is given
+            "electrical.supply_sag" | "electrical.lead_resistance" => model.drive.kind == DriveKind::Pwm,
+            "sensing.contact_resistance" | "sensing.offset" | "sensing.gain" | "empirical.voltage" => !furnace,
+            "sensing.probe_deflection" => model.taps.is_some(),
+            "kinetic.asymmetry" => {
+                matches!(model.material.kinetics, Kinetics::Logistic | Kinetics::Richards { .. })
+            }
+            "empirical.position" => model.load != Load::ImposedPosition,
+            _ => true,
+        }
+    }
+
+    /// Checks the parameters of an effect that is on.
+    fn check(&self, model: &WireModel) -> Result<(), Error> {
+        if self.home == Home::Material || self.is_null(model) {
+            return Ok(());
+        }
+        for parameter in self.parameters {
+            let found = (parameter.get)(model);
+            let slack = 8.0 * f64::EPSILON * found.abs();
+            if !(found >= parameter.low - slack && found <= parameter.high + slack) {
+                return Err(Error::OutOfRange {
+                    key: path(self.id, parameter.key),
+                    found,
+                    low: parameter.low,
+                    high: parameter.high,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl EffectParameter {
+    /// Whether it turns its effect on and off.
+    pub fn is_switch(&self) -> bool {
+        matches!(self.role, Role::Switch { .. })
+    }
+
+    /// A switch's null on this model, in the rig file's unit.
+    pub fn null(&self, model: &WireModel) -> Option<f64> {
+        match self.role {
+            Role::Switch { null } => Some(null(model)),
+            Role::Shape { .. } => None,
+        }
+    }
+
+    /// Its value where the rig file gives none, in the rig file's unit.
+    pub fn default(&self, model: &WireModel) -> f64 {
+        match self.role {
+            Role::Switch { null } => null(model),
+            Role::Shape { default } => default,
+        }
+    }
+
+    /// Not what keeps its effect on. A NaN is not at the null: validation must meet it.
+    fn is_null(&self, model: &WireModel) -> bool {
+        match self.null(model) {
+            // a null that is another parameter comes back from SI with other last digits
+            Some(null) => ((self.get)(model) - null).abs() <= 1e-12 * null.abs(),
+            None => true,
+        }
+    }
+}
+
+/// Checks every effect of the model that is on.
+pub(crate) fn validate(model: &WireModel) -> Result<(), Error> {
+    if model.effects == Effects::default() {
+        return Ok(());
+    }
+    catalogue().try_for_each(|effect| effect.check(model))
+}
+
+/// An effect's key as errors name it, such as `thermal.draught.gain`.
+fn path(id: &str, key: &str) -> &'static str {
+    static PATHS: LazyLock<Vec<String>> = LazyLock::new(|| {
+        catalogue().flat_map(|e| e.parameters.iter().map(move |p| format!("{}.{}", e.id, p.key))).collect()
+    });
+    let at =
+        catalogue().flat_map(|e| e.parameters.iter().map(move |p| (e.id, p.key))).position(|found| found == (id, key));
+    at.map_or("effects", |at| &PATHS[at])
 }

@@ -1,0 +1,297 @@
+//! Terms of the phase (eq. 20–26).
+
+use super::{Effect, Equation, Home, Nature, switch};
+use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
+
+/// Terms of the phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Kinetic {
+    /// Curves with unequal shoulders.
+    pub asymmetry: Asymmetry,
+    /// Another stress slope on cooling.
+    pub unequal_slopes: UnequalSlopes,
+    /// Grains that transform at different temperatures.
+    pub distributed: Distributed,
+    /// A phase that takes its time.
+    pub lag: Lag,
+    /// Transformation temperatures that move with use.
+    pub training_drift: TrainingDrift,
+}
+
+/// `kinetic.asymmetry`: the logistic curves become Richards curves with these skews (eq. 21). Where the material's law
+/// is Richards' already, its skews are multiplied by these; the other laws have no skew and stay as they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asymmetry {
+    /// v_A of the heating curve.
+    pub heating_skew: f64,
+    /// v_M of the cooling curve.
+    pub cooling_skew: f64,
+}
+
+impl Default for Asymmetry {
+    fn default() -> Self {
+        Asymmetry { heating_skew: 1.0, cooling_skew: 1.0 }
+    }
+}
+
+/// `kinetic.unequal_slopes`: on cooling the curve's centre is M + extra · σ, besides 1/α which moves both.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct UnequalSlopes {
+    /// Extra shift of M with stress, in K/Pa.
+    pub cooling_extra_k_per_pa: f64,
+}
+
+/// `kinetic.distributed`: grains whose A and M are together spread normally; each has its own branch.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Distributed {
+    /// Standard deviation of the grains' temperatures, in K.
+    pub spread_k: f64,
+}
+
+/// Grains that stand for the distribution.
+const GRAINS: usize = 9;
+/// Where they lie, in standard deviations, and the share of the wire each stands for: Gauss and Hermite's nodes.
+const NODES: [(f64, f64); GRAINS] = [
+    (-4.512_745_863_399_783, 2.234_584_400_774_658_6e-5),
+    (-3.205_429_002_856_47, 2.789_141_321_231_769e-3),
+    (-2.076_847_978_677_83, 4.991_640_676_521_787e-2),
+    (-1.023_255_663_789_133, 0.244_097_502_894_939_2),
+    (0.0, 0.406_349_206_349_206_3),
+    (1.023_255_663_789_133, 0.244_097_502_894_939_2),
+    (2.076_847_978_677_83, 4.991_640_676_521_787e-2),
+    (3.205_429_002_856_47, 2.789_141_321_231_769e-3),
+    (4.512_745_863_399_783, 2.234_584_400_774_658_6e-5),
+];
+
+/// One grain: how much hotter than the mean it transforms, the share it stands for, its phase and branch.
+#[derive(Debug, Clone, Copy)]
+struct Grain {
+    offset: f64,
+    share: f64,
+    fraction: Fraction,
+    branch: Option<Branch>,
+}
+
+/// The grains of a wire, all at one ϑ.
+#[derive(Debug, Clone)]
+pub(crate) struct Grains([Grain; GRAINS]);
+
+impl Distributed {
+    /// The grains, all with the phase `fraction` clipped into their own curves at ϑ.
+    pub(crate) fn grains(&self, hysteresis: &Hysteresis, fraction: Fraction, theta: f64) -> Option<Grains> {
+        (self.spread_k > 0.0).then(|| {
+            Grains(NODES.map(|(at, share)| {
+                let offset = at * self.spread_k;
+                Grain { offset, share, fraction: hysteresis.clip(fraction, theta - offset), branch: None }
+            }))
+        })
+    }
+}
+
+impl Grains {
+    /// The mixture of all grains.
+    fn mean(&self, point: impl Fn(&Grain) -> Point) -> Point {
+        let mut mean = Point { fraction: Fraction { martensite: 0.0, austenite: 0.0 }, slope: 0.0, outer: false };
+        for grain in &self.0 {
+            let one = point(grain);
+            mean.fraction.martensite += grain.share * one.fraction.martensite;
+            mean.fraction.austenite += grain.share * one.fraction.austenite;
+            mean.slope += grain.share * one.slope;
+        }
+        mean
+    }
+
+    /// The mixture and its slope at ϑ, each grain on its branch; one that has none stands still.
+    pub(crate) fn at(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
+        self.mean(|grain| match &grain.branch {
+            Some(branch) => hysteresis.on_branch(branch, theta - grain.offset),
+            None => grain.standing(hysteresis, theta),
+        })
+    }
+
+    /// The mixture if ϑ stands still, held between curves that may have moved.
+    pub(crate) fn standing(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
+        self.mean(|grain| grain.standing(hysteresis, theta))
+    }
+
+    /// Sets out from ϑ in `direction`.
+    pub(crate) fn reverse(&mut self, hysteresis: &Hysteresis, direction: Direction, theta: f64) {
+        for grain in &mut self.0 {
+            grain.branch = Some(hysteresis.reverse(direction, theta - grain.offset, &grain.fraction));
+        }
+    }
+
+    /// Moves to ϑ along the branches.
+    pub(crate) fn arrive(&mut self, hysteresis: &Hysteresis, theta: f64) {
+        for grain in &mut self.0 {
+            let Some(branch) = &mut grain.branch else { continue };
+            let point = hysteresis.on_branch(branch, theta - grain.offset);
+            if point.outer {
+                branch.ride_outer();
+            }
+            grain.fraction = point.fraction;
+        }
+    }
+
+    /// Stays at ϑ.
+    pub(crate) fn stay(&mut self, hysteresis: &Hysteresis, theta: f64) {
+        for grain in &mut self.0 {
+            grain.fraction = grain.standing(hysteresis, theta).fraction;
+        }
+    }
+
+    /// Least and most martensite there can be at ϑ.
+    pub(crate) fn bounds(&self, hysteresis: &Hysteresis, theta: f64) -> (Fraction, Fraction) {
+        let still = |fraction| Point { fraction, slope: 0.0, outer: false };
+        let lower = self.mean(|grain| still(hysteresis.lower(theta - grain.offset)));
+        let upper = self.mean(|grain| still(hysteresis.upper(theta - grain.offset)));
+        (lower.fraction, upper.fraction)
+    }
+}
+
+impl Grain {
+    fn standing(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
+        Point { fraction: hysteresis.clip(self.fraction, theta - self.offset), slope: 0.0, outer: false }
+    }
+}
+
+/// `kinetic.lag`: τ ξ̇ = ξ_eq − ξ, where ξ_eq has the branches and reversals.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Lag {
+    /// Time constant τ, in s.
+    pub seconds: f64,
+}
+
+impl Lag {
+    /// How ξ at the end of a piece of length `h` s is mixed of ξ_eq at its end, ξ_eq at its start and ξ at its start:
+    /// exact for a ξ_eq that moves in a straight line.
+    pub(crate) fn weights(&self, h: f64) -> [f64; 3] {
+        if self.seconds <= 0.0 {
+            return [1.0, 0.0, 0.0];
+        }
+        let z = h / self.seconds;
+        let left = (-z).exp();
+        // (1 − e^{−z})/z
+        let mean = if z > 1e-8 { -(-z).exp_m1() / z } else { 1.0 - 0.5 * z };
+        [1.0 - mean, (mean - left).max(0.0), left]
+    }
+}
+
+/// `kinetic.training_drift`: A and M move by this with every full cycle, a travel of ξ by 2.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TrainingDrift {
+    /// Shift per cycle, in K.
+    pub kelvin_per_cycle: f64,
+}
+
+impl TrainingDrift {
+    /// How far A and M have moved after ξ has travelled ∫|dξ|, in K.
+    pub(crate) fn shift(&self, travel: f64) -> f64 {
+        self.kelvin_per_cycle * 0.5 * travel
+    }
+}
+
+pub(super) static ROWS: [Effect; 5] = [
+    Effect {
+        id: "kinetic.asymmetry",
+        equation: Equation::Kinetic,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "g = (1 + v exp(k (ϑ − centre)))^(−1/v) (eq. 21)",
+        says: "The transformation begins and ends with unequal shoulders",
+        parameters: &[
+            switch!(
+                1.0,
+                "heating_skew",
+                "1",
+                (0.05, 20.0),
+                (0.4, 3.0),
+                1.0,
+                effects.kinetic.asymmetry.heating_skew,
+                "skew v of the heating curve"
+            ),
+            switch!(
+                1.0,
+                "cooling_skew",
+                "1",
+                (0.05, 20.0),
+                (0.4, 3.0),
+                1.0,
+                effects.kinetic.asymmetry.cooling_skew,
+                "skew v of the cooling curve"
+            ),
+        ],
+    },
+    Effect {
+        id: "kinetic.unequal_slopes",
+        equation: Equation::Kinetic,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "M → M + extra σ",
+        says: "Stress moves the transformation on cooling by another slope than on heating",
+        parameters: &[switch!(
+            0.0,
+            "cooling_extra_k_per_mpa",
+            "K/MPa",
+            (-1.0, 1.0),
+            (-0.06, 0.06),
+            1e-6,
+            effects.kinetic.unequal_slopes.cooling_extra_k_per_pa,
+            "extra shift of M with stress"
+        )],
+    },
+    Effect {
+        id: "kinetic.distributed",
+        equation: Equation::Kinetic,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "ξ = mean of ξ(ϑ − s) over grains, s normal with deviation spread",
+        says: "Grains of the wire transform at different temperatures, so the curves have soft tails",
+        parameters: &[switch!(
+            0.0,
+            "spread_k",
+            "K",
+            (0.0, 100.0),
+            (2.0, 12.0),
+            1.0,
+            effects.kinetic.distributed.spread_k,
+            "standard deviation of the grains' temperatures"
+        )],
+    },
+    Effect {
+        id: "kinetic.lag",
+        equation: Equation::Kinetic,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "seconds ξ̇ = ξ_eq − ξ",
+        says: "The phase follows its equilibrium with a delay of its own",
+        parameters: &[switch!(
+            0.0,
+            "seconds",
+            "s",
+            (0.0, 100.0),
+            (0.03, 0.6),
+            1.0,
+            effects.kinetic.lag.seconds,
+            "time constant of the phase"
+        )],
+    },
+    Effect {
+        id: "kinetic.training_drift",
+        equation: Equation::Kinetic,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "A, M → A, M + drift ∫|dξ|/2",
+        says: "Every cycle moves the transformation temperatures a little",
+        parameters: &[switch!(
+            0.0,
+            "kelvin_per_cycle",
+            "K",
+            (-50.0, 50.0),
+            (-1.0, 1.0),
+            1.0,
+            effects.kinetic.training_drift.kelvin_per_cycle,
+            "shift of A and M per full cycle"
+        )],
+    },
+];

@@ -1,0 +1,696 @@
+//! The effects of one wire as they act from piece to piece: what they remember, and what they come to in the piece under
+//! way. A wire of the reference model has none of this.
+
+use super::empirical::Features;
+use super::kinetic::Grains;
+use super::mechanical::Grip;
+use super::sensing::Memory;
+use super::thermal::CONVECTION_SCALE_K;
+use super::{Effects, Form, Term};
+use crate::balance::{Balance, State, fitted_implicitness};
+use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
+use crate::params::{DriveKind, WireModel};
+use crate::signals::{Inputs, Outputs};
+
+/// An unknown input to each equation, for whoever looks for what a model leaves out. All zero is none. It holds until
+/// it is set again.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Unknown {
+    /// Heat into the wire, in W.
+    pub heat_w: f64,
+    /// Shift of the driving temperature the phase sees, in K, positive hotter.
+    pub driving_k: f64,
+    /// Strain without stress.
+    pub strain: f64,
+    /// Relative change of resistivity.
+    pub resistivity: f64,
+    /// Force on the load, in N, positive making the wire longer; added to an imposed force, or to the tension measured
+    /// where the position is imposed.
+    pub load_n: f64,
+}
+
+/// A loss as a straight line in T: coefficient (T − ambient) + fixed, in W.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Loss {
+    pub(crate) coefficient: f64,
+    pub(crate) ambient: f64,
+    pub(crate) fixed: f64,
+}
+
+/// Time over which the rates among the library's functions are means, s.
+const RATE_MEMORY_S: f64 = 0.02;
+/// Bounds of the library's functions.
+const MOST_WARM: f64 = 20.0;
+const MOST_STRESS: f64 = 20.0;
+const MOST_POSITION: f64 = 3.0;
+const MOST_RATE: f64 = 100.0;
+const MOST_POWER: f64 = 1000.0;
+
+/// The effects of one wire and their state.
+#[derive(Debug, Clone)]
+pub(crate) struct Terms {
+    pub(crate) effects: Effects,
+    pub(crate) unknown: Unknown,
+    /// Temperature of the neighbouring wire, °C; ambient where nobody says.
+    pub(crate) neighbour_c: Option<f64>,
+    /// Time at the start of the piece, s since the start.
+    pub(crate) time: f64,
+    /// ∫|dξ| since the start.
+    travel: f64,
+    /// Temperature of the sleeve, now and at the start, °C.
+    sheath: (f64, f64),
+    /// Means of velocity in m/s, ξ̇ in 1/s and Ṫ in K/s.
+    rates: [f64; 3],
+    grains: Option<Grains>,
+    /// ξ_eq, which the branches belong to.
+    equilibrium: Fraction,
+    pub(crate) ends: Option<Ends>,
+    memory: Option<Memory>,
+    /// ξ as strain needs σ, in a curve.
+    pub(crate) bends: bool,
+    /// x/(ε_L L_0) of 1, in m.
+    stroke: f64,
+    now: Now,
+}
+
+/// What the effects come to in the piece under way.
+#[derive(Debug, Clone, Copy)]
+struct Now {
+    h: f64,
+    /// T∞ at start and end, °C.
+    ambient: [f64; 2],
+    /// Factor on h at start and end.
+    draught: [f64; 2],
+    /// T_s at the end is the first plus the second times T.
+    sheath: [f64; 2],
+    /// What the phase sees besides T − σ/α, K.
+    shift: f64,
+    /// Strain without stress that does not depend on the end of the piece.
+    strain: f64,
+    /// Empirical heat loss that does not depend on T, W.
+    loss: f64,
+    /// Force on the load that does not depend on its movement, N; all of it, with imposed loads.
+    load: [f64; 2],
+    /// See [`super::Lag::weights`].
+    lag: [f64; 3],
+    /// Duty and electrical power, W.
+    drive: [f64; 2],
+    features: Features,
+    grip: Option<Grip>,
+}
+
+impl Terms {
+    /// The effects of `model`; `None` where it has none.
+    pub(crate) fn of(model: &WireModel) -> Option<Box<Terms>> {
+        let stroke = model.material.transformation_strain.max(1e-3) * model.geometry.length_m;
+        (model.effects != Effects::default()).then(|| Terms::with_stroke(model.effects, stroke))
+    }
+
+    /// No effect at all: something to hold an unknown input.
+    pub(crate) fn none(c: &Balance, state: &State) -> Box<Terms> {
+        let mut terms = Terms::with_stroke(Effects::default(), c.transformation_strain.max(1e-3) * c.length);
+        terms.equilibrium = state.fraction;
+        terms
+    }
+
+    fn with_stroke(effects: Effects, stroke: f64) -> Box<Terms> {
+        let none = Fraction::of_martensite(1.0);
+        let mechanical = &effects.empirical.mechanical;
+        Box::new(Terms {
+            effects,
+            unknown: Unknown::default(),
+            neighbour_c: None,
+            time: 0.0,
+            travel: 0.0,
+            sheath: (0.0, 0.0),
+            rates: [0.0; 3],
+            grains: None,
+            equilibrium: none,
+            ends: None,
+            memory: None,
+            bends: effects.mechanical.stress_dependent_strain.stress_scale_pa > 0.0
+                || mechanical.get(Term::Stress2) != 0.0,
+            stroke,
+            now: Now {
+                h: 1.0,
+                ambient: [0.0; 2],
+                draught: [1.0; 2],
+                sheath: [0.0; 2],
+                shift: 0.0,
+                strain: 0.0,
+                loss: 0.0,
+                load: [0.0; 2],
+                lag: [1.0, 0.0, 0.0],
+                drive: [0.0; 2],
+                features: Features([0.0; Term::COUNT]),
+                grip: None,
+            },
+        })
+    }
+
+    /// Starts from rest in `state`.
+    pub(crate) fn settle(&mut self, c: &Balance, state: &State, asked: Fraction, ambient: f64) {
+        self.now.ambient = [ambient; 2];
+        self.equilibrium = state.fraction;
+        self.grains = self.effects.kinetic.distributed.grains(&c.hysteresis, asked, state.theta);
+        let sleeve = self.effects.thermal.sheath.settled(state.temperature, ambient);
+        self.sheath = (sleeve, sleeve);
+        self.ends = Ends::of(c, &self.effects);
+        if let Some(mut ends) = self.ends.take() {
+            ends.settle(c, self, state, asked, ambient);
+            self.ends = Some(ends);
+        }
+        self.now.features = self.features(state, 0.0, ambient);
+    }
+
+    /// How far stress moves the cooling curve besides ϑ, in K; `None` where it does not.
+    pub(crate) fn cooling_shift(&self, stress: f64) -> Option<f64> {
+        let extra = self.effects.kinetic.unequal_slopes.cooling_extra_k_per_pa;
+        (extra != 0.0).then_some(extra * stress)
+    }
+
+    /// Prepares the piece of length `h` that begins in `start`.
+    pub(crate) fn begin(&mut self, c: &Balance, inputs: &Inputs, start: &State, h: f64) {
+        let e = self.effects;
+        let (t0, t1) = (self.time, self.time + h);
+        let drift = e.thermal.ambient_drift.rate_k_per_s;
+        let ambient = [inputs.ambient_c + drift * t0, inputs.ambient_c + drift * t1];
+        let draught = [e.thermal.draught.factor(t0), e.thermal.draught.factor(t1)];
+        let power = c.power(inputs, start.resistance);
+        let duty = if c.drive == DriveKind::Pwm { inputs.drive } else { 0.0 };
+        self.now.drive = [duty, power];
+        let features = self.features(start, t0, ambient[0]);
+        let loads = &e.empirical.load;
+        let moved = [Term::Position, Term::Position2, Term::Position3, Term::Velocity, Term::Drag, Term::Dry];
+        self.now = Now {
+            h,
+            ambient,
+            draught,
+            sheath: self.sleeve_ahead(start, h, ambient, draught),
+            shift: self.unknown.driving_k + e.empirical.kinetic.without(&[Term::PhaseRate]).sum(&features)
+                - e.kinetic.training_drift.shift(self.travel),
+            strain: self.unknown.strain
+                + e.mechanical.ratcheting.strain(self.travel)
+                + e.empirical.mechanical.without(&IMPLICIT_STRAIN).sum(&features),
+            loss: e.empirical.thermal.without(&IMPLICIT_LOSS).sum(&features) - self.unknown.heat_w,
+            load: [
+                self.unknown.load_n + loads.without(&moved).sum(&features),
+                self.unknown.load_n + loads.sum(&features),
+            ],
+            lag: e.kinetic.lag.weights(h),
+            drive: [duty, power],
+            features,
+            grip: e.mechanical.grip(c.area * start.stress),
+        };
+        if let Some(mut ends) = self.ends.take() {
+            ends.advance(c, self, start, ambient[0]);
+            self.ends = Some(ends);
+        }
+    }
+
+    /// Closes the piece that went from `start` to `end`, on `branch` if the phase moved; returns the heat that the
+    /// sleeve kept, J.
+    pub(crate) fn finish(&mut self, c: &Balance, branch: Option<&Branch>, start: &State, end: &State) -> f64 {
+        let h = self.now.h;
+        if let Some(branch) = branch {
+            if let Some(grains) = &mut self.grains {
+                grains.arrive(&c.hysteresis, end.theta);
+            }
+            self.equilibrium = self.on_branch(&c.hysteresis, branch, end.theta).fraction;
+        } else {
+            if let Some(grains) = &mut self.grains {
+                grains.stay(&c.hysteresis, end.theta);
+            }
+            self.equilibrium = self.standing_equilibrium(&c.hysteresis, end.theta).fraction;
+        }
+        let change = end.fraction.change_from(&start.fraction);
+        self.travel += change.abs();
+        let rates = [(end.position - start.position) / h, change / h, (end.temperature - start.temperature) / h];
+        let heard = -(-h / RATE_MEMORY_S).exp_m1();
+        for (mean, rate) in self.rates.iter_mut().zip(rates) {
+            *mean += heard * (rate - *mean);
+        }
+        self.time += h;
+        let sheath = &self.effects.thermal.sheath;
+        if !sheath.is_on() {
+            return 0.0;
+        }
+        let sleeve = self.now.sheath[0] + self.now.sheath[1] * end.temperature;
+        let kept = sheath.heat_capacity_j_per_k * (sleeve - self.sheath.0);
+        self.sheath.0 = sleeve;
+        kept
+    }
+
+    /// Heat in the sleeve since the start, J.
+    pub(crate) fn sheath_j(&self) -> f64 {
+        self.effects.thermal.sheath.heat_capacity_j_per_k * (self.sheath.0 - self.sheath.1)
+    }
+}
+
+/// Terms of the empirical strain that are solved with the end of the piece.
+const IMPLICIT_STRAIN: [Term; 4] = [Term::Martensite, Term::Mixed, Term::Stress, Term::Stress2];
+/// Terms of the empirical loss that are solved with the end of the piece.
+const IMPLICIT_LOSS: [Term; 3] = [Term::Tau, Term::Tau2, Term::MovedWarm];
+
+// heat
+impl Terms {
+    /// Loss to the air through the film, `above` ambient: value in W and slope in W/K.
+    fn air(&self, c: &Balance, above: f64, draught: f64) -> (f64, f64) {
+        let exponent =
+            self.effects.thermal.natural_convection.exponent + if c.natural_convection { 1.0 / 6.0 } else { 0.0 };
+        let film = c.loss_coefficient(above, 0.0) * draught * self.effects.thermal.natural_convection.factor(above);
+        (film * above, (1.0 + exponent) * film)
+    }
+
+    /// T_s at the end of the piece as a straight line in T: the fitted method on C Ṫ_s = k_i (T − T_s) − k_o (T_s − T∞).
+    fn sleeve_ahead(&self, start: &State, h: f64, ambient: [f64; 2], draught: [f64; 2]) -> [f64; 2] {
+        let sheath = &self.effects.thermal.sheath;
+        if !sheath.is_on() {
+            return [0.0; 2];
+        }
+        let sleeve = self.sheath.0;
+        let stirred = self.effects.thermal.natural_convection.factor(sleeve - ambient[0]);
+        let (inner, outer) = (sheath.inner_w_per_k, draught.map(|d| sheath.outer_w_per_k * d * stirred));
+        let capacity = sheath.heat_capacity_j_per_k;
+        let late = fitted_implicitness(h * (inner + outer[1]) / capacity) * h;
+        let flow = inner * (start.temperature - sleeve) - outer[0] * (sleeve - ambient[0]);
+        let whole = capacity + late * (inner + outer[1]);
+        [(capacity * sleeve + (h - late) * flow + late * outer[1] * ambient[1]) / whole, late * inner / whole]
+    }
+
+    /// All losses at the temperature T with the sleeve at `sleeve[0] + sleeve[1] T`, in W, and their slope in W/K.
+    fn losses(&self, c: &Balance, temperature: f64, at: usize, sleeve: [f64; 2], power: f64) -> (f64, f64) {
+        let thermal = &self.effects.thermal;
+        let ambient = self.now.ambient[at];
+        let above = temperature - ambient;
+        let (mut value, mut slope) = if thermal.sheath.is_on() {
+            let inner = thermal.sheath.inner_w_per_k;
+            (inner * (temperature - sleeve[0] - sleeve[1] * temperature), inner * (1.0 - sleeve[1]))
+        } else {
+            self.air(c, above, self.now.draught[at])
+        };
+        if thermal.radiation.emissivity > 0.0 {
+            let (loss, steeper) = thermal.radiation.loss(c.surface, temperature, ambient);
+            value += loss;
+            slope += steeper;
+        }
+        if thermal.neighbour.conductance_w_per_k > 0.0 {
+            let between = thermal.neighbour.conductance_w_per_k;
+            value += between * (temperature - self.neighbour_c.unwrap_or(ambient));
+            slope += between;
+        }
+        if let Some(ends) = &self.ends {
+            value += ends.extra_w_per_k * above + power * ends.power_share;
+            slope += ends.extra_w_per_k;
+        }
+        let form = &self.effects.empirical.thermal;
+        let tau = above / CONVECTION_SCALE_K;
+        let moved = self.now.features.0[Term::Position as usize];
+        let linear = form.get(Term::Tau) + form.get(Term::MovedWarm) * moved;
+        let square = form.get(Term::Tau2);
+        let bounded = tau.clamp(-MOST_WARM, MOST_WARM);
+        value += (linear + square * bounded) * bounded + self.now.loss;
+        if bounded == tau {
+            slope += (linear + 2.0 * square * tau) / CONVECTION_SCALE_K;
+        }
+        (value, slope)
+    }
+
+    /// All losses at the start of the piece, W.
+    pub(crate) fn loss_at_start(&self, c: &Balance, start: &State, power: f64) -> f64 {
+        self.losses(c, start.temperature, 0, [self.sheath.0, 0.0], power).0
+    }
+
+    /// All losses at the end of the piece as their tangent at `guess`, which weigh `tau` s in the heat balance.
+    pub(crate) fn loss_at_end(&self, c: &Balance, guess: f64, power: f64, tau: f64) -> Loss {
+        let (value, slope) = self.losses(c, guess, 1, self.now.sheath, power);
+        // a gain that grows with T must not outrun the wire's own capacity within a piece
+        let coefficient = slope.max(-0.5 * c.heat_capacity / tau);
+        let ambient = self.now.ambient[1];
+        Loss { coefficient, ambient, fixed: value - coefficient * (guess - ambient) }
+    }
+}
+
+// the phase
+impl Terms {
+    /// What the phase sees besides T − σ/α at the end of the piece, if ξ changes by `change`, in K.
+    pub(crate) fn shift(&self, change: f64) -> f64 {
+        self.now.shift + self.shift_per_fraction() * change
+    }
+
+    /// How the shift depends on the change of ξ, in K.
+    pub(crate) fn shift_per_fraction(&self) -> f64 {
+        self.effects.empirical.kinetic.get(Term::PhaseRate) / self.now.h
+    }
+
+    /// ξ_eq at ϑ.
+    fn on_branch(&self, hysteresis: &Hysteresis, branch: &Branch, theta: f64) -> Point {
+        match &self.grains {
+            None => hysteresis.on_branch(branch, theta),
+            Some(grains) => grains.at(hysteresis, theta),
+        }
+    }
+
+    fn standing_equilibrium(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
+        match &self.grains {
+            None => Point { fraction: hysteresis.clip(self.equilibrium, theta), slope: 0.0, outer: false },
+            Some(grains) => grains.standing(hysteresis, theta),
+        }
+    }
+
+    /// ξ at the end of the piece, which lags behind ξ_eq.
+    fn lagging(&self, equilibrium: Point, from: &State) -> Point {
+        let [end, start, now] = self.now.lag;
+        if end == 1.0 {
+            return equilibrium;
+        }
+        let mix = |e: f64, s: f64, f: f64| end * e + start * s + now * f;
+        let (e, s, f) = (&equilibrium.fraction, &self.equilibrium, &from.fraction);
+        let fraction = Fraction {
+            martensite: mix(e.martensite, s.martensite, f.martensite),
+            austenite: mix(e.austenite, s.austenite, f.austenite),
+        };
+        Point { fraction, slope: end * equilibrium.slope, outer: equilibrium.outer }
+    }
+
+    /// The phase at the end of the piece at ϑ, on its branch.
+    pub(crate) fn point(&self, hysteresis: &Hysteresis, branch: &Branch, theta: f64, from: &State) -> Point {
+        self.lagging(self.on_branch(hysteresis, branch, theta), from)
+    }
+
+    /// The phase at the end of the piece if ϑ stands still.
+    pub(crate) fn standing(&self, hysteresis: &Hysteresis, from: &State) -> Point {
+        self.lagging(self.standing_equilibrium(hysteresis, from.theta), from)
+    }
+
+    /// The branch that leaves ϑ in `direction`.
+    pub(crate) fn reverse(&mut self, hysteresis: &Hysteresis, direction: Direction, theta: f64) -> Branch {
+        if let Some(grains) = &mut self.grains {
+            grains.reverse(hysteresis, direction, theta);
+        }
+        hysteresis.reverse(direction, theta, &self.equilibrium)
+    }
+
+    /// `asked` clipped into the outer curves at ϑ, for a wire at rest.
+    pub(crate) fn clip(&self, hysteresis: &Hysteresis, asked: Fraction, theta: f64) -> Fraction {
+        match self.effects.kinetic.distributed.grains(hysteresis, asked, theta) {
+            None => hysteresis.clip(asked, theta),
+            Some(grains) => grains.standing(hysteresis, theta).fraction,
+        }
+    }
+
+    /// Least and most martensite there can be at ϑ.
+    pub(crate) fn bounds(&self, hysteresis: &Hysteresis, theta: f64) -> (Fraction, Fraction) {
+        match &self.grains {
+            None => (hysteresis.lower(theta), hysteresis.upper(theta)),
+            Some(grains) => grains.bounds(hysteresis, theta),
+        }
+    }
+}
+
+// strain and load
+impl Terms {
+    /// Constant strain of the piece.
+    pub(crate) fn strain(&self) -> f64 {
+        self.now.strain
+    }
+
+    /// What friction holds in this piece.
+    pub(crate) fn grip(&self) -> Option<Grip> {
+        self.now.grip
+    }
+
+    /// What pulls on the load besides the reference model, N: all of it at its start value, for imposed loads.
+    pub(crate) fn imposed_load(&self) -> f64 {
+        self.now.load[1]
+    }
+
+    /// What pulls on a moving load besides the reference model, as a tangent at its present movement: a force in N,
+    /// a spring in N/m and a damping in N s/m that take from it. The movement weighs `tau` s.
+    pub(crate) fn moving_load(&self, start: &State, mass: f64, tau: f64) -> (f64, f64, f64) {
+        let form = &self.effects.empirical.load;
+        let mut force = self.now.load[0];
+        if !form.is_on() {
+            return (force, 0.0, 0.0);
+        }
+        let r = start.position / self.stroke;
+        let bounded = r.clamp(-MOST_POSITION, MOST_POSITION);
+        let [a, b, c] = [Term::Position, Term::Position2, Term::Position3].map(|term| form.get(term));
+        let value = ((c * bounded + b) * bounded + a) * bounded;
+        let slope = if bounded == r { ((3.0 * c * r + 2.0 * b) * r + a) / self.stroke } else { 0.0 };
+        // what drives the load away must not outrun its mass within a piece
+        let slope = slope.min(0.5 * mass / (tau * tau));
+        force += value - slope * start.position;
+        let v = start.velocity;
+        let (velocity, drag, dry) = (form.get(Term::Velocity), form.get(Term::Drag), form.get(Term::Dry));
+        let turned = (v / DRY_M_S).tanh();
+        let value = velocity * v / VELOCITY_M_S + drag * v.abs() * v / (VELOCITY_M_S * VELOCITY_M_S) + dry * turned;
+        let steeper = velocity / VELOCITY_M_S
+            + 2.0 * drag * v.abs() / (VELOCITY_M_S * VELOCITY_M_S)
+            + dry * (1.0 - turned * turned) / DRY_M_S;
+        force += value - steeper * v;
+        (force, -slope, -steeper)
+    }
+}
+
+/// Unit of the library's velocity, m/s.
+const VELOCITY_M_S: f64 = 0.01;
+/// Speed over which the library's sign of v turns, m/s.
+const DRY_M_S: f64 = 1e-4;
+/// Unit of the library's stress, Pa.
+pub(crate) const STRESS_PA: f64 = 1e8;
+
+// sensing and the library
+impl Terms {
+    /// The library's functions in a state.
+    pub(crate) fn features(&self, state: &State, time: f64, ambient: f64) -> Features {
+        let mut phi = [0.0; Term::COUNT];
+        let forms = &self.effects.empirical;
+        let any = [
+            &forms.thermal,
+            &forms.electrical,
+            &forms.kinetic,
+            &forms.mechanical,
+            &forms.load,
+            &forms.position,
+            &forms.voltage,
+        ]
+        .into_iter()
+        .any(Form::is_on);
+        if !any {
+            return Features(phi);
+        }
+        let tau = ((state.temperature - ambient) / CONVECTION_SCALE_K).clamp(-MOST_WARM, MOST_WARM);
+        let stress = (state.stress / STRESS_PA).clamp(0.0, MOST_STRESS);
+        let r = (state.position / self.stroke).clamp(-MOST_POSITION, MOST_POSITION);
+        let v = (self.rates[0] / VELOCITY_M_S).clamp(-MOST_RATE, MOST_RATE);
+        let xi = state.fraction.martensite;
+        for (term, value) in [
+            (Term::Tau, tau),
+            (Term::Tau2, tau * tau),
+            (Term::Martensite, xi),
+            (Term::Mixed, xi * state.fraction.austenite),
+            (Term::Stress, stress),
+            (Term::Stress2, stress * stress),
+            (Term::Position, r),
+            (Term::Position2, r * r),
+            (Term::Position3, r * r * r),
+            (Term::Velocity, v),
+            (Term::Drag, v.abs() * v),
+            (Term::Dry, (self.rates[0] / DRY_M_S).tanh()),
+            (Term::Power, self.now.drive[1].clamp(0.0, MOST_POWER)),
+            (Term::Duty, self.now.drive[0].clamp(0.0, 1.0)),
+            (Term::PhaseRate, self.rates[1].clamp(-MOST_RATE, MOST_RATE)),
+            (Term::Warming, (self.rates[2] / 100.0).clamp(-MOST_RATE, MOST_RATE)),
+            (Term::MovedWarm, r * tau),
+            (Term::Time, time / 100.0),
+        ] {
+            phi[term as usize] = value;
+        }
+        Features(phi)
+    }
+
+    /// The relative factor on resistivity in a state at the end of the piece.
+    pub(crate) fn resistivity_factor(&self, state: &State) -> f64 {
+        let form = &self.effects.empirical.electrical;
+        let mut change = self.unknown.resistivity;
+        if form.is_on() {
+            change += form.sum(&self.features(state, self.time + self.now.h, self.now.ambient[1]));
+        }
+        (1.0 + change).max(0.05)
+    }
+
+    /// The library's functions as they are now, after a step.
+    pub(crate) fn features_now(&self, state: &State) -> Features {
+        self.features(state, self.time, self.now.ambient[1])
+    }
+
+    /// Remembers what the delayed sensor shows at the start.
+    pub(crate) fn remember(&mut self, o: &Outputs) {
+        self.memory = self.effects.sensing.delay.memory(o);
+    }
+
+    /// Keeps what the delayed sensor sees at time `t`.
+    pub(crate) fn keep(&mut self, t: f64, o: &Outputs) {
+        if let Some(memory) = &mut self.memory {
+            memory.keep(t, o);
+        }
+    }
+
+    /// Puts what the delayed sensor shows in its place.
+    pub(crate) fn recall(&self, o: &mut Outputs) {
+        if let Some(memory) = &self.memory {
+            memory.recall(o);
+        }
+    }
+}
+
+/// Cells that the cold zone at a clamp is cut into, each as much colder than the next.
+const CELLS: usize = 8;
+/// Where the cold zone ends, in ℓ: less than 1 % colder than mid-wire.
+const ZONE: f64 = 5.0;
+
+/// The cold zones at both clamps; see [`super::EndConduction`]. Both ends are alike, so one stands for both. Their phase
+/// follows the curves without lag or grains.
+#[derive(Debug, Clone)]
+pub(crate) struct Ends {
+    cells: [Cell; CELLS],
+    /// Share of the wire between the cold zones.
+    pub(crate) middle: f64,
+    /// Extra loss of mid-wire, W/K.
+    extra_w_per_k: f64,
+    /// Mean compliance of the cells times their share of the wire, 1/Pa.
+    pub(crate) compliance: f64,
+    /// Their strain without stress times their share of the wire.
+    pub(crate) free: f64,
+    /// Their resistance in the wire's, unstrained, Ω.
+    pub(crate) ohm: f64,
+    /// Share of the electrical power that is not spent as if all the wire were like its middle.
+    power_share: f64,
+}
+
+/// A piece of wire in the cold zone, from and to in m from the clamp.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    from: f64,
+    to: f64,
+    /// Share of the wire that it and its like at the other end are.
+    share: f64,
+    /// (T_i − T∞)/(T − T∞).
+    warmth: f64,
+    theta: f64,
+    fraction: Fraction,
+    branch: Option<Branch>,
+    /// Resistance of a whole wire like this, unstrained, Ω.
+    ohm: f64,
+}
+
+impl Ends {
+    fn of(c: &Balance, effects: &Effects) -> Option<Ends> {
+        let k = effects.thermal.end_conduction.conductivity_w_per_m_k;
+        if k <= 0.0 {
+            return None;
+        }
+        let warm = if c.natural_convection { CONVECTION_SCALE_K.powf(1.0 / 6.0) } else { 1.0 };
+        let conductance = (c.loss_w_per_k * warm).max(1e-12);
+        // ℓ² = k A_c/(h π d) = k A_c L_0/(h A_s)
+        let reach = (k * c.area * c.length / conductance).sqrt();
+        let u = (0.5 * c.length / reach).max(0.05);
+        let reach = 0.5 * c.length / u;
+        let far = (-2.0 * u).exp();
+        // of the profile of an infinite wire, 1 − cosh(u − y)/cosh u, what mid-wire has
+        let middle_warmth = 1.0 - 2.0 * (-u).exp() / (1.0 + far);
+        // ∫ (1 − cosh(u − y)/cosh u) dy from the clamp
+        let integral = |y: f64| y - ((1.0 - far) - ((-y).exp() - far * y.exp())) / (1.0 + far);
+        let end = ZONE.min(u);
+        let coldest = -(-end).exp_m1();
+        let edge = |i: usize| -(1.0 - coldest * i as f64 / CELLS as f64).ln();
+        let cells = std::array::from_fn(|i| {
+            let (y0, y1) = (edge(i), if i + 1 == CELLS { end } else { edge(i + 1) });
+            let mean = (integral(y1) - integral(y0)) / (y1 - y0);
+            let cold = Fraction::of_martensite(1.0);
+            Cell {
+                from: y0 * reach,
+                to: y1 * reach,
+                share: 2.0 * (y1 - y0) * reach / c.length,
+                warmth: (mean / middle_warmth).min(1.0),
+                theta: f64::NEG_INFINITY,
+                fraction: cold,
+                branch: None,
+                ohm: 0.0,
+            }
+        });
+        let zone: f64 = cells.iter().map(|cell: &Cell| cell.share).sum();
+        Some(Ends {
+            cells,
+            middle: (1.0 - zone).max(0.0),
+            extra_w_per_k: conductance * 2.0 * (-u).exp() / (-u).exp_m1().powi(2),
+            compliance: 0.0,
+            free: 0.0,
+            ohm: 0.0,
+            power_share: 0.0,
+        })
+    }
+
+    /// Starts from rest beside a mid-wire in `state`.
+    fn settle(&mut self, c: &Balance, terms: &Terms, state: &State, asked: Fraction, ambient: f64) {
+        for cell in &mut self.cells {
+            let temperature = ambient + (state.temperature - ambient) * cell.warmth;
+            cell.theta = state.theta + temperature - state.temperature;
+            cell.fraction = c.hysteresis.clip(asked, cell.theta);
+            cell.branch = None;
+        }
+        self.add_up(c, terms, state, ambient);
+    }
+
+    /// Follows mid-wire to `state`.
+    fn advance(&mut self, c: &Balance, terms: &Terms, state: &State, ambient: f64) {
+        for cell in &mut self.cells {
+            let temperature = ambient + (state.temperature - ambient) * cell.warmth;
+            let theta = state.theta + temperature - state.temperature;
+            if theta != cell.theta {
+                let direction = if theta > cell.theta { Direction::Heating } else { Direction::Cooling };
+                let mut branch = match cell.branch {
+                    Some(branch) if branch.direction() == direction => branch,
+                    _ => c.hysteresis.reverse(direction, cell.theta, &cell.fraction),
+                };
+                let point = c.hysteresis.on_branch(&branch, theta);
+                if point.outer {
+                    branch.ride_outer();
+                }
+                cell.branch = Some(branch);
+                cell.theta = theta;
+                cell.fraction = point.fraction;
+            }
+        }
+        self.add_up(c, terms, state, ambient);
+    }
+
+    fn add_up(&mut self, c: &Balance, terms: &Terms, state: &State, ambient: f64) {
+        (self.compliance, self.free, self.ohm) = (0.0, 0.0, 0.0);
+        let shape = c.shape_strain(terms, state.stress);
+        for cell in &mut self.cells {
+            let temperature = ambient + (state.temperature - ambient) * cell.warmth;
+            let (compliance, _) = c.compliance(&cell.fraction);
+            let thermal = compliance * c.thermoelastic * (temperature - c.reference_c);
+            cell.ohm = c.unstrained(Some(terms), &cell.fraction, temperature, state.stress);
+            self.compliance += cell.share * compliance;
+            self.free += cell.share * (shape * cell.fraction.martensite + thermal);
+            self.ohm += cell.share * cell.ohm;
+        }
+        let middle = c.unstrained(Some(terms), &state.fraction, state.temperature, state.stress);
+        let whole = self.middle * middle + self.ohm;
+        self.power_share = if whole > 0.0 { 1.0 - middle / whole } else { 0.0 };
+    }
+
+    /// The unstrained resistance between the fixed clamp and a point `at` m from it, in Ω, where a whole wire like its
+    /// middle has `middle` Ω on `length` m.
+    pub(crate) fn up_to(&self, at: f64, length: f64, middle: f64) -> f64 {
+        if at > 0.5 * length {
+            return self.middle * middle + self.ohm - self.up_to(length - at, length, middle);
+        }
+        let cold: f64 =
+            self.cells.iter().map(|cell| (cell.ohm - middle) * ((at.min(cell.to) - cell.from).max(0.0) / length)).sum();
+        middle * at / length + cold
+    }
+}

@@ -1,0 +1,316 @@
+//! Terms of the heat balance (eq. 48).
+
+use super::{Effect, Equation, Home, Nature, shape, switch};
+
+/// Terms of the heat balance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Thermal {
+    /// Moving air for a while.
+    pub draught: Draught,
+    /// A film of air that thins as the wire heats.
+    pub natural_convection: NaturalConvection,
+    /// Heat radiated away.
+    pub radiation: Radiation,
+    /// Heat conducted into the clamps.
+    pub end_conduction: EndConduction,
+    /// A tube between wire and air.
+    pub sheath: Sheath,
+    /// A room that warms or cools.
+    pub ambient_drift: AmbientDrift,
+    /// Another wire close by.
+    pub neighbour: Neighbour,
+}
+
+/// Time scale of a draught's edges, s: a logistic edge rises from 10 % to 90 % in 4.39 of it, 0.15 s.
+const DRAUGHT_EDGE_S: f64 = 0.034;
+/// Temperature above ambient at which natural convection leaves h as the material gives it, in K.
+pub(crate) const CONVECTION_SCALE_K: f64 = 60.0;
+/// Stefan and Boltzmann's constant σ_SB, in W/(m² K⁴).
+const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+/// 0 °C, in K.
+const ZERO_CELSIUS_K: f64 = 273.15;
+
+/// `thermal.draught`: h → h (1 + gain) from start to end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Draught {
+    /// Share by which h rises.
+    pub gain: f64,
+    /// Begin, s since the start of the recording.
+    pub start_s: f64,
+    /// End, s since the start of the recording.
+    pub end_s: f64,
+}
+
+impl Default for Draught {
+    fn default() -> Self {
+        Draught { gain: 0.0, start_s: 0.0, end_s: 1e7 }
+    }
+}
+
+impl Draught {
+    /// The factor on h at time `t`, in s: 1 + gain · w(t), the window w having logistic edges.
+    pub(crate) fn factor(&self, t: f64) -> f64 {
+        if self.gain == 0.0 {
+            return 1.0;
+        }
+        let edge = |since: f64| 1.0 / (1.0 + (-since / DRAUGHT_EDGE_S).exp());
+        1.0 + self.gain * (edge(t - self.start_s) - edge(t - self.end_s)).max(0.0)
+    }
+}
+
+/// `thermal.natural_convection`: h → h (|T − T∞|/60 K)^exponent (eq. 34 has 1/6).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NaturalConvection {
+    /// The exponent n.
+    pub exponent: f64,
+}
+
+impl NaturalConvection {
+    /// The factor (|ΔT|/60 K)^n on h.
+    pub(crate) fn factor(&self, above_ambient: f64) -> f64 {
+        if self.exponent == 0.0 { 1.0 } else { (above_ambient.abs() / CONVECTION_SCALE_K).powf(self.exponent) }
+    }
+}
+
+/// `thermal.radiation`: loss ε σ_SB A_s (T⁴ − T∞⁴), temperatures in kelvin.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Radiation {
+    /// Emissivity ε, 0..1.
+    pub emissivity: f64,
+}
+
+impl Radiation {
+    /// Loss in W and its slope in W/K at a wire temperature in °C, from a surface in m².
+    pub(crate) fn loss(&self, surface: f64, temperature: f64, ambient: f64) -> (f64, f64) {
+        let strength = self.emissivity * STEFAN_BOLTZMANN * surface;
+        let (hot, cold) = ((temperature + ZERO_CELSIUS_K).max(0.0), (ambient + ZERO_CELSIUS_K).max(0.0));
+        let cube = hot * hot * hot;
+        (strength * (hot * cube - cold.powi(4)), 4.0 * strength * cube)
+    }
+}
+
+/// `thermal.end_conduction`: the wire is a fin on each of its clamps, which stay at ambient.
+///
+/// Along a long wire T(s) − T∞ = (T − T∞)(1 − e^{−s/ℓ}), ℓ = √(k A_c/(h π d)), s from a clamp. What flows into the
+/// clamps, 2 k A_c/ℓ (T − T∞), is exactly what the colder ends do not lose to the air, so the heat balance of mid-wire,
+/// whose temperature T is, stays as it was; the ends have a temperature, a phase and a resistance of their own. On
+/// a wire so short that the ends reach its middle, u = L_0/2ℓ, the profile is 1 − cosh(u − s/ℓ)/cosh u and mid-wire
+/// loses h A_s/(cosh u − 1) per kelvin more.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EndConduction {
+    /// Thermal conductivity k of the wire, in W/(m K).
+    pub conductivity_w_per_m_k: f64,
+}
+
+/// `thermal.sheath`: the wire loses k_i (T − T_s) to a sleeve, instead of h A_s (T − T∞) to the air;
+/// C Ṫ_s = k_i (T − T_s) − k_o (T_s − T∞). Draught and natural convection then act on k_o.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sheath {
+    /// Heat capacity C of the sleeve, in J/K.
+    pub heat_capacity_j_per_k: f64,
+    /// Conductance k_i from wire to sleeve, in W/K.
+    pub inner_w_per_k: f64,
+    /// Conductance k_o from sleeve to air, in W/K.
+    pub outer_w_per_k: f64,
+}
+
+/// Conductances of a thin sleeve on a thin wire, inner and outer, in W/K.
+const SHEATH_W_PER_K: (f64, f64) = (0.02, 0.008);
+
+impl Default for Sheath {
+    fn default() -> Self {
+        let (inner_w_per_k, outer_w_per_k) = SHEATH_W_PER_K;
+        Sheath { heat_capacity_j_per_k: 0.0, inner_w_per_k, outer_w_per_k }
+    }
+}
+
+impl Sheath {
+    /// Whether there is one.
+    pub(crate) fn is_on(&self) -> bool {
+        self.heat_capacity_j_per_k > 0.0
+    }
+
+    /// T_s with nothing flowing into the sleeve on balance, in °C.
+    pub(crate) fn settled(&self, temperature: f64, ambient: f64) -> f64 {
+        let both = self.inner_w_per_k + self.outer_w_per_k;
+        if both > 0.0 { ambient + (temperature - ambient) * self.inner_w_per_k / both } else { ambient }
+    }
+}
+
+/// `thermal.ambient_drift`: T∞ → T∞ + rate · t.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AmbientDrift {
+    /// Rate, in K/s.
+    pub rate_k_per_s: f64,
+}
+
+/// `thermal.neighbour`: loss g (T − T_n) to another wire at T_n.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Neighbour {
+    /// Conductance g between the wires, in W/K.
+    pub conductance_w_per_k: f64,
+}
+
+pub(super) static ROWS: [Effect; 7] = [
+    Effect {
+        id: "thermal.draught",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "h → h (1 + gain) from start_s to end_s",
+        says: "For a while the air moved and took more heat from the wire",
+        parameters: &[
+            switch!(
+                0.0,
+                "gain",
+                "1",
+                (-0.95, 20.0),
+                (0.15, 1.5),
+                1.0,
+                effects.thermal.draught.gain,
+                "share by which the heat loss rises"
+            ),
+            shape!(
+                0.0,
+                "start_s",
+                "s",
+                (0.0, 1e7),
+                (0.0, 100.0),
+                1.0,
+                effects.thermal.draught.start_s,
+                "when it begins"
+            ),
+            shape!(1e7, "end_s", "s", (0.0, 1e7), (0.0, 100.0), 1.0, effects.thermal.draught.end_s, "when it ends"),
+        ],
+    },
+    Effect {
+        id: "thermal.natural_convection",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "h → h (|T − T∞|/60 K)^exponent",
+        says: "The hotter the wire, the better the air it stirs cools it",
+        parameters: &[switch!(
+            0.0,
+            "exponent",
+            "1",
+            (0.0, 1.0),
+            (0.1, 0.35),
+            1.0,
+            effects.thermal.natural_convection.exponent,
+            "exponent of the temperature difference"
+        )],
+    },
+    Effect {
+        id: "thermal.radiation",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "loss ε σ_SB A_s (T⁴ − T∞⁴)",
+        says: "The wire radiates heat away",
+        parameters: &[switch!(
+            0.0,
+            "emissivity",
+            "1",
+            (0.0, 1.0),
+            (0.2, 0.9),
+            1.0,
+            effects.thermal.radiation.emissivity,
+            "emissivity of the wire's surface"
+        )],
+    },
+    Effect {
+        id: "thermal.end_conduction",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "T(s) = T∞ + (T − T∞)(1 − exp(−s/ℓ)), ℓ = √(k d/(4 h)), from each clamp",
+        says: "The clamps keep the ends of the wire cold",
+        parameters: &[switch!(
+            0.0,
+            "conductivity_w_per_m_k",
+            "W/(m K)",
+            (0.0, 500.0),
+            (8.0, 40.0),
+            1.0,
+            effects.thermal.end_conduction.conductivity_w_per_m_k,
+            "thermal conductivity k along the wire"
+        )],
+    },
+    Effect {
+        id: "thermal.sheath",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "loss inner (T − T_s) instead of h A_s (T − T∞); C Ṫ_s = inner (T − T_s) − outer (T_s − T∞)",
+        says: "A tube or sleeve around the wire stores heat and passes it on to the air",
+        parameters: &[
+            switch!(
+                0.0,
+                "heat_capacity_j_per_k",
+                "J/K",
+                (0.0, 1000.0),
+                (0.002, 0.05),
+                1.0,
+                effects.thermal.sheath.heat_capacity_j_per_k,
+                "heat capacity C of the sleeve"
+            ),
+            shape!(
+                SHEATH_W_PER_K.0,
+                "inner_w_per_k",
+                "W/K",
+                (0.0, 100.0),
+                (0.004, 0.1),
+                1.0,
+                effects.thermal.sheath.inner_w_per_k,
+                "conductance from wire to sleeve"
+            ),
+            shape!(
+                SHEATH_W_PER_K.1,
+                "outer_w_per_k",
+                "W/K",
+                (0.0, 100.0),
+                (0.003, 0.05),
+                1.0,
+                effects.thermal.sheath.outer_w_per_k,
+                "conductance from sleeve to air"
+            ),
+        ],
+    },
+    Effect {
+        id: "thermal.ambient_drift",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "T∞ → T∞ + rate t",
+        says: "The air around the wire warmed or cooled in a straight line",
+        parameters: &[switch!(
+            0.0,
+            "rate_k_per_s",
+            "K/s",
+            (-10.0, 10.0),
+            (-0.1, 0.1),
+            1.0,
+            effects.thermal.ambient_drift.rate_k_per_s,
+            "rate of the ambient temperature"
+        )],
+    },
+    Effect {
+        id: "thermal.neighbour",
+        equation: Equation::Thermal,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        term: "loss conductance (T − T_neighbour)",
+        says: "Heat passes between this wire and the one beside it",
+        parameters: &[switch!(
+            0.0,
+            "conductance_w_per_k",
+            "W/K",
+            (0.0, 10.0),
+            (2e-4, 5e-3),
+            1.0,
+            effects.thermal.neighbour.conductance_w_per_k,
+            "conductance between the wires"
+        )],
+    },
+];
