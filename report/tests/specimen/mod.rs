@@ -132,6 +132,7 @@ fn run(material: &Material, blows: bool, seed: u64) -> Vec<(f64, f64, Outputs)> 
         load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96133 },
         initial: Initial::default(),
         ambient_c: 25.0,
+        effects: sinew_physics::Effects::default(),
     };
     let mut wire = Wire::new(&model).expect("a sound model");
     let mut noise = Noise(seed);
