@@ -295,9 +295,10 @@ impl Sheet<'_> {
         }
     }
 
-    /// Elongation against temperature and against the drive: the hysteresis loops.
+    /// Elongation, or the tension where the ends are held, against temperature and against the drive.
     fn loops(&self) -> Markup {
-        let Some(position) = self.recording.sensors.iter().find(|s| s.column == Column::PositionM) else {
+        let sensor = |column| self.recording.sensors.iter().find(|s| s.column == column);
+        let Some(answer) = sensor(Column::PositionM).or_else(|| sensor(Column::ForceN)) else {
             return html! {};
         };
         let recording = self.recording;
@@ -306,10 +307,10 @@ impl Sheet<'_> {
         if recording.drive_column != Column::TemperatureC {
             against.push((drive, drive_unit, &recording.drive));
         }
-        let (name, unit) = words::column(Column::PositionM);
-        let before = self.stages.before.map_or(&[][..], |(of, _)| of(position));
-        let after = (self.stages.after.0)(position);
-        let y = Axis::around(name, unit, [&position.measured, before, after].into_iter().flatten().copied());
+        let (name, unit) = words::column(answer.column);
+        let before = self.stages.before.map_or(&[][..], |(of, _)| of(answer));
+        let after = (self.stages.after.0)(answer);
+        let y = Axis::around(name, unit, [&answer.measured, before, after].into_iter().flatten().copied());
         let title = y.title();
         html! {
             figure {
@@ -325,7 +326,7 @@ impl Sheet<'_> {
                             bands: Vec::new(),
                             noise: None,
                             lines: vec![
-                                Line { x, y: &position.measured, ink: Ink::Measured },
+                                Line { x, y: &answer.measured, ink: Ink::Measured },
                                 Line { x, y: before, ink: Ink::Before },
                                 Line { x, y: after, ink: Ink::After },
                             ],

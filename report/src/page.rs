@@ -209,7 +209,7 @@ fn scores(diagnosis: &Diagnosis) -> Markup {
             h3 { "How much of what is left an unknown input to one equation explains" }
             div.scroll {
                 table.bars {
-                    thead { tr { th scope="col" { "equation" } th scope="col" { "share explained on data kept back" } th.n scope="col" {} } }
+                    thead { tr { th scope="col" { "equation" } th scope="col" { "share explained on data kept back" } td {} } }
                     tbody {
                         @for (name, score) in scores {
                             @let guilty = diagnosis.location.equation.as_ref() == Some(name);
@@ -376,7 +376,7 @@ fn tried_table(models: &[Tried], worst: f64) -> Markup {
                         th.n scope="col" { "chi, kept back" }
                         th scope="col" { span.visually-hidden { "chi above 1, as a bar" } }
                         th.n scope="col" { "ΔBIC" }
-                        th scope="col" {}
+                        td {}
                     }
                 }
                 tbody {
