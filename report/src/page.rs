@@ -4,6 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sinew_diagnosis::{
     Diagnosis, Evidence, Figures, FittedParameter, FoundEffect, Misfit, RecordingSummary, Tried, Unknown, Verdict,
 };
+use sinew_physics::effects::effect as effect_of;
 
 use crate::About;
 use crate::figures;
@@ -265,6 +266,9 @@ fn found(effect: &FoundEffect) -> Markup {
         article {
             h3 { (capitalised(&words::effect_name(&effect.id))) " " code { (effect.id) } }
             @for paragraph in paragraphs(&effect.says) { p { (paragraph) } }
+            @if let Some(known) = effect_of(&effect.id) {
+                p.muted { (known.says) ". In the model: " code { (known.term) } }
+            }
             (sizes(effect.parameters.iter()))
             (evidence(&effect.evidence))
             @if !effect.cannot_be_told_apart_from.is_empty() {
@@ -287,7 +291,10 @@ fn found(effect: &FoundEffect) -> Markup {
                             }
                             @for rival in &effect.alternatives {
                                 tr {
-                                    th scope="row" { (words::effect_name(&rival.id)) }
+                                    th scope="row" {
+                                        (words::effect_name(&rival.id))
+                                        @if let Some(known) = effect_of(&rival.id) { br; small { (known.says) } }
+                                    }
                                     td.n { (chi(rival.holdout_chi)) }
                                     td.n { (signed(rival.delta_bic)) }
                                 }

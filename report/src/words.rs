@@ -11,7 +11,7 @@ pub(crate) fn headline(diagnosis: &Diagnosis) -> String {
     let found = list(&diagnosis.effects.iter().map(|e| effect_name(&e.id)).collect::<Vec<_>>());
     match diagnosis.verdict {
         Verdict::Agrees => "The simulation agrees with the recording".into(),
-        Verdict::ParametersOff => "The physics is complete; its parameters were off".into(),
+        Verdict::ParametersOff => "The physics suffices; its parameters were off".into(),
         Verdict::PhysicsMissing if found.is_empty() => "Physics is missing".into(),
         Verdict::PhysicsMissing => format!("Physics is missing: {found}"),
         Verdict::UnknownPhysics if found.is_empty() => "Something is missing that is not in the catalogue".into(),

@@ -60,6 +60,7 @@ fn a_found_effect_is_shown_with_its_size_its_rivals_and_its_place() {
         "Physics is missing: draught",
         "<code>thermal.draught</code>",
         "0.335 to 0.367",
+        sinew_physics::effects::effect("thermal.draught").expect("it is in the catalogue").term,
         "ambient drift",
         "+830",
         "between 33.1 s and 52.4 s of train.csv.gz",
