@@ -267,7 +267,7 @@ fn found(effect: &FoundEffect) -> Markup {
             h3 { (capitalised(&words::effect_name(&effect.id))) " " code { (effect.id) } }
             @for paragraph in paragraphs(&effect.says) { p { (paragraph) } }
             @if let Some(known) = effect_of(&effect.id) {
-                p.muted { (known.says) ". In the model: " code { (known.term) } }
+                p.muted { @if !effect.says.contains(known.says) { (known.says) ". " } "In the model: " code { (known.term) } }
             }
             (sizes(effect.parameters.iter()))
             (evidence(&effect.evidence))

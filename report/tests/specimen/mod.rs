@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 
 use sinew_diagnosis::*;
-use sinew_physics::{
-    Drive, DriveKind, Geometry, Initial, Inputs, Load, Material, Outputs, Taps, Wire, WireModel, effects::Equation,
-};
+use sinew_physics::effects::{Draught, Effects, Equation};
+use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Load, Material, Outputs, Taps, Wire, WireModel};
 use sinew_recording::Column;
 
-/// When the draught blows, s, and by how much it raises the loss.
-const DRAUGHT: (f64, f64, f64) = (33.0, 52.0, 0.35);
+const DRAUGHT: Draught = Draught { gain: 0.35, start_s: 33.0, end_s: 52.0 };
 const DURATION_S: f64 = 90.0;
 const DT_S: f64 = 0.01;
 /// Every so many samples are drawn.
@@ -131,7 +129,7 @@ fn material(convection_w_per_m2_k: f64, austenite_temperature_c: f64) -> Materia
 
 /// A wire of 160 mm that lifts 0.2 kg, driven by stairs, and in the draught if `blows`; noise from `seed`, none from 0.
 fn run(material: &Material, blows: bool, seed: u64) -> Vec<(f64, f64, Outputs)> {
-    let model = WireModel {
+    let mut model = WireModel {
         geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
         material: *material,
         taps: Some(Taps { l0_m: 0.0, ls_m: 0.15 }),
@@ -139,20 +137,19 @@ fn run(material: &Material, blows: bool, seed: u64) -> Vec<(f64, f64, Outputs)> 
         load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96133 },
         initial: Initial::default(),
         ambient_c: 25.0,
-        effects: sinew_physics::Effects::default(),
+        effects: Effects::default(),
     };
+    if blows {
+        model.effects.thermal.draught = DRAUGHT;
+    }
     let mut wire = Wire::new(&model).expect("a sound model");
     let mut noise = Noise(seed);
     let duties = [0.26, 0.16, 0.1, 0.21, 0.14, 0.28, 0.05, 0.18, 0.24, 0.12];
-    let (start, end, gain) = DRAUGHT;
     (0..(DURATION_S / DT_S) as usize)
         .map(|i| {
             let time = i as f64 * DT_S;
             let drive = duties[(time / 4.5) as usize % duties.len()];
-            // a loss raised by a gain is the loss to air that is colder by as much
-            let gain = if blows && (start..end).contains(&time) { gain } else { 0.0 };
-            let ambient_c = model.ambient_c - gain * (wire.temperature_c() - model.ambient_c);
-            wire.step(&Inputs { drive, ambient_c, ..model.rest_inputs() }, DT_S);
+            wire.step(&Inputs { drive, ..model.rest_inputs() }, DT_S);
             let mut seen = wire.outputs();
             seen.position_m += SENSORS[0].1 * noise.next();
             seen.v3_v += SENSORS[1].1 * noise.next();
@@ -263,7 +260,7 @@ fn map(traces: &Traces) -> Map {
 
 fn unknown_inputs(traces: &Traces) -> Vec<UnknownInput> {
     let knots: Vec<f64> = (0..46).map(|i| 2.0 * f64::from(i)).collect();
-    let blows = |t: f64| if (DRAUGHT.0..DRAUGHT.1).contains(&t) { 1.0 } else { 0.0 };
+    let blows = |t: f64| if (DRAUGHT.start_s..DRAUGHT.end_s).contains(&t) { 1.0 } else { 0.0 };
     let wobble = |t: f64| (1.7 * t).sin() * (0.31 * t).cos();
     let at =
         |t: f64| traces.temperature_c[((t / (DT_S * THINNING as f64)) as usize).min(traces.temperature_c.len() - 1)];
