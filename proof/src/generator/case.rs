@@ -1,0 +1,389 @@
+//! One concealed case: rig file, two recordings, answer.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use super::bench::{Bench, Sensor, Set};
+use super::magnitudes::{CATALOGUE, Drawn, OUTSIDE};
+use super::plan::{Null, Spec, Trap, What};
+use super::programme::programme;
+use super::refit::Refit;
+use super::signals::{Errors, Table, record, total_noise};
+use super::truth::{Effects, Truth};
+
+/// What is concealed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// The case's name.
+    pub name: String,
+    /// What it was drawn with.
+    pub seed: u64,
+    /// `null`, `single`, `several`, `outside` or `trap`.
+    pub group: String,
+    /// What kind of it, in words.
+    pub kind: String,
+    /// The verdict that is right.
+    pub verdict: String,
+    /// The effects that are there.
+    pub accept: Vec<String>,
+    /// Sets of effects that are the same circuit on any bench: either name is right.
+    pub same: Vec<Vec<String>>,
+    /// The guilty equation of the first, and others that would be right.
+    pub equation: Option<String>,
+    /// All equations that would be right.
+    pub equations: Vec<String>,
+    /// The effects' parameters, in the rig file's units.
+    pub effects: Effects,
+    /// Which of them make the effect's size.
+    pub sizes: BTreeMap<String, Vec<String>>,
+    /// The level meant to be left after refitting, RMS over the noise; none where nothing is.
+    pub target: Option<f64>,
+    /// The level that is left, of everything together.
+    pub level: f64,
+    /// The level that each effect leaves by itself.
+    pub levels: BTreeMap<String, f64>,
+    /// Keys that the rig file holds at their null.
+    pub left_out: BTreeMap<String, f64>,
+    /// True noise by column.
+    pub noise: BTreeMap<String, f64>,
+    /// The uncertain parameters as they truly are.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// A case as it is handed out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// The rig file.
+    pub rig_toml: String,
+    /// The recording to diagnose.
+    pub train: Table,
+    /// A second recording of the same wire, for judging only.
+    pub held: Table,
+    /// What is concealed.
+    pub answer: Answer,
+}
+
+/// Draws of bench and size before a target is given up.
+const ATTEMPTS: u64 = 4;
+/// Searches for a size, and how close is close enough.
+const SEARCHES: usize = 6;
+const CLOSE: f64 = 0.15;
+
+/// Everything of one draw.
+struct Draw {
+    bench: Bench,
+    truth: Truth,
+    effects: Effects,
+    sizes: BTreeMap<String, Vec<String>>,
+    left_out: BTreeMap<String, f64>,
+    levels: BTreeMap<String, f64>,
+    level: f64,
+    errors: Errors,
+    train: Vec<f64>,
+    rng: SmallRng,
+}
+
+/// Makes the case of a plan's entry.
+pub fn make(spec: &Spec) -> Case {
+    let mut best: Option<(f64, Draw)> = None;
+    for attempt in 0..ATTEMPTS {
+        let draw = draw(spec, attempt);
+        // how far the least visible member is from what was asked for
+        let least = draw.levels.values().copied().fold(f64::INFINITY, f64::min);
+        let off = spec.target.map_or(0.0, |target| (least / target).max(1e-3).ln().abs());
+        if best.as_ref().is_none_or(|(least_off, _)| off < *least_off) {
+            best = Some((off, draw));
+        }
+        if off < 0.5 || spec.target.is_none() {
+            break;
+        }
+    }
+    let Some((_, draw)) = best else { unreachable!("there is at least one attempt") };
+    finish(spec, draw)
+}
+
+fn draw(spec: &Spec, attempt: u64) -> Draw {
+    let mut rng = SmallRng::seed_from_u64(spec.seed.wrapping_mul(31).wrapping_add(attempt));
+    let ids: Vec<&str> = match &spec.what {
+        What::Effects(ids) => ids.iter().map(String::as_str).collect(),
+        What::Outside(name) => vec![name.as_str()],
+        What::Null(_) | What::Trap(_) => Vec::new(),
+    };
+    let needs: Vec<Sensor> = CATALOGUE.iter().filter(|k| ids.contains(&k.id)).filter_map(|k| k.needs).collect();
+    let encoder = ids.iter().any(|id| id.contains("encoder"));
+    // hard ones and traps get every sensor there is
+    let all = attempt > 0 || needs.contains(&Sensor::V2) || ids.len() > 1 || matches!(spec.what, What::Trap(_));
+    let mut bench = Bench::random(&mut rng, all.then_some(Set::All), spec.long);
+    while needs.iter().any(|s| !bench.sensors.contains_key(s))
+        || (encoder && !bench.sensors.contains_key(&Sensor::Position))
+    {
+        bench = Bench::random(&mut rng, None, spec.long);
+    }
+    let drawn: Vec<Drawn> = ids.iter().map(|id| Drawn::new(&mut rng, id)).collect();
+    let mut left_out = BTreeMap::new();
+    for effect in &drawn {
+        for (key, null) in effect.null(&bench.believed) {
+            bench.believed.set(key, null);
+            left_out.insert(key.to_string(), null);
+        }
+    }
+    let mut base =
+        if spec.what == What::Null(Null::Exact) { bench.believed.clone() } else { bench.scattered(&mut rng) };
+    for (key, null) in &left_out {
+        let null = if key == "martensite_modulus_gpa" { base.get("austenite_modulus_gpa") } else { *null };
+        base.set(key, null);
+    }
+    let train = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
+    let mut truth = base.clone();
+    let (mut effects, mut sizes, mut levels) = (Effects::new(), BTreeMap::new(), BTreeMap::new());
+    let mut level = 0.0;
+    if !drawn.is_empty() {
+        let refit = Refit::new(&bench, &base, &train);
+        for effect in &drawn {
+            let most = CATALOGUE.iter().find(|k| k.id == effect.id()).map_or_else(
+                || OUTSIDE.iter().find(|(name, _, _)| *name == effect.id()).map_or(1.0, |(_, _, most)| *most),
+                |k| k.most,
+            );
+            // members of pairs leave three and more each
+            let target = spec.target.unwrap_or(3.0) * if drawn.len() > 1 { rng.random_range(1.1..=3.0) } else { 1.0 };
+            let (size, found) = size_for(&refit, &bench, &base, effect, target, most);
+            effect.put(&bench, &mut truth, size, &mut effects);
+            let (_, keys) = effect.parameters(&bench, &base, size);
+            sizes.insert(effect.id().to_string(), keys.iter().map(ToString::to_string).collect());
+            levels.insert(effect.id().to_string(), found);
+            level = found;
+        }
+        if drawn.len() > 1 {
+            level = refit.left(&truth);
+        }
+    }
+    let errors = match &spec.what {
+        What::Null(Null::Coloured) => Errors::Coloured(rng.random_range(0.3..=0.9)),
+        What::Null(Null::Quantised) => Errors::Quantised(rng.random_range(2.0..=8.0)),
+        What::Null(Null::Missing) => Errors::Missing(rng.random_range(0.03..=0.15)),
+        _ => Errors::White,
+    };
+    truth.beyond.uniform_nodes = spec.what == What::Null(Null::Nodes);
+    Draw { bench, truth, effects, sizes, left_out, levels, level, errors, train, rng }
+}
+
+/// The size at which an effect leaves `target`, as near as it gets, and what it leaves.
+fn size_for(refit: &Refit, bench: &Bench, base: &Truth, effect: &Drawn, target: f64, most: f64) -> (f64, f64) {
+    let mut size = most.min(1.0);
+    let mut best = (size, 0.0, f64::INFINITY);
+    // the largest size that leaves too little and the smallest that leaves too much, with what they leave
+    let mut low: Option<(f64, f64)> = None;
+    let mut high: Option<(f64, f64)> = None;
+    for _ in 0..SEARCHES {
+        let mut truth = base.clone();
+        effect.put(bench, &mut truth, size, &mut Effects::new());
+        let left = refit.left(&truth).clamp(1e-3, 1e4);
+        let off = (left / target).ln().abs();
+        if off < best.2 {
+            best = (size, left, off);
+        }
+        if off < CLOSE || effect.is_fixed() {
+            break;
+        }
+        if left < target {
+            low = Some((size, left));
+        } else {
+            high = Some((size, left));
+        }
+        let next = match (low, high) {
+            (Some((a, at_a)), Some((b, at_b))) if at_b > at_a && b > a => {
+                let share = (target / at_a).ln() / (at_b / at_a).ln();
+                a * (b / a).powf(share.clamp(0.15, 0.85))
+            }
+            _ => (size * (target / left).clamp(0.05, 10.0)).min(most),
+        };
+        if (next / size - 1.0).abs() < 0.02 {
+            break;
+        }
+        size = next;
+    }
+    (best.0, best.1)
+}
+
+fn finish(spec: &Spec, mut draw: Draw) -> Case {
+    let rng = &mut draw.rng;
+    let (bench, truth) = (&draw.bench, &draw.truth);
+    let mut train = record(rng, bench, truth, &draw.train, draw.errors);
+    let other = programme(rng, &bench.believed, bench.rate_hz, bench.seconds);
+    let held = record(rng, bench, truth, &other, draw.errors);
+    let mut rig_toml = bench.rig_toml(&spec.name);
+    if let What::Trap(trap) = spec.what {
+        spoil(rng, trap, &mut train, &mut rig_toml);
+    }
+    let accept: Vec<String> = draw.effects.keys().cloned().collect();
+    let equations: Vec<String> = match &spec.what {
+        What::Outside(name) => OUTSIDE
+            .iter()
+            .find(|(n, _, _)| n == name)
+            .map(|(_, equations, _)| equations.iter().map(ToString::to_string).collect())
+            .unwrap_or_default(),
+        _ => accept.iter().filter_map(|id| id.split('.').next()).map(String::from).collect(),
+    };
+    let (group, kind, verdict) = match &spec.what {
+        What::Null(Null::Exact) => ("null", Null::Exact.words().to_string(), "agrees"),
+        What::Null(null) => ("null", null.words().to_string(), "parameters_off"),
+        What::Effects(ids) if ids.len() == 1 => ("single", ids[0].clone(), "physics_missing"),
+        What::Effects(ids) => ("several", ids.join(" + "), "physics_missing"),
+        What::Outside(name) => ("outside", name.clone(), "unknown_physics"),
+        What::Trap(trap) => ("trap", trap.words().to_string(), "none"),
+    };
+    let noise = bench
+        .sensors
+        .iter()
+        .map(|(sensor, noise)| (sensor.column().to_string(), total_noise(*noise, draw.errors)))
+        .collect();
+    let parameters = super::bench::PRIORS.iter().map(|(key, _)| (key.to_string(), truth.get(key))).collect();
+    let series = ["electrical.lead_resistance", "electrical.supply_sag"];
+    let same = if accept.iter().any(|id| series.contains(&id.as_str())) {
+        vec![series.iter().map(ToString::to_string).collect()]
+    } else {
+        Vec::new()
+    };
+    let answer = Answer {
+        name: spec.name.clone(),
+        seed: spec.seed,
+        group: group.into(),
+        kind,
+        verdict: verdict.into(),
+        accept,
+        same,
+        equation: equations.first().cloned(),
+        equations,
+        effects: draw.effects,
+        sizes: draw.sizes,
+        target: spec.target,
+        level: draw.level,
+        levels: draw.levels,
+        left_out: draw.left_out,
+        noise,
+        parameters,
+    };
+    Case { rig_toml, train, held, answer }
+}
+
+/// Breaks a recording, or what it is said to belong to.
+fn spoil(rng: &mut SmallRng, trap: Trap, table: &mut Table, rig_toml: &mut String) {
+    let rows = table.time_s.len();
+    match trap {
+        Trap::ClockScaled => table.time_s.iter_mut().for_each(|t| *t *= 2.0),
+        Trap::Restamped => {
+            // samples are lost three times, and the clock does not know
+            for _ in 0..3 {
+                let len = table.time_s.len();
+                let (from, lost) = (rng.random_range(len / 8..len / 2), len / 12);
+                for (_, values) in &mut table.columns {
+                    values.drain(from..from + lost);
+                }
+                table.time_s.truncate(len - lost);
+            }
+        }
+        Trap::Saturated => {
+            for name in ["v3_v", "position_m", "force_n"] {
+                if let Some(values) = table.column(name) {
+                    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+                    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    let top = low + 0.6 * (high - low);
+                    values.iter_mut().for_each(|v| *v = v.min(top));
+                    break;
+                }
+            }
+        }
+        Trap::Stuck => {
+            if let Some(values) = table.column("position_m") {
+                let stuck = values[rows / 3];
+                values[rows / 3..].fill(stuck);
+            }
+        }
+        Trap::Millimetres => {
+            if let Some(values) = table.column("position_m") {
+                values.iter_mut().for_each(|v| *v *= 1e3);
+            }
+        }
+        Trap::Milliamperes => {
+            if let Some(values) = table.column("current_a") {
+                values.iter_mut().for_each(|v| *v *= 1e3);
+            }
+        }
+        Trap::TwoSamples => {
+            table.time_s.truncate(2);
+            table.columns.iter_mut().for_each(|(_, values)| values.truncate(2));
+        }
+        Trap::NoExcitation => {
+            let first: Vec<(&str, f64)> = table.columns.iter().map(|(name, values)| (*name, values[0])).collect();
+            for ((name, values), (_, first)) in table.columns.iter_mut().zip(first) {
+                let spread = if name == &"duty" { 0.0 } else { 1e-4 * first.abs() };
+                for v in values.iter_mut() {
+                    *v = first + spread * rng.random_range(-1.0..=1.0);
+                }
+            }
+        }
+        Trap::OtherWire => {
+            *rig_toml = rig_toml
+                .lines()
+                .map(|line| match line.strip_prefix("diameter_mm = ").and_then(|d| d.parse::<f64>().ok()) {
+                    Some(diameter) => format!("diameter_mm = {}\n", 2.0 * diameter),
+                    None => format!("{line}\n"),
+                })
+                .collect();
+        }
+        Trap::Exchanged => {
+            let moved = table.column("v2_v").map(std::mem::take);
+            if let (Some(v2), Some(v3)) = (moved, table.column("v3_v")) {
+                let v3 = std::mem::replace(v3, v2);
+                if let Some(place) = table.column("v2_v") {
+                    *place = v3;
+                }
+            }
+        }
+    }
+}
+
+impl Case {
+    /// Writes the four files into a folder.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        fs::create_dir_all(folder)?;
+        fs::write(folder.join("rig.toml"), &self.rig_toml)?;
+        fs::write(folder.join("answer.json"), serde_json::to_string_pretty(&self.answer)? + "\n")?;
+        self.train.write(&folder.join("train.csv.gz"))?;
+        self.held.write(&folder.join("held.csv.gz"))
+    }
+}
+
+impl Table {
+    fn write(&self, path: &Path) -> io::Result<()> {
+        let mut file = io::BufWriter::new(GzEncoder::new(File::create(path)?, Compression::fast()));
+        write!(file, "time_s")?;
+        for (name, _) in &self.columns {
+            write!(file, ",{name}")?;
+        }
+        writeln!(file)?;
+        for (i, time) in self.time_s.iter().enumerate() {
+            write!(file, "{}", (time * 1e6).round() / 1e6)?;
+            for (_, values) in &self.columns {
+                match values[i] {
+                    v if v.is_nan() => write!(file, ",")?,
+                    v => write!(file, ",{v}")?,
+                }
+            }
+            writeln!(file)?;
+        }
+        file.into_inner().map_err(io::IntoInnerError::into_error)?.finish()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,176 @@
+//! How much of an effect is left once every uncertain parameter has been refitted: its level.
+//!
+//! The refit is Gauss–Newton against the priors, with a Jacobian taken at the truth without the effect and improved on the
+//! way by Broyden's updates. It is meant to be about as good as a fit can be, not to be the diagnosis' own.
+
+use super::bench::{Bench, PRIORS};
+use super::signals::perfect;
+use super::truth::Truth;
+
+/// Steps of the simulations compared here, s: both sides have the same, so its error cancels.
+const STEP_S: f64 = 2e-4;
+/// Step of the derivatives, in σ of the priors.
+const DERIVATIVE_STEP: f64 = 0.05;
+/// Most rounds of Gauss–Newton.
+const ROUNDS: usize = 10;
+
+/// A truth without the effect, and how its sensors follow the uncertain parameters.
+pub struct Refit<'a> {
+    bench: &'a Bench,
+    duty: &'a [f64],
+    /// The truth without the effect.
+    base: Truth,
+    /// Everything the sensors show of it, over their noise.
+    clean: Vec<f64>,
+    /// σ of each parameter in its key's unit, and where truth is from the rig file in σ.
+    parameters: Vec<(&'static str, f64, f64)>,
+    /// By parameter: derivative of `clean`, per σ.
+    jacobian: Vec<Vec<f64>>,
+    /// Cholesky factor of JᵀJ + 1.
+    factor: Vec<Vec<f64>>,
+}
+
+impl<'a> Refit<'a> {
+    /// For a truth without the effect under one programme.
+    pub fn new(bench: &'a Bench, base: &Truth, duty: &'a [f64]) -> Refit<'a> {
+        let parameters: Vec<(&'static str, f64, f64)> = PRIORS
+            .iter()
+            .filter_map(|(key, prior)| {
+                let believed = bench.believed.get(key);
+                let sigma = prior.sigma(believed);
+                (sigma > 0.0).then(|| (*key, sigma, (base.get(key) - believed) / sigma))
+            })
+            .collect();
+        let mut refit =
+            Refit { bench, duty, base: base.clone(), clean: Vec::new(), parameters, jacobian: vec![], factor: vec![] };
+        refit.clean = refit.shown(base);
+        refit.jacobian = (0..refit.parameters.len())
+            .map(|p| {
+                let mut z = vec![0.0; refit.parameters.len()];
+                z[p] = DERIVATIVE_STEP;
+                let moved = refit.shown(&refit.at(&z));
+                moved.iter().zip(&refit.clean).map(|(a, b)| (a - b) / DERIVATIVE_STEP).collect()
+            })
+            .collect();
+        refit.factor = cholesky(&refit.jacobian);
+        refit
+    }
+
+    /// The base with its parameters moved by `z` σ.
+    fn at(&self, z: &[f64]) -> Truth {
+        let mut truth = self.base.clone();
+        let one_modulus = self.bench.believed.material.e_a == self.bench.believed.material.e_m;
+        for ((key, sigma, _), z) in self.parameters.iter().zip(z) {
+            let value = (truth.get(key) + sigma * z).max(if key.ends_with("_c") { -50.0 } else { 1e-3 * sigma });
+            // a rig file that says there is one modulus
+            if one_modulus && *key == "martensite_modulus_gpa" {
+                continue;
+            }
+            truth.set(key, value);
+            if one_modulus && *key == "austenite_modulus_gpa" {
+                truth.set("martensite_modulus_gpa", value);
+            }
+        }
+        truth.material.m = truth.material.m.min(truth.material.a - 1.0);
+        truth
+    }
+
+    fn shown(&self, truth: &Truth) -> Vec<f64> {
+        let columns = perfect(self.bench, truth, self.duty, STEP_S);
+        columns
+            .iter()
+            .zip(self.bench.sensors.values())
+            .flat_map(|(column, noise)| column.iter().map(move |v| v / noise))
+            .collect()
+    }
+
+    /// RMS over the noise, all sensors alike, of what a truth with the effect leaves after refitting without it.
+    /// Infinite where the truth is no wire that could be simulated.
+    pub fn left(&self, with_effect: &Truth) -> f64 {
+        let target = self.shown(with_effect);
+        let mut z = vec![0.0; self.parameters.len()];
+        let mut residual: Vec<f64> = target.iter().zip(&self.clean).map(|(a, b)| a - b).collect();
+        let mut cost = self.cost(&residual, &z);
+        let mut jacobian = self.jacobian.clone();
+        let mut factor = self.factor.clone();
+        for _ in 0..ROUNDS {
+            let right: Vec<f64> = jacobian
+                .iter()
+                .zip(self.parameters.iter().zip(&z))
+                .map(|(j, ((_, _, away), z))| dot(j, &residual) - (away + z))
+                .collect();
+            let step = solve(&factor, right);
+            let before = cost;
+            for share in [1.0, 0.4, 0.1] {
+                let moved: Vec<f64> = step.iter().map(|s| share * s).collect();
+                let trial: Vec<f64> = z.iter().zip(&moved).map(|(z, s)| z + s).collect();
+                let shown = self.shown(&self.at(&trial));
+                let left: Vec<f64> = target.iter().zip(&shown).map(|(a, b)| a - b).collect();
+                let trial_cost = self.cost(&left, &trial);
+                if !trial_cost.is_finite() {
+                    continue;
+                }
+                // Broyden: the Jacobian that would have foretold this
+                let square = dot(&moved, &moved).max(1e-12);
+                let mut missed: Vec<f64> = residual.iter().zip(&left).map(|(a, b)| (a - b) / square).collect();
+                for (j, moved) in jacobian.iter().zip(&moved) {
+                    missed.iter_mut().zip(j).for_each(|(m, j)| *m -= j * moved / square);
+                }
+                for (j, moved) in jacobian.iter_mut().zip(&moved) {
+                    j.iter_mut().zip(&missed).for_each(|(j, m)| *j += m * moved);
+                }
+                if trial_cost < cost {
+                    (z, residual, cost) = (trial, left, trial_cost);
+                    break;
+                }
+            }
+            if cost > 0.97 * before {
+                break;
+            }
+            factor = cholesky(&jacobian);
+        }
+        let rms = (dot(&residual, &residual) / residual.len() as f64).sqrt();
+        if rms.is_finite() { rms } else { f64::INFINITY }
+    }
+
+    fn cost(&self, residual: &[f64], z: &[f64]) -> f64 {
+        dot(residual, residual) + self.parameters.iter().zip(z).map(|((_, _, away), z)| (away + z).powi(2)).sum::<f64>()
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Lower factor of JᵀJ + 1; the one is the priors' and keeps it positive.
+fn cholesky(jacobian: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let n = jacobian.len();
+    let mut lower = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            let mut sum = dot(&jacobian[i], &jacobian[j]) + if i == j { 1.0 } else { 0.0 };
+            for (a, b) in lower[i][..j].iter().zip(&lower[j][..j]) {
+                sum -= a * b;
+            }
+            lower[i][j] = if i == j { sum.max(1e-300).sqrt() } else { sum / lower[j][j] };
+        }
+    }
+    lower
+}
+
+fn solve(lower: &[Vec<f64>], mut x: Vec<f64>) -> Vec<f64> {
+    let n = x.len();
+    for i in 0..n {
+        for j in 0..i {
+            x[i] -= lower[i][j] * x[j];
+        }
+        x[i] /= lower[i][i];
+    }
+    for i in (0..n).rev() {
+        for j in i + 1..n {
+            x[i] -= lower[j][i] * x[j];
+        }
+        x[i] /= lower[i][i];
+    }
+    x
+}

@@ -1,0 +1,75 @@
+//! The second recording of a case's wire, which no diagnosis sees: how far a rig file is from it.
+
+use std::collections::BTreeMap;
+
+use sinew_physics::Wire;
+use sinew_recording::Recording;
+use sinew_rig::Rig;
+
+/// RMS difference over the true noise by column, and over all of them with every sample counted alike.
+/// `None` where the rig cannot be simulated through the recording.
+pub fn chi(rig: &Rig, recording: &Recording, noise: &BTreeMap<String, f64>) -> Option<(BTreeMap<String, f64>, f64)> {
+    let model = &rig.channels.first()?.model;
+    let rows: Vec<_> = recording.inputs_for(model).ok()?.collect();
+    let mut wire = Wire::with_inputs(model, &rows.first()?.0).ok()?;
+    let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
+    for (i, (inputs, dt_s)) in rows.iter().enumerate() {
+        wire.step(inputs, *dt_s);
+        let seen = wire.outputs();
+        for (column, values) in recording.columns() {
+            let (Some(noise), Some(value)) = (noise.get(column.name()), column.of_outputs(&seen)) else { continue };
+            if values[i].is_finite() {
+                let sum = sums.entry(column.name()).or_default();
+                sum.0 += ((values[i] - value) / noise).powi(2);
+                sum.1 += 1.0;
+            }
+        }
+    }
+    let by_column = sums.iter().map(|(name, (sum, count))| (name.to_string(), (sum / count).sqrt())).collect();
+    let (sum, count) = sums.values().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let all = (sum / count).sqrt();
+    all.is_finite().then_some((by_column, all))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::case::{Answer, make};
+    use crate::generator::plan::{Null, Seeds, What, plan};
+
+    /// A rig file with the uncertain parameters as they truly are.
+    fn true_rig(text: &str, answer: &Answer) -> Rig {
+        let mut rig = Rig::parse(text, "rig.toml").expect("a rig file that can be read");
+        for (key, value) in &answer.parameters {
+            rig.set_parameter(0, key, *value).expect("a parameter in its range");
+        }
+        rig
+    }
+
+    /// Two simulators that share no code agree to well below the noise: what is left at the true parameters is white
+    /// noise of the size that was put on.
+    #[test]
+    fn nothing_is_left_of_a_null_at_its_true_parameters() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut seen = 0;
+        for null in [Null::Off, Null::Exact, Null::Nodes] {
+            let specs = plan(Seeds::Dev, None).into_iter().filter(|s| s.what == What::Null(null) && !s.long);
+            for spec in specs.take(3) {
+                let case = make(&spec);
+                case.write(folder.path()).expect("a folder to write into");
+                let recording =
+                    sinew_recording::read(folder.path().join("held.csv.gz"), &Default::default()).expect("a recording");
+                let rig = true_rig(&case.rig_toml, &case.answer);
+                let (by_column, all) = chi(&rig, &recording, &case.answer.noise).expect("a wire");
+                println!("{} {:?}: {all:.4} {by_column:?}", spec.name, spec.what);
+                assert!((all - 1.0).abs() < 0.03, "{}: chi {all}", spec.name);
+                // three thousand samples of one column scatter chi by 0.013
+                for (column, chi) in by_column {
+                    assert!((chi - 1.0).abs() < 0.05, "{}, {column}: chi {chi}", spec.name);
+                }
+                seen += 1;
+            }
+        }
+        assert_eq!(seen, 9);
+    }
+}
