@@ -13,6 +13,8 @@ pub enum Error {
     Rig(sinew_rig::Error),
     /// A model that cannot be built.
     Model(sinew_physics::Error),
+    /// The model cannot be simulated where a fit would have to start.
+    NoFit,
     /// Nothing to compare with.
     NoRecording,
     /// A channel the rig does not have.
@@ -171,6 +173,7 @@ impl Error {
             Error::Recording(error) => error.message(),
             Error::Rig(error) => error.to_string(),
             Error::Model(error) => format!("the rig's model cannot be built: {error}"),
+            Error::NoFit => "the model cannot be simulated with the parameters a fit starts from".into(),
             Error::NoRecording => "no recording is given".into(),
             Error::NoChannel { found, channels } => {
                 format!("the rig has no channel #{}, it has {channels}", found + 1)
@@ -185,6 +188,7 @@ impl Error {
             Error::Recording(error) => error.hint(),
             Error::Rig(_) => "mend the rig file; every key has its range in the rig file's reference".into(),
             Error::Model(_) => "mend that key of the rig file".into(),
+            Error::NoFit => "look for a parameter of the rig file at the edge of its range".into(),
             Error::NoRecording => "give at least one recording that is not held back".into(),
             Error::NoChannel { .. } => "choose one of the rig file's channels by its name".into(),
             Error::Broken(broken) => broken.hint(),

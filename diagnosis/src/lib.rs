@@ -2,11 +2,28 @@
 #![forbid(unsafe_code)]
 
 mod answer;
+mod beyond;
+mod conditions;
+mod data;
+mod diagnose;
 mod error;
+mod experiment;
+mod figures;
+mod fit;
+mod forward;
 mod gates;
+mod intervals;
+mod locate;
 mod noise;
+mod search;
+mod significance;
+mod simulate;
+mod space;
+mod starts;
+mod words;
 
 pub use answer::*;
+pub use diagnose::{Identified, Outcome, Settings, diagnose, identify};
 pub use error::{Broken, Error, Trouble};
 pub use gates::{Exclude, LEAST_SAMPLES, MOST_SAMPLES, Warning, check, sensors};
 pub use noise::{Noise, estimate};

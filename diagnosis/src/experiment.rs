@@ -1,0 +1,241 @@
+//! What to record next: drive programmes, loads and supplies are tried by simulation, and the one on which two
+//! explanations differ most — after everything that may move has been refitted — is proposed.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+use sinew_physics::{DriveKind, Inputs, Load, WireModel};
+
+use crate::data::{Data, Part, Run};
+use crate::fit::{self, Fit, Residuals};
+use crate::simulate;
+
+/// Length and rate of a proposed recording, s and Hz.
+const LENGTH_S: f64 = 60.0;
+const RATE_HZ: f64 = 100.0;
+
+/// A proposed recording and how far apart the two explanations are on it.
+#[derive(Debug, Clone)]
+pub(crate) struct Proposal {
+    /// What to do, in words.
+    pub(crate) words: String,
+    /// RMS difference over the sensors' noise, after refitting.
+    pub(crate) apart: f64,
+    /// The same on the recordings there are.
+    pub(crate) apart_now: f64,
+}
+
+/// What is driven how.
+struct Design {
+    words: String,
+    run: Run,
+    change: Box<dyn Fn(&mut WireModel) + Sync>,
+}
+
+/// The recording that separates `a` from `b` best.
+pub(crate) fn propose(data: &Data, a: &Fit, b: &Fit) -> Option<Proposal> {
+    let model = a.space.model(&a.z)?;
+    let apart_now = apart(data, a, b, &|_| ())?;
+    let designs = designs(data, &model);
+    let best = designs
+        .par_iter()
+        .filter_map(|design| {
+            let mut other = data.clone();
+            other.runs = vec![design.run.clone()];
+            Some((apart(&other, a, b, &*design.change)?, design))
+        })
+        .max_by(|x, y| x.0.total_cmp(&y.0))?;
+    Some(Proposal { words: best.1.words.clone(), apart: best.0, apart_now })
+}
+
+/// RMS over noise by which `b` misses what `a` predicts, its nuisance parameters refitted.
+fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)) -> Option<f64> {
+    let outputs = |fit: &Fit, z: &[f64]| -> Option<Vec<Vec<Vec<f64>>>> {
+        let mut model = fit.space.model(z)?;
+        change(&mut model);
+        data.runs.iter().map(|run| simulate::outputs(&model, run, &data.sensors)).collect()
+    };
+    let truth = outputs(a, &a.z)?;
+    let difference = |there: &[Vec<Vec<f64>>]| -> Residuals {
+        truth
+            .iter()
+            .zip(there)
+            .map(|(t, o)| {
+                t.iter()
+                    .zip(o)
+                    .zip(&data.sensors)
+                    .map(|((t, o), s)| t.iter().zip(o).map(|(t, o)| ((t - o) / s.noise) as f32).collect())
+                    .collect()
+            })
+            .collect()
+    };
+    let here = difference(&outputs(b, &b.z)?);
+    let own: Vec<usize> = (0..b.space.len()).filter(|i| b.space.coordinates[*i].is_of_run().is_none()).collect();
+    let columns: Vec<Residuals> = own
+        .par_iter()
+        .filter_map(|i| {
+            let mut z = b.z.clone();
+            let c = &b.space.coordinates[*i];
+            let step = if z[*i] + c.step <= c.high { c.step } else { -c.step };
+            z[*i] += step;
+            let there = difference(&outputs(b, &z)?);
+            Some(fit::zip(&there, &here, |there, here| (there - here) / step as f32))
+        })
+        .collect();
+    if columns.len() != own.len() {
+        return None;
+    }
+    let all = Data { runs: data.runs.iter().map(Run::everything_fitted).collect(), ..data.clone() };
+    let mut information = fit::gram(&all, Part::Fitted, &columns);
+    // what is known of the parameters already stays known
+    for (row, i) in own.iter().enumerate() {
+        for (column, j) in own.iter().enumerate() {
+            information[(row, column)] += b.information[(*i, *j)];
+        }
+        information[(row, row)] += 1e-9;
+    }
+    let gradient = DVector::from_iterator(own.len(), columns.iter().map(|c| fit::inner(&all, Part::Fitted, c, &here)));
+    let step = information.clone().cholesky()?.solve(&gradient);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (r, by_sensor) in here.iter().enumerate() {
+        for (s, values) in by_sensor.iter().enumerate() {
+            for (row, value) in values.iter().enumerate() {
+                if data.runs[r].measured[s][row].is_nan() {
+                    continue;
+                }
+                let explained: f64 = columns.iter().zip(step.iter()).map(|(c, d)| f64::from(c[r][s][row]) * d).sum();
+                sum += (f64::from(*value) - explained).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    Some((sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// Programmes that rigs can run: what ties are broken by.
+fn designs(data: &Data, model: &WireModel) -> Vec<Design> {
+    let Some(first) = data.runs.first() else { return Vec::new() };
+    let drives = || data.runs.iter().flat_map(|run| run.inputs.iter().map(|(i, _)| i.drive));
+    let most = drives().fold(f64::NEG_INFINITY, f64::max);
+    let least = drives().fold(f64::INFINITY, f64::min);
+    let usual = first.inputs[0].0;
+    let unit = match model.drive.kind {
+        DriveKind::Pwm => "duty",
+        DriveKind::Power => "W",
+        DriveKind::Current => "A",
+        DriveKind::Temperature => "°C",
+    };
+    let wave = |period_s: f64, share: f64, low: f64| {
+        move |t: f64| low + share * (1.0 - (2.0 * (t / period_s).fract() - 1.0).abs())
+    };
+    type Programme = (String, Box<dyn Fn(f64) -> f64>);
+    let span = most - least;
+    let says = |low: f64, high: f64| format!("between {low:.3} and {high:.3} {unit}");
+    let mut programmes: Vec<Programme> = vec![
+        (
+            format!("slow triangular ramps of the drive, 20 s each way, {}", says(least, most)),
+            Box::new(wave(40.0, span, least)),
+        ),
+        (
+            format!("triangular ramps of the drive, 5 s each way, {}", says(least, most)),
+            Box::new(wave(10.0, span, least)),
+        ),
+        (
+            format!(
+                "partial loops: ramps of 4 s each way, {}, after one full heating",
+                says(least + 0.35 * span, least + 0.8 * span)
+            ),
+            {
+                let inner = wave(8.0, 0.45 * span, least + 0.35 * span);
+                Box::new(move |t| if t < 4.0 { most } else { inner(t) })
+            },
+        ),
+        (
+            format!("stairs, 6 s a step, {}", says(least, most)),
+            Box::new(move |t| {
+                least + span * [0.2, 0.5, 0.8, 1.0, 0.6, 0.3, 0.0, 0.4, 0.9, 0.1][(t / 6.0) as usize % 10]
+            }),
+        ),
+        (
+            format!("the same stairs at two speeds, 6 s and 1.5 s a step, {}", says(least, most)),
+            Box::new(move |t| {
+                let place = if t < 30.0 { t / 6.0 } else { 5.0 + (t - 30.0) / 1.5 };
+                least + span * [0.3, 0.7, 1.0, 0.5, 0.0][place as usize % 5]
+            }),
+        ),
+        (
+            format!("short full heating and long cooling, 2 s at {most:.3} and 13 s at {least:.3} {unit}"),
+            Box::new(move |t| if t % 15.0 < 2.0 { most } else { least }),
+        ),
+    ];
+    if model.drive.kind == DriveKind::Temperature {
+        // a furnace is slow: ramps only
+        programmes.truncate(3);
+    }
+    let interval_s = 1.0 / RATE_HZ;
+    let count = (LENGTH_S * RATE_HZ) as usize;
+    let imposed: Vec<f64> = first.inputs.iter().map(|(i, _)| i.imposed).collect();
+    let mut designs = Vec::new();
+    for (words, programme) in programmes {
+        let time_s: Vec<f64> = (0..count).map(|i| i as f64 * interval_s).collect();
+        let rows: Vec<(Inputs, f64)> = time_s
+            .iter()
+            .enumerate()
+            .map(|(row, t)| {
+                (Inputs { drive: programme(*t), imposed: imposed[row % imposed.len()], ..usual }, interval_s)
+            })
+            .collect();
+        let run = Run {
+            name: words.clone(),
+            measured: data
+                .sensors
+                .iter()
+                .enumerate()
+                .map(|(s, _)| {
+                    let there = data.runs.iter().any(|run| run.measured[s].iter().any(|v| !v.is_nan()));
+                    vec![if there { 0.0 } else { f64::NAN }; count]
+                })
+                .collect(),
+            part: vec![Part::Fitted; count],
+            block: vec![0; count],
+            held_out: false,
+            inputs: rows,
+            time_s,
+        };
+        for (extra, change, faster) in changes(model) {
+            let mut run = run.clone();
+            for (inputs, _) in &mut run.inputs {
+                inputs.supply_v *= faster;
+            }
+            designs.push(Design { words: format!("{words}{extra}"), run, change });
+        }
+    }
+    designs
+}
+
+type Change = (String, Box<dyn Fn(&mut WireModel) + Sync>, f64);
+
+/// The rig as it is, with another load, with another supply.
+fn changes(model: &WireModel) -> Vec<Change> {
+    let mut changes: Vec<Change> = vec![(String::new(), Box::new(|_| ()), 1.0)];
+    if let Load::SpringMassDamper { spring_n_per_m, .. } = model.load {
+        for (factor, word) in [(1.5, "half more load"), (0.6, "0.6 of the load")] {
+            let text = if spring_n_per_m > 0.0 { "preload" } else { "weight" };
+            changes.push((
+                format!(", with {word} ({text} × {factor})"),
+                Box::new(move |m| {
+                    if let Load::SpringMassDamper { mass_kg, preload_n, spring_n_per_m, .. } = &mut m.load {
+                        *preload_n *= factor;
+                        if *spring_n_per_m == 0.0 {
+                            *mass_kg *= factor;
+                        }
+                    }
+                }),
+                1.0,
+            ));
+        }
+    }
+    if model.drive.kind == DriveKind::Pwm {
+        changes.push((", at 0.8 of the supply voltage".into(), Box::new(|_| ()), 0.8));
+    }
+    changes
+}

@@ -1,0 +1,120 @@
+//! What the report draws: traces thinned for a page, maps, unknown inputs, and everything that was tried.
+
+use sinew_recording::drive_column;
+use sinew_rig::Rig;
+
+use crate::answer::{Figures, SensorTrace, Traces, Tried, UnknownInput};
+use crate::conditions;
+use crate::data::Data;
+use crate::fit::{Fit, Residuals};
+use crate::forward::Selection;
+use crate::locate::Located;
+use crate::simulate;
+
+/// Most points of a line.
+const MOST_POINTS: usize = 3000;
+
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn figures(
+    data: &Data,
+    rig: &Rig,
+    channel: usize,
+    given: &Residuals,
+    before: &Residuals,
+    after: &Residuals,
+    fit: &Fit,
+    located: &[Located],
+    selection: &Selection,
+    inflation: f64,
+) -> Figures {
+    let model = fit.space.model(&fit.z);
+    let recordings = data
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(r, run)| {
+            let stride = run.time_s.len().div_ceil(MOST_POINTS).max(1);
+            let thin = |f: &dyn Fn(usize) -> f64| (0..run.time_s.len()).step_by(stride).map(f).collect::<Vec<f64>>();
+            let states = model.as_ref().and_then(|m| simulate::states(m, run));
+            let state = |f: &dyn Fn(&simulate::State) -> f64| {
+                thin(&|row| states.as_ref().and_then(|s| s.get(row)).map_or(f64::NAN, f))
+            };
+            Traces {
+                name: run.name.clone(),
+                time_s: thin(&|row| run.time_s[row]),
+                drive: thin(&|row| run.inputs[row].0.drive),
+                drive_column: drive_column(rig.channels[channel].model.drive.kind),
+                kept_back: run.kept_back(),
+                temperature_c: state(&|s| s.temperature_c),
+                martensite: state(&|s| s.martensite),
+                sensors: data
+                    .sensors
+                    .iter()
+                    .enumerate()
+                    .map(|(s, sensor)| {
+                        let measured = &run.measured[s];
+                        // what the residual leaves of the measurement is the simulation as the sensor would have shown it
+                        let simulated = |residuals: &Residuals| {
+                            thin(&|row| measured[row] - f64::from(residuals[r][s][row]) * sensor.noise)
+                        };
+                        SensorTrace {
+                            column: sensor.column,
+                            noise: sensor.noise,
+                            measured: thin(&|row| measured[row]),
+                            as_given: simulated(given),
+                            recalibrated: simulated(before),
+                            improved: simulated(after),
+                        }
+                    })
+                    .collect(),
+            }
+        })
+        .collect();
+    Figures {
+        recordings,
+        maps: conditions::maps(data, fit, before, after),
+        unknown_inputs: located.iter().map(unknown_input).collect(),
+        tried: tried(selection, inflation),
+    }
+}
+
+fn unknown_input(located: &Located) -> UnknownInput {
+    let (time_s, value) = located.input.first().cloned().unwrap_or_default();
+    UnknownInput {
+        equation: located.equation.name().to_string(),
+        what: located.what.clone(),
+        unit: located.unit.to_string(),
+        score: located.score,
+        time_s,
+        value,
+    }
+}
+
+fn tried(selection: &Selection, inflation: f64) -> Vec<Tried> {
+    let names = |fit: &Fit| fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
+    let bic = |fit: &Fit| crate::diagnose::bic(fit, inflation);
+    let reference = bic(&selection.reference);
+    let row = |fit: &Fit, screened: bool| Tried {
+        effects: names(fit),
+        holdout_chi: fit.score.chi_kept(),
+        delta_bic: bic(fit) - reference,
+        chosen: names(fit) == names(&selection.fit),
+        screened,
+    };
+    let mut all = vec![row(&selection.reference, false)];
+    let rejected = selection.rejected.iter().map(|(field, full)| (field, *full));
+    for (field, full) in selection.steps.iter().map(|s| (&s.field, s.full)).chain(rejected) {
+        all.extend(field.iter().enumerate().map(|(i, racer)| row(&racer.fit, i >= full)));
+    }
+    if !all.iter().any(|t| t.chosen) {
+        all.push(Tried { chosen: true, ..row(&selection.fit, false) });
+    }
+    all.sort_by(|a, b| a.holdout_chi.total_cmp(&b.holdout_chi));
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    all.retain(|t| {
+        let new = !seen.contains(&t.effects);
+        seen.push(t.effects.clone());
+        new
+    });
+    all
+}

@@ -1,0 +1,431 @@
+//! Bounded least squares through the simulator: Levenberg–Marquardt with numerical derivatives whose steps are large
+//! enough for hysteresis, priors as residuals of their own, and bounds by projection.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::data::{Data, Part};
+use crate::simulate;
+use crate::space::{Space, What};
+
+/// Residuals over noise of the whole data: by run, sensor, sample; NaN where nothing was measured.
+pub(crate) type Residuals = Vec<Vec<Vec<f32>>>;
+
+/// How well a model does.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Score {
+    /// Σ r² over samples the fit sees, and how many they are.
+    pub(crate) fitted: f64,
+    pub(crate) fitted_count: f64,
+    /// Σ r² over samples kept back, and how many they are.
+    pub(crate) kept: f64,
+    pub(crate) kept_count: f64,
+}
+
+impl Score {
+    pub(crate) fn chi_kept(&self) -> f64 {
+        (self.kept / self.kept_count.max(1.0)).sqrt()
+    }
+
+    pub(crate) fn chi_fitted(&self) -> f64 {
+        (self.fitted / self.fitted_count.max(1.0)).sqrt()
+    }
+}
+
+/// The end of a fit.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub(crate) space: Space,
+    pub(crate) z: Vec<f64>,
+    pub(crate) score: Score,
+    /// What was minimised: Σ r² over the fitted samples, plus the priors.
+    pub(crate) objective: f64,
+    /// JᵀJ of the last derivatives, priors included.
+    pub(crate) information: DMatrix<f64>,
+    /// The last step promised less than counts.
+    pub(crate) converged: bool,
+}
+
+/// How long a fit goes on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    pub(crate) iterations: usize,
+    /// Residuals count as if the noise were this many times larger: makes the way through rough country smoother.
+    pub(crate) soften: f64,
+    /// A step that promises less than this share of the objective ends the fit.
+    pub(crate) tolerance: f64,
+}
+
+impl Effort {
+    pub(crate) const FULL: Effort = Effort { iterations: 25, soften: 1.0, tolerance: 2e-5 };
+
+    pub(crate) fn iterations(iterations: usize) -> Effort {
+        Effort { iterations, ..Effort::FULL }
+    }
+}
+
+/// Residuals of the model at `z`; `None` where it cannot be built.
+pub(crate) fn residuals(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
+    let model = space.model(z)?;
+    data.runs
+        .iter()
+        .enumerate()
+        .map(|(index, run)| {
+            let outputs = simulate::outputs(&model, run, &data.sensors)?;
+            Some(compare(data, space, z, index, outputs))
+        })
+        .collect()
+}
+
+/// Turns simulated outputs of one recording into residuals over noise.
+pub(crate) fn compare(data: &Data, space: &Space, z: &[f64], index: usize, outputs: Vec<Vec<f64>>) -> Vec<Vec<f32>> {
+    let run = &data.runs[index];
+    let position = data.position();
+    let (mut zero, gain) = space.position_of(index, z);
+    if data.free_zero
+        && run.held_out
+        && let Some(sensor) = position
+    {
+        // an arbitrary zero that was never fitted means nothing: the best one is taken
+        zero = mean_difference(&run.measured[sensor], &outputs[sensor]);
+    }
+    data.sensors
+        .iter()
+        .enumerate()
+        .map(|(s, sensor)| {
+            let (zero, gain) = if Some(s) == position { (zero, gain) } else { (0.0, 1.0) };
+            let weight = 1.0 / sensor.noise;
+            run.measured[s]
+                .iter()
+                .zip(&outputs[s])
+                .map(|(measured, simulated)| ((measured - zero - gain * simulated) * weight) as f32)
+                .collect()
+        })
+        .collect()
+}
+
+fn mean_difference(measured: &[f64], simulated: &[f64]) -> f64 {
+    let (sum, count) = measured
+        .iter()
+        .zip(simulated)
+        .filter(|(m, _)| !m.is_nan())
+        .fold((0.0, 0.0), |(sum, count), (m, s)| (sum + m - s, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// Sums of squares of what is fitted and what is kept back.
+pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
+    let mut score = Score::default();
+    for (run, by_sensor) in data.runs.iter().zip(residuals) {
+        for values in by_sensor {
+            for (r, part) in values.iter().zip(&run.part) {
+                if r.is_nan() {
+                    continue;
+                }
+                let square = f64::from(*r) * f64::from(*r);
+                match part {
+                    Part::Fitted => {
+                        score.fitted += square;
+                        score.fitted_count += 1.0;
+                    }
+                    Part::KeptBack => {
+                        score.kept += square;
+                        score.kept_count += 1.0;
+                    }
+                    Part::LeftOut => {}
+                }
+            }
+        }
+    }
+    score
+}
+
+/// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.
+pub(crate) fn derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
+    (0..space.len())
+        .into_par_iter()
+        .map(|i| {
+            let coordinate = &space.coordinates[i];
+            let mut moved = z.to_vec();
+            // towards the side with room
+            let step = if z[i] + coordinate.step <= coordinate.high { coordinate.step } else { -coordinate.step };
+            moved[i] += step;
+            if let What::Zero(run) = coordinate.what {
+                return Some(zero_derivative(data, coordinate.scale, run, at));
+            }
+            let mut step = step;
+            let there = match residuals(data, space, &moved) {
+                Some(there) => there,
+                None => {
+                    step = -step;
+                    moved[i] = z[i] + step;
+                    residuals(data, space, &moved)?
+                }
+            };
+            let per_step = (1.0 / step) as f32;
+            Some(zip(&there, at, |there, here| (there - here) * per_step))
+        })
+        .collect()
+}
+
+fn zero_derivative(data: &Data, scale: f64, run: usize, at: &Residuals) -> Residuals {
+    let position = data.position();
+    at.iter()
+        .enumerate()
+        .map(|(r, by_sensor)| {
+            by_sensor
+                .iter()
+                .enumerate()
+                .map(|(s, values)| {
+                    let slope =
+                        if r == run && Some(s) == position { (-scale / data.sensors[s].noise) as f32 } else { 0.0 };
+                    vec![slope; values.len()]
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// Combines two sets of residuals sample by sample.
+pub(crate) fn zip(a: &Residuals, b: &Residuals, f: impl Fn(f32, f32) -> f32) -> Residuals {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()).collect())
+        .collect()
+}
+
+/// Σ a b over the samples of a part; missing samples do not count.
+pub(crate) fn inner(data: &Data, part: Part, a: &Residuals, b: &Residuals) -> f64 {
+    let mut sum = 0.0;
+    for ((run, a), b) in data.runs.iter().zip(a).zip(b) {
+        for (a, b) in a.iter().zip(b) {
+            // in stretches of f32: fast, and summed in f64 often enough
+            for ((a, b), p) in a.chunks(64).zip(b.chunks(64)).zip(run.part.chunks(64)) {
+                let mut part_sum = 0.0f32;
+                for ((a, b), p) in a.iter().zip(b).zip(p) {
+                    let product = a * b;
+                    if *p == part && !product.is_nan() {
+                        part_sum += product;
+                    }
+                }
+                sum += f64::from(part_sum);
+            }
+        }
+    }
+    sum
+}
+
+/// JᵀJ of the samples of a part.
+pub(crate) fn gram(data: &Data, part: Part, columns: &[Residuals]) -> DMatrix<f64> {
+    let n = columns.len();
+    let pairs: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
+    let sums: Vec<f64> = pairs.par_iter().map(|(i, j)| inner(data, part, &columns[*i], &columns[*j])).collect();
+    let mut gram = DMatrix::zeros(n, n);
+    for ((i, j), sum) in pairs.into_iter().zip(sums) {
+        gram[(i, j)] = sum;
+        gram[(j, i)] = sum;
+    }
+    gram
+}
+
+/// Fits from `start`. `None` where the start itself is impossible.
+pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
+    let n = space.len();
+    let weight = 1.0 / (effort.soften * effort.soften);
+    let pull = DVector::from_iterator(n, space.coordinates.iter().map(|c| c.pull));
+    let mut z: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
+    let mut here = residuals(data, space, &z)?;
+    let mut at = score(data, &here);
+    let mut objective = weight * at.fitted + space.penalty(&z);
+    let mut damping = 1e-3;
+    let mut information = DMatrix::identity(n, n);
+    let mut converged = n == 0;
+    for _ in 0..effort.iterations {
+        if converged {
+            break;
+        }
+        let columns = derivatives(data, space, &z, &here)?;
+        information = gram(data, Part::Fitted, &columns) * weight;
+        let mut gradient = DVector::from_iterator(
+            n,
+            columns.par_iter().map(|c| weight * inner(data, Part::Fitted, c, &here)).collect::<Vec<_>>(),
+        );
+        for i in 0..n {
+            information[(i, i)] += pull[i];
+            gradient[i] += pull[i] * z[i];
+        }
+        let mut improved = false;
+        for _ in 0..8 {
+            let (step, promised) = bounded_step(space, &z, &information, &gradient, damping);
+            if promised < effort.tolerance * objective.max(1.0) {
+                converged = true;
+                break;
+            }
+            let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
+            if let Some(there) = residuals(data, space, &moved) {
+                let then = score(data, &there);
+                let value = weight * then.fitted + space.penalty(&moved);
+                if value < objective {
+                    let ratio = (objective - value) / promised;
+                    damping = if ratio > 0.75 {
+                        (damping * 0.1).max(1e-9)
+                    } else if ratio < 0.25 {
+                        damping * 4.0
+                    } else {
+                        damping
+                    };
+                    (z, here, at, objective) = (moved, there, then, value);
+                    improved = true;
+                    break;
+                }
+            }
+            damping = (damping * 10.0).max(1e-6);
+        }
+        if !improved {
+            // no step of any length helps: as far as this simulator's roughness lets it
+            converged = true;
+        }
+    }
+    Some(Fit { space: space.clone(), z, score: at, objective, information, converged })
+}
+
+/// A few steps from `start` with the derivatives along what `space` shares with a former fit taken from there, so that
+/// only the new coordinates, which come last, cost simulations. Cheap and good enough to see who deserves a real fit.
+pub(crate) fn sketch(
+    data: &Data,
+    space: &Space,
+    start: &[f64],
+    shared: &[Residuals],
+    shared_gram: &DMatrix<f64>,
+    steps: usize,
+) -> Option<Fit> {
+    let (n, old) = (space.len(), shared.len());
+    let mut z: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
+    let mut here = residuals(data, space, &z)?;
+    let mut at = score(data, &here);
+    let mut objective = at.fitted + space.penalty(&z);
+    let mut information = DMatrix::identity(n, n);
+    for _ in 0..steps {
+        let own: Vec<Residuals> = (old..n)
+            .map(|i| {
+                let c = &space.coordinates[i];
+                let step = if z[i] + c.step <= c.high { c.step } else { -c.step };
+                let mut moved = z.clone();
+                moved[i] += step;
+                let there = residuals(data, space, &moved)?;
+                Some(zip(&there, &here, |there, here| (there - here) / step as f32))
+            })
+            .collect::<Option<_>>()?;
+        information.view_mut((0, 0), (old, old)).copy_from(shared_gram);
+        let mut gradient = DVector::zeros(n);
+        let column = |i: usize| if i < old { &shared[i] } else { &own[i - old] };
+        for i in 0..n {
+            gradient[i] = inner(data, Part::Fitted, column(i), &here) + space.coordinates[i].pull * z[i];
+            for j in if i < old { 0..0 } else { 0..i + 1 } {
+                let product = inner(data, Part::Fitted, column(i), column(j));
+                information[(i, j)] = product;
+                information[(j, i)] = product;
+            }
+        }
+        for (i, c) in space.coordinates.iter().enumerate() {
+            information[(i, i)] += c.pull;
+        }
+        let mut damping = 1e-4;
+        let mut improved = false;
+        for _ in 0..4 {
+            let (step, _) = bounded_step(space, &z, &information, &gradient, damping);
+            let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
+            if let Some(there) = residuals(data, space, &moved) {
+                let then = score(data, &there);
+                let value = then.fitted + space.penalty(&moved);
+                if value < objective {
+                    (z, here, at, objective) = (moved, there, then, value);
+                    improved = true;
+                    break;
+                }
+            }
+            damping = damping * 100.0;
+        }
+        if !improved {
+            break;
+        }
+    }
+    Some(Fit { space: space.clone(), z, score: at, objective, information, converged: false })
+}
+
+/// The damped Gauss–Newton step that stays within the bounds, and what the quadratic model promises of it.
+fn bounded_step(
+    space: &Space,
+    z: &[f64],
+    information: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> (DVector<f64>, f64) {
+    let n = z.len();
+    let mut held: Vec<Option<f64>> = vec![None; n];
+    // coordinates that would leave their bounds are held on them one after the other
+    for _ in 0..=n {
+        let free: Vec<usize> = (0..n).filter(|i| held[*i].is_none()).collect();
+        let mut step = DVector::zeros(n);
+        for (i, at) in held.iter().enumerate() {
+            step[i] = at.unwrap_or(0.0);
+        }
+        if !free.is_empty() {
+            let mut a = DMatrix::zeros(free.len(), free.len());
+            let mut b = DVector::zeros(free.len());
+            for (row, &i) in free.iter().enumerate() {
+                for (column, &j) in free.iter().enumerate() {
+                    a[(row, column)] = information[(i, j)];
+                }
+                a[(row, row)] += damping * information[(i, i)].max(1e-12) + 1e-12;
+                b[row] = -gradient[i]
+                    - (0..n).filter(|j| held[*j].is_some()).map(|j| information[(i, j)] * step[j]).sum::<f64>();
+            }
+            let solved = match a.clone().cholesky() {
+                Some(cholesky) => cholesky.solve(&b),
+                None => DVector::zeros(free.len()),
+            };
+            for (row, &i) in free.iter().enumerate() {
+                step[i] = solved[row];
+            }
+        }
+        let worst = free
+            .iter()
+            .map(|&i| {
+                let to = z[i] + step[i];
+                let c = &space.coordinates[i];
+                (i, (c.low - to).max(to - c.high))
+            })
+            .filter(|(_, beyond)| *beyond > 1e-12)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        match worst {
+            Some((i, _)) => {
+                let c = &space.coordinates[i];
+                held[i] = Some((z[i] + step[i]).clamp(c.low, c.high) - z[i]);
+            }
+            None => {
+                let promised = -2.0 * gradient.dot(&step) - (information * &step).dot(&step);
+                return (step, promised);
+            }
+        }
+    }
+    (DVector::zeros(n), 0.0)
+}
+
+impl Fit {
+    /// Standard deviations of the coordinates, in their scales, from the curvature.
+    pub(crate) fn deviations(&self) -> Vec<f64> {
+        let n = self.space.len();
+        let mut information = self.information.clone();
+        for i in 0..n {
+            information[(i, i)] += 1e-12;
+        }
+        match information.cholesky() {
+            Some(cholesky) => {
+                let inverse = cholesky.inverse();
+                (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt()).collect()
+            }
+            None => vec![f64::INFINITY; n],
+        }
+    }
+}

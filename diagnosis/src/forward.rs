@@ -1,0 +1,218 @@
+//! What: effects are added one at a time, each refitted with everything that may move, judged by data kept back against
+//! what chance gives to the best of all candidates; what is no longer needed is taken out again.
+
+use rayon::prelude::*;
+use sinew_physics::effects::{Effect, Role};
+
+use crate::data::{Data, Part};
+use crate::fit::{self, Effort, Fit, Residuals};
+use crate::search::{self, Racer};
+use crate::significance::{Chance, Colour};
+use crate::starts::{self, Candidate};
+
+/// An improvement that chance gives more often than this is none.
+pub(crate) const SIGNIFICANT: f64 = 0.01;
+/// Least share of the mean square on kept-back data that an effect has to take away to matter.
+pub(crate) const MATTERS: f64 = 0.01;
+/// chi under which little is left, and the probability by chance from which on no race is run there.
+const LITTLE_LEFT: f64 = 1.05;
+const WORTH_A_RACE: f64 = 0.05;
+/// Candidates that are fitted in full at every step.
+const FINALISTS: usize = 5;
+/// Most effects that are added before the unneeded are taken out, and most that are kept.
+const MOST_STEPS: usize = 5;
+
+/// One effect that was added.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    pub(crate) effect: &'static Effect,
+    pub(crate) p_value: f64,
+    /// The candidates of that step, best first by data kept back; those fitted in full come first.
+    pub(crate) field: Vec<Racer>,
+    pub(crate) full: usize,
+    /// The model it was added to.
+    pub(crate) before: Fit,
+}
+
+/// What forward selection came to.
+#[derive(Debug, Clone)]
+pub(crate) struct Selection {
+    pub(crate) fit: Fit,
+    pub(crate) steps: Vec<Step>,
+    /// Probability of the first step's gain by chance; 1 where nothing gained.
+    pub(crate) p_value: f64,
+    /// Draws of the bootstrap behind it.
+    pub(crate) draws: usize,
+    /// The field of a step that was not taken.
+    pub(crate) rejected: Option<(Vec<Racer>, usize)>,
+    /// The reference model as it is best fitted, where the search found a better one on its way.
+    pub(crate) reference: Fit,
+}
+
+/// How residuals of a fit are coloured, by sensor.
+pub(crate) fn colours(data: &Data, residuals: &Residuals) -> Vec<Colour> {
+    (0..data.sensors.len()).map(|s| Colour::of(residuals, s)).collect()
+}
+
+/// Adds effects to `base` while that helps on data kept back.
+pub(crate) fn select(
+    data: &Data,
+    base: Fit,
+    windows: &[(f64, f64)],
+    seed: u64,
+    progress: &(dyn Fn(&str, f64) + Sync),
+) -> Selection {
+    let reference = base.clone();
+    let mut selection = Selection { fit: base, steps: Vec::new(), p_value: 1.0, draws: 0, rejected: None, reference };
+    for number in 0..MOST_STEPS {
+        let stage = format!("candidates, round {}", number + 1);
+        // where next to nothing is left, the linearised candidates show whether a race could find anything
+        if selection.fit.score.chi_kept() < LITTLE_LEFT
+            && let Some(chance) = chance(data, &selection.fit, &selection.fit, windows, seed)
+        {
+            let p_value = chance.p_value(chance.promised());
+            if selection.steps.is_empty() {
+                (selection.p_value, selection.draws) = (p_value, chance.draws());
+            }
+            if p_value > WORTH_A_RACE {
+                break;
+            }
+        }
+        let candidates = candidates(data, &selection.fit, windows);
+        if candidates.is_empty() {
+            break;
+        }
+        let (mut field, full) = search::race(data, &selection.fit, candidates, FINALISTS, &|f| progress(&stage, f));
+        field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
+        let Some(best) = field.first().cloned() else { break };
+        // the model without the effect, from where the fit with it has led: a better valley of the same model is no effect
+        let without = drop_effect(data, &best.fit, best.candidate.effect);
+        if let Some(without) = without
+            && without.objective < selection.fit.objective
+        {
+            if selection.steps.is_empty() {
+                selection.reference = without.clone();
+            }
+            selection.fit = without;
+        }
+        let gain = selection.fit.score.kept - best.fit.score.kept;
+        let matters = gain > MATTERS * selection.fit.score.kept;
+        let chance = if gain > 0.0 { chance(data, &selection.fit, &best.fit, windows, seed) } else { None };
+        let (p_value, draws) = chance.map_or((1.0, 0), |c| (c.p_value(gain), c.draws()));
+        if selection.steps.is_empty() {
+            selection.p_value = p_value;
+            selection.draws = draws;
+        }
+        if !(matters && p_value <= SIGNIFICANT) {
+            selection.rejected = Some((field, full));
+            break;
+        }
+        let before = std::mem::replace(&mut selection.fit, best.fit.clone());
+        selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full, before });
+        if selection.steps.len() > 1 {
+            prune(data, &mut selection);
+        }
+        // nothing left that could be noticed
+        if selection.fit.score.chi_kept().powi(2) < 1.0 + 0.2 * MATTERS {
+            break;
+        }
+    }
+    selection
+}
+
+/// Every start of every effect the model leaves out.
+pub(crate) fn candidates(data: &Data, fit: &Fit, windows: &[(f64, f64)]) -> Vec<Candidate> {
+    let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
+    starts::missing(&model)
+        .into_iter()
+        .filter(|e| !fit.space.effects.iter().any(|there| there.id == e.id))
+        .flat_map(|e| starts::starts(e, &model, windows, data.longest_s()))
+        .collect()
+}
+
+/// The fit without an effect, everything else refitted.
+pub(crate) fn drop_effect(data: &Data, fit: &Fit, effect: &Effect) -> Option<Fit> {
+    let (space, z) = fit.space.without(effect, &fit.z);
+    fit::fit(data, &space, &z, Effort::FULL)
+}
+
+/// Takes out what is no longer needed now that others are in.
+fn prune(data: &Data, selection: &mut Selection) {
+    loop {
+        let trials: Vec<(&'static Effect, Fit)> = selection
+            .fit
+            .space
+            .effects
+            .clone()
+            .into_par_iter()
+            .filter_map(|effect| Some((effect, drop_effect(data, &selection.fit, effect)?)))
+            .collect();
+        let Some((effect, fit)) = trials.into_iter().min_by(|a, b| a.1.score.kept.total_cmp(&b.1.score.kept)) else {
+            return;
+        };
+        // an effect that does not matter is not named
+        if fit.score.kept > selection.fit.score.kept * (1.0 + MATTERS) {
+            return;
+        }
+        selection.steps.retain(|s| s.effect.id != effect.id);
+        selection.fit = fit;
+    }
+}
+
+/// What chance gives to the best candidate beyond `base`, with noise coloured as what `best` leaves.
+fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64) -> Option<Chance> {
+    let here = fit::residuals(data, &base.space, &base.z)?;
+    let nuisances = fit::derivatives(data, &base.space, &base.z, &here)?;
+    let pulls: Vec<f64> = base.space.coordinates.iter().map(|c| c.pull).collect();
+    let left = fit::residuals(data, &best.space, &best.z)?;
+    let mut seen = Vec::new();
+    let candidates: Vec<Candidate> = candidates(data, base, windows)
+        .into_iter()
+        .filter(|c| {
+            let event = c.start.parameters.len() > 2;
+            let new = event || !seen.contains(&c.effect.id);
+            seen.push(c.effect.id);
+            new
+        })
+        .collect();
+    let columns: Vec<Vec<Residuals>> = candidates
+        .par_iter()
+        .filter_map(|c| {
+            let (space, z) = base.space.with(c.effect, &c.start, &base.z);
+            let own: Vec<usize> = (base.space.len()..space.len())
+                .filter(|i| match &space.coordinates[*i].what {
+                    crate::space::What::Effect(_, p) => matches!(p.role, Role::Switch { .. }),
+                    _ => false,
+                })
+                .collect();
+            let null: Vec<f64> = z.iter().enumerate().map(|(i, z)| if own.contains(&i) { 0.0 } else { *z }).collect();
+            let columns: Vec<Residuals> = own
+                .iter()
+                .filter_map(|i| {
+                    let mut moved = null.clone();
+                    let amount = if z[*i] == 0.0 { 0.3 } else { z[*i] };
+                    moved[*i] = amount;
+                    let there = fit::residuals(data, &space, &moved)?;
+                    Some(fit::zip(&there, &here, |there, here| (there - here) / amount as f32))
+                })
+                .collect();
+            if columns.is_empty() { None } else { Some(columns) }
+        })
+        .collect();
+    Some(Chance::new(data, &nuisances, &pulls, &columns, &here, &colours(data, &left), seed))
+}
+
+/// The gain that the model with `part` fitted has over another, over kept-back samples only.
+pub(crate) fn kept_gain(worse: &Fit, better: &Fit) -> f64 {
+    worse.score.kept - better.score.kept
+}
+
+/// Count of samples of a part, over all sensors.
+pub(crate) fn count(data: &Data, part: Part, residuals: &Residuals) -> f64 {
+    data.runs
+        .iter()
+        .zip(residuals)
+        .flat_map(|(run, by_sensor)| by_sensor.iter().map(move |v| (run, v)))
+        .map(|(run, values)| values.iter().zip(&run.part).filter(|(r, p)| **p == part && !r.is_nan()).count() as f64)
+        .sum()
+}

@@ -1,0 +1,109 @@
+//! How well a fit knows what it fitted: 90 % intervals from the curvature, widened where what is left is correlated,
+//! and for effects walked out along the profile.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::data::{Data, Part};
+use crate::fit::{self, Effort, Fit};
+use crate::space::What;
+
+/// Half-width of a 90 % interval, in standard deviations, and the fall of the profile there.
+const Z90: f64 = 1.6449;
+const FALL90: f64 = Z90 * Z90;
+
+/// A 90 % interval of one coordinate, in its own unit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Interval {
+    pub(crate) value: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+/// The intervals of all coordinates of a fit. Those of effects are walked out along the profile.
+pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
+    let n = fit.space.len();
+    let (deviations, inflation) = deviations(data, fit).unwrap_or((fit.deviations(), vec![1.0; n]));
+    (0..n)
+        .into_par_iter()
+        .map(|i| {
+            let c = &fit.space.coordinates[i];
+            let z = fit.z[i];
+            let reach = Z90 * deviations[i];
+            let profiled = matches!(c.what, What::Effect(..)) && reach.is_finite() && reach < c.high - c.low;
+            let side = |sign: f64| -> f64 {
+                let room = if sign > 0.0 { c.high - z } else { z - c.low };
+                let plain = reach.min(room.max(0.0));
+                if !profiled || plain < reach {
+                    return plain;
+                }
+                profile(data, fit, i, sign * reach, inflation[i]).unwrap_or(plain).min(room)
+            };
+            let (down, up) = (side(-1.0), side(1.0));
+            let (a, b) = (c.value(z - down), c.value(z + up));
+            Interval { value: c.value(z), low: a.min(b), high: a.max(b) }
+        })
+        .collect()
+}
+
+/// How far the coordinate may go before the profile has fallen as far as a 90 % interval allows, given a first guess.
+fn profile(data: &Data, fit: &Fit, i: usize, guess: f64, inflation: f64) -> Option<f64> {
+    let target = FALL90 * inflation;
+    let mut space = fit.space.clone();
+    let mut z = fit.z.clone();
+    // held there: no room to move
+    z[i] += guess;
+    let c = &mut space.coordinates[i];
+    (c.low, c.high) = (z[i], z[i]);
+    let refitted = fit::fit(data, &space, &z, Effort { iterations: 3, soften: 1.0, tolerance: 1e-6 })?;
+    let fall = refitted.objective - fit.objective;
+    if fall <= 0.0 {
+        return Some(guess.abs() * 2.0);
+    }
+    // a parabola through the two points, but no wild extrapolation
+    Some(guess.abs() * (target / fall).sqrt().clamp(0.4, 2.5))
+}
+
+/// Standard deviations of the coordinates in their scales, and by how much correlation widened each (as a variance).
+/// Gradients summed over blocks show how far the samples of a block pull together.
+pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)> {
+    let n = fit.space.len();
+    let here = fit::residuals(data, &fit.space, &fit.z)?;
+    let columns = fit::derivatives(data, &fit.space, &fit.z, &here)?;
+    let mut information = fit::gram(data, Part::Fitted, &columns);
+    for (i, c) in fit.space.coordinates.iter().enumerate() {
+        information[(i, i)] += c.pull + 1e-12;
+    }
+    let inverse = information.cholesky()?.inverse();
+    let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
+    for (r, run) in data.runs.iter().enumerate() {
+        let blocks = run.block.last().map_or(0, |b| b + 1);
+        for s in 0..data.sensors.len() {
+            let mut sums = vec![DVector::<f64>::zeros(n); blocks];
+            for (i, column) in columns.iter().enumerate() {
+                for (row, (d, residual)) in column[r][s].iter().zip(&here[r][s]).enumerate() {
+                    let product = d * residual;
+                    if run.part[row] == Part::Fitted && !product.is_nan() {
+                        sums[run.block[row]][i] += f64::from(product);
+                    }
+                }
+            }
+            for sum in sums {
+                middle += &sum * sum.transpose();
+            }
+        }
+    }
+    for (i, c) in fit.space.coordinates.iter().enumerate() {
+        middle[(i, i)] += c.pull;
+    }
+    let sandwich = &inverse * middle * &inverse;
+    Some(
+        (0..n)
+            .map(|i| {
+                let plain = inverse[(i, i)].max(0.0);
+                let wide = sandwich[(i, i)].max(plain);
+                (wide.sqrt(), (wide / plain.max(1e-300)).max(1.0))
+            })
+            .unzip(),
+    )
+}

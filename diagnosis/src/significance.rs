@@ -1,0 +1,250 @@
+//! Is a gain on data kept back more than chance? A parametric bootstrap with refit, linearised about the fit: noise with
+//! the spectrum of what is left is drawn, every candidate is refitted to it with all nuisance parameters, and the best
+//! gain among them is what chance can do. That survives residuals that are correlated over hundreds of samples, where
+//! tests that take samples as independent cry wolf nearly always.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+
+use crate::data::{Data, Part};
+use crate::fit::{self, Residuals};
+
+/// Order of the autoregressive model of what is left.
+const ORDER: usize = 6;
+/// Multiply-adds the bootstrap may cost.
+const WORK: f64 = 8e9;
+/// Draws: at least and at most.
+const FEWEST: usize = 199;
+const MOST: usize = 999;
+
+/// An autoregressive model of a sensor's residual.
+#[derive(Debug, Clone)]
+pub(crate) struct Colour {
+    /// r_t = Σ φ_i r_(t−i) + e_t.
+    pub(crate) coefficients: Vec<f64>,
+    /// Standard deviation of e.
+    pub(crate) innovation: f64,
+    /// Standard deviation of r.
+    pub(crate) deviation: f64,
+}
+
+impl Colour {
+    /// By Yule and Walker, from all recordings of one sensor; missing samples are passed over.
+    pub(crate) fn of(residuals: &Residuals, sensor: usize) -> Colour {
+        let mut covariance = [0.0; ORDER + 1];
+        let mut counts = [0.0; ORDER + 1];
+        for by_sensor in residuals {
+            let values = &by_sensor[sensor];
+            for lag in 0..=ORDER {
+                for (a, b) in values.iter().zip(values.iter().skip(lag)) {
+                    let product = a * b;
+                    if !product.is_nan() {
+                        covariance[lag] += f64::from(product);
+                        counts[lag] += 1.0;
+                    }
+                }
+            }
+        }
+        for (c, n) in covariance.iter_mut().zip(counts) {
+            *c /= f64::max(n, 1.0);
+        }
+        if counts[0] == 0.0 || covariance[0] <= 0.0 {
+            return Colour { coefficients: vec![0.0; ORDER], innovation: 1.0, deviation: 1.0 };
+        }
+        let (coefficients, innovation) = levinson(&covariance);
+        Colour { coefficients, innovation: innovation.max(0.0).sqrt(), deviation: covariance[0].sqrt() }
+    }
+
+    /// How many times more samples it takes to know the mean than if they were independent.
+    pub(crate) fn inflation(&self) -> f64 {
+        let dc = 1.0 - self.coefficients.iter().sum::<f64>();
+        ((self.innovation / dc.max(1e-3)).powi(2) / (self.deviation * self.deviation)).max(1.0)
+    }
+}
+
+/// Solves the Yule–Walker equations by Levinson's recursion: coefficients and the variance of the innovation.
+fn levinson(covariance: &[f64]) -> (Vec<f64>, f64) {
+    let order = covariance.len() - 1;
+    let mut a = vec![0.0; order];
+    let mut error = covariance[0] * (1.0 + 1e-9);
+    for k in 0..order {
+        let reflection = (covariance[k + 1] - (0..k).map(|j| a[j] * covariance[k - j]).sum::<f64>()) / error;
+        let reflection = reflection.clamp(-0.9999, 0.9999);
+        let before = a.clone();
+        a[k] = reflection;
+        for j in 0..k {
+            a[j] = before[j] - reflection * before[k - 1 - j];
+        }
+        error *= 1.0 - reflection * reflection;
+    }
+    (a, error)
+}
+
+/// The gains on kept-back data that chance gives to the best of several candidates.
+#[derive(Debug, Clone)]
+pub(crate) struct Chance {
+    gains: Vec<f64>,
+    /// The best gain that the linearised candidates promise on the residuals themselves.
+    promised: f64,
+}
+
+impl Chance {
+    /// `nuisances` are the derivatives of the residuals along what is fitted in any case, each pulled to its prior by
+    /// `pulls`; `candidates` those along each candidate's parameters.
+    pub(crate) fn new(
+        data: &Data,
+        nuisances: &[Residuals],
+        pulls: &[f64],
+        candidates: &[Vec<Residuals>],
+        residuals: &Residuals,
+        colours: &[Colour],
+        seed: u64,
+    ) -> Chance {
+        let columns: Vec<Residuals> = nuisances.iter().chain(candidates.iter().flatten()).cloned().collect();
+        let (n, all) = (nuisances.len(), columns.len());
+        let seen = fit::gram(data, Part::Fitted, &columns);
+        let kept = fit::gram(data, Part::KeptBack, &columns);
+        let mut models: Vec<Model> = Vec::new();
+        let base: Vec<usize> = (0..n).collect();
+        let Some(reference) = Model::new(&base, &seen, pulls) else {
+            return Chance { gains: Vec::new(), promised: 0.0 };
+        };
+        let mut next = n;
+        for candidate in candidates {
+            let own: Vec<usize> = (next..next + candidate.len()).collect();
+            next += candidate.len();
+            models.extend(Model::new(&[base.clone(), own].concat(), &seen, pulls));
+        }
+        let samples = data.samples() * data.sensors.len();
+        let draws = ((WORK / (samples * (all + 8)).max(1) as f64) as usize).clamp(FEWEST, MOST);
+        let best_gain = |noise: &Residuals| -> f64 {
+            let along = |part| DVector::from_iterator(all, columns.iter().map(|c| fit::inner(data, part, c, noise)));
+            let (b_seen, b_kept) = (along(Part::Fitted), along(Part::KeptBack));
+            let before = reference.kept_change(&b_seen, &b_kept, &kept);
+            models.iter().map(|m| before - m.kept_change(&b_seen, &b_kept, &kept)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let gains = (0..draws)
+            .into_par_iter()
+            .map(|draw| {
+                let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(draw as u64);
+                best_gain(&draw_noise(data, colours, &mut Xoshiro256PlusPlus::seed_from_u64(seed)))
+            })
+            .collect();
+        Chance { gains, promised: best_gain(residuals) }
+    }
+
+    /// The best gain that the linearised candidates promise.
+    pub(crate) fn promised(&self) -> f64 {
+        self.promised
+    }
+
+    /// Probability that chance alone gives at least this gain.
+    pub(crate) fn p_value(&self, gain: f64) -> f64 {
+        let above = self.gains.iter().filter(|g| **g >= gain).count();
+        (above + 1) as f64 / (self.gains.len() + 1) as f64
+    }
+
+    pub(crate) fn draws(&self) -> usize {
+        self.gains.len()
+    }
+}
+
+/// A linear least-squares fit of some of the columns.
+struct Model {
+    columns: Vec<usize>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Model {
+    fn new(columns: &[usize], gram: &DMatrix<f64>, pulls: &[f64]) -> Option<Model> {
+        let n = columns.len();
+        let mut a = DMatrix::from_fn(n, n, |i, j| gram[(columns[i], columns[j])]);
+        for (i, column) in columns.iter().enumerate() {
+            a[(i, i)] += pulls.get(*column).copied().unwrap_or(0.0) + 1e-9 * a[(i, i)].abs() + 1e-12;
+        }
+        Some(Model { columns: columns.to_vec(), factor: a.cholesky()? })
+    }
+
+    /// Change of Σ r² over the kept-back samples by the fit to the others.
+    fn kept_change(&self, b_seen: &DVector<f64>, b_kept: &DVector<f64>, kept: &DMatrix<f64>) -> f64 {
+        let n = self.columns.len();
+        let b = DVector::from_iterator(n, self.columns.iter().map(|c| -b_seen[*c]));
+        let step = self.factor.solve(&b);
+        let mut change = 0.0;
+        for (i, ci) in self.columns.iter().enumerate() {
+            change += 2.0 * step[i] * b_kept[*ci];
+            for (j, cj) in self.columns.iter().enumerate() {
+                change += step[i] * step[j] * kept[(*ci, *cj)];
+            }
+        }
+        change
+    }
+}
+
+/// Noise with the colour of each sensor's residual, in units of the sensors' noise.
+pub(crate) fn draw_noise(data: &Data, colours: &[Colour], rng: &mut Xoshiro256PlusPlus) -> Residuals {
+    data.runs
+        .iter()
+        .map(|run| {
+            colours
+                .iter()
+                .zip(&run.measured)
+                .map(|(colour, measured)| {
+                    let order = colour.coefficients.len();
+                    let mut past = vec![0.0; order];
+                    // started from rest: let it forget that
+                    let warm_up = 50;
+                    let mut values = Vec::with_capacity(measured.len());
+                    for t in 0..measured.len() + warm_up {
+                        let e: f64 = rng.sample(StandardNormal);
+                        let mut r = colour.innovation * e;
+                        for (a, p) in colour.coefficients.iter().zip(&past) {
+                            r += a * p;
+                        }
+                        past.rotate_right(1);
+                        if let Some(first) = past.first_mut() {
+                            *first = r;
+                        }
+                        if t >= warm_up {
+                            values.push(if measured[t - warm_up].is_nan() { f32::NAN } else { r as f32 });
+                        }
+                    }
+                    values
+                })
+                .collect()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_autoregressive_process_is_recognised() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let mut r = 0.0;
+        let values: Vec<f32> = (0..40_000)
+            .map(|_| {
+                let e: f64 = rng.sample(StandardNormal);
+                r = 0.9 * r + e;
+                r as f32
+            })
+            .collect();
+        let colour = Colour::of(&vec![vec![values]], 0);
+        assert!((colour.coefficients[0] - 0.9).abs() < 0.03, "{colour:?}");
+        assert!((colour.innovation - 1.0).abs() < 0.03);
+        // (1 + 0.9) / (1 − 0.9) = 19
+        assert!((15.0..24.0).contains(&colour.inflation()), "{}", colour.inflation());
+    }
+
+    #[test]
+    fn white_noise_inflates_nothing() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
+        let values: Vec<f32> = (0..40_000).map(|_| rng.sample::<f64, _>(StandardNormal) as f32).collect();
+        assert!(Colour::of(&vec![vec![values]], 0).inflation() < 1.2);
+    }
+}

@@ -1,0 +1,282 @@
+//! What a fit may move: parameters of the reference model within their priors, parameters of effects, and what is
+//! nuisance of one recording alone. Every coordinate is counted in units of its own scale, 0 = where it is believed to be.
+
+use std::sync::Arc;
+
+use sinew_physics::WireModel;
+use sinew_physics::effects::{self, Effect, EffectParameter};
+use sinew_rig::{Prior, Rig};
+
+use crate::data::Data;
+
+/// Steps of numerical derivatives, in scales: a hysteretic simulator is not smooth below that, and fits stall.
+const STEP: f64 = 0.02;
+/// How far a parameter with a prior may go, in σ.
+const FARTHEST_SIGMA: f64 = 8.0;
+/// Run-to-run scatter of a position's gain where its zero is arbitrary, 1 σ.
+const GAIN_SCATTER: f64 = 0.03;
+/// Run-to-run scatter of a position's zero where it is arbitrary, 1 σ, as a share of the wire's length.
+const ZERO_SCATTER: f64 = 0.05;
+
+/// What a coordinate moves.
+#[derive(Debug, Clone)]
+pub(crate) enum What {
+    /// A key of the rig file.
+    Key(String),
+    /// Both moduli: the rig file says there is but one.
+    BothModuli,
+    /// A parameter of an effect.
+    Effect(&'static Effect, &'static EffectParameter),
+    /// The zero of the position in one recording, m.
+    Zero(usize),
+    /// The gain of the position in one recording.
+    Gain(usize),
+}
+
+/// One direction a fit can go.
+#[derive(Debug, Clone)]
+pub(crate) struct Coordinate {
+    pub(crate) what: What,
+    /// Value at 0, in the key's unit.
+    pub(crate) origin: f64,
+    /// Value per unit of the coordinate.
+    pub(crate) scale: f64,
+    /// Bounds, in units of the coordinate.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Weight of the pull to 0: 1 = a normal prior of one scale, 0 = none.
+    pub(crate) pull: f64,
+    /// Step of numerical derivatives, in units of the coordinate.
+    pub(crate) step: f64,
+}
+
+impl Coordinate {
+    pub(crate) fn value(&self, z: f64) -> f64 {
+        self.origin + self.scale * z
+    }
+
+    pub(crate) fn at(&self, value: f64) -> f64 {
+        (value - self.origin) / self.scale
+    }
+
+    pub(crate) fn is_of(&self, effect: &Effect) -> bool {
+        matches!(&self.what, What::Effect(e, _) if e.id == effect.id)
+    }
+
+    /// Whether it acts on what one recording's sensors show, not on the wire.
+    pub(crate) fn is_of_run(&self) -> Option<usize> {
+        match self.what {
+            What::Zero(run) | What::Gain(run) => Some(run),
+            _ => None,
+        }
+    }
+}
+
+/// The coordinates of one model, in their order: reference model, effects as they were added, recordings.
+#[derive(Debug, Clone)]
+pub(crate) struct Space {
+    rig: Arc<Rig>,
+    channel: usize,
+    pub(crate) coordinates: Vec<Coordinate>,
+    pub(crate) effects: Vec<&'static Effect>,
+}
+
+impl Space {
+    /// The reference model within its priors, and the nuisances of each recording.
+    pub(crate) fn reference(rig: &Rig, channel: usize, data: &Data) -> Space {
+        let c = &rig.channels[channel];
+        let one_modulus =
+            effects::effect("mechanical.phase_modulus").is_some_and(|phase_modulus| phase_modulus.is_null(&c.model));
+        let measured_ambient = data
+            .runs
+            .iter()
+            .all(|run| run.inputs.iter().any(|(inputs, _)| (inputs.ambient_c - c.model.ambient_c).abs() > 1e-9));
+        let mut coordinates = Vec::new();
+        for (key, prior) in c.priors_in_force() {
+            if one_modulus && key == "martensite_modulus_gpa" || measured_ambient && key == "ambient_c" {
+                continue;
+            }
+            let (Some(value), Some(range)) =
+                (rig.parameter(channel, &key), sinew_rig::parameters().find(|p| p.key == key))
+            else {
+                continue;
+            };
+            let sigma = prior.sigma(value);
+            if sigma <= 0.0 || !acts(&key, &c.model) {
+                continue;
+            }
+            let both = one_modulus && key == "austenite_modulus_gpa";
+            // a relative prior says that the sign is known
+            let floor = if matches!(prior, Prior::Relative(_)) { 0.02 * value.abs() } else { f64::NEG_INFINITY };
+            let low = ((range.low.max(if value > 0.0 { floor } else { f64::NEG_INFINITY }) - value) / sigma)
+                .max(-FARTHEST_SIGMA);
+            coordinates.push(Coordinate {
+                what: if both { What::BothModuli } else { What::Key(key) },
+                origin: value,
+                scale: sigma,
+                low: low.min(0.0),
+                high: ((range.high - value) / sigma).clamp(0.0, FARTHEST_SIGMA),
+                pull: 1.0,
+                step: STEP,
+            });
+        }
+        let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new() };
+        space.add_runs(data);
+        space
+    }
+
+    fn add_runs(&mut self, data: &Data) {
+        if !data.free_zero || data.position().is_none() {
+            return;
+        }
+        let length = self.rig.channels[self.channel].model.geometry.length_m;
+        let fitted = data.runs.iter().filter(|run| !run.held_out).count();
+        for (index, _) in data.runs.iter().enumerate().filter(|(_, run)| !run.held_out) {
+            let (low, high, pull) = (-40.0, 40.0, 0.0);
+            let scale = ZERO_SCATTER * length;
+            self.coordinates.push(Coordinate {
+                what: What::Zero(index),
+                origin: 0.0,
+                scale,
+                low,
+                high,
+                pull,
+                step: STEP,
+            });
+            if fitted > 1 {
+                let (what, scale, pull) = (What::Gain(index), GAIN_SCATTER, 1.0);
+                self.coordinates.push(Coordinate { what, origin: 1.0, scale, low: -4.0, high: 4.0, pull, step: STEP });
+            }
+        }
+    }
+
+    /// The same with an effect in it, its parameters free, from the values `start` gives (rig-file units).
+    /// Gives the space and where in it the start is, from `z` in this one.
+    pub(crate) fn with(&self, effect: &'static Effect, start: &Start, z: &[f64]) -> (Space, Vec<f64>) {
+        let mut space = self.clone();
+        let mut at = z.to_vec();
+        let model = &self.rig.channels[self.channel].model;
+        for (parameter, (value, scale, pull, step)) in effect.parameters.iter().zip(&start.parameters) {
+            let origin = parameter.null(model).unwrap_or(*value);
+            let (low, high) = start.bounds(parameter);
+            let coordinate = Coordinate {
+                what: What::Effect(effect, parameter),
+                origin,
+                scale: *scale,
+                low: (low - origin) / scale,
+                high: (high - origin) / scale,
+                pull: *pull,
+                step: *step,
+            };
+            if *scale > 0.0 {
+                at.push(coordinate.at(*value).clamp(coordinate.low, coordinate.high));
+                space.coordinates.push(coordinate);
+            }
+        }
+        space.effects.push(effect);
+        (space, at)
+    }
+
+    /// The same without an effect, and `z` in it.
+    pub(crate) fn without(&self, effect: &Effect, z: &[f64]) -> (Space, Vec<f64>) {
+        let mut space = self.clone();
+        space.effects.retain(|e| e.id != effect.id);
+        let keep: Vec<bool> = self.coordinates.iter().map(|c| !c.is_of(effect)).collect();
+        let mut kept = keep.iter();
+        space.coordinates.retain(|_| *kept.next().unwrap_or(&true));
+        (space, z.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(z, _)| *z).collect())
+    }
+
+    /// The wire's model at `z`.
+    pub(crate) fn model(&self, z: &[f64]) -> Option<WireModel> {
+        let mut rig = Rig::clone(&self.rig);
+        self.apply(z, &mut rig).ok()?;
+        Some(rig.channels.swap_remove(self.channel).model)
+    }
+
+    /// Writes what belongs to the wire at `z` into a rig.
+    pub(crate) fn apply(&self, z: &[f64], rig: &mut Rig) -> Result<(), sinew_rig::Error> {
+        for (coordinate, z) in self.coordinates.iter().zip(z) {
+            let value = coordinate.value(*z);
+            match &coordinate.what {
+                What::Key(key) => rig.set_parameter(self.channel, key, value)?,
+                What::BothModuli => {
+                    rig.set_parameter(self.channel, "austenite_modulus_gpa", value)?;
+                    rig.set_parameter(self.channel, "martensite_modulus_gpa", value)?;
+                }
+                What::Effect(_, parameter) => {
+                    if let Some(channel) = rig.channels.get_mut(self.channel) {
+                        (parameter.set)(&mut channel.model, value);
+                    }
+                }
+                What::Zero(_) | What::Gain(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Zero and gain of the position in a recording at `z`.
+    pub(crate) fn position_of(&self, run: usize, z: &[f64]) -> (f64, f64) {
+        let mut zero = 0.0;
+        let mut gain = 1.0;
+        for (coordinate, z) in self.coordinates.iter().zip(z) {
+            match coordinate.what {
+                What::Zero(of) if of == run => zero = coordinate.value(*z),
+                What::Gain(of) if of == run => gain = coordinate.value(*z),
+                _ => {}
+            }
+        }
+        (zero, gain)
+    }
+
+    /// The model everything starts from, nothing moved.
+    pub(crate) fn given(&self) -> &WireModel {
+        &self.rig.channels[self.channel].model
+    }
+
+    /// The pull of the priors: Σ z².
+    pub(crate) fn penalty(&self, z: &[f64]) -> f64 {
+        self.coordinates.iter().zip(z).map(|(c, z)| c.pull * z * z).sum()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.coordinates.len()
+    }
+}
+
+/// Where a fit of an effect starts, by parameter: value, scale (0 = held there), pull and step of the derivative in
+/// scales; and bounds that are narrower than the catalogue's.
+#[derive(Debug, Clone)]
+pub(crate) struct Start {
+    pub(crate) parameters: Vec<(f64, f64, f64, f64)>,
+    /// Bounds of times, s.
+    pub(crate) times_s: (f64, f64),
+}
+
+impl Start {
+    fn bounds(&self, parameter: &EffectParameter) -> (f64, f64) {
+        if is_time(parameter) { self.times_s } else { (parameter.low, parameter.high) }
+    }
+}
+
+/// A parameter that is a time of the recording, s.
+pub(crate) fn is_time(parameter: &EffectParameter) -> bool {
+    matches!(parameter.key, "start_s" | "end_s")
+}
+
+/// Step of a derivative with respect to an effect's parameter, in scales.
+pub(crate) const EFFECT_STEP: f64 = STEP;
+
+/// Whether a parameter can make a difference in this rig at all.
+fn acts(key: &str, model: &WireModel) -> bool {
+    use sinew_physics::{DriveKind, Load};
+    let furnace = model.drive.kind == DriveKind::Temperature;
+    let thermal = ["convection_w_per_m2_k", "specific_heat_j_per_kg_k", "latent_heat_j_per_kg", "ambient_c"];
+    if furnace && thermal.contains(&key) {
+        return false;
+    }
+    if key == "damping_n_s_per_m" {
+        return matches!(model.load, Load::SpringMassDamper { .. });
+    }
+    true
+}

@@ -1,0 +1,122 @@
+//! Where the fit of an effect starts: inside what rigs show, for every sign and shape it can have.
+
+use sinew_physics::WireModel;
+use sinew_physics::effects::{self, Effect, EffectParameter, Nature, Role};
+
+use crate::space::{EFFECT_STEP, Start, is_time};
+
+/// Step of the derivative with respect to an edge in time, s.
+const EDGE_STEP_S: f64 = 0.1;
+
+/// An effect that may be missing, and one place to start from.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
+    pub(crate) effect: &'static Effect,
+    pub(crate) start: Start,
+}
+
+/// The mechanisms the model leaves out and could have.
+pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
+    effects::catalogue()
+        .filter(|e| e.nature == Nature::Mechanism && e.is_null(model) && e.applies_to(model))
+        // what a neighbour did is in no recording of this wire
+        .filter(|e| e.id != "thermal.neighbour")
+        .collect()
+}
+
+/// Every start of an effect. `windows` are where in time an event may lie, s; `end_s` is the length of the recordings.
+pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
+    let times_s = (-1.0, end_s + 1.0);
+    let event = effect.parameters.iter().any(is_time);
+    let shapes: Vec<f64> =
+        if effect.parameters.iter().any(is_free_shape) && !event { vec![0.25, 0.75] } else { vec![0.5] };
+    let switches = effect.parameters.iter().filter(|p| is_switch(p)).count();
+    let signs = match effect.parameters.iter().find(|p| is_switch(p)) {
+        // several switches find their own signs from the null
+        _ if switches > 1 => vec![0.0],
+        Some(p) => {
+            let null = p.null(model).unwrap_or(0.0);
+            let (low, high) = p.plausible;
+            // from near the null a fit finds the sign itself
+            if high > null {
+                vec![1.0]
+            } else if low < null {
+                vec![-1.0]
+            } else {
+                vec![0.0]
+            }
+        }
+        None => vec![0.0],
+    };
+    let mut candidates = Vec::new();
+    for window in if event { windows } else { &[(0.0, 0.0)] } {
+        for shape in &shapes {
+            for sign in &signs {
+                let parameters = effect
+                    .parameters
+                    .iter()
+                    .map(|p| parameter(effect, p, model, *sign, *shape, *window, end_s))
+                    .collect();
+                candidates.push(Candidate { effect, start: Start { parameters, times_s } });
+            }
+        }
+    }
+    candidates
+}
+
+fn is_switch(p: &EffectParameter) -> bool {
+    matches!(p.role, Role::Switch { .. })
+}
+
+fn is_free_shape(p: &EffectParameter) -> bool {
+    matches!(p.role, Role::Shape { .. })
+}
+
+/// Value, scale, pull and step of one parameter.
+fn parameter(
+    effect: &Effect,
+    p: &EffectParameter,
+    model: &WireModel,
+    sign: f64,
+    shape: f64,
+    window: (f64, f64),
+    end_s: f64,
+) -> (f64, f64, f64, f64) {
+    let (low, high) = p.plausible;
+    if is_time(p) {
+        let at = if p.key == "start_s" { window.0 } else { window.1 };
+        let scale = 0.25 * end_s;
+        return (at, scale, 0.0, EDGE_STEP_S / scale);
+    }
+    if effect.id == "thermal.sheath" {
+        // what a sleeve means depends on the wire it is on
+        let loss = model.material.convection_w_per_m2_k * model.geometry.surface_m2();
+        let capacity =
+            model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
+        let value = match p.key {
+            "inner_w_per_k" => 4.0 * loss,
+            "outer_w_per_k" => 4.0 / 3.0 * loss,
+            _ => capacity * (0.3 + shape),
+        };
+        return (value, 0.5 * value, 0.1, EFFECT_STEP);
+    }
+    match p.role {
+        Role::Switch { null } => {
+            let null = null(model);
+            let (above, below) = (high - null, null - low);
+            let scale = above.max(below);
+            // near the null the way is straight and everything else can come along; only what acts by its square, or not
+            // at all until it is there, has to start further out
+            let first = match effect.id {
+                "kinetic.distributed" => 0.4,
+                _ => 0.02,
+            };
+            let size = if sign > 0.0 { above } else { below };
+            (null + sign * first * size, scale, 0.05, EFFECT_STEP)
+        }
+        Role::Shape { .. } => {
+            let scale = 0.5 * (high - low);
+            (low + shape * (high - low), scale, 0.3, EFFECT_STEP)
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! What is found, in words for a person.
+
+use std::collections::BTreeMap;
+
+use sinew_physics::effects::Effect;
+
+use crate::answer::{EffectSize, FoundEffect, Location, Unknown, Verdict};
+use crate::data::Data;
+use crate::experiment::Proposal;
+use crate::fit::{Fit, Score};
+use crate::forward::Selection;
+use crate::space::{Coordinate, What, is_time};
+
+/// Separations below this, in RMS over noise, are not worth a recording.
+const WORTH_IT: f64 = 0.1;
+
+/// A number with three significant digits and no needless zeros.
+pub(crate) fn number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let size = value.abs();
+    if !(1e-4..1e6).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let digits = (2 - size.log10().floor() as i32).clamp(0, 7) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+/// The rig file's key of a coordinate of the reference model.
+pub(crate) fn key_of(coordinate: &Coordinate) -> String {
+    match &coordinate.what {
+        What::Key(key) => key.clone(),
+        What::BothModuli => "austenite_modulus_gpa".into(),
+        What::Effect(effect, parameter) => format!("{}.{}", effect.id, parameter.key),
+        What::Zero(run) => format!("zero of recording {}", run + 1),
+        What::Gain(run) => format!("gain of recording {}", run + 1),
+    }
+}
+
+/// When an effect that acts for a while does so, s.
+pub(crate) fn event_of(effect: &Effect, fit: &Fit) -> Option<(f64, f64)> {
+    let time = |key: &str| {
+        fit.space.coordinates.iter().zip(&fit.z).find_map(|(c, z)| match c.what {
+            What::Effect(e, p) if e.id == effect.id && is_time(p) && p.key == key => Some(c.value(*z)),
+            _ => None,
+        })
+    };
+    Some((time("start_s")?, time("end_s")?))
+}
+
+/// What an effect does here, with its sizes.
+pub(crate) fn says(effect: &Effect, parameters: &BTreeMap<String, EffectSize>) -> String {
+    let sizes: Vec<String> = effect
+        .parameters
+        .iter()
+        .filter_map(|p| {
+            let size = parameters.get(p.key)?;
+            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+            Some(format!(
+                "{} = {}{unit} (90 %: {} to {})",
+                p.key,
+                number(size.value),
+                number(size.low),
+                number(size.high)
+            ))
+        })
+        .collect();
+    if effect.id == "thermal.draught"
+        && let (Some(gain), Some(start), Some(end)) =
+            (parameters.get("gain"), parameters.get("start_s"), parameters.get("end_s"))
+    {
+        let way = if gain.value >= 0.0 { "faster" } else { "more slowly" };
+        return format!(
+            "Between {:.1} s and {:.1} s the wire lost heat {:.0} % {way} than still air explains ({})",
+            start.value,
+            end.value,
+            100.0 * gain.value.abs(),
+            sizes.join(", ")
+        );
+    }
+    format!("{} ({})", effect.says.trim_end_matches('.'), sizes.join(", "))
+}
+
+/// The answer in two or three sentences.
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn summary(
+    verdict: Verdict,
+    given: Score,
+    before: Score,
+    after: Score,
+    effects: &[FoundEffect],
+    unknown: Option<&Unknown>,
+    location: &Location,
+    selection: &Selection,
+) -> String {
+    let (g, b, a) = (number(given.chi_kept()), number(before.chi_kept()), number(after.chi_kept()));
+    match verdict {
+        Verdict::Agrees => format!(
+            "The rig file as given explains the recording: on data kept back its error is {g} times the noise of the sensors."
+        ),
+        Verdict::ParametersOff => format!(
+            "No physics is missing: with other parameters the same model explains the recording. On data kept back the \
+             error falls from {g} to {b} times the noise of the sensors; no effect of the catalogue takes away more than chance would."
+        ),
+        Verdict::PhysicsMissing => {
+            let names: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
+            let said: Vec<String> = effects.iter().map(|e| format!("{}.", e.says)).collect();
+            let alike: Vec<String> = effects
+                .iter()
+                .filter(|e| !e.cannot_be_told_apart_from.is_empty())
+                .map(|e| {
+                    format!(" This recording cannot tell {} from {}.", e.id, e.cannot_be_told_apart_from.join(", "))
+                })
+                .collect();
+            format!(
+                "The simulation leaves out {}. {} On data kept back the error is {g} times the noise as given, {b} with \
+                 parameters refitted, {a} with {} in the model.{}",
+                names.join(" and "),
+                said.join(" "),
+                if effects.len() == 1 { "it" } else { "them" },
+                alike.concat()
+            )
+        }
+        Verdict::UnknownPhysics => {
+            let equation = location.equation.clone().unwrap_or_default();
+            let nearest = selection.steps.first().map_or(String::new(), |s| {
+                format!(
+                    " The nearest of the catalogue, {}, leaves {} times the noise.",
+                    s.effect.id,
+                    number(selection.fit.score.chi_kept())
+                )
+            });
+            let form = match unknown {
+                Some(u) if !u.form.is_empty() => format!(
+                    " An empirical term, {} {}, brings it to {a}: a description, not a mechanism.",
+                    u.form, u.unit
+                ),
+                _ => " No closed form describes it better.".to_string(),
+            };
+            format!(
+                "Something outside the catalogue acts in the {equation} equation: with parameters refitted the error on \
+                 data kept back stays at {b} times the noise ({g} as given), and what is left depends on the state of the \
+                 wire.{nearest}{form}"
+            )
+        }
+    }
+}
+
+/// How to tell two explanations apart.
+pub(crate) fn separate(named: &str, rival: &str, proposal: Option<Proposal>) -> String {
+    match proposal {
+        Some(p) if p.apart > WORTH_IT && p.apart > 1.5 * p.apart_now => format!(
+            "To tell {named} from {rival}, record 60 s of {}: there they would differ by {} times the noise (RMS, after \
+             refitting), against {} now.",
+            p.words,
+            number(p.apart),
+            number(p.apart_now)
+        ),
+        Some(p) => format!(
+            "No drive programme, load or supply that was tried tells {named} from {rival} with these sensors (at best {} \
+             times the noise): measure what differs between them directly, such as the supply at the rig's terminals, \
+             the air's temperature beside the wire, or the voltage across the suspected contact.",
+            number(p.apart)
+        ),
+        None => format!("To tell {named} from {rival}, record the same wire under another load."),
+    }
+}
+
+/// How to make sure of what was found.
+pub(crate) fn confirm(effects: &[FoundEffect], proposal: Option<Proposal>) -> String {
+    let names = effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(" and ");
+    match proposal {
+        Some(p) => format!(
+            "Nothing more is needed to name it. To confirm {names}, record 60 s of {} and simulate the improved rig file \
+             beside it: without it the error there would be {} times the noise.",
+            p.words,
+            number(p.apart)
+        ),
+        None => format!(
+            "To confirm {names}, record the same wire under another drive and simulate the improved rig file beside it."
+        ),
+    }
+}
+
+/// What would show more of something unknown.
+pub(crate) fn explore(proposal: Option<Proposal>) -> String {
+    match proposal {
+        Some(p) => format!(
+            "Record 60 s of {}: there the empirical term acts most ({} times the noise), so its form shows best.",
+            p.words,
+            number(p.apart)
+        ),
+        None => "Record slow ramps at two loads: they show on what state the unknown term depends.".into(),
+    }
+}
+
+/// Nothing is missing: which parameter is known least.
+pub(crate) fn nothing_needed(fit: &Fit, data: &Data) -> String {
+    let deviations = fit.deviations();
+    let least = fit
+        .space
+        .coordinates
+        .iter()
+        .zip(&deviations)
+        .filter(|(c, d)| matches!(c.what, What::Key(_) | What::BothModuli) && c.pull > 0.0 && d.is_finite())
+        .max_by(|a, b| a.1.total_cmp(b.1));
+    match least {
+        Some((c, d)) if *d > 0.5 => format!(
+            "None is needed. These recordings say little about {} (its interval is still {:.0} % of what was believed \
+             before): another load or a slower ramp would.",
+            key_of(c),
+            100.0 * d.min(1.0)
+        ),
+        _ => format!(
+            "None is needed: every parameter is known better from {} than before.",
+            if data.runs.len() == 1 { "this recording" } else { "these recordings" }
+        ),
+    }
+}
