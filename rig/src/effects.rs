@@ -1,109 +1,172 @@
-//! The catalogue of physics a simulation may have left out, by its stable ids.
+//! Effects of the catalogue in a rig file.
 //!
-//! A rig file may name an effect of `[channel.effects."ID"]` at its null. This version simulates none of them,
-//! so an effect that is switched on is an error rather than a line nobody reads.
+//! What they are is said once, in [`sinew_physics::effects`]. Here is how they stand in the text: the few keys that take
+//! a word instead of a number, names of their numbers for priors, and the page `docs/effects.md`.
 
-/// One effect beyond the reference model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effect {
-    /// Stable id, such as `thermal.draught`.
-    pub id: &'static str,
-    /// Its parameters.
-    pub parameters: &'static [EffectParameter],
-    /// How the same can be said in the reference model, or empty.
-    pub instead: &'static str,
+use std::fmt::Write as _;
+
+use sinew_physics::WireModel;
+use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Equation, Home, Nature, Role};
+
+use crate::error::{Plain, What};
+use crate::parameters::parameters;
+use crate::read::not_a_choice;
+use crate::types::{Channel, Rig};
+
+/// The effect that needs to be told when it acts.
+pub(crate) const DRAUGHT: &str = "thermal.draught";
+/// The comment above a table that the writer adds for an effect that is no mechanism.
+pub(crate) const EMPIRICAL: &str = "# empirical: fitted to a recording, not a mechanism";
+
+/// The effects that stand in `[channel.effects."ID"]`.
+pub(crate) fn in_tables() -> impl Iterator<Item = &'static Effect> + Clone {
+    effects::catalogue().filter(|effect| effect.home == Home::Table)
 }
 
-/// A parameter of an effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EffectParameter {
-    /// Key in the rig file; carries its unit.
-    pub name: &'static str,
-    /// What it takes.
-    pub kind: EffectParameterKind,
+/// The number of an effect in a table by its full name, such as `thermal.draught.gain`.
+pub(crate) fn number(name: &str) -> Option<(&'static Effect, &'static EffectParameter)> {
+    let (id, key) = name.rsplit_once('.')?;
+    let effect = in_tables().find(|effect| effect.id == id)?;
+    Some((effect, effect.parameters.iter().find(|p| p.key == key)?))
 }
 
-/// What a parameter of an effect takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum EffectParameterKind {
-    /// The effect vanishes where all of these are at this value, which is also their default.
-    Switch {
-        /// The null.
-        null: f64,
+/// A number of an effect as the shortest decimal that reads back as the same model.
+pub(crate) fn in_file(parameter: &EffectParameter, model: &WireModel) -> f64 {
+    let value = (parameter.get)(model);
+    let mut again = model.clone();
+    (0..17)
+        .filter_map(|digits| format!("{value:.digits$e}").parse::<f64>().ok())
+        .find(|decimal| {
+            (parameter.set)(&mut again, *decimal);
+            again.effects == model.effects
+        })
+        .unwrap_or(value)
+}
+
+/// A key of an effect that takes a word.
+pub(crate) struct Word {
+    pub effect: &'static str,
+    pub key: &'static str,
+    /// What it is, for the page.
+    pub about: &'static str,
+    /// What holds where it is not given, for the page.
+    pub default: &'static str,
+    /// `None` where the file need not say it.
+    pub get: fn(&Channel) -> Option<String>,
+    /// `None` for the default.
+    pub set: fn(&mut Channel, Option<&str>) -> Result<(), What>,
+}
+
+/// All of them.
+pub(crate) static WORDS: [Word; 2] = [
+    Word {
+        effect: "thermal.neighbour",
+        key: "channel",
+        about: "Name of the channel whose wire is the neighbour, as the simulated backend has it. \
+                `simulate` and fits know one wire at a time: there the neighbour is at ambient temperature",
+        default: "a body at ambient temperature",
+        get: |channel| channel.neighbour.clone(),
+        set: |channel, name| {
+            channel.neighbour = name.map(str::to_string);
+            Ok(())
+        },
     },
-    /// A number that means nothing while the effect is at its null.
-    Number,
-    /// The name of another channel.
-    Channel,
-}
-
-const fn switch(name: &'static str, null: f64) -> EffectParameter {
-    EffectParameter { name, kind: EffectParameterKind::Switch { null } }
-}
-
-const fn other(name: &'static str) -> EffectParameter {
-    EffectParameter { name, kind: EffectParameterKind::Number }
-}
-
-const fn effect(id: &'static str, parameters: &'static [EffectParameter]) -> Effect {
-    Effect { id, parameters, instead: "" }
-}
-
-/// Every effect that lives in `[channel.effects."ID"]`.
-pub static EFFECTS: &[Effect] = &[
-    effect("thermal.draught", &[switch("gain", 0.0), other("start_s"), other("end_s")]),
-    effect("thermal.natural_convection", &[switch("exponent", 0.0)]),
-    effect("thermal.radiation", &[switch("emissivity", 0.0)]),
-    effect("thermal.end_conduction", &[switch("conductivity_w_per_m_k", 0.0)]),
-    effect("thermal.sheath", &[switch("heat_capacity_j_per_k", 0.0), other("inner_w_per_k"), other("outer_w_per_k")]),
-    effect("thermal.ambient_drift", &[switch("rate_k_per_s", 0.0)]),
-    effect(
-        "thermal.neighbour",
-        &[switch("conductance_w_per_k", 0.0), EffectParameter { name: "channel", kind: EffectParameterKind::Channel }],
-    ),
-    effect("electrical.supply_sag", &[switch("source_ohm", 0.0)]),
-    Effect {
-        id: "electrical.lead_resistance",
-        parameters: &[switch("lead_ohm", 0.0)],
-        instead: "lead_ohm in [channel.drive]",
+    Word {
+        effect: "sensing.delay",
+        key: "sensor",
+        about: "Which sensor lags: `position_m`, `force_n`, `current_a`, or `voltages`",
+        default: "`position_m`",
+        get: |channel| {
+            let sensor = channel.model.effects.sensing.delay.sensor;
+            (sensor != DelayedSensor::default()).then(|| sensor.name().to_string())
+        },
+        set: |channel, name| {
+            let found = name.map_or(Some(DelayedSensor::default()), DelayedSensor::from_name);
+            let words = DelayedSensor::ALL.map(DelayedSensor::name);
+            let wrong = || not_a_choice(name.unwrap_or(""), &words);
+            channel.model.effects.sensing.delay.sensor = found.ok_or_else(wrong)?;
+            Ok(())
+        },
     },
-    effect("electrical.resistivity_stress", &[switch("austenite_per_gpa", 0.0), switch("martensite_per_gpa", 0.0)]),
-    effect("electrical.poisson_area", &[switch("ratio", 0.0)]),
-    effect("electrical.r_phase", &[switch("peak_uohm_cm", 0.0), other("temperature_c"), other("width_k")]),
-    Effect {
-        id: "kinetic.asymmetry",
-        parameters: &[switch("heating_skew", 1.0), switch("cooling_skew", 1.0)],
-        instead: "kinetics = \"richards\" with heating_skew and cooling_skew in [channel.material]",
-    },
-    effect("kinetic.unequal_slopes", &[switch("cooling_extra_k_per_mpa", 0.0)]),
-    effect("kinetic.distributed", &[switch("spread_k", 0.0)]),
-    effect("kinetic.lag", &[switch("seconds", 0.0)]),
-    effect("kinetic.training_drift", &[switch("kelvin_per_cycle", 0.0)]),
-    effect("mechanical.friction", &[switch("coulomb_n", 0.0)]),
-    effect("mechanical.capstan", &[switch("mu_theta", 0.0)]),
-    effect("mechanical.ratcheting", &[switch("strain_per_cycle", 0.0)]),
-    effect("mechanical.frame_compliance", &[switch("compliance_m_per_n", 0.0)]),
-    effect("mechanical.stress_dependent_strain", &[switch("stress_scale_mpa", 0.0)]),
-    effect("mechanical.two_way", &[switch("strain", 0.0)]),
-    effect("sensing.contact_resistance", &[switch("ohm", 0.0)]),
-    effect("sensing.probe_deflection", &[switch("m_per_n", 0.0)]),
-    effect(
-        "sensing.offset",
-        &[switch("v1_v", 0.0), switch("v2_v", 0.0), switch("v3_v", 0.0), switch("current_a", 0.0)],
-    ),
-    effect("sensing.gain", &[switch("v3", 1.0), switch("current", 1.0)]),
-    effect("sensing.delay", &[switch("seconds", 0.0)]),
 ];
 
-/// Effects that are a coefficient of the reference model, with their keys in `[channel.material]`.
-pub static COEFFICIENT_EFFECTS: &[(&str, &[&str])] = &[
-    ("thermal.latent_heat", &["latent_heat_j_per_kg"]),
-    ("kinetic.stress_shift", &["stress_shift_k_per_mpa"]),
-    ("kinetic.minor_loop", &["outer_loop_weight"]),
-    ("mechanical.phase_modulus", &["martensite_modulus_gpa"]),
-    ("mechanical.thermal_expansion", &["thermoelastic_mpa_per_k"]),
-    (
-        "electrical.resistivity_temperature",
-        &["austenite_resistivity_slope_uohm_cm_per_k", "martensite_resistivity_slope_uohm_cm_per_k"],
-    ),
-];
+/// The words of one effect.
+pub(crate) fn words(effect: &'static Effect) -> impl Iterator<Item = &'static Word> {
+    WORDS.iter().filter(|word| word.effect == effect.id)
+}
+
+/// The catalogue as Markdown, by equation: every effect with its term and its keys.
+/// `docs/effects.md` carries it word for word.
+pub fn catalogue() -> String {
+    let mut out = String::new();
+    for equation in Equation::ALL {
+        heading(&mut out, equation);
+        let of_equation = |e: &&Effect| e.equation == equation && e.nature == Nature::Mechanism;
+        effects::catalogue().filter(of_equation).for_each(|effect| describe(&mut out, effect));
+    }
+    out += "## Empirical forms\n\nNo mechanisms: closed forms fitted to what none of the above explains. A fit that needs one says that \
+            something is missing, in which equation, and how it goes.\n\n";
+    effects::catalogue().filter(|e| e.nature == Nature::Empirical).for_each(|effect| describe(&mut out, effect));
+    out
+}
+
+fn heading(out: &mut String, equation: Equation) {
+    let mut name = equation.name().to_string();
+    name[..1].make_ascii_uppercase();
+    // writing to a String cannot fail
+    let _ = write!(out, "## {name}\n\n");
+}
+
+fn describe(out: &mut String, effect: &'static Effect) {
+    let table = match effect.home {
+        Home::Material => "[channel.material]".to_string(),
+        Home::Table => format!("[channel.effects.\"{}\"]", effect.id),
+    };
+    let _ = write!(out, "### `{}`\n\n{}.\n\n", effect.id, effect.says);
+    let _ = write!(out, "> {}\n\n`{table}`\n\n", effect.term);
+    out.push_str("| key | unit | null | default | range | rigs show | |\n|---|---|---|---|---|---|---|\n");
+    for p in effect.parameters {
+        let null = null(p);
+        let default = match (effect.home, p.role) {
+            (Home::Table, Role::Shape { .. }) if effect.id == DRAUGHT => "**required** where it acts".to_string(),
+            (Home::Table, Role::Shape { default }) => Plain(default).to_string(),
+            (Home::Table, Role::Switch { .. }) => null.clone(),
+            (Home::Material, _) => (p.get)(&Rig::hexapod().channels[0].model).to_string(),
+        };
+        let (least, most) = p.plausible;
+        let _ = writeln!(
+            out,
+            "| `{}` | {} | {null} | {default} | {} to {} | {} to {} | {} |",
+            p.key,
+            p.unit,
+            Plain(p.low),
+            Plain(p.high),
+            Plain(least),
+            Plain(most),
+            p.about.replace('|', "\\|")
+        );
+    }
+    for word in words(effect) {
+        let _ = writeln!(out, "| `{}` | | | {} | | | {} |", word.key, word.default, word.about);
+    }
+    out.push('\n');
+}
+
+/// The null in words: a number, or the key it has to equal; nothing for what has none.
+fn null(parameter: &EffectParameter) -> String {
+    let rig = Rig::hexapod();
+    let model = &rig.channels[0].model;
+    let Some(null) = parameter.null(model) else { return String::new() };
+    let follows = |key: &str| {
+        let mut other = rig.clone();
+        let Some(value) = rig.parameter(0, key) else { return false };
+        let moved = 1.1 * value + 1e-3;
+        value == null
+            && other.set_parameter(0, key, moved).is_ok()
+            && parameter.null(&other.channels[0].model).is_some_and(|n| (n - moved).abs() <= 1e-9 * moved.abs())
+    };
+    match parameters().find(|p| follows(p.key)) {
+        Some(p) => format!("= `{}`", p.key),
+        None => Plain(null).to_string(),
+    }
+}

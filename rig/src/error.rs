@@ -149,15 +149,6 @@ pub enum What {
         /// What stands against what, and the remedy.
         message: String,
     },
-    /// A catalogue effect this version cannot simulate, switched on.
-    NotSimulated {
-        /// The parameter that is not at its null.
-        parameter: String,
-        /// Its null.
-        null: f64,
-        /// Another way to say it that is simulated, or empty.
-        hint: String,
-    },
 }
 
 impl fmt::Display for What {
@@ -178,17 +169,12 @@ impl fmt::Display for What {
             }
             What::BadName { found, expected } => write!(f, "is \"{found}\", expected {expected}"),
             What::Contradiction { message } => write!(f, "{message}"),
-            What::NotSimulated { parameter, null, hint } => write!(
-                f,
-                "has {parameter} switched on: this version does not simulate this effect yet; \
-                 set {parameter} = {null} or take the table out{hint}"
-            ),
         }
     }
 }
 
 /// A number as one would write it: with an exponent only where there would be a row of zeros.
-struct Plain(f64);
+pub(crate) struct Plain(pub f64);
 
 impl fmt::Display for Plain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -18,15 +18,15 @@ mod write;
 
 use std::path::Path;
 
-pub use effects::{COEFFICIENT_EFFECTS, EFFECTS, Effect, EffectParameter, EffectParameterKind};
+pub use effects::catalogue;
 pub use error::{Error, Problem, What};
 pub use parameters::{Parameter, Prior, default_priors, parameters};
 pub use schema::reference;
 pub use suggest::nearest;
 pub use types::{
-    Adc, Algorithm, Channel, Column, ColumnMap, Control, EffectValue, FaultKind, Limits, MAX_CHANNEL_NAME,
-    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Pace, PositionZero, Realtime, RealtimeMode,
-    Rig, Sensing, SimulatedFault, Simulation,
+    Adc, Algorithm, Channel, Column, ColumnMap, Control, FaultKind, Limits, MAX_CHANNEL_NAME, MAX_CHANNELS,
+    MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Pace, PositionZero, Realtime, RealtimeMode, Rig, Sensing,
+    SimulatedFault, Simulation,
 };
 
 /// The columns a recording can have: the keys of [`ColumnMap`].

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use sinew_physics::effects::Home;
+
+use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::schema::{self, Kind, Value};
 use crate::types::{Channel, Rig};
@@ -92,9 +95,9 @@ fn describe(table: &'static str, key: &'static str, kind: &Kind, about: &'static
     }
 }
 
-/// Whether a key may stand in `[channel.priors]`.
+/// Whether a key may stand in `[channel.priors]`: a parameter, or a number of an effect by its full name.
 pub(crate) fn is_parameter(key: &str) -> bool {
-    parameters().any(|p| p.key == key)
+    parameters().any(|p| p.key == key) || effects::number(key).is_some()
 }
 
 impl Channel {
@@ -109,7 +112,11 @@ impl Channel {
 
     /// A parameter of the model in the unit of its key; `None` where there is no such key or this channel has no
     /// such thing (taps, or a mass at an imposed position). The ambient temperature is asked of the [`Rig`].
+    /// The number of an effect goes by its full name, such as `thermal.draught.gain`.
     pub fn parameter(&self, key: &str) -> Option<f64> {
+        if let Some((_, number)) = effects::number(key) {
+            return Some((number.get)(&self.model));
+        }
         let (_, k) = find(key)?;
         match ((k.get)(self), &k.kind) {
             (Some(Value::Number(si)), Kind::Number { scale, .. }) => Some(scale.to_file(si)),
@@ -126,7 +133,8 @@ impl Rig {
         if key == "ambient_c" { Some(self.ambient_c) } else { channel.parameter(key) }
     }
 
-    /// Changes a parameter of one channel's model, or `ambient_c` for the whole rig, in the unit of its key.
+    /// Changes a parameter of one channel's model, or `ambient_c` for the whole rig, in the unit of its key; the number
+    /// of an effect by its full name, such as `thermal.draught.gain`.
     /// Limits and ranges that were computed from the old value stay as they are until [`Rig::refreshed`].
     ///
     /// # Errors
@@ -138,6 +146,14 @@ impl Rig {
             let file = rig.source.file.clone();
             Error::Invalid { problems: vec![Problem { file, line: 1, channel: Some(name), key: key.into(), what }] }
         };
+        if let (Some((_, number)), Some(c)) = (effects::number(key), self.channels.get_mut(channel)) {
+            let (found, low, high) = (value, number.low, number.high);
+            if !(low..=high).contains(&found) {
+                return Err(wrong(self, What::OutOfRange { found, low, high, defaulted: false }));
+            }
+            (number.set)(&mut c.model, value);
+            return Ok(());
+        }
         // The initial temperature may be left open and can be given all the same; taps or a mass that are not there
         // cannot be given one number at a time.
         let open = key == "temperature_c" && channel < self.channels.len();
@@ -161,6 +177,34 @@ impl Rig {
         }
         Ok(())
     }
+}
+
+impl Rig {
+    /// A number of an effect of one channel, in the unit of its key; `None` where there is no such channel, effect or key.
+    pub fn effect_parameter(&self, channel: usize, id: &str, key: &str) -> Option<f64> {
+        self.parameter(channel, &name_of(id, key)?)
+    }
+
+    /// Changes a number of an effect of one channel, in the unit of its key, wherever in the file the effect has its home.
+    /// A coefficient of the reference model (`thermal.latent_heat`) is one too.
+    ///
+    /// # Errors
+    /// As [`Rig::set_parameter`].
+    pub fn set_effect(&mut self, channel: usize, id: &str, key: &str, value: f64) -> Result<(), Error> {
+        // what is no number of the catalogue is refused under the name it was asked for
+        let name = name_of(id, key).unwrap_or_else(|| format!("{id}.{key}"));
+        self.set_parameter(channel, &name, value)
+    }
+}
+
+/// What a number of the catalogue is called among the parameters.
+fn name_of(id: &str, key: &str) -> Option<String> {
+    let effect = sinew_physics::effects::effect(id)?;
+    effect.parameters.iter().find(|p| p.key == key)?;
+    Some(match effect.home {
+        Home::Material => key.to_string(),
+        Home::Table => format!("{id}.{key}"),
+    })
 }
 
 fn find(key: &str) -> Option<(&'static str, &'static schema::Key<Channel>)> {

@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use sinew_physics::effects::{Effects, Home};
 use sinew_physics::{DriveKind, Geometry, Initial, Kinetics, Load, Material, WireModel};
 
 use crate::derive;
-use crate::effects::{COEFFICIENT_EFFECTS, EFFECTS, EffectParameterKind};
+use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
 use crate::schema::{self, CHANNEL, Default, Key, Kind, RIG, SIMULATION, Section, Value, local};
@@ -298,7 +299,7 @@ impl Reader<'_> {
             channel.priors = self.priors(node, label);
         }
         if let Some(node) = table.get("effects") {
-            channel.effects = self.effects(node, label);
+            self.effects(node, label, &mut channel);
         }
         self.requirements(&mut channel, &given, table, header, label);
         // Computed defaults and cross-checks only make sense of a channel that is right key by key.
@@ -458,9 +459,12 @@ impl Reader<'_> {
                 let known: Vec<&str> = parameters::parameters().map(|p| p.key).collect();
                 let hint = match nearest(key, known.iter().copied()) {
                     Some(near) => format!(", did you mean {near}?"),
-                    None => {
-                        "; expected a numeric key of wire, taps, drive, load, initial or material, or ambient_c".into()
+                    None if effects::in_tables().any(|e| e.id.split('.').next() == Some(key)) => {
+                        "; write the name of an effect's number in quotes, such as \"thermal.draught.gain\"".into()
                     }
+                    None => "; expected a numeric key of wire, taps, drive, load, initial or material, ambient_c, \
+                             or a number of an effect, such as \"thermal.draught.gain\""
+                        .into(),
                 };
                 self.problem(node.line, Some(label), path, What::Unknown { hint });
                 continue;
@@ -475,91 +479,83 @@ impl Reader<'_> {
         priors
     }
 
-    fn effects(&mut self, node: &Node, label: &str) -> BTreeMap<String, BTreeMap<String, EffectValue>> {
-        let mut effects = BTreeMap::new();
-        let Some(table) = self.table(node, Some(label), "effects", "[channel.effects.\"ID\"]") else { return effects };
+    fn effects(&mut self, node: &Node, label: &str, channel: &mut Channel) {
+        let Some(table) = self.table(node, Some(label), "effects", "[channel.effects.\"ID\"]") else { return };
         for (id, node) in table {
             let path = format!("effects.\"{id}\"");
-            let Some(effect) = EFFECTS.iter().find(|e| e.id == id) else {
-                let hint = if let Some((_, keys)) = COEFFICIENT_EFFECTS.iter().find(|(known, _)| known == id) {
-                    format!(
-                        " here: it is part of the reference model, set {} in [channel.material]",
-                        keys.join(" and ")
-                    )
-                } else if EFFECTS.iter().any(|e| e.id.split('.').next() == Some(id)) {
-                    // [channel.effects.thermal.draught] without quotes is a table in a table.
-                    " as an effect; write its id in quotes, such as [channel.effects.\"thermal.draught\"]".into()
+            let Some(effect) = effects::in_tables().find(|e| e.id == id) else {
+                self.problem(node.line, Some(label), path, What::Unknown { hint: unknown_effect(id) });
+                continue;
+            };
+            let Some(keys) = self.table(node, Some(label), &path, &format!("[channel.effects.\"{id}\"]")) else {
+                continue;
+            };
+            let before = self.problems.len();
+            for (key, node) in keys {
+                let result = if let Some(p) = effect.parameters.iter().find(|p| p.key == key) {
+                    in_range(node, p.low, p.high).map(|value| (p.set)(&mut channel.model, value))
+                } else if let Some(word) = effects::words(effect).find(|word| word.key == key) {
+                    match &node.value {
+                        Tree::Text(text) => (word.set)(channel, Some(text)),
+                        other => Err(What::WrongType { found: other.describe(), expected: "a name in quotes".into() }),
+                    }
                 } else {
-                    let known = EFFECTS.iter().map(|e| e.id).chain(COEFFICIENT_EFFECTS.iter().map(|(id, _)| *id));
-                    match nearest(id, known.clone()) {
-                        Some(near) => format!(", did you mean \"{near}\"?"),
-                        None => format!("; known are {}", known.collect::<Vec<_>>().join(", ")),
-                    }
+                    let known = effect.parameters.iter().map(|p| p.key).chain(effects::words(effect).map(|w| w.key));
+                    Err(What::Unknown { hint: unknown_hint(key, "", known) })
                 };
-                self.problem(node.line, Some(label), path, What::Unknown { hint });
-                continue;
-            };
-            let Some(parameters) = self.table(node, Some(label), &path, &format!("[channel.effects.\"{id}\"]")) else {
-                continue;
-            };
-            let mut values = BTreeMap::new();
-            for (name, node) in parameters {
-                let path = format!("{path}.{name}");
-                let Some(parameter) = effect.parameters.iter().find(|p| p.name == name) else {
-                    let hint = unknown_hint(name, "", effect.parameters.iter().map(|p| p.name));
-                    self.problem(node.line, Some(label), path, What::Unknown { hint });
-                    continue;
-                };
-                match parameter.kind {
-                    EffectParameterKind::Channel => match &node.value {
-                        Tree::Text(name) => {
-                            values.insert(parameter.name.to_string(), EffectValue::Text(name.clone()));
-                        }
-                        other => {
-                            let (found, expected) = (other.describe(), "the name of a channel".into());
-                            self.problem(node.line, Some(label), path, What::WrongType { found, expected });
-                        }
-                    },
-                    EffectParameterKind::Number | EffectParameterKind::Switch { .. } => {
-                        match number(node, "a number") {
-                            Ok(found) => {
-                                if let EffectParameterKind::Switch { null } = parameter.kind
-                                    && found != null
-                                {
-                                    let hint = match effect.instead {
-                                        "" => String::new(),
-                                        instead => format!("; {instead} says the same and is simulated"),
-                                    };
-                                    let what = What::NotSimulated { parameter: parameter.name.into(), null, hint };
-                                    self.problem(node.line, Some(label), format!("effects.\"{id}\""), what);
-                                }
-                                values.insert(parameter.name.to_string(), EffectValue::Number(found));
-                            }
-                            Err(what) => self.problem(node.line, Some(label), path, what),
-                        }
-                    }
+                if let Err(what) = result {
+                    self.problem(node.line, Some(label), format!("{path}.{key}"), what);
                 }
             }
-            effects.insert(id.clone(), values);
+            if self.problems.len() > before || effect.is_null(&channel.model) {
+                continue;
+            }
+            if id == effects::DRAUGHT {
+                self.draught(node.line, keys, label);
+            }
+            if !effect.applies_to(&channel.model) {
+                let message = "has nothing to act on with this drive, load and taps; take it out".into();
+                self.problem(node.line, Some(label), path, What::Contradiction { message });
+            }
         }
-        effects
     }
 
-    /// Neighbours named by effects must be channels.
-    fn neighbours(&mut self, nodes: &[Node], channels: &[Channel]) {
-        for (channel, node) in channels.iter().zip(nodes) {
-            for (id, values) in &channel.effects {
-                for (key, value) in values {
-                    let EffectValue::Text(name) = value else { continue };
-                    if channels.iter().any(|c| c.name == *name) {
-                        continue;
-                    }
-                    let expected = channel_choices(name, channels);
-                    let what = What::NotAChoice { found: name.clone(), expected };
-                    let line = effect_line(node, id, key);
-                    self.problem(line, Some(&channel.name), format!("effects.\"{id}\".{key}"), what);
+    /// A draught that blows does so for a while, and only the file can say when.
+    fn draught(&mut self, header: usize, keys: &Table, label: &str) {
+        let path = |key: &str| format!("effects.\"{}\".{key}", effects::DRAUGHT);
+        let mut times = [0.0; 2];
+        for (time, (key, moment)) in times.iter_mut().zip([("start_s", "begins"), ("end_s", "ends")]) {
+            match keys.get(key).map(|node| number(node, "")) {
+                Some(Ok(found)) => *time = found,
+                _ => {
+                    let expected = format!("when it {moment}, in s from the first sample");
+                    return self.problem(header, Some(label), path(key), What::Missing { expected });
                 }
             }
+        }
+        let [start, end] = times;
+        if end <= start {
+            let message = format!("is {end}, expected more than start_s, {start}");
+            let line = keys.get("end_s").map_or(header, |node| node.line);
+            self.problem(line, Some(label), path("end_s"), What::Contradiction { message });
+        }
+    }
+
+    /// Neighbours named by effects must be other channels.
+    fn neighbours(&mut self, nodes: &[Node], channels: &[Channel]) {
+        for (channel, node) in channels.iter().zip(nodes) {
+            let Some(name) = &channel.neighbour else { continue };
+            let what = if *name == channel.name {
+                What::Contradiction {
+                    message: "is the channel itself, expected another, or none for a body at ambient".into(),
+                }
+            } else if channels.iter().any(|c| c.name == *name) {
+                continue;
+            } else {
+                What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels) }
+            };
+            let line = line_in(node, &["effects", "thermal.neighbour", "channel"]);
+            self.problem(line, Some(&channel.name), "effects.\"thermal.neighbour\".channel", what);
         }
     }
 
@@ -763,7 +759,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             load: schema::UNREAD_LOAD,
             initial: Initial::default(),
             ambient_c,
-            effects: sinew_physics::Effects::default(),
+            effects: Effects::default(),
         },
         position_zero: PositionZero::Known,
         noise: BTreeMap::new(),
@@ -798,7 +794,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             pi_proportional_per_m: f64::NAN,
             pi_integral_per_m_s: f64::NAN,
         },
-        effects: BTreeMap::new(),
+        neighbour: None,
     }
 }
 
@@ -897,7 +893,7 @@ fn choices(words: &[&str]) -> String {
     }
 }
 
-fn not_a_choice(word: &str, words: &[&str]) -> What {
+pub(crate) fn not_a_choice(word: &str, words: &[&str]) -> What {
     let expected = match nearest(word, words.iter().copied()) {
         Some(near) => format!("{}; did you mean \"{near}\"?", choices(words)),
         None => choices(words),
@@ -913,14 +909,32 @@ fn channel_choices(name: &str, channels: &[Channel]) -> String {
     }
 }
 
-fn effect_line(node: &Node, id: &str, key: &str) -> usize {
+/// The line of what stands at a path, or of the nearest thing above it.
+fn line_in(node: &Node, path: &[&str]) -> usize {
     let mut at = node;
-    for part in ["effects", id, key] {
+    for part in path {
         let Tree::Table(table) = &at.value else { break };
-        let Some(next) = table.get(part) else { break };
+        let Some(next) = table.get(*part) else { break };
         at = next;
     }
     at.line
+}
+
+/// What an unknown effect was probably meant to be.
+fn unknown_effect(id: &str) -> String {
+    let known = sinew_physics::effects::catalogue();
+    if let Some(effect) = known.clone().find(|e| e.id == id && e.home == Home::Material) {
+        let keys: Vec<&str> = effect.parameters.iter().map(|p| p.key).collect();
+        return format!(" here: it is part of the reference model, set {} in [channel.material]", keys.join(" and "));
+    }
+    if known.clone().any(|e| e.id.split('.').next() == Some(id)) {
+        // [channel.effects.thermal.draught] without quotes is a table in a table.
+        return " as an effect; write its id in quotes, such as [channel.effects.\"thermal.draught\"]".into();
+    }
+    match nearest(id, known.map(|e| e.id)) {
+        Some(near) => format!(", did you mean \"{near}\"?"),
+        None => "; the effects are listed in docs/effects.md".into(),
+    }
 }
 
 /// What an unknown key was probably meant to be: a key of the same table, one that lives in another, or the list.

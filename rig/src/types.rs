@@ -89,7 +89,7 @@ pub enum RealtimeMode {
 pub struct Channel {
     /// Name, unique within the rig.
     pub name: String,
-    /// Wire, taps, drive, load and initial state.
+    /// Wire, taps, drive, load, initial state and the effects beyond the reference model.
     pub model: WireModel,
     /// Whether an offset of the measured position means anything.
     pub position_zero: PositionZero,
@@ -103,8 +103,9 @@ pub struct Channel {
     pub limits: Limits,
     /// The controller.
     pub control: Control,
-    /// `[channel.effects]`: id → parameter → value, in the catalogue's units. All at their null in this version.
-    pub effects: BTreeMap<String, BTreeMap<String, EffectValue>>,
+    /// Name of the channel whose wire is the neighbour of `thermal.neighbour`; `None` = a body at ambient temperature.
+    /// All other effects are in the model.
+    pub neighbour: Option<String>,
 }
 
 /// Whether the zero of `position_m` is known.
@@ -114,15 +115,6 @@ pub enum PositionZero {
     Known,
     /// The encoder's zero is arbitrary and may differ from recording to recording.
     Free,
-}
-
-/// The parameter of an effect: nearly always a number, the name of a channel for a neighbour.
-#[derive(Debug, Clone, PartialEq)]
-pub enum EffectValue {
-    /// In the catalogue's unit.
-    Number(f64),
-    /// A name.
-    Text(String),
 }
 
 /// The analogue-to-digital converter of one channel.

@@ -1,8 +1,9 @@
 //! From a rig back to text: the user's own text with the changed values in their places.
 
+use sinew_physics::effects::Nature;
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike};
 
-use crate::effects::EFFECTS;
+use crate::effects;
 use crate::parameters::{MODEL_TABLES, Prior};
 use crate::read;
 use crate::schema::{CHANNEL, Kind, RIG, SIMULATION, Section, Value, local};
@@ -41,6 +42,7 @@ impl Rig {
                 for section in CHANNEL.iter().filter(|s| MODEL_TABLES.contains(&s.table)) {
                     write_section(table, &[local(section.table)], section, channel, Some(read));
                 }
+                write_effects(table, channel, Some(read));
             }
         }
         document.to_string()
@@ -168,26 +170,46 @@ fn write_channel(table: &mut dyn TableLike, channel: &Channel, base: Option<&Cha
         put(table, &["priors"], key, value);
     }
 
-    let nothing = Default::default();
-    let old = base.map_or(&nothing, |b| &b.effects);
-    for id in old.keys().filter(|id| !channel.effects.contains_key(*id)) {
-        remove(table, &["effects"], id);
-    }
-    for effect in EFFECTS {
-        let Some(values) = channel.effects.get(effect.id) else { continue };
-        let before = old.get(effect.id);
+    write_effects(table, channel, base);
+}
+
+/// Writes what differs from `base`. An effect that begins to act has its shape written out with the switches that are on;
+/// of one that does not act, only what is not at its default stays.
+fn write_effects(table: &mut dyn TableLike, channel: &Channel, base: Option<&Channel>) {
+    for effect in effects::in_tables() {
         let path = ["effects", effect.id];
-        // An effect at its null may be an empty table; it has to be there all the same.
-        table_at(table, &path);
-        for key in before.into_iter().flatten().map(|(key, _)| key).filter(|key| !values.contains_key(*key)) {
-            remove(table, &path, key);
+        let model = &channel.model;
+        let acts = !effect.is_null(model);
+        let begins = acts && base.is_none_or(|b| effect.is_null(&b.model));
+        let is_new = table_if(table, &path).is_none();
+        for p in effect.parameters {
+            let (now, default) = ((p.get)(model), p.default(model));
+            let changed = now != base.map_or(default, |b| (p.get)(&b.model));
+            let written = table_if(table, &path).is_some_and(|t| t.contains_key(p.key));
+            if changed && now == default && (!acts || p.is_switch()) {
+                remove(table, &path, p.key);
+            } else if changed || (begins && !written && !p.is_switch()) {
+                put(table, &path, p.key, effects::in_file(p, model).into());
+            }
         }
-        for (key, value) in values.iter().filter(|(key, value)| before.and_then(|b| b.get(*key)) != Some(value)) {
-            let value = match value {
-                EffectValue::Number(n) => (*n).into(),
-                EffectValue::Text(text) => text.as_str().into(),
-            };
-            put(table, &path, key, value);
+        for word in effects::words(effect) {
+            let now = (word.get)(channel);
+            if now != base.and_then(word.get) {
+                match now {
+                    Some(now) => put(table, &path, word.key, now.into()),
+                    None => remove(table, &path, word.key),
+                }
+            }
+        }
+        if is_new
+            && effect.nature == Nature::Empirical
+            && let Some(new) = table.get_mut("effects").and_then(|t| t.get_mut(effect.id)).and_then(Item::as_table_mut)
+        {
+            new.decor_mut().set_prefix(format!("\n{}\n", effects::EMPIRICAL));
+        }
+        let was_empty = base.is_some_and(|b| effect.is_null(&b.model));
+        if !was_empty && table_if(table, &path).is_some_and(|t| t.is_empty()) {
+            remove(table, &path[..1], effect.id);
         }
     }
 }
@@ -230,6 +252,11 @@ fn table_at<'a>(root: &'a mut dyn TableLike, path: &[&str]) -> Option<&'a mut dy
         at = item.as_table_like_mut()?;
     }
     Some(at)
+}
+
+/// The table at a path, where there is one.
+fn table_if<'a>(root: &'a dyn TableLike, path: &[&str]) -> Option<&'a dyn TableLike> {
+    path.iter().try_fold(root, |at, part| at.get(part)?.as_table_like())
 }
 
 /// Sets a value, keeping the spaces and the comment around the one it replaces.

@@ -355,7 +355,8 @@ fn priors() {
     with(
         "[channel.priors]\nconvection = \"20 %\"\n",
         "rig.toml:24: channel \"wire\": priors.convection is unknown; \
-         expected a numeric key of wire, taps, drive, load, initial or material, or ambient_c",
+         expected a numeric key of wire, taps, drive, load, initial or material, ambient_c, \
+         or a number of an effect, such as \"thermal.draught.gain\"",
     );
     with(
         "[channel.priors]\nconvection_w_per_m2 = \"20 %\"\n",
@@ -377,6 +378,12 @@ fn priors() {
         );
     }
     assert_eq!(of(&format!("{GOOD}[channel.priors]\nmass_kg = \"20%\"\nambient_c = 3\n")), "accepted");
+    with("[channel.priors]\n\"thermal.draught.gain\" = 0.2\n\"kinetic.lag.seconds\" = \"50 %\"\n", "accepted");
+    with(
+        "[channel.priors]\nthermal.draught.gain = 0.2\n",
+        "rig.toml:24: channel \"wire\": priors.thermal is unknown; \
+         write the name of an effect's number in quotes, such as \"thermal.draught.gain\"",
+    );
 }
 
 #[test]
@@ -411,21 +418,34 @@ fn noise_of_sensors() {
 
 #[test]
 fn effects() {
+    const GAIN: &str = "-0.95 to 20";
+    let draught = |body: &str| format!("[channel.effects.\"thermal.draught\"]\n{body}\n");
+    with(&draught("gain = 0.35\nstart_s = 33.0\nend_s = 52.0"), "accepted");
     with(
-        "[channel.effects.\"thermal.draught\"]\ngain = 0.35\nstart_s = 33.0\nend_s = 52.0\n",
-        "rig.toml:24: channel \"wire\": effects.\"thermal.draught\" has gain switched on: \
-         this version does not simulate this effect yet; set gain = 0 or take the table out",
+        &draught("gain = 0.35\nend_s = 52.0"),
+        "rig.toml:23: channel \"wire\": effects.\"thermal.draught\".start_s is missing, \
+         expected when it begins, in s from the first sample",
     );
     with(
-        "[channel.effects.\"sensing.gain\"]\ncurrent = 0\n",
-        "rig.toml:24: channel \"wire\": effects.\"sensing.gain\" has current switched on: \
-         this version does not simulate this effect yet; set current = 1 or take the table out",
+        &draught("gain = 0.35\nstart_s = 52.0\nend_s = 33"),
+        "rig.toml:26: channel \"wire\": effects.\"thermal.draught\".end_s is 33, expected more than start_s, 52",
     );
     with(
-        "[channel.effects.\"electrical.lead_resistance\"]\nlead_ohm = 0.2\n",
-        "rig.toml:24: channel \"wire\": effects.\"electrical.lead_resistance\" has lead_ohm switched on: \
-         this version does not simulate this effect yet; set lead_ohm = 0 or take the table out; \
-         lead_ohm in [channel.drive] says the same and is simulated",
+        &draught("gain = nan"),
+        &format!("rig.toml:24: channel \"wire\": effects.\"thermal.draught\".gain is nan, expected a number, {GAIN}"),
+    );
+    with(
+        &draught("gain = -2"),
+        &format!("rig.toml:24: channel \"wire\": effects.\"thermal.draught\".gain is -2, expected {GAIN}"),
+    );
+    with(
+        "[channel.effects.\"sensing.delay\"]\nseconds = 0.02\nsensor = \"force\"\n",
+        "rig.toml:25: channel \"wire\": effects.\"sensing.delay\".sensor is \"force\", expected \"position_m\", \
+         \"force_n\", \"current_a\" or \"voltages\"; did you mean \"force_n\"?",
+    );
+    with(
+        "[channel.effects.\"sensing.delay\"]\nsensor = 3\n",
+        "rig.toml:24: channel \"wire\": effects.\"sensing.delay\".sensor is 3, expected a name in quotes",
     );
     with(
         "[channel.effects.\"thermal.draft\"]\n",
@@ -450,8 +470,19 @@ fn effects() {
         "rig.toml:24: channel \"wire\": effects.\"thermal.neighbour\".channel is \"wires\", \
          expected the name of a channel; did you mean \"wire\"?",
     );
+    with(
+        "[channel.effects.\"thermal.neighbour\"]\nchannel = \"wire\"\n",
+        "rig.toml:24: channel \"wire\": effects.\"thermal.neighbour\".channel is the channel itself, \
+         expected another, or none for a body at ambient",
+    );
+    let furnace = format!("{}[channel.drive]\nkind = \"temperature\"\n", draught("gain = 1\nstart_s = 0\nend_s = 9"));
+    assert_eq!(
+        messages("[channel.drive]\nsupply_v = 6.0\n", &furnace),
+        "rig.toml:15: channel \"wire\": effects.\"thermal.draught\" has nothing to act on with this drive, load and taps; \
+         take it out",
+    );
     // At their null all are accepted, whatever their other parameters say.
-    with("[channel.effects.\"thermal.draught\"]\ngain = 0\nstart_s = 33.0\nend_s = 52.0\n", "accepted");
+    with(&draught("gain = 0\nstart_s = 33.0"), "accepted");
     with("[channel.effects.\"kinetic.asymmetry\"]\nheating_skew = 1.0\ncooling_skew = 1\n", "accepted");
     with("[channel.effects.\"thermal.sheath\"]\n", "accepted");
 }
@@ -550,6 +581,21 @@ fn unreadable_files() {
 fn changed_parameters_are_checked() {
     let mut rig = Rig::parse(GOOD, "rig.toml").unwrap();
     let before = rig.clone();
+    for (channel, id, key, value) in [
+        (0, "kinetic.lag", "seconds", -1.0),
+        (0, "kinetic.lag", "seconds", f64::NAN),
+        (0, "kinetic.lag", "second", 1.0),
+        (0, "kinetic.lagg", "seconds", 1.0),
+        (1, "kinetic.lag", "seconds", 1.0),
+        (0, "thermal.latent_heat", "latent_heat_j_per_kg", -1.0),
+    ] {
+        let error = rig.set_effect(channel, id, key, value).unwrap_err();
+        assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }), "{error}");
+        assert_eq!(rig, before);
+    }
+    assert_eq!(rig.effect_parameter(0, "thermal.latent_heat", "latent_heat_j_per_kg"), Some(24200.0));
+    assert_eq!(rig.effect_parameter(0, "kinetic.lag", "seconds"), Some(0.0));
+    assert_eq!(rig.effect_parameter(0, "kinetic.lag", "gain"), None);
     for (channel, key, value) in
         [(0, "mass_kg", -1.0), (0, "mass_kg", f64::NAN), (0, "colour", 1.0), (1, "mass_kg", 1.0)]
     {

@@ -64,9 +64,16 @@ maximum_power_w = 2.5
 algorithm = "sliding_mode_first_order"
 lambda_per_s = 12.0
 
-[channel.effects."thermal.draught"]
-gain = 0.0
+[channel.effects."thermal.draught"] # when the window was open
+gain = 0.25
 start_s = 33.0
+end_s = 52.0
+
+[channel.effects."thermal.sheath"]
+
+[channel.effects."thermal.neighbour"]
+conductance_w_per_k = 1e-4
+channel = "right"
 
 [[channel]]
 name = "right"
@@ -260,6 +267,37 @@ proptest! {
     }
 
     #[test]
+    fn changed_effects_come_back(
+        changes in prop::collection::vec((0..2usize, any::<Index>(), any::<Index>(), 0.0..1.0f64, 0..4u8), 1..12),
+    ) {
+        let mut rig = FULL_RIG.clone();
+        let catalogue: Vec<_> = sinew_physics::effects::catalogue().collect();
+        for (channel, effect, parameter, share, kind) in changes {
+            let effect = catalogue[effect.index(catalogue.len())];
+            let p = &effect.parameters[parameter.index(effect.parameters.len())];
+            let value = match kind {
+                // one in four goes back to where nothing acts
+                0 => p.default(&rig.channels[channel].model),
+                _ => p.plausible.0 + share * (p.plausible.1 - p.plausible.0),
+            };
+            rig.set_effect(channel, effect.id, p.key, value).unwrap();
+            let found = rig.effect_parameter(channel, effect.id, p.key).unwrap();
+            prop_assert!((found - value).abs() <= 4.0 * f64::EPSILON * value.abs(), "{} {}", found, value);
+        }
+        let text = rig.to_toml();
+        prop_assert!(text.contains("# measured") && text.contains("# when the window was open"));
+        // a model no file may say (a draught that ends before it begins) is refused, not written over
+        if let Ok(again) = Rig::parse(&text, "rig.toml") {
+            for (was, is) in rig.channels.iter().zip(&again.channels) {
+                prop_assert_eq!(&was.model, &is.model);
+                prop_assert_eq!(&was.neighbour, &is.neighbour);
+            }
+            prop_assert_eq!(again.to_toml(), text.clone());
+            prop_assert_eq!(&again.refreshed().unwrap(), &again);
+        }
+    }
+
+    #[test]
     fn changed_settings_come_back(
         duty in 0.1..1.0f64, temperature in 60.0..400.0f64, hold in 0.5..5.0f64, sigma in 0.0..10.0f64,
         percent in 0.0..500.0f64, start in 0.0..100.0f64, seed in 0..=i64::MAX as u64, scale in 0.1..10.0f64,
@@ -278,7 +316,10 @@ proptest! {
         rig.channels[0].priors.remove("austenite_temperature_c");
         rig.channels[0].priors.insert("mass_kg".into(), Prior::Absolute(sigma));
         rig.channels[1].priors.insert("latent_heat_j_per_kg".into(), Prior::Relative(percent / 100.0));
-        rig.channels[0].effects.clear();
+        rig.channels[0].neighbour = None;
+        rig.set_effect(0, "thermal.draught", "gain", 0.0).unwrap();
+        rig.set_effect(1, "kinetic.lag", "seconds", duty).unwrap();
+        rig.channels[1].neighbour = Some("left".into());
         rig.simulation.seed = seed;
         rig.simulation.faults.push(SimulatedFault {
             channel: Some(0), kind: FaultKind::ProbeLost, start_s: start, end_s: f64::INFINITY, value: Some(1.0),
@@ -326,6 +367,7 @@ fn channels_can_be_taken_away_and_added() {
 fn kinds_can_be_changed() {
     let mut rig = FULL_RIG.clone();
     let c = &mut rig.channels[0];
+    c.model.effects = sinew_physics::effects::Effects::default();
     c.model.load = sinew_physics::Load::ImposedForce;
     c.model.drive.kind = sinew_physics::DriveKind::Temperature;
     c.model.taps = None;
@@ -333,6 +375,43 @@ fn kinds_can_be_changed() {
     let again = rig.refreshed().unwrap_or_else(|e| panic!("{e}\n{}", rig.to_toml()));
     assert_eq!(again.channels[0].model, rig.channels[0].model);
     assert_eq!(again.channels[1], rig.channels[1]);
+}
+
+#[test]
+fn effects_come_and_go_in_their_place() {
+    let mut rig = FULL_RIG.clone();
+    rig.set_effect(0, "thermal.draught", "gain", 0.3).unwrap();
+    rig.set_effect(0, "empirical.thermal", "tau", 0.125).unwrap();
+    rig.set_effect(1, "thermal.latent_heat", "latent_heat_j_per_kg", 20e3).unwrap();
+    rig.set_effect(1, "mechanical.stress_dependent_strain", "stress_scale_mpa", 40.3).unwrap();
+    rig.set_effect(1, "thermal.draught", "gain", 0.1).unwrap();
+    rig.set_effect(1, "thermal.draught", "end_s", 2.5).unwrap();
+    rig.channels[0].neighbour = None;
+    let with_effects = FULL
+        .replace("gain = 0.25\n", "gain = 0.3\n")
+        .replace("1e-4\nchannel = \"right\"\n", "1e-4\n\n# empirical: fitted to a recording, not a mechanism\n[channel.effects.\"empirical.thermal\"]\ntau = 0.125\n")
+        .replace(
+            "load.mass_kg = 0.3\n",
+            "load.mass_kg = 0.3\n\n[channel.material]\nlatent_heat_j_per_kg = 20000.0\n\n\
+             [channel.effects.\"thermal.draught\"]\ngain = 0.1\nstart_s = 0.0\nend_s = 2.5\n\n\
+             [channel.effects.\"mechanical.stress_dependent_strain\"]\nstress_scale_mpa = 40.3\n",
+        );
+    let text = rig.to_toml();
+    let taus: Vec<&str> = text.lines().filter(|line| line.starts_with("tau")).collect();
+    assert_eq!(taus, ["tau = 0.125"], "what has many terms names those that are not 0");
+    assert_eq!(text, with_effects);
+
+    let mut again = Rig::parse(&text, "rig.toml").unwrap();
+    assert_eq!(again.channels[1].model, rig.channels[1].model);
+    for channel in &mut again.channels {
+        sinew_physics::effects::effect("mechanical.stress_dependent_strain").unwrap().set_null(&mut channel.model);
+        sinew_physics::effects::effect("empirical.thermal").unwrap().set_null(&mut channel.model);
+        sinew_physics::effects::effect("thermal.neighbour").unwrap().set_null(&mut channel.model);
+    }
+    let text = again.to_toml();
+    assert!(!text.contains("stress_dependent") && !text.contains("empirical") && !text.contains("neighbour"), "{text}");
+    assert!(text.contains("thermal.sheath"), "what was empty before is the user's own");
+    assert_eq!(Rig::parse(&text, "rig.toml").unwrap(), again);
 }
 
 #[test]

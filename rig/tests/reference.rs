@@ -1,13 +1,13 @@
-//! `docs/rig.md` says what the code does: its tables are those of the schema, its examples are read.
+//! `docs/rig.md` and `docs/effects.md` say what the code does: their tables are those of the schema and the catalogue,
+//! their examples are read.
 //!
-//! `SINEW_BLESS=1 cargo test -p sinew-rig --test reference` writes the tables into the page.
+//! `SINEW_BLESS=1 cargo test -p sinew-rig --test reference` writes the tables into the pages.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sinew_rig::{EFFECTS, EffectParameterKind, FaultKind, Prior, RECORDING_COLUMNS, Rig, default_priors};
-
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/rig.md");
+use sinew_physics::effects::Home;
+use sinew_rig::{FaultKind, Prior, RECORDING_COLUMNS, Rig, default_priors};
 
 fn priors() -> String {
     let mut out = "| key | 1 σ |\n|---|---|\n".to_string();
@@ -22,17 +22,14 @@ fn priors() -> String {
 }
 
 fn effects() -> String {
-    let mut out = "| id | parameters (null) |\n|---|---|\n".to_string();
-    for effect in EFFECTS {
-        let parameters: Vec<String> = effect
-            .parameters
-            .iter()
-            .map(|p| match p.kind {
-                EffectParameterKind::Switch { null } => format!("`{}` ({null})", p.name),
-                _ => format!("`{}`", p.name),
-            })
-            .collect();
-        writeln!(out, "| `{}` | {} |", effect.id, parameters.join(", ")).unwrap();
+    let mut out = "| id | in | what it does |\n|---|---|---|\n".to_string();
+    for effect in sinew_physics::effects::catalogue() {
+        let home = match effect.home {
+            Home::Material => "`[channel.material]`",
+            Home::Table => "a table of its own",
+        };
+        let anchor = effect.id.replace('.', "");
+        writeln!(out, "| [`{}`](effects.md#{anchor}) | {home} | {}. |", effect.id, effect.says).unwrap();
     }
     out
 }
@@ -55,39 +52,47 @@ fn columns() -> String {
     format!("{}.\n", quoted.join(", "))
 }
 
-#[test]
-fn the_page_carries_the_tables_of_the_code() {
-    let mut page = std::fs::read_to_string(PAGE).unwrap();
+/// Compares what stands between the marks of a page with what the code says, or writes it there.
+fn carries(page: &str, marked: &[(&str, String)]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(page);
+    let mut text = std::fs::read_to_string(&path).unwrap();
     let bless = std::env::var_os("SINEW_BLESS").is_some();
-    for (mark, text) in [
+    for (mark, says) in marked {
+        let (open, close) = (format!("<!-- {mark} -->\n"), format!("<!-- /{mark} -->"));
+        let start = text.find(&open).expect(mark) + open.len();
+        let end = start + text[start..].find(&close).expect(mark);
+        if bless {
+            text.replace_range(start..end, says);
+        } else {
+            assert!(
+                text[start..end] == *says,
+                "docs/{page}: the {mark} are not those of the code; run with SINEW_BLESS=1"
+            );
+        }
+    }
+    if bless {
+        std::fs::write(path, text).unwrap();
+    }
+}
+
+#[test]
+fn the_pages_carry_the_tables_of_the_code() {
+    let keys = [
         ("keys", sinew_rig::reference()),
         ("priors", priors()),
         ("effects", effects()),
         ("columns", columns()),
         ("faults", faults()),
-    ] {
-        let (open, close) = (format!("<!-- {mark} -->\n"), format!("<!-- /{mark} -->"));
-        let start = page.find(&open).expect(mark) + open.len();
-        let end = start + page[start..].find(&close).expect(mark);
-        if bless {
-            page.replace_range(start..end, &text);
-        } else {
-            assert!(
-                page[start..end] == text,
-                "docs/rig.md: the {mark} are not those of the code; run with SINEW_BLESS=1"
-            );
-        }
-    }
-    if bless {
-        std::fs::write(PAGE, page).unwrap();
-    }
+    ];
+    carries("rig.md", &keys);
+    carries("effects.md", &[("catalogue", sinew_rig::catalogue())]);
 }
 
 #[test]
 fn the_examples_of_the_page_are_read() {
-    let page = std::fs::read_to_string(PAGE).unwrap();
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/rig.md")).unwrap();
     let examples: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(examples.len(), 3);
+    assert_eq!(examples.len(), 4);
     let smallest = examples[0];
     Rig::parse(smallest, "docs/rig.md").unwrap().check_drivable().unwrap();
     for more in &examples[1..] {
@@ -96,35 +101,29 @@ fn the_examples_of_the_page_are_read() {
 }
 
 #[test]
-fn effects_and_columns_are_those_of_the_contract() {
+fn keys_and_columns_are_those_of_the_contract() {
     let contract = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/contract");
-    let Ok(catalogue) = std::fs::read_to_string(contract.join("effects.md")) else {
+    let Ok(page) = std::fs::read_to_string(contract.join("rig.md")) else {
         println!("skipped: no ../shared beside the project");
         return;
     };
-    let ids: Vec<&str> = catalogue.lines().filter_map(|l| l.strip_prefix("| `")?.split('`').next()).collect();
-    let known: Vec<&str> =
-        sinew_rig::COEFFICIENT_EFFECTS.iter().map(|(id, _)| *id).chain(EFFECTS.iter().map(|e| e.id)).collect();
-    assert_eq!(known, ids);
-    for effect in EFFECTS {
-        let line = catalogue.lines().find(|l| l.contains(&format!("`{}`", effect.id))).unwrap();
-        let cell = line.split('|').nth(2).unwrap();
-        for parameter in effect.parameters {
-            assert!(cell.contains(&format!("`{}`", parameter.name)), "{} {}", effect.id, parameter.name);
+    // The contract's own example uses every table.
+    let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let rig = Rig::parse(example, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
+    rig.check_drivable().unwrap();
+    assert_eq!(rig.effect_parameter(0, "thermal.draught", "end_s"), Some(52.0));
+
+    // Every effect of the contract can be named with all its keys.
+    let effects = std::fs::read_to_string(contract.join("effects.md")).unwrap();
+    let rows = effects.lines().filter_map(|line| line.strip_prefix("| `"));
+    for row in rows {
+        let (id, rest) = row.split_once('`').unwrap();
+        for key in rest.split('|').nth(1).unwrap().split('`').skip(1).step_by(2) {
+            // what begins with dots, or stands for a choice of channel, is no number's name
+            let known = rig.effect_parameter(0, id, key).is_some() || key == "channel" || key.starts_with("...");
+            assert!(known, "{id} {key}");
         }
     }
-
-    // The contract's own example uses every table; its draught is the one thing this version cannot do.
-    let page = std::fs::read_to_string(contract.join("rig.md")).unwrap();
-    let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
-    let error = Rig::parse(example, "rig.toml").unwrap_err().to_string();
-    assert!(
-        error.contains("effects.\"thermal.draught\" has gain switched on: this version does not simulate"),
-        "{error}"
-    );
-    assert_eq!(error.lines().count(), 1, "{error}");
-    let rig = Rig::parse(&example.replace("gain = 0.35", "gain = 0.0"), "rig.toml").unwrap();
-    rig.check_drivable().unwrap();
 
     let recording = std::fs::read_to_string(contract.join("recording.md")).unwrap();
     for column in RECORDING_COLUMNS {
