@@ -1,6 +1,7 @@
 //! One channel of the virtual rig: a wire in its load, its power stage and its converter, in the order a period meets them.
 
 use sinew_driver::{Sample, Truth};
+use sinew_physics::effects::{Gain, Offset};
 use sinew_physics::{Inputs, Wire};
 use sinew_rig::FaultKind;
 
@@ -22,7 +23,14 @@ pub(crate) struct Channel {
     pub wire: Wire,
     inputs: Inputs,
     supply_v: f64,
+    /// Outside the taps: shunt, switch, leads and the supply's own.
     series_ohm: f64,
+    /// At the moving end, inside V_3, while nothing is broken.
+    contact_ohm: f64,
+    /// What the amplifiers make of V_3 and the current.
+    gain: Gain,
+    /// What they show of nothing.
+    offset: Offset,
     /// Whether there are taps.
     taps: bool,
     converter: Converter,
@@ -33,6 +41,7 @@ pub(crate) struct Channel {
     /// Wander of a floating input, in standard deviations.
     floating: f64,
     length_m: f64,
+    area_m2: f64,
     pub schedule: Schedule,
 }
 
@@ -40,12 +49,17 @@ impl Channel {
     pub fn new(wire: Wire, channel: &sinew_rig::Channel, seed: u64, schedule: Schedule) -> Channel {
         let model = &channel.model;
         let drive = &model.drive;
+        let (electrical, sensing) = (&model.effects.electrical, &model.effects.sensing);
+        let leads_ohm = drive.lead_ohm + electrical.lead_resistance.lead_ohm + electrical.supply_sag.source_ohm;
         Channel {
             duty: 0.0,
             inputs: model.rest_inputs(),
             wire,
             supply_v: drive.supply_v,
-            series_ohm: drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm,
+            series_ohm: drive.shunt_ohm + drive.switch_ohm + leads_ohm,
+            contact_ohm: sensing.contact_resistance.ohm,
+            gain: sensing.gain,
+            offset: sensing.offset,
             taps: model.taps.is_some(),
             converter: Converter::new(&channel.adc, drive.supply_v, seed),
             power_w: 0.0,
@@ -53,6 +67,7 @@ impl Channel {
             last: Sample::NONE,
             floating: 0.0,
             length_m: model.geometry.length_m,
+            area_m2: model.geometry.area_m2(),
             schedule,
         }
     }
@@ -65,9 +80,10 @@ impl Channel {
         self.inputs.supply_v = if acting.is_none() {
             supply_v
         } else {
-            // the wire knows a supply behind the series resistance: give it the one that drives the same current
+            // the wire knows a supply behind a whole circuit: give it the one that drives the same current
             let ohm = self.wire.resistance_ohm();
-            flow(supply_v, self.series_ohm, ohm, &acting.defects()).wire_a * (ohm + self.series_ohm)
+            let flow = flow(supply_v, self.series_ohm, ohm, &self.defects(acting));
+            flow.wire_a * (ohm + self.series_ohm + self.contact_ohm)
         };
         self.wire.step(&self.inputs, period_s);
         self.past_duty = self.duty;
@@ -88,14 +104,15 @@ impl Channel {
                 supply_v,
             }
         } else {
-            Pins { taps: self.taps.then_some([0.0; 2]), v3_v: 0.0, current_a: 0.0, supply_v }
+            let Offset { v1_v, v2_v, v3_v, current_a } = self.offset;
+            Pins { taps: self.taps.then_some([v1_v, v2_v]), v3_v, current_a, supply_v }
         };
         if acting.is_none() {
             self.last = self.converter.sample(&pins);
             return self.last;
         }
         if on {
-            self.broken_circuit(&mut pins, outputs.resistance_ohm, &acting.defects());
+            self.broken_circuit(&mut pins, outputs.resistance_ohm, &self.defects(acting));
         }
         if let Some(tap) = acting.get(FaultKind::ProbeLost) {
             self.lose_probe(&mut pins, tap, period_s);
@@ -113,11 +130,18 @@ impl Channel {
         self.last
     }
 
-    /// What the pins see of the circuit when it is not whole. The taps are right already: they follow the wire's current.
+    /// What is wrong with the circuit, the contact that was never good included.
+    fn defects(&self, acting: &Acting) -> Defects {
+        let defects = acting.defects();
+        Defects { contact_ohm: defects.contact_ohm + self.contact_ohm, ..defects }
+    }
+
+    /// What the pins see of the circuit when it is not whole. They are right already as far as the wire's own current goes
+    /// (all the taps see, and what the sensors add to it); what the break adds passes the same amplifiers.
     fn broken_circuit(&self, pins: &mut Pins, wire_ohm: f64, defects: &Defects) {
         let flow = flow(pins.supply_v, self.series_ohm, wire_ohm, defects);
-        pins.v3_v = flow.v3_v;
-        pins.current_a = flow.total_a;
+        pins.v3_v += self.gain.v3 * (flow.v3_v - flow.wire_a * (wire_ohm + self.contact_ohm));
+        pins.current_a += self.gain.current * (flow.total_a - flow.wire_a);
     }
 
     /// Lets a tap (1, 2, or 3 for the moving end) float: high impedance, wandering, with or without an on-phase.
@@ -146,14 +170,15 @@ impl Channel {
     }
 
     pub fn truth(&self) -> Truth {
-        let outputs = self.wire.outputs();
+        // of the wire itself, not of sensors that may lag or err
+        let wire = &self.wire;
         Truth {
-            length_m: self.length_m + outputs.position_m,
-            velocity_m_s: self.wire.velocity_m_s(),
-            temperature_c: outputs.temperature_c,
-            martensite: outputs.martensite,
-            force_n: outputs.force_n,
-            resistance_ohm: outputs.resistance_ohm,
+            length_m: self.length_m + wire.position_m(),
+            velocity_m_s: wire.velocity_m_s(),
+            temperature_c: wire.temperature_c(),
+            martensite: wire.martensite(),
+            force_n: self.area_m2 * wire.stress_pa(),
+            resistance_ohm: wire.resistance_ohm(),
             power_w: self.power_w,
             duty: self.past_duty,
         }

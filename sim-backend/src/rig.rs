@@ -46,6 +46,8 @@ impl std::error::Error for Error {}
 #[derive(Debug)]
 pub struct SimulatedRig {
     channels: Vec<Channel>,
+    /// Wires that take heat from another one, and which: indices of channels.
+    neighbours: Vec<[usize; 2]>,
     period_s: f64,
     /// Periods that have passed.
     periods: u64,
@@ -68,7 +70,11 @@ impl SimulatedRig {
             let seed = channel_seed(rig.simulation.seed, &channel.name);
             Ok(Channel::new(wire, channel, seed, Schedule::of_channel(scheduled, index)))
         });
+        let neighbour = |(index, channel): (usize, &sinew_rig::Channel)| {
+            Some([index, rig.channel(channel.neighbour.as_deref()?)?.0])
+        };
         Ok(SimulatedRig {
+            neighbours: rig.channels.iter().enumerate().filter_map(neighbour).collect(),
             channels: channels.collect::<Result<Vec<_>, Error>>()?,
             period_s: 1.0 / rig.rate_hz,
             periods: 0,
@@ -103,9 +109,18 @@ impl SimulatedRig {
         (self.periods as f64 + 0.5) * self.period_s
     }
 
+    /// Lets every wire know how warm its neighbour is at the start of a period.
+    fn warm_neighbours(&mut self) {
+        for &[index, neighbour] in &self.neighbours {
+            let temperature_c = self.channels[neighbour].wire.temperature_c();
+            self.channels[index].wire.set_neighbour_c(temperature_c);
+        }
+    }
+
     /// Lets one period pass without sampling.
     fn pass(&mut self) {
         let time_s = self.middle_s();
+        self.warm_neighbours();
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
             channel.advance(self.period_s, &acting);
@@ -157,6 +172,7 @@ impl Backend for SimulatedRig {
         if self.faults.backend_error() || self.schedule.any_acts_at(time_s) {
             return self.fail(samples, BackendError::Io { os_error: EIO });
         }
+        self.warm_neighbours();
         let mut failed = None;
         for (index, ((channel, duty), sample)) in self.channels.iter_mut().zip(duty).zip(samples).enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);

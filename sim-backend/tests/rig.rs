@@ -350,6 +350,124 @@ fn the_rig_files_faults_come_and_go_on_time() {
     }
 }
 
+/// The quiet rig with effects on the left wire.
+fn with_effects(effects: &[(&str, &str, f64)]) -> Rig {
+    let mut rig = quiet("");
+    for (id, key, value) in effects {
+        rig.set_effect(0, id, key, *value).unwrap_or_else(|e| panic!("{e}"));
+    }
+    rig
+}
+
+#[test]
+fn effects_of_circuit_and_sensors_are_measured_and_faults_add_to_them() {
+    let effects = [
+        ("sensing.contact_resistance", "ohm", 0.3),
+        ("electrical.lead_resistance", "lead_ohm", 0.2),
+        ("electrical.supply_sag", "source_ohm", 0.1),
+        ("sensing.gain", "v3", 1.01),
+        ("sensing.gain", "current", 0.98),
+        ("sensing.offset", "v3_v", 0.005),
+        ("sensing.offset", "current_a", 0.002),
+    ];
+    let mut backend = started(&with_effects(&effects));
+    let measured = |s: &Sample, total_a: f64, v3_v: f64| {
+        near(s.current_a, 0.98 * total_a + 0.002, 2e-5);
+        near(s.v3_v, 1.01 * v3_v + 0.005, 2e-4);
+        near(s.supply_v, 6.0 * (s.supply_v / 6.0).round().max(0.5), 1e-5);
+    };
+    let s = run(&mut backend, 0.1, 50)[0];
+    let ohm = |backend: &SimulatedRig| backend.truth(0).unwrap().resistance_ohm;
+    let total_a = 6.0 / (ohm(&backend) + 0.12 + 0.6);
+    measured(&s, total_a, total_a * (ohm(&backend) + 0.3));
+    near(backend.truth(0).unwrap().power_w, 0.1 * total_a.powi(2) * ohm(&backend), 1e-4);
+
+    backend.faults().set_sized(0, FaultKind::ContactResistance, 0.5);
+    let s = run(&mut backend, 0.1, 10)[0];
+    let total_a = 6.0 / (ohm(&backend) + 0.12 + 1.1);
+    measured(&s, total_a, total_a * (ohm(&backend) + 0.8));
+    near(backend.truth(0).unwrap().power_w, 0.1 * total_a.powi(2) * ohm(&backend), 1e-4);
+    backend.faults().clear_all();
+
+    backend.faults().set_sized(0, FaultKind::ShortedWire, 30.0);
+    let s = run(&mut backend, 0.1, 10)[0];
+    let bridged = 30.0 * ohm(&backend) / (30.0 + ohm(&backend));
+    let total_a = 6.0 / (bridged + 0.12 + 0.6);
+    measured(&s, total_a, total_a * (bridged + 0.3));
+    let wire_a = total_a * bridged / ohm(&backend);
+    near(backend.truth(0).unwrap().power_w, 0.1 * wire_a.powi(2) * ohm(&backend), 1e-4);
+    // the taps follow the wire's own current
+    near(s.v2_v - s.v1_v, wire_a * ohm(&backend) * 0.145 / backend.truth(0).unwrap().length_m, 1e-4);
+    backend.faults().clear_all();
+
+    backend.faults().set(0, FaultKind::OpenWire);
+    let s = run(&mut backend, 0.1, 10)[0];
+    measured(&s, 0.0, 6.0);
+    assert_eq!(backend.truth(0).unwrap().power_w, 0.0);
+    backend.faults().clear_all();
+
+    backend.faults().set_sized(0, FaultKind::SupplyDip, 0.5);
+    let s = run(&mut backend, 0.1, 10)[0];
+    near(s.supply_v, 3.0, 1e-5);
+    let total_a = 3.0 / (ohm(&backend) + 0.12 + 0.6);
+    near(s.current_a, 0.98 * total_a + 0.002, 2e-5);
+    backend.faults().clear_all();
+
+    // with no on-phase the amplifiers show their offsets
+    let s = run(&mut backend, 0.0, 3)[0];
+    near(s.v3_v, 0.005, 1e-5);
+    near(s.current_a, 0.002, 1e-5);
+}
+
+#[test]
+fn a_wire_is_warmed_by_its_neighbour_whatever_their_order() {
+    let mut rig = with_effects(&[("thermal.neighbour", "conductance_w_per_k", 2e-3)]);
+    rig.channels[0].neighbour = Some("right".into());
+    let mut reversed = rig.clone();
+    reversed.channels.reverse();
+    let [mut there, mut back] = [&rig, &reversed].map(started);
+    let mut samples = [Sample::NONE; 2];
+    for _ in 0..15_000 {
+        there.exchange(&[0.0, 0.3], &mut samples).unwrap();
+        back.exchange(&[0.3, 0.0], &mut samples).unwrap();
+    }
+    let (left, right) = (there.truth(0).unwrap(), there.truth(1).unwrap());
+    assert_eq!((back.truth(1).unwrap(), back.truth(0).unwrap()), (left, right));
+    // at rest the heat from the one is the loss of the other: h A_s (T − T_∞) = G (T_n − T)
+    let model = &rig.channels[0].model;
+    let loss = model.material.convection_w_per_m2_k * model.geometry.surface_m2();
+    let expected = (loss * 25.0 + 2e-3 * right.temperature_c) / (loss + 2e-3);
+    assert!(right.temperature_c > 60.0, "{right:?}");
+    near(left.temperature_c, expected, 0.05);
+    // a duty that goes on while the loop sleeps warms all the same
+    there.missed(1000);
+    back.missed(1000);
+    assert_eq!(back.truth(1), there.truth(0));
+}
+
+#[test]
+fn a_draught_blows_in_its_time_and_friction_holds_the_load() {
+    let draught = [("gain", 3.0), ("start_s", 2.0), ("end_s", 3.0)].map(|(key, v)| ("thermal.draught", key, v));
+    let mut draughty = started(&with_effects(&draught));
+    let mut calm = started(&quiet(""));
+    let apart = |a: &mut SimulatedRig, b: &mut SimulatedRig, periods: usize| {
+        run(a, 0.2, periods);
+        run(b, 0.2, periods);
+        b.truth(0).unwrap().temperature_c - a.truth(0).unwrap().temperature_c
+    };
+    assert!(apart(&mut draughty, &mut calm, 1500).abs() < 1e-3);
+    assert!(apart(&mut draughty, &mut calm, 1400) > 5.0);
+    assert!(apart(&mut draughty, &mut calm, 12_000).abs() < 1.0, "it is over");
+
+    // friction that nothing overcomes holds the load where it is
+    let mut stuck = started(&with_effects(&[("mechanical.friction", "coulomb_n", 20.0)]));
+    let before = stuck.truth(0).unwrap().length_m;
+    run(&mut stuck, 0.4, 3000);
+    near(stuck.truth(0).unwrap().length_m, before, 1e-6);
+    run(&mut calm, 0.4, 3000);
+    assert!(before - calm.truth(0).unwrap().length_m > 1e-3);
+}
+
 #[test]
 fn what_no_driver_could_drive_is_refused() {
     let mut furnace = rig("");
