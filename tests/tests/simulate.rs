@@ -242,9 +242,11 @@ fn a_rig_file_with_a_mistake_is_refused_by_line_and_key() {
         assert_eq!(GOOD_RIG.matches(from).count(), 1, "{from}");
         Desk::new(&GOOD_RIG.replace(from, to), "in.csv", GOOD_INPUTS.as_bytes()).refuses(&[], words);
     }
-    // Physics this version does not simulate is never passed over.
-    let draught = format!("{GOOD_RIG}[channel.effects.\"thermal.draught\"]\ngain = 0.35\nstart_s = 1.0\nend_s = 2.0\n");
-    Desk::new(&draught, "in.csv", GOOD_INPUTS.as_bytes()).refuses(&[], &["thermal.draught"]);
+    // An effect that acts says all it has to, and is one of the catalogue.
+    let draught = format!("{GOOD_RIG}[channel.effects.\"thermal.draught\"]\ngain = 0.35\nstart_s = 1.0\n");
+    Desk::new(&draught, "in.csv", GOOD_INPUTS.as_bytes()).refuses(&[], &["rig.toml:14", "thermal.draught", "end_s"]);
+    let wind = format!("{GOOD_RIG}[channel.effects.\"thermal.wind\"]\ngain = 0.35\n");
+    Desk::new(&wind, "in.csv", GOOD_INPUTS.as_bytes()).refuses(&[], &["rig.toml:14", "thermal.wind", "effects.md"]);
     // All mistakes are told at once.
     let two = GOOD_RIG.replace("diameter_mm", "diamter_mm").replace("mass_kg = 0.2", "mass_kg = -1.0");
     Desk::new(&two, "in.csv", GOOD_INPUTS.as_bytes()).refuses(&[], &["rig.toml:8", "rig.toml:13"]);
