@@ -2,7 +2,7 @@
 //! for a trial value of the driving temperature at the end of a piece of time. The effects beyond the reference model
 //! come in where their [`Terms`] are asked; without any, the equations are the reference model's to the last digit.
 
-use crate::effects::{Loss, STRESS_PA, Term, Terms};
+use crate::effects::{Grip, Loss, STRESS_PA, Term, Terms};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Convection, DriveKind, Load, Mixing, Taps, WireModel};
 use crate::signals::Inputs;
@@ -134,6 +134,19 @@ struct Line {
     force: Option<f64>,
 }
 
+/// The heat balance at a trial ϑ: heat = capacity T − work of σ, and the phase that goes with it.
+struct Heating {
+    heat: f64,
+    capacity: f64,
+    /// Temperature, where that is imposed, °C.
+    imposed: Option<f64>,
+    /// Change of ξ in the piece.
+    change: f64,
+    fraction: Fraction,
+    /// Stress of the last trial, Pa.
+    stress: f64,
+}
+
 /// Heat and motion solved at a trial ϑ.
 struct Solved {
     temperature: f64,
@@ -141,6 +154,21 @@ struct Solved {
     elastic: Elastic,
     half_work: f64,
     follow: f64,
+}
+
+/// What the coefficients that depend on the end of a piece are taken at: T, R and σ of the last trial.
+#[derive(Clone, Copy)]
+pub(crate) struct Guess {
+    temperature: f64,
+    resistance: f64,
+    stress: f64,
+}
+
+impl State {
+    #[inline(always)]
+    pub(crate) fn as_guess(&self) -> Guess {
+        Guess { temperature: self.temperature, resistance: self.resistance, stress: self.stress }
+    }
 }
 
 /// One evaluation of the coupled equations at a trial ϑ.
@@ -314,14 +342,19 @@ impl Balance {
     }
 
     /// Strain of the wire itself: that of its ends, or its own when it hangs slack between them.
-    pub(crate) fn strain(&self, state: &State) -> f64 {
-        let ends = state.position * self.per_length - self.frame * state.stress;
-        if state.stress > 0.0 { ends } else { ends.max(self.free_strain(&state.fraction, state.temperature)) }
+    #[inline(always)]
+    pub(crate) fn strain(&self, terms: Option<&Terms>, state: &State) -> f64 {
+        let mut ends = state.position * self.per_length;
+        if terms.is_some() {
+            ends -= self.frame * state.stress;
+        }
+        if state.stress > 0.0 { ends } else { ends.max(self.free_strain(terms, &state.fraction, state.temperature)) }
     }
 
     /// Strain without stress (eq. 23 at σ = 0).
-    pub(crate) fn free_strain(&self, fraction: &Fraction, temperature: f64) -> f64 {
-        let elastic = self.elastic(self.terms.as_deref(), fraction, 0.0);
+    #[inline(always)]
+    fn free_strain(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64) -> f64 {
+        let elastic = self.elastic(terms, fraction, 0.0);
         elastic.free + elastic.compliance * self.thermoelastic * (temperature - self.reference_c)
     }
 
@@ -343,13 +376,12 @@ impl Balance {
 
     /// R = ρL/A_c (eq. 36, 37, 39), in Ω.
     #[inline(always)]
-    pub(crate) fn resistance(&self, state: &State) -> f64 {
-        let terms = self.terms.as_deref();
+    pub(crate) fn resistance(&self, terms: Option<&Terms>, state: &State) -> f64 {
         let unstrained = self.unstrained(terms, &state.fraction, state.temperature, state.stress);
         // a straight line in T reaches zero somewhere; no wire does
         let least = 1e-3 * self.austenite_ohm;
         match terms {
-            None => unstrained.max(least) * (1.0 + self.strain(state)),
+            None => unstrained.max(least) * (1.0 + self.strain(None, state)),
             Some(terms) => {
                 let whole = match &terms.ends {
                     None => unstrained,
@@ -362,7 +394,7 @@ impl Balance {
 
     /// Resistance between the fixed end and a point `at` m from it, in Ω.
     pub(crate) fn resistance_up_to(&self, terms: &Terms, state: &State, at: f64) -> f64 {
-        let at = at / (1.0 + self.strain(state));
+        let at = at / (1.0 + self.strain(Some(terms), state));
         match &terms.ends {
             None => state.resistance * at * self.per_length,
             Some(ends) => {
@@ -375,7 +407,7 @@ impl Balance {
     /// By what a state's unstrained resistance grows: length, cross-section (eq. 41) and what is unknown of resistivity.
     pub(crate) fn stretched(&self, terms: &Terms, state: &State) -> f64 {
         let (compliance, _) = self.compliance(&state.fraction);
-        (1.0 + self.strain(state))
+        (1.0 + self.strain(Some(terms), state))
             * terms.effects.electrical.poisson_area.factor(state.stress, compliance)
             * terms.resistivity_factor(state)
     }
@@ -462,22 +494,22 @@ impl Balance {
         };
         let mut state =
             State { theta, fraction, temperature, stress, position, velocity: 0.0, resistance: self.austenite_ohm };
-        state.resistance = self.resistance(&state);
+        state.resistance = self.resistance(terms, &state);
         state
     }
 
     /// The phase at the end of a piece at ϑ, on its branch.
     #[inline(always)]
-    pub(crate) fn point(&self, branch: &Branch, theta: f64, from: &State) -> Point {
-        match &self.terms {
+    pub(crate) fn point(&self, terms: Option<&Terms>, branch: &Branch, theta: f64, from: &State) -> Point {
+        match terms {
             None => self.hysteresis.on_branch(branch, theta),
             Some(terms) => terms.point(&self.hysteresis, branch, theta, from),
         }
     }
 
     /// The phase at the end of a piece if ϑ stands still.
-    pub(crate) fn standing(&self, from: &State) -> Point {
-        match &self.terms {
+    pub(crate) fn standing(&self, terms: Option<&Terms>, from: &State) -> Point {
+        match terms {
             None => Point { fraction: from.fraction, slope: 0.0, outer: false },
             Some(terms) => terms.standing(&self.hysteresis, from),
         }
@@ -497,6 +529,7 @@ impl Balance {
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn stage(
         &self,
+        terms: Option<&Terms>,
         inputs: &Inputs,
         start: &State,
         h: f64,
@@ -508,7 +541,7 @@ impl Balance {
         let tau = implicitness * h;
         let (inertia, push, give, position_base) = match self.motion {
             Motion::Dynamic { mass, mut damping, mut spring, mut preload } => {
-                if let Some(terms) = &self.terms {
+                if let Some(terms) = terms {
                     let (force, stiffer, thicker) = terms.moving_load(start, mass, tau);
                     preload += force;
                     spring += stiffer;
@@ -536,7 +569,7 @@ impl Balance {
             inertia,
             push,
             give,
-            force: self.terms.as_ref().map_or(imposed, |terms| imposed + terms.imposed_load()),
+            force: terms.map_or(imposed, |terms| imposed + terms.imposed_load()),
             temperature: furnace,
         }
     }
@@ -544,40 +577,8 @@ impl Balance {
     /// All equations at the end of `stage` for a trial ϑ with its phase `point`. The last trial's state serves where
     /// a coefficient depends on it.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
     pub(crate) fn trial(
-        &self,
-        inputs: &Inputs,
-        stage: &Stage,
-        from: &State,
-        theta: f64,
-        point: &Point,
-        guess: &State,
-    ) -> Trial {
-        match self.terms.as_deref() {
-            None => self.trial_with(None, inputs, stage, from, theta, point, guess),
-            Some(terms) => self.trial_of_effects(terms, inputs, stage, from, theta, point, guess),
-        }
-    }
-
-    /// Apart, so that the reference model's trial stays as small as it is.
-    #[inline(never)]
-    #[allow(clippy::too_many_arguments)]
-    fn trial_of_effects(
-        &self,
-        terms: &Terms,
-        inputs: &Inputs,
-        stage: &Stage,
-        from: &State,
-        theta: f64,
-        point: &Point,
-        guess: &State,
-    ) -> Trial {
-        self.trial_with(Some(terms), inputs, stage, from, theta, point, guess)
-    }
-
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
-    fn trial_with(
         &self,
         terms: Option<&Terms>,
         inputs: &Inputs,
@@ -585,7 +586,7 @@ impl Balance {
         from: &State,
         theta: f64,
         point: &Point,
-        guess: &State,
+        guess: Guess,
     ) -> Trial {
         let tau = stage.heat_tau;
         let fraction = point.fraction;
@@ -609,78 +610,21 @@ impl Balance {
             + tau * (power + loss.coefficient * loss.ambient - loss.fixed)
             + self.latent * change
             + work_before;
-        let furnace = self.drive == DriveKind::Temperature;
-
-        // σ = (pull − follow θ T) / hold
-        let solve = |line: &Line| -> Solved {
-            let mut at = guess.stress;
-            let mut rounds = 0;
-            loop {
-                rounds += 1;
-                let elastic = self.elastic(terms, &fraction, at);
-                let half_work = 0.5 * self.volume * elastic.shape * change;
-                let (mut pull, mut follow, hold) = match line.force {
-                    Some(force) => ((force / self.area).max(0.0), 0.0, 1.0),
-                    None => {
-                        let follow = line.inertia * elastic.compliance;
-                        let pull = line.inertia * (line.stretch - elastic.free)
-                            + follow * self.thermoelastic * self.reference_c
-                            + line.push * self.per_length;
-                        (pull, follow, follow + line.inertia * elastic.soft + line.give * self.per_length)
-                    }
-                };
-                let temperature_at = |pull: f64, follow: f64| {
-                    if furnace {
-                        stage.temperature
-                    } else {
-                        (heat * hold + half_work * pull) / (capacity * hold + half_work * follow * self.thermoelastic)
-                    }
-                };
-                let mut temperature = temperature_at(pull, follow);
-                let mut stress = (pull - follow * self.thermoelastic * temperature) / hold;
-                if stress < 0.0 {
-                    // slack: a wire cannot push
-                    (pull, follow, stress) = (0.0, 0.0, 0.0);
-                    temperature = temperature_at(pull, follow);
-                }
-                let bends = terms.is_some_and(|terms| terms.bends);
-                if !bends || is_same_stress((stress - at).abs(), stress) || rounds == MOST_ROUNDS {
-                    return Solved { temperature, stress, elastic, half_work, follow: follow / hold };
-                }
-                at = stress;
-            }
-        };
+        let imposed = (self.drive == DriveKind::Temperature).then_some(stage.temperature);
+        let heating = Heating { heat, capacity, imposed, change, fraction, stress: guess.stress };
         let stretch = stage.position_base * self.per_length;
-        let mut line = match self.motion {
+        let line = match self.motion {
             Motion::Force => Line { inertia: 1.0, stretch, push: 0.0, give: 0.0, force: Some(stage.force) },
             _ => Line { inertia: stage.inertia, stretch, push: stage.push, give: stage.give, force: None },
         };
-        let solved = match terms.and_then(Terms::grip) {
+        let (line, solved) = match terms.and_then(Terms::grip) {
             Some(grip) if !matches!(self.motion, Motion::Position) => {
-                // held where it is, if friction can; else friction is the most there is, through the whole piece
-                let base = if line.force.is_some() { from.position } else { stage.position_base };
-                let held = Line { inertia: 1.0, stretch: base * self.per_length, push: 0.0, give: 0.0, force: None };
-                let solved = solve(&held);
-                let (needed, weight) = match line.force {
-                    Some(force) => (self.area * solved.stress - force, 1.0),
-                    None => {
-                        let weight = stage.motion_tau * stage.span;
-                        ((line.give * solved.stress - line.push) / weight, weight)
-                    }
-                };
-                let friction = grip.force(needed);
-                if friction == needed {
-                    line = held;
-                    solved
-                } else {
-                    match &mut line.force {
-                        Some(force) => *force += friction,
-                        None => line.push += weight * friction,
-                    }
-                    solve(&line)
-                }
+                self.solve_with_friction(terms, &grip, stage, from, line, &heating)
             }
-            _ => solve(&line),
+            _ => {
+                let solved = self.solve(terms, &line, &heating);
+                (line, solved)
+            }
         };
         let Solved { temperature, stress, elastic, half_work, follow } = solved;
         let (position, velocity) = match self.motion {
@@ -698,22 +642,111 @@ impl Balance {
         };
         let mut state =
             State { theta, fraction, temperature, stress, position, velocity, resistance: guess.resistance };
-        state.resistance = self.resistance(&state);
+        state.resistance = self.resistance(terms, &state);
         let work = work_before + half_work * stress;
-        let shift = terms.map_or(0.0, |terms| terms.shift(change));
+        let mut residual = temperature - self.stress_shift * stress - theta;
+        if let Some(terms) = terms {
+            residual += terms.shift(change);
+        }
         Trial {
             state,
             power,
             loss: loss.coefficient * (temperature - loss.ambient) + loss.fixed,
             released: self.latent * change + work,
             work,
-            residual: temperature - self.stress_shift * stress + shift - theta,
+            residual,
             follow,
         }
     }
 
+    /// Heat and motion together: σ = (pull − follow θ T) / hold in the heat balance.
+    #[inline(always)]
+    fn solve(&self, terms: Option<&Terms>, line: &Line, heating: &Heating) -> Solved {
+        let mut at = heating.stress;
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            let elastic = self.elastic(terms, &heating.fraction, at);
+            let half_work = 0.5 * self.volume * elastic.shape * heating.change;
+            let (mut pull, mut follow, hold) = match line.force {
+                Some(force) => ((force / self.area).max(0.0), 0.0, 1.0),
+                None => {
+                    let follow = line.inertia * elastic.compliance;
+                    let pull = line.inertia * (line.stretch - elastic.free)
+                        + follow * self.thermoelastic * self.reference_c
+                        + line.push * self.per_length;
+                    let mut hold = follow + line.give * self.per_length;
+                    if terms.is_some() {
+                        hold += line.inertia * elastic.soft;
+                    }
+                    (pull, follow, hold)
+                }
+            };
+            let temperature_at = |pull: f64, follow: f64| match heating.imposed {
+                Some(temperature) => temperature,
+                None => {
+                    (heating.heat * hold + half_work * pull)
+                        / (heating.capacity * hold + half_work * follow * self.thermoelastic)
+                }
+            };
+            let mut temperature = temperature_at(pull, follow);
+            let mut stress = (pull - follow * self.thermoelastic * temperature) / hold;
+            if stress < 0.0 {
+                // slack: a wire cannot push
+                (pull, follow, stress) = (0.0, 0.0, 0.0);
+                temperature = temperature_at(pull, follow);
+            }
+            let bends = terms.is_some_and(|terms| terms.bends);
+            if !bends || is_same_stress((stress - at).abs(), stress) || rounds == MOST_ROUNDS {
+                return Solved { temperature, stress, elastic, half_work, follow: follow / hold };
+            }
+            at = stress;
+        }
+    }
+
+    /// The load held where it is, if friction can; else friction is the most there is, through the whole piece. Returns
+    /// what the load then asks of the wire.
+    #[inline(never)]
+    fn solve_with_friction(
+        &self,
+        terms: Option<&Terms>,
+        grip: &Grip,
+        stage: &Stage,
+        from: &State,
+        mut line: Line,
+        heating: &Heating,
+    ) -> (Line, Solved) {
+        let base = if line.force.is_some() { from.position } else { stage.position_base };
+        let held = Line { inertia: 1.0, stretch: base * self.per_length, push: 0.0, give: 0.0, force: None };
+        let solved = self.solve(terms, &held, heating);
+        // the force on the load is that of the whole piece
+        let weight = stage.motion_tau * stage.span;
+        let needed = match line.force {
+            Some(force) => self.area * solved.stress - force,
+            None => (line.give * solved.stress - line.push) / weight,
+        };
+        let friction = grip.force(needed);
+        if friction == needed {
+            return (held, solved);
+        }
+        match &mut line.force {
+            Some(force) => *force += friction,
+            None => line.push += weight * friction,
+        }
+        let solved = self.solve(terms, &line, heating);
+        (line, solved)
+    }
+
     /// How fast the residual of `trial` falls with ϑ where ξ has the given slope: the guide of Newton's method.
-    pub(crate) fn residual_slope(&self, stage: &Stage, from: &State, trial: &Trial, slope: f64) -> f64 {
+    #[inline(always)]
+    pub(crate) fn residual_slope(
+        &self,
+        terms: Option<&Terms>,
+        stage: &Stage,
+        from: &State,
+        trial: &Trial,
+        slope: f64,
+    ) -> f64 {
         let state = &trial.state;
         let heat_per_fraction = if self.drive == DriveKind::Temperature {
             0.0
@@ -727,8 +760,10 @@ impl Balance {
         let stress_per_fraction = -trial.follow
             * ((self.transformation_strain + compliance_slope * (state.stress + thermal)) / compliance
                 + self.thermoelastic * heat_per_fraction);
-        let shift_per_fraction = self.terms.as_ref().map_or(0.0, |terms| terms.shift_per_fraction());
-        let gain = heat_per_fraction - self.stress_shift * stress_per_fraction + shift_per_fraction;
+        let mut gain = heat_per_fraction - self.stress_shift * stress_per_fraction;
+        if let Some(terms) = terms {
+            gain += terms.shift_per_fraction();
+        }
         (gain * slope - 1.0).min(LEAST_SLOPE)
     }
 }

@@ -132,7 +132,11 @@ impl Wire {
         // a count, not `elapsed < dt`: rounding must not add a piece
         let mut piece = 0.0;
         while piece < pieces {
-            heat_in += self.piece(inputs, h, imposed_rate, temperature_rate);
+            heat_in += if self.balance.terms.is_some() {
+                self.piece::<true>(inputs, h, imposed_rate, temperature_rate)
+            } else {
+                self.piece::<false>(inputs, h, imposed_rate, temperature_rate)
+            };
             piece += 1.0;
         }
         self.elapsed += dt_s;
@@ -158,28 +162,35 @@ impl Wire {
         }
     }
 
+    /// The effects, where there are any: known when compiled, so that the reference model does not pay for them.
+    #[inline(always)]
+    fn terms<const EFFECTS: bool>(&self) -> Option<&Terms> {
+        if EFFECTS { self.balance.terms.as_deref() } else { None }
+    }
+
     /// One piece of length `h`; returns the electrical heat, J.
-    fn piece(&mut self, inputs: &Inputs, h: f64, imposed_rate: f64, temperature_rate: f64) -> f64 {
+    fn piece<const EFFECTS: bool>(&mut self, inputs: &Inputs, h: f64, imposed_rate: f64, temperature_rate: f64) -> f64 {
         if h != self.fitted_to {
             self.fitted_to = h;
             self.implicitness = fitted_implicitness(h * self.balance.fastest_rate);
         }
         let start = self.state;
-        if self.balance.terms.is_some() {
+        if EFFECTS {
             self.begin_effects(inputs, h);
         }
         let c = &self.balance;
         let half = 0.5 * h;
         let power = c.power(inputs, start.resistance);
-        let loss = match &c.terms {
+        let terms = self.terms::<EFFECTS>();
+        let loss = match terms {
             None => c.loss_coefficient(start.temperature, inputs.ambient_c) * (start.temperature - inputs.ambient_c),
             Some(terms) => terms.loss_at_start(c, &start, power),
         };
         let heat_base = c.heat_capacity * start.temperature + half * (power - loss);
         let imposed = self.imposed + imposed_rate * h;
         let furnace = start.temperature + temperature_rate * h;
-        let stage = c.stage(inputs, &start, h, self.implicitness, heat_base, imposed, furnace);
-        let end = self.solve(inputs, &stage, h);
+        let stage = c.stage(terms, inputs, &start, h, self.implicitness, heat_base, imposed, furnace);
+        let end = self.solve::<EFFECTS>(inputs, &stage, h);
         if !self.balance.has_inertia() {
             self.state.velocity = (self.state.position - start.position) / h;
         }
@@ -192,7 +203,7 @@ impl Wire {
         } else {
             half * (power + end.power)
         };
-        if self.balance.terms.is_some() {
+        if EFFECTS {
             lost -= self.finish_effects(&start);
         }
         self.energy.loss_j += lost;
@@ -220,12 +231,12 @@ impl Wire {
     }
 
     /// Solves the piece of length `h` from the present state and moves there.
-    fn solve(&mut self, inputs: &Inputs, stage: &Stage, h: f64) -> Trial {
+    fn solve<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage, h: f64) -> Trial {
         let from = self.state;
         let [before, last] = self.theta_rates;
-        let trial = match self.carry_on(inputs, stage, (2.0 * last - before) * h) {
+        let trial = match self.carry_on::<EFFECTS>(inputs, stage, (2.0 * last - before) * h) {
             Some(trial) => trial,
-            None => self.set_out(inputs, stage),
+            None => self.set_out::<EFFECTS>(inputs, stage),
         };
         self.theta_rates = [last, (trial.state.theta - from.theta) / h];
         self.state = trial.state;
@@ -235,8 +246,8 @@ impl Wire {
     /// The usual case: ϑ goes on as before, so Newton from the extrapolated ϑ on the same branch needs one or two
     /// trials. The residual has one zero, so one found on the branch's side of the present ϑ is the solution; anything
     /// else is left to [`Wire::set_out`].
-    fn carry_on(&mut self, inputs: &Inputs, stage: &Stage, expected: f64) -> Option<Trial> {
-        let c = &self.balance;
+    fn carry_on<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage, expected: f64) -> Option<Trial> {
+        let (c, terms) = (&self.balance, self.terms::<EFFECTS>());
         let from = &self.state;
         let mut branch = self.branch?;
         let forward = match branch.direction() {
@@ -244,13 +255,13 @@ impl Wire {
             Direction::Cooling => -1.0,
         };
         let mut theta = from.theta + expected;
-        let mut guess = *from;
+        let mut guess = from.as_guess();
         for _ in 0..4 {
             if (theta - from.theta) * forward <= THETA_TOLERANCE_K {
                 return None;
             }
-            let point = c.point(&branch, theta, from);
-            let trial = c.trial(inputs, stage, from, theta, &point, &guess);
+            let point = c.point(terms, &branch, theta, from);
+            let trial = c.trial(terms, inputs, stage, from, theta, &point, guess);
             if is_solved(&trial, from.theta) {
                 if point.outer {
                     branch.ride_outer();
@@ -258,17 +269,18 @@ impl Wire {
                 }
                 return Some(trial);
             }
-            theta -= trial.residual / c.residual_slope(stage, from, &trial, point.slope);
-            guess = trial.state;
+            theta -= trial.residual / c.residual_slope(terms, stage, from, &trial, point.slope);
+            guess = trial.state.as_guess();
         }
         None
     }
 
     /// From standing: finds the direction, reverses the branch if it must, and solves by Newton inside a bracket.
-    fn set_out(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
+    fn set_out<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
         let from = &self.state;
-        let still = self.balance.standing(from);
-        let mut trial = self.balance.trial(inputs, stage, from, from.theta, &still, from);
+        let terms = self.terms::<EFFECTS>();
+        let still = self.balance.standing(terms, from);
+        let mut trial = self.balance.trial(terms, inputs, stage, from, from.theta, &still, from.as_guess());
         // the residual falls with ϑ, so its sign where we stand is the direction of motion
         if trial.residual.abs() <= THETA_TOLERANCE_K {
             return trial;
@@ -278,18 +290,18 @@ impl Wire {
             Some(branch) if branch.direction() == direction => branch,
             _ => self.balance.reverse(direction, from),
         };
-        let c = &self.balance;
+        let (c, terms) = (&self.balance, self.terms::<EFFECTS>());
         // the near end of the bracket is where we stand; the far end is found on the way
         let (mut low, mut high) = match direction {
             Direction::Heating => (from.theta, f64::INFINITY),
             Direction::Cooling => (f64::NEG_INFINITY, from.theta),
         };
         let mut theta = from.theta;
-        let mut point = c.point(&branch, theta, from);
+        let mut point = c.point(terms, &branch, theta, from);
         let mut newton_may = true;
         for _ in 0..MOST_ITERATIONS {
             let width = high - low;
-            let mut next = theta - trial.residual / c.residual_slope(stage, from, &trial, point.slope);
+            let mut next = theta - trial.residual / c.residual_slope(terms, stage, from, &trial, point.slope);
             if !(newton_may && next > low && next < high) {
                 next = if width.is_finite() {
                     0.5 * (low + high)
@@ -300,8 +312,8 @@ impl Wire {
             }
             let moved = next - theta;
             theta = next;
-            point = c.point(&branch, theta, from);
-            trial = c.trial(inputs, stage, from, theta, &point, &trial.state);
+            point = c.point(terms, &branch, theta, from);
+            trial = c.trial(terms, inputs, stage, from, theta, &point, trial.state.as_guess());
             if trial.residual > 0.0 {
                 low = theta;
             } else {
@@ -340,7 +352,7 @@ impl Wire {
         let (s, c) = (&self.state, &self.balance);
         let voltage = self.current * s.resistance;
         // taps are fixed in space: the wire between fixed end and tap is the same share of the whole as l of L (eq. 42)
-        let per_metre = voltage / (c.length * (1.0 + c.strain(s)));
+        let per_metre = voltage / (c.length * (1.0 + c.strain(c.terms.as_deref(), s)));
         let (v1, v2) = match c.taps {
             Some(taps) => (per_metre * taps.l0_m, per_metre * (taps.l0_m + taps.ls_m)),
             None => (0.0, 0.0),

@@ -16,6 +16,7 @@ mod thermal;
 pub use electrical::{Electrical, LeadResistance, PoissonArea, RPhase, ResistivityStress, SupplySag};
 pub use empirical::{Empirical, Form, Term};
 pub use kinetic::{Asymmetry, Distributed, Kinetic, Lag, TrainingDrift, UnequalSlopes};
+pub(crate) use mechanical::Grip;
 pub use mechanical::{Capstan, FrameCompliance, Friction, Mechanical, Ratcheting, StressDependentStrain, TwoWay};
 pub use sensing::{ContactResistance, Delay, DelayedSensor, Gain, Offset, ProbeDeflection, Sensing};
 pub use terms::Unknown;
