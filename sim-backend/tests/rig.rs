@@ -486,9 +486,17 @@ proptest! {
         steps in prop::collection::vec((0.0f64..=1.0, 1usize..80, prop::option::of((0usize..9, 0.0f64..3.0))), 1..40),
         rate_hz in prop::sample::select(vec![10.0, 200.0, 1000.0, 5000.0]),
         spring in 0.0f64..400.0,
+        effects in prop::collection::vec((any::<prop::sample::Index>(), 0.0f64..=1.0), 0..4),
     ) {
         let mut rig = rig("");
         rig.rate_hz = rate_hz;
+        let catalogue: Vec<_> = sinew_physics::effects::catalogue().collect();
+        for (index, share) in effects {
+            for p in catalogue[index.index(catalogue.len())].parameters {
+                (p.set)(&mut rig.channels[0].model, p.plausible.0 + share * (p.plausible.1 - p.plausible.0));
+            }
+        }
+        rig.channels[0].neighbour = Some("right".into());
         for channel in &mut rig.channels {
             channel.model.load = sinew_physics::Load::SpringMassDamper {
                 mass_kg: 0.1, damping_n_s_per_m: 20.0, spring_n_per_m: spring, preload_n: 2.0,
