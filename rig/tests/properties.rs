@@ -235,6 +235,10 @@ proptest! {
     fn no_text_panics(text in "\\PC*") {
         read(&text);
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn changed_parameters_come_back(
