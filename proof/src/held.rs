@@ -33,8 +33,11 @@ pub fn chi(rig: &Rig, recording: &Recording, noise: &BTreeMap<String, f64>) -> O
 
 #[cfg(test)]
 mod tests {
+    use sinew_physics::effects;
+
     use super::*;
-    use crate::generator::case::{Answer, make};
+    use crate::generator::case::{Answer, make, plain};
+    use crate::generator::magnitudes::CATALOGUE;
     use crate::generator::plan::{Null, Seeds, What, plan};
 
     /// A rig file with the uncertain parameters as they truly are.
@@ -71,5 +74,43 @@ mod tests {
             }
         }
         assert_eq!(seen, 9);
+    }
+
+    /// The same for every effect of the catalogue: two ways to compute each, by people who did not look at each other's.
+    #[test]
+    fn nothing_is_left_with_the_true_effect() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut wrong = Vec::new();
+        for kind in &CATALOGUE {
+            for seed in 500..501 {
+                let case = plain(kind.id, kind.most.min(1.0), seed);
+                case.write(folder.path()).expect("a folder to write into");
+                let recording = sinew_recording::read(folder.path().join("train.csv.gz"), &Default::default())
+                    .expect("a recording");
+                let mut rig = true_rig(&case.rig_toml, &case.answer);
+                let without = chi(&rig, &recording, &case.answer.noise).map_or(f64::NAN, |(_, all)| all);
+                for (id, parameters) in &case.answer.effects {
+                    let effect = effects::effect(id).expect("an effect of the catalogue");
+                    for parameter in effect.parameters {
+                        if let Some(value) = parameters.get(parameter.key) {
+                            (parameter.set)(&mut rig.channels[0].model, *value);
+                        }
+                    }
+                }
+                let (by_column, with) = chi(&rig, &recording, &case.answer.noise).expect("a wire");
+                println!("{} {seed}: {without:.2} -> {with:.3} {by_column:.2?}", kind.id);
+                // where the effect shows at all, hardly any of it may be left
+                let allowed = if approximate(kind.id) { 1.0 + 0.15 * without } else { 1.05 };
+                if with > allowed {
+                    wrong.push(format!("{} {seed}: {without:.2} -> {with:.3} {by_column:.2?}", kind.id));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
+    }
+
+    /// Effects of which the project's simulator says that it approximates them.
+    fn approximate(id: &str) -> bool {
+        matches!(id, "thermal.end_conduction" | "kinetic.distributed")
     }
 }

@@ -1,11 +1,16 @@
 //! Makes concealed cases with a simulator of its own and scores the diagnosis on them.
 #![forbid(unsafe_code)]
 
+mod document;
 mod generator;
-#[cfg(test)]
 mod held;
+mod one;
+mod run;
+mod said;
+mod score;
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -13,6 +18,7 @@ use clap::{Parser, Subcommand};
 use rayon::prelude::*;
 
 use generator::plan::{self, Seeds, Spec};
+use run::Failure;
 
 /// Concealed cases, and how the diagnosis does on them.
 #[derive(Debug, Parser)]
@@ -22,6 +28,15 @@ struct Arguments {
     command: Option<Command>,
     #[command(flatten)]
     which: Which,
+    /// Keep every case's files here; a temporary folder otherwise
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Take what an earlier run into the same folder has diagnosed already
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Page to write; docs/proof.md for a full scoring run, none otherwise
+    #[arg(long)]
+    docs: Option<PathBuf>,
 }
 
 /// Which cases.
@@ -52,9 +67,23 @@ enum Command {
         #[arg(long)]
         out: PathBuf,
     },
+    /// Diagnose the case in one folder; every case is run so, in a process of its own
+    #[command(hide = true)]
+    One {
+        /// Its folder
+        folder: PathBuf,
+        /// Threads
+        #[arg(long, default_value_t = 1)]
+        threads: usize,
+    },
 }
 
 impl Which {
+    /// Nothing is left out of the plan.
+    fn is_full(&self) -> bool {
+        self.cases.is_none() && self.only.is_none() && !self.quick
+    }
+
     fn specs(&self) -> Vec<Spec> {
         let mut specs = if self.quick { plan::quick(self.seeds) } else { plan::plan(self.seeds, self.cases) };
         if let Some(only) = &self.only {
@@ -66,30 +95,60 @@ impl Which {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    match arguments.command {
-        Some(Command::Generate { out }) => match generate(&arguments.which, &out) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                eprintln!("sinew-proof: {error}");
-                ExitCode::FAILURE
-            }
-        },
-        None => ExitCode::FAILURE,
+    let done = match &arguments.command {
+        Some(Command::Generate { out }) => generate(&arguments.which, out),
+        Some(Command::One { folder, threads }) => {
+            one::one(folder, *threads).map(|_| ()).map_err(|error| error.to_string().into())
+        }
+        None => proof(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("sinew-proof: {error}");
+            ExitCode::FAILURE
+        }
     }
 }
 
-fn generate(which: &Which, out: &std::path::Path) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+fn generate(which: &Which, out: &Path) -> Result<(), Failure> {
     let specs = which.specs();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(which.jobs.max(1)).build()?;
     let done = AtomicUsize::new(0);
     pool.install(|| {
-        specs.par_iter().try_for_each(|spec| {
+        specs.par_iter().with_max_len(1).try_for_each(|spec| {
             let case = generator::case::make(spec);
             case.write(&out.join(&spec.name))?;
             let a = &case.answer;
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-            eprintln!("{done}/{} {} {}: {} level {:.2}", specs.len(), a.name, a.group, a.kind, a.level);
+            eprintln!("{done}/{} {} {}: {}, level {:.2}", specs.len(), a.name, a.group, a.kind, a.level);
             Ok(())
         })
     })
+}
+
+fn proof(arguments: &Arguments) -> Result<(), Failure> {
+    let which = &arguments.which;
+    let specs = which.specs();
+    if specs.is_empty() {
+        return Err("there is no such case in the plan".into());
+    }
+    let temporary = tempfile::tempdir()?;
+    let out = arguments.out.as_deref().unwrap_or(temporary.path());
+    let judged = run::run(&specs, out, which.jobs, arguments.resume)?;
+    let figures = serde_json::json!({
+        "figures": score::figures(&judged),
+        "confusion": score::confusion(&judged),
+        "cases": judged.iter().map(|j| serde_json::json!({ "answer": j.answer, "said": j.said })).collect::<Vec<_>>(),
+    });
+    fs::write(out.join("score.json"), serde_json::to_string_pretty(&figures)? + "\n")?;
+    let full = which.is_full() && which.seeds == Seeds::Score;
+    let docs = arguments.docs.clone().or_else(|| full.then(|| PathBuf::from("docs/proof.md")));
+    let before = docs.as_ref().and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default();
+    let page = document::page(&judged, which.seeds, &before);
+    match docs {
+        Some(path) => fs::write(path, page)?,
+        None => print!("{page}"),
+    }
+    Ok(())
 }

@@ -175,6 +175,33 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
     Draw { bench, truth, effects, sizes, left_out, levels, level, errors, train, rng }
 }
 
+/// An effect of the catalogue at `size` natural units on a bench with every sensor, its level not sought: rig file,
+/// a recording, and everything that is true.
+#[cfg(test)]
+pub fn plain(id: &str, size: f64, seed: u64) -> Case {
+    let mut rng = SmallRng::seed_from_u64(seed);
+    let bench = Bench { seconds: 30.0, ..Bench::random(&mut rng, Some(Set::All), false) };
+    let effect = Drawn::new(&mut rng, id);
+    let mut truth = bench.scattered(&mut rng);
+    let mut effects = Effects::new();
+    effect.put(&bench, &mut truth, size, &mut effects);
+    let train = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
+    let draw = Draw {
+        bench,
+        truth,
+        effects,
+        sizes: BTreeMap::new(),
+        left_out: BTreeMap::new(),
+        levels: BTreeMap::new(),
+        level: f64::NAN,
+        errors: Errors::White,
+        train,
+        rng,
+    };
+    let what = What::Effects(vec![id.to_string()]);
+    finish(&Spec { name: "plain".into(), seed, what, target: None, long: false }, draw)
+}
+
 /// The size at which an effect leaves `target`, as near as it gets, and what it leaves.
 fn size_for(refit: &Refit, bench: &Bench, base: &Truth, effect: &Drawn, target: f64, most: f64) -> (f64, f64) {
     let mut size = most.min(1.0);

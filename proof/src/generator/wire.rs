@@ -625,10 +625,13 @@ impl Wire {
         let stress = self.strained(x).stress;
         self.stress = stress;
         // the load: leapfrog with damping in the middle, then dry friction as an impulse that cannot turn it round
-        let force = self.push(x, self.v) - self.area * stress;
+        let area_stress = self.area * stress;
+        let force = self.push(x, self.v) - area_stress;
         let (mass, half) = (self.t.mass, 0.5 * h * self.t.damping);
         let free = ((mass - half) * self.v + h * force) / (mass + half);
-        let limit = b.coulomb + if b.capstan != 0.0 { b.capstan.exp_m1() * self.area * stress } else { 0.0 };
+        // around a pulley the tension that leads is e^µθ times the one that follows (Euler, Eytelwein)
+        let wrap = area_stress * if free > 0.0 { b.capstan.exp_m1() } else { -(-b.capstan).exp_m1() };
+        let limit = b.coulomb + wrap;
         let brake = limit * h / (mass + half);
         self.v = free.signum() * (free.abs() - brake).max(0.0);
         if b.delay > 0.0 {

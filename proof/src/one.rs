@@ -1,0 +1,78 @@
+//! One case diagnosed, in a process of its own: what it took in time and memory is its own, and a crash ends nothing
+//! else.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use sinew_diagnosis::{Diagnosis, Settings, diagnose};
+use sinew_recording::{Options, Recording};
+use sinew_rig::Rig;
+
+use crate::generator::case::Answer;
+use crate::held;
+use crate::said::Said;
+
+/// The diagnosis' own random numbers start here, whatever the case.
+const DIAGNOSIS_SEED: u64 = 1;
+
+/// Reads one of a case's recordings as the command line does.
+fn read(rig: &Rig, path: &Path) -> Result<Recording, sinew_recording::Error> {
+    let model = rig.channels.first().map(|channel| &channel.model);
+    sinew_recording::read(path, &Options { columns: Some(&rig.columns), model, ..Options::default() })
+}
+
+/// What a run took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Took {
+    /// Wall time, s.
+    pub seconds: f64,
+    /// Largest resident memory, MiB.
+    pub memory_mib: f64,
+}
+
+/// Diagnoses the case in `folder` on `threads` threads; leaves `diagnosis.json`, `improved.toml` and `said.json` there.
+///
+/// # Errors
+/// What kept it from writing. A diagnosis that refuses its input has said something, and is no error.
+pub fn one(folder: &Path, threads: usize) -> Result<Said, Box<dyn Error>> {
+    let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
+    let started = Instant::now();
+    let reached = reach(folder, threads);
+    let took = Took { seconds: started.elapsed().as_secs_f64(), memory_mib: peak_memory_mib() };
+    let mut said = match reached {
+        Ok((diagnosis, improved)) => {
+            fs::write(folder.join("diagnosis.json"), serde_json::to_string_pretty(&diagnosis)? + "\n")?;
+            fs::write(folder.join("improved.toml"), improved.to_toml())?;
+            let mut said = Said::of(&diagnosis);
+            // judged on what a user would have: the file as written
+            let after = Rig::load(&folder.join("improved.toml")).map_err(|e| e.to_string());
+            match after.and_then(|rig| Ok((read(&rig, &folder.join("held.csv.gz")).map_err(|e| e.to_string())?, rig))) {
+                Ok((held, rig)) => said.held = held::chi(&rig, &held, &answer.noise).map(|(_, all)| all),
+                Err(error) => said.trouble = error,
+            }
+            said
+        }
+        Err(error) => Said::refused(&error),
+    };
+    said.took = took;
+    fs::write(folder.join("said.json"), serde_json::to_string_pretty(&said)? + "\n")?;
+    Ok(said)
+}
+
+fn reach(folder: &Path, threads: usize) -> Result<(Diagnosis, Rig), String> {
+    let rig = Rig::load(&folder.join("rig.toml")).map_err(|e| e.to_string())?;
+    let train = read(&rig, &folder.join("train.csv.gz")).map_err(|e| e.to_string())?;
+    let settings = Settings { seed: DIAGNOSIS_SEED, jobs: threads, progress: &|_, _| {} };
+    let outcome = diagnose(&rig, 0, &[train], &[], &settings).map_err(|e| e.to_string())?;
+    Ok((outcome.diagnosis, outcome.improved))
+}
+
+/// The high-water mark of this process, MiB; 0 where the system does not say.
+fn peak_memory_mib() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kib| kib / 1024.0)
+}

@@ -1,0 +1,115 @@
+//! Runs the cases: each made in a folder, diagnosed by a process of its own, judged from what that left behind.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use crate::generator::case::{Answer, make};
+use crate::generator::plan::Spec;
+use crate::said::Said;
+use crate::score::{CRASHED, Judged, figures, judged};
+
+/// A diagnosis that takes longer is ended, and counts as none.
+const PATIENCE: Duration = Duration::from_secs(1200);
+/// Cores of the long cases, which are timed.
+const LONG_THREADS: usize = 2;
+
+/// Any error that may cross threads.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// Makes and diagnoses every case of `specs` in folders under `out`, `jobs` at once on one thread each; the long ones
+/// afterwards, one at a time on two. With `resume`, what has been said already is taken as it is.
+///
+/// # Errors
+/// What kept a case from being made or judged; a diagnosis that fails is a case like any other.
+pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool) -> Result<Vec<Judged>, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build()?;
+    let done = Mutex::new(Vec::new());
+    let all = |spec: &Spec, threads: usize| -> Result<(), Failure> {
+        let case = judge(spec, &out.join(&spec.name), threads, resume)?;
+        let mut done = done.lock().map_err(|_| "another case failed")?;
+        done.push(case);
+        report(&done, specs.len());
+        Ok(())
+    };
+    // the order of the plan is kept, so that any moment has some of everything
+    let (long, short): (Vec<&Spec>, Vec<&Spec>) = specs.iter().partition(|spec| spec.long);
+    pool.install(|| short.par_iter().with_max_len(1).try_for_each(|spec| all(spec, 1)))?;
+    long.iter().try_for_each(|spec| all(spec, LONG_THREADS))?;
+    let mut judged = done.into_inner().map_err(|_| "a case failed")?;
+    judged.sort_by(|a, b| a.answer.name.cmp(&b.answer.name));
+    Ok(judged)
+}
+
+fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool) -> Result<Judged, Failure> {
+    let said_file = folder.join("said.json");
+    if resume && said_file.exists() {
+        let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
+        if answer.seed == spec.seed {
+            return Ok(judged(spec, answer, serde_json::from_slice(&fs::read(said_file)?)?));
+        }
+    }
+    let case = make(spec);
+    case.write(folder)?;
+    if said_file.exists() {
+        fs::remove_file(&said_file)?;
+    }
+    let said = match diagnosed(folder, threads) {
+        Ok(()) => serde_json::from_slice(&fs::read(said_file)?)?,
+        Err(why) => Said::refused(&format!("{CRASHED}: {why}")),
+    };
+    Ok(judged(spec, case.answer, said))
+}
+
+/// Runs this program again for the one case.
+fn diagnosed(folder: &Path, threads: usize) -> Result<(), String> {
+    let program = std::env::current_exe().map_err(|e| e.to_string())?;
+    let mut command = Command::new(program);
+    command.arg("one").arg(folder).arg("--threads").arg(threads.to_string());
+    let errors = fs::File::create(folder.join("errors.txt")).map_err(|e| e.to_string())?;
+    let mut child =
+        command.stdout(Stdio::null()).stderr(errors).stdin(Stdio::null()).spawn().map_err(|e| e.to_string())?;
+    let started = Instant::now();
+    loop {
+        match child.try_wait().map_err(|e| e.to_string())? {
+            Some(status) if status.success() => return Ok(()),
+            Some(status) => return Err(status.to_string()),
+            None if started.elapsed() > PATIENCE => {
+                child.kill().map_err(|e| e.to_string())?;
+                child.wait().map_err(|e| e.to_string())?;
+                return Err(format!("stopped after {} s", PATIENCE.as_secs()));
+            }
+            None => std::thread::sleep(Duration::from_millis(30)),
+        }
+    }
+}
+
+/// A line on the last case, and the score so far.
+fn report(done: &[Judged], of: usize) {
+    let Some(last) = done.last() else { return };
+    let f = figures(done);
+    let held = last.said.held.map_or_else(String::new, |chi| format!(", held chi {chi:.2}"));
+    eprintln!(
+        "{}/{of} {} {}: {} (level {:.1}) said {}{held}, {:.0} s | alarms {}/{}, first {}/{}, pairs {}/{}, outside {}/{}",
+        done.len(),
+        last.answer.name,
+        if last.right() { "right" } else { "WRONG" },
+        last.answer.kind,
+        last.answer.level,
+        last.said.first(),
+        last.said.took.seconds,
+        f.false_alarms.count,
+        f.false_alarms.of,
+        f.first.count,
+        f.first.of,
+        f.pairs.count,
+        f.pairs.of,
+        f.outside_said.count,
+        f.outside_said.of,
+    );
+}

@@ -1,0 +1,97 @@
+//! What a diagnosis said of a case, as far as it is scored.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use sinew_diagnosis::Diagnosis;
+
+use crate::one::Took;
+
+/// An effect that was named.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Named {
+    /// Its id.
+    pub id: String,
+    /// What it is said not to be told apart from.
+    pub class: Vec<String>,
+    /// Value and ends of the 90 % interval of its parameters, by key.
+    pub sizes: BTreeMap<String, [f64; 3]>,
+}
+
+/// A diagnosis' answer, or why there is none.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Said {
+    /// Its verdict; none where the input was refused or the process ended early.
+    pub verdict: Option<String>,
+    /// Why there is no verdict, or why the improved rig file could not be judged.
+    pub trouble: String,
+    /// Effects, in its order.
+    pub effects: Vec<Named>,
+    /// The equation it blames.
+    pub equation: Option<String>,
+    /// Whether it gives a closed form for what is outside its catalogue.
+    pub unknown: bool,
+    /// chi on the data it kept back, recalibrated and improved.
+    pub chi: [f64; 2],
+    /// How probable it finds what is left, were nothing missing.
+    pub p_value: f64,
+    /// Its warnings.
+    pub warnings: Vec<String>,
+    /// 90 % intervals of the reference model's parameters, by key.
+    pub parameters: BTreeMap<String, [f64; 2]>,
+    /// chi of its improved rig file on the second recording, which it never saw, over the true noise.
+    pub held: Option<f64>,
+    /// What it took.
+    pub took: Took,
+}
+
+impl Said {
+    /// The scored part of a diagnosis.
+    pub fn of(diagnosis: &Diagnosis) -> Said {
+        let effects = diagnosis
+            .effects
+            .iter()
+            .map(|effect| Named {
+                id: effect.id.clone(),
+                class: effect.cannot_be_told_apart_from.clone(),
+                sizes: effect.parameters.iter().map(|(key, p)| (key.clone(), [p.value, p.low, p.high])).collect(),
+            })
+            .collect();
+        Said {
+            verdict: Some(diagnosis.verdict.name().to_string()),
+            effects,
+            equation: diagnosis.location.equation.clone(),
+            unknown: diagnosis.unknown.is_some(),
+            chi: [diagnosis.left.chi, diagnosis.left.chi_improved],
+            p_value: diagnosis.left.p_value,
+            warnings: diagnosis.warnings.clone(),
+            parameters: diagnosis.parameters.iter().map(|(key, p)| (key.clone(), [p.low, p.high])).collect(),
+            ..Said::default()
+        }
+    }
+
+    /// No verdict, and why.
+    pub fn refused(why: &str) -> Said {
+        Said { trouble: why.to_string(), ..Said::default() }
+    }
+
+    /// Whether it says that physics is missing, in its catalogue or not.
+    pub fn alarms(&self) -> bool {
+        matches!(self.verdict.as_deref(), Some("physics_missing" | "unknown_physics"))
+    }
+
+    /// Whether it says that something is missing that its catalogue does not have.
+    pub fn says_unknown(&self) -> bool {
+        self.verdict.as_deref() == Some("unknown_physics") || self.unknown
+    }
+
+    /// What it says first: an effect's id, or `nothing`, `unknown`, `no answer`.
+    pub fn first(&self) -> &str {
+        match self.verdict.as_deref() {
+            None => "no answer",
+            Some("agrees" | "parameters_off") => "nothing",
+            Some("unknown_physics") => "unknown",
+            Some(_) => self.effects.first().map_or("unknown", |effect| &effect.id),
+        }
+    }
+}

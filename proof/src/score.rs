@@ -1,0 +1,539 @@
+//! The figures: how often the answers are right, by group, and how sure such a share is.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use crate::generator::case::Answer;
+use crate::generator::plan::Spec;
+use crate::said::Said;
+
+/// A case with what was said of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// What was concealed.
+    pub answer: Answer,
+    /// What was said.
+    pub said: Said,
+    /// 90 s at 200 Hz, on all cores, alone on the machine.
+    pub long: bool,
+}
+
+/// A share with its 90 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Share {
+    /// How many are so.
+    pub count: usize,
+    /// Of how many.
+    pub of: usize,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// 5 % on either side of a normal distribution.
+const Z_90: f64 = 1.644_853_626_951_472_7;
+
+impl Share {
+    /// Wilson's interval.
+    pub fn new(count: usize, of: usize) -> Share {
+        if of == 0 {
+            return Share { count, of, low: 0.0, high: 1.0 };
+        }
+        let (n, p, z2) = (of as f64, count as f64 / of as f64, Z_90 * Z_90);
+        let middle = (p + 0.5 * z2 / n) / (1.0 + z2 / n);
+        let half = Z_90 / (1.0 + z2 / n) * (p * (1.0 - p) / n + 0.25 * z2 / (n * n)).sqrt();
+        Share { count, of, low: (middle - half).max(0.0), high: (middle + half).min(1.0) }
+    }
+
+    /// How many of `all` are so.
+    pub fn of<'a>(all: impl IntoIterator<Item = &'a Judged>, is: impl Fn(&Judged) -> bool) -> Share {
+        let (mut count, mut of) = (0, 0);
+        for judged in all {
+            of += 1;
+            count += usize::from(is(judged));
+        }
+        Share::new(count, of)
+    }
+
+    /// The share itself; 0 of nothing is NaN.
+    pub fn value(&self) -> f64 {
+        self.count as f64 / self.of as f64
+    }
+}
+
+/// How visible a single effect was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum Level {
+    /// Refitting hides it: less than half the noise is left.
+    Hidden,
+    /// About the noise.
+    One,
+    /// About three times the noise.
+    Three,
+    /// Five and a half times the noise and more.
+    Ten,
+}
+
+impl Level {
+    /// All, from faint to plain.
+    pub const ALL: [Level; 4] = [Level::Hidden, Level::One, Level::Three, Level::Ten];
+
+    /// Of what is left after refitting, RMS over the noise: the bounds are half way between the levels, in ratio.
+    pub fn of(left: f64) -> Level {
+        match left {
+            l if l < 0.5 => Level::Hidden,
+            l if l < 3f64.sqrt() => Level::One,
+            l if l < 30f64.sqrt() => Level::Three,
+            _ => Level::Ten,
+        }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Level::Hidden => "below ½",
+            Level::One => "1×",
+            Level::Three => "3×",
+            Level::Ten => "10×",
+        }
+    }
+}
+
+impl Judged {
+    fn group(&self) -> &str {
+        &self.answer.group
+    }
+
+    /// The same effect, or one that is the same circuit.
+    fn is_same(&self, said: &str, truth: &str) -> bool {
+        let has = |set: &[String], id: &str| set.iter().any(|s| s == id);
+        said == truth || self.answer.same.iter().any(|set| has(set, said) && has(set, truth))
+    }
+
+    /// The effect said first is one that is there.
+    pub fn first_right(&self) -> bool {
+        let first = self.said.first();
+        self.answer.accept.iter().any(|truth| self.is_same(first, truth))
+    }
+
+    /// An effect that is there is named.
+    fn names(&self, truth: &str) -> bool {
+        self.said.effects.iter().any(|e| self.is_same(&e.id, truth))
+    }
+
+    /// An effect that is there is named, or in the class of one that is.
+    fn names_or_class(&self, truth: &str) -> bool {
+        self.names(truth) || self.said.effects.iter().any(|e| e.class.iter().any(|id| self.is_same(id, truth)))
+    }
+
+    /// All that is there is named.
+    fn all_named(&self) -> bool {
+        self.said.alarms() && self.answer.accept.iter().all(|truth| self.names(truth))
+    }
+
+    /// All that is there is named or in a declared class.
+    fn all_in_class(&self) -> bool {
+        self.said.alarms() && self.answer.accept.iter().all(|truth| self.names_or_class(truth))
+    }
+
+    /// The equation said to be guilty is.
+    pub fn equation_right(&self) -> bool {
+        self.said.alarms() && self.said.equation.as_ref().is_some_and(|e| self.answer.equations.contains(e))
+    }
+
+    /// A catalogue effect is blamed for what is none.
+    fn wrong_name(&self) -> bool {
+        self.said.verdict.as_deref() == Some("physics_missing") && !self.said.effects.is_empty()
+    }
+
+    /// A broken recording was refused, or something was warned of and no physics made of it.
+    fn survives_trap(&self) -> bool {
+        match self.said.verdict {
+            None => !self.crashed(),
+            Some(_) => !self.said.alarms() && !self.said.warnings.is_empty(),
+        }
+    }
+
+    /// No answer, and not because the input was refused.
+    fn crashed(&self) -> bool {
+        self.said.verdict.is_none() && self.said.trouble.starts_with(CRASHED)
+    }
+
+    /// Whether it counts as right in its group; an effect that refitting hides is right unless another is named.
+    pub fn right(&self) -> bool {
+        match self.group() {
+            "null" => self.said.verdict.is_some() && !self.said.alarms(),
+            "single" if Level::of(self.answer.level) == Level::Hidden => !self.said.alarms() || self.all_in_class(),
+            "single" => self.first_right(),
+            "several" => self.all_named(),
+            "outside" => self.said.says_unknown(),
+            _ => self.survives_trap(),
+        }
+    }
+}
+
+/// How the trouble of a process that ended without an answer begins.
+pub const CRASHED: &str = "ended without an answer";
+
+/// Error and coverage of effects' sizes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sizes {
+    /// Median of |said − true| over |true − null|.
+    pub median_error: f64,
+    /// 90 % intervals that hold the truth.
+    pub covered: Share,
+}
+
+/// Time and memory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cost {
+    /// Median time, s.
+    pub median_s: f64,
+    /// Longest time, s.
+    pub most_s: f64,
+    /// Largest memory, MiB.
+    pub most_mib: f64,
+    /// Cases.
+    pub of: usize,
+}
+
+/// Everything that is asked for, and what explains it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figures {
+    /// Cases.
+    pub cases: usize,
+    /// Nulls on which physics is said to be missing.
+    pub false_alarms: Share,
+    /// The same by kind of null.
+    pub false_alarms_by_kind: BTreeMap<String, Share>,
+    /// Singles on which physics is said to be missing, by level.
+    pub detected: BTreeMap<Level, Share>,
+    /// Singles at 3× and 10×: the right equation is blamed.
+    pub equation: Share,
+    /// … the right effect is first.
+    pub first: Share,
+    /// … the right effect is named or in the declared class.
+    pub named: Share,
+    /// The right effect first, by level.
+    pub first_by_level: BTreeMap<Level, Share>,
+    /// Pairs of which both are named.
+    pub pairs: Share,
+    /// Pairs of which both are named or in a declared class.
+    pub pairs_in_class: Share,
+    /// Members of triples that are named.
+    pub triples: Share,
+    /// Outside the catalogue: said so.
+    pub outside_said: Share,
+    /// … given a wrong name.
+    pub outside_wrong: Share,
+    /// … the right equation blamed.
+    pub outside_equation: Share,
+    /// chi of the improved rig on the second recording, catalogue cases at 3× and 10×: median.
+    pub held_median: f64,
+    /// … at most 1.15.
+    pub held_good: Share,
+    /// Effects' sizes where the right one is named, at 3× and 10×.
+    pub sizes: Sizes,
+    /// The reference model's parameters on nulls: 90 % intervals that hold the truth.
+    pub parameters: Share,
+    /// Broken recordings refused, or warned of and left alone.
+    pub traps: Share,
+    /// Runs that ended without an answer where one was due.
+    pub no_answer: usize,
+    /// Long cases.
+    pub long: Cost,
+    /// All others.
+    pub short: Cost,
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.retain(|v| !v.is_nan());
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        n => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+    }
+}
+
+/// The figures of all cases.
+pub fn figures(all: &[Judged]) -> Figures {
+    let group = |name: &'static str| all.iter().filter(move |j| j.group() == name);
+    let level = |j: &&Judged| Level::of(j.answer.level);
+    let visible = || group("single").filter(move |j| level(j) >= Level::Three);
+    let by_level = |is: fn(&Judged) -> bool| {
+        Level::ALL.map(|l| (l, Share::of(group("single").filter(|j| level(j) == l), is))).into_iter().collect()
+    };
+    let kinds: BTreeSet<&String> = group("null").map(|j| &j.answer.kind).collect();
+    let pairs = || group("several").filter(|j| j.answer.accept.len() == 2);
+    let catalogue = || visible().chain(group("several"));
+    let held: Vec<f64> = catalogue().map(|j| j.said.held.unwrap_or(f64::INFINITY)).collect();
+    let triples: Vec<bool> = group("several")
+        .filter(|j| j.answer.accept.len() > 2)
+        .flat_map(|j| j.answer.accept.iter().map(|truth| j.said.alarms() && j.names(truth)))
+        .collect();
+    Figures {
+        cases: all.len(),
+        false_alarms: Share::of(group("null"), |j| j.said.alarms()),
+        false_alarms_by_kind: kinds
+            .into_iter()
+            .map(|k| (k.clone(), Share::of(group("null").filter(|j| j.answer.kind == *k), |j| j.said.alarms())))
+            .collect(),
+        detected: by_level(|j| j.said.alarms()),
+        equation: Share::of(visible(), Judged::equation_right),
+        first: Share::of(visible(), Judged::first_right),
+        named: Share::of(visible(), Judged::all_in_class),
+        first_by_level: by_level(Judged::first_right),
+        pairs: Share::of(pairs(), Judged::all_named),
+        pairs_in_class: Share::of(pairs(), Judged::all_in_class),
+        triples: Share::new(triples.iter().filter(|found| **found).count(), triples.len()),
+        outside_said: Share::of(group("outside"), |j| j.said.says_unknown()),
+        outside_wrong: Share::of(group("outside"), Judged::wrong_name),
+        outside_equation: Share::of(group("outside"), Judged::equation_right),
+        held_good: Share::new(held.iter().filter(|chi| **chi <= 1.15).count(), held.len()),
+        held_median: median(held),
+        sizes: sizes(catalogue()),
+        parameters: parameters(group("null")),
+        traps: Share::of(group("trap"), Judged::survives_trap),
+        no_answer: all.iter().filter(|j| j.said.verdict.is_none() && (j.group() != "trap" || j.crashed())).count(),
+        long: cost(all.iter().filter(|j| j.long)),
+        short: cost(all.iter().filter(|j| !j.long && j.group() != "trap")),
+    }
+}
+
+/// A parameter's distance from its null is its size: gains and skews of 1 do nothing.
+fn null_of(key: &str, answer: &Answer) -> f64 {
+    match key {
+        "v3" | "current" | "heating_skew" | "cooling_skew" => 1.0,
+        // the left-out second modulus is the first one
+        "martensite_modulus_gpa" => answer.parameters.get("austenite_modulus_gpa").copied().unwrap_or(0.0),
+        _ => 0.0,
+    }
+}
+
+fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
+    let (mut errors, mut covered) = (Vec::new(), Vec::new());
+    for judged in all {
+        for (id, keys) in &judged.answer.sizes {
+            let Some(named) = judged.said.effects.iter().find(|e| judged.is_same(&e.id, id)) else { continue };
+            for key in keys {
+                let Some(truth) = judged.answer.effects.get(id).and_then(|p| p.get(key)) else { continue };
+                // the two names of one circuit have a key each
+                let found = if named.id == *id { named.sizes.get(key) } else { named.sizes.values().next() };
+                let (Some([value, low, high]), null) = (found, null_of(key, &judged.answer)) else { continue };
+                let size = (truth - null).abs();
+                if size > 1e-9 {
+                    errors.push((value - truth).abs() / size);
+                    covered.push(low <= truth && truth <= high);
+                }
+            }
+        }
+    }
+    let held = covered.iter().filter(|c| **c).count();
+    Sizes { median_error: median(errors), covered: Share::new(held, covered.len()) }
+}
+
+fn parameters<'a>(nulls: impl Iterator<Item = &'a Judged>) -> Share {
+    let (mut held, mut of) = (0, 0);
+    for judged in nulls.filter(|j| !j.said.alarms()) {
+        for (key, [low, high]) in &judged.said.parameters {
+            if let Some(truth) = judged.answer.parameters.get(key) {
+                of += 1;
+                held += usize::from(low <= truth && truth <= high);
+            }
+        }
+    }
+    Share::new(held, of)
+}
+
+fn cost<'a>(all: impl Iterator<Item = &'a Judged>) -> Cost {
+    let took: Vec<_> = all.map(|j| j.said.took).collect();
+    Cost {
+        median_s: median(took.iter().map(|t| t.seconds).collect()),
+        most_s: took.iter().map(|t| t.seconds).fold(0.0, f64::max),
+        most_mib: took.iter().map(|t| t.memory_mib).fold(0.0, f64::max),
+        of: took.len(),
+    }
+}
+
+/// What was concealed, as a row of the confusion matrix.
+pub fn row(answer: &Answer) -> String {
+    match answer.group.as_str() {
+        "null" => "nothing".into(),
+        "outside" => "outside the catalogue".into(),
+        _ => answer.kind.clone(),
+    }
+}
+
+/// Counts of what was said first, by what was concealed; pairs and traps have tables of their own.
+pub fn confusion(all: &[Judged]) -> BTreeMap<String, BTreeMap<String, usize>> {
+    let mut matrix: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
+    for judged in all.iter().filter(|j| matches!(j.group(), "null" | "single" | "outside")) {
+        *matrix.entry(row(&judged.answer)).or_default().entry(judged.said.first().to_string()).or_default() += 1;
+    }
+    matrix
+}
+
+/// The judged case of a plan's entry.
+pub fn judged(spec: &Spec, answer: Answer, said: Said) -> Judged {
+    Judged { answer, said, long: spec.long }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::said::Named;
+
+    /// A case that conceals `accept`, and what might be said of it.
+    pub fn made_up(group: &str, accept: &[&str], level: f64, said: Said) -> Judged {
+        let of = |id: &str| (id.to_string(), BTreeMap::from([("size".to_string(), 2.0)]));
+        let answer = Answer {
+            name: "d001".into(),
+            seed: 1,
+            group: group.into(),
+            kind: if accept.is_empty() { group.into() } else { accept.join(" + ") },
+            verdict: "physics_missing".into(),
+            accept: accept.iter().map(ToString::to_string).collect(),
+            same: vec![vec!["electrical.lead_resistance".into(), "electrical.supply_sag".into()]],
+            equation: accept.first().and_then(|id| id.split('.').next()).map(String::from),
+            equations: accept.iter().filter_map(|id| id.split('.').next()).map(String::from).collect(),
+            effects: accept.iter().map(|id| of(id)).collect(),
+            sizes: accept.iter().map(|id| (id.to_string(), vec!["size".to_string()])).collect(),
+            target: Some(level),
+            level,
+            levels: BTreeMap::new(),
+            left_out: BTreeMap::new(),
+            noise: BTreeMap::new(),
+            parameters: BTreeMap::from([("h".to_string(), 1.0)]),
+        };
+        Judged { answer, said, long: false }
+    }
+
+    /// An answer that names these effects, each of a size of 2.2 in 1.9 to 2.1.
+    pub fn names(ids: &[&str], class: &[&str]) -> Said {
+        let named = |id: &&str| Named {
+            id: id.to_string(),
+            class: class.iter().map(ToString::to_string).collect(),
+            sizes: BTreeMap::from([("size".to_string(), [2.2, 1.9, 2.1])]),
+        };
+        Said {
+            verdict: Some("physics_missing".into()),
+            effects: ids.iter().map(named).collect(),
+            equation: ids.first().and_then(|id| id.split('.').next()).map(String::from),
+            held: Some(1.05),
+            ..Said::default()
+        }
+    }
+
+    /// An answer without any effect.
+    pub fn says(verdict: &str) -> Said {
+        Said { verdict: Some(verdict.into()), ..Said::default() }
+    }
+
+    #[test]
+    fn wilson_at_known_points() {
+        // 5 of 100: 2.5 % to 9.9 % (any table of Wilson's 90 % interval)
+        let share = Share::new(5, 100);
+        assert!((share.low - 0.0245).abs() < 5e-4 && (share.high - 0.0992).abs() < 5e-4, "{share:?}");
+        let none = Share::new(0, 10);
+        assert!(none.low.abs() < 1e-12 && (none.high - 0.2129).abs() < 5e-4, "{none:?}");
+        assert_eq!((Share::new(0, 0).low, Share::new(0, 0).high), (0.0, 1.0));
+    }
+
+    #[test]
+    fn nulls_count_alarms_and_nothing_else() {
+        let all = [
+            made_up("null", &[], 0.0, says("agrees")),
+            made_up("null", &[], 0.0, says("parameters_off")),
+            made_up("null", &[], 0.0, says("unknown_physics")),
+            made_up("null", &[], 0.0, names(&["thermal.draught"], &[])),
+            made_up("null", &[], 0.0, Said::refused("no")),
+        ];
+        let f = figures(&all);
+        assert_eq!((f.false_alarms.count, f.false_alarms.of, f.no_answer), (2, 5, 1));
+        assert_eq!(all.iter().map(Judged::right).collect::<Vec<_>>(), [true, true, false, false, false]);
+    }
+
+    #[test]
+    fn singles_by_level_and_by_name() {
+        let lag = "kinetic.lag";
+        let all = [
+            made_up("single", &[lag], 3.0, names(&[lag], &[])),
+            made_up("single", &[lag], 10.0, names(&["kinetic.minor_loop"], &[lag])),
+            made_up("single", &[lag], 10.0, names(&["thermal.sheath"], &[])),
+            made_up("single", &[lag], 3.0, says("parameters_off")),
+            made_up("single", &[lag], 1.0, names(&[lag], &[])),
+            made_up("single", &[lag], 0.2, says("agrees")),
+        ];
+        let f = figures(&all);
+        assert_eq!((f.detected[&Level::Three].count, f.detected[&Level::Three].of), (1, 2));
+        assert_eq!((f.detected[&Level::Ten].count, f.detected[&Level::Ten].of), (2, 2));
+        assert_eq!((f.first.count, f.first.of), (1, 4));
+        assert_eq!((f.named.count, f.equation.count), (2, 2));
+        assert!(all[5].right() && !all[1].right());
+        assert_eq!(confusion(&all)[lag]["nothing"], 2);
+        assert_eq!(confusion(&all)[lag]["thermal.sheath"], 1);
+    }
+
+    #[test]
+    fn the_two_names_of_one_circuit_are_one() {
+        let sag = made_up("single", &["electrical.supply_sag"], 10.0, names(&["electrical.lead_resistance"], &[]));
+        let f = figures(std::slice::from_ref(&sag));
+        assert!(sag.first_right());
+        assert_eq!(f.sizes.covered.of, 1);
+        let other = made_up("single", &["electrical.supply_sag"], 10.0, names(&["sensing.gain"], &[]));
+        assert!(!other.first_right());
+    }
+
+    #[test]
+    fn pairs_need_both() {
+        let pair = ["thermal.draught", "mechanical.friction"];
+        let all = [
+            made_up("several", &pair, 5.0, names(&["mechanical.friction", "thermal.draught"], &[])),
+            made_up("several", &pair, 5.0, names(&["thermal.draught"], &[])),
+            made_up("several", &pair, 5.0, names(&["thermal.draught", "sensing.delay"], &["mechanical.friction"])),
+            made_up("several", &["a.a", "b.b", "c.c"], 5.0, names(&["a.a", "c.c"], &[])),
+        ];
+        let f = figures(&all);
+        assert_eq!((f.pairs.count, f.pairs.of, f.pairs_in_class.count), (1, 3, 2));
+        assert_eq!((f.triples.count, f.triples.of), (2, 3));
+    }
+
+    #[test]
+    fn outside_is_said_or_wrongly_named() {
+        let mut both = names(&["thermal.draught"], &[]);
+        both.unknown = true;
+        let all = [
+            made_up("outside", &[], 10.0, says("unknown_physics")),
+            made_up("outside", &[], 10.0, names(&["thermal.draught"], &[])),
+            made_up("outside", &[], 10.0, both),
+            made_up("outside", &[], 10.0, says("parameters_off")),
+        ];
+        let f = figures(&all);
+        assert_eq!((f.outside_said.count, f.outside_wrong.count, f.outside_said.of), (2, 2, 4));
+    }
+
+    #[test]
+    fn sizes_are_counted_from_the_null() {
+        let all = [made_up("single", &["kinetic.lag"], 10.0, names(&["kinetic.lag"], &[]))];
+        let f = figures(&all);
+        assert!((f.sizes.median_error - 0.1).abs() < 1e-12);
+        assert_eq!((f.sizes.covered.count, f.sizes.covered.of), (1, 1));
+        assert_eq!((f.held_good.count, f.held_good.of), (1, 1));
+    }
+
+    #[test]
+    fn a_trap_is_survived_by_refusing_or_by_warning_without_physics() {
+        let warned = Said { warnings: vec!["clips".into()], ..says("agrees") };
+        let all = [
+            made_up("trap", &[], 0.0, Said::refused("position_m is a thousand times too large")),
+            made_up("trap", &[], 0.0, warned),
+            made_up("trap", &[], 0.0, says("agrees")),
+            made_up("trap", &[], 0.0, names(&["thermal.draught"], &[])),
+            made_up("trap", &[], 0.0, Said::refused(&format!("{CRASHED}: signal 6"))),
+        ];
+        let f = figures(&all);
+        assert_eq!((f.traps.count, f.traps.of, f.no_answer), (2, 5, 1));
+    }
+}
