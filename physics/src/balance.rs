@@ -423,7 +423,7 @@ impl Balance {
     /// The wire at rest at `temperature`, its phase clipped into the outer curves at the stress it then has.
     pub(crate) fn at_rest(&mut self, temperature: f64, asked: Fraction, inputs: &Inputs) -> State {
         let mut state = self.equilibrium(temperature, asked, inputs);
-        // cold ends and a cooling curve moved by stress depend on the state they belong to
+        // cold ends, a cooling curve moved by stress and closed forms depend on the state they belong to
         for _ in 0..4 {
             let Some(mut terms) = self.terms.take() else { break };
             if let Some(shift) = terms.cooling_shift(state.stress) {
@@ -438,15 +438,16 @@ impl Balance {
 
     fn equilibrium(&self, temperature: f64, asked: Fraction, inputs: &Inputs) -> State {
         let terms = self.terms.as_deref();
+        let (load, shift) = terms.map_or((0.0, 0.0), |terms| (terms.imposed_load(), terms.shift(0.0)));
+        let pull = inputs.external_n + load;
         let warm = temperature - self.reference_c;
         let stress_of = |free: f64, compliance: f64| -> f64 {
             let taut = match self.motion {
                 Motion::Dynamic { spring, preload, .. } => {
-                    (preload + inputs.external_n - spring * self.length * free)
-                        / (self.area + spring * self.length * compliance)
+                    (preload + pull - spring * self.length * free) / (self.area + spring * self.length * compliance)
                 }
                 Motion::Position => (inputs.imposed / self.length - free) / compliance,
-                Motion::Force => inputs.imposed / self.area,
+                Motion::Force => (inputs.imposed + load) / self.area,
             };
             taut.max(0.0)
         };
@@ -470,11 +471,12 @@ impl Balance {
         let all_martensite = Fraction { martensite: 1.0, austenite: 0.0 };
         let most = stress(&all_austenite).max(stress(&all_martensite));
         // T − σ(ξ(ϑ))/α − ϑ falls with ϑ: less martensite, more stress
-        let (mut low, mut high) = (temperature - self.stress_shift * most, temperature);
+        let hottest = temperature + shift;
+        let (mut low, mut high) = (hottest - self.stress_shift * most, hottest);
         for _ in 0..80 {
             let theta = 0.5 * (low + high);
             let fraction = self.clip(asked, theta);
-            if temperature - self.stress_shift * stress(&fraction) > theta { low = theta } else { high = theta }
+            if hottest - self.stress_shift * stress(&fraction) > theta { low = theta } else { high = theta }
         }
         let theta = 0.5 * (low + high);
         let fraction = self.clip(asked, theta);
@@ -487,9 +489,7 @@ impl Balance {
         let position = match self.motion {
             Motion::Position => inputs.imposed,
             // a slack wire does not say where the load is: its spring does
-            Motion::Dynamic { spring, preload, .. } if stress == 0.0 && spring > 0.0 => {
-                (preload + inputs.external_n) / spring
-            }
+            Motion::Dynamic { spring, preload, .. } if stress == 0.0 && spring > 0.0 => (preload + pull) / spring,
             _ => wire_end,
         };
         let mut state =

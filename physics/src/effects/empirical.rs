@@ -316,9 +316,9 @@ pub(super) static ROWS: [Effect; 7] = [
         term: "M ẍ + … = … + Σ c φ",
         says: "Something else pulls on the load, by a closed form",
         parameters: &[
-            load::coefficient::<{ Term::Dry as usize }>("N", (-10000.0, 0.0), (-0.3, 0.0)),
-            load::coefficient::<{ Term::Velocity as usize }>("N", (-10000.0, 0.0), (-0.3, 0.0)),
-            load::coefficient::<{ Term::Drag as usize }>("N", (-10000.0, 0.0), (-0.2, 0.0)),
+            load::coefficient::<{ Term::Dry as usize }>("N", (-10000.0, 0.0), (-0.3, -0.015)),
+            load::coefficient::<{ Term::Velocity as usize }>("N", (-10000.0, 0.0), (-0.3, -0.015)),
+            load::coefficient::<{ Term::Drag as usize }>("N", (-10000.0, 0.0), (-0.2, -0.01)),
             load::coefficient::<{ Term::Position as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
             load::coefficient::<{ Term::Position2 as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
             load::coefficient::<{ Term::Position3 as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),

@@ -160,7 +160,28 @@ impl Terms {
             ends.settle(c, self, state, asked, ambient);
             self.ends = Some(ends);
         }
-        self.now.features = self.features(state, 0.0, ambient);
+        let features = self.features(state, 0.0, ambient);
+        self.now.features = features;
+        self.now.shift = self.shift_of(&features);
+        self.now.strain = self.strain_of(&features);
+        self.now.load = [self.load_of(&features); 2];
+    }
+
+    /// What the phase sees besides T − σ/α without the rate of the phase, K.
+    fn shift_of(&self, phi: &Features) -> f64 {
+        let (known, form) = (&self.effects.kinetic, &self.effects.empirical.kinetic);
+        self.unknown.driving_k + form.without(&[Term::PhaseRate]).sum(phi) - known.training_drift.shift(self.travel)
+    }
+
+    /// Strain without stress that is not solved with the end of a piece.
+    fn strain_of(&self, phi: &Features) -> f64 {
+        let (known, form) = (&self.effects.mechanical, &self.effects.empirical.mechanical);
+        self.unknown.strain + known.ratcheting.strain(self.travel) + form.without(&IMPLICIT_STRAIN).sum(phi)
+    }
+
+    /// Force on the load besides the reference model's, N.
+    fn load_of(&self, phi: &Features) -> f64 {
+        self.unknown.load_n + self.effects.empirical.load.sum(phi)
     }
 
     /// How far stress moves the cooling curve besides ϑ, in K; `None` where it does not.
@@ -187,16 +208,10 @@ impl Terms {
             ambient,
             draught,
             sheath: self.sleeve_ahead(start, h, ambient, draught),
-            shift: self.unknown.driving_k + e.empirical.kinetic.without(&[Term::PhaseRate]).sum(&features)
-                - e.kinetic.training_drift.shift(self.travel),
-            strain: self.unknown.strain
-                + e.mechanical.ratcheting.strain(self.travel)
-                + e.empirical.mechanical.without(&IMPLICIT_STRAIN).sum(&features),
+            shift: self.shift_of(&features),
+            strain: self.strain_of(&features),
             loss: e.empirical.thermal.without(&IMPLICIT_LOSS).sum(&features) - self.unknown.heat_w,
-            load: [
-                self.unknown.load_n + loads.without(&moved).sum(&features),
-                self.unknown.load_n + loads.sum(&features),
-            ],
+            load: [self.unknown.load_n + loads.without(&moved).sum(&features), self.load_of(&features)],
             lag: e.kinetic.lag.weights(h),
             drive: [duty, power],
             features,
@@ -545,10 +560,13 @@ impl Terms {
     }
 }
 
-/// Cells that the cold zone at a clamp is cut into, each as much colder than the next.
-const CELLS: usize = 8;
-/// Where the cold zone ends, in ℓ: less than 1 % colder than mid-wire.
-const ZONE: f64 = 5.0;
+/// Cells that the cold zone at a clamp is cut into: of steps in temperature that get finer towards mid-wire, where most
+/// of the zone's length is.
+const CELLS: usize = 12;
+/// How much finer.
+const FINER: f64 = 1.6;
+/// Where the cold zone ends, in ℓ: a thousandth colder than mid-wire.
+const ZONE: f64 = 7.0;
 
 /// The cold zones at both clamps; see [`super::EndConduction`]. Both ends are alike, so one stands for both. Their phase
 /// follows the curves without lag or grains.
@@ -604,7 +622,7 @@ impl Ends {
         let integral = |y: f64| y - ((1.0 - far) - ((-y).exp() - far * y.exp())) / (1.0 + far);
         let end = ZONE.min(u);
         let coldest = -(-end).exp_m1();
-        let edge = |i: usize| -(1.0 - coldest * i as f64 / CELLS as f64).ln();
+        let edge = |i: usize| -(1.0 - coldest * (1.0 - (1.0 - i as f64 / CELLS as f64).powf(FINER))).ln();
         let cells = std::array::from_fn(|i| {
             let (y0, y1) = (edge(i), if i + 1 == CELLS { end } else { edge(i + 1) });
             let mean = (integral(y1) - integral(y0)) / (y1 - y0);
