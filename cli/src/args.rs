@@ -39,6 +39,10 @@ pub enum Command {
     Stop(Stop),
     /// Let a recording's inputs drive the model, and write what the sensors would have measured.
     Simulate(Simulate),
+    /// Fit the model's parameters to recordings, with their intervals.
+    Identify(Identify),
+    /// Find where a recording and its simulation differ, what physics was left out, and put it into the model.
+    Diagnose(Diagnose),
     /// What this machine lacks for real time and for the rig, and what to type.
     Doctor(Doctor),
     /// Measure this machine beside a bare timer loop.
@@ -194,6 +198,78 @@ pub struct Simulate {
     /// Pass over columns that are no recording's instead of refusing them.
     #[arg(long)]
     pub ignore_columns: bool,
+}
+
+/// Where the random numbers of a fit start, unless another seed is given.
+pub const SEED: u64 = 1;
+
+/// What is fitted to and how, the same for `identify` and `diagnose`.
+#[derive(Debug, Args)]
+pub struct Fitting {
+    /// The rig file: what is believed of the rig.
+    #[arg(value_name = "RIG.toml")]
+    pub rig: PathBuf,
+    /// What happened: .csv or .csv.gz. Several are fitted together.
+    #[arg(value_name = "RECORDING", required = true)]
+    pub recordings: Vec<PathBuf>,
+    /// Which channel of the rig file, where it has several.
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// Pass over columns that are no recording's instead of refusing them.
+    #[arg(long)]
+    pub ignore_columns: bool,
+    /// Seed of everything random: same input and seed, same answer.
+    #[arg(long, value_name = "N", default_value_t = SEED)]
+    pub seed: u64,
+    /// Threads; without it, as many as there are processors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
+    /// The answer as JSON on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `sinew identify`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew identify bench.toml monday.csv -o fitted.toml
+  sinew identify bench.toml monday.csv tuesday.csv.gz -o fitted.toml --channel wire --json
+
+The physics stays that of the rig file; its parameters move within their priors
+([channel.priors]). The table gives each with its 90 % interval. FITTED.toml is the rig file with
+the fitted values in their places.")]
+pub struct Identify {
+    /// What to fit.
+    #[command(flatten)]
+    pub fitting: Fitting,
+    /// Where to write the rig file with the fitted parameters; `-` is stdout, and the table goes to stderr.
+    #[arg(short, long, value_name = "FITTED.toml")]
+    pub output: PathBuf,
+}
+
+/// `sinew diagnose`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew diagnose bench.toml monday.csv --out monday
+  sinew diagnose bench.toml slow.csv fast.csv --holdout tuesday.csv --out week
+  sinew diagnose bench.toml monday.csv --out monday --json | jq '.verdict, .effects[].id'
+
+Writes DIR/diagnosis.json, DIR/improved.toml (the rig file with what was found in it, as
+`sinew simulate` takes it) and DIR/report.html. Without --holdout about a third of each recording
+is kept back, in blocks, and judged by. The verdict is agrees, parameters_off, physics_missing or
+unknown_physics; a broken recording gets none, but exit code 2.")]
+pub struct Diagnose {
+    /// What to fit.
+    #[command(flatten)]
+    pub fitting: Fitting,
+    /// Where the answer is written; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// A recording that is never fitted, only judged by; may be given several times.
+    #[arg(long, value_name = "RECORDING")]
+    pub holdout: Vec<PathBuf>,
 }
 
 /// `sinew doctor`.

@@ -27,6 +27,8 @@ fn main() -> ExitCode {
     log::start();
     let outcome = match &cli.command {
         Command::Simulate(args) => commands::simulate::simulate(args),
+        Command::Identify(args) => commands::identify::identify(args),
+        Command::Diagnose(args) => commands::diagnose::diagnose(args),
         Command::Status(args) => commands::status::status(args),
         Command::Monitor(args) => commands::monitor::monitor(args),
         Command::Set(args) => commands::set::set(args),

@@ -1,7 +1,10 @@
 //! The commands, one file each.
 
 pub mod bench;
+pub mod diagnose;
 pub mod doctor;
+mod fitting;
+pub mod identify;
 pub mod live;
 pub mod monitor;
 pub mod run;

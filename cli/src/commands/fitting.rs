@@ -1,0 +1,231 @@
+//! What `identify` and `diagnose` share: reading the rig and its recordings, keeping files from being overwritten, telling
+//! how far the work is.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use sinew_diagnosis::{Error, MOST_SAMPLES, Settings};
+use sinew_recording::{Options, Recording};
+use sinew_rig::Rig;
+
+use super::simulate::recording_failure;
+use super::{choose_channel, load_rig, rig_failure};
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::output;
+
+/// The progress line is drawn no oftener.
+const REDRAW: Duration = Duration::from_millis(100);
+
+/// A rig, the channel meant, and what was recorded on it.
+pub struct Input {
+    /// The rig file.
+    pub rig: Rig,
+    /// Index of the channel.
+    pub channel: usize,
+    /// What is fitted.
+    pub recordings: Vec<Recording>,
+    /// What is only judged by.
+    pub held_out: Vec<Recording>,
+}
+
+impl Input {
+    /// Reads everything, and refuses one and the same recording twice: it would count double, or judge itself.
+    pub fn read(args: &args::Fitting, holdout: &[PathBuf]) -> Result<Input, Failure> {
+        let rig = load_rig(Some(&args.rig))?;
+        let name = choose_channel(&rig, args.channel.as_deref())?.name.clone();
+        let channel = rig.channels.iter().position(|c| c.name == name).unwrap_or(0);
+        let options = Options {
+            ignore_columns: args.ignore_columns,
+            columns: Some(&rig.columns),
+            model: Some(&rig.channels[channel].model),
+            max_rows: MOST_SAMPLES,
+        };
+        let read = |path: &PathBuf| sinew_recording::read(path, &options).map_err(recording_failure);
+        let mut all: Vec<Recording> = Vec::new();
+        for path in args.recordings.iter().chain(holdout) {
+            let recording = read(path)?;
+            if let Some(twin) = all.iter().find(|other| is_same(other, &recording)) {
+                let kept = all.len() >= args.recordings.len();
+                let hint = match kept {
+                    true => "hold out a recording that is not fitted; without --holdout, blocks of each are kept back",
+                    false => "give every recording once",
+                };
+                let message = format!("{}: is the same recording as {}", path.display(), twin.name());
+                return Err(Failure::input(message).hint(hint));
+            }
+            all.push(recording);
+        }
+        let held_out = all.split_off(args.recordings.len());
+        Ok(Input { rig, channel, recordings: all, held_out })
+    }
+
+    /// Name of the channel.
+    pub fn channel_name(&self) -> &str {
+        &self.rig.channels[self.channel].name
+    }
+}
+
+/// Whether two recordings have the same samples, whatever their files are called.
+fn is_same(a: &Recording, b: &Recording) -> bool {
+    // missing samples are not equal to themselves: by their bits
+    let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    a.len() == b.len()
+        && a.time_s() == b.time_s()
+        && a.columns().map(|(column, _)| column).eq(b.columns().map(|(column, _)| column))
+        && a.columns().zip(b.columns()).all(|((_, x), (_, y))| bits(x) == bits(y))
+}
+
+/// Refuses to write where a file of the input lies.
+pub fn spare_inputs(output: &Path, args: &args::Fitting, holdout: &[PathBuf]) -> Outcome {
+    let Ok(output_there) = output.canonicalize() else { return Ok(()) };
+    let mut inputs = std::iter::once(&args.rig).chain(&args.recordings).chain(holdout);
+    match inputs.find(|input| input.canonicalize().is_ok_and(|input| input == output_there)) {
+        Some(input) => Err(Failure::input(format!("{}: would overwrite {}", output.display(), input.display()))
+            .hint("write somewhere else: what goes in is not to be overwritten")),
+        None => Ok(()),
+    }
+}
+
+/// Runs a piece of work with the settings asked for and a line on the terminal that says how far it is.
+pub fn work<T>(args: &args::Fitting, work: impl FnOnce(&Settings<'_>) -> Result<T, Error>) -> Result<T, Failure> {
+    let progress = Progress::new();
+    let tell = |stage: &str, share: f64| progress.tell(stage, share);
+    let settings = Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), progress: &tell };
+    let done = work(&settings);
+    progress.clear();
+    done.map_err(|error| diagnosis_failure(&error))
+}
+
+/// Why there is no answer, with the remedy.
+fn diagnosis_failure(error: &Error) -> Failure {
+    match error {
+        Error::Rig(error) => rig_failure(error),
+        _ if error.is_bad_input() => Failure::input(error.message()).hint(error.hint()),
+        _ => Failure::own(error.message()).hint(error.hint()),
+    }
+}
+
+/// A line on stderr that is drawn over itself, where stderr is a terminal; nothing otherwise.
+struct Progress {
+    shown: Option<Mutex<Shown>>,
+}
+
+/// What the line says now.
+struct Shown {
+    stage: String,
+    drawn: Option<Instant>,
+}
+
+impl Progress {
+    fn new() -> Progress {
+        let can_redraw = std::env::var_os("TERM").is_some_and(|term| term != "dumb");
+        let shown =
+            (io::stderr().is_terminal() && can_redraw).then(|| Mutex::new(Shown { stage: String::new(), drawn: None }));
+        Progress { shown }
+    }
+
+    fn tell(&self, stage: &str, share: f64) {
+        // whoever comes while another thread draws has nothing new to say
+        let Some(Ok(mut shown)) = self.shown.as_ref().map(Mutex::try_lock) else { return };
+        let now = Instant::now();
+        if shown.stage == stage && shown.drawn.is_some_and(|drawn| now - drawn < REDRAW) {
+            return;
+        }
+        draw(&line(stage, share));
+        *shown = Shown { stage: stage.to_string(), drawn: Some(now) };
+    }
+
+    fn clear(&self) {
+        if let Some(Ok(shown)) = self.shown.as_ref().map(Mutex::lock)
+            && shown.drawn.is_some()
+        {
+            draw("");
+        }
+    }
+}
+
+/// What the line says.
+fn line(stage: &str, share: f64) -> String {
+    let percent = (100.0 * share.clamp(0.0, 1.0)).round();
+    if percent > 0.0 { format!("{stage} … {percent} %") } else { format!("{stage} …") }
+}
+
+/// Draws over the line; a terminal that is gone is no reason to stop.
+fn draw(text: &str) {
+    let mut stderr = io::stderr().lock();
+    let _ = write!(stderr, "\r\x1b[K{text}").and_then(|()| stderr.flush());
+}
+
+/// Whether stdout shows colours.
+pub fn has_colour() -> bool {
+    let wanted = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    wanted && io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
+}
+
+/// Columns of the terminal on stdout; a hundred where it is none.
+pub fn width() -> usize {
+    const WIDTH: usize = 100;
+    match io::stdout().is_terminal() {
+        true => ratatui::crossterm::terminal::size().map_or(WIDTH, |(columns, _)| usize::from(columns)),
+        false => WIDTH,
+    }
+}
+
+/// The command as typed, for a shell to take again.
+pub fn command() -> String {
+    let name = || Some("sinew".to_string());
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    name().into_iter().chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_string();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// Says each warning on stderr.
+pub fn warn(warnings: &[String]) {
+    for warning in warnings {
+        output::note(format_args!("warning: {warning}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_recording::Column;
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        assert_eq!(quoted("run-1.csv"), "run-1.csv");
+        assert_eq!(quoted("my run.csv"), "'my run.csv'");
+        assert_eq!(quoted("it's"), "'it'\\''s'");
+        assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn the_line_says_how_far_it_is() {
+        assert_eq!(line("fitting", 0.0), "fitting …");
+        assert_eq!(line("fitting", 0.256), "fitting … 26 %");
+        assert_eq!(line("fitting", 7.0), "fitting … 100 %");
+    }
+
+    #[test]
+    fn recordings_are_compared_by_their_samples() {
+        let recording = |name: &str, values: Vec<f64>| {
+            let mut recording = Recording::new(name, vec![0.0, 1.0, 2.0]).unwrap();
+            recording.set(Column::Duty, values).unwrap();
+            recording
+        };
+        let one = recording("a", vec![0.0, f64::NAN, 1.0]);
+        assert!(is_same(&one, &recording("b", vec![0.0, f64::NAN, 1.0])));
+        assert!(!is_same(&one, &recording("b", vec![0.0, f64::NAN, 0.9])));
+    }
+}
