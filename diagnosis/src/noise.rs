@@ -1,7 +1,7 @@
 //! How much a sensor scatters by itself, from its recording alone.
 //!
 //! Three parts are told apart. The *white* part is what a high-order difference over the true sample times leaves: it
-//! removes whatever is a polynomial over a few samples, and a median over all places removes steps and outliers. The
+//! removes whatever is a polynomial over a few samples, and steps and outliers are cut off by the median of all places. The
 //! *coloured* part wanders more slowly than that and is seen as the scatter about a polynomial in windows of about a
 //! second, the calm ones. The *step* is the grid a converter or a printout puts the values on; its error is q/√12.
 
@@ -11,6 +11,11 @@ use sinew_recording::{Column, Recording};
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 /// Orders of difference that are tried for the white part; the one that the signal disturbs least counts.
 const DIFFERENCE_ORDERS: [usize; 4] = [2, 3, 4, 5];
+/// Differences beyond so many times their rough scatter are of the signal, and the RMS of a normal variable within that.
+const CUT: f64 = 3.0;
+const RMS_WITHIN_CUT: f64 = 0.986_58;
+/// Orders whose scatter is within this factor of the least one say the same.
+const ALIKE: f64 = 1.04;
 /// Fewest samples a noise can be had from.
 const LEAST_SAMPLES: usize = 8;
 /// Length of a window for the coloured part, s, and the samples it has at least and at most.
@@ -57,11 +62,11 @@ pub fn estimate(recording: &Recording, column: Column, given: Option<f64>) -> No
     }
     let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let floor = (step / 12f64.sqrt()).max(FLOOR * largest).max(f64::MIN_POSITIVE);
-    let white = DIFFERENCE_ORDERS
-        .into_iter()
-        .map(|order| scatter_of_differences(&times, &values, step, order))
-        .fold(f64::INFINITY, f64::min)
-        .max(floor);
+    let by_order = DIFFERENCE_ORDERS.map(|order| scatter_of_differences(&times, &values, step, order));
+    let least = by_order.into_iter().fold(f64::INFINITY, f64::min);
+    // orders that the signal does not disturb differ by chance alone: their mean, as the least of them lies low
+    let undisturbed: Vec<f64> = by_order.into_iter().filter(|rms| *rms <= ALIKE * least).collect();
+    let white = (undisturbed.iter().sum::<f64>() / undisturbed.len().max(1) as f64).max(floor);
     let (times, values) = without_outliers(&times, &values, OUTLIER * white);
     let total = coloured(&times, &values).map_or(white, |wandering| wandering.max(white));
     Noise { white, total, step }
@@ -130,7 +135,10 @@ fn scatter_of_differences(times: &[f64], values: &[f64], step: f64, order: usize
         return f64::INFINITY;
     }
     sizes.sort_unstable_by(f64::total_cmp);
-    median_of_lattice(&sizes, step * largest_weight) / MEDIAN_OF_NORMAL
+    let rough = median_of_lattice(&sizes, step * largest_weight) / MEDIAN_OF_NORMAL;
+    // the median knows what is an outlier, the RMS of the rest is the better measure
+    let kept = &sizes[..sizes.partition_point(|size| *size < CUT * rough)];
+    if kept.is_empty() { rough } else { (dot(kept, kept) / kept.len() as f64).sqrt() / RMS_WITHIN_CUT }
 }
 
 /// Median of sorted sizes that may stand on a lattice: each value counts as spread over its cell, or the median would
