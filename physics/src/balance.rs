@@ -2,7 +2,7 @@
 //! for a trial value of the driving temperature at the end of a piece of time. The effects beyond the reference model
 //! come in where their [`Terms`] are asked; without any, the equations are the reference model's to the last digit.
 
-use crate::effects::{Grip, Loss, STRESS_PA, Term, Terms};
+use crate::effects::{Grip, Loss, MOST_STRESS, STRESS_PA, Term, Terms};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Convection, DriveKind, Load, Mixing, Taps, WireModel};
 use crate::signals::Inputs;
@@ -328,9 +328,13 @@ impl Balance {
         elastic.free = elastic.shape * xi - elastic.soft * at;
         let form = &terms.effects.empirical.mechanical;
         let (linear, square) = (form.get(Term::Stress) / STRESS_PA, form.get(Term::Stress2) / STRESS_PA / STRESS_PA);
-        elastic.soft = (elastic.soft + linear + 2.0 * square * at).max((LEAST_COMPLIANCE - 1.0) * elastic.compliance);
-        elastic.free +=
-            (form.get(Term::Martensite) + form.get(Term::Mixed) * fraction.austenite) * xi - square * at * at;
+        // the library's σ has a bound, beyond which its square no longer grows
+        let most = MOST_STRESS * STRESS_PA;
+        let (bounded, steeper) = if at < most { (at, 2.0 * square * at) } else { (most, 0.0) };
+        elastic.soft = (elastic.soft + linear + steeper).max((LEAST_COMPLIANCE - 1.0) * elastic.compliance);
+        elastic.free += (form.get(Term::Martensite) + form.get(Term::Mixed) * fraction.austenite) * xi
+            + square * bounded * bounded
+            - steeper * at;
         if let Some(ends) = &terms.ends {
             elastic.free = ends.middle * elastic.free + ends.free;
             elastic.compliance *= ends.middle;
@@ -407,7 +411,8 @@ impl Balance {
     /// By what a state's unstrained resistance grows: length, cross-section (eq. 41) and what is unknown of resistivity.
     pub(crate) fn stretched(&self, terms: &Terms, state: &State) -> f64 {
         let (compliance, _) = self.compliance(&state.fraction);
-        (1.0 + self.strain(Some(terms), state))
+        // a closed form may ask for any strain; no wire gets shorter than nothing, or ten times as long
+        (1.0 + self.strain(Some(terms), state)).clamp(0.05, 10.0)
             * terms.effects.electrical.poisson_area.factor(state.stress, compliance)
             * terms.resistivity_factor(state)
     }
@@ -558,7 +563,14 @@ impl Balance {
                 (inertia, push, tau * tau * self.area, position_base)
             }
             Motion::Position => (1.0, 0.0, 0.0, imposed),
-            Motion::Force => (1.0, 0.0, 0.0, 0.0),
+            Motion::Force => match terms.map(|terms| terms.moving_load(start, 0.0, h)) {
+                Some((force, spring, damping)) if spring != 0.0 || damping != 0.0 => {
+                    // B ẋ + K x = F − A_c σ at the end of the piece
+                    let push = h * h * (imposed + force - spring * start.position);
+                    (h * (damping + h * spring), push, h * h * self.area, start.position)
+                }
+                _ => (0.0, 0.0, 0.0, start.position),
+            },
         };
         Stage {
             heat_tau: 0.5 * h,
@@ -614,12 +626,14 @@ impl Balance {
         let heating = Heating { heat, capacity, imposed, change, fraction, stress: guess.stress };
         let stretch = stage.position_base * self.per_length;
         let line = match self.motion {
-            Motion::Force => Line { inertia: 1.0, stretch, push: 0.0, give: 0.0, force: Some(stage.force) },
+            Motion::Force if stage.inertia == 0.0 => {
+                Line { inertia: 0.0, stretch, push: 0.0, give: 0.0, force: Some(stage.force) }
+            }
             _ => Line { inertia: stage.inertia, stretch, push: stage.push, give: stage.give, force: None },
         };
         let (line, solved) = match terms.and_then(Terms::grip) {
             Some(grip) if !matches!(self.motion, Motion::Position) => {
-                self.solve_with_friction(terms, &grip, stage, from, line, &heating)
+                self.solve_with_friction(terms, &grip, stage, line, &heating)
             }
             _ => {
                 let solved = self.solve(terms, &line, &heating);
@@ -633,7 +647,6 @@ impl Balance {
                 (stage.position_base + moved, moved / stage.motion_tau)
             }
             Motion::Position => (stage.position_base, 0.0),
-            Motion::Force if line.force.is_none() && stress > 0.0 => (from.position, 0.0),
             Motion::Force => {
                 let thermal = self.thermoelastic * (temperature - self.reference_c);
                 let soft = elastic.soft * stress;
@@ -712,15 +725,13 @@ impl Balance {
         terms: Option<&Terms>,
         grip: &Grip,
         stage: &Stage,
-        from: &State,
         mut line: Line,
         heating: &Heating,
     ) -> (Line, Solved) {
-        let base = if line.force.is_some() { from.position } else { stage.position_base };
-        let held = Line { inertia: 1.0, stretch: base * self.per_length, push: 0.0, give: 0.0, force: None };
+        let held = Line { inertia: 1.0, push: 0.0, give: 0.0, force: None, ..line };
         let solved = self.solve(terms, &held, heating);
         // the force on the load is that of the whole piece
-        let weight = stage.motion_tau * stage.span;
+        let weight = if self.has_inertia() { stage.motion_tau * stage.span } else { stage.span * stage.span };
         let needed = match line.force {
             Some(force) => self.area * solved.stress - force,
             None => (line.give * solved.stress - line.push) / weight,

@@ -4,9 +4,12 @@
 use sinew_physics::effects::{self, Effect, Home, Nature, Role, catalogue, effect};
 use sinew_physics::*;
 
+/// An id, its switches with their nulls, its shapes.
+type Row = (&'static str, &'static [(&'static str, f64)], &'static [&'static str]);
+
 /// The contract: ids, their switches with nulls, their shapes. What is not physics of the wire alone (the other channel
 /// of a neighbour, the sensor of a delay) is not a number.
-const CONTRACT: [(&str, &[(&str, f64)], &[&str]); 34] = [
+const CONTRACT: [Row; 34] = [
     ("thermal.latent_heat", &[("latent_heat_j_per_kg", 0.0)], &[]),
     ("kinetic.stress_shift", &[("stress_shift_k_per_mpa", 0.0)], &[]),
     ("kinetic.minor_loop", &[("outer_loop_weight", 0.0)], &[]),

@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
+use sinew_physics::effects::{Home, catalogue};
 use sinew_physics::*;
 
 /// The same cases every time, so that a change is judged by what it changed; SINEW_SEED=n draws others.
@@ -155,8 +156,14 @@ fn check(model: &WireModel, wire: &Wire) -> Result<(), TestCaseError> {
     let (upper, lower) = (wire.hysteresis().upper(theta), wire.hysteresis().lower(theta));
     prop_assert!(o.martensite <= upper.martensite + 1e-12, "above g_A: {} {}", o.martensite, upper.martensite);
     prop_assert!(o.martensite >= lower.martensite - 1e-12, "below g_M: {} {}", o.martensite, lower.martensite);
+    check_ledger(model, wire)
+}
+
+/// Heat in is heat elsewhere, to rounding.
+fn check_ledger(model: &WireModel, wire: &Wire) -> Result<(), TestCaseError> {
     let e = wire.energy();
-    let scale = [e.heat_in_j, e.loss_j, e.sensible_j, e.latent_j, e.work_j].iter().map(|x| x.abs()).sum::<f64>();
+    let scale =
+        [e.heat_in_j, e.loss_j, e.sheath_j, e.sensible_j, e.latent_j, e.work_j].iter().map(|x| x.abs()).sum::<f64>();
     // rounding: of the ledger's own size, and of temperatures to 10⁻¹¹ K
     let capacity =
         model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
@@ -252,6 +259,85 @@ fn the_cut_of_time_does_not_matter() {
             prop_assert!((fine.temperature_c - coarse.temperature_c).abs() < 0.1, "{fine:?} {coarse:?}");
             prop_assert!((fine.martensite - coarse.martensite).abs() < 4e-3, "{fine:?} {coarse:?}");
             prop_assert!((fine.position_m - coarse.position_m).abs() < 4e-5, "{fine:?} {coarse:?}");
+            Ok(())
+        })
+        .unwrap();
+}
+
+/// Any effects of the catalogue at once, each at what rigs show (`0..1` of its plausible range): on any wire, however
+/// little it suits them.
+fn effects() -> impl Strategy<Value = Vec<(f64, Vec<f64>)>> {
+    let rows = catalogue().filter(|row| row.home == Home::Table);
+    rows.map(|row| (0.0f64..1.0, prop::collection::vec(0.0f64..=1.0, row.parameters.len()))).collect::<Vec<_>>()
+}
+
+fn with_effects(mut model: WireModel, drawn: &[(f64, Vec<f64>)], crowd: f64) -> WireModel {
+    for (row, (on, shares)) in catalogue().filter(|row| row.home == Home::Table).zip(drawn) {
+        if *on < crowd {
+            for (p, share) in row.parameters.iter().zip(shares) {
+                (p.set)(&mut model, p.plausible.0 + share * (p.plausible.1 - p.plausible.0));
+            }
+        }
+    }
+    model
+}
+
+fn check_with_effects(model: &WireModel, wire: &Wire) -> Result<(), TestCaseError> {
+    let o = wire.outputs();
+    for value in [
+        o.current_a,
+        o.v1_v,
+        o.v2_v,
+        o.v3_v,
+        o.force_n,
+        o.position_m,
+        o.temperature_c,
+        o.martensite,
+        o.power_w,
+        o.resistance_ohm,
+        wire.driving_temperature_c(),
+        wire.velocity_m_s(),
+        wire.stress_pa(),
+    ] {
+        prop_assert!(value.is_finite(), "{o:?}");
+    }
+    prop_assert!(wire.stress_pa() >= 0.0 && o.resistance_ohm > 0.0);
+    prop_assert!((-1e-12..=1.0 + 1e-12).contains(&o.martensite), "{o:?}");
+    if model.effects.kinetic.lag.seconds == 0.0 {
+        let (lower, upper) = wire.bounds();
+        prop_assert!(o.martensite <= upper.martensite + 1e-9, "above g_A: {} {}", o.martensite, upper.martensite);
+        prop_assert!(o.martensite >= lower.martensite - 1e-9, "below g_M: {} {}", o.martensite, lower.martensite);
+    }
+    check_ledger(model, wire)
+}
+
+#[test]
+fn random_effects_on_random_rigs_stay_physical() {
+    let mut runner =
+        TestRunner::new(Config { cases: 6000, failure_persistence: None, rng_seed: seed(), ..Config::default() });
+    runner
+        .run(&(model(), effects(), 0.0f64..0.6, history(), any::<bool>()), |(model, drawn, crowd, history, unknown)| {
+            let model = with_effects(model, &drawn, crowd);
+            let first = inputs(&model, 0.2, 0.4);
+            let mut wire = Wire::with_inputs(&model, &first).expect("plausible is in range");
+            check_with_effects(&model, &wire)?;
+            for (drive, load, log_dt, repeats) in history {
+                let inputs = inputs(&model, drive, load);
+                if unknown {
+                    wire.set_unknown(Unknown {
+                        heat_w: 0.02 * (drive - 0.5),
+                        driving_k: 5.0 * (load - 0.5),
+                        strain: 2e-3 * (drive - 0.3),
+                        resistivity: 0.1 * (load - 0.4),
+                        load_n: 0.2 * (drive - 0.6),
+                    });
+                    wire.set_neighbour_c(100.0 * drive);
+                }
+                for _ in 0..repeats * 4 {
+                    wire.step(&inputs, 10f64.powf(log_dt));
+                    check_with_effects(&model, &wire)?;
+                }
+            }
             Ok(())
         })
         .unwrap();

@@ -45,7 +45,7 @@ pub(crate) struct Grip {
 impl Grip {
     /// The friction force on the load where `needed` N hold it still: that, or the most there is.
     pub(crate) fn force(&self, needed: f64) -> f64 {
-        needed.clamp(-self.against_longer, self.against_shorter)
+        needed.max(-self.against_longer).min(self.against_shorter)
     }
 }
 

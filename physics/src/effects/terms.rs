@@ -41,7 +41,7 @@ pub(crate) struct Loss {
 const RATE_MEMORY_S: f64 = 0.02;
 /// Bounds of the library's functions.
 const MOST_WARM: f64 = 20.0;
-const MOST_STRESS: f64 = 20.0;
+pub(crate) const MOST_STRESS: f64 = 20.0;
 const MOST_POSITION: f64 = 3.0;
 const MOST_RATE: f64 = 100.0;
 const MOST_POWER: f64 = 1000.0;
