@@ -9,7 +9,7 @@ use sinew_physics::effects::{self, Effect, Nature};
 use crate::data::{Data, Part};
 use crate::fit::{self, Effort, Fit, Residuals};
 use crate::forward::{MATTERS, SIGNIFICANT};
-use crate::search::Shared;
+use crate::search::{Shared, polish};
 use crate::significance::{Colour, draw_noise};
 use crate::simulate::{self, State};
 use crate::space::{EFFECT_STEP, Start};
@@ -28,18 +28,14 @@ const TERM_GAIN: f64 = 0.1;
 /// Whether what is left depends on the wire's state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Structure {
-    /// Share of the mean square on kept-back data that is predicted by the mean residual of samples in like state.
-    pub(crate) share: f64,
-    /// Largest correlation between what is left in two sensors.
-    pub(crate) shared: f64,
-    /// Probability of as much of either by noise of the same colour.
+    /// Probability by noise of the same colour.
     pub(crate) p_value: f64,
 }
 
 /// Two things that noise of sensors does not do, whatever its colour: know the state of the wire (means over cells of
 /// the state are learned from what is fitted and tried on what is kept back), and agree between sensors.
 pub(crate) fn structure(data: &Data, fit: &Fit, residuals: &Residuals, colours: &[Colour], seed: u64) -> Structure {
-    let none = Structure { share: 0.0, shared: 0.0, p_value: 1.0 };
+    let none = Structure { p_value: 1.0 };
     let Some(model) = fit.space.model(&fit.z) else { return none };
     let Some(states) = data.runs.iter().map(|run| simulate::states(&model, run)).collect::<Option<Vec<_>>>() else {
         return none;
@@ -59,7 +55,7 @@ pub(crate) fn structure(data: &Data, fit: &Fit, residuals: &Residuals, colours: 
     // what is too small to matter is none, however sure
     let p_known = if known > LEAST_SHARE { p(&above_known) } else { 1.0 };
     let p_shared = if shared > LEAST_CORRELATION { p(&above_shared) } else { 1.0 };
-    Structure { share: known, shared, p_value: (2.0 * p_known.min(p_shared)).min(1.0) }
+    Structure { p_value: (2.0 * p_known.min(p_shared)).min(1.0) }
 }
 
 /// The largest correlation between the residuals of two sensors.
@@ -168,7 +164,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
     tried.truncate(4);
     let (effect, mut best) = tried
         .into_par_iter()
-        .filter_map(|(e, f)| Some((e, fit::fit(data, &f.space, &f.z, Effort::FULL)?)))
+        .filter_map(|(e, f)| Some((e, fit::fit(data, &f.space, &f.z, Effort::SEARCH)?)))
         .min_by(|a, b| a.1.score.kept.total_cmp(&b.1.score.kept))?;
     if base.score.kept - best.score.kept < MATTERS * base.score.kept {
         return None;
@@ -182,7 +178,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
         next.truncate(2);
         let Some(further) = next
             .into_par_iter()
-            .filter_map(|f| fit::fit(data, &f.space, &f.z, Effort::FULL))
+            .filter_map(|f| fit::fit(data, &f.space, &f.z, Effort::SEARCH))
             .min_by(|a, b| a.score.kept.total_cmp(&b.score.kept))
         else {
             break;
@@ -193,7 +189,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
         }
         best = further;
     }
-    Some((effect, best))
+    Some((effect, polish(data, best)))
 }
 
 /// One candidate per term of a library that is not in the fit yet.

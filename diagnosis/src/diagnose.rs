@@ -187,7 +187,7 @@ impl Prepared {
 fn as_given(data: &Data, space: &Space) -> Option<Residuals> {
     let mut zeros = space.clone();
     zeros.coordinates.retain(|c| c.is_of_run().is_some());
-    let fit = fit::fit(data, &zeros, &vec![0.0; zeros.len()], Effort::FULL)?;
+    let fit = fit::fit(data, &zeros, &vec![0.0; zeros.len()], Effort::POLISH)?;
     fit::residuals(data, &fit.space, &fit.z)
 }
 
@@ -436,7 +436,7 @@ fn beyond_catalogue(
     settings: &Settings<'_>,
 ) -> Beyond {
     let chi = selection.fit.score.chi_kept();
-    let nothing = beyond::Structure { share: 0.0, shared: 0.0, p_value: 1.0 };
+    let nothing = beyond::Structure { p_value: 1.0 };
     if chi <= NOTHING_LEFT {
         return Beyond { unknown: None, structure: nothing, is_noise: false };
     }

@@ -52,15 +52,21 @@ pub(crate) struct Effort {
     pub(crate) iterations: usize,
     /// Residuals count as if the noise were this many times larger: makes the way through rough country smoother.
     pub(crate) soften: f64,
-    /// A step that promises less than this share of the objective ends the fit.
-    pub(crate) tolerance: f64,
+    /// A step that promises less than this share of what the objective has above pure noise ends the fit …
+    pub(crate) relative: f64,
 }
 
+/// … or less than this: a tenth of what a parameter one standard deviation off costs.
+const NEGLIGIBLE: f64 = 0.1;
+
 impl Effort {
-    pub(crate) const FULL: Effort = Effort { iterations: 25, soften: 1.0, tolerance: 2e-5 };
+    /// To the end: where intervals and likelihoods are taken from.
+    pub(crate) const POLISH: Effort = Effort { iterations: 25, soften: 1.0, relative: 1e-4 };
+    /// Far enough to see how good a model is.
+    pub(crate) const SEARCH: Effort = Effort { iterations: 10, soften: 1.0, relative: 5e-3 };
 
     pub(crate) fn iterations(iterations: usize) -> Effort {
-        Effort { iterations, ..Effort::FULL }
+        Effort { iterations, ..Effort::SEARCH }
     }
 }
 
@@ -215,17 +221,53 @@ pub(crate) fn inner(data: &Data, part: Part, a: &Residuals, b: &Residuals) -> f6
     sum
 }
 
+/// The samples of a part, over all recordings and sensors, as a column; 0 where nothing was measured.
+pub(crate) fn flat(data: &Data, part: Part, residuals: &Residuals) -> Vec<f32> {
+    let mut flat = Vec::new();
+    for (run, by_sensor) in data.runs.iter().zip(residuals) {
+        for values in by_sensor {
+            for (r, p) in values.iter().zip(&run.part) {
+                if *p == part {
+                    flat.push(if r.is_nan() { 0.0 } else { *r });
+                }
+            }
+        }
+    }
+    flat
+}
+
+/// The columns of a matrix, side by side.
+pub(crate) fn matrix(data: &Data, part: Part, columns: &[&Residuals]) -> DMatrix<f32> {
+    let flat: Vec<Vec<f32>> = columns.par_iter().map(|c| flat(data, part, c)).collect();
+    let rows = flat.first().map_or(0, Vec::len);
+    DMatrix::from_vec(rows, flat.len(), flat.concat())
+}
+
+/// As [`matrix`], of every sample whatever its part.
+pub(crate) fn matrix_of_all(data: &Data, columns: &[&Residuals]) -> DMatrix<f32> {
+    let flat: Vec<Vec<f32>> =
+        columns.par_iter().map(|c| c.iter().flatten().flatten().copied().collect::<Vec<f32>>()).collect();
+    DMatrix::from_vec(data.samples() * data.sensors.len(), flat.len(), flat.concat())
+}
+
+/// JᵀJ in double precision, from stretches short enough for single precision.
+pub(crate) fn square(matrix: &DMatrix<f32>) -> DMatrix<f64> {
+    const STRETCH: usize = 4096;
+    let n = matrix.ncols();
+    (0..matrix.nrows())
+        .step_by(STRETCH)
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|first| {
+            let rows = matrix.rows(first, STRETCH.min(matrix.nrows() - first));
+            rows.tr_mul(&rows).cast::<f64>()
+        })
+        .reduce(|| DMatrix::zeros(n, n), |a, b| a + b)
+}
+
 /// JᵀJ of the samples of a part.
 pub(crate) fn gram(data: &Data, part: Part, columns: &[Residuals]) -> DMatrix<f64> {
-    let n = columns.len();
-    let pairs: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
-    let sums: Vec<f64> = pairs.par_iter().map(|(i, j)| inner(data, part, &columns[*i], &columns[*j])).collect();
-    let mut gram = DMatrix::zeros(n, n);
-    for ((i, j), sum) in pairs.into_iter().zip(sums) {
-        gram[(i, j)] = sum;
-        gram[(j, i)] = sum;
-    }
-    gram
+    square(&matrix(data, part, &columns.iter().collect::<Vec<_>>()))
 }
 
 /// Fits from `start`. `None` where the start itself is impossible.
@@ -245,11 +287,11 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             break;
         }
         let columns = derivatives(data, space, &z, &here)?;
-        information = gram(data, Part::Fitted, &columns) * weight;
-        let mut gradient = DVector::from_iterator(
-            n,
-            columns.par_iter().map(|c| weight * inner(data, Part::Fitted, c, &here)).collect::<Vec<_>>(),
-        );
+        // the residuals are the last column: their products with the others are the gradient
+        let all: Vec<&Residuals> = columns.iter().chain([&here]).collect();
+        let products = square(&matrix(data, Part::Fitted, &all)) * weight;
+        information = products.view((0, 0), (n, n)).into_owned();
+        let mut gradient: DVector<f64> = products.view((0, n), (n, 1)).column(0).into_owned();
         for i in 0..n {
             information[(i, i)] += pull[i];
             gradient[i] += pull[i] * z[i];
@@ -257,7 +299,8 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
         let mut improved = false;
         for _ in 0..8 {
             let (step, promised) = bounded_step(space, &z, &information, &gradient, damping);
-            if promised < effort.tolerance * objective.max(1.0) {
+            let above_noise = (objective - weight * at.fitted_count).max(0.0);
+            if promised < NEGLIGIBLE + effort.relative * above_noise {
                 converged = true;
                 break;
             }
@@ -295,11 +338,11 @@ pub(crate) fn sketch(
     data: &Data,
     space: &Space,
     start: &[f64],
-    shared: &[Residuals],
+    shared: &DMatrix<f32>,
     shared_gram: &DMatrix<f64>,
     steps: usize,
 ) -> Option<Fit> {
-    let (n, old) = (space.len(), shared.len());
+    let (n, old) = (space.len(), shared.ncols());
     let mut z: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
     let mut here = residuals(data, space, &z)?;
     let mut at = score(data, &here);
@@ -317,12 +360,16 @@ pub(crate) fn sketch(
             })
             .collect::<Option<_>>()?;
         information.view_mut((0, 0), (old, old)).copy_from(shared_gram);
+        let new: Vec<&Residuals> = own.iter().chain([&here]).collect();
+        let new = matrix(data, Part::Fitted, &new);
+        let (cross, corner) = (shared.tr_mul(&new).cast::<f64>(), square(&new));
         let mut gradient = DVector::zeros(n);
-        let column = |i: usize| if i < old { &shared[i] } else { &own[i - old] };
         for i in 0..n {
-            gradient[i] = inner(data, Part::Fitted, column(i), &here) + space.coordinates[i].pull * z[i];
-            for j in if i < old { 0..0 } else { 0..i + 1 } {
-                let product = inner(data, Part::Fitted, column(i), column(j));
+            let at_residuals = n - old;
+            gradient[i] = if i < old { cross[(i, at_residuals)] } else { corner[(i - old, at_residuals)] };
+            gradient[i] += space.coordinates[i].pull * z[i];
+            for j in old..n {
+                let product = if i < old { cross[(i, j - old)] } else { corner[(i - old, j - old)] };
                 information[(i, j)] = product;
                 information[(j, i)] = product;
             }
@@ -344,7 +391,7 @@ pub(crate) fn sketch(
                     break;
                 }
             }
-            damping = damping * 100.0;
+            damping *= 100.0;
         }
         if !improved {
             break;

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use sinew_physics::effects::{Effect, Role};
 
-use crate::data::{Data, Part};
+use crate::data::Data;
 use crate::fit::{self, Effort, Fit, Residuals};
 use crate::search::{self, Racer};
 use crate::significance::{Chance, Colour};
@@ -17,6 +17,8 @@ pub(crate) const MATTERS: f64 = 0.01;
 /// chi under which little is left, and the probability by chance from which on no race is run there.
 const LITTLE_LEFT: f64 = 1.05;
 const WORTH_A_RACE: f64 = 0.05;
+/// A rival's mean square on kept-back data is at most this many times that of the best.
+const RIVAL: f64 = 1.1;
 /// Candidates that are fitted in full at every step.
 const FINALISTS: usize = 5;
 /// Most effects that are added before the unneeded are taken out, and most that are kept.
@@ -30,8 +32,6 @@ pub(crate) struct Step {
     /// The candidates of that step, best first by data kept back; those fitted in full come first.
     pub(crate) field: Vec<Racer>,
     pub(crate) full: usize,
-    /// The model it was added to.
-    pub(crate) before: Fit,
 }
 
 /// What forward selection came to.
@@ -74,7 +74,8 @@ pub(crate) fn select(
             if selection.steps.is_empty() {
                 (selection.p_value, selection.draws) = (p_value, chance.draws());
             }
-            if p_value > WORTH_A_RACE {
+            let too_small = chance.promised() < 0.5 * MATTERS * selection.fit.score.kept;
+            if p_value > WORTH_A_RACE || too_small {
                 break;
             }
         }
@@ -84,7 +85,19 @@ pub(crate) fn select(
         }
         let (mut field, full) = search::race(data, &selection.fit, candidates, FINALISTS, &|f| progress(&stage, f));
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
-        let Some(best) = field.first().cloned() else { break };
+        let Some(mut best) = field.first().cloned() else { break };
+        best.fit = search::polish(data, best.fit);
+        // rivals that come near it are carried as far
+        let near = RIVAL * best.fit.score.kept;
+        field[..full].par_iter_mut().filter(|r| r.fit.score.kept < near).for_each(|r| {
+            r.fit = search::polish(data, r.fit.clone());
+        });
+        field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
+        if let Some(first) = field.first()
+            && first.fit.score.kept < best.fit.score.kept
+        {
+            best = first.clone();
+        }
         // the model without the effect, from where the fit with it has led: a better valley of the same model is no effect
         let without = drop_effect(data, &best.fit, best.candidate.effect);
         if let Some(without) = without
@@ -107,8 +120,8 @@ pub(crate) fn select(
             selection.rejected = Some((field, full));
             break;
         }
-        let before = std::mem::replace(&mut selection.fit, best.fit.clone());
-        selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full, before });
+        selection.fit = best.fit.clone();
+        selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
         if selection.steps.len() > 1 {
             prune(data, &mut selection);
         }
@@ -133,7 +146,9 @@ pub(crate) fn candidates(data: &Data, fit: &Fit, windows: &[(f64, f64)]) -> Vec<
 /// The fit without an effect, everything else refitted.
 pub(crate) fn drop_effect(data: &Data, fit: &Fit, effect: &Effect) -> Option<Fit> {
     let (space, z) = fit.space.without(effect, &fit.z);
-    fit::fit(data, &space, &z, Effort::FULL)
+    let found = fit::fit(data, &space, &z, Effort::SEARCH)?;
+    // worth an exact end only where it might do without
+    Some(if found.score.kept < RIVAL * fit.score.kept { search::polish(data, found) } else { found })
 }
 
 /// Takes out what is no longer needed now that others are in.
@@ -202,17 +217,7 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
     Some(Chance::new(data, &nuisances, &pulls, &columns, &here, &colours(data, &left), seed))
 }
 
-/// The gain that the model with `part` fitted has over another, over kept-back samples only.
+/// What a model gains over another on kept-back samples.
 pub(crate) fn kept_gain(worse: &Fit, better: &Fit) -> f64 {
     worse.score.kept - better.score.kept
-}
-
-/// Count of samples of a part, over all sensors.
-pub(crate) fn count(data: &Data, part: Part, residuals: &Residuals) -> f64 {
-    data.runs
-        .iter()
-        .zip(residuals)
-        .flat_map(|(run, by_sensor)| by_sensor.iter().map(move |v| (run, v)))
-        .map(|(run, values)| values.iter().zip(&run.part).filter(|(r, p)| **p == part && !r.is_nan()).count() as f64)
-        .sum()
 }

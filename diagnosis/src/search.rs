@@ -26,7 +26,7 @@ pub(crate) fn anneal(data: &Data, space: &Space, start: &[f64], effort: Effort) 
     let mut soften = first.chi_fitted();
     let mut z = start.to_vec();
     while soften > 3.0 {
-        let softened = Effort { iterations: 3, soften, tolerance: 1e-3 };
+        let softened = Effort { iterations: 3, soften, relative: 1e-2 };
         z = fit::fit(data, space, &z, softened)?.z;
         soften = soften.sqrt().max(1.0) * if soften > 30.0 { 1.0 } else { 0.5 };
     }
@@ -37,7 +37,8 @@ pub(crate) fn anneal(data: &Data, space: &Space, start: &[f64], effort: Effort) 
 /// Gives also how many of the starts that were carried through end as well as the best.
 pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, Agreement)> {
     // what is believed leads where the recording is explained: nothing can be better than noise
-    let believed = anneal(data, space, &vec![0.0; space.len()], Effort::FULL)?;
+    let believed = anneal(data, space, &vec![0.0; space.len()], Effort::SEARCH)?;
+    let believed = if believed.score.chi_fitted() < 2.0 * EXPLAINED { polish(data, believed) } else { believed };
     if believed.score.chi_fitted() < EXPLAINED {
         return Some((believed, Agreement { carried: 1, alike: 1 }));
     }
@@ -59,16 +60,22 @@ pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, 
         .collect();
     tried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
     tried.truncate(2);
-    let mut carried: Vec<Fit> = tried
-        .par_iter()
-        .filter_map(|t| if t.converged { Some(t.clone()) } else { fit::fit(data, space, &t.z, Effort::FULL) })
-        .collect();
+    let mut carried: Vec<Fit> =
+        tried.par_iter().map(|t| if t.converged { t.clone() } else { polish(data, t.clone()) }).collect();
     carried.push(believed);
     carried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-    let best = carried.first()?.clone();
+    let best = polish(data, carried.first()?.clone());
     let good = carried.iter().filter(|f| f.objective <= best.objective * 1.01 + 10.0).count();
     let agreement = Agreement { carried: carried.len(), alike: good };
     Some((best, agreement))
+}
+
+/// The fit carried to its end.
+pub(crate) fn polish(data: &Data, fit: Fit) -> Fit {
+    match fit::fit(data, &fit.space, &fit.z, Effort::POLISH) {
+        Some(polished) if polished.objective <= fit.objective => polished,
+        _ => fit,
+    }
 }
 
 /// How far the starts agree.
@@ -94,7 +101,7 @@ const TRIED_LEAST: usize = 2;
 
 /// The derivatives at a fit, for sketches of what may be added to it.
 pub(crate) struct Shared {
-    columns: Vec<fit::Residuals>,
+    columns: nalgebra::DMatrix<f32>,
     gram: nalgebra::DMatrix<f64>,
 }
 
@@ -102,12 +109,9 @@ impl Shared {
     pub(crate) fn of(data: &Data, base: &Fit) -> Option<Shared> {
         let here = fit::residuals(data, &base.space, &base.z)?;
         let columns = fit::derivatives(data, &base.space, &base.z, &here)?;
-        let gram = fit::gram(data, Part::Fitted, &columns);
+        let columns = fit::matrix(data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
+        let gram = fit::square(&columns);
         Some(Shared { columns, gram })
-    }
-
-    pub(crate) fn columns(&self) -> &[fit::Residuals] {
-        &self.columns
     }
 
     /// A candidate after a few cheap steps.
@@ -147,7 +151,7 @@ pub(crate) fn race(
     sort(&mut field);
     one_each(&mut field);
     let full = finalists.min(field.len());
-    field[..full].par_iter_mut().for_each(|racer| go_on(data, racer, Effort::FULL.iterations));
+    field[..full].par_iter_mut().for_each(|racer| go_on(data, racer, Effort::SEARCH.iterations));
     field[..full].sort_by(|a, b| a.fit.objective.total_cmp(&b.fit.objective));
     progress(1.0);
     (field, full)

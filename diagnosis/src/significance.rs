@@ -14,11 +14,8 @@ use crate::fit::{self, Residuals};
 
 /// Order of the autoregressive model of what is left.
 const ORDER: usize = 6;
-/// Multiply-adds the bootstrap may cost.
-const WORK: f64 = 8e9;
-/// Draws: at least and at most.
-const FEWEST: usize = 199;
-const MOST: usize = 999;
+/// Draws of noise.
+const DRAWS: usize = 999;
 
 /// An autoregressive model of a sensor's residual.
 #[derive(Debug, Clone)]
@@ -103,10 +100,10 @@ impl Chance {
         colours: &[Colour],
         seed: u64,
     ) -> Chance {
-        let columns: Vec<Residuals> = nuisances.iter().chain(candidates.iter().flatten()).cloned().collect();
+        let columns: Vec<&Residuals> = nuisances.iter().chain(candidates.iter().flatten()).collect();
         let (n, all) = (nuisances.len(), columns.len());
-        let seen = fit::gram(data, Part::Fitted, &columns);
-        let kept = fit::gram(data, Part::KeptBack, &columns);
+        let parts = [Part::Fitted, Part::KeptBack];
+        let [seen, kept] = parts.map(|part| fit::square(&fit::matrix(data, part, &columns)));
         let mut models: Vec<Model> = Vec::new();
         let base: Vec<usize> = (0..n).collect();
         let Some(reference) = Model::new(&base, &seen, pulls) else {
@@ -118,22 +115,40 @@ impl Chance {
             next += candidate.len();
             models.extend(Model::new(&[base.clone(), own].concat(), &seen, pulls));
         }
-        let samples = data.samples() * data.sensors.len();
-        let draws = ((WORK / (samples * (all + 8)).max(1) as f64) as usize).clamp(FEWEST, MOST);
-        let best_gain = |noise: &Residuals| -> f64 {
-            let along = |part| DVector::from_iterator(all, columns.iter().map(|c| fit::inner(data, part, c, noise)));
-            let (b_seen, b_kept) = (along(Part::Fitted), along(Part::KeptBack));
-            let before = reference.kept_change(&b_seen, &b_kept, &kept);
-            models.iter().map(|m| before - m.kept_change(&b_seen, &b_kept, &kept)).fold(f64::NEG_INFINITY, f64::max)
+        let best_gain = |b_seen: &DVector<f64>, b_kept: &DVector<f64>| -> f64 {
+            let before = reference.kept_change(b_seen, b_kept, &kept);
+            models.iter().map(|m| before - m.kept_change(b_seen, b_kept, &kept)).fold(f64::NEG_INFINITY, f64::max)
         };
-        let gains = (0..draws)
-            .into_par_iter()
-            .map(|draw| {
-                let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(draw as u64);
-                best_gain(&draw_noise(data, colours, &mut Xoshiro256PlusPlus::seed_from_u64(seed)))
-            })
-            .collect();
-        Chance { gains, promised: best_gain(residuals) }
+        // all that a draw of noise does here is its products with the columns, and those are normal with a covariance
+        // that the columns, run backwards through each sensor's filter, give exactly
+        let roots = parts.map(|part| {
+            let filtered: Vec<Residuals> = columns.par_iter().map(|c| filtered(data, part, c, colours)).collect();
+            let mut covariance = fit::square(&fit::matrix_of_all(data, &filtered.iter().collect::<Vec<_>>()));
+            for i in 0..all {
+                covariance[(i, i)] *= 1.0 + 1e-6;
+                covariance[(i, i)] += 1e-9;
+            }
+            covariance.cholesky().map(|c| c.l())
+        });
+        let gains = match &roots {
+            [Some(seen), Some(kept)] => (0..DRAWS)
+                .into_par_iter()
+                .map(|draw| {
+                    let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(draw as u64);
+                    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                    let mut normal = || DVector::from_fn(all, |_, _| rng.sample::<f64, _>(StandardNormal));
+                    best_gain(&(seen * normal()), &(kept * normal()))
+                })
+                .collect(),
+            _ => Vec::new(),
+        };
+        let along = |part| {
+            DVector::from_iterator(
+                all,
+                columns.iter().map(|c| fit::inner(data, part, c, residuals)).collect::<Vec<_>>(),
+            )
+        };
+        Chance { gains, promised: best_gain(&along(Part::Fitted), &along(Part::KeptBack)) }
     }
 
     /// The best gain that the linearised candidates promise.
@@ -182,6 +197,34 @@ impl Model {
         }
         change
     }
+}
+
+/// A column, the samples of one part only, run backwards through each sensor's filter: Lᵀ c where L colours white noise.
+fn filtered(data: &Data, part: Part, column: &Residuals, colours: &[Colour]) -> Residuals {
+    data.runs
+        .iter()
+        .zip(column)
+        .map(|(run, by_sensor)| {
+            by_sensor
+                .iter()
+                .zip(colours)
+                .map(|(values, colour)| {
+                    let mut out = vec![0.0f32; values.len()];
+                    let mut ahead = vec![0.0f64; colour.coefficients.len()];
+                    for t in (0..values.len()).rev() {
+                        let own = if run.part[t] == part && !values[t].is_nan() { f64::from(values[t]) } else { 0.0 };
+                        let w = own + colour.coefficients.iter().zip(&ahead).map(|(a, w)| a * w).sum::<f64>();
+                        ahead.rotate_right(1);
+                        if let Some(first) = ahead.first_mut() {
+                            *first = w;
+                        }
+                        out[t] = (colour.innovation * w) as f32;
+                    }
+                    out
+                })
+                .collect()
+        })
+        .collect()
 }
 
 /// Noise with the colour of each sensor's residual, in units of the sensors' noise.

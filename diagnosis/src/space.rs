@@ -229,11 +229,6 @@ impl Space {
         (zero, gain)
     }
 
-    /// The model everything starts from, nothing moved.
-    pub(crate) fn given(&self) -> &WireModel {
-        &self.rig.channels[self.channel].model
-    }
-
     /// The pull of the priors: Σ z².
     pub(crate) fn penalty(&self, z: &[f64]) -> f64 {
         self.coordinates.iter().zip(z).map(|(c, z)| c.pull * z * z).sum()
