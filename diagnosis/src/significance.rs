@@ -123,25 +123,21 @@ impl Chance {
         // that the columns, run backwards through each sensor's filter, give exactly
         let roots = parts.map(|part| {
             let filtered: Vec<Residuals> = columns.par_iter().map(|c| filtered(data, part, c, colours)).collect();
-            let mut covariance = fit::square(&fit::matrix_of_all(data, &filtered.iter().collect::<Vec<_>>()));
-            for i in 0..all {
-                covariance[(i, i)] *= 1.0 + 1e-6;
-                covariance[(i, i)] += 1e-9;
-            }
-            covariance.cholesky().map(|c| c.l())
+            // a root by eigenvalues: columns may well be alike
+            let eigen = fit::square(&fit::matrix_of_all(data, &filtered.iter().collect::<Vec<_>>())).symmetric_eigen();
+            let spread = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
+            eigen.eigenvectors * DMatrix::from_diagonal(&spread)
         });
-        let gains = match &roots {
-            [Some(seen), Some(kept)] => (0..DRAWS)
-                .into_par_iter()
-                .map(|draw| {
-                    let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(draw as u64);
-                    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-                    let mut normal = || DVector::from_fn(all, |_, _| rng.sample::<f64, _>(StandardNormal));
-                    best_gain(&(seen * normal()), &(kept * normal()))
-                })
-                .collect(),
-            _ => Vec::new(),
-        };
+        let [root_seen, root_kept] = &roots;
+        let gains = (0..DRAWS)
+            .into_par_iter()
+            .map(|draw| {
+                let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(draw as u64);
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                let mut normal = || DVector::from_fn(all, |_, _| rng.sample::<f64, _>(StandardNormal));
+                best_gain(&(root_seen * normal()), &(root_kept * normal()))
+            })
+            .collect();
         let along = |part| {
             DVector::from_iterator(
                 all,

@@ -66,6 +66,8 @@ pub(crate) struct Terms {
     equilibrium: Fraction,
     pub(crate) ends: Option<Ends>,
     memory: Option<Memory>,
+    /// Some empirical form is on: otherwise its library is not evaluated.
+    pub(crate) forms: bool,
     /// ξ as strain needs σ, in a curve.
     pub(crate) bends: bool,
     /// x/(ε_L L_0) of 1, in m.
@@ -128,6 +130,7 @@ impl Terms {
             equilibrium: none,
             ends: None,
             memory: None,
+            forms: effects.empirical != super::Empirical::default(),
             bends: effects.mechanical.stress_dependent_strain.stress_scale_pa > 0.0
                 || mechanical.get(Term::Stress2) != 0.0,
             stroke,
@@ -169,19 +172,25 @@ impl Terms {
 
     /// What the phase sees besides T − σ/α without the rate of the phase, K.
     fn shift_of(&self, phi: &Features) -> f64 {
-        let (known, form) = (&self.effects.kinetic, &self.effects.empirical.kinetic);
-        self.unknown.driving_k + form.without(&[Term::PhaseRate]).sum(phi) - known.training_drift.shift(self.travel)
+        let known = self.unknown.driving_k - self.effects.kinetic.training_drift.shift(self.travel);
+        if !self.forms {
+            return known;
+        }
+        known + self.effects.empirical.kinetic.without(&[Term::PhaseRate]).sum(phi)
     }
 
     /// Strain without stress that is not solved with the end of a piece.
     fn strain_of(&self, phi: &Features) -> f64 {
-        let (known, form) = (&self.effects.mechanical, &self.effects.empirical.mechanical);
-        self.unknown.strain + known.ratcheting.strain(self.travel) + form.without(&IMPLICIT_STRAIN).sum(phi)
+        let known = self.unknown.strain + self.effects.mechanical.ratcheting.strain(self.travel);
+        if !self.forms {
+            return known;
+        }
+        known + self.effects.empirical.mechanical.without(&IMPLICIT_STRAIN).sum(phi)
     }
 
     /// Force on the load besides the reference model's, N.
     fn load_of(&self, phi: &Features) -> f64 {
-        self.unknown.load_n + self.effects.empirical.load.sum(phi)
+        if self.forms { self.unknown.load_n + self.effects.empirical.load.sum(phi) } else { self.unknown.load_n }
     }
 
     /// How far stress moves the cooling curve besides ϑ, in K; `None` where it does not.
@@ -192,17 +201,23 @@ impl Terms {
 
     /// Prepares the piece of length `h` that begins in `start`.
     pub(crate) fn begin(&mut self, c: &Balance, inputs: &Inputs, start: &State, h: f64) {
-        let e = self.effects;
+        let e = &self.effects;
         let (t0, t1) = (self.time, self.time + h);
         let drift = e.thermal.ambient_drift.rate_k_per_s;
         let ambient = [inputs.ambient_c + drift * t0, inputs.ambient_c + drift * t1];
         let draught = [e.thermal.draught.factor(t0), e.thermal.draught.factor(t1)];
         let power = c.power(inputs, start.resistance);
         let duty = if c.drive == DriveKind::Pwm { inputs.drive } else { 0.0 };
+        let grip = e.mechanical.grip(c.area * start.stress);
+        let lag = e.kinetic.lag.weights(h);
         self.now.drive = [duty, power];
         let features = self.features(start, t0, ambient[0]);
-        let loads = &e.empirical.load;
-        let moved = [Term::Position, Term::Position2, Term::Position3, Term::Velocity, Term::Drag, Term::Dry];
+        let (mut loss, mut load) = (-self.unknown.heat_w, self.unknown.load_n);
+        if self.forms {
+            let forms = &self.effects.empirical;
+            loss += forms.thermal.without(&IMPLICIT_LOSS).sum(&features);
+            load += forms.load.without(&MOVED_LOAD).sum(&features);
+        }
         self.now = Now {
             h,
             ambient,
@@ -210,12 +225,12 @@ impl Terms {
             sheath: self.sleeve_ahead(start, h, ambient, draught),
             shift: self.shift_of(&features),
             strain: self.strain_of(&features),
-            loss: e.empirical.thermal.without(&IMPLICIT_LOSS).sum(&features) - self.unknown.heat_w,
-            load: [self.unknown.load_n + loads.without(&moved).sum(&features), self.load_of(&features)],
-            lag: e.kinetic.lag.weights(h),
+            loss,
+            load: [load, self.load_of(&features)],
+            lag,
             drive: [duty, power],
             features,
-            grip: e.mechanical.grip(c.area * start.stress),
+            grip,
         };
         if let Some(mut ends) = self.ends.take() {
             ends.advance(c, self, start, ambient[0]);
@@ -264,6 +279,9 @@ impl Terms {
 
 /// Terms of the empirical strain that are solved with the end of the piece.
 const IMPLICIT_STRAIN: [Term; 4] = [Term::Martensite, Term::Mixed, Term::Stress, Term::Stress2];
+/// Terms of the empirical load that depend on the load's movement.
+const MOVED_LOAD: [Term; 6] =
+    [Term::Position, Term::Position2, Term::Position3, Term::Velocity, Term::Drag, Term::Dry];
 /// Terms of the empirical loss that are solved with the end of the piece.
 const IMPLICIT_LOSS: [Term; 3] = [Term::Tau, Term::Tau2, Term::MovedWarm];
 
@@ -318,13 +336,17 @@ impl Terms {
             value += ends.extra_w_per_k * above + power * ends.power_share;
             slope += ends.extra_w_per_k;
         }
+        value += self.now.loss;
+        if !self.forms {
+            return (value, slope);
+        }
         let form = &self.effects.empirical.thermal;
         let tau = above / CONVECTION_SCALE_K;
         let moved = self.now.features.0[Term::Position as usize];
         let linear = form.get(Term::Tau) + form.get(Term::MovedWarm) * moved;
         let square = form.get(Term::Tau2);
         let bounded = tau.clamp(-MOST_WARM, MOST_WARM);
-        value += (linear + square * bounded) * bounded + self.now.loss;
+        value += (linear + square * bounded) * bounded;
         if bounded == tau {
             slope += (linear + 2.0 * square * tau) / CONVECTION_SCALE_K;
         }
@@ -480,19 +502,7 @@ impl Terms {
     /// The library's functions in a state.
     pub(crate) fn features(&self, state: &State, time: f64, ambient: f64) -> Features {
         let mut phi = [0.0; Term::COUNT];
-        let forms = &self.effects.empirical;
-        let any = [
-            &forms.thermal,
-            &forms.electrical,
-            &forms.kinetic,
-            &forms.mechanical,
-            &forms.load,
-            &forms.position,
-            &forms.voltage,
-        ]
-        .into_iter()
-        .any(Form::is_on);
-        if !any {
+        if !self.forms {
             return Features(phi);
         }
         let tau = ((state.temperature - ambient) / CONVECTION_SCALE_K).clamp(-MOST_WARM, MOST_WARM);
@@ -529,7 +539,7 @@ impl Terms {
     pub(crate) fn resistivity_factor(&self, state: &State) -> f64 {
         let form = &self.effects.empirical.electrical;
         let mut change = self.unknown.resistivity;
-        if form.is_on() {
+        if self.forms && form.is_on() {
             change += form.sum(&self.features(state, self.time + self.now.h, self.now.ambient[1]));
         }
         (1.0 + change).max(0.05)
