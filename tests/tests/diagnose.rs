@@ -222,6 +222,94 @@ fn nothing_that_goes_in_is_overwritten_and_a_place_is_found_first() {
     bench.diagnose(&[&good], &["--seed", "soon"]).refused(&["--seed"]);
 }
 
+/// A recording of this wire in air that cools it better than the rig file believes: position alone.
+fn cooled_better(bench: &Bench) -> PathBuf {
+    let truth = fs::read_to_string(bench.rig.path()).unwrap() + "material = { convection_w_per_m2_k = 140.0 }\n";
+    let truth = bench.file("truth.toml", &truth);
+    let args = [&truth, &bench.rig.file("inputs.csv")].map(|path| path.as_os_str().to_owned());
+    let simulated = run(["simulate".into()].into_iter().chain(args).chain(["-o".into(), "-".into()])).expect(0).stdout;
+    let mut lines = simulated.lines();
+    let place = lines.next().unwrap().split(',').position(|name| name == "position_m").unwrap();
+    let mut random = Random(2);
+    let mut text = "time_s,duty,position_m\n".to_string();
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').collect();
+        let position: f64 = cells[place].parse().unwrap();
+        writeln!(text, "{},{},{}", cells[0], cells[1], position + 1.5e-5 * random.normal()).unwrap();
+    }
+    bench.file("cooled.csv", &text)
+}
+
+#[test]
+fn identify_finds_a_parameter_and_writes_it_into_the_rig_file() {
+    let bench = Bench::new();
+    let recording = cooled_better(&bench);
+    let (rig, fitted) = (bench.rig.path(), bench.rig.file("fitted.toml"));
+    let identify = |rig: &Path, more: &[&str]| {
+        let args = [Path::new("identify"), rig, &recording, Path::new("-o"), &fitted];
+        run(args.into_iter().chain(more.iter().map(Path::new))).expect(0)
+    };
+    let said = identify(&rig, &["--json"]).json();
+    assert_eq!(said["schema"], "sinew.identify/1");
+    let convection = &said["parameters"]["convection_w_per_m2_k"];
+    let of = |key: &str| convection[key].as_f64().unwrap();
+    assert_eq!(of("given"), 121.2);
+    assert!((of("value") - 140.0).abs() < 5.0 && of("low") < of("value") && of("value") < of("high"), "{convection}");
+    let chi = |stage: &str| said["fit"][stage]["position_m"]["chi"].as_f64().unwrap();
+    assert!(chi("as_given") > 10.0 && (0.9..1.1).contains(&chi("recalibrated")), "{said}");
+    // what was written is a rig file that explains the recording
+    let written = fs::read_to_string(&fitted).unwrap();
+    let table = identify(&rig, &["--seed", "1"]);
+    assert_eq!(fs::read_to_string(&fitted).unwrap(), written, "same input and seed, same answer");
+    assert!(table.stdout.contains("convection_w_per_m2_k") && table.stdout.contains("90 % interval"), "{table:#?}");
+    assert!(table.stderr.contains("written: "), "{table:#?}");
+    fs::write(bench.rig.file("again.toml"), written).unwrap();
+    let again = identify(&bench.rig.file("again.toml"), &["--json"]).json();
+    assert!(again["fit"]["as_given"]["position_m"]["chi"].as_f64().unwrap() < 1.2, "{again}");
+    let printed = run([Path::new("identify"), &rig, &recording, Path::new("-o"), Path::new("-")]).expect(0);
+    assert!(printed.stdout.contains("[rig]") && printed.stderr.contains("90 % interval"), "{printed:#?}");
+}
+
+#[test]
+fn diagnose_writes_the_whole_answer_and_says_no_more_than_is_so() {
+    let bench = Bench::new();
+    let recording = cooled_better(&bench);
+    let done = bench.diagnose(&[&recording], &["--json", "--jobs", "2"]).expect(0);
+    let out = bench.rig.file("out");
+    let said = done.json();
+    assert_eq!(fs::read_to_string(out.join("diagnosis.json")).unwrap(), done.stdout);
+    assert_eq!(said["schema"], "sinew.diagnosis/1");
+    assert!(["parameters_off", "agrees"].contains(&said["verdict"].as_str().unwrap()), "{}", said["verdict"]);
+    assert_eq!(said["effects"].as_array().map(Vec::len), Some(0), "{said}");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.to_lowercase().starts_with("<!doctype html>") && page.contains("--jobs 2"));
+    let improved = out.join("improved.toml");
+    let inputs = bench.rig.file("inputs.csv");
+    run([Path::new("simulate"), &improved, &inputs, Path::new("-o"), Path::new("-")]).expect(0);
+    assert_eq!(entries(&out), ["diagnosis.json", "improved.toml", "report.html"]);
+    // the answer is the same on any number of threads, and the ten lines say it too
+    let again = bench.diagnose(&[&recording], &["--jobs", "1"]).expect(0);
+    assert_eq!(fs::read_to_string(out.join("diagnosis.json")).unwrap(), done.stdout);
+    assert!(again.stdout.contains("chi") && !again.stdout.contains('\u{1b}'), "{again:#?}");
+    assert!(again.stderr.contains("report.html"), "{again:#?}");
+}
+
+#[test]
+fn an_interrupt_leaves_nothing_behind() {
+    let bench = Bench::new();
+    let recording = cooled_better(&bench);
+    let before = entries(bench.rig.path().parent().unwrap());
+    let mut diagnose = Command::new(sinew());
+    diagnose.arg("diagnose").arg(bench.rig.path()).arg(&recording).arg("--out").arg(bench.rig.file("out"));
+    let mut running = Process::start(&mut diagnose);
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    assert_eq!(running.ended(), None, "it takes seconds");
+    running.signal(libc::SIGINT);
+    let ended = running.finish();
+    assert_eq!((ended.code, ended.stdout.as_str()), (None, ""), "{ended:#?}");
+    assert_eq!(entries(bench.rig.path().parent().unwrap()), before);
+}
+
 #[test]
 fn a_huge_file_is_refused_within_bounded_memory() {
     let bench = Bench::new();
