@@ -25,8 +25,7 @@ fn sweep() -> Vec<f64> {
     (0..2500).map(|k| 0.15 + 0.12 * (f64::from(k) * std::f64::consts::TAU / 2500.0).sin()).collect()
 }
 
-fn run(bencher: Bencher, dt: f64, duties: &[f64]) {
-    let model = model();
+fn run(bencher: Bencher, model: WireModel, dt: f64, duties: &[f64]) {
     let mut wire = Wire::new(&model).expect("a valid model");
     let inputs = model.rest_inputs();
     // past the start, so that the wire is in the middle of its transformation
@@ -44,12 +43,25 @@ fn run(bencher: Bencher, dt: f64, duties: &[f64]) {
 /// Slowly changing duty at the steps of a driver and of a recording, in s.
 #[divan::bench(args = [1e-4, 2e-4, 1e-3, 5e-3, 1e-2])]
 fn slow_sweep(bencher: Bencher, dt: f64) {
-    run(bencher, dt, &sweep());
+    run(bencher, model(), dt, &sweep());
 }
 
 /// Sliding mode: full power and sensing pulse in turn, a reversal nearly every step.
 #[divan::bench(args = [1e-4, 2e-4, 1e-3])]
 fn switching(bencher: Bencher, dt: f64) {
     let duties: Vec<f64> = sweep().iter().enumerate().map(|(k, _)| if k % 5 == 0 { 0.7 } else { 0.02 }).collect();
-    run(bencher, dt, &duties);
+    run(bencher, model(), dt, &duties);
+}
+
+/// The slow sweep at 1 ms with one effect on, by its id.
+#[divan::bench(args = [
+    "thermal.draught", "thermal.end_conduction", "thermal.sheath", "electrical.r_phase", "kinetic.distributed",
+    "kinetic.lag", "mechanical.friction", "mechanical.stress_dependent_strain", "sensing.delay", "empirical.thermal",
+])]
+fn with_effect(bencher: Bencher, id: &str) {
+    let mut model = model();
+    for parameter in effects::effect(id).expect("in the catalogue").parameters {
+        (parameter.set)(&mut model, parameter.plausible.1);
+    }
+    run(bencher, model, 1e-3, &sweep());
 }

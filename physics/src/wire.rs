@@ -154,11 +154,14 @@ impl Wire {
 
     /// What the effects need of the end of a step.
     fn keep_for_later(&mut self) {
-        let seen = self.seen();
+        let delayed = self.balance.terms.as_ref().is_some_and(|terms| terms.is_delayed());
+        let seen = delayed.then(|| self.seen());
         if let Some(terms) = &mut self.balance.terms {
             self.energy.sheath_j = terms.sheath_j();
             terms.time = self.elapsed;
-            terms.keep(self.elapsed, &seen);
+            if let Some(seen) = seen {
+                terms.keep(self.elapsed, &seen);
+            }
         }
     }
 

@@ -132,28 +132,23 @@ impl Form {
         self.coefficients[term as usize]
     }
 
-    /// Sets the coefficient of `term`.
-    pub(crate) fn set(&mut self, term: Term, value: f64) {
-        self.coefficients[term as usize] = value;
-    }
-
     /// Whether any coefficient is not zero.
     pub(crate) fn is_on(&self) -> bool {
         self.coefficients.iter().any(|c| *c != 0.0)
     }
 
-    /// The form without the terms that the caller solves together with the state.
-    pub(crate) fn without(mut self, terms: &[Term]) -> Form {
-        for term in terms {
-            self.set(*term, 0.0);
-        }
-        self
-    }
-
     /// Σ c_j φ_j.
     pub(crate) fn sum(&self, phi: &Features) -> f64 {
-        let products = self.coefficients.iter().zip(&phi.0).map(|(c, phi)| if *c == 0.0 { 0.0 } else { c * phi });
-        products.sum()
+        self.coefficients.iter().zip(&phi.0).map(|(c, phi)| c * phi).sum()
+    }
+
+    /// Σ c_j φ_j without the terms that the caller solves together with the state.
+    pub(crate) fn sum_without(&self, terms: &[Term], phi: &Features) -> f64 {
+        let mut rest = *phi;
+        for term in terms {
+            rest.0[*term as usize] = 0.0;
+        }
+        self.sum(&rest)
     }
 }
 
@@ -178,6 +173,15 @@ pub struct Empirical {
     pub position: Form,
     /// Error of V_3 over I, Ω.
     pub voltage: Form,
+}
+
+impl Empirical {
+    /// Whether any form is on.
+    pub(crate) fn is_on(&self) -> bool {
+        [&self.thermal, &self.electrical, &self.kinetic, &self.mechanical, &self.load, &self.position, &self.voltage]
+            .into_iter()
+            .any(Form::is_on)
+    }
 }
 
 /// Reads and writes the coefficient of the library's function `TERM` in one form of the model.

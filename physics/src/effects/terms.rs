@@ -66,10 +66,10 @@ pub(crate) struct Terms {
     equilibrium: Fraction,
     pub(crate) ends: Option<Ends>,
     memory: Option<Memory>,
-    /// Some empirical form is on: otherwise its library is not evaluated.
-    pub(crate) forms: bool,
     /// ξ as strain needs σ, in a curve.
     pub(crate) bends: bool,
+    /// Some empirical form is on: otherwise its library is not evaluated.
+    forms: bool,
     /// x/(ε_L L_0) of 1, in m.
     stroke: f64,
     now: Now,
@@ -130,9 +130,9 @@ impl Terms {
             equilibrium: none,
             ends: None,
             memory: None,
-            forms: effects.empirical != super::Empirical::default(),
             bends: effects.mechanical.stress_dependent_strain.stress_scale_pa > 0.0
                 || mechanical.get(Term::Stress2) != 0.0,
+            forms: effects.empirical.is_on(),
             stroke,
             now: Now {
                 h: 1.0,
@@ -170,27 +170,26 @@ impl Terms {
         self.now.load = [self.load_of(&features); 2];
     }
 
+    /// Σ c φ of a closed form but for the terms that are solved with the end of a piece.
+    fn sum(&self, form: &Form, solved: &[Term], phi: &Features) -> f64 {
+        if self.forms { form.sum_without(solved, phi) } else { 0.0 }
+    }
+
     /// What the phase sees besides T − σ/α without the rate of the phase, K.
     fn shift_of(&self, phi: &Features) -> f64 {
-        let known = self.unknown.driving_k - self.effects.kinetic.training_drift.shift(self.travel);
-        if !self.forms {
-            return known;
-        }
-        known + self.effects.empirical.kinetic.without(&[Term::PhaseRate]).sum(phi)
+        let (known, form) = (&self.effects.kinetic, &self.effects.empirical.kinetic);
+        self.unknown.driving_k + self.sum(form, &[Term::PhaseRate], phi) - known.training_drift.shift(self.travel)
     }
 
     /// Strain without stress that is not solved with the end of a piece.
     fn strain_of(&self, phi: &Features) -> f64 {
-        let known = self.unknown.strain + self.effects.mechanical.ratcheting.strain(self.travel);
-        if !self.forms {
-            return known;
-        }
-        known + self.effects.empirical.mechanical.without(&IMPLICIT_STRAIN).sum(phi)
+        let (known, form) = (&self.effects.mechanical, &self.effects.empirical.mechanical);
+        self.unknown.strain + known.ratcheting.strain(self.travel) + self.sum(form, &IMPLICIT_STRAIN, phi)
     }
 
     /// Force on the load besides the reference model's, N.
     fn load_of(&self, phi: &Features) -> f64 {
-        if self.forms { self.unknown.load_n + self.effects.empirical.load.sum(phi) } else { self.unknown.load_n }
+        self.unknown.load_n + self.sum(&self.effects.empirical.load, &[], phi)
     }
 
     /// How far stress moves the cooling curve besides ϑ, in K; `None` where it does not.
@@ -208,16 +207,9 @@ impl Terms {
         let draught = [e.thermal.draught.factor(t0), e.thermal.draught.factor(t1)];
         let power = c.power(inputs, start.resistance);
         let duty = if c.drive == DriveKind::Pwm { inputs.drive } else { 0.0 };
-        let grip = e.mechanical.grip(c.area * start.stress);
-        let lag = e.kinetic.lag.weights(h);
-        self.now.drive = [duty, power];
+        let drive = [duty, power];
+        self.now.drive = drive;
         let features = self.features(start, t0, ambient[0]);
-        let (mut loss, mut load) = (-self.unknown.heat_w, self.unknown.load_n);
-        if self.forms {
-            let forms = &self.effects.empirical;
-            loss += forms.thermal.without(&IMPLICIT_LOSS).sum(&features);
-            load += forms.load.without(&MOVED_LOAD).sum(&features);
-        }
         self.now = Now {
             h,
             ambient,
@@ -225,12 +217,12 @@ impl Terms {
             sheath: self.sleeve_ahead(start, h, ambient, draught),
             shift: self.shift_of(&features),
             strain: self.strain_of(&features),
-            loss,
-            load: [load, self.load_of(&features)],
-            lag,
-            drive: [duty, power],
+            loss: self.sum(&e.empirical.thermal, &IMPLICIT_LOSS, &features) - self.unknown.heat_w,
+            load: [self.unknown.load_n + self.sum(&e.empirical.load, &MOVED_LOAD, &features), self.load_of(&features)],
+            lag: e.kinetic.lag.weights(h),
+            drive,
             features,
-            grip,
+            grip: e.mechanical.grip(c.area * start.stress),
         };
         if let Some(mut ends) = self.ends.take() {
             ends.advance(c, self, start, ambient[0]);
@@ -242,23 +234,26 @@ impl Terms {
     /// sleeve kept, J.
     pub(crate) fn finish(&mut self, c: &Balance, branch: Option<&Branch>, start: &State, end: &State) -> f64 {
         let h = self.now.h;
-        if let Some(branch) = branch {
-            if let Some(grains) = &mut self.grains {
-                grains.arrive(&c.hysteresis, end.theta);
-            }
-            self.equilibrium = self.on_branch(&c.hysteresis, branch, end.theta).fraction;
-        } else {
-            if let Some(grains) = &mut self.grains {
-                grains.stay(&c.hysteresis, end.theta);
-            }
-            self.equilibrium = self.standing_equilibrium(&c.hysteresis, end.theta).fraction;
+        match (&mut self.grains, branch) {
+            (Some(grains), Some(_)) => grains.arrive(&c.hysteresis, end.theta),
+            (Some(grains), None) => grains.stay(&c.hysteresis, end.theta),
+            (None, _) => {}
         }
+        self.equilibrium = if self.now.lag[0] == 1.0 {
+            end.fraction
+        } else if let Some(branch) = branch {
+            self.on_branch(&c.hysteresis, branch, end.theta).fraction
+        } else {
+            self.standing_equilibrium(&c.hysteresis, end.theta).fraction
+        };
         let change = end.fraction.change_from(&start.fraction);
         self.travel += change.abs();
-        let rates = [(end.position - start.position) / h, change / h, (end.temperature - start.temperature) / h];
-        let heard = -(-h / RATE_MEMORY_S).exp_m1();
-        for (mean, rate) in self.rates.iter_mut().zip(rates) {
-            *mean += heard * (rate - *mean);
+        if self.forms {
+            let rates = [(end.position - start.position) / h, change / h, (end.temperature - start.temperature) / h];
+            let heard = -(-h / RATE_MEMORY_S).exp_m1();
+            for (mean, rate) in self.rates.iter_mut().zip(rates) {
+                *mean += heard * (rate - *mean);
+            }
         }
         self.time += h;
         let sheath = &self.effects.thermal.sheath;
@@ -280,8 +275,7 @@ impl Terms {
 /// Terms of the empirical strain that are solved with the end of the piece.
 const IMPLICIT_STRAIN: [Term; 4] = [Term::Martensite, Term::Mixed, Term::Stress, Term::Stress2];
 /// Terms of the empirical load that depend on the load's movement.
-const MOVED_LOAD: [Term; 6] =
-    [Term::Position, Term::Position2, Term::Position3, Term::Velocity, Term::Drag, Term::Dry];
+const MOVED_LOAD: [Term; 6] = [Term::Position, Term::Position2, Term::Position3, Term::Velocity, Term::Drag, Term::Dry];
 /// Terms of the empirical loss that are solved with the end of the piece.
 const IMPLICIT_LOSS: [Term; 3] = [Term::Tau, Term::Tau2, Term::MovedWarm];
 
@@ -553,6 +547,11 @@ impl Terms {
     /// Remembers what the delayed sensor shows at the start.
     pub(crate) fn remember(&mut self, o: &Outputs) {
         self.memory = self.effects.sensing.delay.memory(o);
+    }
+
+    /// Whether a sensor is delayed.
+    pub(crate) fn is_delayed(&self) -> bool {
+        self.memory.is_some()
     }
 
     /// Keeps what the delayed sensor sees at time `t`.
