@@ -32,6 +32,9 @@ pub(crate) struct Run {
     pub(crate) time_s: Vec<f64>,
     /// What drives the wire, and for how long each row holds, s.
     pub(crate) inputs: Vec<(Inputs, f64)>,
+    /// Ambient temperature and supply are the model's, not measured.
+    pub(crate) ambient_of_model: bool,
+    pub(crate) supply_of_model: bool,
     /// By sensor; NaN where there is no sample, or none that means anything.
     pub(crate) measured: Vec<Vec<f64>>,
     /// By sample.
@@ -198,7 +201,32 @@ impl Run {
                 Part::Fitted
             });
         }
-        Ok(Run { name: recording.name().to_string(), time_s, inputs, measured, part, block, held_out })
+        let unknown = |column| recording.get(column).is_none_or(|values| values.iter().all(|v| v.is_nan()));
+        Ok(Run {
+            name: recording.name().to_string(),
+            time_s,
+            inputs,
+            ambient_of_model: unknown(Column::AmbientC),
+            supply_of_model: unknown(Column::SupplyV),
+            measured,
+            part,
+            block,
+            held_out,
+        })
+    }
+
+    /// The inputs as this model has them: what was not measured is the model's own.
+    pub(crate) fn inputs_of<'a>(&'a self, model: &'a WireModel) -> impl ExactSizeIterator<Item = (Inputs, f64)> + 'a {
+        self.inputs.iter().map(|(inputs, dt_s)| {
+            let mut inputs = *inputs;
+            if self.ambient_of_model {
+                inputs.ambient_c = model.ambient_c;
+            }
+            if self.supply_of_model {
+                inputs.supply_v = model.drive.supply_v;
+            }
+            (inputs, *dt_s)
+        })
     }
 
     /// The same with every sample fitted.

@@ -198,6 +198,8 @@ fn designs(data: &Data, model: &WireModel) -> Vec<Design> {
             part: vec![Part::Fitted; count],
             block: vec![0; count],
             held_out: false,
+            ambient_of_model: true,
+            supply_of_model: false,
             inputs: rows,
             time_s,
         };

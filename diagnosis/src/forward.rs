@@ -87,16 +87,9 @@ pub(crate) fn select(
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
         let Some(mut best) = field.first().cloned() else { break };
         best.fit = search::polish(data, best.fit);
-        // rivals that come near it are carried as far
-        let near = RIVAL * best.fit.score.kept;
-        field[..full].par_iter_mut().filter(|r| r.fit.score.kept < near).for_each(|r| {
-            r.fit = search::polish(data, r.fit.clone());
-        });
-        field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
-        if let Some(first) = field.first()
-            && first.fit.score.kept < best.fit.score.kept
-        {
-            best = first.clone();
+        if kept_gain(&selection.fit, &best.fit) < MATTERS * selection.fit.score.kept {
+            selection.rejected = Some((field, full));
+            break;
         }
         // the model without the effect, from where the fit with it has led: a better valley of the same model is no effect
         let without = drop_effect(data, &best.fit, best.candidate.effect);
@@ -119,6 +112,18 @@ pub(crate) fn select(
         if !(matters && p_value <= SIGNIFICANT) {
             selection.rejected = Some((field, full));
             break;
+        }
+        // rivals that come near it are carried as far: which is better is decided between equals
+        if let Some(first) = field.first_mut() {
+            first.fit = best.fit.clone();
+        }
+        let near = RIVAL * best.fit.score.kept;
+        field[..full].par_iter_mut().skip(1).filter(|r| r.fit.score.kept < near).for_each(|r| {
+            r.fit = search::polish(data, r.fit.clone());
+        });
+        field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
+        if let Some(first) = field.first() {
+            best = first.clone();
         }
         selection.fit = best.fit.clone();
         selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });

@@ -200,7 +200,7 @@ struct Baseline {
 impl Baseline {
     fn new(data: &Data, model: &WireModel, run: usize, spacing_s: f64) -> Option<Baseline> {
         let r: &Run = &data.runs[run];
-        let mut wire = Wire::with_inputs(model, &r.inputs.first()?.0).ok()?;
+        let mut wire = Wire::with_inputs(model, &r.inputs_of(model).next()?.0).ok()?;
         let count = (r.duration_s() / spacing_s).floor().max(2.0);
         let spacing_s = r.duration_s() / count;
         let mut base = Baseline {
@@ -210,12 +210,12 @@ impl Baseline {
             outputs: vec![Vec::new(); data.sensors.len()],
             spacing_s,
         };
-        for (row, (inputs, dt_s)) in r.inputs.iter().enumerate() {
+        for (row, (inputs, dt_s)) in r.inputs_of(model).enumerate() {
             if r.time_s[row] - r.time_s[0] >= base.knots.len() as f64 * spacing_s - 1e-9 {
                 base.knots.push(row);
                 base.wires.push(wire.clone());
             }
-            wire.step(inputs, *dt_s);
+            wire.step(&inputs, dt_s);
             let seen = wire.outputs();
             for (sensor, values) in data.sensors.iter().zip(&mut base.outputs) {
                 values.push(sensor.column.of_outputs(&seen).unwrap_or(f64::NAN));
@@ -260,11 +260,10 @@ impl Baseline {
             _ => {
                 let mut wire = self.wires[from].clone();
                 let mut quiet_since = f64::INFINITY;
-                for row in first..run.time_s.len() {
-                    let (inputs, dt_s) = &run.inputs[row];
+                for (row, (inputs, dt_s)) in run.inputs_of(model).enumerate().skip(first) {
                     let time_s = run.time_s[row];
                     wire.set_unknown(kind.unknown(natural * weight(time_s + 0.5 * dt_s)));
-                    wire.step(inputs, *dt_s);
+                    wire.step(&inputs, dt_s);
                     let seen = wire.outputs();
                     let mut largest = 0.0f64;
                     for (s, sensor) in data.sensors.iter().enumerate() {
@@ -416,7 +415,8 @@ pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Ve
         let mut points: Vec<(f64, f64, f64)> = Vec::new();
         for ((time, q), sd) in times.iter().zip(heat).zip(deviation) {
             let row = run.time_s.partition_point(|t| t < time).min(states.len() - 1);
-            let warm = loss * (states[row].temperature_c - run.inputs[row].0.ambient_c);
+            let ambient_c = if run.ambient_of_model { model.ambient_c } else { run.inputs[row].0.ambient_c };
+            let warm = loss * (states[row].temperature_c - ambient_c);
             let precision = warm * warm / (sd * sd).max(1e-30);
             points.push((
                 *time,

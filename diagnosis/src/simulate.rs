@@ -38,11 +38,11 @@ pub(crate) fn states(model: &WireModel, run: &Run) -> Option<Vec<State>> {
 }
 
 fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMut(&Wire)) -> Option<Vec<Vec<f64>>> {
-    let (first, _) = run.inputs.first()?;
-    let mut wire = Wire::with_inputs(model, first).ok()?;
+    let (first, _) = run.inputs_of(model).next()?;
+    let mut wire = Wire::with_inputs(model, &first).ok()?;
     let mut outputs: Vec<Vec<f64>> = sensors.iter().map(|_| Vec::with_capacity(run.inputs.len())).collect();
-    for (inputs, dt_s) in &run.inputs {
-        wire.step(inputs, *dt_s);
+    for (inputs, dt_s) in run.inputs_of(model) {
+        wire.step(&inputs, dt_s);
         let seen = wire.outputs();
         for (sensor, values) in sensors.iter().zip(&mut outputs) {
             values.push(sensor.column.of_outputs(&seen).unwrap_or(f64::NAN));

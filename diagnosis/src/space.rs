@@ -87,10 +87,7 @@ impl Space {
         let c = &rig.channels[channel];
         let one_modulus =
             effects::effect("mechanical.phase_modulus").is_some_and(|phase_modulus| phase_modulus.is_null(&c.model));
-        let measured_ambient = data
-            .runs
-            .iter()
-            .all(|run| run.inputs.iter().any(|(inputs, _)| (inputs.ambient_c - c.model.ambient_c).abs() > 1e-9));
+        let measured_ambient = data.runs.iter().all(|run| !run.ambient_of_model);
         let mut coordinates = Vec::new();
         for (key, prior) in c.priors_in_force() {
             if one_modulus && key == "martensite_modulus_gpa" || measured_ambient && key == "ambient_c" {
