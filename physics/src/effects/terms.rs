@@ -6,7 +6,7 @@ use super::kinetic::Grains;
 use super::mechanical::Grip;
 use super::sensing::Memory;
 use super::thermal::CONVECTION_SCALE_K;
-use super::{Effects, Term};
+use super::{Effects, Form, Term};
 use crate::balance::{Balance, State, fitted_implicitness};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{DriveKind, WireModel};
