@@ -93,9 +93,11 @@ pub(crate) fn select(
         }
         // the model without the effect, from where the fit with it has led: a better valley of the same model is no effect
         let without = drop_effect(data, &best.fit, best.candidate.effect);
+        let mut better_valley = false;
         if let Some(without) = without
             && without.objective < selection.fit.objective
         {
+            better_valley = without.score.kept < (1.0 - MATTERS) * selection.fit.score.kept;
             if selection.steps.is_empty() {
                 selection.reference = without.clone();
             }
@@ -111,6 +113,9 @@ pub(crate) fn select(
         }
         if !(matters && p_value <= SIGNIFICANT) {
             selection.rejected = Some((field, full));
+            if better_valley {
+                continue;
+            }
             break;
         }
         // rivals that come near it are carried as far: which is better is decided between equals
@@ -127,8 +132,11 @@ pub(crate) fn select(
         }
         selection.fit = best.fit.clone();
         selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
-        if selection.steps.len() > 1 {
-            prune(data, &mut selection);
+        prune(data, &mut selection);
+        if selection.steps.is_empty() {
+            // the search has only led to a better valley of the model without
+            selection.reference = selection.fit.clone();
+            selection.p_value = 1.0;
         }
         // nothing left that could be noticed
         if selection.fit.score.chi_kept().powi(2) < 1.0 + 0.2 * MATTERS {

@@ -28,8 +28,8 @@ pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
 pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
     let times_s = (-1.0, end_s + 1.0);
     let event = effect.parameters.iter().any(is_time);
-    let shapes: Vec<f64> =
-        if effect.parameters.iter().any(is_free_shape) && !event { vec![0.25, 0.75] } else { vec![0.5] };
+    let several = effect.parameters.iter().any(is_free_shape) && !event || is_crooked(effect);
+    let shapes = if several { vec![0.1, 0.75] } else { vec![0.5] };
     let switches = effect.parameters.iter().filter(|p| is_switch(p)).count();
     let signs = match effect.parameters.iter().find(|p| is_switch(p)) {
         // several switches find their own signs from the null
@@ -62,6 +62,13 @@ pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64
         }
     }
     candidates
+}
+
+/// Effects that do not grow in proportion to their switch.
+fn is_crooked(effect: &Effect) -> bool {
+    let crooked =
+        ["kinetic.distributed", "kinetic.minor_loop", "mechanical.stress_dependent_strain", "thermal.end_conduction"];
+    crooked.contains(&effect.id)
 }
 
 fn is_switch(p: &EffectParameter) -> bool {
@@ -106,11 +113,8 @@ fn parameter(
             let (above, below) = (high - null, null - low);
             let scale = above.max(below);
             // near the null the way is straight and everything else can come along; only what acts by its square, or not
-            // at all until it is there, has to start further out
-            let first = match effect.id {
-                "kinetic.distributed" => 0.4,
-                _ => 0.02,
-            };
+            // at all until it is large, has to start further out
+            let first = if is_crooked(effect) { 0.15 + 0.5 * shape } else { 0.02 };
             let size = if sign > 0.0 { above } else { below };
             (null + sign * first * size, scale, 0.05, EFFECT_STEP)
         }
