@@ -1,18 +1,20 @@
 //! How much of an effect is left once every uncertain parameter has been refitted: its level.
 //!
 //! The refit is Gauss–Newton against the priors, with a Jacobian taken at the truth without the effect and improved on the
-//! way by Broyden's updates. It is meant to be about as good as a fit can be, not to be the diagnosis' own.
+//! way by Broyden's updates; a thorough refit takes it anew where that ends, and goes on. It is meant to be about as good
+//! as a fit can be, not to be the diagnosis' own.
 
 use super::bench::{Bench, PRIORS};
 use super::signals::perfect;
 use super::truth::Truth;
 
 /// Steps of the simulations compared here, s: both sides have the same, so its error cancels.
-const STEP_S: f64 = 2e-4;
+const STEP_S: f64 = 4e-4;
 /// Step of the derivatives, in σ of the priors.
 const DERIVATIVE_STEP: f64 = 0.05;
-/// Most rounds of Gauss–Newton.
+/// Most rounds of Gauss–Newton with one Jacobian, and how often it is taken anew.
 const ROUNDS: usize = 10;
+const RELINEARISED: usize = 2;
 
 /// A truth without the effect, and how its sensors follow the uncertain parameters.
 pub struct Refit<'a> {
@@ -30,6 +32,14 @@ pub struct Refit<'a> {
     factor: Vec<Vec<f64>>,
 }
 
+/// Where a refit stands.
+struct Fit {
+    /// Parameters, in σ from the base.
+    z: Vec<f64>,
+    residual: Vec<f64>,
+    cost: f64,
+}
+
 impl<'a> Refit<'a> {
     /// For a truth without the effect under one programme.
     pub fn new(bench: &'a Bench, base: &Truth, duty: &'a [f64]) -> Refit<'a> {
@@ -44,16 +54,21 @@ impl<'a> Refit<'a> {
         let mut refit =
             Refit { bench, duty, base: base.clone(), clean: Vec::new(), parameters, jacobian: vec![], factor: vec![] };
         refit.clean = refit.shown(base);
-        refit.jacobian = (0..refit.parameters.len())
-            .map(|p| {
-                let mut z = vec![0.0; refit.parameters.len()];
-                z[p] = DERIVATIVE_STEP;
-                let moved = refit.shown(&refit.at(&z));
-                moved.iter().zip(&refit.clean).map(|(a, b)| (a - b) / DERIVATIVE_STEP).collect()
-            })
-            .collect();
+        refit.jacobian = refit.jacobian_at(&vec![0.0; refit.parameters.len()], &refit.clean);
         refit.factor = cholesky(&refit.jacobian);
         refit
+    }
+
+    /// Derivatives at `z`, where `shown` is what sensors show.
+    fn jacobian_at(&self, z: &[f64], shown: &[f64]) -> Vec<Vec<f64>> {
+        (0..z.len())
+            .map(|p| {
+                let mut moved = z.to_vec();
+                moved[p] += DERIVATIVE_STEP;
+                let moved = self.shown(&self.at(&moved));
+                moved.iter().zip(shown).map(|(a, b)| (a - b) / DERIVATIVE_STEP).collect()
+            })
+            .collect()
     }
 
     /// The base with its parameters moved by `z` σ.
@@ -86,51 +101,66 @@ impl<'a> Refit<'a> {
 
     /// RMS over the noise, all sensors alike, of what a truth with the effect leaves after refitting without it.
     /// Infinite where the truth is no wire that could be simulated.
-    pub fn left(&self, with_effect: &Truth) -> f64 {
+    pub fn left(&self, with_effect: &Truth, thorough: bool) -> f64 {
         let target = self.shown(with_effect);
-        let mut z = vec![0.0; self.parameters.len()];
-        let mut residual: Vec<f64> = target.iter().zip(&self.clean).map(|(a, b)| a - b).collect();
-        let mut cost = self.cost(&residual, &z);
-        let mut jacobian = self.jacobian.clone();
-        let mut factor = self.factor.clone();
+        let z = vec![0.0; self.parameters.len()];
+        let residual: Vec<f64> = target.iter().zip(&self.clean).map(|(a, b)| a - b).collect();
+        let mut fit = Fit { cost: self.cost(&residual, &z), z, residual };
+        self.descend(&target, &mut fit, self.jacobian.clone(), self.factor.clone());
+        if thorough {
+            for _ in 0..RELINEARISED {
+                let before = fit.cost;
+                let shown: Vec<f64> = target.iter().zip(&fit.residual).map(|(a, b)| a - b).collect();
+                let jacobian = self.jacobian_at(&fit.z, &shown);
+                let factor = cholesky(&jacobian);
+                self.descend(&target, &mut fit, jacobian, factor);
+                if fit.cost > 0.95 * before {
+                    break;
+                }
+            }
+        }
+        let rms = (dot(&fit.residual, &fit.residual) / fit.residual.len() as f64).sqrt();
+        if rms.is_finite() { rms } else { f64::INFINITY }
+    }
+
+    /// Rounds of Gauss–Newton until one hardly helps.
+    fn descend(&self, target: &[f64], fit: &mut Fit, mut jacobian: Vec<Vec<f64>>, mut factor: Vec<Vec<f64>>) {
         for _ in 0..ROUNDS {
             let right: Vec<f64> = jacobian
                 .iter()
-                .zip(self.parameters.iter().zip(&z))
-                .map(|(j, ((_, _, away), z))| dot(j, &residual) - (away + z))
+                .zip(self.parameters.iter().zip(&fit.z))
+                .map(|(j, ((_, _, away), z))| dot(j, &fit.residual) - (away + z))
                 .collect();
             let step = solve(&factor, right);
-            let before = cost;
+            let before = fit.cost;
             for share in [1.0, 0.4, 0.1] {
                 let moved: Vec<f64> = step.iter().map(|s| share * s).collect();
-                let trial: Vec<f64> = z.iter().zip(&moved).map(|(z, s)| z + s).collect();
-                let shown = self.shown(&self.at(&trial));
-                let left: Vec<f64> = target.iter().zip(&shown).map(|(a, b)| a - b).collect();
-                let trial_cost = self.cost(&left, &trial);
-                if !trial_cost.is_finite() {
+                let z: Vec<f64> = fit.z.iter().zip(&moved).map(|(z, s)| z + s).collect();
+                let shown = self.shown(&self.at(&z));
+                let residual: Vec<f64> = target.iter().zip(&shown).map(|(a, b)| a - b).collect();
+                let cost = self.cost(&residual, &z);
+                if !cost.is_finite() {
                     continue;
                 }
                 // Broyden: the Jacobian that would have foretold this
                 let square = dot(&moved, &moved).max(1e-12);
-                let mut missed: Vec<f64> = residual.iter().zip(&left).map(|(a, b)| (a - b) / square).collect();
+                let mut missed: Vec<f64> = fit.residual.iter().zip(&residual).map(|(a, b)| (a - b) / square).collect();
                 for (j, moved) in jacobian.iter().zip(&moved) {
                     missed.iter_mut().zip(j).for_each(|(m, j)| *m -= j * moved / square);
                 }
                 for (j, moved) in jacobian.iter_mut().zip(&moved) {
                     j.iter_mut().zip(&missed).for_each(|(j, m)| *j += m * moved);
                 }
-                if trial_cost < cost {
-                    (z, residual, cost) = (trial, left, trial_cost);
+                if cost < fit.cost {
+                    *fit = Fit { z, residual, cost };
                     break;
                 }
             }
-            if cost > 0.97 * before {
+            if fit.cost > 0.97 * before {
                 break;
             }
             factor = cholesky(&jacobian);
         }
-        let rms = (dot(&residual, &residual) / residual.len() as f64).sqrt();
-        if rms.is_finite() { rms } else { f64::INFINITY }
     }
 
     fn cost(&self, residual: &[f64], z: &[f64]) -> f64 {

@@ -9,6 +9,7 @@
 //! stress; grains that transform at spread temperatures share the temperature of their cell.
 
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 use super::truth::Truth;
 
@@ -101,7 +102,7 @@ struct Strained {
 /// A wire in motion.
 #[derive(Debug, Clone)]
 pub struct Wire {
-    t: Truth,
+    t: Rc<Truth>,
     cells: Vec<Cell>,
     x: f64,
     /// Half a step ahead.
@@ -124,7 +125,7 @@ pub struct Wire {
 impl Wire {
     /// At rest in its load at ambient temperature, all martensite.
     pub fn new(truth: &Truth) -> Wire {
-        let t = truth.clone();
+        let t = Rc::new(truth.clone());
         let area = t.area();
         let heat = t.wire_mass() * t.material.c_p;
         let (shares, links, clamp) = nodes(&t);
@@ -386,8 +387,9 @@ impl Wire {
 
     /// Rates of heat and phase at the present state, into stage `stage`.
     fn rates(&mut self, stage: usize, x: f64, duty: f64, supply: f64) {
-        let m = self.t.material;
-        let b = self.t.beyond;
+        let t = Rc::clone(&self.t);
+        let m = &t.material;
+        let b = &t.beyond;
         let s = self.strained(x);
         self.stress = s.stress;
         let (_, through, wire, _) = self.circuit(&s, duty, supply);
@@ -513,8 +515,9 @@ impl Wire {
     ///
     /// One step of Newton for all grains together: ξ moves temperature and stress, and these the curves.
     fn onto_curves(&mut self, x: f64) {
-        let m = self.t.material;
-        let b = self.t.beyond;
+        let t = Rc::clone(&self.t);
+        let m = &t.material;
+        let b = &t.beyond;
         let s = self.strained(x);
         self.stress = s.stress;
         let mut any = false;
@@ -587,7 +590,8 @@ impl Wire {
 
     /// One step of `h` seconds.
     fn step(&mut self, h: f64, duty: f64, supply: f64) {
-        let b = self.t.beyond;
+        let t = Rc::clone(&self.t);
+        let b = &t.beyond;
         let before = self.martensite();
         let x = self.x + h * self.v;
         let x0 = self.x;
