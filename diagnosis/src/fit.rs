@@ -54,6 +54,8 @@ pub(crate) struct Effort {
     pub(crate) soften: f64,
     /// A step that promises less than this share of what the objective has above pure noise ends the fit …
     pub(crate) relative: f64,
+    /// Lengths of derivative steps that are tried before a fit is taken to be stuck, in units of each coordinate's own.
+    pub(crate) lengths: &'static [f64],
 }
 
 /// … or less than this: a tenth of what a parameter one standard deviation off costs.
@@ -61,9 +63,10 @@ const NEGLIGIBLE: f64 = 0.1;
 
 impl Effort {
     /// To the end: where intervals and likelihoods are taken from.
-    pub(crate) const POLISH: Effort = Effort { iterations: 25, soften: 1.0, relative: 1e-4 };
+    pub(crate) const POLISH: Effort =
+        Effort { iterations: 25, soften: 1.0, relative: 1e-4, lengths: &[1.0, -1.0, 0.25] };
     /// Far enough to see how good a model is.
-    pub(crate) const SEARCH: Effort = Effort { iterations: 10, soften: 1.0, relative: 5e-3 };
+    pub(crate) const SEARCH: Effort = Effort { iterations: 10, soften: 1.0, relative: 5e-3, lengths: &[1.0] };
 
     pub(crate) fn iterations(iterations: usize) -> Effort {
         Effort { iterations, ..Effort::SEARCH }
@@ -148,13 +151,20 @@ pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
 
 /// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.
 pub(crate) fn derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
+    derivatives_by(data, space, z, at, 1.0)
+}
+
+/// As [`derivatives`], by steps `length` times each coordinate's own.
+fn derivatives_by(data: &Data, space: &Space, z: &[f64], at: &Residuals, length: f64) -> Option<Vec<Residuals>> {
     (0..space.len())
         .into_par_iter()
         .map(|i| {
             let coordinate = &space.coordinates[i];
             let mut moved = z.to_vec();
             // towards the side with room
-            let step = if z[i] + coordinate.step <= coordinate.high { coordinate.step } else { -coordinate.step };
+            let asked = length * coordinate.step;
+            let room = (coordinate.low..=coordinate.high).contains(&(z[i] + asked));
+            let step = if room { asked } else { -asked };
             moved[i] += step;
             if let What::Zero(run) = coordinate.what {
                 return Some(zero_derivative(data, coordinate.scale, run, at));
@@ -282,11 +292,12 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
     let mut damping = 1e-3;
     let mut information = DMatrix::identity(n, n);
     let mut converged = n == 0;
+    let mut length = 0;
     for _ in 0..effort.iterations {
         if converged {
             break;
         }
-        let columns = derivatives(data, space, &z, &here)?;
+        let columns = derivatives_by(data, space, &z, &here, effort.lengths[length])?;
         // the residuals are the last column: their products with the others are the gradient
         let all: Vec<&Residuals> = columns.iter().chain([&here]).collect();
         let products = square(&matrix(data, Part::Fitted, &all)) * weight;
@@ -296,12 +307,12 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             information[(i, i)] += pull[i];
             gradient[i] += pull[i] * z[i];
         }
-        let mut improved = false;
-        for _ in 0..8 {
+        let (mut improved, mut arrived) = (false, false);
+        for attempt in 0..8 {
             let (step, promised) = bounded_step(space, &z, &information, &gradient, damping);
             let above_noise = (objective - weight * at.fitted_count).max(0.0);
             if promised < NEGLIGIBLE + effort.relative * above_noise {
-                converged = true;
+                arrived = attempt == 0;
                 break;
             }
             let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
@@ -324,10 +335,10 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             }
             damping = (damping * 10.0).max(1e-6);
         }
-        if !improved {
-            // no step of any length helps: as far as this simulator's roughness lets it
-            converged = true;
-        }
+        // a hysteretic simulator is rough: derivatives by other steps may see a way on
+        let stuck = !improved && !arrived && length + 1 < effort.lengths.len();
+        length = if stuck { length + 1 } else { 0 };
+        converged = !improved && !stuck;
     }
     Some(Fit { space: space.clone(), z, score: at, objective, information, converged })
 }

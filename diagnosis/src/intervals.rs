@@ -55,7 +55,7 @@ fn profile(data: &Data, fit: &Fit, i: usize, guess: f64, inflation: f64) -> Opti
     z[i] += guess;
     let c = &mut space.coordinates[i];
     (c.low, c.high) = (z[i], z[i]);
-    let refitted = fit::fit(data, &space, &z, Effort { iterations: 3, soften: 1.0, relative: 1e-4 })?;
+    let refitted = fit::fit(data, &space, &z, Effort::iterations(3))?;
     let fall = refitted.objective - fit.objective;
     if fall <= 0.0 {
         return Some(guess.abs() * 2.0);

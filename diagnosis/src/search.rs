@@ -26,7 +26,7 @@ pub(crate) fn anneal(data: &Data, space: &Space, start: &[f64], effort: Effort) 
     let mut soften = first.chi_fitted();
     let mut z = start.to_vec();
     while soften > 3.0 {
-        let softened = Effort { iterations: 3, soften, relative: 1e-2 };
+        let softened = Effort { iterations: 3, soften, relative: 1e-2, ..Effort::SEARCH };
         z = fit::fit(data, space, &z, softened)?.z;
         soften = soften.sqrt().max(1.0) * if soften > 30.0 { 1.0 } else { 0.5 };
     }
