@@ -228,8 +228,11 @@ impl Bench {
             Set::Position => *sensor == Sensor::Position,
         });
         let supply_noise = if rng.random_bool(0.5) { Some(tidy(5e-4 * believed.supply, 2)) } else { None };
+        // thick wires are slow: they get a dozen of their time constants at least, within the minute
+        let tau = believed.wire_mass() * material.c_p / believed.loss_w_per_k();
+        let seconds: f64 = [30.0, 40.0, 50.0, 60.0][rng.random_range(0..4)];
         let (rate_hz, seconds) =
-            if long { (200.0, 90.0) } else { (100.0, [30.0, 40.0, 50.0, 60.0][rng.random_range(0..4)]) };
+            if long { (200.0, 90.0) } else { (100.0, seconds.max((1.2 * tau).ceil() * 10.0).min(60.0)) };
         Bench { believed, taps, sensors: all.into_iter().collect(), supply_noise, rate_hz, seconds }
     }
 

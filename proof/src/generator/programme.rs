@@ -8,6 +8,10 @@ use super::truth::Truth;
 /// The least duty: without a current there is nothing to measure.
 const SENSING_DUTY: f64 = 0.02;
 
+/// Kinds of stretches, and the one of full cycles.
+const KINDS: usize = 5;
+const FULL_CYCLES: usize = 0;
+
 /// A crude idea of the wire's temperature, for planning only.
 struct Planner {
     /// K/s at full duty, 1/s, and K of latent heat spread over the transformation.
@@ -77,16 +81,20 @@ pub fn programme(rng: &mut SmallRng, wire: &Truth, rate_hz: f64, seconds: f64) -
     };
     let (hot, cold) = (plan.hot, plan.cold - 10.0);
     plan.stay(SENSING_DUTY, 0.3);
+    // a full cycle is among the first two: what never transforms tells nothing of transformation
     let mut last = usize::MAX;
+    let mut place = 0;
+    let mut cycled = false;
     while !plan.full() {
-        let kind = rng.random_range(0..5);
+        let kind = if place == 1 && !cycled { FULL_CYCLES } else { rng.random_range(0..KINDS) };
         if kind == last {
             continue;
         }
         last = kind;
+        place += 1;
+        cycled |= kind == FULL_CYCLES;
         match kind {
-            // full cycles
-            0 => {
+            FULL_CYCLES => {
                 for _ in 0..rng.random_range(1..=2) {
                     let boost = rng.random_range(0.5..=1.0);
                     let mut left = (6.0 * rate_hz) as usize;
@@ -129,4 +137,32 @@ pub fn programme(rng: &mut SmallRng, wire: &Truth, rate_hz: f64, seconds: f64) -
         }
     }
     plan.duty
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::generator::bench::{Bench, Sensor};
+    use crate::generator::signals::perfect;
+    use crate::generator::wire::STEP_S;
+
+    #[test]
+    fn every_programme_transforms_the_wire_and_burns_none() {
+        for seed in 0..12 {
+            let mut rng = SmallRng::seed_from_u64(seed);
+            let bench = Bench::random(&mut rng, None, false);
+            let duty = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
+            assert_eq!(duty.len(), (bench.rate_hz * bench.seconds) as usize);
+            assert!(duty.iter().all(|d| (SENSING_DUTY..=1.0).contains(d)));
+            let bench = Bench { sensors: [(Sensor::Position, 1.0)].into(), ..bench };
+            let truth = bench.believed.clone();
+            let position = &perfect(&bench, &truth, &duty, 4.0 * STEP_S)[0];
+            let (low, high) =
+                position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+            let stroke = truth.material.eps_l * truth.length;
+            assert!((0.75..1.3).contains(&((high - low) / stroke)), "seed {seed}: {}", (high - low) / stroke);
+        }
+    }
 }
