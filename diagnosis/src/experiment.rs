@@ -12,6 +12,8 @@ use crate::simulate;
 /// Length and rate of a proposed recording, s and Hz.
 const LENGTH_S: f64 = 60.0;
 const RATE_HZ: f64 = 100.0;
+/// Designs on which one of the two is refitted.
+const REFITTED: usize = 4;
 
 /// A proposed recording and how far apart the two explanations are on it.
 #[derive(Debug, Clone)]
@@ -34,21 +36,27 @@ struct Design {
 /// The recording that separates `a` from `b` best.
 pub(crate) fn propose(data: &Data, a: &Fit, b: &Fit) -> Option<Proposal> {
     let model = a.space.model(&a.z)?;
-    let apart_now = apart(data, a, b, &|_| ())?;
+    let apart_now = apart(data, a, b, &|_| (), true)?;
     let designs = designs(data, &model);
-    let best = designs
+    let on = |design: &Design, refit: bool| {
+        let mut other = data.clone();
+        other.runs = vec![design.run.clone()];
+        apart(&other, a, b, &*design.change, refit)
+    };
+    // where they differ most as they are; of those, where refitting cannot make up for it
+    let mut promising: Vec<(f64, &Design)> =
+        designs.par_iter().filter_map(|design| Some((on(design, false)?, design))).collect();
+    promising.sort_by(|x, y| y.0.total_cmp(&x.0));
+    promising.truncate(REFITTED);
+    let best = promising
         .par_iter()
-        .filter_map(|design| {
-            let mut other = data.clone();
-            other.runs = vec![design.run.clone()];
-            Some((apart(&other, a, b, &*design.change)?, design))
-        })
+        .filter_map(|(_, design)| Some((on(design, true)?, design)))
         .max_by(|x, y| x.0.total_cmp(&y.0))?;
     Some(Proposal { words: best.1.words.clone(), apart: best.0, apart_now })
 }
 
-/// RMS over noise by which `b` misses what `a` predicts, its nuisance parameters refitted.
-fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)) -> Option<f64> {
+/// RMS over noise by which `b` misses what `a` predicts, its nuisance parameters refitted or left alone.
+fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync), refit: bool) -> Option<f64> {
     let outputs = |fit: &Fit, z: &[f64]| -> Option<Vec<Vec<Vec<f64>>>> {
         let mut model = fit.space.model(z)?;
         change(&mut model);
@@ -69,7 +77,8 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
             .collect()
     };
     let here = difference(&outputs(b, &b.z)?);
-    let own: Vec<usize> = (0..b.space.len()).filter(|i| b.space.coordinates[*i].is_of_run().is_none()).collect();
+    let own: Vec<usize> =
+        (0..b.space.len()).filter(|i| refit && b.space.coordinates[*i].is_of_run().is_none()).collect();
     let columns: Vec<Residuals> = own
         .par_iter()
         .filter_map(|i| {

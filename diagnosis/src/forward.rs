@@ -20,7 +20,7 @@ const WORTH_A_RACE: f64 = 0.05;
 /// A rival's mean square on kept-back data is at most this many times that of the best.
 const RIVAL: f64 = 1.1;
 /// Candidates that are fitted in full at every step.
-const FINALISTS: usize = 5;
+const FINALISTS: usize = 4;
 /// Most effects that are added before the unneeded are taken out, and most that are kept.
 const MOST_STEPS: usize = 5;
 
@@ -75,7 +75,8 @@ pub(crate) fn select(
                 (selection.p_value, selection.draws) = (p_value, chance.draws());
             }
             let too_small = chance.promised() < 0.5 * MATTERS * selection.fit.score.kept;
-            if p_value > WORTH_A_RACE || too_small {
+            let nothing_left = selection.fit.score.chi_kept().powi(2) < 1.0 + MATTERS;
+            if p_value > WORTH_A_RACE || too_small || (nothing_left && number > 0) {
                 break;
             }
         }
@@ -118,6 +119,7 @@ pub(crate) fn select(
             }
             break;
         }
+        let tested = best.candidate.effect.id;
         // rivals that come near it are carried as far: which is better is decided between equals
         if let Some(first) = field.first_mut() {
             first.fit = best.fit.clone();
@@ -132,14 +134,17 @@ pub(crate) fn select(
         }
         selection.fit = best.fit.clone();
         selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
-        prune(data, &mut selection);
+        // alone it has just been shown to be needed, unless a polished rival took its place
+        if selection.steps.len() > 1 || selection.steps.last().is_some_and(|s| s.effect.id != tested) {
+            prune(data, &mut selection);
+        }
         if selection.steps.is_empty() {
             // the search has only led to a better valley of the model without
             selection.reference = selection.fit.clone();
             selection.p_value = 1.0;
         }
         // nothing left that could be noticed
-        if selection.fit.score.chi_kept().powi(2) < 1.0 + 0.2 * MATTERS {
+        if selection.fit.score.chi_kept().powi(2) < 1.0 + MATTERS {
             break;
         }
     }

@@ -11,7 +11,7 @@ use crate::space::Space;
 use crate::starts::Candidate;
 
 /// Starts of the reference model drawn from the priors, besides the rig file's values themselves.
-const RANDOM_STARTS: usize = 3;
+const RANDOM_STARTS: usize = 2;
 /// Spread of those starts, in σ of the priors.
 const START_SPREAD: f64 = 0.8;
 /// Iterations after which the worse starts are given up.
@@ -59,12 +59,12 @@ pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, 
         .filter_map(|start| anneal(data, space, start, Effort::iterations(TRIAL_ITERATIONS)))
         .collect();
     tried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-    tried.truncate(2);
+    tried.truncate(1);
     let mut carried: Vec<Fit> =
         tried.par_iter().map(|t| if t.converged { t.clone() } else { polish(data, t.clone()) }).collect();
     carried.push(believed);
     carried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-    let best = polish(data, carried.first()?.clone());
+    let best = carried.first()?.clone();
     let good = carried.iter().filter(|f| f.objective <= best.objective * 1.01 + 10.0).count();
     let agreement = Agreement { carried: carried.len(), alike: good };
     Some((best, agreement))
@@ -96,7 +96,7 @@ pub(crate) struct Racer {
 const SKETCH_STEPS: usize = 3;
 const TRIAL: usize = 2;
 /// How many get that far: this share of the field, at least this many times the finalists.
-const TRIED_SHARE: f64 = 0.25;
+const TRIED_SHARE: f64 = 0.2;
 const TRIED_LEAST: usize = 2;
 
 /// The derivatives at a fit, for sketches of what may be added to it.
