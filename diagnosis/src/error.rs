@@ -106,6 +106,11 @@ pub enum Trouble {
         /// Where they stand first, s.
         first_s: f64,
     },
+    /// Samples that are missing without the times showing it.
+    SamplesLost {
+        /// How often.
+        times: usize,
+    },
     /// Everything is slower or faster than this wire can be.
     ClockRate {
         /// The wire's seconds per recorded second that fit.
@@ -272,6 +277,10 @@ impl Broken {
                 "record without interruption, or give the pieces as recordings of their own".into()
             }
             Trouble::RepeatedBlock { .. } => "take the copy out and set the times right, or record again".into(),
+            Trouble::SamplesLost { .. } => {
+                "record with the times of measurement, or cut the recording there and give the pieces as recordings of their own"
+                    .into()
+            }
             Trouble::ClockRate { factor } => format!(
                 "check the sampling rate the times were made from; if it is as it seems, map it in the rig file: {}",
                 scaled(round_to(*factor, 2))
@@ -310,7 +319,7 @@ impl fmt::Display for Trouble {
             }
             Trouble::Unexcited { drive, warmed_k } => write!(
                 f,
-                "nothing happens: by {} the wire would warm by {} K, and no sensor moves",
+                "nothing happens: {} would warm the wire by {} K, and no sensor moves",
                 drive.name(),
                 number(*warmed_k)
             ),
@@ -328,6 +337,11 @@ impl fmt::Display for Trouble {
             Trouble::RepeatedBlock { samples, first_s } => {
                 write!(f, "{samples} samples repeat those from {} s on, noise and all", number(*first_s))
             }
+            Trouble::SamplesLost { times } => write!(
+                f,
+                "resistance and load jump at the same moment, which no wire can{}: samples were lost and the times do not show it",
+                if *times > 1 { format!(" ({times} times)") } else { String::new() }
+            ),
             Trouble::ClockRate { factor } => write!(
                 f,
                 "the clock cannot be right: the wire answers as if a recorded second were {} s",

@@ -18,6 +18,8 @@ const RMS_WITHIN_CUT: f64 = 0.986_58;
 const ALIKE: f64 = 1.04;
 /// Fewest samples a noise can be had from.
 const LEAST_SAMPLES: usize = 8;
+/// Samples per level from which levels are those of a grid, however few.
+const SAMPLES_PER_LEVEL: usize = 20;
 /// Length of a window for the coloured part, s, and the samples it has at least and at most.
 const WINDOW_S: f64 = 1.0;
 const WINDOW_SAMPLES: (usize, usize) = (24, 400);
@@ -108,7 +110,9 @@ fn grid(values: &[f64]) -> f64 {
     let on_grid = near.iter().filter(|d| (*d / step - (*d / step).round()).abs() < 0.1).count();
     // a fifth of any distances would be that near to a multiple by chance
     let is_grid = near.len() >= 3 && on_grid * 10 >= near.len() * 9 && near.len() * 4 >= distances.len();
-    if is_grid { step } else { 0.0 }
+    // a handful of levels for all those samples: two of them are no line of multiples, but a grid all the same
+    let few = levels.len() * SAMPLES_PER_LEVEL <= values.len();
+    if is_grid || few { step } else { 0.0 }
 }
 
 /// Scatter of the divided differences of one order, each scaled so that white noise of RMS 1 gives 1.

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use sinew_physics::DriveKind;
-use sinew_recording::{Column, TIME, drive_column};
+use sinew_physics::{DriveKind, Load, WireModel};
+use sinew_recording::{Column, Recording, TIME, drive_column};
 
-use super::{Exclude, Gate, Warning, line, simulate, stroke};
+use super::{Exclude, Gate, LEAST_CONVECTION, Warning, line, quantile, simulate, stroke};
 use crate::error::{Broken, Error, Trouble, number};
 
 /// The wire's own time constants a recording must last, and the bounds of that, s.
@@ -122,77 +122,236 @@ fn copied(values: &[f64]) -> Option<(usize, usize)> {
     None
 }
 
+/// A step from one sample to the next is a jump if it is so many times the noise …
+const JUMP_NOISE: f64 = 20.0;
+/// … and so many times the largest but one in two hundred of all steps, and the steps on either side of it.
+const JUMP_STEPS: f64 = 5.0;
+/// The wire must be sampled so finely against its time constant that it cannot do that by itself.
+const JUMP_SAMPLES: f64 = 20.0;
+
+/// Where resistance and load jump together, samples are missing and the clock does not know: neither can jump by itself,
+/// and nothing else moves both at once.
+pub(super) fn jumps(gate: &Gate) -> Result<(), Error> {
+    let interval_s = gate.recording.median_interval_s();
+    let moves_by_itself = !matches!(gate.model.load, Load::SpringMassDamper { .. });
+    if moves_by_itself || gate.time_constant_s() < JUMP_SAMPLES * interval_s {
+        return Ok(());
+    }
+    let of = |columns: &[Column]| -> Vec<usize> {
+        let there = columns.iter().filter(|c| gate.sensors.contains(c));
+        let mut rows: Vec<usize> = there.flat_map(|c| jumps_of(gate, *c)).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        rows
+    };
+    let electrical = of(&[Column::CurrentA, Column::V2V, Column::V3V]);
+    let mechanical = of(&[Column::PositionM, Column::ForceN]);
+    let times = gate.recording.time_s();
+    // a gap that the clock knows of is no secret
+    let hidden = |row: &&usize| times[**row] - times[**row - 1] < 3.0 * interval_s;
+    let both: Vec<usize> = electrical.iter().filter(hidden).filter(|r| mechanical.contains(r)).copied().collect();
+    match both.first() {
+        Some(&row) => {
+            let what = Trouble::SamplesLost { times: both.len() };
+            let span_s = Some((times[row - 1], times[row]));
+            Err(Broken { recording: gate.recording.name().into(), column: None, span_s, what }.into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Rows into which a column jumps.
+fn jumps_of(gate: &Gate, column: Column) -> Vec<usize> {
+    let values = gate.recording.get(column).unwrap_or(&[]);
+    let steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let usual = quantile(steps.iter().copied(), 0.995);
+    let least = (JUMP_NOISE * gate.noise[&column].white).max(JUMP_STEPS * usual);
+    (2..steps.len().saturating_sub(2))
+        .filter(|i| steps[*i] > least)
+        .filter(|i| [*i - 2, *i - 1, *i + 1, *i + 2].iter().all(|n| JUMP_STEPS * steps[*n] < steps[*i]))
+        .map(|i| i + 1)
+        .collect()
+}
+
 /// A sensor is asked for the pace if it moves so many times its noise.
 const MOVES: f64 = 20.0;
-/// Paces that are tried, in half octaves from a sixteenth to sixteenfold.
-const PACES: std::ops::RangeInclusive<i32> = -8..=8;
-/// Longest recording that is simulated for it, in rows.
-const RATE_ROWS: usize = 100_000;
+/// So much from the beginning is simulated for it, in rows and in time constants of the wire, whichever is more: a
+/// clock is wrong from its first tick.
+const RATE_ROWS: usize = 5_000;
+const RATE_TIME_CONSTANTS: f64 = 30.0;
+/// A recording so fine that this is still more than so many rows is not asked.
+const RATE_MOST_ROWS: usize = 50_000;
 /// Rows that are compared for it.
 const RATE_COMPARED: usize = 2_000;
+/// Paces that are tried, in half octaves from a sixteenth to sixteenfold.
+const PACES: std::ops::RangeInclusive<i32> = -8..=8;
+/// Factors of the loss to the air, and shifts of ambient against transformation, K, that are tried with each: what the
+/// rig file gives for them is least certain and moves everything.
+const LOSSES: [f64; 5] = [0.6, 0.77, 1.0, 1.3, 1.67];
+const SHIFTS_K: [f64; 3] = [-8.0, 0.0, 8.0];
 /// Where this little of the movement is left at the recorded pace, no other is better.
 const LEFT_LEAST: f64 = 0.02;
-/// The clock is wrong if the best pace leaves less than this share of what the recorded pace leaves, and of the movement …
-const LEFT_BY_RIGHT_PACE: (f64, f64) = (0.5, 0.25);
-/// … and lies so many standard deviations of the priors away, as convection and heat capacity set the pace too.
+/// The clock is wrong if the best pace leaves less than this share of what any credible pace leaves …
+const LEFT_BY_RIGHT_PACE: f64 = 0.35;
+/// … and of the movement.
+const LEFT_AT_MOST: f64 = 0.25;
+/// Credible is a pace within so many standard deviations of the priors: convection and heat capacity set it too.
 const PACE_SIGMAS: f64 = 2.5;
 /// Latent heat that the rig file leaves out slows the wire by about this.
 const LATENT: f64 = 1.35;
 /// A wire this much too slow may be in a sleeve, which the catalogue knows: slower than that is the clock.
 const SLEEVE: f64 = 4.0;
 
+/// What is tried of a sleeve: its heat capacity against what would slow a wire without latent heat as much, its contact
+/// with the wire and its loss to the air, both against the wire's own loss.
+const SLEEVE_ID: &str = "thermal.sheath";
+const SLEEVE_CAPACITIES: [f64; 2] = [1.0, 1.6];
+const SLEEVE_CONTACTS: [f64; 2] = [5.0, 40.0];
+const SLEEVE_LOSSES: [f64; 3] = [0.77, 1.0, 1.3];
+
 /// A clock that is off by a factor makes a wire that seems to be another: all it does is right but for its pace.
 pub(super) fn rate(gate: &Gate, warnings: &mut Vec<Warning>) -> Result<(), Error> {
+    let times = gate.recording.time_s();
+    let enough = times.partition_point(|t| *t < times[0] + RATE_TIME_CONSTANTS * gate.time_constant_s());
+    let rows = enough.max(RATE_ROWS).min(times.len());
     // in a furnace nothing depends on the pace
-    if gate.model.drive.kind == DriveKind::Temperature || gate.recording.len() > RATE_ROWS {
+    if gate.model.drive.kind == DriveKind::Temperature || rows > RATE_MOST_ROWS {
         return Ok(());
     }
-    let moves = |c: &Column| gate.recording.get(*c).map_or(0.0, stroke) > MOVES * gate.noise[c].total;
+    let beginning = first(gate.recording, rows)?;
+    let moves = |c: &Column| beginning.get(*c).map_or(0.0, stroke) > MOVES * gate.noise[c].total;
     let moving: Vec<Column> = gate.sensors.iter().copied().filter(moves).collect();
-    if moving.is_empty() || left_at(gate, &moving, 1.0)? < LEFT_LEAST {
+    let pacer = Pacer { gate, beginning: &beginning, moving };
+    if pacer.moving.is_empty() || pacer.left_at(1.0, 1.0, 0.0)? < LEFT_LEAST {
         return Ok(());
     }
-    let octaves = |i: i32| f64::from(i) / 2.0;
-    let left: Vec<f64> = PACES.map(|i| left_at(gate, &moving, 2f64.powf(octaves(i)))).collect::<Result<_, Error>>()?;
-    let Some(best) = (0..left.len()).min_by(|a, b| left[*a].total_cmp(&left[*b])) else { return Ok(()) };
-    // a best one at the end of the range is no optimum
-    if best == 0 || best + 1 == left.len() {
-        return Ok(());
-    }
-    // the parabola through the best and its neighbours
-    let (below, above) = (left[best - 1] - left[best], left[best + 1] - left[best]);
-    let vertex = if below + above > 0.0 { 0.5 * (below - above) / (below + above) } else { 0.0 };
-    let factor = 2f64.powf(octaves(PACES.start() + best as i32) + 0.5 * vertex);
-    let recorded = left[(-PACES.start()) as usize];
-    let better = left[best] < LEFT_BY_RIGHT_PACE.0 * recorded && left[best] < LEFT_BY_RIGHT_PACE.1;
     let sigma = |key: &str| {
         let value = gate.channel.parameter(key).unwrap_or(1.0);
         gate.channel.priors_in_force().get(key).map_or(0.0, |prior| prior.sigma(value) / value.abs().max(1e-9))
     };
     let faster = (PACE_SIGMAS * sigma("convection_w_per_m2_k").hypot(sigma("specific_heat_j_per_kg_k"))).exp();
     let latent = if gate.model.material.latent_heat_j_per_kg == 0.0 { LATENT } else { 1.0 };
-    if better && (factor > faster || factor < 1.0 / (SLEEVE * faster)) {
+    let credible = (1.0 / (faster * latent))..=faster;
+    let pace = |i: i32| 2f64.powf(f64::from(i) / 2.0);
+
+    // first with all else as given: nearly always that settles it
+    let left = |i: i32, loss: f64, shift_k: f64| pacer.left_at(pace(i), loss, shift_k);
+    let as_given: Vec<f64> = PACES.map(|i| left(i, 1.0, 0.0)).collect::<Result<_, Error>>()?;
+    let Some(factor) = lowest(&as_given).filter(|factor| !credible.contains(factor)) else { return Ok(()) };
+    // then the best that either kind of pace can do with other parameters
+    let best = |paces: Vec<i32>| -> Result<f64, Error> {
+        let mut least = f64::INFINITY;
+        for i in paces {
+            for loss in LOSSES {
+                for shift_k in SHIFTS_K {
+                    least = least.min(left(i, loss, shift_k)?);
+                }
+            }
+        }
+        Ok(least)
+    };
+    let nearest = (2.0 * factor.log2()).round() as i32;
+    let clock = best(vec![nearest])?;
+    if clock > LEFT_AT_MOST
+        || clock > LEFT_BY_RIGHT_PACE * best(PACES.filter(|i| credible.contains(&pace(*i))).collect())?
+    {
+        return Ok(());
+    }
+    if factor > 1.0 || factor < 1.0 / (SLEEVE * faster) {
         return Err(gate.broken(None, Trouble::ClockRate { factor }));
     }
-    if better && factor < 1.0 / (faster * latent) {
-        let text = format!(
-            "the wire answers as if a recorded second were {} s: check the sampling rate the times were made from; if it \
-             is right, something stores heat beside the wire",
-            number(factor)
-        );
-        warnings.push(gate.warning(None, Exclude::Nothing, text));
+    if pacer.in_sleeve(factor)? < clock {
+        return Ok(());
     }
+    let text = format!(
+        "the wire answers as if a recorded second were {} s: check the sampling rate the times were made from; if it is \
+         right, something stores heat beside the wire",
+        number(factor)
+    );
+    warnings.push(gate.warning(None, Exclude::Nothing, text));
     Ok(())
 }
 
-/// The share of the movement that a straight line in what is simulated at a pace leaves, over all that moves.
-fn left_at(gate: &Gate, moving: &[Column], pace: f64) -> Result<f64, Error> {
-    let simulated = simulate(gate.recording, gate.model, pace, RATE_COMPARED)?;
-    let each = moving.iter().filter_map(|column| {
-        let values = gate.recording.get(*column)?;
-        let measured: Vec<f64> = simulated.rows.iter().map(|row| values[*row]).collect();
-        let explained = line(&simulated.columns[column], &measured).1;
-        Some(if explained.is_finite() { 1.0 - explained } else { 1.0 })
-    });
-    Ok(each.sum::<f64>() / moving.len() as f64)
+/// The pace that leaves least, by the parabola through it and its neighbours; none where that is at the end of the
+/// range, which is no optimum.
+fn lowest(left: &[f64]) -> Option<f64> {
+    let best = (0..left.len()).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
+    let (before, after) = (*left.get(best.checked_sub(1)?)?, *left.get(best + 1)?);
+    let (below, above) = (before - left[best], after - left[best]);
+    let vertex = if below + above > 0.0 { 0.5 * (below - above) / (below + above) } else { 0.0 };
+    let half_octaves = f64::from(*PACES.start()) + best as f64 + vertex;
+    Some(2f64.powf(half_octaves / 2.0))
+}
+
+/// The first rows of a recording.
+fn first(recording: &Recording, rows: usize) -> Result<Recording, Error> {
+    let mut beginning = Recording::new(recording.name(), recording.time_s()[..rows].to_vec())?;
+    for (column, values) in recording.columns() {
+        beginning.set(column, values[..rows].to_vec())?;
+    }
+    Ok(beginning)
+}
+
+/// Moves both transformations.
+fn shift(model: &mut WireModel, shift_k: f64) {
+    model.material.austenite_temperature_c += shift_k;
+    model.material.martensite_temperature_c += shift_k;
+}
+
+/// Sets a parameter of an effect.
+fn set(model: &mut WireModel, id: &str, key: &str, value: f64) {
+    let effect = sinew_physics::effects::effect(id);
+    if let Some(parameter) = effect.and_then(|effect| effect.parameters.iter().find(|p| p.key == key)) {
+        (parameter.set)(model, value.clamp(parameter.low, parameter.high));
+    }
+}
+
+/// What the question of the pace is asked of.
+struct Pacer<'a> {
+    gate: &'a Gate<'a>,
+    beginning: &'a Recording,
+    moving: Vec<Column>,
+}
+
+impl Pacer<'_> {
+    /// What is left at a pace, with the loss to the air by a factor and transformation at other temperatures.
+    fn left_at(&self, pace: f64, loss: f64, shift_k: f64) -> Result<f64, Error> {
+        let mut model = self.gate.model.clone();
+        model.material.convection_w_per_m2_k *= loss;
+        shift(&mut model, shift_k);
+        self.left_by(&model, pace)
+    }
+
+    /// The least that a sleeve leaves which makes the wire slower by this factor: the one thing of the catalogue that can.
+    fn in_sleeve(&self, factor: f64) -> Result<f64, Error> {
+        let given = self.gate.model;
+        let capacity = self.gate.capacity_j_per_k();
+        let loss = given.material.convection_w_per_m2_k.max(LEAST_CONVECTION) * given.geometry.surface_m2();
+        let mut least = f64::INFINITY;
+        for more in SLEEVE_CAPACITIES {
+            for (inner, outer) in SLEEVE_CONTACTS.into_iter().flat_map(|i| SLEEVE_LOSSES.map(|o| (i, o))) {
+                for shift_k in SHIFTS_K {
+                    let mut model = given.clone();
+                    shift(&mut model, shift_k);
+                    set(&mut model, SLEEVE_ID, "heat_capacity_j_per_k", more * (1.0 / factor - 1.0) * capacity);
+                    set(&mut model, SLEEVE_ID, "inner_w_per_k", inner * loss);
+                    set(&mut model, SLEEVE_ID, "outer_w_per_k", outer * loss);
+                    least = least.min(self.left_by(&model, 1.0)?);
+                }
+            }
+        }
+        Ok(least)
+    }
+
+    /// The share of the movement that a rising line in what a model gives at a pace leaves, over all that moves.
+    fn left_by(&self, model: &WireModel, pace: f64) -> Result<f64, Error> {
+        let simulated = simulate(self.beginning, model, pace, RATE_COMPARED)?;
+        let each = self.moving.iter().filter_map(|column| {
+            let values = self.beginning.get(*column)?;
+            let measured: Vec<f64> = simulated.rows.iter().map(|row| values[*row]).collect();
+            let (slope, explained) = line(&simulated.columns[column], &measured);
+            Some(if slope > 0.0 && explained.is_finite() { 1.0 - explained } else { 1.0 })
+        });
+        Ok(each.sum::<f64>() / self.moving.len() as f64)
+    }
 }

@@ -65,7 +65,7 @@ fn energy(gate: &Gate) -> Result<(), Error> {
 /// The highest temperature the wire reached, °C: if it loses much, and if it loses little.
 fn peaks(gate: &Gate) -> (f64, f64) {
     let (m, geometry) = (&gate.model.material, &gate.model.geometry);
-    let capacity = m.density_kg_per_m3 * geometry.volume_m3() * m.specific_heat_j_per_kg_k;
+    let capacity = gate.capacity_j_per_k();
     let latent = m.density_kg_per_m3 * geometry.volume_m3() * m.latent_heat_j_per_kg;
     let loss = m.convection_w_per_m2_k.max(LEAST_CONVECTION) * geometry.surface_m2();
     let ambient_c = gate.model.ambient_c;
@@ -119,11 +119,13 @@ fn excitation(gate: &Gate) -> Result<(), Error> {
         let noise = gate.noise.get(column).map_or(f64::INFINITY, |n| n.total);
         span(values) > SHOULD_MOVE * noise
     });
-    if warmed_k > WARMED_K && pulled {
+    let drive = drive_column(gate.model.drive.kind);
+    let driven = gate.recording.get(drive).is_some_and(|d| span(d) > 0.0);
+    if warmed_k > WARMED_K && pulled && driven {
         return Err(gate.broken(None, Trouble::NothingAnswers { warmed_k }));
     }
-    if warmed_k <= WARMED_K {
-        return Err(gate.broken(None, Trouble::Unexcited { drive: drive_column(gate.model.drive.kind), warmed_k }));
+    if warmed_k <= WARMED_K || !driven {
+        return Err(gate.broken(None, Trouble::Unexcited { drive, warmed_k }));
     }
     Ok(())
 }

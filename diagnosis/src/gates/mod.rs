@@ -87,6 +87,7 @@ pub fn check(recording: &Recording, channel: &Channel) -> Result<Vec<Warning>, E
     clock::gaps(&gate, &mut warnings)?;
     clock::bursts(&gate, &mut warnings);
     clock::repeats(&gate)?;
+    clock::jumps(&gate)?;
     circuit::check(&gate, &mut warnings)?;
     units::check(&gate, &mut warnings)?;
     heat::check(&gate)?;
@@ -177,11 +178,16 @@ impl<'a> Gate<'a> {
         span(&self.simulated.columns[&Column::TemperatureC])
     }
 
+    /// Heat capacity m c_p of the wire, J/K.
+    fn capacity_j_per_k(&self) -> f64 {
+        let m = &self.model.material;
+        m.density_kg_per_m3 * self.model.geometry.volume_m3() * m.specific_heat_j_per_kg_k
+    }
+
     /// Time constant of the wire's cooling m c_p/(h A_s), s.
     fn time_constant_s(&self) -> f64 {
-        let m = &self.model.material;
-        let per_area = m.density_kg_per_m3 * m.specific_heat_j_per_kg_k * self.model.geometry.diameter_m / 4.0;
-        per_area / m.convection_w_per_m2_k.max(LEAST_CONVECTION)
+        let loss = self.model.material.convection_w_per_m2_k.max(LEAST_CONVECTION);
+        self.capacity_j_per_k() / (loss * self.model.geometry.surface_m2())
     }
 }
 
@@ -409,6 +415,19 @@ mod tests {
         let broken = broken((rig, twice));
         assert_eq!(broken.what, Trouble::RepeatedBlock { samples: 300, first_s: 10.0 });
         assert_eq!(broken.span_s, Some((13.0, 15.99)));
+    }
+
+    #[test]
+    fn samples_that_were_lost_in_secret_are_missed() {
+        let (rig, good) = good();
+        // from the middle of a heating into the next cooling, and the clock went on as if nothing had been
+        let lost = rows(&good, |i| !(500..800).contains(&i));
+        let lost = retimed(&lost, (0..lost.len()).map(|i| i as f64 / 100.0).collect());
+        let broken = broken((rig.clone(), lost));
+        assert_eq!((broken.what, broken.span_s), (Trouble::SamplesLost { times: 1 }, Some((4.99, 5.0))));
+        // a knock on the load alone is not that
+        let knocked = changed(Column::ForceN, |t, v| if t == 5.0 { v + 1.0 } else { v });
+        assert_eq!(warned(knocked), []);
     }
 
     #[test]
