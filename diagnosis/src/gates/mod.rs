@@ -270,6 +270,7 @@ mod tests {
     use super::*;
     use crate::testing::{recording, rig, stairs};
     use proptest::prelude::*;
+    use sinew_physics::effects::{self, Nature};
     use sinew_rig::Rig;
 
     /// A good recording of the rig.
@@ -360,6 +361,29 @@ mod tests {
             }
             let recording = recording(&other.channels[0].model, stairs, seed);
             assert_eq!(warned((rig.clone(), recording)), [], "{sign} sigma");
+        }
+    }
+
+    #[test]
+    fn no_effect_of_the_catalogue_is_taken_for_a_broken_recording() {
+        let rig = rig();
+        let given = &rig.channels[0].model;
+        let applicable = effects::catalogue().filter(|effect| effect.applies_to(given));
+        for (seed, effect) in (100..).zip(applicable.filter(|effect| effect.nature == Nature::Mechanism)) {
+            // as large as rigs show it, and, where it has a time, for a third of the recording
+            let mut model = given.clone();
+            for parameter in effect.parameters {
+                let value = match parameter.key {
+                    "start_s" => 10.0,
+                    "end_s" => 20.0,
+                    _ => parameter.plausible.1,
+                };
+                (parameter.set)(&mut model, value);
+            }
+            let recording = recording(&model, stairs, seed);
+            if let Err(error) = check(&recording, &rig.channels[0]) {
+                panic!("{}: {error}", effect.id);
+            }
         }
     }
 
