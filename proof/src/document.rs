@@ -101,7 +101,8 @@ loops; some are 90 s at 200 Hz. The diagnosis sees one recording; a second one u
 - **Level** of an effect: what is left of it, RMS over the noise over all sensors, once every uncertain parameter has been \
 refitted within its prior by the generator's own least squares. Effects are sized to leave 1, 3 or 10, within what rigs show; \
 where that cannot be reached, the level reached is the one that counts. A level between 0.5 and 1.7 is counted as 1×, up to \
-5.5 as 3×, beyond as 10×. What leaves less than half the noise is hidden and counted nowhere but below.
+5.5 as 3×, beyond as 10×. What leaves less than half the noise is hidden and counted nowhere but below. Pairs and triples count where \
+each member leaves 3× by itself, what is outside the catalogue where it leaves 3× and more; the tables list all.
 - **Nulls**: parameters off, the rig file exactly right, coloured noise (lag-one correlation 0.3–0.9), a coarse converter, \
 missing samples, and a uniform wire computed with axial nodes.
 - **Outside the catalogue**: thirteen mechanisms that no effect of the catalogue is.

@@ -218,13 +218,13 @@ pub struct Figures {
     pub named: Share,
     /// The right effect first, by level.
     pub first_by_level: BTreeMap<Level, Share>,
-    /// Pairs of which both are named.
+    /// Pairs, each leaving 3× by itself, of which both are named.
     pub pairs: Share,
     /// Pairs of which both are named or in a declared class.
     pub pairs_in_class: Share,
     /// Members of triples that are named.
     pub triples: Share,
-    /// Outside the catalogue: said so.
+    /// Outside the catalogue, at 3× and 10×: said so.
     pub outside_said: Share,
     /// … given a wrong name.
     pub outside_wrong: Share,
@@ -266,10 +266,13 @@ pub fn figures(all: &[Judged]) -> Figures {
         Level::ALL.map(|l| (l, Share::of(group("single").filter(|j| level(j) == l), is))).into_iter().collect()
     };
     let kinds: BTreeSet<&String> = group("null").map(|j| &j.answer.kind).collect();
-    let pairs = || group("several").filter(|j| j.answer.accept.len() == 2);
-    let catalogue = || visible().chain(group("several"));
+    // of several, each must leave something by itself; of what is outside, the whole
+    let several = || group("several").filter(|j| j.answer.levels.values().all(|l| Level::of(*l) >= Level::Three));
+    let pairs = || several().filter(|j| j.answer.accept.len() == 2);
+    let outside = || group("outside").filter(|j| level(j) >= Level::Three);
+    let catalogue = || visible().chain(several());
     let held: Vec<f64> = catalogue().map(|j| j.said.held.unwrap_or(f64::INFINITY)).collect();
-    let triples: Vec<bool> = group("several")
+    let triples: Vec<bool> = several()
         .filter(|j| j.answer.accept.len() > 2)
         .flat_map(|j| j.answer.accept.iter().map(|truth| j.said.alarms() && j.names(truth)))
         .collect();
@@ -288,9 +291,9 @@ pub fn figures(all: &[Judged]) -> Figures {
         pairs: Share::of(pairs(), Judged::all_named),
         pairs_in_class: Share::of(pairs(), Judged::all_in_class),
         triples: Share::new(triples.iter().filter(|found| **found).count(), triples.len()),
-        outside_said: Share::of(group("outside"), |j| j.said.says_unknown()),
-        outside_wrong: Share::of(group("outside"), Judged::wrong_name),
-        outside_equation: Share::of(group("outside"), Judged::equation_right),
+        outside_said: Share::of(outside(), |j| j.said.says_unknown()),
+        outside_wrong: Share::of(outside(), Judged::wrong_name),
+        outside_equation: Share::of(outside(), Judged::equation_right),
         held_good: Share::new(held.iter().filter(|chi| **chi <= 1.15).count(), held.len()),
         held_median: median(held),
         sizes: sizes(catalogue()),
@@ -402,7 +405,7 @@ pub mod tests {
             sizes: accept.iter().map(|id| (id.to_string(), vec!["size".to_string()])).collect(),
             target: Some(level),
             level,
-            levels: BTreeMap::new(),
+            levels: accept.iter().map(|id| (id.to_string(), level)).collect(),
             left_out: BTreeMap::new(),
             noise: BTreeMap::new(),
             parameters: BTreeMap::from([("h".to_string(), 1.0)]),
@@ -494,6 +497,7 @@ pub mod tests {
             made_up("several", &pair, 5.0, names(&["thermal.draught"], &[])),
             made_up("several", &pair, 5.0, names(&["thermal.draught", "sensing.delay"], &["mechanical.friction"])),
             made_up("several", &["a.a", "b.b", "c.c"], 5.0, names(&["a.a", "c.c"], &[])),
+            made_up("several", &pair, 1.0, says("agrees")),
         ];
         let f = figures(&all);
         assert_eq!((f.pairs.count, f.pairs.of, f.pairs_in_class.count), (1, 3, 2));
@@ -509,6 +513,7 @@ pub mod tests {
             made_up("outside", &[], 10.0, names(&["thermal.draught"], &[])),
             made_up("outside", &[], 10.0, both),
             made_up("outside", &[], 10.0, says("parameters_off")),
+            made_up("outside", &[], 0.9, says("parameters_off")),
         ];
         let f = figures(&all);
         assert_eq!((f.outside_said.count, f.outside_wrong.count, f.outside_said.of), (2, 2, 4));
