@@ -62,6 +62,8 @@ pub struct Identified {
 
 /// chi on kept-back data under which nothing is left worth looking for.
 const NOTHING_LEFT: f64 = 1.05;
+/// chi up to which what is left may be taken for noise of the sensors that wanders.
+const LOUDEST_NOISE: f64 = 4.0;
 /// As given, the mean square may be this much larger than recalibrated and still agree.
 const AGREES: f64 = 1.02;
 /// Share of what is left that effects of the catalogue have to explain to be named where they leave more than noise.
@@ -443,7 +445,7 @@ fn beyond_catalogue(
     let structure = beyond::structure(data, &selection.fit, left, colours, settings.seed);
     let excess = |fit: &Fit| fit.score.kept - fit.score.kept_count;
     let explained = 1.0 - excess(&selection.fit) / excess(reference).max(1e-9);
-    if !structure.is_there() {
+    if !structure.is_there() && chi < LOUDEST_NOISE {
         return Beyond { unknown: None, structure, is_noise: true };
     }
     if !selection.fit.space.effects.is_empty() && explained >= NAMED_SHARE {

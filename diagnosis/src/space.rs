@@ -13,6 +13,8 @@ use crate::data::Data;
 const STEP: f64 = 0.02;
 /// How far a parameter with a prior may go, in σ.
 const FARTHEST_SIGMA: f64 = 8.0;
+/// An effect may be this many times as large as rigs show.
+const BEYOND_PLAUSIBLE: f64 = 4.0;
 /// Run-to-run scatter of a position's gain where its zero is arbitrary, 1 σ.
 const GAIN_SCATTER: f64 = 0.03;
 /// Run-to-run scatter of a position's zero where it is arbitrary, 1 σ, as a share of the wire's length.
@@ -155,7 +157,7 @@ impl Space {
         let model = &self.rig.channels[self.channel].model;
         for (parameter, (value, scale, pull, step)) in effect.parameters.iter().zip(&start.parameters) {
             let origin = parameter.null(model).unwrap_or(*value);
-            let (low, high) = start.bounds(parameter);
+            let (low, high) = start.bounds(parameter, model);
             let coordinate = Coordinate {
                 what: What::Effect(effect, parameter),
                 origin,
@@ -246,8 +248,16 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    fn bounds(&self, parameter: &EffectParameter) -> (f64, f64) {
-        if is_time(parameter) { self.times_s } else { (parameter.low, parameter.high) }
+    /// What the catalogue allows, and not much beyond what rigs show: a size that no rig has is no explanation.
+    fn bounds(&self, parameter: &EffectParameter, model: &WireModel) -> (f64, f64) {
+        if is_time(parameter) {
+            return self.times_s;
+        }
+        let (low, high) = parameter.plausible;
+        let null = parameter.null(model).unwrap_or(0.5 * (low + high));
+        let (low, high) = (low.min(null), high.max(null));
+        let beyond = |end: f64| null + BEYOND_PLAUSIBLE * (end - null);
+        (beyond(low).max(parameter.low), beyond(high).min(parameter.high))
     }
 }
 

@@ -9,6 +9,8 @@ use crate::signals::Inputs;
 
 /// Longest step taken in one piece, in s. Longer ones are divided evenly.
 const LONGEST_PIECE_S: f64 = 2.5e-3;
+/// The same where temperature and the wire's end are both given, in s: a furnace ramps by 0.02 K in that time.
+const LONGEST_FURNACE_PIECE_S: f64 = 0.1;
 /// An oscillating load gets shorter pieces: this much phase of its oscillation, in rad …
 const LONGEST_PIECE_RAD: f64 = 0.35;
 /// … but never shorter ones than this, in s: then its ringing is damped rather than followed.
@@ -800,7 +802,11 @@ pub(crate) struct Settling {
 impl Settling {
     pub(crate) fn of(model: &WireModel) -> Self {
         let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = model.load else {
-            return Settling { fastest_rate: 0.0, longest_piece: LONGEST_PIECE_S };
+            // in a furnace with its end held nothing has a time of its own: the phase is a closed form from reversal to
+            // reversal, and only effects that lag by a piece ask for short ones
+            let furnace = model.drive.kind == DriveKind::Temperature;
+            let longest_piece = if furnace { LONGEST_FURNACE_PIECE_S } else { LONGEST_PIECE_S };
+            return Settling { fastest_rate: 0.0, longest_piece };
         };
         let (m, g) = (&model.material, &model.geometry);
         let stiffest = m.austenite_modulus_pa.max(m.martensite_modulus_pa);
