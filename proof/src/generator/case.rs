@@ -16,7 +16,7 @@ use super::magnitudes::{CATALOGUE, Drawn, OUTSIDE};
 use super::plan::{Null, Spec, Trap, What};
 use super::programme::programme;
 use super::refit::Refit;
-use super::signals::{Errors, Table, record, total_noise};
+use super::signals::{Errors, Put, Table, record};
 use super::truth::{Effects, Truth};
 
 /// What is concealed.
@@ -262,9 +262,10 @@ fn size_for(refit: &Refit, bench: &Bench, base: &Truth, effect: &Drawn, target: 
 fn finish(spec: &Spec, mut draw: Draw) -> Case {
     let rng = &mut draw.rng;
     let (bench, truth) = (&draw.bench, &draw.truth);
-    let mut train = record(rng, bench, truth, &draw.train, draw.errors);
+    let mut put = Put::new();
+    let mut train = record(rng, bench, truth, &draw.train, draw.errors, &mut put);
     let other = programme(rng, &bench.believed, bench.rate_hz, bench.seconds);
-    let held = record(rng, bench, truth, &other, draw.errors);
+    let held = record(rng, bench, truth, &other, draw.errors, &mut put);
     let mut rig_toml = bench.rig_toml(&spec.name);
     if let What::Trap(trap) = spec.what {
         spoil(rng, trap, &mut train, &mut rig_toml);
@@ -286,10 +287,14 @@ fn finish(spec: &Spec, mut draw: Draw) -> Case {
         What::Outside(name) => ("outside", name.clone(), "unknown_physics"),
         What::Trap(trap) => ("trap", trap.words().to_string(), "none"),
     };
+    let quantised = matches!(draw.errors, Errors::Quantised(_));
     let noise = bench
         .sensors
         .iter()
-        .map(|(sensor, noise)| (sensor.column().to_string(), total_noise(*noise, draw.errors)))
+        .map(|(sensor, noise)| {
+            let put_on = put.get(sensor).map_or(*noise, |(squares, count)| (squares / count).sqrt());
+            (sensor.column().to_string(), if quantised { put_on } else { *noise })
+        })
         .collect();
     let parameters = super::bench::PRIORS.iter().map(|(key, _)| (key.to_string(), truth.get(key))).collect();
     let series = ["electrical.lead_resistance", "electrical.supply_sag"];

@@ -1,5 +1,7 @@
 //! What sensors make of what is there: noise, colour, steps of a converter, missing samples.
 
+use std::collections::BTreeMap;
+
 use rand::RngExt;
 use rand::rngs::SmallRng;
 use rand_distr::StandardNormal;
@@ -62,16 +64,12 @@ pub fn perfect(bench: &Bench, truth: &Truth, duty: &[f64], step_s: f64) -> Vec<V
     out
 }
 
-/// The noise that a sensor has in the end, RMS, steps of the converter included.
-pub fn total_noise(noise: f64, errors: Errors) -> f64 {
-    match errors {
-        Errors::Quantised(step) => noise * (1.0 + step * step / 12.0).sqrt(),
-        _ => noise,
-    }
-}
+/// Squares of what was put on each sensor, and of how many samples: with the steps of a converter larger than the noise,
+/// what that comes to depends on where the signal rests.
+pub type Put = BTreeMap<Sensor, (f64, f64)>;
 
 /// A recording of a wire under a programme.
-pub fn record(rng: &mut SmallRng, bench: &Bench, truth: &Truth, duty: &[f64], errors: Errors) -> Table {
+pub fn record(rng: &mut SmallRng, bench: &Bench, truth: &Truth, duty: &[f64], errors: Errors, put: &mut Put) -> Table {
     let clean = perfect(bench, truth, duty, STEP_S);
     let rows = duty.len();
     let time_s = (0..rows).map(|i| i as f64 / bench.rate_hz).collect();
@@ -83,7 +81,7 @@ pub fn record(rng: &mut SmallRng, bench: &Bench, truth: &Truth, duty: &[f64], er
     for ((sensor, noise), clean) in bench.sensors.iter().zip(clean) {
         let mut coloured: f64 = normal(rng);
         let mut values: Vec<f64> = clean
-            .into_iter()
+            .iter()
             .map(|clean| match errors {
                 Errors::White | Errors::Missing(_) => rounded(clean + noise * normal(rng), *noise),
                 Errors::Coloured(rho) => {
@@ -96,6 +94,9 @@ pub fn record(rng: &mut SmallRng, bench: &Bench, truth: &Truth, duty: &[f64], er
                 }
             })
             .collect();
+        let sum = put.entry(*sensor).or_default();
+        sum.0 += values.iter().zip(&clean).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        sum.1 += rows as f64;
         if let Errors::Missing(share) = errors {
             let burst = (rows as f64 * 0.5 * share) as usize;
             let from = rng.random_range(0..rows - burst);
