@@ -141,9 +141,18 @@ fn predicted_share(data: &Data, residuals: &Residuals, cells: &[Vec<usize>]) -> 
     if before > 0.0 { 1.0 - after / before } else { 0.0 }
 }
 
+/// A sparse closed form.
+pub(crate) struct ClosedForm {
+    /// The library its terms are from.
+    pub(crate) library: &'static Effect,
+    pub(crate) fit: Fit,
+    /// Σ r² on data kept back with its first term alone.
+    pub(crate) kept_by_one: f64,
+}
+
 /// The best sparse closed form beyond `base`: terms of one equation's library, added while each takes away enough on
 /// data kept back.
-pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Sync)) -> Option<(&'static Effect, Fit)> {
+pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Sync)) -> Option<ClosedForm> {
     let model = base.space.model(&base.z)?;
     let libraries: Vec<&'static Effect> = effects::catalogue()
         .filter(|e| e.nature == Nature::Empirical && e.applies_to(&model) && e.is_null(&model))
@@ -169,6 +178,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
     if base.score.kept - best.score.kept < MATTERS * base.score.kept {
         return None;
     }
+    let kept_by_one = best.score.kept;
     for term in 1..MOST_TERMS {
         progress(0.7 + 0.1 * term as f64);
         let Some(shared) = Shared::of(data, &best) else { break };
@@ -189,7 +199,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
         }
         best = further;
     }
-    Some((effect, polish(data, best)))
+    Some(ClosedForm { library: effect, fit: polish(data, best), kept_by_one })
 }
 
 /// One candidate per term of a library that is not in the fit yet.

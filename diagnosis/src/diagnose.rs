@@ -68,6 +68,11 @@ const LOUDEST_NOISE: f64 = 4.0;
 const AGREES: f64 = 1.02;
 /// Share of what is left that effects of the catalogue have to explain to be named where they leave more than noise.
 const NAMED_SHARE: f64 = 0.9;
+/// The same where no single free term does as much.
+const MOST_OF_IT: f64 = 0.5;
+/// A mechanism does as much as a free term if it leaves at most this many times its mean square: it has not the choice of
+/// fifty forms.
+const ALMOST: f64 = 1.25;
 /// Two explanations whose likelihoods differ less than this (2 Δ ln L per effective sample) cannot be told apart.
 const ALIKE: f64 = 12.0;
 
@@ -445,21 +450,32 @@ fn beyond_catalogue(
     let structure = beyond::structure(data, &selection.fit, left, colours, settings.seed);
     let excess = |fit: &Fit| fit.score.kept - fit.score.kept_count;
     let explained = 1.0 - excess(&selection.fit) / excess(reference).max(1e-9);
-    if !structure.is_there() && chi < LOUDEST_NOISE {
+    let told = structure.is_there() || (selection.steps.is_empty() && locate::is_physical(located));
+    if !told && chi < LOUDEST_NOISE {
         return Beyond { unknown: None, structure, is_noise: true };
     }
     if !selection.fit.space.effects.is_empty() && explained >= NAMED_SHARE {
         return Beyond { unknown: None, structure, is_noise: false };
     }
     let form = beyond::closed_form(data, reference, &|f| (settings.progress)("beyond the catalogue", f));
+    // a mechanism that does most of it, and as much as any single term that is free to be anything, keeps its name
+    let best_mechanism = selection.steps.first().and_then(|s| s.field.first()).map(|r| r.fit.score.kept);
+    let no_term_is_better = match (&form, best_mechanism) {
+        (Some(form), Some(kept)) => kept <= form.kept_by_one * ALMOST,
+        (None, Some(_)) => true,
+        (_, None) => false,
+    };
+    if explained >= MOST_OF_IT && no_term_is_better {
+        return Beyond { unknown: None, structure, is_noise: false };
+    }
     let equation = form
         .as_ref()
-        .map(|(library, _)| library.equation)
+        .map(|form| form.library.equation)
         .or_else(|| located.first().map(|l| l.equation))
         .unwrap_or(Equation::Mechanical);
     let unknown = match form {
-        Some((library, fit)) if fit.score.kept <= selection.fit.score.kept => {
-            Outside { equation, library: Some(library), fit }
+        Some(form) if form.fit.score.kept <= selection.fit.score.kept => {
+            Outside { equation, library: Some(form.library), fit: form.fit }
         }
         // no closed form is better than what the catalogue came to: nothing is put into the model for it
         _ => Outside { equation, library: None, fit: reference.clone() },

@@ -20,6 +20,9 @@ const FORGOTTEN: f64 = 0.02;
 /// Sizes of the unknown input that are tried, in units of its natural size.
 const SIZES: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 
+/// Difference of log evidence that is clear.
+const CLEARLY: f64 = 10.0;
+
 /// One kind of unknown input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Kind {
@@ -95,6 +98,19 @@ pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) ->
         .collect();
     located.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     located
+}
+
+/// Whether an unknown input to the wire makes the recording more probable than an error of any one sensor does: noise of
+/// sensors, whatever its colour, comes in each of them by itself.
+pub(crate) fn is_physical(located: &[Located]) -> bool {
+    let best = |of_sensor: bool| {
+        located
+            .iter()
+            .filter(|l| matches!(l.kind, Kind::Sensor(_)) == of_sensor)
+            .map(|l| l.evidence)
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    best(false) > best(true) + CLEARLY
 }
 
 /// The kinds that make sense here.
