@@ -136,19 +136,16 @@ pub(crate) fn conditions(data: &Data, fit: &Fit, residuals: &Residuals) -> Vec<C
             found.push((telling, Condition { when, share: share.min(1.0), of_time }));
         }
     };
-    for a in 0..divisions.len() {
-        for ca in 0..divisions[a].cells.len() {
-            cell(&[(a, ca)]);
-            for b in a + 1..divisions.len() {
-                for cb in 0..divisions[b].cells.len() {
-                    cell(&[(a, ca), (b, cb)]);
-                    if a == 0 {
-                        for c in b + 1..divisions.len() {
-                            for cc in 0..divisions[c].cells.len() {
-                                cell(&[(a, ca), (b, cb), (c, cc)]);
-                            }
-                        }
-                    }
+    // every cell, every two of different divisions, and every three of which the first is heating or cooling
+    let cells: Vec<(usize, usize)> =
+        divisions.iter().enumerate().flat_map(|(d, division)| (0..division.cells.len()).map(move |c| (d, c))).collect();
+    for (i, first) in cells.iter().enumerate() {
+        cell(&[*first]);
+        for (j, second) in cells.iter().enumerate().skip(i + 1).filter(|(_, second)| second.0 > first.0) {
+            cell(&[*first, *second]);
+            if first.0 == 0 {
+                for third in cells[j + 1..].iter().filter(|third| third.0 > second.0) {
+                    cell(&[*first, *second, *third]);
                 }
             }
         }
