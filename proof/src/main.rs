@@ -45,9 +45,9 @@ struct Which {
     /// The first so many cases of the plan
     #[arg(long, global = true)]
     cases: Option<usize>,
-    /// Which seeds: nothing is ever tuned on those for scoring
-    #[arg(long, global = true, value_enum, default_value = "score")]
-    seeds: Seeds,
+    /// Which seeds; by default those for scoring where all of the plan runs, those for development otherwise
+    #[arg(long, global = true, value_enum)]
+    seeds: Option<Seeds>,
     /// About thirty cases that have some of everything
     #[arg(long, global = true)]
     quick: bool,
@@ -84,8 +84,14 @@ impl Which {
         self.cases.is_none() && self.only.is_none() && !self.quick
     }
 
+    /// What one looks at while building must not be what is scored.
+    fn seeds(&self) -> Seeds {
+        self.seeds.unwrap_or(if self.is_full() { Seeds::Score } else { Seeds::Dev })
+    }
+
     fn specs(&self) -> Vec<Spec> {
-        let mut specs = if self.quick { plan::quick(self.seeds) } else { plan::plan(self.seeds, self.cases) };
+        let seeds = self.seeds();
+        let mut specs = if self.quick { plan::quick(seeds) } else { plan::plan(seeds, self.cases) };
         if let Some(only) = &self.only {
             specs.retain(|s| s.name.contains(only) || format!("{:?}", s.what).contains(only));
         }
@@ -142,10 +148,10 @@ fn proof(arguments: &Arguments) -> Result<(), Failure> {
         "cases": judged.iter().map(|j| serde_json::json!({ "answer": j.answer, "said": j.said })).collect::<Vec<_>>(),
     });
     fs::write(out.join("score.json"), serde_json::to_string_pretty(&figures)? + "\n")?;
-    let full = which.is_full() && which.seeds == Seeds::Score;
+    let full = which.is_full() && which.seeds() == Seeds::Score;
     let docs = arguments.docs.clone().or_else(|| full.then(|| PathBuf::from("docs/proof.md")));
     let before = docs.as_ref().and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default();
-    let page = document::page(&judged, which.seeds, &before);
+    let page = document::page(&judged, which.seeds(), &before);
     match docs {
         Some(path) => fs::write(path, page)?,
         None => print!("{page}"),
