@@ -1,0 +1,142 @@
+//! Whole diagnoses of short recordings whose truth is known: nothing missing, an effect, two threads or one. The
+//! recordings are made with the project's own physics; cases made by another simulator are the business of `proof/`.
+
+use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
+use rand_distr::StandardNormal;
+use sinew_diagnosis::{Outcome, Settings, Verdict, diagnose, identify};
+use sinew_physics::{Inputs, Wire};
+use sinew_recording::{Column, Recording};
+use sinew_rig::Rig;
+
+const RIG: &str = r#"
+[rig]
+name = "bench"
+rate_hz = 50.0
+ambient_c = 25.0
+[[channel]]
+name = "wire"
+[channel.wire]
+diameter_mm = 0.125
+length_mm = 160.0
+[channel.drive]
+supply_v = 6.0
+shunt_ohm = 0.1
+[channel.load]
+mass_kg = 0.13
+damping_n_s_per_m = 30.0
+spring_n_per_m = 150.0
+preload_n = 2.6
+"#;
+
+/// Measured columns and their noise, RMS.
+const SENSORS: [(Column, f64); 4] =
+    [(Column::CurrentA, 4e-4), (Column::V3V, 1.5e-3), (Column::ForceN, 3e-3), (Column::PositionM, 1.5e-5)];
+
+/// 40 s of stairs and ramps at 50 Hz.
+fn duty(t: f64) -> f64 {
+    if t < 20.0 {
+        [0.02, 0.25, 0.12, 0.3, 0.05, 0.2, 0.02, 0.28][(t / 2.5) as usize % 8]
+    } else {
+        let phase = ((t - 20.0) / 8.0).fract();
+        0.02 + 0.28 * (1.0 - (2.0 * phase - 1.0).abs())
+    }
+}
+
+/// A recording of the wire as `truth` has it.
+fn record(truth: &Rig, seed: u64) -> Recording {
+    let model = &truth.channels[0].model;
+    let mut wire = Wire::new(model).unwrap();
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let rows = 2000;
+    let time: Vec<f64> = (0..rows).map(|i| f64::from(i) * 0.02).collect();
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); SENSORS.len()];
+    for t in &time {
+        wire.step(&Inputs { drive: duty(*t), ..model.rest_inputs() }, 0.02);
+        let seen = wire.outputs();
+        for ((column, noise), values) in SENSORS.iter().zip(&mut columns) {
+            let e: f64 = rng.sample(StandardNormal);
+            values.push(column.of_outputs(&seen).unwrap() + noise * e);
+        }
+    }
+    let mut recording = Recording::new("bench", time.clone()).unwrap();
+    recording.set(Column::Duty, time.iter().map(|t| duty(*t)).collect()).unwrap();
+    for ((column, _), values) in SENSORS.iter().zip(columns) {
+        recording.set(*column, values).unwrap();
+    }
+    recording
+}
+
+fn believed() -> Rig {
+    Rig::parse(RIG, "bench.toml").unwrap()
+}
+
+/// The wire as it is: other parameters than believed, within their priors.
+fn real() -> Rig {
+    let mut rig = believed();
+    for (key, factor) in [
+        ("convection_w_per_m2_k", 1.15),
+        ("austenite_resistivity_uohm_cm", 0.95),
+        ("transformation_strain", 1.08),
+        ("martensite_modulus_gpa", 0.92),
+        ("latent_heat_j_per_kg", 0.85),
+    ] {
+        let value = rig.parameter(0, key).unwrap();
+        rig.set_parameter(0, key, value * factor).unwrap();
+    }
+    rig
+}
+
+fn settings(jobs: usize) -> Settings<'static> {
+    Settings { seed: 7, jobs, progress: &|_, _| () }
+}
+
+fn answer(recording: &Recording, jobs: usize) -> Outcome {
+    diagnose(&believed(), 0, std::slice::from_ref(recording), &[], &settings(jobs)).unwrap()
+}
+
+#[test]
+fn a_rig_file_that_is_right_agrees() {
+    let outcome = answer(&record(&believed(), 1), 0);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Agrees, "{}", outcome.diagnosis.summary);
+    assert_eq!(outcome.improved, believed());
+}
+
+#[test]
+fn parameters_that_are_off_are_no_missing_physics_and_are_found() {
+    let recording = record(&real(), 2);
+    let outcome = answer(&recording, 0);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::ParametersOff, "{}", outcome.diagnosis.summary);
+    assert!(outcome.diagnosis.effects.is_empty());
+    assert!(outcome.diagnosis.left.chi < 1.05, "{}", outcome.diagnosis.left.chi);
+    let identified = identify(&believed(), 0, &[recording], &settings(0)).unwrap();
+    let mut outside = 0;
+    for (key, fitted) in &identified.parameters {
+        let truth = real().parameter(0, key).unwrap();
+        outside += usize::from(truth < fitted.low || truth > fitted.high);
+        let far = (fitted.value - truth).abs() / fitted.prior_sigma;
+        assert!(far < 1.0, "{key}: {} instead of {truth}", fitted.value);
+    }
+    // 90 % intervals of 17 parameters
+    assert!(outside <= 5, "{outside} of {}", identified.parameters.len());
+}
+
+#[test]
+fn friction_is_named_and_sized_whatever_the_number_of_threads() {
+    let mut truth = real();
+    truth.set_effect(0, "mechanical.friction", "coulomb_n", 0.1).unwrap();
+    let recording = record(&truth, 3);
+    let outcome = answer(&recording, 2);
+    let diagnosis = &outcome.diagnosis;
+    assert_eq!(diagnosis.verdict, Verdict::PhysicsMissing, "{}", diagnosis.summary);
+    assert_eq!(diagnosis.effects[0].id, "mechanical.friction");
+    assert_eq!(diagnosis.location.equation.as_deref(), Some("mechanical"));
+    let size = &diagnosis.effects[0].parameters["coulomb_n"];
+    assert!((size.value - 0.1).abs() < 0.005 && size.low < size.value && size.value < size.high, "{size:?}");
+    assert!(diagnosis.left.chi > 2.0 && diagnosis.left.chi_improved < 1.1, "{:?}", diagnosis.left);
+    assert!(diagnosis.effects[0].evidence.p_value <= 0.01);
+    let coulomb = outcome.improved.channels[0].model.effects.mechanical.friction.coulomb_n;
+    assert!((coulomb - 0.1).abs() < 0.005);
+    let again = answer(&recording, 1);
+    assert_eq!(diagnosis, &again.diagnosis);
+    assert_eq!(outcome.improved, again.improved);
+}
