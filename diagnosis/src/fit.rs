@@ -54,8 +54,8 @@ pub(crate) struct Effort {
     pub(crate) soften: f64,
     /// A step that promises less than this share of what the objective has above pure noise ends the fit …
     pub(crate) relative: f64,
-    /// Lengths of derivative steps that are tried before a fit is taken to be stuck, in units of each coordinate's own.
-    pub(crate) lengths: &'static [f64],
+    /// Derivatives that are tried, one after the other, before a fit is taken to be stuck.
+    pub(crate) steps: &'static [Steps],
 }
 
 /// … or less than this: a tenth of what a parameter one standard deviation off costs.
@@ -64,9 +64,10 @@ const NEGLIGIBLE: f64 = 0.1;
 impl Effort {
     /// To the end: where intervals and likelihoods are taken from.
     pub(crate) const POLISH: Effort =
-        Effort { iterations: 25, soften: 1.0, relative: 1e-4, lengths: &[1.0, -1.0, 0.25] };
+        Effort { iterations: 25, soften: 1.0, relative: 1e-4, steps: &[Steps::CENTRAL, Steps::LONG_CENTRAL] };
     /// Far enough to see how good a model is.
-    pub(crate) const SEARCH: Effort = Effort { iterations: 10, soften: 1.0, relative: 5e-3, lengths: &[1.0] };
+    pub(crate) const SEARCH: Effort =
+        Effort { iterations: 10, soften: 1.0, relative: 5e-3, steps: &[Steps::ONE_SIDED] };
 
     pub(crate) fn iterations(iterations: usize) -> Effort {
         Effort { iterations, ..Effort::SEARCH }
@@ -151,35 +152,54 @@ pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
 
 /// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.
 pub(crate) fn derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
-    derivatives_by(data, space, z, at, 1.0)
+    derivatives_by(data, space, z, at, Steps::ONE_SIDED)
 }
 
-/// As [`derivatives`], by steps `length` times each coordinate's own.
-fn derivatives_by(data: &Data, space: &Space, z: &[f64], at: &Residuals, length: f64) -> Option<Vec<Residuals>> {
+/// As [`derivatives`], from both sides. Along directions that the data hardly tell apart the errors of one-sided
+/// derivatives look like knowledge: fits stop short there, and intervals come out far too narrow.
+pub(crate) fn central_derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
+    derivatives_by(data, space, z, at, Steps::CENTRAL)
+}
+
+/// How derivatives step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Steps {
+    /// In units of each coordinate's own step.
+    length: f64,
+    both_sides: bool,
+}
+
+impl Steps {
+    const ONE_SIDED: Steps = Steps { length: 1.0, both_sides: false };
+    const CENTRAL: Steps = Steps { length: 0.5, both_sides: true };
+    const LONG_CENTRAL: Steps = Steps { length: 1.5, both_sides: true };
+}
+
+fn derivatives_by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: Steps) -> Option<Vec<Residuals>> {
     (0..space.len())
         .into_par_iter()
         .map(|i| {
             let coordinate = &space.coordinates[i];
-            let mut moved = z.to_vec();
-            // towards the side with room
-            let asked = length * coordinate.step;
-            let room = (coordinate.low..=coordinate.high).contains(&(z[i] + asked));
-            let step = if room { asked } else { -asked };
-            moved[i] += step;
             if let What::Zero(run) = coordinate.what {
                 return Some(zero_derivative(data, coordinate.scale, run, at));
             }
-            let mut step = step;
-            let there = match residuals(data, space, &moved) {
-                Some(there) => there,
-                None => {
-                    step = -step;
-                    moved[i] = z[i] + step;
-                    residuals(data, space, &moved)?
+            let step = steps.length * coordinate.step;
+            let go = |step: f64| {
+                if !(coordinate.low..=coordinate.high).contains(&(z[i] + step)) {
+                    return None;
                 }
+                let mut moved = z.to_vec();
+                moved[i] += step;
+                residuals(data, space, &moved)
             };
-            let per_step = (1.0 / step) as f32;
-            Some(zip(&there, at, |there, here| (there - here) * per_step))
+            let above = go(step);
+            let below = if steps.both_sides || above.is_none() { go(-step) } else { None };
+            match (above, below) {
+                (Some(above), Some(below)) => Some(zip(&above, &below, |a, b| (a - b) * (0.5 / step) as f32)),
+                (Some(above), None) => Some(zip(&above, at, |a, here| (a - here) * (1.0 / step) as f32)),
+                (None, Some(below)) => Some(zip(&below, at, |b, here| (here - b) * (1.0 / step) as f32)),
+                (None, None) => None,
+            }
         })
         .collect()
 }
@@ -292,12 +312,12 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
     let mut damping = 1e-3;
     let mut information = DMatrix::identity(n, n);
     let mut converged = n == 0;
-    let mut length = 0;
+    let mut tried = 0;
     for _ in 0..effort.iterations {
         if converged {
             break;
         }
-        let columns = derivatives_by(data, space, &z, &here, effort.lengths[length])?;
+        let columns = derivatives_by(data, space, &z, &here, effort.steps[tried])?;
         // the residuals are the last column: their products with the others are the gradient
         let all: Vec<&Residuals> = columns.iter().chain([&here]).collect();
         let products = square(&matrix(data, Part::Fitted, &all)) * weight;
@@ -336,8 +356,8 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             damping = (damping * 10.0).max(1e-6);
         }
         // a hysteretic simulator is rough: derivatives by other steps may see a way on
-        let stuck = !improved && !arrived && length + 1 < effort.lengths.len();
-        length = if stuck { length + 1 } else { 0 };
+        let stuck = !improved && !arrived && tried + 1 < effort.steps.len();
+        tried = if stuck { tried + 1 } else { 0 };
         converged = !improved && !stuck;
     }
     Some(Fit { space: space.clone(), z, score: at, objective, information, converged })

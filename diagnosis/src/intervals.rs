@@ -8,6 +8,9 @@ use crate::data::{Data, Part};
 use crate::fit::{self, Effort, Fit};
 use crate::space::What;
 
+/// How far a simulation is to be trusted, as a share of a sensor's range: two simulators of the same equations agree to
+/// this (see the physics' reference trajectories). With thousands of samples it is more than what noise leaves open.
+const SIMULATION_ERROR: f64 = 2e-4;
 /// Half-width of a 90 % interval, in standard deviations, and the fall of the profile there.
 const Z90: f64 = 1.6449;
 const FALL90: f64 = Z90 * Z90;
@@ -64,12 +67,21 @@ fn profile(data: &Data, fit: &Fit, i: usize, guess: f64, inflation: f64) -> Opti
     Some(guess.abs() * (target / fall).sqrt().clamp(0.4, 2.5))
 }
 
+/// From the least to the largest of what was measured.
+fn range(values: &[f64]) -> f64 {
+    let (least, most) = values
+        .iter()
+        .filter(|v| !v.is_nan())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(*v), most.max(*v)));
+    (most - least).max(0.0)
+}
+
 /// Standard deviations of the coordinates in their scales, and by how much correlation widened each (as a variance).
 /// Gradients summed over blocks show how far the samples of a block pull together.
 pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)> {
     let n = fit.space.len();
     let here = fit::residuals(data, &fit.space, &fit.z)?;
-    let columns = fit::derivatives(data, &fit.space, &fit.z, &here)?;
+    let columns = fit::central_derivatives(data, &fit.space, &fit.z, &here)?;
     let mut information = fit::gram(data, Part::Fitted, &columns);
     for (i, c) in fit.space.coordinates.iter().enumerate() {
         information[(i, i)] += c.pull + 1e-12;
@@ -85,6 +97,19 @@ pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)>
                     let product = d * residual;
                     if run.part[row] == Part::Fitted && !product.is_nan() {
                         sums[run.block[row]][i] += f64::from(product);
+                    }
+                }
+            }
+            for sum in sums {
+                middle += &sum * sum.transpose();
+            }
+            // what the simulation itself may be wrong by, the same way throughout a block
+            let wrong = SIMULATION_ERROR * range(&run.measured[s]) / data.sensors[s].noise;
+            let mut sums = vec![DVector::<f64>::zeros(n); blocks];
+            for (i, column) in columns.iter().enumerate() {
+                for (row, d) in column[r][s].iter().enumerate() {
+                    if run.part[row] == Part::Fitted && !d.is_nan() {
+                        sums[run.block[row]][i] += wrong * f64::from(*d);
                     }
                 }
             }
