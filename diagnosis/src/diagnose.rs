@@ -444,7 +444,9 @@ fn beyond_catalogue(
 ) -> Beyond {
     let chi = selection.fit.score.chi_kept();
     let nothing = beyond::Structure { p_value: 1.0 };
-    if chi <= NOTHING_LEFT {
+    // with few samples noise alone goes further than that
+    let by_chance = 1.0 + 3.0 * (2.0 * inflation(colours) / selection.fit.score.kept_count.max(1.0)).sqrt();
+    if chi <= NOTHING_LEFT || chi * chi <= by_chance {
         return Beyond { unknown: None, structure: nothing, is_noise: false };
     }
     let structure = beyond::structure(data, &selection.fit, left, colours, settings.seed);

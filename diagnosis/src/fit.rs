@@ -61,6 +61,9 @@ pub(crate) struct Effort {
 /// … or less than this: a tenth of what a parameter one standard deviation off costs.
 const NEGLIGIBLE: f64 = 0.1;
 
+/// Damping that is as good as none, relative to the curvature along each coordinate.
+const LEAST_DAMPING: f64 = 1e-9;
+
 impl Effort {
     /// To the end: where intervals and likelihoods are taken from.
     pub(crate) const POLISH: Effort =
@@ -332,7 +335,12 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             let (step, promised) = bounded_step(space, &z, &information, &gradient, damping);
             let above_noise = (objective - weight * at.fitted_count).max(0.0);
             if promised < NEGLIGIBLE + effort.relative * above_noise {
-                arrived = attempt == 0;
+                // damping hides the way along a valley that the data hardly slope: look without before calling it the end
+                if damping > LEAST_DAMPING && attempt == 0 {
+                    damping = LEAST_DAMPING;
+                    continue;
+                }
+                arrived = attempt <= 1;
                 break;
             }
             let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
@@ -342,7 +350,7 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
                 if value < objective {
                     let ratio = (objective - value) / promised;
                     damping = if ratio > 0.75 {
-                        (damping * 0.1).max(1e-9)
+                        (damping * 0.1).max(LEAST_DAMPING)
                     } else if ratio < 0.25 {
                         damping * 4.0
                     } else {

@@ -101,7 +101,7 @@ pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) ->
 }
 
 /// Whether an unknown input to the wire makes the recording more probable than an error of any one sensor does: noise of
-/// sensors, whatever its colour, comes in each of them by itself.
+/// sensors, whatever its colour, comes in each of them by itself. One sensor alone cannot say.
 pub(crate) fn is_physical(located: &[Located]) -> bool {
     let best = |of_sensor: bool| {
         located
@@ -110,7 +110,7 @@ pub(crate) fn is_physical(located: &[Located]) -> bool {
             .map(|l| l.evidence)
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    best(false) > best(true) + CLEARLY
+    best(true).is_finite() && best(false) > best(true) + CLEARLY
 }
 
 /// The kinds that make sense here.
