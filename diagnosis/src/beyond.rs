@@ -9,10 +9,11 @@ use sinew_physics::effects::{self, Effect, Nature};
 use crate::data::{Data, Part};
 use crate::fit::{self, Effort, Fit, Residuals};
 use crate::forward::{MATTERS, SIGNIFICANT};
+use crate::progress::each;
 use crate::search::{Shared, polish};
 use crate::significance::{Colour, draw_noise};
 use crate::simulate::{self, State};
-use crate::space::{EFFECT_STEP, Start};
+use crate::space::{EFFECT_STEP, Start, What};
 use crate::starts::Candidate;
 
 /// Draws of noise for the test of structure.
@@ -95,12 +96,7 @@ fn cells(data: &Data, states: &[Vec<State>]) -> Vec<Vec<Vec<usize>>> {
             .iter()
             .zip(&data.runs)
             .map(|(states, run)| {
-                let middle = 0.5
-                    * run
-                        .inputs
-                        .iter()
-                        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (i, _)| (a.min(i.drive), b.max(i.drive)))
-                        .1;
+                let middle = 0.5 * run.inputs.iter().fold(f64::NEG_INFINITY, |most, (i, _)| most.max(i.drive));
                 states
                     .iter()
                     .zip(&run.inputs)
@@ -159,16 +155,10 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
         .collect();
     let first: Vec<Candidate> = libraries.iter().flat_map(|e| terms(e, base)).collect();
     let shared = Shared::of(data, base)?;
-    let total = first.len();
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let mut tried: Vec<(&'static Effect, Fit)> = first
-        .into_par_iter()
-        .filter_map(|candidate| {
-            let fit = shared.sketch(data, base, &candidate);
-            progress(0.7 * done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) as f64 / total as f64);
-            Some((candidate.effect, fit?))
-        })
-        .collect();
+    let mut tried: Vec<(&'static Effect, Fit)> = each(first, 0.7, progress, |candidate| {
+        let fit = shared.sketch(data, base, &candidate)?;
+        Some((candidate.effect, fit))
+    });
     tried.sort_by(|a, b| a.1.objective.total_cmp(&b.1.objective));
     tried.truncate(4);
     let (effect, mut best) = tried
@@ -205,10 +195,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
 /// One candidate per term of a library that is not in the fit yet.
 fn terms(effect: &'static Effect, fit: &Fit) -> Vec<Candidate> {
     let there = |key: &str| {
-        fit.space
-            .coordinates
-            .iter()
-            .any(|c| c.is_of(effect) && matches!(c.what, crate::space::What::Effect(_, p) if p.key == key))
+        fit.space.coordinates.iter().any(|c| c.is_of(effect) && matches!(c.what, What::Effect(_, p) if p.key == key))
     };
     effect
         .parameters

@@ -321,10 +321,9 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
         data = data.with_noise(&noise);
     }
     // in the final noise
-    let rescored = |fit: &Fit| -> Result<Residuals, Error> { residuals_of(&data, fit) };
     let given = if beyond.is_noise { as_given(&data, &space).ok_or(Error::NoFit)? } else { given };
-    let before = rescored(&reference)?;
-    let after = rescored(chosen)?;
+    let before = residuals_of(&data, &reference)?;
+    let after = residuals_of(&data, chosen)?;
     let (score_given, score_before, score_after) =
         (fit::score(&data, &given), fit::score(&data, &before), fit::score(&data, &after));
 

@@ -2,12 +2,13 @@
 //! what chance gives to the best of all candidates; what is no longer needed is taken out again.
 
 use rayon::prelude::*;
-use sinew_physics::effects::{Effect, Role};
+use sinew_physics::effects::Effect;
 
 use crate::data::Data;
 use crate::fit::{self, Effort, Fit, Residuals};
 use crate::search::{self, Racer};
 use crate::significance::{Chance, Colour};
+use crate::space::What;
 use crate::starts::{self, Candidate};
 
 /// An improvement that chance gives more often than this is none.
@@ -104,7 +105,7 @@ pub(crate) fn select(
             }
             selection.fit = without;
         }
-        let gain = selection.fit.score.kept - best.fit.score.kept;
+        let gain = kept_gain(&selection.fit, &best.fit);
         let matters = gain > MATTERS * selection.fit.score.kept;
         let chance = if gain > 0.0 { chance(data, &selection.fit, &best.fit, windows, seed) } else { None };
         let (p_value, draws) = chance.map_or((1.0, 0), |c| (c.p_value(gain), c.draws()));
@@ -214,7 +215,7 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
             let (space, z) = base.space.with(c.effect, &c.start, &base.z);
             let own: Vec<usize> = (base.space.len()..space.len())
                 .filter(|i| match &space.coordinates[*i].what {
-                    crate::space::What::Effect(_, p) => matches!(p.role, Role::Switch { .. }),
+                    What::Effect(_, p) => p.is_switch(),
                     _ => false,
                 })
                 .collect();

@@ -91,30 +91,20 @@ pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)>
     for (r, run) in data.runs.iter().enumerate() {
         let blocks = run.block.last().map_or(0, |b| b + 1);
         for s in 0..data.sensors.len() {
-            let mut sums = vec![DVector::<f64>::zeros(n); blocks];
-            for (i, column) in columns.iter().enumerate() {
-                for (row, (d, residual)) in column[r][s].iter().zip(&here[r][s]).enumerate() {
-                    let product = d * residual;
-                    if run.part[row] == Part::Fitted && !product.is_nan() {
-                        sums[run.block[row]][i] += f64::from(product);
-                    }
-                }
-            }
-            for sum in sums {
-                middle += &sum * sum.transpose();
-            }
             // what the simulation itself may be wrong by, the same way throughout a block
             let wrong = SIMULATION_ERROR * range(&run.measured[s]) / data.sensors[s].noise;
-            let mut sums = vec![DVector::<f64>::zeros(n); blocks];
+            let mut pulls = vec![DVector::<f64>::zeros(n); blocks];
+            let mut errors = pulls.clone();
             for (i, column) in columns.iter().enumerate() {
-                for (row, d) in column[r][s].iter().enumerate() {
-                    if run.part[row] == Part::Fitted && !d.is_nan() {
-                        sums[run.block[row]][i] += wrong * f64::from(*d);
+                for (row, (d, residual)) in column[r][s].iter().zip(&here[r][s]).enumerate() {
+                    if run.part[row] == Part::Fitted && !d.is_nan() && !residual.is_nan() {
+                        pulls[run.block[row]][i] += f64::from(d * residual);
+                        errors[run.block[row]][i] += wrong * f64::from(*d);
                     }
                 }
             }
-            for sum in sums {
-                middle += &sum * sum.transpose();
+            for sum in pulls.iter().chain(&errors) {
+                middle += sum * sum.transpose();
             }
         }
     }

@@ -11,6 +11,7 @@ use sinew_recording::Column;
 
 use crate::data::{Data, Part, Run};
 use crate::fit::{self, Fit, Residuals};
+use crate::progress::each;
 
 /// Most hats over all recordings, and their least distance, s.
 const MOST_HATS: f64 = 150.0;
@@ -80,22 +81,16 @@ pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) ->
     let spacing = (total_s / MOST_HATS).max(least);
     let bases: Vec<Baseline> = fitted.iter().filter_map(|r| Baseline::new(data, &model, *r, spacing)).collect();
     let kinds = kinds(data, &model);
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let mut located: Vec<Located> = kinds
-        .par_iter()
-        .filter_map(|kind| {
-            let hats: Vec<Hat> = bases
-                .par_iter()
-                .flat_map(|base| {
-                    let model = &model;
-                    (0..base.knots.len()).into_par_iter().map(move |k| base.hat(data, model, *kind, k))
-                })
-                .collect();
-            let before = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            progress(before as f64 / kinds.len() as f64);
-            explain(data, fit, *kind, &model, &bases, &hats, &here, &nuisances, &own, &along, score.fitted)
-        })
-        .collect();
+    let mut located: Vec<Located> = each(kinds, 1.0, progress, |kind| {
+        let hats: Vec<Hat> = bases
+            .par_iter()
+            .flat_map(|base| {
+                let model = &model;
+                (0..base.knots.len()).into_par_iter().map(move |k| base.hat(data, model, kind, k))
+            })
+            .collect();
+        explain(data, fit, kind, &model, &bases, &hats, &here, &nuisances, &own, &along, score.fitted)
+    });
     located.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     located
 }

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use crate::data::{Data, Part};
 use crate::fit::{self, Effort, Fit};
-use crate::space::Space;
+use crate::progress::each;
+use crate::space::{Coordinate, Space};
 use crate::starts::Candidate;
 
 /// Starts of the reference model drawn from the priors, besides the rig file's values themselves.
@@ -44,25 +45,18 @@ pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, 
     }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5ee_d0f5);
     let normal = Normal::new(0.0, START_SPREAD).ok()?;
-    let mut starts: Vec<Vec<f64>> = Vec::new();
-    for _ in 0..RANDOM_STARTS {
-        starts.push(
-            space
-                .coordinates
-                .iter()
-                .map(|c| if c.pull > 0.0 { normal.sample(&mut rng).clamp(c.low, c.high) } else { 0.0 })
-                .collect(),
-        );
-    }
-    let mut tried: Vec<Fit> = starts
+    let starts: Vec<Vec<f64>> = (0..RANDOM_STARTS)
+        .map(|_| {
+            let draw = |c: &Coordinate| if c.pull > 0.0 { normal.sample(&mut rng).clamp(c.low, c.high) } else { 0.0 };
+            space.coordinates.iter().map(draw).collect()
+        })
+        .collect();
+    let drawn = starts
         .par_iter()
         .filter_map(|start| anneal(data, space, start, Effort::iterations(TRIAL_ITERATIONS)))
-        .collect();
-    tried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-    tried.truncate(1);
-    let mut carried: Vec<Fit> =
-        tried.par_iter().map(|t| if t.converged { t.clone() } else { polish(data, t.clone()) }).collect();
-    carried.push(believed);
+        .min_by(|a, b| a.objective.total_cmp(&b.objective));
+    let drawn = drawn.map(|fit| if fit.converged { fit } else { polish(data, fit) });
+    let mut carried: Vec<Fit> = drawn.into_iter().chain([believed]).collect();
     carried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
     let best = carried.first()?.clone();
     let good = carried.iter().filter(|f| f.objective <= best.objective * 1.01 + 10.0).count();
@@ -132,17 +126,10 @@ pub(crate) fn race(
     progress: &(dyn Fn(f64) + Sync),
 ) -> (Vec<Racer>, usize) {
     let Some(shared) = Shared::of(data, base) else { return (Vec::new(), 0) };
-    let total = candidates.len();
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let mut field: Vec<Racer> = candidates
-        .into_par_iter()
-        .filter_map(|candidate| {
-            let fit = shared.sketch(data, base, &candidate);
-            let before = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            progress(0.3 * before as f64 / total as f64);
-            Some(Racer { candidate, fit: fit? })
-        })
-        .collect();
+    let mut field: Vec<Racer> = each(candidates, 0.3, progress, |candidate| {
+        let fit = shared.sketch(data, base, &candidate)?;
+        Some(Racer { candidate, fit })
+    });
     drop(shared);
     sort(&mut field);
     let tried = ((field.len() as f64 * TRIED_SHARE) as usize).max(TRIED_LEAST * finalists).min(field.len());
@@ -152,7 +139,7 @@ pub(crate) fn race(
     one_each(&mut field);
     let full = finalists.min(field.len());
     field[..full].par_iter_mut().for_each(|racer| go_on(data, racer, Effort::SEARCH.iterations));
-    field[..full].sort_by(|a, b| a.fit.objective.total_cmp(&b.fit.objective));
+    sort(&mut field[..full]);
     progress(1.0);
     (field, full)
 }

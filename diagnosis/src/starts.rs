@@ -28,37 +28,31 @@ pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
 pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
     let times_s = (-1.0, end_s + 1.0);
     let event = effect.parameters.iter().any(is_time);
-    let several = effect.parameters.iter().any(is_free_shape) && !event || is_crooked(effect);
+    let several = effect.parameters.iter().any(|p| !p.is_switch()) && !event || is_crooked(effect);
     let shapes = if several { vec![0.1, 0.75] } else { vec![0.5] };
-    let switches = effect.parameters.iter().filter(|p| is_switch(p)).count();
-    let signs = match effect.parameters.iter().find(|p| is_switch(p)) {
-        // several switches find their own signs from the null
-        _ if switches > 1 => vec![0.0],
-        Some(p) => {
+    let switches = effect.parameters.iter().filter(|p| p.is_switch()).count();
+    let sign = match effect.parameters.iter().find(|p| p.is_switch()) {
+        Some(p) if switches == 1 => {
             let null = p.null(model).unwrap_or(0.0);
             let (low, high) = p.plausible;
             // from near the null a fit finds the sign itself
             if high > null {
-                vec![1.0]
+                1.0
             } else if low < null {
-                vec![-1.0]
+                -1.0
             } else {
-                vec![0.0]
+                0.0
             }
         }
-        None => vec![0.0],
+        // several switches find their own signs from the null
+        _ => 0.0,
     };
     let mut candidates = Vec::new();
     for window in if event { windows } else { &[(0.0, 0.0)] } {
         for shape in &shapes {
-            for sign in &signs {
-                let parameters = effect
-                    .parameters
-                    .iter()
-                    .map(|p| parameter(effect, p, model, *sign, *shape, *window, end_s))
-                    .collect();
-                candidates.push(Candidate { effect, start: Start { parameters, times_s } });
-            }
+            let parameters =
+                effect.parameters.iter().map(|p| parameter(effect, p, model, sign, *shape, *window, end_s)).collect();
+            candidates.push(Candidate { effect, start: Start { parameters, times_s } });
         }
     }
     candidates
@@ -69,14 +63,6 @@ fn is_crooked(effect: &Effect) -> bool {
     let crooked =
         ["kinetic.distributed", "kinetic.minor_loop", "mechanical.stress_dependent_strain", "thermal.end_conduction"];
     crooked.contains(&effect.id)
-}
-
-fn is_switch(p: &EffectParameter) -> bool {
-    matches!(p.role, Role::Switch { .. })
-}
-
-fn is_free_shape(p: &EffectParameter) -> bool {
-    matches!(p.role, Role::Shape { .. })
 }
 
 /// Value, scale, pull and step of one parameter.
