@@ -773,7 +773,9 @@ mod tests {
             rate in 2.0f64..4.0, bandwidth_hz in 3.0f64..30.0, v in -0.05f64..0.05, a in -0.5f64..0.5, seed: u64,
         ) {
             let rate_hz = 10f64.powf(rate);
-            let mut observer = bare(rate_hz, bandwidth_hz);
+            // a run of missing lengths must not be taken for a new start
+            let config = ObserverConfig { bandwidth_hz, max_age_s: 1.0, ..ObserverConfig::default() };
+            let mut observer = MotionObserver::new(rate_hz, config).unwrap();
             let mut rng = SmallRng::seed_from_u64(seed);
             let (mut t, mut m) = (0.0, Motion::default());
             let until = 30.0 / bandwidth_hz;
