@@ -12,7 +12,7 @@ use crate::forward::{MATTERS, SIGNIFICANT};
 use crate::progress::each;
 use crate::search::{Shared, polish};
 use crate::significance::{Colour, draw_noise};
-use crate::simulate::{self, State};
+use crate::simulate::State;
 use crate::space::{EFFECT_STEP, Start, What};
 use crate::starts::Candidate;
 
@@ -37,10 +37,7 @@ pub(crate) struct Structure {
 /// the state are learned from what is fitted and tried on what is kept back), and agree between sensors.
 pub(crate) fn structure(data: &Data, fit: &Fit, residuals: &Residuals, colours: &[Colour], seed: u64) -> Structure {
     let none = Structure { p_value: 1.0 };
-    let Some(model) = fit.space.model(&fit.z) else { return none };
-    let Some(states) = data.runs.iter().map(|run| simulate::states(&model, run)).collect::<Option<Vec<_>>>() else {
-        return none;
-    };
+    let Some(states) = fit.states(data) else { return none };
     let cells = cells(data, &states);
     let share = |residuals: &Residuals| cells.iter().map(|c| predicted_share(data, residuals, c)).fold(0.0, f64::max);
     let (known, shared) = (share(residuals), correlation(data, residuals));
@@ -142,8 +139,8 @@ pub(crate) struct ClosedForm {
     /// The library its terms are from.
     pub(crate) library: &'static Effect,
     pub(crate) fit: Fit,
-    /// Σ r² on data kept back with its first term alone.
-    pub(crate) kept_by_one: f64,
+    /// Σ r² with its first term alone.
+    pub(crate) left_by_one: f64,
 }
 
 /// The best sparse closed form beyond `base`: terms of one equation's library, added while each takes away enough on
@@ -168,7 +165,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
     if base.score.kept - best.score.kept < MATTERS * base.score.kept {
         return None;
     }
-    let kept_by_one = best.score.kept;
+    let left_by_one = best.score.sum();
     for term in 1..MOST_TERMS {
         progress(0.7 + 0.1 * term as f64);
         let Some(shared) = Shared::of(data, &best) else { break };
@@ -189,7 +186,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
         }
         best = further;
     }
-    Some(ClosedForm { library: effect, fit: polish(data, best), kept_by_one })
+    Some(ClosedForm { library: effect, fit: polish(data, best), left_by_one })
 }
 
 /// One candidate per term of a library that is not in the fit yet.

@@ -4,7 +4,7 @@
 use crate::answer::{Condition, Map, Window};
 use crate::data::{Data, Part};
 use crate::fit::{Fit, Residuals};
-use crate::simulate::{self, State};
+use crate::simulate::State;
 
 /// Share of the mismatch the windows are to hold.
 const WINDOW_SHARE: f64 = 0.8;
@@ -106,10 +106,7 @@ struct Division {
 
 /// The conditions that hold more of what is left than of the samples.
 pub(crate) fn conditions(data: &Data, fit: &Fit, residuals: &Residuals) -> Vec<Condition> {
-    let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
-    let Some(states) = data.runs.iter().map(|run| simulate::states(&model, run)).collect::<Option<Vec<_>>>() else {
-        return Vec::new();
-    };
+    let Some(states) = fit.states(data) else { return Vec::new() };
     let excess: Vec<Vec<f64>> = (0..data.runs.len()).map(|r| excess(data, residuals, r)).collect();
     let total: f64 = excess.iter().flatten().sum();
     let count: f64 = excess.iter().map(|e| e.len() as f64).sum();
@@ -238,10 +235,7 @@ fn divisions(data: &Data, states: &[Vec<State>]) -> Vec<Division> {
 
 /// chi over temperature × martensite, heating and cooling apart, before and after.
 pub(crate) fn maps(data: &Data, fit: &Fit, before: &Residuals, after: &Residuals) -> Vec<Map> {
-    let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
-    let Some(states) = data.runs.iter().map(|run| simulate::states(&model, run)).collect::<Option<Vec<_>>>() else {
-        return Vec::new();
-    };
+    let Some(states) = fit.states(data) else { return Vec::new() };
     let mut temperatures: Vec<f64> = states.iter().flatten().map(|s| s.temperature_c).collect();
     temperatures.sort_by(f64::total_cmp);
     let (Some(first), Some(last)) = (temperatures.first(), temperatures.last()) else { return Vec::new() };

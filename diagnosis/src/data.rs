@@ -52,6 +52,8 @@ pub(crate) struct Data {
     pub(crate) runs: Vec<Run>,
     /// The position's zero is arbitrary in every recording.
     pub(crate) free_zero: bool,
+    /// The position is not measured but imposed.
+    pub(crate) position_imposed: bool,
 }
 
 /// What is left out of one recording: a column of it or all columns (`None`), from and to, s.
@@ -115,7 +117,8 @@ impl Data {
             let excluded = excluded.get(index).unwrap_or(&nothing);
             runs.push(Run::new(model, recording, held, held_out.is_empty(), &sensors, excluded)?);
         }
-        Ok(Data { sensors, runs, free_zero })
+        let position_imposed = imposed_column(&model.load) == Some(Column::PositionM);
+        Ok(Data { sensors, runs, free_zero, position_imposed })
     }
 
     /// The same with only what `of_runs` says, for parts that look at single recordings.
@@ -227,6 +230,13 @@ impl Run {
             }
             (inputs, *dt_s)
         })
+    }
+
+    /// The same, its imposed position counted from another zero, m.
+    pub(crate) fn counted_from(&self, zero_m: f64) -> Run {
+        let mut run = self.clone();
+        run.inputs.iter_mut().for_each(|(inputs, _)| inputs.imposed -= zero_m);
+        run
     }
 
     /// The same with every sample fitted.

@@ -60,8 +60,10 @@ pub struct Identified {
     pub warnings: Vec<String>,
 }
 
-/// chi on kept-back data under which nothing is left worth looking for.
+/// chi under which nothing is left worth looking for.
 const NOTHING_LEFT: f64 = 1.05;
+/// chi above which another attempt is worth its time.
+const UNEXPLAINED: f64 = 1.1;
 /// chi up to which what is left may be taken for noise of the sensors that wanders.
 const LOUDEST_NOISE: f64 = 4.0;
 /// As given, the mean square may be this much larger than recalibrated and still agree.
@@ -282,6 +284,45 @@ fn parameters(fit: &Fit, intervals: &[Interval]) -> BTreeMap<String, FittedParam
         .collect()
 }
 
+/// From the parameters alone to what physics is missing.
+struct Attempt {
+    reference: Fit,
+    agreement: Agreement,
+    located: Vec<Located>,
+    selection: Selection,
+}
+
+impl Attempt {
+    fn new(data: &Data, space: &Space, settings: &Settings<'_>) -> Result<Attempt, Error> {
+        let progress = settings.progress;
+        progress("recalibrating", 0.0);
+        let (reference, agreement) = search::multistart(data, space, settings.seed).ok_or(Error::NoFit)?;
+        progress("locating", 0.0);
+        let located = locate::locate(data, &reference, &|f| progress("locating", f));
+        let windows = locate::draught_windows(data, &reference, &located);
+        let mut selection = forward::select(data, reference, &windows, settings.seed, progress);
+        if !selection.fit.converged {
+            selection.fit = search::polish(data, selection.fit);
+        }
+        Ok(Attempt { reference: selection.reference.clone(), agreement, located, selection })
+    }
+}
+
+/// Parameters that bend freely can hide what is missing, or lead away from it. Where an attempt leaves more than noise,
+/// another holds the priors as firmly as samples that share one error of the model allow; the better one is taken.
+fn best_attempt(data: &Data, space: &Space, settings: &Settings<'_>) -> Result<Attempt, Error> {
+    let free = Attempt::new(data, space, settings)?;
+    let left = &free.selection.fit;
+    if left.score.chi() <= UNEXPLAINED {
+        return Ok(free);
+    }
+    let firmness = forward::misfit(data, left).ok_or(Error::NoFit)?;
+    let firm = Attempt::new(data, &space.firm(firmness), settings)?;
+    let misfit = forward::misfit(data, &firm.selection.fit).ok_or(Error::NoFit)?.min(firmness);
+    let worth = |fit: &Fit| fit.score.sum() / misfit + fit.space.penalty(&fit.z);
+    Ok(if worth(&firm.selection.fit) < worth(&free.selection.fit) { firm } else { free })
+}
+
 /// Everything from prepared data to the answer.
 fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -> Result<Outcome, Error> {
     let Prepared { mut data, mut warnings } = prepared;
@@ -289,13 +330,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let space = Space::reference(rig, channel, &data);
     progress("as given", 0.0);
     let given = as_given(&data, &space).ok_or(Error::NoFit)?;
-    progress("recalibrating", 0.0);
-    let (reference, agreement) = search::multistart(&data, &space, settings.seed).ok_or(Error::NoFit)?;
-    progress("locating", 0.0);
-    let located = locate::locate(&data, &reference, &|f| progress("locating", f));
-    let windows = locate::draught_windows(&data, &reference, &located);
-    let selection = forward::select(&data, reference, &windows, settings.seed, progress);
-    let reference = selection.reference.clone();
+    let Attempt { reference, agreement, located, selection } = best_attempt(&data, &space, settings)?;
     warn_of_fit(&selection.fit, agreement, &mut warnings);
 
     let left = residuals_of(&data, &selection.fit)?;
@@ -441,15 +476,15 @@ fn beyond_catalogue(
     located: &[Located],
     settings: &Settings<'_>,
 ) -> Beyond {
-    let chi = selection.fit.score.chi_kept();
+    let chi = selection.fit.score.chi();
     let nothing = beyond::Structure { p_value: 1.0 };
     // with few samples noise alone goes further than that
-    let by_chance = 1.0 + 3.0 * (2.0 * inflation(colours) / selection.fit.score.kept_count.max(1.0)).sqrt();
+    let by_chance = 1.0 + 3.0 * (2.0 * inflation(colours) / selection.fit.score.count().max(1.0)).sqrt();
     if chi <= NOTHING_LEFT || chi * chi <= by_chance {
         return Beyond { unknown: None, structure: nothing, is_noise: false };
     }
     let structure = beyond::structure(data, &selection.fit, left, colours, settings.seed);
-    let excess = |fit: &Fit| fit.score.kept - fit.score.kept_count;
+    let excess = |fit: &Fit| fit.score.sum() - fit.score.count();
     let explained = 1.0 - excess(&selection.fit) / excess(reference).max(1e-9);
     let told = structure.is_there() || (selection.steps.is_empty() && locate::is_physical(located));
     if !told && chi < LOUDEST_NOISE {
@@ -460,9 +495,9 @@ fn beyond_catalogue(
     }
     let form = beyond::closed_form(data, reference, &|f| (settings.progress)("beyond the catalogue", f));
     // a mechanism that does most of it, and as much as any single term that is free to be anything, keeps its name
-    let best_mechanism = selection.steps.first().and_then(|s| s.field.first()).map(|r| r.fit.score.kept);
+    let best_mechanism = selection.steps.first().and_then(|s| s.field.first()).map(|r| r.fit.score.sum());
     let no_term_is_better = match (&form, best_mechanism) {
-        (Some(form), Some(kept)) => kept <= form.kept_by_one * ALMOST,
+        (Some(form), Some(left)) => left <= form.left_by_one * ALMOST,
         (None, Some(_)) => true,
         (_, None) => false,
     };
@@ -527,15 +562,13 @@ struct Rival {
 
 /// Bayesian information criterion for samples of which one in `inflation` counts.
 pub(crate) fn bic(fit: &Fit, inflation: f64) -> f64 {
-    let samples = (fit.score.fitted_count + fit.score.kept_count) / inflation;
-    (fit.score.fitted + fit.score.kept) / inflation
-        + fit.space.penalty(&fit.z)
-        + fit.space.len() as f64 * samples.max(2.0).ln()
+    let samples = fit.score.count() / inflation;
+    fit.score.sum() / inflation + fit.space.penalty(&fit.z) + fit.space.len() as f64 * samples.max(2.0).ln()
 }
 
 /// The likelihood two explanations are compared by: everything measured, and the priors.
 fn likelihood(fit: &Fit, inflation: f64) -> f64 {
-    (fit.score.fitted + fit.score.kept) / inflation + fit.space.penalty(&fit.z)
+    fit.score.sum() / inflation + fit.space.penalty(&fit.z)
 }
 
 fn found_effects(

@@ -27,7 +27,7 @@ pub(crate) fn figures(
     selection: &Selection,
     inflation: f64,
 ) -> Figures {
-    let model = fit.space.model(&fit.z);
+    let states = fit.states(data);
     let recordings = data
         .runs
         .iter()
@@ -35,10 +35,9 @@ pub(crate) fn figures(
         .map(|(r, run)| {
             let stride = run.time_s.len().div_ceil(MOST_POINTS).max(1);
             let thin = |f: &dyn Fn(usize) -> f64| (0..run.time_s.len()).step_by(stride).map(f).collect::<Vec<f64>>();
-            let states = model.as_ref().and_then(|m| simulate::states(m, run));
-            let state = |f: &dyn Fn(&simulate::State) -> f64| {
-                thin(&|row| states.as_ref().and_then(|s| s.get(row)).map_or(f64::NAN, f))
-            };
+            let states = states.as_ref().map(|states| &states[r]);
+            let state =
+                |f: &dyn Fn(&simulate::State) -> f64| thin(&|row| states.and_then(|s| s.get(row)).map_or(f64::NAN, f));
             Traces {
                 name: run.name.clone(),
                 time_s: thin(&|row| run.time_s[row]),

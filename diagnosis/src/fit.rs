@@ -1,11 +1,11 @@
 //! Bounded least squares through the simulator: Levenberg–Marquardt with numerical derivatives whose steps are large
 //! enough for hysteresis, priors as residuals of their own, and bounds by projection.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 use crate::data::{Data, Part};
-use crate::simulate;
+use crate::simulate::{self, State};
 use crate::space::{Space, What};
 
 /// Residuals over noise of the whole data: by run, sensor, sample; NaN where nothing was measured.
@@ -23,6 +23,19 @@ pub(crate) struct Score {
 }
 
 impl Score {
+    /// Σ r² of both: an error that shows in a few stretches only may spare all that is kept back.
+    pub(crate) fn sum(&self) -> f64 {
+        self.fitted + self.kept
+    }
+
+    pub(crate) fn count(&self) -> f64 {
+        self.fitted_count + self.kept_count
+    }
+
+    pub(crate) fn chi(&self) -> f64 {
+        (self.sum() / self.count().max(1.0)).sqrt()
+    }
+
     pub(crate) fn chi_kept(&self) -> f64 {
         (self.kept / self.kept_count.max(1.0)).sqrt()
     }
@@ -54,7 +67,7 @@ pub(crate) struct Effort {
     pub(crate) soften: f64,
     /// A step that promises less than this share of what the objective has above pure noise ends the fit …
     pub(crate) relative: f64,
-    /// Derivatives that are tried, one after the other, before a fit is taken to be stuck.
+    /// Derivatives to go by, one after the other, each until it sees no way on.
     pub(crate) steps: &'static [Steps],
 }
 
@@ -67,7 +80,7 @@ const LEAST_DAMPING: f64 = 1e-9;
 impl Effort {
     /// To the end: where intervals and likelihoods are taken from.
     pub(crate) const POLISH: Effort =
-        Effort { iterations: 25, soften: 1.0, relative: 1e-4, steps: &[Steps::CENTRAL, Steps::LONG_CENTRAL] };
+        Effort { iterations: 25, soften: 1.0, relative: 1e-4, steps: &[Steps::CENTRAL, Steps::SHARP] };
     /// Far enough to see how good a model is.
     pub(crate) const SEARCH: Effort =
         Effort { iterations: 10, soften: 1.0, relative: 5e-3, steps: &[Steps::ONE_SIDED] };
@@ -80,11 +93,9 @@ impl Effort {
 /// Residuals of the model at `z`; `None` where it cannot be built.
 pub(crate) fn residuals(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
     let model = space.model(z)?;
-    data.runs
-        .iter()
-        .enumerate()
-        .map(|(index, run)| {
-            let outputs = simulate::outputs(&model, run, &data.sensors)?;
+    (0..data.runs.len())
+        .map(|index| {
+            let outputs = simulate::outputs(&model, &space.seen(data, index, z), &data.sensors)?;
             Some(compare(data, space, z, index, outputs))
         })
         .collect()
@@ -153,15 +164,28 @@ pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
     score
 }
 
+/// Σ r² over kept-back samples and how many they are, by sensor.
+pub(crate) fn kept_by_sensor(data: &Data, residuals: &Residuals) -> Vec<(f64, f64)> {
+    let mut sums = vec![(0.0, 0.0); data.sensors.len()];
+    for (run, by_sensor) in data.runs.iter().zip(residuals) {
+        for (sum, values) in sums.iter_mut().zip(by_sensor) {
+            for (r, _) in values.iter().zip(&run.part).filter(|(r, part)| **part == Part::KeptBack && !r.is_nan()) {
+                sum.0 += f64::from(*r).powi(2);
+                sum.1 += 1.0;
+            }
+        }
+    }
+    sums
+}
+
 /// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.
 pub(crate) fn derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
     derivatives_by(data, space, z, at, Steps::ONE_SIDED)
 }
 
-/// As [`derivatives`], from both sides. Along directions that the data hardly tell apart the errors of one-sided
-/// derivatives look like knowledge: fits stop short there, and intervals come out far too narrow.
-pub(crate) fn central_derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
-    derivatives_by(data, space, z, at, Steps::CENTRAL)
+/// As [`derivatives`], as good as they can be had: where intervals are taken from.
+pub(crate) fn sharp_derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
+    derivatives_by(data, space, z, at, Steps::SHARP)
 }
 
 /// How derivatives step.
@@ -170,20 +194,24 @@ pub(crate) struct Steps {
     /// In units of each coordinate's own step.
     length: f64,
     both_sides: bool,
+    /// Rounds of [`sharpen`].
+    rounds: usize,
 }
 
 impl Steps {
-    const ONE_SIDED: Steps = Steps { length: 1.0, both_sides: false };
-    const CENTRAL: Steps = Steps { length: 0.5, both_sides: true };
-    const LONG_CENTRAL: Steps = Steps { length: 1.5, both_sides: true };
+    const ONE_SIDED: Steps = Steps { length: 1.0, both_sides: false, rounds: 0 };
+    const CENTRAL: Steps = Steps { length: 0.5, both_sides: true, rounds: 0 };
+    const SHARP: Steps = Steps { rounds: 2, ..Steps::CENTRAL };
 }
 
 fn derivatives_by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: Steps) -> Option<Vec<Residuals>> {
-    (0..space.len())
+    let mut columns = (0..space.len())
         .into_par_iter()
         .map(|i| {
             let coordinate = &space.coordinates[i];
-            if let What::Zero(run) = coordinate.what {
+            if let What::Zero(run) = coordinate.what
+                && data.position().is_some()
+            {
                 return Some(zero_derivative(data, coordinate.scale, run, at));
             }
             let step = steps.length * coordinate.step;
@@ -204,7 +232,59 @@ fn derivatives_by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: 
                 (None, None) => None,
             }
         })
-        .collect()
+        .collect::<Option<Vec<Residuals>>>()?;
+    for _ in 0..steps.rounds {
+        sharpen(data, space, z, &mut columns);
+    }
+    Some(columns)
+}
+
+/// Directions are sharpened that the data hold this many times less firmly (in curvature) than the firmest.
+const SLOPPY: f64 = 1e-3;
+/// Length of the steps along them, in their own standard deviations.
+const STRIDE: f64 = 0.5;
+
+/// Takes derivatives anew along the directions that the data hardly tell apart. Put together from the coordinates they
+/// are what is left of large numbers that cancel, mostly errors: a fit stops short along such a valley, and intervals
+/// come out far too narrow, as errors look like knowledge. Along the direction itself a step may be as long as the
+/// valley, and from both sides its bend drops out.
+fn sharpen(data: &Data, space: &Space, z: &[f64], columns: &mut [Residuals]) {
+    let mut information = gram(data, Part::Fitted, columns);
+    for (i, pull) in space.pulls().enumerate() {
+        information[(i, i)] += pull;
+    }
+    let eigen = SymmetricEigen::new(information);
+    let firmest = eigen.eigenvalues.max();
+    let anew: Vec<(DVector<f64>, Residuals)> = (0..columns.len())
+        .into_par_iter()
+        .filter(|k| eigen.eigenvalues[*k] < SLOPPY * firmest)
+        .filter_map(|k| {
+            let along = eigen.eigenvectors.column(k).into_owned();
+            let room = space.coordinates.iter().zip(z).zip(along.iter()).map(|((c, z), v)| {
+                let room = (c.high - z).min(z - c.low);
+                if *v == 0.0 { f64::INFINITY } else { room / v.abs() }
+            });
+            let step = room.fold(STRIDE / eigen.eigenvalues[k].max(1e-6).sqrt(), f64::min);
+            let go = |step: f64| {
+                let moved: Vec<f64> = z.iter().zip(along.iter()).map(|(z, v)| z + step * v).collect();
+                residuals(data, space, &moved)
+            };
+            if step <= 0.0 {
+                return None;
+            }
+            let (above, below) = (go(step)?, go(-step)?);
+            Some((along, zip(&above, &below, |a, b| (a - b) * (0.5 / step) as f32)))
+        })
+        .collect();
+    for (along, derivative) in anew {
+        let mut error = derivative;
+        for (column, v) in columns.iter().zip(along.iter()) {
+            error = zip(&error, column, |e, c| e - *v as f32 * c);
+        }
+        for (column, v) in columns.iter_mut().zip(along.iter()) {
+            *column = zip(column, &error, |c, e| c + *v as f32 * e);
+        }
+    }
 }
 
 fn zero_derivative(data: &Data, scale: f64, run: usize, at: &Residuals) -> Residuals {
@@ -283,7 +363,7 @@ pub(crate) fn matrix_of_all(data: &Data, columns: &[&Residuals]) -> DMatrix<f32>
     DMatrix::from_vec(data.samples() * data.sensors.len(), flat.len(), flat.concat())
 }
 
-/// JᵀJ in double precision, from stretches short enough for single precision.
+/// JᵀJ, summed in double precision: what the data hardly tell apart is eight orders below what they know best.
 pub(crate) fn square(matrix: &DMatrix<f32>) -> DMatrix<f64> {
     const STRETCH: usize = 4096;
     let n = matrix.ncols();
@@ -292,8 +372,8 @@ pub(crate) fn square(matrix: &DMatrix<f32>) -> DMatrix<f64> {
         .collect::<Vec<_>>()
         .into_par_iter()
         .map(|first| {
-            let rows = matrix.rows(first, STRETCH.min(matrix.nrows() - first));
-            rows.tr_mul(&rows).cast::<f64>()
+            let rows = matrix.rows(first, STRETCH.min(matrix.nrows() - first)).into_owned().cast::<f64>();
+            rows.tr_mul(&rows)
         })
         .reduce(|| DMatrix::zeros(n, n), |a, b| a + b)
 }
@@ -307,20 +387,20 @@ pub(crate) fn gram(data: &Data, part: Part, columns: &[Residuals]) -> DMatrix<f6
 pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
     let n = space.len();
     let weight = 1.0 / (effort.soften * effort.soften);
-    let pull = DVector::from_iterator(n, space.coordinates.iter().map(|c| c.pull));
+    let pull = DVector::from_iterator(n, space.pulls());
     let mut z: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
     let mut here = residuals(data, space, &z)?;
     let mut at = score(data, &here);
-    let mut objective = weight * at.fitted + space.penalty(&z);
+    let mut objective = weight * at.fitted + space.resistance(&z);
     let mut damping = 1e-3;
     let mut information = DMatrix::identity(n, n);
     let mut converged = n == 0;
-    let mut tried = 0;
+    let mut stage = 0;
     for _ in 0..effort.iterations {
         if converged {
             break;
         }
-        let columns = derivatives_by(data, space, &z, &here, effort.steps[tried])?;
+        let columns = derivatives_by(data, space, &z, &here, effort.steps[stage])?;
         // the residuals are the last column: their products with the others are the gradient
         let all: Vec<&Residuals> = columns.iter().chain([&here]).collect();
         let products = square(&matrix(data, Part::Fitted, &all)) * weight;
@@ -330,23 +410,22 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             information[(i, i)] += pull[i];
             gradient[i] += pull[i] * z[i];
         }
-        let (mut improved, mut arrived) = (false, false);
+        let mut improved = false;
         for attempt in 0..8 {
             let (step, promised) = bounded_step(space, &z, &information, &gradient, damping);
             let above_noise = (objective - weight * at.fitted_count).max(0.0);
-            if promised < NEGLIGIBLE + effort.relative * above_noise {
+            if promised < NEGLIGIBLE * space.firmness + effort.relative * above_noise {
                 // damping hides the way along a valley that the data hardly slope: look without before calling it the end
                 if damping > LEAST_DAMPING && attempt == 0 {
                     damping = LEAST_DAMPING;
                     continue;
                 }
-                arrived = attempt <= 1;
                 break;
             }
             let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
             if let Some(there) = residuals(data, space, &moved) {
                 let then = score(data, &there);
-                let value = weight * then.fitted + space.penalty(&moved);
+                let value = weight * then.fitted + space.resistance(&moved);
                 if value < objective {
                     let ratio = (objective - value) / promised;
                     damping = if ratio > 0.75 {
@@ -363,10 +442,10 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
             }
             damping = (damping * 10.0).max(1e-6);
         }
-        // a hysteretic simulator is rough: derivatives by other steps may see a way on
-        let stuck = !improved && !arrived && tried + 1 < effort.steps.len();
-        tried = if stuck { tried + 1 } else { 0 };
-        converged = !improved && !stuck;
+        if !improved {
+            converged = stage + 1 == effort.steps.len();
+            stage += 1;
+        }
     }
     Some(Fit { space: space.clone(), z, score: at, objective, information, converged })
 }
@@ -382,10 +461,11 @@ pub(crate) fn sketch(
     steps: usize,
 ) -> Option<Fit> {
     let (n, old) = (space.len(), shared.ncols());
+    let pulls: Vec<f64> = space.pulls().collect();
     let mut z: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
     let mut here = residuals(data, space, &z)?;
     let mut at = score(data, &here);
-    let mut objective = at.fitted + space.penalty(&z);
+    let mut objective = at.fitted + space.resistance(&z);
     let mut information = DMatrix::identity(n, n);
     for _ in 0..steps {
         let own: Vec<Residuals> = (old..n)
@@ -406,15 +486,15 @@ pub(crate) fn sketch(
         for i in 0..n {
             let at_residuals = n - old;
             gradient[i] = if i < old { cross[(i, at_residuals)] } else { corner[(i - old, at_residuals)] };
-            gradient[i] += space.coordinates[i].pull * z[i];
+            gradient[i] += pulls[i] * z[i];
             for j in old..n {
                 let product = if i < old { cross[(i, j - old)] } else { corner[(i - old, j - old)] };
                 information[(i, j)] = product;
                 information[(j, i)] = product;
             }
         }
-        for (i, c) in space.coordinates.iter().enumerate() {
-            information[(i, i)] += c.pull;
+        for (i, pull) in pulls.iter().enumerate() {
+            information[(i, i)] += pull;
         }
         let mut damping = 1e-4;
         let mut improved = false;
@@ -423,7 +503,7 @@ pub(crate) fn sketch(
             let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
             if let Some(there) = residuals(data, space, &moved) {
                 let then = score(data, &there);
-                let value = then.fitted + space.penalty(&moved);
+                let value = then.fitted + space.resistance(&moved);
                 if value < objective {
                     (z, here, at, objective) = (moved, there, then, value);
                     improved = true;
@@ -499,6 +579,12 @@ fn bounded_step(
 }
 
 impl Fit {
+    /// The states of the wire through every recording.
+    pub(crate) fn states(&self, data: &Data) -> Option<Vec<Vec<State>>> {
+        let model = self.space.model(&self.z)?;
+        (0..data.runs.len()).map(|r| simulate::states(&model, &self.space.seen(data, r, &self.z))).collect()
+    }
+
     /// Standard deviations of the coordinates, in their scales, from the curvature.
     pub(crate) fn deviations(&self) -> Vec<f64> {
         let n = self.space.len();

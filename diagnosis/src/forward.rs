@@ -20,6 +20,8 @@ const LITTLE_LEFT: f64 = 1.05;
 const WORTH_A_RACE: f64 = 0.05;
 /// A rival's mean square on kept-back data is at most this many times that of the best.
 const RIVAL: f64 = 1.1;
+/// Priors are let go where what is left asks for less than this share of how firmly they hold.
+const LOOSER: f64 = 0.7;
 /// Candidates that are fitted in full at every step.
 const FINALISTS: usize = 4;
 /// Most effects that are added before the unneeded are taken out, and most that are kept.
@@ -53,6 +55,33 @@ pub(crate) struct Selection {
 /// How residuals of a fit are coloured, by sensor.
 pub(crate) fn colours(data: &Data, residuals: &Residuals) -> Vec<Colour> {
     (0..data.sensors.len()).map(|s| Colour::of(residuals, s)).collect()
+}
+
+/// The mean square of what a fit leaves, in units of noise, times how many samples say the same: as many samples count
+/// as one where it is the model that is wrong. 1 where only noise is left.
+pub(crate) fn misfit(data: &Data, fit: &Fit) -> Option<f64> {
+    let left = fit::residuals(data, &fit.space, &fit.z)?;
+    let (mut sum, mut samples) = (0.0, 0.0);
+    for (s, colour) in colours(data, &left).iter().enumerate() {
+        let count = left.iter().flat_map(|by_sensor| &by_sensor[s]).filter(|r| !r.is_nan()).count() as f64;
+        let blocks: usize = data.runs.iter().map(|run| run.block.last().map_or(0, |b| b + 1)).sum();
+        // no error lasts longer than a block, or blocks would say nothing of each other
+        sum += count * colour.deviation.powi(2) * colour.inflation().min(count / blocks.max(1) as f64);
+        samples += count;
+    }
+    Some((sum / f64::max(samples, 1.0)).max(1.0))
+}
+
+/// A fit whose priors hold more firmly than what it leaves asks for, let go as far as that.
+fn let_go(data: &Data, fit: Fit) -> Fit {
+    match misfit(data, &fit) {
+        Some(misfit) if misfit < LOOSER * fit.space.firmness => {
+            let space = fit.space.firm(misfit);
+            let objective = fit.score.fitted + space.resistance(&fit.z);
+            search::polish(data, Fit { space, objective, ..fit })
+        }
+        _ => fit,
+    }
 }
 
 /// Adds effects to `base` while that helps on data kept back.
@@ -106,7 +135,7 @@ pub(crate) fn select(
             selection.fit = without;
         }
         let gain = kept_gain(&selection.fit, &best.fit);
-        let matters = gain > MATTERS * selection.fit.score.kept;
+        let matters = gain_above_noise(data, &selection.fit, &best.fit) > MATTERS * selection.fit.score.kept;
         let chance = if gain > 0.0 { chance(data, &selection.fit, &best.fit, windows, seed) } else { None };
         let (p_value, draws) = chance.map_or((1.0, 0), |c| (c.p_value(gain), c.draws()));
         if selection.steps.is_empty() {
@@ -133,7 +162,7 @@ pub(crate) fn select(
         if let Some(first) = field.first() {
             best = first.clone();
         }
-        selection.fit = best.fit.clone();
+        selection.fit = let_go(data, best.fit.clone());
         selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
         // alone it has just been shown to be needed, unless a polished rival took its place
         if selection.steps.len() > 1 || selection.steps.last().is_some_and(|s| s.effect.id != tested) {
@@ -197,7 +226,7 @@ fn prune(data: &Data, selection: &mut Selection) {
 fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64) -> Option<Chance> {
     let here = fit::residuals(data, &base.space, &base.z)?;
     let nuisances = fit::derivatives(data, &base.space, &base.z, &here)?;
-    let pulls: Vec<f64> = base.space.coordinates.iter().map(|c| c.pull).collect();
+    let pulls: Vec<f64> = base.space.pulls().collect();
     let left = fit::residuals(data, &best.space, &best.z)?;
     let mut seen = Vec::new();
     let candidates: Vec<Candidate> = candidates(data, base, windows)
@@ -234,6 +263,14 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
         })
         .collect();
     Some(Chance::new(data, &nuisances, &pulls, &columns, &here, &colours(data, &left), seed))
+}
+
+/// The same, where a sensor within its noise already has nothing to gain: what a coarse converter rounds away follows
+/// the signal, and bends to any parameter.
+fn gain_above_noise(data: &Data, worse: &Fit, better: &Fit) -> f64 {
+    let squares = |fit: &Fit| Some(fit::kept_by_sensor(data, &fit::residuals(data, &fit.space, &fit.z)?));
+    let (Some(worse), Some(better)) = (squares(worse), squares(better)) else { return 0.0 };
+    worse.iter().zip(&better).map(|((worse, count), (better, _))| worse.max(*count) - better.max(*count)).sum()
 }
 
 /// What a model gains over another on kept-back samples.

@@ -81,10 +81,10 @@ fn range(values: &[f64]) -> f64 {
 pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)> {
     let n = fit.space.len();
     let here = fit::residuals(data, &fit.space, &fit.z)?;
-    let columns = fit::central_derivatives(data, &fit.space, &fit.z, &here)?;
+    let columns = fit::sharp_derivatives(data, &fit.space, &fit.z, &here)?;
     let mut information = fit::gram(data, Part::Fitted, &columns);
-    for (i, c) in fit.space.coordinates.iter().enumerate() {
-        information[(i, i)] += c.pull + 1e-12;
+    for (i, pull) in fit.space.pulls().enumerate() {
+        information[(i, i)] += pull + 1e-12;
     }
     let inverse = information.cholesky()?.inverse();
     let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
@@ -108,8 +108,8 @@ pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)>
             }
         }
     }
-    for (i, c) in fit.space.coordinates.iter().enumerate() {
-        middle[(i, i)] += c.pull;
+    for (i, pull) in fit.space.pulls().enumerate() {
+        middle[(i, i)] += fit.space.firmness * pull;
     }
     let sandwich = &inverse * middle * &inverse;
     Some(

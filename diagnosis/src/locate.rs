@@ -3,6 +3,8 @@
 //! Madsen, who let each state equation carry its own noise; here without a filter, which would sit badly on hysteresis:
 //! the input is a row of hats in time, simulated one by one.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sinew_physics::effects::Equation;
@@ -79,7 +81,7 @@ pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) ->
         .map(|r| 4.0 * data.runs[*r].duration_s() / data.runs[*r].time_s.len() as f64)
         .fold(LEAST_SPACING_S, f64::max);
     let spacing = (total_s / MOST_HATS).max(least);
-    let bases: Vec<Baseline> = fitted.iter().filter_map(|r| Baseline::new(data, &model, *r, spacing)).collect();
+    let bases: Vec<Baseline> = fitted.iter().filter_map(|r| Baseline::new(data, fit, &model, *r, spacing)).collect();
     let kinds = kinds(data, &model);
     let mut located: Vec<Located> = each(kinds, 1.0, progress, |kind| {
         let hats: Vec<Hat> = bases
@@ -198,8 +200,10 @@ pub(crate) fn unit_of(column: Column) -> &'static str {
 }
 
 /// One recording simulated once, with the wire kept at every knot to go on from.
-struct Baseline {
+struct Baseline<'a> {
     run: usize,
+    /// The recording as the fit sees it.
+    seen: Cow<'a, Run>,
     /// Rows of the knots.
     knots: Vec<usize>,
     wires: Vec<Wire>,
@@ -208,14 +212,15 @@ struct Baseline {
     spacing_s: f64,
 }
 
-impl Baseline {
-    fn new(data: &Data, model: &WireModel, run: usize, spacing_s: f64) -> Option<Baseline> {
-        let r: &Run = &data.runs[run];
+impl<'a> Baseline<'a> {
+    fn new(data: &'a Data, fit: &Fit, model: &WireModel, run: usize, spacing_s: f64) -> Option<Baseline<'a>> {
+        let r = fit.space.seen(data, run, &fit.z);
         let mut wire = Wire::with_inputs(model, &r.inputs_of(model).next()?.0).ok()?;
         let count = (r.duration_s() / spacing_s).floor().max(2.0);
         let spacing_s = r.duration_s() / count;
         let mut base = Baseline {
             run,
+            seen: r.clone(),
             knots: Vec::new(),
             wires: Vec::new(),
             outputs: vec![Vec::new(); data.sensors.len()],
@@ -271,7 +276,7 @@ impl Baseline {
             _ => {
                 let mut wire = self.wires[from].clone();
                 let mut quiet_since = f64::INFINITY;
-                for (row, (inputs, dt_s)) in run.inputs_of(model).enumerate().skip(first) {
+                for (row, (inputs, dt_s)) in self.seen.inputs_of(model).enumerate().skip(first) {
                     let time_s = run.time_s[row];
                     wire.set_unknown(kind.unknown(natural * weight(time_s + 0.5 * dt_s)));
                     wire.step(&inputs, dt_s);
@@ -352,7 +357,7 @@ fn explain(
     before: f64,
 ) -> Option<Located> {
     let (n, k) = (nuisances.len(), hats.len());
-    let pulls: Vec<f64> = fit.space.coordinates.iter().map(|c| c.pull).collect();
+    let pulls: Vec<f64> = fit.space.pulls().collect();
     let mut gram = DMatrix::zeros(n + k, n + k);
     gram.view_mut((0, 0), (n, n)).copy_from(own);
     let mut b = DVector::zeros(n + k);
@@ -419,9 +424,9 @@ pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Ve
     let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
     let loss = model.material.convection_w_per_m2_k * model.geometry.surface_m2();
     let mut windows: Vec<(f64, (f64, f64))> = Vec::new();
-    let fitted = data.runs.iter().filter(|run| !run.held_out);
-    for (run, ((times, heat), deviation)) in fitted.zip(heat.input.iter().zip(&heat.deviation)) {
-        let Some(states) = crate::simulate::states(&model, run) else { continue };
+    let Some(states) = fit.states(data) else { return Vec::new() };
+    let fitted = data.runs.iter().zip(&states).filter(|(run, _)| !run.held_out);
+    for ((run, states), ((times, heat), deviation)) in fitted.zip(heat.input.iter().zip(&heat.deviation)) {
         // factor on the loss and its weight, knot by knot
         let mut points: Vec<(f64, f64, f64)> = Vec::new();
         for ((time, q), sd) in times.iter().zip(heat).zip(deviation) {

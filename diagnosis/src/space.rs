@@ -1,13 +1,14 @@
 //! What a fit may move: parameters of the reference model within their priors, parameters of effects, and what is
 //! nuisance of one recording alone. Every coordinate is counted in units of its own scale, 0 = where it is believed to be.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use sinew_physics::WireModel;
 use sinew_physics::effects::{self, Effect, EffectParameter};
 use sinew_rig::{Prior, Rig};
 
-use crate::data::Data;
+use crate::data::{Data, Run};
 
 /// Steps of numerical derivatives, in scales: a hysteretic simulator is not smooth below that, and fits stall.
 const STEP: f64 = 0.02;
@@ -81,6 +82,9 @@ pub(crate) struct Space {
     channel: usize,
     pub(crate) coordinates: Vec<Coordinate>,
     pub(crate) effects: Vec<&'static Effect>,
+    /// How many times more firmly the priors hold than samples of noise alone allow: where the model itself is wrong,
+    /// thousands of samples repeat the same error, and count as little as they know.
+    pub(crate) firmness: f64,
 }
 
 impl Space {
@@ -119,19 +123,20 @@ impl Space {
                 step: STEP,
             });
         }
-        let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new() };
+        let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new(), firmness: 1.0 };
         space.add_runs(data);
         space
     }
 
     fn add_runs(&mut self, data: &Data) {
-        if !data.free_zero || data.position().is_none() {
+        if !data.free_zero || data.position().is_none() && !data.position_imposed {
             return;
         }
         let length = self.rig.channels[self.channel].model.geometry.length_m;
         let fitted = data.runs.iter().filter(|run| !run.held_out).count();
         for (index, _) in data.runs.iter().enumerate().filter(|(_, run)| !run.held_out) {
-            let (low, high, pull) = (-40.0, 40.0, 0.0);
+            // the zero of a sensor may be anywhere; that of an imposed position says how tight the wire was mounted
+            let (low, high, pull) = if data.position_imposed { (-4.0, 4.0, 1.0) } else { (-40.0, 40.0, 0.0) };
             let scale = ZERO_SCATTER * length;
             self.coordinates.push(Coordinate {
                 what: What::Zero(index),
@@ -142,7 +147,7 @@ impl Space {
                 pull,
                 step: STEP,
             });
-            if fitted > 1 {
+            if fitted > 1 && !data.position_imposed {
                 let (what, scale, pull) = (What::Gain(index), GAIN_SCATTER, 1.0);
                 self.coordinates.push(Coordinate { what, origin: 1.0, scale, low: -4.0, high: 4.0, pull, step: STEP });
             }
@@ -214,6 +219,27 @@ impl Space {
         Ok(())
     }
 
+    /// A recording as the wire at `z` sees it: an imposed position counts from its own zero there, or, where that was not
+    /// fitted, from the mean of the others.
+    pub(crate) fn seen<'a>(&self, data: &'a Data, index: usize, z: &[f64]) -> Cow<'a, Run> {
+        let run = &data.runs[index];
+        if !(data.position_imposed && data.free_zero) {
+            return Cow::Borrowed(run);
+        }
+        let zeros: Vec<(usize, f64)> = self
+            .coordinates
+            .iter()
+            .zip(z)
+            .filter_map(|(c, z)| match c.what {
+                What::Zero(of) => Some((of, c.value(*z))),
+                _ => None,
+            })
+            .collect();
+        let own = zeros.iter().find(|(of, _)| *of == index).map(|(_, zero)| *zero);
+        let mean = zeros.iter().map(|(_, zero)| zero).sum::<f64>() / zeros.len().max(1) as f64;
+        Cow::Owned(run.counted_from(own.unwrap_or(mean)))
+    }
+
     /// Zero and gain of the position in a recording at `z`.
     pub(crate) fn position_of(&self, run: usize, z: &[f64]) -> (f64, f64) {
         let mut zero = 0.0;
@@ -226,6 +252,21 @@ impl Space {
             }
         }
         (zero, gain)
+    }
+
+    /// The same, its priors held so firmly.
+    pub(crate) fn firm(&self, firmness: f64) -> Space {
+        Space { firmness, ..self.clone() }
+    }
+
+    /// Weight of each coordinate's pull to where it is believed to be, beside the squared residuals.
+    pub(crate) fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
+        self.coordinates.iter().map(|c| self.firmness * c.pull)
+    }
+
+    /// What the priors add to the squared residuals.
+    pub(crate) fn resistance(&self, z: &[f64]) -> f64 {
+        self.firmness * self.penalty(z)
     }
 
     /// The pull of the priors: Σ z².
@@ -255,9 +296,9 @@ impl Start {
         }
         let (low, high) = parameter.plausible;
         let null = parameter.null(model).unwrap_or(0.5 * (low + high));
-        let (low, high) = (low.min(null), high.max(null));
-        let beyond = |end: f64| null + BEYOND_PLAUSIBLE * (end - null);
-        (beyond(low).max(parameter.low), beyond(high).min(parameter.high))
+        // rigs show one sign of most; where the catalogue allows the other, it is as likely to be that large
+        let reach = BEYOND_PLAUSIBLE * (high - null).abs().max((low - null).abs());
+        ((null - reach).max(parameter.low), (null + reach).min(parameter.high))
     }
 }
 
