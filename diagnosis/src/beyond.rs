@@ -23,6 +23,8 @@ const LEAST_SHARE: f64 = 0.05;
 const LEAST_CORRELATION: f64 = 0.3;
 /// Terms of a closed form at most.
 const MOST_TERMS: usize = 3;
+/// The first term has to take away this share of what noise leaves unexplained: less is no description.
+const WORTH_WRITING: f64 = 0.25;
 /// A further term has to take away this share of what the last one left.
 const TERM_GAIN: f64 = 0.1;
 
@@ -162,7 +164,7 @@ pub(crate) fn closed_form(data: &Data, base: &Fit, progress: &(dyn Fn(f64) + Syn
         .into_par_iter()
         .filter_map(|(e, f)| Some((e, fit::fit(data, &f.space, &f.z, Effort::SEARCH)?)))
         .min_by(|a, b| a.1.score.kept.total_cmp(&b.1.score.kept))?;
-    if base.score.kept - best.score.kept < MATTERS * base.score.kept {
+    if base.score.kept - best.score.kept < WORTH_WRITING * (base.score.kept - base.score.kept_count) {
         return None;
     }
     let left_by_one = best.score.sum();

@@ -62,8 +62,9 @@ pub struct Identified {
 
 /// chi under which nothing is left worth looking for.
 const NOTHING_LEFT: f64 = 1.05;
-/// chi above which another attempt is worth its time.
+/// chi above which another attempt is worth its time, and the same where effects have explained most.
 const UNEXPLAINED: f64 = 1.1;
+const NEARLY_EXPLAINED: f64 = 1.3;
 /// chi up to which what is left may be taken for noise of the sensors that wanders.
 const LOUDEST_NOISE: f64 = 4.0;
 /// As given, the mean square may be this much larger than recalibrated and still agree.
@@ -308,12 +309,18 @@ impl Attempt {
     }
 }
 
+/// The share of what the parameters alone leave that effects take away.
+fn explained(reference: &Fit, selected: &Fit) -> f64 {
+    1.0 - selected.score.excess() / reference.score.excess().max(1e-9)
+}
+
 /// Parameters that bend freely can hide what is missing, or lead away from it. Where an attempt leaves more than noise,
 /// another holds the priors as firmly as samples that share one error of the model allow; the better one is taken.
 fn best_attempt(data: &Data, space: &Space, settings: &Settings<'_>) -> Result<Attempt, Error> {
     let free = Attempt::new(data, space, settings)?;
     let left = &free.selection.fit;
-    if left.score.chi() <= UNEXPLAINED {
+    let chi = left.score.chi();
+    if chi <= UNEXPLAINED || chi <= NEARLY_EXPLAINED && explained(&free.reference, left) >= NAMED_SHARE {
         return Ok(free);
     }
     let firmness = forward::misfit(data, left).ok_or(Error::NoFit)?;
@@ -484,8 +491,7 @@ fn beyond_catalogue(
         return Beyond { unknown: None, structure: nothing, is_noise: false };
     }
     let structure = beyond::structure(data, &selection.fit, left, colours, settings.seed);
-    let excess = |fit: &Fit| fit.score.sum() - fit.score.count();
-    let explained = 1.0 - excess(&selection.fit) / excess(reference).max(1e-9);
+    let explained = explained(reference, &selection.fit);
     let told = structure.is_there() || (selection.steps.is_empty() && locate::is_physical(located));
     if !told && chi < LOUDEST_NOISE {
         return Beyond { unknown: None, structure, is_noise: true };

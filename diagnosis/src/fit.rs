@@ -32,6 +32,11 @@ impl Score {
         self.fitted_count + self.kept_count
     }
 
+    /// What is there beyond noise.
+    pub(crate) fn excess(&self) -> f64 {
+        self.sum() - self.count()
+    }
+
     pub(crate) fn chi(&self) -> f64 {
         (self.sum() / self.count().max(1.0)).sqrt()
     }

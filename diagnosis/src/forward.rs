@@ -22,6 +22,8 @@ const WORTH_A_RACE: f64 = 0.05;
 const RIVAL: f64 = 1.1;
 /// Priors are let go where what is left asks for less than this share of how firmly they hold.
 const LOOSER: f64 = 0.7;
+/// How often, as each time less is left.
+const MOST_RELEASES: usize = 5;
 /// Candidates that are fitted in full at every step.
 const FINALISTS: usize = 4;
 /// Most effects that are added before the unneeded are taken out, and most that are kept.
@@ -73,15 +75,18 @@ pub(crate) fn misfit(data: &Data, fit: &Fit) -> Option<f64> {
 }
 
 /// A fit whose priors hold more firmly than what it leaves asks for, let go as far as that.
-fn let_go(data: &Data, fit: Fit) -> Fit {
-    match misfit(data, &fit) {
-        Some(misfit) if misfit < LOOSER * fit.space.firmness => {
-            let space = fit.space.firm(misfit);
-            let objective = fit.score.fitted + space.resistance(&fit.z);
-            search::polish(data, Fit { space, objective, ..fit })
+fn let_go(data: &Data, mut fit: Fit) -> Fit {
+    for _ in 0..MOST_RELEASES {
+        match misfit(data, &fit) {
+            Some(misfit) if misfit < LOOSER * fit.space.firmness => {
+                let space = fit.space.firm(misfit);
+                let objective = fit.score.fitted + space.resistance(&fit.z);
+                fit = search::polish(data, Fit { space, objective, ..fit });
+            }
+            _ => break,
         }
-        _ => fit,
     }
+    fit
 }
 
 /// Adds effects to `base` while that helps on data kept back.
@@ -116,8 +121,9 @@ pub(crate) fn select(
         }
         let (mut field, full) = search::race(data, &selection.fit, candidates, FINALISTS, &|f| progress(&stage, f));
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
-        let Some(mut best) = field.first().cloned() else { break };
-        best.fit = search::polish(data, best.fit);
+        let Some(first) = field.first_mut() else { break };
+        first.fit = let_go(data, search::polish(data, first.fit.clone()));
+        let mut best = first.clone();
         if kept_gain(&selection.fit, &best.fit) < MATTERS * selection.fit.score.kept {
             selection.rejected = Some((field, full));
             break;
@@ -151,18 +157,15 @@ pub(crate) fn select(
         }
         let tested = best.candidate.effect.id;
         // rivals that come near it are carried as far: which is better is decided between equals
-        if let Some(first) = field.first_mut() {
-            first.fit = best.fit.clone();
-        }
         let near = RIVAL * best.fit.score.kept;
         field[..full].par_iter_mut().skip(1).filter(|r| r.fit.score.kept < near).for_each(|r| {
-            r.fit = search::polish(data, r.fit.clone());
+            r.fit = let_go(data, search::polish(data, r.fit.clone()));
         });
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
         if let Some(first) = field.first() {
             best = first.clone();
         }
-        selection.fit = let_go(data, best.fit.clone());
+        selection.fit = best.fit.clone();
         selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
         // alone it has just been shown to be needed, unless a polished rival took its place
         if selection.steps.len() > 1 || selection.steps.last().is_some_and(|s| s.effect.id != tested) {
