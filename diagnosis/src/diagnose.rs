@@ -391,6 +391,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let mut improved = rig.clone();
     if verdict != Verdict::Agrees {
         chosen.space.apply(&chosen.z, &mut improved)?;
+        improved = improved.refreshed()?;
     }
     let unknown =
         beyond.unknown.as_ref().map(|unknown| describe_unknown(unknown, &intervals, score_before, score_after));

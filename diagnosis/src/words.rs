@@ -14,6 +14,9 @@ use crate::space::{Coordinate, What, is_time};
 /// Separations below this, in RMS over noise, are not worth a recording.
 const WORTH_IT: f64 = 0.1;
 
+/// chi with all that was found in the model, above which the answer says that more is left.
+const MUCH_IS_LEFT: f64 = 1.5;
+
 /// A number with three significant digits and no needless zeros.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -116,11 +119,16 @@ pub(crate) fn summary(
                 .collect();
             format!(
                 "The simulation leaves out {}. {} On data kept back the error is {g} times the noise as given, {b} with \
-                 parameters refitted, {a} with {} in the model.{}",
+                 parameters refitted, {a} with {} in the model.{}{}",
                 names.join(" and "),
                 said.join(" "),
                 if effects.len() == 1 { "it" } else { "them" },
-                alike.concat()
+                alike.concat(),
+                if after.chi() > MUCH_IS_LEFT {
+                    " What is left then is more than noise, and not explained."
+                } else {
+                    ""
+                }
             )
         }
         Verdict::UnknownPhysics => {
@@ -134,15 +142,21 @@ pub(crate) fn summary(
             });
             let form = match unknown {
                 Some(u) if !u.form.is_empty() => format!(
-                    " An empirical term, {} {}, brings it to {a}: a description, not a mechanism.",
-                    u.form, u.unit
+                    " An empirical term, {}{}, brings it to {a}: a description, not a mechanism.",
+                    u.form,
+                    if u.unit == "1" { String::new() } else { format!(" {}", u.unit) }
                 ),
                 _ => " No closed form describes it better.".to_string(),
             };
+            let elsewhere = if before.chi() > 2.0 * before.chi_kept() {
+                format!(" and at {} over all, from a few stretches,", number(before.chi()))
+            } else {
+                String::new()
+            };
             format!(
                 "Something outside the catalogue acts in the {equation} equation: with parameters refitted the error on \
-                 data kept back stays at {b} times the noise ({g} as given), and what is left depends on the state of the \
-                 wire.{nearest}{form}"
+                 data kept back stays at {b} times the noise{elsewhere} ({g} as given), and what is left is more than \
+                 noise of the sensors can be.{nearest}{form}"
             )
         }
     }
