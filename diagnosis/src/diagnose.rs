@@ -404,11 +404,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
         chi: score_before.chi_kept(),
         chi_improved: score_after.chi_kept(),
         p_value,
-        method: format!(
-            "parametric bootstrap with refit, {} draws of noise with the spectrum of what is left; the best of all \
-             candidates on data kept back is the statistic",
-            selection.draws
-        ),
+        method: selection.method.clone(),
     };
     let stages = Stages {
         as_given: misfits(&data, &given, false),
@@ -679,6 +675,8 @@ fn next_experiment(
             words::separate(named, rival.id, proposal(&rival.fit))
         }
         (Verdict::PhysicsMissing, None) => words::confirm(effects, proposal(reference)),
+        // without a closed form there is nothing to tell apart yet
+        (Verdict::UnknownPhysics, _) if chosen.space.effects.is_empty() => words::explore(None),
         (Verdict::UnknownPhysics, _) => words::explore(proposal(reference)),
         (Verdict::Agrees | Verdict::ParametersOff, _) => words::nothing_needed(chosen, data),
     }

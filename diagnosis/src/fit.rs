@@ -183,6 +183,21 @@ pub(crate) fn kept_by_sensor(data: &Data, residuals: &Residuals) -> Vec<(f64, f6
     sums
 }
 
+/// Σ r² over the kept-back samples of every block of every recording that has such.
+pub(crate) fn kept_by_block(data: &Data, residuals: &Residuals) -> Vec<f64> {
+    let mut sums = std::collections::BTreeMap::new();
+    for (number, (run, by_sensor)) in data.runs.iter().zip(residuals).enumerate() {
+        for values in by_sensor {
+            for ((r, part), block) in values.iter().zip(&run.part).zip(&run.block) {
+                if *part == Part::KeptBack && !r.is_nan() {
+                    *sums.entry((number, *block)).or_insert(0.0) += f64::from(*r).powi(2);
+                }
+            }
+        }
+    }
+    sums.into_values().collect()
+}
+
 /// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.
 pub(crate) fn derivatives(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
     derivatives_by(data, space, z, at, Steps::ONE_SIDED)

@@ -7,7 +7,7 @@ use sinew_physics::effects::Effect;
 use crate::data::Data;
 use crate::fit::{self, Effort, Fit, Residuals};
 use crate::search::{self, Racer};
-use crate::significance::{Chance, Colour};
+use crate::significance::{Chance, Colour, by_blocks};
 use crate::space::What;
 use crate::starts::{self, Candidate};
 
@@ -46,8 +46,8 @@ pub(crate) struct Selection {
     pub(crate) steps: Vec<Step>,
     /// Probability of the first step's gain by chance; 1 where nothing gained.
     pub(crate) p_value: f64,
-    /// Draws of the bootstrap behind it.
-    pub(crate) draws: usize,
+    /// How that was found.
+    pub(crate) method: String,
     /// The field of a step that was not taken.
     pub(crate) rejected: Option<(Vec<Racer>, usize)>,
     /// The reference model as it is best fitted, where the search found a better one on its way.
@@ -98,7 +98,8 @@ pub(crate) fn select(
     progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Selection {
     let reference = base.clone();
-    let mut selection = Selection { fit: base, steps: Vec::new(), p_value: 1.0, draws: 0, rejected: None, reference };
+    let mut selection =
+        Selection { fit: base, steps: Vec::new(), p_value: 1.0, method: bootstrap(0), rejected: None, reference };
     for number in 0..MOST_STEPS {
         let stage = format!("candidates, round {}", number + 1);
         // where next to nothing is left, the linearised candidates show whether a race could find anything
@@ -107,7 +108,7 @@ pub(crate) fn select(
         {
             let p_value = chance.p_value(chance.promised());
             if selection.steps.is_empty() {
-                (selection.p_value, selection.draws) = (p_value, chance.draws());
+                (selection.p_value, selection.method) = (p_value, bootstrap(chance.draws()));
             }
             let too_small = chance.promised() < 0.5 * MATTERS * selection.fit.score.kept;
             let nothing_left = selection.fit.score.chi_kept().powi(2) < 1.0 + MATTERS;
@@ -142,11 +143,17 @@ pub(crate) fn select(
         }
         let gain = kept_gain(&selection.fit, &best.fit);
         let matters = gain_above_noise(data, &selection.fit, &best.fit) > MATTERS * selection.fit.score.kept;
-        let chance = if gain > 0.0 { chance(data, &selection.fit, &best.fit, windows, seed) } else { None };
-        let (p_value, draws) = chance.map_or((1.0, 0), |c| (c.p_value(gain), c.draws()));
+        let (p_value, method) = if gain <= 0.0 {
+            (1.0, bootstrap(0))
+        } else if selection.fit.space.firmness > 1.0 {
+            chance_by_blocks(data, &selection.fit, &field, seed)
+        } else {
+            chance(data, &selection.fit, &best.fit, windows, seed)
+                .map_or((1.0, bootstrap(0)), |c| (c.p_value(gain), bootstrap(c.draws())))
+        };
         if selection.steps.is_empty() {
             selection.p_value = p_value;
-            selection.draws = draws;
+            selection.method = method;
         }
         if !(matters && p_value <= SIGNIFICANT) {
             selection.rejected = Some((field, full));
@@ -223,6 +230,30 @@ fn prune(data: &Data, selection: &mut Selection) {
         selection.steps.retain(|s| s.effect.id != effect.id);
         selection.fit = fit;
     }
+}
+
+/// How the bootstrap is described.
+fn bootstrap(draws: usize) -> String {
+    format!(
+        "parametric bootstrap with refit, {draws} draws of noise with the spectrum of what is left; the best of all \
+         candidates on data kept back is the statistic"
+    )
+}
+
+/// Probability that chance gives the gain of the first of `field`, or any other a better one, and how that was found.
+fn chance_by_blocks(data: &Data, base: &Fit, field: &[Racer], seed: u64) -> (f64, String) {
+    let kept = |fit: &Fit| Some(fit::kept_by_block(data, &fit::residuals(data, &fit.space, &fit.z)?));
+    let Some(before) = kept(base) else { return (1.0, bootstrap(0)) };
+    let gains: Vec<Vec<f64>> = field
+        .par_iter()
+        .filter_map(|racer| Some(before.iter().zip(kept(&racer.fit)?).map(|(before, after)| before - after).collect()))
+        .collect();
+    let method = format!(
+        "the model being wrong by more than noise: signs drawn for the gains of the {} blocks kept back; the best of all \
+         candidates is the statistic",
+        before.len()
+    );
+    (by_blocks(&gains, seed), method)
 }
 
 /// What chance gives to the best candidate beyond `base`, with noise coloured as what `best` leaves.

@@ -80,6 +80,23 @@ fn levinson(covariance: &[f64]) -> (Vec<f64>, f64) {
     (a, error)
 }
 
+/// Probability that chance alone gives the first candidate's gain, or a better one to any of them, from the gains of each
+/// candidate block by block: without anything to gain, each block would lose as often as win. Blocks are long against what
+/// one error of a model lasts, where single samples, and any noise drawn after them, say far too much.
+pub(crate) fn by_blocks(gains: &[Vec<f64>], seed: u64) -> f64 {
+    let Some(found) = gains.first().map(|own| own.iter().sum::<f64>()) else { return 1.0 };
+    let blocks = gains.iter().map(Vec::len).min().unwrap_or(0);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xb10c);
+    let above = (0..DRAWS)
+        .filter(|_| {
+            let signs: Vec<f64> = (0..blocks).map(|_| if rng.random::<bool>() { 1.0 } else { -1.0 }).collect();
+            let of = |own: &Vec<f64>| own.iter().zip(&signs).map(|(gain, sign)| gain * sign).sum::<f64>();
+            gains.iter().map(of).fold(f64::NEG_INFINITY, f64::max) >= found
+        })
+        .count();
+    (above + 1) as f64 / (DRAWS + 1) as f64
+}
+
 /// The gains on kept-back data that chance gives to the best of several candidates.
 #[derive(Debug, Clone)]
 pub(crate) struct Chance {
@@ -261,6 +278,21 @@ pub(crate) fn draw_noise(data: &Data, colours: &[Colour], rng: &mut Xoshiro256Pl
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn blocks_that_gain_alike_are_no_chance_and_one_that_gains_all_may_be() {
+        let alike = vec![vec![1.0; 20]];
+        assert!(by_blocks(&alike, 1) < 0.002);
+        let one: Vec<f64> = (0..20).map(|b| if b == 3 { 100.0 } else { 0.1 }).collect();
+        assert!(by_blocks(&[one], 1) > 0.3);
+        // by the best of many, chance does better
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let mut many: Vec<Vec<f64>> =
+            (0..30).map(|_| (0..20).map(|_| rng.sample::<f64, _>(StandardNormal)).collect()).collect();
+        many.sort_by(|a, b| b.iter().sum::<f64>().total_cmp(&a.iter().sum()));
+        assert!(by_blocks(&many, 1) > 0.05 && by_blocks(&many[..1], 1) < 0.05);
+        assert_eq!(by_blocks(&[], 1), 1.0);
+    }
 
     #[test]
     fn an_autoregressive_process_is_recognised() {
