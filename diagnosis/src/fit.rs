@@ -79,6 +79,16 @@ pub(crate) struct Effort {
 /// … or less than this: a tenth of what a parameter one standard deviation off costs.
 const NEGLIGIBLE: f64 = 0.1;
 
+/// Steps that gain less than half of that standard deviation's cost, though they promised more: where the country is rough,
+/// so many in a row are the end of the way.
+const CRAWL: f64 = 0.25;
+const MOST_CRAWLS: usize = 3;
+
+/// A step that gains this share of what it promised needs no bending …
+const AS_PROMISED: f64 = 0.75;
+/// … and after one that gains this share the next may be longer.
+const FAIR: f64 = 0.25;
+
 /// Damping that is as good as none, relative to the curvature along each coordinate.
 const LEAST_DAMPING: f64 = 1e-9;
 
@@ -403,37 +413,58 @@ pub(crate) fn gram(data: &Data, part: Part, columns: &[Residuals]) -> DMatrix<f6
     square(&matrix(data, part, &columns.iter().collect::<Vec<_>>()))
 }
 
+/// A place on the way of a fit.
+struct Place {
+    z: Vec<f64>,
+    residuals: Residuals,
+    score: Score,
+    objective: f64,
+}
+
+impl Place {
+    /// `None` where the model cannot be built.
+    fn new(data: &Data, space: &Space, z: Vec<f64>, weight: f64) -> Option<Place> {
+        let residuals = residuals(data, space, &z)?;
+        let score = score(data, &residuals);
+        let objective = weight * score.fitted + space.resistance(&z);
+        Some(Place { z, residuals, score, objective })
+    }
+}
+
 /// Fits from `start`. `None` where the start itself is impossible.
+///
+/// Levenberg–Marquardt, its steps bent along with the valley (geodesic acceleration, Transtrum and Sethna 2012): where
+/// parameters make up for each other the valley is narrow and winds, and straight steps crawl along it.
 pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
     let n = space.len();
     let weight = 1.0 / (effort.soften * effort.soften);
     let pull = DVector::from_iterator(n, space.pulls());
-    let mut z: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
-    let mut here = residuals(data, space, &z)?;
-    let mut at = score(data, &here);
-    let mut objective = weight * at.fitted + space.resistance(&z);
+    let start: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
+    let mut here = Place::new(data, space, start, weight)?;
     let mut damping = 1e-3;
     let mut information = DMatrix::identity(n, n);
     let mut converged = n == 0;
     let mut stage = 0;
+    let mut slow = 0;
     for _ in 0..effort.iterations {
         if converged {
             break;
         }
-        let columns = derivatives_by(data, space, &z, &here, effort.steps[stage])?;
+        let columns = derivatives_by(data, space, &here.z, &here.residuals, effort.steps[stage])?;
         // the residuals are the last column: their products with the others are the gradient
-        let all: Vec<&Residuals> = columns.iter().chain([&here]).collect();
-        let products = square(&matrix(data, Part::Fitted, &all)) * weight;
+        let all: Vec<&Residuals> = columns.iter().chain([&here.residuals]).collect();
+        let all = matrix(data, Part::Fitted, &all);
+        let products = square(&all) * weight;
         information = products.view((0, 0), (n, n)).into_owned();
         let mut gradient: DVector<f64> = products.view((0, n), (n, 1)).column(0).into_owned();
         for i in 0..n {
             information[(i, i)] += pull[i];
-            gradient[i] += pull[i] * z[i];
+            gradient[i] += pull[i] * here.z[i];
         }
-        let mut improved = false;
+        let above_noise = (here.objective - weight * here.score.fitted_count).max(0.0);
+        let mut next = None;
         for attempt in 0..8 {
-            let (step, promised) = bounded_step(space, &z, &information, &gradient, damping);
-            let above_noise = (objective - weight * at.fitted_count).max(0.0);
+            let (step, promised) = bounded_step(space, &here.z, &information, &gradient, damping);
             if promised < NEGLIGIBLE * space.firmness + effort.relative * above_noise {
                 // damping hides the way along a valley that the data hardly slope: look without before calling it the end
                 if damping > LEAST_DAMPING && attempt == 0 {
@@ -442,32 +473,51 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
                 }
                 break;
             }
-            let moved: Vec<f64> = z.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
-            if let Some(there) = residuals(data, space, &moved) {
-                let then = score(data, &there);
-                let value = weight * then.fitted + space.resistance(&moved);
-                if value < objective {
-                    let ratio = (objective - value) / promised;
-                    damping = if ratio > 0.75 {
-                        (damping * 0.1).max(LEAST_DAMPING)
-                    } else if ratio < 0.25 {
-                        damping * 4.0
-                    } else {
-                        damping
+            let by = |from: &[f64], step: &DVector<f64>| {
+                let moved = from.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
+                Place::new(data, space, moved, weight)
+            };
+            if let Some(straight) = by(&here.z, &step) {
+                let mut best = straight;
+                if best.objective > here.objective - AS_PROMISED * promised {
+                    let bend = bend(data, &all, &best.residuals, &step) * weight;
+                    let (correction, _) = bounded_step(space, &best.z, &information, &bend, damping);
+                    best = by(&best.z, &correction).filter(|bent| bent.objective < best.objective).unwrap_or(best);
+                }
+                let gained = here.objective - best.objective;
+                if gained > 0.0 {
+                    slow = if gained < CRAWL * space.firmness + effort.relative * above_noise { slow + 1 } else { 0 };
+                    damping = match gained / promised {
+                        ratio if ratio > FAIR => (damping * 0.1).max(LEAST_DAMPING),
+                        ratio if ratio < 0.1 => damping * 4.0,
+                        _ => damping,
                     };
-                    (z, here, at, objective) = (moved, there, then, value);
-                    improved = true;
+                    next = Some(best);
                     break;
                 }
             }
             damping = (damping * 10.0).max(1e-6);
         }
-        if !improved {
+        let improved = next.is_some();
+        here = next.unwrap_or(here);
+        if !improved || slow >= MOST_CRAWLS {
+            slow = 0;
             converged = stage + 1 == effort.steps.len();
             stage += 1;
         }
     }
-    Some(Fit { space: space.clone(), z, score: at, objective, information, converged })
+    let Place { z, score, objective, .. } = here;
+    Some(Fit { space: space.clone(), z, score, objective, information, converged })
+}
+
+/// What the residuals did on a step beyond what their derivatives said (half the second derivative along it), as its
+/// products with the derivatives. `all` has the derivatives as its columns, and the residuals before the step as its last.
+fn bend(data: &Data, all: &DMatrix<f32>, after: &Residuals, step: &DVector<f64>) -> DVector<f64> {
+    let n = step.len();
+    let derivatives = all.columns(0, n);
+    let after = DVector::from_vec(flat(data, Part::Fitted, after));
+    let beyond = after - all.column(n) - derivatives * step.map(|s| s as f32);
+    derivatives.tr_mul(&beyond).map(f64::from)
 }
 
 /// A few steps from `start` with the derivatives along what `space` shares with a former fit taken from there, so that

@@ -39,7 +39,7 @@ pub(crate) fn anneal(data: &Data, space: &Space, start: &[f64], effort: Effort) 
 pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, Agreement)> {
     // what is believed leads where the recording is explained: nothing can be better than noise
     let believed = anneal(data, space, &vec![0.0; space.len()], Effort::SEARCH)?;
-    let believed = if believed.score.chi_fitted() < 2.0 * EXPLAINED { polish(data, believed) } else { believed };
+    let believed = onward(data, believed);
     if believed.score.chi_fitted() < EXPLAINED {
         return Some((believed, Agreement { carried: 1, alike: 1 }));
     }
@@ -55,13 +55,21 @@ pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, 
         .par_iter()
         .filter_map(|start| anneal(data, space, start, Effort::iterations(TRIAL_ITERATIONS)))
         .min_by(|a, b| a.objective.total_cmp(&b.objective));
-    let drawn = drawn.map(|fit| if fit.converged { fit } else { polish(data, fit) });
+    let drawn = drawn.map(|fit| if fit.converged { fit } else { onward(data, fit) });
     let mut carried: Vec<Fit> = drawn.into_iter().chain([believed]).collect();
     carried.sort_by(|a, b| a.objective.total_cmp(&b.objective));
     let best = carried.first()?.clone();
     let good = carried.iter().filter(|f| f.objective <= best.objective * 1.01 + 10.0).count();
     let agreement = Agreement { carried: carried.len(), alike: good };
     Some((best, agreement))
+}
+
+/// The fit carried on: to its end where that may explain everything, far enough to compare it where it cannot.
+fn onward(data: &Data, fit: Fit) -> Fit {
+    if fit.score.chi_fitted() < 2.0 * EXPLAINED {
+        return polish(data, fit);
+    }
+    fit::fit(data, &fit.space, &fit.z, Effort::SEARCH).unwrap_or(fit)
 }
 
 /// The fit carried to its end.

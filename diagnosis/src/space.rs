@@ -14,6 +14,8 @@ use crate::data::{Data, Run};
 const STEP: f64 = 0.02;
 /// How far a parameter with a prior may go, in σ.
 const FARTHEST_SIGMA: f64 = 8.0;
+/// Transformation temperatures this far above the room's are counted from it, K.
+const LEAST_WARMTH_K: f64 = 10.0;
 /// An effect may be this many times as large as rigs show.
 const BEYOND_PLAUSIBLE: f64 = 4.0;
 /// Run-to-run scatter of a position's gain where its zero is arbitrary, 1 σ.
@@ -42,8 +44,12 @@ pub(crate) struct Coordinate {
     pub(crate) what: What,
     /// Value at 0, in the key's unit.
     pub(crate) origin: f64,
-    /// Value per unit of the coordinate.
+    /// Value per unit of the coordinate, at 0.
     pub(crate) scale: f64,
+    /// Equal steps multiply the value's distance from here, where without it they add to the value. A wire that gets
+    /// hotter by some factor, with a smaller loss and heat capacity and gentler curves, is nearly the same wire: in
+    /// percentages, and temperatures above that of the room, the valley this makes is straight.
+    pub(crate) pivot: Option<f64>,
     /// Bounds, in units of the coordinate.
     pub(crate) low: f64,
     pub(crate) high: f64,
@@ -55,11 +61,23 @@ pub(crate) struct Coordinate {
 
 impl Coordinate {
     pub(crate) fn value(&self, z: f64) -> f64 {
-        self.origin + self.scale * z
+        match self.pivot {
+            Some(pivot) => {
+                let distance = self.origin - pivot;
+                pivot + distance * (self.scale / distance * z).exp()
+            }
+            None => self.origin + self.scale * z,
+        }
     }
 
     pub(crate) fn at(&self, value: f64) -> f64 {
-        (value - self.origin) / self.scale
+        match self.pivot {
+            Some(pivot) => {
+                let distance = self.origin - pivot;
+                ((value - pivot) / distance).max(f64::MIN_POSITIVE).ln() * distance / self.scale
+            }
+            None => (value - self.origin) / self.scale,
+        }
     }
 
     pub(crate) fn is_of(&self, effect: &Effect) -> bool {
@@ -111,17 +129,26 @@ impl Space {
             let both = one_modulus && key == "austenite_modulus_gpa";
             // a relative prior says that the sign is known
             let floor = if matches!(prior, Prior::Relative(_)) { 0.02 * value.abs() } else { f64::NEG_INFINITY };
-            let low = ((range.low.max(if value > 0.0 { floor } else { f64::NEG_INFINITY }) - value) / sigma)
-                .max(-FARTHEST_SIGMA);
-            coordinates.push(Coordinate {
+            let (least, most) = if value > 0.0 { (range.low.max(floor), range.high) } else { (range.low, range.high) };
+            let temperature = ["austenite_temperature_c", "martensite_temperature_c"].contains(&key.as_str());
+            let pivot = match prior {
+                Prior::Relative(_) if value > 0.0 => Some(0.0),
+                _ if temperature && value - c.model.ambient_c > LEAST_WARMTH_K => Some(c.model.ambient_c),
+                _ => None,
+            };
+            let mut coordinate = Coordinate {
                 what: if both { What::BothModuli } else { What::Key(key) },
                 origin: value,
                 scale: sigma,
-                low: low.min(0.0),
-                high: ((range.high - value) / sigma).clamp(0.0, FARTHEST_SIGMA),
+                pivot,
+                low: 0.0,
+                high: 0.0,
                 pull: 1.0,
                 step: STEP,
-            });
+            };
+            coordinate.low = coordinate.at(least).clamp(-FARTHEST_SIGMA, 0.0);
+            coordinate.high = coordinate.at(most).clamp(0.0, FARTHEST_SIGMA);
+            coordinates.push(coordinate);
         }
         let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new(), firmness: 1.0 };
         space.add_runs(data);
@@ -142,6 +169,7 @@ impl Space {
                 what: What::Zero(index),
                 origin: 0.0,
                 scale,
+                pivot: None,
                 low,
                 high,
                 pull,
@@ -149,7 +177,16 @@ impl Space {
             });
             if fitted > 1 && !data.position_imposed {
                 let (what, scale, pull) = (What::Gain(index), GAIN_SCATTER, 1.0);
-                self.coordinates.push(Coordinate { what, origin: 1.0, scale, low: -4.0, high: 4.0, pull, step: STEP });
+                self.coordinates.push(Coordinate {
+                    what,
+                    origin: 1.0,
+                    scale,
+                    pivot: None,
+                    low: -4.0,
+                    high: 4.0,
+                    pull,
+                    step: STEP,
+                });
             }
         }
     }
@@ -167,6 +204,7 @@ impl Space {
                 what: What::Effect(effect, parameter),
                 origin,
                 scale: *scale,
+                pivot: None,
                 low: (low - origin) / scale,
                 high: (high - origin) / scale,
                 pull: *pull,

@@ -74,7 +74,7 @@ pub(crate) fn traces(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
         @if let [front, others @ ..] = drawn {
             @let sheet_in_front = sheet(front, points.0);
             (legend(&stages, diagnosis))
-            @if several { h3 { "Recording " (front.name) } }
+            @if several { h3 { "Recording " (words::short(&front.name)) } }
             (sheet_in_front.sensors())
             (sheet_in_front.zoom())
             (sheet_in_front.loops())
@@ -82,7 +82,7 @@ pub(crate) fn traces(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
             @for other in others {
                 @let sheet = sheet(other, points.1);
                 details {
-                    summary { "Recording " (other.name) }
+                    summary { "Recording " (words::short(&other.name)) }
                     (sheet.sensors())
                     (sheet.loops())
                 }
@@ -236,7 +236,7 @@ impl Sheet<'_> {
         let most = left(&left_before).max(left(&left_after)).max(2.0 * NOISE_BAND);
         let title = y.title();
         let main = Plot {
-            title: format!("{name} over time in {}, measured and simulated", self.recording.name),
+            title: format!("{name} over time in {}, measured and simulated", words::short(&self.recording.name)),
             size: (WIDE, 210.0),
             x: x.clone(),
             y,
@@ -358,7 +358,7 @@ impl Sheet<'_> {
                         figcaption { b { (y.title()) } }
                         div.scroll {
                             (Plot {
-                                title: format!("{name} over time in {}", recording.name),
+                                title: format!("{name} over time in {}", words::short(&recording.name)),
                                 size: (WIDE, 120.0),
                                 x: x.clone(),
                                 y,

@@ -182,7 +182,7 @@ fn location(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
 
 fn places(diagnosis: &Diagnosis) -> Markup {
     let location = &diagnosis.location;
-    let places = words::places(location);
+    let places = words::places(location, usize::MAX);
     html! {
         @if let Some(equation) = &location.equation {
             p.lead {
@@ -515,7 +515,7 @@ fn recordings(diagnosis: &Diagnosis) -> Markup {
 fn recording_row(recording: &RecordingSummary) -> Markup {
     html! {
         tr {
-            th scope="row" { (recording.name) }
+            th scope="row" title=(recording.name) { (words::short(&recording.name)) }
             td.n { (recording.samples) }
             td.n { (quantity(recording.duration_s, "s")) }
             td { @if recording.held_out { "judging only: all of it kept back" } @else { "fitting, with blocks kept back" } }

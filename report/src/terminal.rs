@@ -8,6 +8,9 @@ use crate::words::{headline, is_complete, list, places};
 
 /// Narrower than this a terminal is not taken at its word.
 const LEAST_WIDTH: usize = 40;
+/// Windows and conditions named, and warnings said; the page has them all.
+const PLACES: usize = 1;
+const WARNINGS: usize = 3;
 /// Where the text begins, after its label.
 const INDENT: usize = 9;
 
@@ -34,8 +37,11 @@ pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
     }
     answer.says("param.", &parameters(diagnosis));
     answer.says("next", &diagnosis.next_experiment);
-    for warning in &diagnosis.warnings {
+    for warning in diagnosis.warnings.iter().take(WARNINGS) {
         answer.says("warning", warning);
+    }
+    if diagnosis.warnings.len() > WARNINGS {
+        answer.says("warning", &format!("and {} more, in the report", diagnosis.warnings.len() - WARNINGS));
     }
     answer.lines
 }
@@ -57,7 +63,7 @@ fn place(diagnosis: &Diagnosis) -> String {
         Some(score) => format!("the {equation} equation, which explains {}", percent(*score)),
         None => format!("the {equation} equation"),
     });
-    equation.into_iter().chain(places(location)).collect::<Vec<_>>().join("; ")
+    equation.into_iter().chain(places(location, PLACES)).collect::<Vec<_>>().join("; ")
 }
 
 fn found(effect: &FoundEffect) -> String {
@@ -85,7 +91,8 @@ fn form(unknown: &Unknown) -> String {
     if unknown.form.is_empty() {
         format!("in the {} equation, no closed form found; {fit}", unknown.equation)
     } else {
-        format!("in the {} equation, empirically {} (in {}); {fit}", unknown.equation, unknown.form, unknown.unit)
+        let unit = if unknown.unit == "1" { String::new() } else { format!(" (in {})", unknown.unit) };
+        format!("in the {} equation, empirically {}{unit}; {fit}", unknown.equation, unknown.form)
     }
 }
 

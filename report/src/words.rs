@@ -89,15 +89,21 @@ pub(crate) fn list<S: AsRef<str>>(items: &[S]) -> String {
     }
 }
 
-/// When and under which conditions, as sentences without their full stops.
-pub(crate) fn places(location: &Location) -> Vec<String> {
-    let windows = location.windows.iter().map(|w| {
+/// A recording without the folders it lies in.
+pub(crate) fn short(recording: &str) -> &str {
+    recording.rsplit(['/', '\\']).next().unwrap_or(recording)
+}
+
+/// When and under which conditions, as sentences without their full stops; at most so many of each.
+pub(crate) fn places(location: &Location, most: usize) -> Vec<String> {
+    let windows = location.windows.iter().take(most).map(|w| {
         let [start, end] = [w.start_s, w.end_s].map(|t| fixed(t, 1));
-        format!("{} of what is left lies between {start} s and {end} s of {}", percent(w.share), w.recording)
+        format!("{} of what is left lies between {start} s and {end} s of {}", percent(w.share), short(&w.recording))
     });
     let conditions = location
         .conditions
         .iter()
+        .take(most)
         .map(|c| format!("{} of it: {} ({} of the samples)", percent(c.share), c.when, percent(c.of_time)));
     windows.chain(conditions).collect()
 }
@@ -111,6 +117,13 @@ mod tests {
         assert_eq!(list::<&str>(&[]), "");
         assert_eq!(list(&["a"]), "a");
         assert_eq!(list(&["a", "b", "c"]), "a, b and c");
+    }
+
+    #[test]
+    fn a_recording_is_called_by_its_file() {
+        assert_eq!(short("bench/monday/run1.csv"), "run1.csv");
+        assert_eq!(short("run1.csv"), "run1.csv");
+        assert_eq!(short(""), "");
     }
 
     #[test]
