@@ -15,6 +15,9 @@ const SIMULATION_ERROR: f64 = 2e-4;
 const Z90: f64 = 1.6449;
 const FALL90: f64 = Z90 * Z90;
 
+/// Steps of the refit on the profile.
+const PROFILE_STEPS: usize = 4;
+
 /// A 90 % interval of one coordinate, in its own unit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Interval {
@@ -26,21 +29,22 @@ pub(crate) struct Interval {
 /// The intervals of all coordinates of a fit. Those of effects are walked out along the profile.
 pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
     let n = fit.space.len();
-    let (deviations, inflation) = deviations(data, fit).unwrap_or((fit.deviations(), vec![1.0; n]));
+    let spread = Spread::of(data, fit);
+    let deviations = spread.as_ref().map_or_else(|| fit.deviations(), |s| s.deviations.clone());
     (0..n)
         .into_par_iter()
         .map(|i| {
             let c = &fit.space.coordinates[i];
             let z = fit.z[i];
             let reach = Z90 * deviations[i];
-            let profiled = matches!(c.what, What::Effect(..)) && reach.is_finite() && reach < c.high - c.low;
             let side = |sign: f64| -> f64 {
                 let room = if sign > 0.0 { c.high - z } else { z - c.low };
-                let plain = reach.min(room.max(0.0));
-                if !profiled || plain < reach {
-                    return plain;
+                match &spread {
+                    Some(spread) if matches!(c.what, What::Effect(..)) && reach < room => {
+                        profile(data, fit, spread, i, sign * reach).unwrap_or(reach).min(room)
+                    }
+                    _ => reach.min(room.max(0.0)),
                 }
-                profile(data, fit, i, sign * reach, inflation[i]).unwrap_or(plain).min(room)
             };
             let (down, up) = (side(-1.0), side(1.0));
             let (a, b) = (c.value(z - down), c.value(z + up));
@@ -50,21 +54,24 @@ pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
 }
 
 /// How far the coordinate may go before the profile has fallen as far as a 90 % interval allows, given a first guess.
-fn profile(data: &Data, fit: &Fit, i: usize, guess: f64, inflation: f64) -> Option<f64> {
-    let target = FALL90 * inflation;
+fn profile(data: &Data, fit: &Fit, spread: &Spread, i: usize, guess: f64) -> Option<f64> {
+    let target = FALL90 * spread.inflation[i];
     let mut space = fit.space.clone();
-    let mut z = fit.z.clone();
+    // the others go along as far as a straight valley would take them
+    let mut z: Vec<f64> = (0..fit.z.len())
+        .map(|j| fit.z[j] + guess * spread.covariance[(j, i)] / spread.covariance[(i, i)].max(1e-300))
+        .collect();
+    z[i] = fit.z[i] + guess;
     // held there: no room to move
-    z[i] += guess;
     let c = &mut space.coordinates[i];
     (c.low, c.high) = (z[i], z[i]);
-    let refitted = fit::fit(data, &space, &z, Effort::iterations(3))?;
+    let refitted = fit::fit(data, &space, &z, Effort::iterations(PROFILE_STEPS))?;
     let fall = refitted.objective - fit.objective;
     if fall <= 0.0 {
         return Some(guess.abs() * 2.0);
     }
     // a parabola through the two points, but no wild extrapolation
-    Some(guess.abs() * (target / fall).sqrt().clamp(0.4, 2.5))
+    Some(guess.abs() * (target / fall).sqrt().clamp(0.5, 2.5))
 }
 
 /// From the least to the largest of what was measured.
@@ -76,49 +83,59 @@ fn range(values: &[f64]) -> f64 {
     (most - least).max(0.0)
 }
 
-/// Standard deviations of the coordinates in their scales, and by how much correlation widened each (as a variance).
-/// Gradients summed over blocks show how far the samples of a block pull together.
-pub(crate) fn deviations(data: &Data, fit: &Fit) -> Option<(Vec<f64>, Vec<f64>)> {
-    let n = fit.space.len();
-    let here = fit::residuals(data, &fit.space, &fit.z)?;
-    let columns = fit::sharp_derivatives(data, &fit.space, &fit.z, &here)?;
-    let mut information = fit::gram(data, Part::Fitted, &columns);
-    for (i, pull) in fit.space.pulls().enumerate() {
-        information[(i, i)] += pull + 1e-12;
-    }
-    let inverse = information.cholesky()?.inverse();
-    let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
-    for (r, run) in data.runs.iter().enumerate() {
-        let blocks = run.block.last().map_or(0, |b| b + 1);
-        for s in 0..data.sensors.len() {
-            // what the simulation itself may be wrong by, the same way throughout a block
-            let wrong = SIMULATION_ERROR * range(&run.measured[s]) / data.sensors[s].noise;
-            let mut pulls = vec![DVector::<f64>::zeros(n); blocks];
-            let mut errors = pulls.clone();
-            for (i, column) in columns.iter().enumerate() {
-                for (row, (d, residual)) in column[r][s].iter().zip(&here[r][s]).enumerate() {
-                    if run.part[row] == Part::Fitted && !d.is_nan() && !residual.is_nan() {
-                        pulls[run.block[row]][i] += f64::from(d * residual);
-                        errors[run.block[row]][i] += wrong * f64::from(*d);
+/// What the curvature of a fit says.
+struct Spread {
+    /// Standard deviations of the coordinates, in their scales, widened where what is left is correlated.
+    deviations: Vec<f64>,
+    /// By how much that widened each, as a variance.
+    inflation: Vec<f64>,
+    /// Of the coordinates, not widened.
+    covariance: DMatrix<f64>,
+}
+
+impl Spread {
+    /// Gradients summed over blocks show how far the samples of a block pull together.
+    fn of(data: &Data, fit: &Fit) -> Option<Spread> {
+        let n = fit.space.len();
+        let here = fit::residuals(data, &fit.space, &fit.z)?;
+        let columns = fit::sharp_derivatives(data, &fit.space, &fit.z, &here)?;
+        let mut information = fit::gram(data, Part::Fitted, &columns);
+        for (i, pull) in fit.space.pulls().enumerate() {
+            information[(i, i)] += pull + 1e-12;
+        }
+        let covariance = information.cholesky()?.inverse();
+        let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
+        for (r, run) in data.runs.iter().enumerate() {
+            let blocks = run.block.last().map_or(0, |b| b + 1);
+            for s in 0..data.sensors.len() {
+                // what the simulation itself may be wrong by, the same way throughout a block
+                let wrong = SIMULATION_ERROR * range(&run.measured[s]) / data.sensors[s].noise;
+                let mut pulls = vec![DVector::<f64>::zeros(n); blocks];
+                let mut errors = pulls.clone();
+                for (i, column) in columns.iter().enumerate() {
+                    for (row, (d, residual)) in column[r][s].iter().zip(&here[r][s]).enumerate() {
+                        if run.part[row] == Part::Fitted && !d.is_nan() && !residual.is_nan() {
+                            pulls[run.block[row]][i] += f64::from(d * residual);
+                            errors[run.block[row]][i] += wrong * f64::from(*d);
+                        }
                     }
                 }
-            }
-            for sum in pulls.iter().chain(&errors) {
-                middle += sum * sum.transpose();
+                for sum in pulls.iter().chain(&errors) {
+                    middle += sum * sum.transpose();
+                }
             }
         }
-    }
-    for (i, pull) in fit.space.pulls().enumerate() {
-        middle[(i, i)] += fit.space.firmness * pull;
-    }
-    let sandwich = &inverse * middle * &inverse;
-    Some(
-        (0..n)
+        for (i, pull) in fit.space.pulls().enumerate() {
+            middle[(i, i)] += fit.space.firmness * pull;
+        }
+        let sandwich = &covariance * middle * &covariance;
+        let (deviations, inflation) = (0..n)
             .map(|i| {
-                let plain = inverse[(i, i)].max(0.0);
+                let plain = covariance[(i, i)].max(0.0);
                 let wide = sandwich[(i, i)].max(plain);
                 (wide.sqrt(), (wide / plain.max(1e-300)).max(1.0))
             })
-            .unzip(),
-    )
+            .unzip();
+        Some(Spread { deviations, inflation, covariance })
+    }
 }
