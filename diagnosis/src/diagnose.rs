@@ -338,13 +338,13 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     progress("as given", 0.0);
     let given = as_given(&data, &space).ok_or(Error::NoFit)?;
     let Attempt { reference, agreement, located, selection } = best_attempt(&data, &space, settings)?;
-    warn_of_fit(&selection.fit, agreement, &mut warnings);
 
     let left = residuals_of(&data, &selection.fit)?;
     let colours = forward::colours(&data, &left);
     progress("beyond the catalogue", 0.0);
     let beyond = beyond_catalogue(&data, &reference, &selection, &left, &colours, &located, settings);
     let chosen = beyond.fit(&selection);
+    warn_of_fit(chosen, agreement, &mut warnings);
 
     if beyond.is_noise {
         // what is left knows nothing of the wire: the sensors are noisier than their fast fluctuations show
