@@ -79,9 +79,10 @@ pub(crate) struct Effort {
 /// … or less than this: a tenth of what a parameter one standard deviation off costs.
 const NEGLIGIBLE: f64 = 0.1;
 
-/// Steps that gain less than half of that standard deviation's cost, though they promised more: where the country is rough,
-/// so many in a row are the end of the way.
+/// Steps that gain less than a quarter of that standard deviation's cost, and next to nothing of what is above noise, though
+/// they promised more: where the country is rough, so many in a row are the end of the way.
 const CRAWL: f64 = 0.25;
+const CRAWL_SHARE: f64 = 1e-4;
 const MOST_CRAWLS: usize = 3;
 
 /// A step that gains this share of what it promised needs no bending …
@@ -486,7 +487,7 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
                 }
                 let gained = here.objective - best.objective;
                 if gained > 0.0 {
-                    slow = if gained < CRAWL * space.firmness + effort.relative * above_noise { slow + 1 } else { 0 };
+                    slow = if gained < CRAWL * space.firmness + CRAWL_SHARE * above_noise { slow + 1 } else { 0 };
                     damping = match gained / promised {
                         ratio if ratio > FAIR => (damping * 0.1).max(LEAST_DAMPING),
                         ratio if ratio < 0.1 => damping * 4.0,
