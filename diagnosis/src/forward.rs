@@ -19,7 +19,7 @@ pub(crate) const MATTERS: f64 = 0.01;
 const LITTLE_LEFT: f64 = 1.05;
 const WORTH_A_RACE: f64 = 0.05;
 /// A rival's mean square on kept-back data is at most this many times that of the best.
-const RIVAL: f64 = 1.1;
+const RIVAL: f64 = 1.3;
 /// Priors are let go where what is left asks for less than this share of how firmly they hold.
 const LOOSER: f64 = 0.7;
 /// How often, as each time less is left.
