@@ -287,7 +287,6 @@ fn parameters(fit: &Fit, intervals: &[Interval]) -> BTreeMap<String, FittedParam
 
 /// From the parameters alone to what physics is missing.
 struct Attempt {
-    reference: Fit,
     agreement: Agreement,
     located: Vec<Located>,
     selection: Selection,
@@ -305,7 +304,7 @@ impl Attempt {
         if !selection.fit.converged {
             selection.fit = search::polish(data, selection.fit);
         }
-        Ok(Attempt { reference: selection.reference.clone(), agreement, located, selection })
+        Ok(Attempt { agreement, located, selection })
     }
 }
 
@@ -320,7 +319,7 @@ fn best_attempt(data: &Data, space: &Space, settings: &Settings<'_>) -> Result<A
     let free = Attempt::new(data, space, settings)?;
     let left = &free.selection.fit;
     let chi = left.score.chi();
-    if chi <= UNEXPLAINED || chi <= NEARLY_EXPLAINED && explained(&free.reference, left) >= NAMED_SHARE {
+    if chi <= UNEXPLAINED || chi <= NEARLY_EXPLAINED && explained(&free.selection.reference, left) >= NAMED_SHARE {
         return Ok(free);
     }
     let firmness = forward::misfit(data, left).ok_or(Error::NoFit)?;
@@ -337,7 +336,8 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let space = Space::reference(rig, channel, &data);
     progress("as given", 0.0);
     let given = as_given(&data, &space).ok_or(Error::NoFit)?;
-    let Attempt { reference, agreement, located, selection } = best_attempt(&data, &space, settings)?;
+    let Attempt { agreement, located, selection } = best_attempt(&data, &space, settings)?;
+    let reference = selection.reference.clone();
 
     let left = residuals_of(&data, &selection.fit)?;
     let colours = forward::colours(&data, &left);

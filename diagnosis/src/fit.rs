@@ -180,33 +180,19 @@ pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
     score
 }
 
-/// Σ r² over kept-back samples and how many they are, by sensor.
-pub(crate) fn kept_by_sensor(data: &Data, residuals: &Residuals) -> Vec<(f64, f64)> {
-    let mut sums = vec![(0.0, 0.0); data.sensors.len()];
-    for (run, by_sensor) in data.runs.iter().zip(residuals) {
-        for (sum, values) in sums.iter_mut().zip(by_sensor) {
-            for (r, _) in values.iter().zip(&run.part).filter(|(r, part)| **part == Part::KeptBack && !r.is_nan()) {
-                sum.0 += f64::from(*r).powi(2);
-                sum.1 += 1.0;
-            }
-        }
-    }
-    sums
-}
-
-/// Σ r² over the kept-back samples of every block of every recording that has such.
-pub(crate) fn kept_by_block(data: &Data, residuals: &Residuals) -> Vec<f64> {
-    let mut sums = std::collections::BTreeMap::new();
-    for (number, (run, by_sensor)) in data.runs.iter().zip(residuals).enumerate() {
-        for values in by_sensor {
-            for ((r, part), block) in values.iter().zip(&run.part).zip(&run.block) {
-                if *part == Part::KeptBack && !r.is_nan() {
-                    *sums.entry((number, *block)).or_insert(0.0) += f64::from(*r).powi(2);
-                }
-            }
-        }
-    }
-    sums.into_values().collect()
+/// r² of every sample kept back, with its recording, sensor and block.
+pub(crate) fn kept_squares<'a>(
+    data: &'a Data,
+    residuals: &'a Residuals,
+) -> impl Iterator<Item = (usize, usize, usize, f64)> + 'a {
+    data.runs.iter().zip(residuals).enumerate().flat_map(|(number, (run, by_sensor))| {
+        by_sensor.iter().enumerate().flat_map(move |(sensor, values)| {
+            let samples = values.iter().zip(&run.part).zip(&run.block);
+            samples
+                .filter(|((r, part), _)| **part == Part::KeptBack && !r.is_nan())
+                .map(move |((r, _), block)| (number, sensor, *block, f64::from(*r).powi(2)))
+        })
+    })
 }
 
 /// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.

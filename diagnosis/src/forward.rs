@@ -1,6 +1,8 @@
 //! What: effects are added one at a time, each refitted with everything that may move, judged by data kept back against
 //! what chance gives to the best of all candidates; what is no longer needed is taken out again.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
@@ -242,7 +244,14 @@ fn bootstrap(draws: usize) -> String {
 
 /// Probability that chance gives the gain of the first of `field`, or any other a better one, and how that was found.
 fn chance_by_blocks(data: &Data, base: &Fit, field: &[Racer], seed: u64) -> (f64, String) {
-    let kept = |fit: &Fit| Some(fit::kept_by_block(data, &fit::residuals(data, &fit.space, &fit.z)?));
+    let kept = |fit: &Fit| -> Option<Vec<f64>> {
+        let left = fit::residuals(data, &fit.space, &fit.z)?;
+        let mut sums = BTreeMap::new();
+        for (run, _, block, square) in fit::kept_squares(data, &left) {
+            *sums.entry((run, block)).or_insert(0.0) += square;
+        }
+        Some(sums.into_values().collect())
+    };
     let Some(before) = kept(base) else { return (1.0, bootstrap(0)) };
     let gains: Vec<Vec<f64>> = field
         .par_iter()
@@ -302,7 +311,15 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
 /// The same, where a sensor within its noise already has nothing to gain: what a coarse converter rounds away follows
 /// the signal, and bends to any parameter.
 fn gain_above_noise(data: &Data, worse: &Fit, better: &Fit) -> f64 {
-    let squares = |fit: &Fit| Some(fit::kept_by_sensor(data, &fit::residuals(data, &fit.space, &fit.z)?));
+    let squares = |fit: &Fit| {
+        let left = fit::residuals(data, &fit.space, &fit.z)?;
+        let mut sums = vec![(0.0, 0.0); data.sensors.len()];
+        for (_, sensor, _, square) in fit::kept_squares(data, &left) {
+            sums[sensor].0 += square;
+            sums[sensor].1 += 1.0;
+        }
+        Some(sums)
+    };
     let (Some(worse), Some(better)) = (squares(worse), squares(better)) else { return 0.0 };
     worse.iter().zip(&better).map(|((worse, count), (better, _))| worse.max(*count) - better.max(*count)).sum()
 }
