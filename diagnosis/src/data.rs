@@ -43,6 +43,8 @@ pub(crate) struct Run {
     pub(crate) block: Vec<usize>,
     /// All of it is kept back.
     pub(crate) held_out: bool,
+    /// The simulation may take pieces as long as this, s: 0 for those the wire takes by itself.
+    pub(crate) longest_piece_s: f64,
 }
 
 /// Everything that is compared.
@@ -145,6 +147,13 @@ impl Data {
         data
     }
 
+    /// The same, simulated in pieces as long as `longest_s`.
+    pub(crate) fn in_pieces(&self, longest_s: f64) -> Data {
+        let mut data = self.clone();
+        data.runs.iter_mut().for_each(|run| run.longest_piece_s = longest_s);
+        data
+    }
+
     /// The same with nothing kept back: for a last fit of everything that may be fitted.
     pub(crate) fn all_fitted(&self) -> Data {
         let mut data = self.clone();
@@ -215,6 +224,7 @@ impl Run {
             part,
             block,
             held_out,
+            longest_piece_s: 0.0,
         })
     }
 

@@ -115,7 +115,9 @@ pub fn identify(
         (settings.progress)("as given", 0.0);
         let given = as_given(&data, &space).ok_or(Error::NoFit)?;
         (settings.progress)("fitting", 0.1);
-        let (fit, agreement) = search::multistart(&data, &space, settings.seed).ok_or(Error::NoFit)?;
+        let (fit, agreement) =
+            search::multistart(&for_search(&data, &space), &space, settings.seed).ok_or(Error::NoFit)?;
+        let fit = search::polish(&data, fit.judged_by(&data).ok_or(Error::NoFit)?);
         warn_of_fit(&fit, agreement, &mut warnings);
         (settings.progress)("intervals", 0.9);
         let intervals = intervals::intervals(&data, &fit);
@@ -191,6 +193,32 @@ impl Prepared {
         let data = Data::new(&c.model, free_zero, &train, &held, &noise_of, &excluded)?;
         Ok(Prepared { data, warnings })
     }
+}
+
+/// Pieces that a search may simulate in, longest first, s.
+const LONG_PIECES_S: [f64; 2] = [0.01, 0.005];
+/// As long as no sensor shows it by more than this share of its noise, RMS.
+const UNNOTICED: f64 = 0.05;
+
+/// The data as a search simulates them: in pieces as long as nobody would notice. What is reported is fitted in the end
+/// with those that the wire takes by itself.
+fn for_search(data: &Data, space: &Space) -> Data {
+    let rest = vec![0.0; space.len()];
+    let Some(exact) = fit::residuals(data, space, &rest) else { return data.clone() };
+    let is_unnoticed = |hasty: &Data| {
+        fit::residuals(hasty, space, &rest).is_some_and(|there| {
+            let errors = fit::zip(&there, &exact, |there, exact| there - exact);
+            (0..data.sensors.len()).all(|s| rms(errors.iter().map(|by_sensor| by_sensor[s].as_slice())) < UNNOTICED)
+        })
+    };
+    LONG_PIECES_S.iter().map(|piece| data.in_pieces(*piece)).find(is_unnoticed).unwrap_or_else(|| data.clone())
+}
+
+/// RMS of what was measured.
+fn rms<'a>(values: impl Iterator<Item = &'a [f32]>) -> f64 {
+    let measured = values.flatten().filter(|r| !r.is_nan());
+    let (sum, count) = measured.fold((0.0, 0.0), |(sum, count), r| (sum + f64::from(*r).powi(2), count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
 }
 
 /// Residuals of the rig file as it is; only an arbitrary zero is fitted.
@@ -336,15 +364,13 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let space = Space::reference(rig, channel, &data);
     progress("as given", 0.0);
     let given = as_given(&data, &space).ok_or(Error::NoFit)?;
-    let Attempt { agreement, located, selection } = best_attempt(&data, &space, settings)?;
-    let reference = selection.reference.clone();
+    let mut searched = for_search(&data, &space);
+    let Attempt { agreement, located, mut selection } = best_attempt(&searched, &space, settings)?;
 
-    let left = residuals_of(&data, &selection.fit)?;
-    let colours = forward::colours(&data, &left);
+    let left = residuals_of(&searched, &selection.fit)?;
+    let colours = forward::colours(&searched, &left);
     progress("beyond the catalogue", 0.0);
-    let beyond = beyond_catalogue(&data, &reference, &selection, &left, &colours, &located, settings);
-    let chosen = beyond.fit(&selection);
-    warn_of_fit(chosen, agreement, &mut warnings);
+    let beyond = beyond_catalogue(&searched, &selection, &left, &colours, &located, settings);
 
     if beyond.is_noise {
         // what is left knows nothing of the wire: the sensors are noisier than their fast fluctuations show
@@ -360,11 +386,16 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
                 ));
             }
         }
-        data = data.with_noise(&noise);
+        (data, searched) = (data.with_noise(&noise), searched.with_noise(&noise));
+        selection = selection.judged_by(&searched).ok_or(Error::NoFit)?;
     }
-    // in the final noise
+    // from here on in the final noise, and simulated as finely as the wire takes it
+    progress("polishing", 0.0);
     let given = if beyond.is_noise { as_given(&data, &space).ok_or(Error::NoFit)? } else { given };
-    let before = residuals_of(&data, &reference)?;
+    let chosen = &search::polish(&data, beyond.fit(&selection).judged_by(&data).ok_or(Error::NoFit)?);
+    let reference = &selection.reference;
+    warn_of_fit(chosen, agreement, &mut warnings);
+    let before = residuals_of(&data, reference)?;
     let after = residuals_of(&data, chosen)?;
     let (score_given, score_before, score_after) =
         (fit::score(&data, &given), fit::score(&data, &before), fit::score(&data, &after));
@@ -380,13 +411,13 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let inflation = inflation(&colours);
     progress("rivals", 0.0);
     let (effects, rivals) = if verdict == Verdict::PhysicsMissing {
-        found_effects(&data, &selection, &intervals, inflation, progress)
+        found_effects(&searched, &selection, &intervals, inflation, progress)
     } else {
         (Vec::new(), Vec::new())
     };
     progress("next experiment", 0.0);
-    let next_experiment = next_experiment(&data, verdict, chosen, &reference, &rivals, &effects);
-    let location = location(&data, verdict, chosen, &located, &before, &reference, &beyond);
+    let next_experiment = next_experiment(&data, verdict, chosen, reference, &rivals, &effects);
+    let location = location(&data, verdict, chosen, &located, &before, reference, &beyond);
 
     let mut improved = rig.clone();
     if verdict != Verdict::Agrees {
@@ -473,13 +504,13 @@ impl Beyond {
 
 fn beyond_catalogue(
     data: &Data,
-    reference: &Fit,
     selection: &Selection,
     left: &Residuals,
     colours: &[Colour],
     located: &[Located],
     settings: &Settings<'_>,
 ) -> Beyond {
+    let reference = &selection.reference;
     let chi = selection.fit.score.chi();
     let nothing = beyond::Structure { p_value: 1.0 };
     // with few samples noise alone goes further than that

@@ -207,6 +207,7 @@ fn designs(data: &Data, model: &WireModel) -> Vec<Design> {
             part: vec![Part::Fitted; count],
             block: vec![0; count],
             held_out: false,
+            longest_piece_s: first.longest_piece_s,
             ambient_of_model: true,
             supply_of_model: false,
             inputs: rows,

@@ -636,6 +636,13 @@ fn bounded_step(
 }
 
 impl Fit {
+    /// The same, scored by other data: in other noise, or simulated otherwise.
+    pub(crate) fn judged_by(&self, data: &Data) -> Option<Fit> {
+        let score = score(data, &residuals(data, &self.space, &self.z)?);
+        let objective = score.fitted + self.space.resistance(&self.z);
+        Some(Fit { score, objective, ..self.clone() })
+    }
+
     /// The states of the wire through every recording.
     pub(crate) fn states(&self, data: &Data) -> Option<Vec<Vec<State>>> {
         let model = self.space.model(&self.z)?;

@@ -56,6 +56,18 @@ pub(crate) struct Selection {
     pub(crate) reference: Fit,
 }
 
+impl Selection {
+    /// The same, scored by other data.
+    pub(crate) fn judged_by(mut self, data: &Data) -> Option<Selection> {
+        let fields = self.steps.iter_mut().map(|step| &mut step.field);
+        for racer in fields.chain(self.rejected.iter_mut().map(|(field, _)| field)).flatten() {
+            racer.fit = racer.fit.judged_by(data)?;
+        }
+        (self.fit, self.reference) = (self.fit.judged_by(data)?, self.reference.judged_by(data)?);
+        Some(self)
+    }
+}
+
 /// How residuals of a fit are coloured, by sensor.
 pub(crate) fn colours(data: &Data, residuals: &Residuals) -> Vec<Colour> {
     (0..data.sensors.len()).map(|s| Colour::of(residuals, s)).collect()

@@ -14,6 +14,7 @@ use sinew_recording::Column;
 use crate::data::{Data, Part, Run};
 use crate::fit::{self, Fit, Residuals};
 use crate::progress::each;
+use crate::simulate;
 
 /// Most hats over all recordings, and their least distance, s.
 const MOST_HATS: f64 = 150.0;
@@ -215,7 +216,7 @@ struct Baseline<'a> {
 impl<'a> Baseline<'a> {
     fn new(data: &'a Data, fit: &Fit, model: &WireModel, run: usize, spacing_s: f64) -> Option<Baseline<'a>> {
         let r = fit.space.seen(data, run, &fit.z);
-        let mut wire = Wire::with_inputs(model, &r.inputs_of(model).next()?.0).ok()?;
+        let mut wire = simulate::wire(model, &r)?;
         let count = (r.duration_s() / spacing_s).floor().max(2.0);
         let spacing_s = r.duration_s() / count;
         let mut base = Baseline {

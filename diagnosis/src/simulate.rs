@@ -37,9 +37,16 @@ pub(crate) fn states(model: &WireModel, run: &Run) -> Option<Vec<State>> {
     Some(states)
 }
 
-fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMut(&Wire)) -> Option<Vec<Vec<f64>>> {
+/// The wire as a recording starts.
+pub(crate) fn wire(model: &WireModel, run: &Run) -> Option<Wire> {
     let (first, _) = run.inputs_of(model).next()?;
     let mut wire = Wire::with_inputs(model, &first).ok()?;
+    wire.take_long_pieces(run.longest_piece_s);
+    Some(wire)
+}
+
+fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMut(&Wire)) -> Option<Vec<Vec<f64>>> {
+    let mut wire = wire(model, run)?;
     let mut outputs: Vec<Vec<f64>> = sensors.iter().map(|_| Vec::with_capacity(run.inputs.len())).collect();
     for (inputs, dt_s) in run.inputs_of(model) {
         wire.step(&inputs, dt_s);

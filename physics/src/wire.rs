@@ -103,6 +103,13 @@ impl Wire {
         }
     }
 
+    /// Takes pieces up to `longest_s` from now on, where the load's own oscillation asks for shorter ones. As stable, and
+    /// several times as fast; what oscillates faster than that is damped instead of followed. For searches, which end
+    /// with a simulation at full length.
+    pub fn take_long_pieces(&mut self, longest_s: f64) {
+        self.balance.longest_piece = self.balance.longest_piece.max(longest_s);
+    }
+
     /// Sets the temperature of the wire beside this one, in °C, for `thermal.neighbour`; it holds until it is set again.
     /// Before that it is ambient.
     pub fn set_neighbour_c(&mut self, temperature_c: f64) {

@@ -56,6 +56,27 @@ fn damped_oscillation_of_the_load() {
     }
 }
 
+/// Long pieces blur how the load swings, not where it goes: after a heating stair both are at the same place.
+#[test]
+fn long_pieces_end_where_short_ones_do() {
+    let mut m = model();
+    m.load = Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 8.0, spring_n_per_m: 300.0, preload_n: 1.5 };
+    let (mut fine, mut coarse) = (Wire::new(&m).unwrap(), Wire::new(&m).unwrap());
+    coarse.take_long_pieces(0.01);
+    let rest = fine.position_m();
+    let (mut stroke, mut apart) = (0.0f64, 0.0f64);
+    for k in 0..2000 {
+        let inputs = Inputs { drive: [1.0, 2.0, 0.5, 1.5][k / 500], ..m.rest_inputs() };
+        fine.step(&inputs, 0.01);
+        coarse.step(&inputs, 0.01);
+        stroke = stroke.max(rest - fine.position_m());
+        apart = apart.max((coarse.position_m() - fine.position_m()).abs());
+    }
+    assert!(apart < 5e-3 * stroke, "{apart} of {stroke}");
+    let (fine, coarse) = (fine.position_m(), coarse.position_m());
+    assert!((fine - coarse).abs() < 2e-5 * stroke, "{fine} {coarse}");
+}
+
 /// A light, strongly damped load must creep to its equilibrium, not ring about it, at any step.
 #[test]
 fn stiff_loads_do_not_ring() {
