@@ -19,6 +19,7 @@ use crate::gates::{self, Exclude};
 use crate::intervals::{self, Interval};
 use crate::locate::{self, Located};
 use crate::noise;
+use crate::numbers::number;
 use crate::search::{self, Agreement};
 use crate::significance::Colour;
 use crate::space::{Space, What};
@@ -250,12 +251,12 @@ fn warn_of_fit(fit: &Fit, agreement: Agreement, warnings: &mut Vec<String>) {
         if bound {
             warnings.push(format!(
                 "{key} ended on its bound, {}: it stands in for something else, or its prior is too narrow",
-                words::number(coordinate.value(*z))
+                number(coordinate.value(*z))
             ));
         } else if z.abs() > 3.0 {
             warnings.push(format!(
                 "{key} = {} is {:.1} σ of its prior away from the rig file",
-                words::number(coordinate.value(*z)),
+                number(coordinate.value(*z)),
                 z.abs()
             ));
         }
@@ -382,7 +383,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
                     "{}: what is left is {} times the noise seen between neighbouring samples, wanders, and depends on \
                      nothing the wire does: taken as noise of the sensor",
                     sensor.column.name(),
-                    words::number(colours[s].deviation)
+                    number(colours[s].deviation)
                 ));
             }
         }
@@ -571,7 +572,7 @@ fn describe_unknown(outside: &Outside, intervals: &[Interval], before: Score, af
                     "+ "
                 };
                 let space = if form.is_empty() { "" } else { " " };
-                form.push_str(&format!("{space}{sign}{} · {}", words::number(interval.value.abs()), parameter.about));
+                form.push_str(&format!("{space}{sign}{} · {}", number(interval.value.abs()), parameter.about));
                 let size =
                     EffectSize { value: interval.value, low: interval.low, high: interval.high, unit: unit.clone() };
                 coefficients.insert(parameter.key.to_string(), size);

@@ -15,6 +15,7 @@ mod gates;
 mod intervals;
 mod locate;
 mod noise;
+mod numbers;
 mod progress;
 mod search;
 mod significance;

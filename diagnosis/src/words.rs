@@ -9,6 +9,7 @@ use crate::data::Data;
 use crate::experiment::Proposal;
 use crate::fit::{Fit, Score};
 use crate::forward::Selection;
+use crate::numbers::{interval, number};
 use crate::space::{Coordinate, What, is_time};
 
 /// Separations below this, in RMS over noise, are not worth a recording.
@@ -16,20 +17,6 @@ const WORTH_IT: f64 = 0.1;
 
 /// chi with all that was found in the model, above which the answer says that more is left.
 const MUCH_IS_LEFT: f64 = 1.5;
-
-/// A number with three significant digits and no needless zeros.
-pub(crate) fn number(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let size = value.abs();
-    if !(1e-4..1e6).contains(&size) {
-        return format!("{value:.2e}");
-    }
-    let digits = (2 - size.log10().floor() as i32).clamp(0, 7) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
-}
 
 /// The rig file's key of a coordinate of the reference model.
 pub(crate) fn key_of(coordinate: &Coordinate) -> String {
@@ -61,13 +48,8 @@ pub(crate) fn says(effect: &Effect, parameters: &BTreeMap<String, EffectSize>) -
         .filter_map(|p| {
             let size = parameters.get(p.key)?;
             let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
-            Some(format!(
-                "{} = {}{unit} (90 %: {} to {})",
-                p.key,
-                number(size.value),
-                number(size.low),
-                number(size.high)
-            ))
+            let (value, low, high) = interval(size.value, size.low, size.high);
+            Some(format!("{} = {value}{unit} (90 %: {low} to {high})", p.key))
         })
         .collect();
     if effect.id == "thermal.draught"

@@ -4,7 +4,8 @@ use sinew_physics::DriveKind;
 use sinew_recording::Column;
 
 use super::{Exclude, Gate, Warning, line, median, quantile, stroke};
-use crate::error::{Error, Trouble, number};
+use crate::error::{Error, Trouble};
+use crate::numbers::number;
 
 /// A current below this share of the expected is none.
 const NO_CURRENT: f64 = 0.02;

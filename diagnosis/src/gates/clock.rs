@@ -7,7 +7,8 @@ use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_recording::{Column, Recording, TIME, drive_column};
 
 use super::{Exclude, Gate, LEAST_CONVECTION, Warning, line, quantile, simulate, stroke};
-use crate::error::{Broken, Error, Trouble, number};
+use crate::error::{Broken, Error, Trouble};
+use crate::numbers::number;
 
 /// The wire's own time constants a recording must last, and the bounds of that, s.
 const LEAST_TIME_CONSTANTS: f64 = 3.0;

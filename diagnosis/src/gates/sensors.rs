@@ -4,7 +4,8 @@ use sinew_physics::DriveKind;
 use sinew_recording::{Column, required_inputs};
 
 use super::{Exclude, Gate, Warning, span, stroke};
-use crate::error::{Broken, Error, Trouble, number};
+use crate::error::{Broken, Error, Trouble};
+use crate::numbers::number;
 
 /// A column with less than this share of its samples is left out …
 const LEAST_PRESENT: f64 = 0.05;

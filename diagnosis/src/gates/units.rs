@@ -5,7 +5,8 @@ use sinew_recording::{Column, drive_column, imposed_column};
 use sinew_rig::PositionZero;
 
 use super::{Exclude, Gate, Warning, line, median, quantile, span, stroke};
-use crate::error::{Error, Trouble, number};
+use crate::error::{Error, Trouble};
+use crate::numbers::number;
 
 /// No NiTi wire carries more, Pa.
 const MOST_STRESS_PA: f64 = 3e9;
