@@ -91,6 +91,8 @@ pub struct Misfit {
 /// Whether anything is left after recalibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Left {
+    /// chi over all sensors on data kept back, as given.
+    pub chi_as_given: f64,
     /// chi over all sensors on data kept back, recalibrated.
     pub chi: f64,
     /// chi over all sensors on data kept back, improved.
@@ -106,7 +108,8 @@ pub struct Left {
 pub struct Location {
     /// The guilty equation; none where nothing is left.
     pub equation: Option<String>,
-    /// Share of what is left that an unknown input to each equation explains, on data kept back.
+    /// Share of what is left where it is fitted that an unknown input to each equation explains: such an input says
+    /// nothing of times it was not fitted to.
     pub equation_scores: BTreeMap<String, f64>,
     /// When.
     pub windows: Vec<Window>,
@@ -237,8 +240,8 @@ pub struct RecordingSummary {
     pub duration_s: f64,
     /// Whether all of it was kept back.
     pub held_out: bool,
-    /// chi over all sensors on its kept-back part, improved.
-    pub chi: f64,
+    /// chi over all sensors on its kept-back part, improved; none where nothing of it is kept back.
+    pub chi: Option<f64>,
     /// Offsets fitted for this recording alone, by column, in its unit.
     pub offsets: BTreeMap<String, f64>,
 }
@@ -320,7 +323,7 @@ pub struct UnknownInput {
     pub what: String,
     /// Its unit.
     pub unit: String,
-    /// Share of what is left that it explains on data kept back.
+    /// Share of what is left, where it is fitted, that it explains.
     pub score: f64,
     /// Times of its knots, s.
     pub time_s: Vec<f64>,

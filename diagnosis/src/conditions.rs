@@ -286,7 +286,7 @@ pub(crate) fn maps(data: &Data, fit: &Fit, before: &Residuals, after: &Residuals
         .collect()
 }
 
-/// The window of an event, with the share of what is left inside it, by recording.
+/// The window of an event, which counts from the first sample, with the share of what is left inside it, by recording.
 pub(crate) fn share_in(data: &Data, residuals: &Residuals, start_s: f64, end_s: f64) -> Vec<Window> {
     let sums: Vec<Vec<f64>> = (0..data.runs.len()).map(|r| excess(data, residuals, r)).collect();
     let total: f64 = sums.iter().flatten().map(|e| e.max(0.0)).sum();
@@ -294,6 +294,7 @@ pub(crate) fn share_in(data: &Data, residuals: &Residuals, start_s: f64, end_s: 
         .iter()
         .zip(&sums)
         .map(|(run, excess)| {
+            let (start_s, end_s) = (run.time_s[0] + start_s, run.time_s[0] + end_s);
             let inside: f64 = run
                 .time_s
                 .iter()

@@ -1,10 +1,11 @@
 //! Recordings as a fit needs them: inputs row by row, sensors side by side, and which samples are fitted, kept back or
 //! left out.
 
-use sinew_physics::{DriveKind, Inputs, WireModel};
-use sinew_recording::{Column, Recording, drive_column, imposed_column};
+use sinew_physics::{Inputs, WireModel};
+use sinew_recording::{Column, Recording, imposed_column};
 
 use crate::error::Error;
+use crate::gates::{self, Exclude, Warning};
 
 /// What a sample is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,12 +59,55 @@ pub(crate) struct Data {
     pub(crate) position_imposed: bool,
 }
 
-/// What is left out of one recording: a column of it or all columns (`None`), from and to, s.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Excluded {
-    pub(crate) column: Option<Column>,
-    pub(crate) from_s: f64,
-    pub(crate) to_s: f64,
+/// A recording as the gates leave it.
+pub(crate) struct Source {
+    /// Sensors have no samples where they were left out.
+    pub(crate) recording: Recording,
+    /// Where nothing of it counts, s.
+    left_out_s: Vec<(f64, f64)>,
+    /// All of it is kept back.
+    pub(crate) held_out: bool,
+}
+
+impl Source {
+    /// The recording without what the warnings leave out.
+    pub(crate) fn new(
+        recording: &Recording,
+        model: &WireModel,
+        warnings: &[Warning],
+        held_out: bool,
+    ) -> Result<Source, Error> {
+        let mut source = Source { recording: recording.clone(), left_out_s: Vec::new(), held_out };
+        for Warning { column, exclude, .. } in warnings {
+            match (exclude, column) {
+                (Exclude::Nothing, _) | (Exclude::Column, None) => {}
+                (Exclude::Column, Some(column)) => drop(source.recording.remove(*column)),
+                (Exclude::Windows(windows), Some(column)) => source.blank(*column, windows)?,
+                (Exclude::Windows(windows), None) => {
+                    for column in gates::sensors(recording, model) {
+                        source.blank(column, windows)?;
+                    }
+                    source.left_out_s.extend(windows);
+                }
+            }
+        }
+        Ok(source)
+    }
+
+    /// Takes the samples of a column in some intervals out.
+    fn blank(&mut self, column: Column, windows: &[(f64, f64)]) -> Result<(), Error> {
+        let Some(mut values) = self.recording.remove(column) else { return Ok(()) };
+        for (value, time) in values.iter_mut().zip(self.recording.time_s()) {
+            if is_in(windows, *time) {
+                *value = f64::NAN;
+            }
+        }
+        Ok(self.recording.set(column, values)?)
+    }
+}
+
+fn is_in(windows: &[(f64, f64)], time_s: f64) -> bool {
+    windows.iter().any(|(from, to)| (*from..=*to).contains(&time_s))
 }
 
 /// Fewest and most blocks a recording is divided into, and the length they are meant to have, s.
@@ -72,58 +116,45 @@ const MOST_BLOCKS: f64 = 36.0;
 const BLOCK_S: f64 = 3.0;
 /// Every third block is kept back.
 const KEEP_EVERY: usize = 3;
-
-/// The columns that sensors measure here: what the model predicts and is not itself an input.
-pub(crate) fn judged_columns(model: &WireModel, recording: &Recording) -> Vec<Column> {
-    let electrical = matches!(model.drive.kind, DriveKind::Pwm | DriveKind::Current);
-    let inputs = [Some(drive_column(model.drive.kind)), imposed_column(&model.load)];
-    recording
-        .columns()
-        .map(|(column, _)| column)
-        .filter(|column| !inputs.contains(&Some(*column)))
-        .filter(|column| match column {
-            Column::CurrentA | Column::V3V => electrical || model.drive.kind == DriveKind::Power,
-            Column::V1V | Column::V2V => electrical && model.taps.is_some(),
-            Column::PowerW => model.drive.kind != DriveKind::Temperature,
-            Column::ForceN | Column::PositionM | Column::TemperatureC => true,
-            Column::Duty | Column::SupplyV | Column::AmbientC | Column::DisturbanceN => false,
-        })
-        .collect()
-}
+/// Fewest samples to fit that make a column a sensor.
+const LEAST_SEEN: usize = 20;
 
 impl Data {
     /// The recordings of one channel. Blocks of the fitted ones are kept back where none is held out as a whole.
-    /// `noise` gives the RMS noise of a column, `excluded` what the gates left out of each recording.
+    /// `noise` gives the RMS noise of a column.
     pub(crate) fn new(
         model: &WireModel,
         free_zero: bool,
-        recordings: &[&Recording],
-        held_out: &[&Recording],
+        sources: &[Source],
         noise: &dyn Fn(Column) -> f64,
-        excluded: &[Vec<Excluded>],
     ) -> Result<Data, Error> {
-        let mut columns: Vec<Column> = Vec::new();
-        for recording in recordings {
-            for column in judged_columns(model, recording) {
-                if !columns.contains(&column) {
-                    columns.push(column);
-                }
-            }
-        }
+        let fitted = || sources.iter().filter(|source| !source.held_out);
+        let mut columns: Vec<Column> = fitted().flat_map(|s| gates::sensors(&s.recording, model)).collect();
         columns.sort();
-        let sensors: Vec<Sensor> = columns.into_iter().map(|column| Sensor { column, noise: noise(column) }).collect();
-        let mut runs = Vec::new();
-        for (index, recording) in recordings.iter().chain(held_out).enumerate() {
-            let held = index >= recordings.len();
-            let nothing = Vec::new();
-            let excluded = excluded.get(index).unwrap_or(&nothing);
-            runs.push(Run::new(model, recording, held, held_out.is_empty(), &sensors, excluded)?);
+        columns.dedup();
+        let keep_blocks = fitted().count() == sources.len();
+        let runs = sources.iter().map(|source| Run::new(model, source, keep_blocks, &columns));
+        let mut runs = runs.collect::<Result<Vec<Run>, Error>>()?;
+        // a column with next to nothing to fit is no sensor
+        let seen = |sensor: usize| runs.iter().map(|run| run.count(Part::Fitted, sensor)).sum::<usize>();
+        let kept: Vec<bool> = (0..columns.len()).map(|sensor| seen(sensor) >= LEAST_SEEN).collect();
+        for run in &mut runs {
+            let mut kept = kept.iter();
+            run.measured.retain(|_| kept.next().is_some_and(|kept| *kept));
         }
+        let columns = columns.into_iter().zip(&kept).filter(|(_, kept)| **kept).map(|(column, _)| column);
+        let sensors = columns.map(|column| Sensor { column, noise: noise(column) }).collect();
         let position_imposed = imposed_column(&model.load) == Some(Column::PositionM);
         Ok(Data { sensors, runs, free_zero, position_imposed })
     }
 
-    /// The same with only what `of_runs` says, for parts that look at single recordings.
+    /// How many samples of all sensors a part has.
+    pub(crate) fn count(&self, part: Part) -> usize {
+        let sensors = 0..self.sensors.len();
+        self.runs.iter().map(|run| sensors.clone().map(|s| run.count(part, s)).sum::<usize>()).sum()
+    }
+
+    /// How many rows all recordings have.
     pub(crate) fn samples(&self) -> usize {
         self.runs.iter().map(|run| run.time_s.len()).sum()
     }
@@ -167,35 +198,21 @@ impl Data {
 }
 
 impl Run {
-    fn new(
-        model: &WireModel,
-        recording: &Recording,
-        held_out: bool,
-        keep_blocks: bool,
-        sensors: &[Sensor],
-        excluded: &[Excluded],
-    ) -> Result<Run, Error> {
+    fn new(model: &WireModel, source: &Source, keep_blocks: bool, columns: &[Column]) -> Result<Run, Error> {
+        let Source { recording, left_out_s, held_out } = source;
         let inputs: Vec<(Inputs, f64)> = recording.inputs_for(model)?.collect();
         let time_s = recording.time_s().to_vec();
         let n = time_s.len();
-        let is_out = |time_s: f64, column: Option<Column>| {
-            excluded
-                .iter()
-                .any(|e| (e.column.is_none() || e.column == column) && e.from_s <= time_s && time_s <= e.to_s)
-        };
-        let measured = sensors
+        let measured = columns
             .iter()
-            .map(|sensor| {
-                let Some(values) = recording.get(sensor.column) else { return vec![f64::NAN; n] };
+            .map(|column| {
+                let Some(values) = recording.get(*column) else { return vec![f64::NAN; n] };
                 // voltages exist only while current flows (eq. 42): in a period without an on-phase nothing is measured
-                let needs_current = matches!(sensor.column, Column::CurrentA | Column::V1V | Column::V2V | Column::V3V);
-                let mut values = values.to_vec();
-                for (value, ((inputs, _), time)) in values.iter_mut().zip(inputs.iter().zip(&time_s)) {
-                    if (needs_current && inputs.drive <= 0.0) || is_out(*time, Some(sensor.column)) {
-                        *value = f64::NAN;
-                    }
-                }
-                values
+                let needs_current = matches!(column, Column::CurrentA | Column::V1V | Column::V2V | Column::V3V);
+                let seen = |(inputs, value): (&(Inputs, f64), &f64)| {
+                    if needs_current && inputs.0.drive <= 0.0 { f64::NAN } else { *value }
+                };
+                inputs.iter().zip(values).map(seen).collect()
             })
             .collect();
         let duration = time_s[n - 1] - time_s[0];
@@ -205,9 +222,9 @@ impl Run {
         for time in &time_s {
             let number = (((time - time_s[0]) / duration * blocks) as usize).min(blocks as usize - 1);
             block.push(number);
-            part.push(if is_out(*time, None) {
+            part.push(if is_in(left_out_s, *time) {
                 Part::LeftOut
-            } else if held_out || (keep_blocks && number % KEEP_EVERY == 1) {
+            } else if *held_out || (keep_blocks && number % KEEP_EVERY == 1) {
                 Part::KeptBack
             } else {
                 Part::Fitted
@@ -223,9 +240,21 @@ impl Run {
             measured,
             part,
             block,
-            held_out,
+            held_out: *held_out,
             longest_piece_s: 0.0,
         })
+    }
+
+    /// How many samples of one sensor a part has.
+    fn count(&self, part: Part, sensor: usize) -> usize {
+        let samples = self.part.iter().zip(&self.measured[sensor]);
+        samples.filter(|(of, value)| **of == part && !value.is_nan()).count()
+    }
+
+    /// The share of its rows that count for nothing.
+    pub(crate) fn left_out(&self) -> f64 {
+        let out = self.part.iter().filter(|part| **part == Part::LeftOut).count();
+        out as f64 / self.part.len().max(1) as f64
     }
 
     /// The inputs as this model has them: what was not measured is the model's own.

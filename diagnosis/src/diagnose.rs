@@ -2,27 +2,28 @@
 
 use std::collections::BTreeMap;
 
-use sinew_physics::effects::{Effect, Equation};
+use sinew_physics::effects::{self, Effect, Equation};
 use sinew_recording::{Column, Recording};
 use sinew_rig::{PositionZero, Rig};
 
 use crate::answer::*;
 use crate::beyond;
 use crate::conditions;
-use crate::data::{Data, Excluded, judged_columns};
-use crate::error::Error;
+use crate::data::{Data, Part, Source};
+use crate::error::{Broken, Error, Trouble};
 use crate::experiment;
 use crate::figures;
 use crate::fit::{self, Effort, Fit, Residuals, Score};
 use crate::forward::{self, Selection};
-use crate::gates::{self, Exclude};
+use crate::gates;
 use crate::intervals::{self, Interval};
 use crate::locate::{self, Located};
 use crate::noise;
 use crate::numbers::number;
-use crate::search::{self, Agreement};
+use crate::search::{self, Agreement, Racer};
 use crate::significance::Colour;
 use crate::space::{Space, What};
+use crate::starts::Candidate;
 use crate::words;
 
 /// How a diagnosis is run.
@@ -77,6 +78,9 @@ const MOST_OF_IT: f64 = 0.5;
 /// A mechanism does as much as a free term if it leaves at most this many times its mean square: it has not the choice of
 /// fifty forms.
 const ALMOST: f64 = 1.25;
+/// Rivals of one of several effects that are raced, and of these how many are refitted in full.
+const RIVALS: usize = 5;
+const RIVALS_REFITTED: usize = 3;
 /// Two explanations whose likelihoods differ less than this (2 Δ ln L per effective sample) cannot be told apart.
 const ALIKE: f64 = 12.0;
 
@@ -118,7 +122,7 @@ pub fn identify(
         (settings.progress)("fitting", 0.1);
         let (fit, agreement) =
             search::multistart(&for_search(&data, &space), &space, settings.seed).ok_or(Error::NoFit)?;
-        let fit = search::polish(&data, fit.judged_by(&data).ok_or(Error::NoFit)?);
+        let fit = search::polish(&data, fit.judged_by(&data).ok_or_else(lost)?);
         warn_of_fit(&fit, agreement, &mut warnings);
         (settings.progress)("intervals", 0.9);
         let intervals = intervals::intervals(&data, &fit);
@@ -154,44 +158,48 @@ struct Prepared {
     warnings: Vec<String>,
 }
 
+/// Fewest samples a fit is made from, or judged by.
+const LEAST_COUNT: usize = 50;
+/// A recording of which more than this has to be left out is none.
+const MOST_LEFT_OUT: f64 = 0.5;
+
 impl Prepared {
     fn new(rig: &Rig, channel: usize, recordings: &[Recording], held_out: &[Recording]) -> Result<Prepared, Error> {
-        let c = &rig.channels[channel];
+        let channels = rig.channels.len();
+        let c = rig.channels.get(channel).ok_or(Error::NoChannel { found: channel, channels })?;
+        let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
         let mut warnings = Vec::new();
-        let mut excluded: Vec<Vec<Excluded>> = Vec::new();
-        for recording in recordings.iter().chain(held_out) {
-            let mut out = Vec::new();
-            for warning in gates::check(recording, c)? {
-                let column = warning.column;
-                match warning.exclude {
-                    Exclude::Nothing => {}
-                    Exclude::Windows(windows) => {
-                        out.extend(windows.into_iter().map(|(from_s, to_s)| Excluded { column, from_s, to_s }))
-                    }
-                    Exclude::Column => {
-                        out.push(Excluded { column, from_s: f64::NEG_INFINITY, to_s: f64::INFINITY });
-                    }
-                }
-                warnings.push(warning.text);
-            }
-            excluded.push(out);
+        let mut sources = Vec::new();
+        for (index, recording) in recordings.iter().chain(held_out).enumerate() {
+            let found = gates::check(recording, c)?;
+            sources.push(Source::new(recording, &c.model, &found, index >= recordings.len())?);
+            warnings.extend(found.into_iter().map(|w| w.text));
         }
         let given = |column: Column| c.noise.get(column.name()).copied();
-        let of_all: BTreeMap<Column, f64> = recordings
-            .iter()
-            .flat_map(|r| judged_columns(&c.model, r).into_iter().map(move |column| (column, r)))
-            .map(|(column, r)| (column, noise::estimate(r, column, given(column)).total))
-            .fold(BTreeMap::new(), |mut all, (column, noise)| {
+        let mut noise_of: BTreeMap<Column, f64> = BTreeMap::new();
+        for source in sources.iter().filter(|source| !source.held_out) {
+            for column in gates::sensors(&source.recording, &c.model) {
+                let noise = noise::estimate(&source.recording, column, given(column)).total;
                 // the quietest recording: there the sensor's own noise shows best
-                let entry = all.entry(column).or_insert(noise);
-                *entry = entry.min(noise);
-                all
-            });
-        let train: Vec<&Recording> = recordings.iter().collect();
-        let held: Vec<&Recording> = held_out.iter().collect();
-        let noise_of = |column: Column| of_all.get(&column).copied().unwrap_or(1.0);
+                let least = noise_of.entry(column).or_insert(noise);
+                *least = least.min(noise);
+            }
+        }
         let free_zero = c.position_zero == PositionZero::Free;
-        let data = Data::new(&c.model, free_zero, &train, &held, &noise_of, &excluded)?;
+        let noise = |column: Column| noise_of.get(&column).copied().unwrap_or(1.0);
+        let data = Data::new(&c.model, free_zero, &sources, &noise)?;
+        let fault = |recording: &str, what| Broken { recording: recording.into(), column: None, span_s: None, what };
+        let (fitted, kept_back) = (data.count(Part::Fitted), data.count(Part::KeptBack));
+        let little = |name: &str| {
+            let what = Trouble::LittleLeft { fitted, kept_back, least: LEAST_COUNT, reasons: warnings.clone() };
+            Err(fault(name, what).into())
+        };
+        if fitted < LEAST_COUNT || kept_back < LEAST_COUNT {
+            return little(held_out.first().filter(|_| fitted >= LEAST_COUNT).unwrap_or(first).name());
+        }
+        if let Some(run) = data.runs.iter().find(|run| run.left_out() > MOST_LEFT_OUT) {
+            return little(&run.name);
+        }
         Ok(Prepared { data, warnings })
     }
 }
@@ -231,7 +239,12 @@ fn as_given(data: &Data, space: &Space) -> Option<Residuals> {
 }
 
 fn residuals_of(data: &Data, fit: &Fit) -> Result<Residuals, Error> {
-    fit::residuals(data, &fit.space, &fit.z).ok_or(Error::NoFit)
+    fit::residuals(data, &fit.space, &fit.z).ok_or_else(lost)
+}
+
+/// What could be simulated a moment ago.
+fn lost() -> Error {
+    Error::Lost { what: "a fit that was simulated before".into() }
 }
 
 fn warn_of_fit(fit: &Fit, agreement: Agreement, warnings: &mut Vec<String>) {
@@ -265,7 +278,6 @@ fn warn_of_fit(fit: &Fit, agreement: Agreement, warnings: &mut Vec<String>) {
 
 /// RMS and chi by sensor, on what is kept back or (`all`) on everything.
 fn misfits(data: &Data, residuals: &Residuals, all: bool) -> BTreeMap<String, Misfit> {
-    use crate::data::Part;
     data.sensors
         .iter()
         .enumerate()
@@ -298,7 +310,7 @@ fn parameters(fit: &Fit, intervals: &[Interval]) -> BTreeMap<String, FittedParam
         .filter(|(c, _)| matches!(c.what, What::Key(_) | What::BothModuli))
         .map(|(c, i)| {
             let key = words::key_of(c);
-            let unit = sinew_rig::parameters().find(|p| p.key == key).map_or("", |p| p.unit).to_string();
+            let unit = sinew_rig::range_of(&key).map_or("", |(unit, ..)| unit).to_string();
             (
                 key,
                 FittedParameter {
@@ -351,9 +363,9 @@ fn best_attempt(data: &Data, space: &Space, settings: &Settings<'_>) -> Result<A
     if chi <= UNEXPLAINED || chi <= NEARLY_EXPLAINED && explained(&free.selection.reference, left) >= NAMED_SHARE {
         return Ok(free);
     }
-    let firmness = forward::misfit(data, left).ok_or(Error::NoFit)?;
+    let firmness = forward::misfit(data, left).ok_or_else(lost)?;
     let firm = Attempt::new(data, &space.firm(firmness), settings)?;
-    let misfit = forward::misfit(data, &firm.selection.fit).ok_or(Error::NoFit)?.min(firmness);
+    let misfit = forward::misfit(data, &firm.selection.fit).ok_or_else(lost)?.min(firmness);
     let worth = |fit: &Fit| fit.score.sum() / misfit + fit.space.penalty(&fit.z);
     Ok(if worth(&firm.selection.fit) < worth(&free.selection.fit) { firm } else { free })
 }
@@ -388,13 +400,16 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
             }
         }
         (data, searched) = (data.with_noise(&noise), searched.with_noise(&noise));
-        selection = selection.judged_by(&searched).ok_or(Error::NoFit)?;
+        selection = selection.judged_by(&searched).ok_or_else(lost)?;
     }
     // from here on in the final noise, and simulated as finely as the wire takes it
     progress("polishing", 0.0);
     let given = if beyond.is_noise { as_given(&data, &space).ok_or(Error::NoFit)? } else { given };
-    let chosen = &search::polish(&data, beyond.fit(&selection).judged_by(&data).ok_or(Error::NoFit)?);
-    let reference = &selection.reference;
+    let chosen = &search::polish(&data, beyond.fit(&selection).judged_by(&data).ok_or_else(lost)?);
+    let reference = &match beyond.fit(&selection).space.effects.is_empty() {
+        true => chosen.clone(),
+        false => search::onward(&data, selection.reference.judged_by(&data).ok_or_else(lost)?),
+    };
     warn_of_fit(chosen, agreement, &mut warnings);
     let before = residuals_of(&data, reference)?;
     let after = residuals_of(&data, chosen)?;
@@ -412,18 +427,23 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let inflation = inflation(&colours);
     progress("rivals", 0.0);
     let (effects, rivals) = if verdict == Verdict::PhysicsMissing {
-        found_effects(&searched, &selection, &intervals, inflation, progress)
+        found_effects(&searched, &selection, chosen, &intervals, inflation, progress)
     } else {
         (Vec::new(), Vec::new())
     };
     progress("next experiment", 0.0);
     let next_experiment = next_experiment(&data, verdict, chosen, reference, &rivals, &effects);
-    let location = location(&data, verdict, chosen, &located, &before, reference, &beyond);
+    let guilty = match verdict {
+        Verdict::Agrees | Verdict::ParametersOff => None,
+        Verdict::PhysicsMissing => effects.first().and_then(|e| effects::effect(&e.id)).map(|e| e.equation),
+        Verdict::UnknownPhysics => beyond.unknown.as_ref().map(|u| u.equation),
+    };
+    let location = location(&data, guilty, chosen, &located, &before, reference);
 
     let mut improved = rig.clone();
     if verdict != Verdict::Agrees {
         chosen.space.apply(&chosen.z, &mut improved)?;
-        improved = improved.refreshed()?;
+        improved = improved.refreshed().map_err(|error| Error::Lost { what: format!("the improved rig ({error})") })?;
     }
     let unknown =
         beyond.unknown.as_ref().map(|unknown| describe_unknown(unknown, &intervals, score_before, score_after));
@@ -433,6 +453,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
         selection.p_value
     };
     let left = Left {
+        chi_as_given: score_given.chi_kept(),
         chi: score_before.chi_kept(),
         chi_improved: score_after.chi_kept(),
         p_value,
@@ -609,6 +630,7 @@ fn likelihood(fit: &Fit, inflation: f64) -> f64 {
 fn found_effects(
     data: &Data,
     selection: &Selection,
+    chosen: &Fit,
     intervals: &[Interval],
     inflation: f64,
     progress: &(dyn Fn(&str, f64) + Sync),
@@ -621,22 +643,26 @@ fn found_effects(
         progress("rivals", number as f64 / count as f64);
         let Some(step) = selection.steps.iter().find(|s| s.effect.id == effect.id) else { continue };
         let Some(without) = forward::drop_effect(data, fit, effect) else { continue };
-        // others in its place: those that did best when it was chosen
-        let others: Vec<Fit> = if count == 1 {
-            step.field.iter().filter(|r| r.candidate.effect.id != effect.id).take(8).map(|r| r.fit.clone()).collect()
+        // others in its place: those that did best when it was chosen, and what it took the place of
+        let alone = count == 1 && step.field.iter().all(|racer| racer.fit.space.effects.len() == 1);
+        let others: Vec<Racer> = if alone {
+            let refitted = &step.field[..step.full];
+            refitted.iter().filter(|racer| racer.candidate.effect.id != effect.id).cloned().collect()
         } else {
-            let candidates = step
-                .field
-                .iter()
-                .filter(|r| !fit.space.effects.iter().any(|e| e.id == r.candidate.effect.id))
-                .take(5)
-                .map(|r| r.candidate.clone())
+            let best = step.field.iter().map(|racer| &racer.candidate).take(RIVALS);
+            let candidates: Vec<Candidate> = best
+                .chain(&selection.pruned)
+                .filter(|c| !fit.space.effects.iter().any(|e| e.id == c.effect.id))
+                .cloned()
                 .collect();
-            search::race(data, &without, candidates, 3, &|_| ()).0.into_iter().map(|r| r.fit).collect()
+            let (mut field, full) = search::race(data, &without, candidates, RIVALS_REFITTED, &|_| ());
+            field.truncate(full);
+            forward::carry_on(data, &mut field, fit);
+            field
         };
         let mut alternatives: Vec<(Alternative, bool, &Fit)> = others
             .iter()
-            .filter_map(|other| {
+            .filter_map(|Racer { fit: other, .. }| {
                 let id = other.space.effects.last()?.id;
                 let alike = (likelihood(other, inflation) - likelihood(fit, inflation)) < ALIKE
                     && other.score.kept - fit.score.kept < ALIKE * inflation;
@@ -676,7 +702,7 @@ fn found_effects(
                 parameters,
                 evidence: Evidence {
                     holdout_chi_before: without.score.chi_kept(),
-                    holdout_chi_after: fit.score.chi_kept(),
+                    holdout_chi_after: chosen.score.chi_kept(),
                     delta_bic: bic(fit, inflation) - bic(&without, inflation),
                     p_value: step.p_value,
                 },
@@ -716,23 +742,17 @@ fn next_experiment(
 
 fn location(
     data: &Data,
-    verdict: Verdict,
+    guilty: Option<Equation>,
     chosen: &Fit,
     located: &[Located],
     before: &Residuals,
     reference: &Fit,
-    beyond: &Beyond,
 ) -> Location {
     let mut equation_scores: BTreeMap<String, f64> = BTreeMap::new();
     for l in located {
         let score = equation_scores.entry(l.equation.name().to_string()).or_insert(0.0);
         *score = score.max(l.score);
     }
-    let guilty = match verdict {
-        Verdict::Agrees | Verdict::ParametersOff => None,
-        Verdict::PhysicsMissing => chosen.space.effects.first().map(|e| e.equation),
-        Verdict::UnknownPhysics => beyond.unknown.as_ref().map(|u| u.equation),
-    };
     let Some(guilty) = guilty else { return Location { equation_scores, ..Location::default() } };
     let event = chosen.space.effects.iter().find_map(|e| words::event_of(e, chosen));
     let windows = match event {
@@ -748,7 +768,6 @@ fn location(
 }
 
 fn summaries(data: &Data, fit: &Fit, residuals: &Residuals) -> Vec<RecordingSummary> {
-    use crate::data::Part;
     data.runs
         .iter()
         .enumerate()
@@ -775,7 +794,7 @@ fn summaries(data: &Data, fit: &Fit, residuals: &Residuals) -> Vec<RecordingSumm
                 samples: run.time_s.len(),
                 duration_s: run.duration_s(),
                 held_out: run.held_out,
-                chi: (sum / f64::max(count, 1.0)).sqrt(),
+                chi: (count > 0.0).then(|| (sum / count).sqrt()),
                 offsets,
             }
         })

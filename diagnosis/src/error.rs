@@ -17,6 +17,11 @@ pub enum Error {
     Model(sinew_physics::Error),
     /// The model cannot be simulated where a fit would have to start.
     NoFit,
+    /// What was simulated a moment ago no longer can be, or cannot be written down: a fault of the program.
+    Lost {
+        /// What.
+        what: String,
+    },
     /// Nothing to compare with.
     NoRecording,
     /// A channel the rig does not have.
@@ -75,6 +80,17 @@ pub enum Trouble {
     /// Every sensor is left out for a reason of its own.
     NothingLeft {
         /// The reasons.
+        reasons: Vec<String>,
+    },
+    /// Too little to fit, or to judge a fit by.
+    LittleLeft {
+        /// Samples a fit would see, over all recordings and sensors.
+        fitted: usize,
+        /// Samples kept back to judge it by.
+        kept_back: usize,
+        /// Least number of either.
+        least: usize,
+        /// What was left out, and why.
         reasons: Vec<String>,
     },
     /// Nothing happens in it.
@@ -170,6 +186,7 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Error::Recording(error) => error.is_bad_input(),
+            Error::Lost { .. } => false,
             _ => true,
         }
     }
@@ -181,6 +198,7 @@ impl Error {
             Error::Rig(error) => error.to_string(),
             Error::Model(error) => format!("the rig's model cannot be built: {error}"),
             Error::NoFit => "the model cannot be simulated with the parameters a fit starts from".into(),
+            Error::Lost { what } => format!("{what} was lost on the way: this is a fault of the program"),
             Error::NoRecording => "no recording is given".into(),
             Error::NoChannel { found, channels } => {
                 format!("the rig has no channel #{}, it has {channels}", found + 1)
@@ -196,6 +214,7 @@ impl Error {
             Error::Rig(_) => "mend the rig file; every key has its range in the rig file's reference".into(),
             Error::Model(_) => "mend that key of the rig file".into(),
             Error::NoFit => "look for a parameter of the rig file at the edge of its range".into(),
+            Error::Lost { .. } => "please report it, with the rig file and the recordings".into(),
             Error::NoRecording => "give at least one recording that is not held back".into(),
             Error::NoChannel { .. } => "choose one of the rig file's channels by its name".into(),
             Error::Broken(broken) => broken.hint(),
@@ -266,6 +285,10 @@ impl Broken {
                 format!("record at least one of {}", names.join(", "))
             }
             Trouble::NothingLeft { .. } => "mend the sensors and record again".into(),
+            Trouble::LittleLeft { kept_back, least, .. } if kept_back < least => {
+                "keep back a recording that measures what the others measure, or record longer".into()
+            }
+            Trouble::LittleLeft { .. } => "record longer, with what is left out mended".into(),
             Trouble::Unexcited { drive, .. } => {
                 format!("record while {} heats the wire through its transformation and lets it cool", drive.name())
             }
@@ -318,6 +341,14 @@ impl fmt::Display for Trouble {
             Trouble::NothingMeasured { .. } => write!(f, "has only inputs, no measured column to compare with"),
             Trouble::NothingLeft { reasons } => {
                 write!(f, "no measured column can be used: {}", reasons.join("; "))
+            }
+            Trouble::LittleLeft { fitted, kept_back, least, reasons } => {
+                write!(
+                    f,
+                    "leaves {fitted} samples to fit and {kept_back} to judge the fit by, too few or from too little of it; \
+                     at least {least} of each are needed"
+                )?;
+                if reasons.is_empty() { Ok(()) } else { write!(f, ": {}", reasons.join("; ")) }
             }
             Trouble::Unexcited { drive, warmed_k } => write!(
                 f,

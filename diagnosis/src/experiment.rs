@@ -1,7 +1,7 @@
 //! What to record next: drive programmes, loads and supplies are tried by simulation, and the one on which two
 //! explanations differ most — after everything that may move has been refitted — is proposed.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sinew_physics::{DriveKind, Inputs, Load, WireModel};
 
@@ -77,9 +77,9 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
             .collect()
     };
     let here = difference(&outputs(b, &b.z)?);
-    let own: Vec<usize> =
-        (0..b.space.len()).filter(|i| refit && b.space.coordinates[*i].is_of_run().is_none()).collect();
-    let columns: Vec<Residuals> = own
+    let of_wire = |i: &usize| b.space.coordinates[*i].is_of_run().is_none();
+    let own: Vec<usize> = (0..b.space.len()).filter(|i| refit && of_wire(i)).collect();
+    let mut columns: Vec<Residuals> = own
         .par_iter()
         .filter_map(|i| {
             let mut z = b.z.clone();
@@ -93,16 +93,21 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
     if columns.len() != own.len() {
         return None;
     }
+    // an arbitrary zero makes up for any constant difference, in every recording anew
+    if refit && data.free_zero && data.position().is_some() {
+        let scale = data.sensors.iter().map(|s| s.noise).fold(f64::INFINITY, f64::min);
+        columns.extend((0..data.runs.len()).map(|run| fit::zero_derivative(data, scale, run, &here)));
+    }
     let all = Data { runs: data.runs.iter().map(Run::everything_fitted).collect(), ..data.clone() };
     let mut information = fit::gram(&all, Part::Fitted, &columns);
-    // what is known of the parameters already stays known
-    for (row, i) in own.iter().enumerate() {
-        for (column, j) in own.iter().enumerate() {
-            information[(row, column)] += b.information[(*i, *j)];
-        }
-        information[(row, row)] += 1e-9;
+    // what is known of the parameters already stays known, as far as it is not of a recording's own zero
+    let known = known(b, &own);
+    information.view_mut((0, 0), known.shape()).zip_apply(&known, |sum, known| *sum += known);
+    for i in 0..columns.len() {
+        information[(i, i)] += 1e-9;
     }
-    let gradient = DVector::from_iterator(own.len(), columns.iter().map(|c| fit::inner(&all, Part::Fitted, c, &here)));
+    let gradient =
+        DVector::from_iterator(columns.len(), columns.iter().map(|c| fit::inner(&all, Part::Fitted, c, &here)));
     let step = information.clone().cholesky()?.solve(&gradient);
     let (mut sum, mut count) = (0.0, 0.0);
     for (r, by_sensor) in here.iter().enumerate() {
@@ -118,6 +123,19 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
         }
     }
     Some((sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// The information on some coordinates of a fit, whatever the others are.
+fn known(fit: &Fit, own: &[usize]) -> DMatrix<f64> {
+    let others: Vec<usize> = (0..fit.space.len()).filter(|i| !own.contains(i)).collect();
+    let part = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |r, c| fit.information[(rows[r], columns[c])])
+    };
+    let (inner, cross) = (part(own, own), part(own, &others));
+    match part(&others, &others).cholesky() {
+        Some(factor) if !others.is_empty() => inner - &cross * factor.solve(&cross.transpose()),
+        _ => inner,
+    }
 }
 
 /// Programmes that rigs can run: what ties are broken by.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
-use crate::data::Data;
+use crate::data::{Data, Part};
 use crate::fit::{self, Effort, Fit, Residuals};
 use crate::search::{self, Racer};
 use crate::significance::{Chance, Colour, by_blocks};
@@ -28,7 +28,7 @@ const LOOSER: f64 = 0.7;
 const MOST_RELEASES: usize = 5;
 /// Candidates that are fitted in full at every step.
 const FINALISTS: usize = 4;
-/// Most effects that are added before the unneeded are taken out, and most that are kept.
+/// Most rounds of adding one; after each the unneeded are taken out.
 const MOST_STEPS: usize = 5;
 
 /// One effect that was added.
@@ -52,6 +52,8 @@ pub(crate) struct Selection {
     pub(crate) method: String,
     /// The field of a step that was not taken.
     pub(crate) rejected: Option<(Vec<Racer>, usize)>,
+    /// What was added and taken out again.
+    pub(crate) pruned: Vec<Candidate>,
     /// The reference model as it is best fitted, where the search found a better one on its way.
     pub(crate) reference: Fit,
 }
@@ -68,18 +70,20 @@ impl Selection {
     }
 }
 
-/// How residuals of a fit are coloured, by sensor.
+/// How residuals of a fit are coloured, by sensor, where the fit sees them: what is kept back has no say in any weight.
 pub(crate) fn colours(data: &Data, residuals: &Residuals) -> Vec<Colour> {
-    (0..data.sensors.len()).map(|s| Colour::of(residuals, s)).collect()
+    let seen = fit::only(data, Part::Fitted, residuals);
+    (0..data.sensors.len()).map(|s| Colour::of(&seen, s)).collect()
 }
 
 /// The mean square of what a fit leaves, in units of noise, times how many samples say the same: as many samples count
 /// as one where it is the model that is wrong. 1 where only noise is left.
 pub(crate) fn misfit(data: &Data, fit: &Fit) -> Option<f64> {
     let left = fit::residuals(data, &fit.space, &fit.z)?;
+    let seen = fit::only(data, Part::Fitted, &left);
     let (mut sum, mut samples) = (0.0, 0.0);
     for (s, colour) in colours(data, &left).iter().enumerate() {
-        let count = left.iter().flat_map(|by_sensor| &by_sensor[s]).filter(|r| !r.is_nan()).count() as f64;
+        let count = seen.iter().flat_map(|by_sensor| &by_sensor[s]).filter(|r| !r.is_nan()).count() as f64;
         let blocks: usize = data.runs.iter().map(|run| run.block.last().map_or(0, |b| b + 1)).sum();
         // no error lasts longer than a block, or blocks would say nothing of each other
         sum += count * colour.deviation.powi(2) * colour.inflation().min(count / blocks.max(1) as f64);
@@ -112,8 +116,15 @@ pub(crate) fn select(
     progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Selection {
     let reference = base.clone();
-    let mut selection =
-        Selection { fit: base, steps: Vec::new(), p_value: 1.0, method: bootstrap(0), rejected: None, reference };
+    let mut selection = Selection {
+        fit: base,
+        steps: Vec::new(),
+        p_value: 1.0,
+        method: bootstrap(0),
+        rejected: None,
+        pruned: Vec::new(),
+        reference,
+    };
     for number in 0..MOST_STEPS {
         let stage = format!("candidates, round {}", number + 1);
         // where next to nothing is left, the linearised candidates show whether a race could find anything
@@ -177,11 +188,7 @@ pub(crate) fn select(
             break;
         }
         let tested = best.candidate.effect.id;
-        // rivals that come near it are carried as far: which is better is decided between equals
-        let near = RIVAL * best.fit.score.kept;
-        field[..full].par_iter_mut().skip(1).filter(|r| r.fit.score.kept < near).for_each(|r| {
-            r.fit = let_go(data, search::polish(data, r.fit.clone()));
-        });
+        carry_on(data, &mut field[1..full], &best.fit);
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
         if let Some(first) = field.first() {
             best = first.clone();
@@ -203,6 +210,14 @@ pub(crate) fn select(
         }
     }
     selection
+}
+
+/// Carries those that come near the best as far as it was: which is better is decided between equals.
+pub(crate) fn carry_on(data: &Data, field: &mut [Racer], best: &Fit) {
+    let near = |racer: &&mut Racer| racer.fit.score.kept < RIVAL * best.score.kept;
+    field.par_iter_mut().filter(near).for_each(|racer| {
+        racer.fit = let_go(data, search::polish(data, racer.fit.clone()));
+    });
 }
 
 /// Every start of every effect the model leaves out.
@@ -241,6 +256,8 @@ fn prune(data: &Data, selection: &mut Selection) {
         if fit.score.kept > selection.fit.score.kept * (1.0 + MATTERS) {
             return;
         }
+        let step = selection.steps.iter().find(|s| s.effect.id == effect.id);
+        selection.pruned.extend(step.and_then(|s| s.field.first()).map(|racer| racer.candidate.clone()));
         selection.steps.retain(|s| s.effect.id != effect.id);
         selection.fit = fit;
     }
@@ -320,7 +337,7 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
     Some(Chance::new(data, &nuisances, &pulls, &columns, &here, &colours(data, &left), seed))
 }
 
-/// The same, where a sensor within its noise already has nothing to gain: what a coarse converter rounds away follows
+/// What a model gains over another on kept-back samples, where a sensor within its noise already has nothing to gain: what a coarse converter rounds away follows
 /// the signal, and bends to any parameter.
 fn gain_above_noise(data: &Data, worse: &Fit, better: &Fit) -> f64 {
     let squares = |fit: &Fit| {

@@ -419,7 +419,7 @@ fn explain(
 }
 
 /// Where in time the wire may have lost more (or less) heat than still air explains: the windows in which a constant
-/// factor on the loss explains most of the unknown heat. From and to, s; the most telling first.
+/// factor on the loss explains most of the unknown heat. From and to, s from the first sample; the most telling first.
 pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Vec<(f64, f64)> {
     let Some(heat) = located.iter().find(|l| l.kind == Kind::Heat) else { return Vec::new() };
     let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
@@ -436,7 +436,7 @@ pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Ve
             let warm = loss * (states[row].temperature_c - ambient_c);
             let precision = warm * warm / (sd * sd).max(1e-30);
             points.push((
-                *time,
+                *time - run.time_s[0],
                 if warm.abs() > 0.0 { -q / warm } else { 0.0 },
                 if warm > 0.0 { precision } else { 0.0 },
             ));
@@ -457,7 +457,7 @@ pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Ve
                 if w > 0.0 && rest > 0.05 * total {
                     // contrast of inside against outside
                     let gain = s * s / w + s * s / rest;
-                    windows.push((gain, (points[i].0 - 0.5 * spacing, points[j - 1].0 + 0.5 * spacing)));
+                    windows.push((gain, ((points[i].0 - 0.5 * spacing).max(0.0), points[j - 1].0 + 0.5 * spacing)));
                 }
             }
         }

@@ -65,7 +65,7 @@ pub(crate) fn multistart(data: &Data, space: &Space, seed: u64) -> Option<(Fit, 
 }
 
 /// The fit carried on: to its end where that may explain everything, far enough to compare it where it cannot.
-fn onward(data: &Data, fit: Fit) -> Fit {
+pub(crate) fn onward(data: &Data, fit: Fit) -> Fit {
     if fit.score.chi_fitted() < 2.0 * EXPLAINED {
         return polish(data, fit);
     }

@@ -117,8 +117,7 @@ impl Space {
             if one_modulus && key == "martensite_modulus_gpa" || measured_ambient && key == "ambient_c" {
                 continue;
             }
-            let (Some(value), Some(range)) =
-                (rig.parameter(channel, &key), sinew_rig::parameters().find(|p| p.key == key))
+            let (Some(value), Some((_, lowest, highest))) = (rig.parameter(channel, &key), sinew_rig::range_of(&key))
             else {
                 continue;
             };
@@ -129,7 +128,7 @@ impl Space {
             let both = one_modulus && key == "austenite_modulus_gpa";
             // a relative prior says that the sign is known
             let floor = if matches!(prior, Prior::Relative(_)) { 0.02 * value.abs() } else { f64::NEG_INFINITY };
-            let (least, most) = if value > 0.0 { (range.low.max(floor), range.high) } else { (range.low, range.high) };
+            let (least, most) = if value > 0.0 { (lowest.max(floor), highest) } else { (lowest, highest) };
             let temperature = ["austenite_temperature_c", "martensite_temperature_c"].contains(&key.as_str());
             let pivot = match prior {
                 Prior::Relative(_) if value > 0.0 => Some(0.0),

@@ -24,9 +24,10 @@ pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
         .collect()
 }
 
-/// Every start of an effect. `windows` are where in time an event may lie, s; `end_s` is the length of the recordings.
+/// Every start of an effect. `windows` are where in time an event may lie, s from the first sample; `end_s` is the length of
+/// the recordings.
 pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
-    let times_s = (-1.0, end_s + 1.0);
+    let times_s = (0.0, end_s + 1.0);
     let event = effect.parameters.iter().any(is_time);
     let several = effect.parameters.iter().any(|p| !p.is_switch()) && !event || is_crooked(effect);
     let shapes = if several { vec![0.1, 0.75] } else { vec![0.5] };

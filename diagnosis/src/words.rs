@@ -58,7 +58,7 @@ pub(crate) fn says(effect: &Effect, parameters: &BTreeMap<String, EffectSize>) -
     {
         let way = if gain.value >= 0.0 { "faster" } else { "more slowly" };
         return format!(
-            "Between {:.1} s and {:.1} s the wire lost heat {:.0} % {way} than still air explains ({})",
+            "Between {:.1} s and {:.1} s from the start the wire lost heat {:.0} % {way} than still air explains ({})",
             start.value,
             end.value,
             100.0 * gain.value.abs(),
@@ -115,13 +115,13 @@ pub(crate) fn summary(
         }
         Verdict::UnknownPhysics => {
             let equation = location.equation.clone().unwrap_or_default();
-            let nearest = selection.steps.first().map_or(String::new(), |s| {
-                format!(
-                    " The nearest of the catalogue, {}, leaves {} times the noise.",
-                    s.effect.id,
-                    number(selection.fit.score.chi_kept())
-                )
-            });
+            let named: Vec<&str> = selection.fit.space.effects.iter().map(|e| e.id).collect();
+            let nearest = if named.is_empty() {
+                String::new()
+            } else {
+                let left = number(selection.fit.score.chi_kept());
+                format!(" The nearest of the catalogue, {}, leaves {left} times the noise.", named.join(" with "))
+            };
             let form = match unknown {
                 Some(u) if !u.form.is_empty() => format!(
                     " An empirical term, {}{}, brings it to {a}: a description, not a mechanism.",

@@ -140,3 +140,70 @@ fn friction_is_named_and_sized_whatever_the_number_of_threads() {
     assert_eq!(diagnosis, &again.diagnosis);
     assert_eq!(outcome.improved, again.improved);
 }
+
+/// The same rows at times `by_s` later.
+fn later(recording: &Recording, by_s: f64) -> Recording {
+    let times = recording.time_s().iter().map(|t| t + by_s).collect();
+    let mut other = Recording::new("later", times).unwrap();
+    for (column, values) in recording.columns() {
+        other.set(column, values.to_vec()).unwrap();
+    }
+    other
+}
+
+/// A recording cut out of a longer one keeps its clock; an event in it is found all the same, and said in that clock.
+#[test]
+fn a_draught_is_found_whenever_the_clock_starts() {
+    let mut truth = real();
+    for (key, value) in [("gain", 0.5), ("start_s", 12.0), ("end_s", 24.0)] {
+        truth.set_effect(0, "thermal.draught", key, value).unwrap();
+    }
+    let outcome = answer(&later(&record(&truth, 4), 100.0), 0);
+    let diagnosis = &outcome.diagnosis;
+    assert_eq!(diagnosis.effects.first().map(|e| e.id.as_str()), Some("thermal.draught"), "{}", diagnosis.summary);
+    let gain = diagnosis.effects[0].parameters["gain"].value;
+    assert!((gain - 0.5).abs() < 0.03, "{gain}");
+    let window = &diagnosis.location.windows[0];
+    assert!((window.start_s - 112.0).abs() < 0.5 && (window.end_s - 124.0).abs() < 0.5, "{window:?}");
+    assert!(window.share > 0.3, "{window:?}");
+}
+
+/// What is left out of one recording says nothing of the sensor's noise in another.
+#[test]
+fn a_dead_sensor_in_one_recording_spoils_no_other() {
+    let mut dead = record(&real(), 5);
+    dead.set(Column::PositionM, vec![0.004; dead.len()]).unwrap();
+    let recordings = [record(&real(), 6), dead];
+    let identified = identify(&believed(), 0, &recordings, &settings(0)).unwrap();
+    let noise = identified.noise["position_m"];
+    assert!((1e-5..2.5e-5).contains(&noise), "{noise}");
+    assert!(identified.fit.recalibrated["position_m"].chi < 1.1, "{:?}", identified.fit.recalibrated);
+}
+
+/// Without anything to judge by there is no verdict.
+#[test]
+fn a_held_out_recording_must_measure_something_that_was_fitted() {
+    let (mut fitted, mut held) = (record(&real(), 7), record(&real(), 8));
+    [Column::ForceN, Column::CurrentA, Column::V3V].map(|column| fitted.remove(column));
+    [Column::PositionM, Column::CurrentA, Column::V3V].map(|column| held.remove(column));
+    let error = diagnose(&believed(), 0, &[fitted.clone()], &[held], &settings(0)).unwrap_err();
+    assert!(error.is_bad_input() && error.to_string().contains("0 to judge"), "{error}");
+    let error = diagnose(&believed(), 3, &[fitted], &[], &settings(0)).unwrap_err();
+    assert!(error.to_string().contains("channel #4"), "{error}");
+    assert!(diagnose(&believed(), 0, &[], &[], &settings(0)).is_err());
+}
+
+/// An effect that the rig file has already is refitted where it has a prior, as any parameter.
+#[test]
+fn numbers_of_effects_take_priors() {
+    let mut truth = real();
+    truth.set_effect(0, "mechanical.friction", "coulomb_n", 0.1).unwrap();
+    let text = format!(
+        "{RIG}\n[channel.effects.\"mechanical.friction\"]\ncoulomb_n = 0.06\n\n\
+         [channel.priors]\n\"mechanical.friction.coulomb_n\" = 0.05\n"
+    );
+    let believed = Rig::parse(&text, "bench.toml").unwrap();
+    let identified = identify(&believed, 0, &[record(&truth, 9)], &settings(0)).unwrap();
+    let coulomb = &identified.parameters["mechanical.friction.coulomb_n"];
+    assert!((coulomb.value - 0.1).abs() < 0.005 && coulomb.unit == "N", "{coulomb:?}");
+}

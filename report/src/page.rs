@@ -210,7 +210,7 @@ fn scores(diagnosis: &Diagnosis) -> Markup {
             h3 { "How much of what is left an unknown input to one equation explains" }
             div.scroll {
                 table.bars {
-                    thead { tr { th scope="col" { "equation" } th scope="col" { "share explained on data kept back" } td {} } }
+                    thead { tr { th scope="col" { "equation" } th scope="col" { "share explained" } td {} } }
                     tbody {
                         @for (name, score) in scores {
                             @let guilty = diagnosis.location.equation.as_ref() == Some(name);
@@ -518,8 +518,14 @@ fn recording_row(recording: &RecordingSummary) -> Markup {
             th scope="row" title=(recording.name) { (words::short(&recording.name)) }
             td.n { (recording.samples) }
             td.n { (quantity(recording.duration_s, "s")) }
-            td { @if recording.held_out { "judging only: all of it kept back" } @else { "fitting, with blocks kept back" } }
-            td.n { (chi(recording.chi)) }
+            td {
+                @match (recording.held_out, recording.chi) {
+                    (true, _) => "judging only: all of it kept back",
+                    (false, Some(_)) => "fitting, with blocks kept back",
+                    (false, None) => "fitting, all of it",
+                }
+            }
+            td.n { (recording.chi.map_or(NONE.into(), chi)) }
             td {
                 @if recording.offsets.is_empty() { (NONE) }
                 @for (i, (name, offset)) in recording.offsets.iter().enumerate() {
@@ -571,7 +577,7 @@ fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
                 dt { "chi" }
                 dd { "RMS of measured less simulated, over the sensor's noise. 1: nothing is left to explain. 3: the error is three times the noise." }
                 dt { "kept back" }
-                dd { "Blocks of each recording, or a whole one, that no fit ever saw. Every chi on this page is of such data." }
+                dd { "Blocks of each recording, or a whole one, that no fit ever saw. Every chi on this page is of such data, but for the maps of conditions." }
                 dt { "as given, recalibrated, improved" }
                 dd { "The model with the rig file as it is; with its parameters refitted as far as their priors allow; with what was found added." }
                 dt { "p-value" }

@@ -1,8 +1,6 @@
 //! What page and terminal both draw from a diagnosis: overall errors, and how far parameters moved.
 
-use std::collections::BTreeMap;
-
-use sinew_diagnosis::{Diagnosis, FittedParameter, Misfit};
+use sinew_diagnosis::{Diagnosis, FittedParameter};
 
 /// A parameter further from the rig file than this many σ of its prior is worth a remark.
 pub(crate) const FAR_SIGMAS: f64 = 2.0;
@@ -18,17 +16,11 @@ pub(crate) struct Overall {
 impl Overall {
     pub(crate) fn of(diagnosis: &Diagnosis) -> Overall {
         Overall {
-            as_given: over_all(&diagnosis.fit.as_given),
+            as_given: diagnosis.left.chi_as_given,
             recalibrated: diagnosis.left.chi,
             improved: diagnosis.left.chi_improved,
         }
     }
-}
-
-/// The mean square over sensors, since each has as many samples as the next.
-fn over_all(errors: &BTreeMap<String, Misfit>) -> f64 {
-    let sum: f64 = errors.values().map(|e| e.chi * e.chi).sum();
-    (sum / errors.len() as f64).sqrt()
 }
 
 /// How far a parameter moved, in σ of its prior; NaN where it has none.

@@ -348,7 +348,7 @@ prop_compose! {
             summary,
             noise,
             fit: Stages { as_given, recalibrated, improved },
-            left: Left { chi, chi_improved, p_value, method },
+            left: Left { chi_as_given: chi, chi, chi_improved, p_value, method },
             location: Location {
                 equation,
                 equation_scores,
@@ -376,7 +376,7 @@ prop_compose! {
             recordings: recordings
                 .into_iter()
                 .map(|(name, samples, duration_s, held_out, chi)| {
-                    RecordingSummary { name, samples, duration_s, held_out, chi, offsets: offsets.clone() }
+                    RecordingSummary { name, samples, duration_s, held_out, chi: Some(chi).filter(|_| !held_out), offsets: offsets.clone() }
                 })
                 .collect(),
             next_experiment,

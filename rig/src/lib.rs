@@ -20,7 +20,7 @@ use std::path::Path;
 
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
-pub use parameters::{Parameter, Prior, default_priors, parameters};
+pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
 pub use schema::reference;
 pub use suggest::nearest;
 pub use types::{

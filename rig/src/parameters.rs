@@ -95,9 +95,16 @@ fn describe(table: &'static str, key: &'static str, kind: &Kind, about: &'static
     }
 }
 
-/// Whether a key may stand in `[channel.priors]`: a parameter, or a number of an effect by its full name.
+/// Unit, least and largest value of what a prior may stand for: a parameter, or a number of an effect by its full name,
+/// such as `thermal.draught.gain`.
+pub fn range_of(key: &str) -> Option<(&'static str, f64, f64)> {
+    let of_model = parameters().find(|p| p.key == key).map(|p| (p.unit, p.low, p.high));
+    of_model.or_else(|| effects::number(key).map(|(_, number)| (number.unit, number.low, number.high)))
+}
+
+/// Whether a key may stand in `[channel.priors]`.
 pub(crate) fn is_parameter(key: &str) -> bool {
-    parameters().any(|p| p.key == key) || effects::number(key).is_some()
+    range_of(key).is_some()
 }
 
 impl Channel {

@@ -53,10 +53,10 @@ pub enum Exclude {
 pub fn sensors(recording: &Recording, model: &WireModel) -> Vec<Column> {
     let kind = model.drive.kind;
     let inputs = [Some(drive_column(kind)), imposed_column(&model.load)];
-    // a furnace and a given power tell nothing of currents and voltages
+    // a furnace tells nothing of currents and voltages, a given power nothing of the taps
     let electrical = matches!(kind, DriveKind::Pwm | DriveKind::Current);
     let known = |column: Column| match column {
-        Column::CurrentA | Column::V3V => electrical,
+        Column::CurrentA | Column::V3V => electrical || kind == DriveKind::Power,
         Column::V1V | Column::V2V => electrical && model.taps.is_some(),
         Column::PowerW => kind != DriveKind::Temperature,
         Column::TemperatureC | Column::ForceN | Column::PositionM => true,

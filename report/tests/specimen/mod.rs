@@ -302,6 +302,7 @@ fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
             improved: stage(|s| &s.improved),
         },
         left: Left {
+            chi_as_given: chi(&traces.sensors, |s| &s.as_given),
             chi: chi(&traces.sensors, |s| &s.recalibrated),
             chi_improved: chi(&traces.sensors, |s| &s.improved),
             p_value: 0.001,
@@ -326,7 +327,7 @@ fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
             samples: traces.time_s.len() * THINNING,
             duration_s: DURATION_S,
             held_out: false,
-            chi: chi(&traces.sensors, |s| &s.improved),
+            chi: Some(chi(&traces.sensors, |s| &s.improved)),
             offsets: BTreeMap::from([("position_m".into(), 1.2e-5)]),
         }],
         next_experiment: "Repeat the staircase twice at half the speed, once with the rig under a cover. A draught disappears under the \
