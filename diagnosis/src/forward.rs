@@ -99,7 +99,7 @@ fn let_go(data: &Data, mut fit: Fit) -> Fit {
             Some(misfit) if misfit < LOOSER * fit.space.firmness => {
                 let space = fit.space.firm(misfit);
                 let objective = fit.score.fitted + space.resistance(&fit.z);
-                fit = search::polish(data, Fit { space, objective, ..fit });
+                fit = search::onward(data, Fit { space, objective, ..fit });
             }
             _ => break,
         }
@@ -148,7 +148,7 @@ pub(crate) fn select(
         let (mut field, full) = search::race(data, &selection.fit, candidates, FINALISTS, &|f| progress(&stage, f));
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
         let Some(first) = field.first_mut() else { break };
-        first.fit = let_go(data, search::polish(data, first.fit.clone()));
+        first.fit = let_go(data, search::onward(data, first.fit.clone()));
         let mut best = first.clone();
         if kept_gain(&selection.fit, &best.fit) < MATTERS * selection.fit.score.kept {
             selection.rejected = Some((field, full));
@@ -216,7 +216,7 @@ pub(crate) fn select(
 pub(crate) fn carry_on(data: &Data, field: &mut [Racer], best: &Fit) {
     let near = |racer: &&mut Racer| racer.fit.score.kept < RIVAL * best.score.kept;
     field.par_iter_mut().filter(near).for_each(|racer| {
-        racer.fit = let_go(data, search::polish(data, racer.fit.clone()));
+        racer.fit = let_go(data, search::onward(data, racer.fit.clone()));
     });
 }
 
@@ -235,7 +235,7 @@ pub(crate) fn drop_effect(data: &Data, fit: &Fit, effect: &Effect) -> Option<Fit
     let (space, z) = fit.space.without(effect, &fit.z);
     let found = fit::fit(data, &space, &z, Effort::SEARCH)?;
     // worth an exact end only where it might do without
-    Some(if found.score.kept < RIVAL * fit.score.kept { search::polish(data, found) } else { found })
+    Some(if found.score.kept < RIVAL * fit.score.kept { search::onward(data, found) } else { found })
 }
 
 /// Takes out what is no longer needed now that others are in.
