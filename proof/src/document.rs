@@ -134,6 +134,8 @@ fn table(text: &mut String, all: &[Judged]) {
     line(text, "outside the catalogue: said so", "80 %", &percent(said), at_least(said, 0.8));
     let wrong = &f.outside_wrong;
     line(text, "outside the catalogue: given a wrong name", "≤ 10 %", &percent(wrong), at_most(wrong, 0.1));
+    let alike = "of the wrong names: the second recording is predicted to within its noise all the same";
+    line(text, alike, "", &percent(&f.outside_alike), "");
     line(text, "outside the catalogue: right equation", "", &percent(&f.outside_equation), "");
     let reached = met(f.held_median <= 1.15, f.held_good.of > 0);
     let held = format!("{}; at most 1.15 in {}", number(f.held_median, 2), percent(&f.held_good));
@@ -183,13 +185,16 @@ fn levels(text: &mut String, all: &[Judged]) {
     for (kind, share) in &f.false_alarms_by_kind {
         let _ = writeln!(text, "| {kind} | {} |", percent(share));
     }
-    text.push_str("\n| outside the catalogue | level | said | blamed equation |\n|---|---|---|---|\n");
+    text.push_str("\n| outside the catalogue | level | said | blamed equation | chi, second recording |\n");
+    text.push_str("|---|---|---|---|---|\n");
     for j in all.iter().filter(|j| j.answer.group == "outside") {
         let equation = j.said.equation.as_deref().unwrap_or("–");
         let right = if j.equation_right() { "" } else { " (wrong)" };
         let unknown = if j.said.says_unknown() && j.said.first() != "unknown" { ", and unknown" } else { "" };
         let first = j.said.first();
-        let _ = writeln!(text, "| {} | {:.1} | {first}{unknown} | {equation}{right} |", j.answer.kind, j.answer.level);
+        let held = number(j.said.held.unwrap_or(f64::NAN), 2);
+        let (kind, level) = (&j.answer.kind, j.answer.level);
+        let _ = writeln!(text, "| {kind} | {level:.1} | {first}{unknown} | {equation}{right} | {held} |");
     }
 }
 

@@ -32,6 +32,8 @@ pub struct Share {
     pub high: f64,
 }
 
+/// chi up to which a second recording is predicted to within its noise.
+const WITHIN_NOISE: f64 = 1.05;
 /// 5 % on either side of a normal distribution.
 const Z_90: f64 = 1.644_853_626_951_472_7;
 
@@ -148,6 +150,11 @@ impl Judged {
         self.said.verdict.as_deref() == Some("physics_missing") && !self.said.effects.is_empty()
     }
 
+    /// What it put into the model predicts the second recording to within noise.
+    fn predicts(&self) -> bool {
+        self.said.held.is_some_and(|chi| chi <= WITHIN_NOISE)
+    }
+
     /// A broken recording was refused, or something was warned of and no physics made of it.
     fn survives_trap(&self) -> bool {
         match self.said.verdict {
@@ -228,6 +235,8 @@ pub struct Figures {
     pub outside_said: Share,
     /// … given a wrong name.
     pub outside_wrong: Share,
+    /// Of those given a wrong name: what was put into the model predicts the second recording to within noise.
+    pub outside_alike: Share,
     /// … the right equation blamed.
     pub outside_equation: Share,
     /// chi of the improved rig on the second recording, catalogue cases at 3× and 10×: median.
@@ -293,6 +302,7 @@ pub fn figures(all: &[Judged]) -> Figures {
         triples: Share::new(triples.iter().filter(|found| **found).count(), triples.len()),
         outside_said: Share::of(outside(), |j| j.said.says_unknown()),
         outside_wrong: Share::of(outside(), Judged::wrong_name),
+        outside_alike: Share::of(outside().filter(|j| j.wrong_name()), Judged::predicts),
         outside_equation: Share::of(outside(), Judged::equation_right),
         held_good: Share::new(held.iter().filter(|chi| **chi <= 1.15).count(), held.len()),
         held_median: median(held),
@@ -516,6 +526,7 @@ pub mod tests {
             made_up("outside", &[], 0.9, says("parameters_off")),
         ];
         let f = figures(&all);
+        assert_eq!((f.outside_alike.count, f.outside_alike.of), (all[1..3].iter().filter(|j| j.predicts()).count(), 2));
         assert_eq!((f.outside_said.count, f.outside_wrong.count, f.outside_said.of), (2, 2, 4));
     }
 
