@@ -71,7 +71,9 @@ const NEARLY_EXPLAINED: f64 = 1.3;
 const LOUDEST_NOISE: f64 = 4.0;
 /// As given, the mean square may be this much larger than recalibrated and still agree.
 const AGREES: f64 = 1.02;
-/// Share of what is left that effects of the catalogue have to explain to be named where they leave more than noise.
+/// chi above which the sensors are so quiet that no model of a wire reaches their noise: what counts there is the share.
+const BEYOND_MODELS: f64 = 10.0;
+/// Share of what is left that effects of the catalogue have to explain to be named there.
 const NAMED_SHARE: f64 = 0.9;
 /// The same where no single free term does as much.
 const MOST_OF_IT: f64 = 0.5;
@@ -546,7 +548,9 @@ fn beyond_catalogue(
     if !told && chi < LOUDEST_NOISE {
         return Beyond { unknown: None, structure, is_noise: true };
     }
-    if !selection.fit.space.effects.is_empty() && explained >= NAMED_SHARE {
+    // A mechanism that is the right one leaves noise; others can be bent to explain most of anything, and leave more.
+    let found = !selection.fit.space.effects.is_empty();
+    if found && (chi <= UNEXPLAINED || chi > BEYOND_MODELS && explained >= NAMED_SHARE) {
         return Beyond { unknown: None, structure, is_noise: false };
     }
     let form = beyond::closed_form(data, reference, &|f| (settings.progress)("beyond the catalogue", f));
@@ -557,20 +561,19 @@ fn beyond_catalogue(
         (None, Some(_)) => true,
         (_, None) => false,
     };
-    if explained >= MOST_OF_IT && no_term_is_better {
+    if chi > BEYOND_MODELS && explained >= MOST_OF_IT && no_term_is_better {
         return Beyond { unknown: None, structure, is_noise: false };
     }
-    let equation = form
-        .as_ref()
-        .map(|form| form.library.equation)
-        .or_else(|| located.first().map(|l| l.equation))
-        .unwrap_or(Equation::Mechanical);
     let unknown = match form {
         Some(form) if form.fit.score.kept <= selection.fit.score.kept => {
-            Outside { equation, library: Some(form.library), fit: form.fit }
+            Outside { equation: form.library.equation, library: Some(form.library), fit: form.fit }
         }
-        // no closed form is better than what the catalogue came to: nothing is put into the model for it
-        _ => Outside { equation, library: None, fit: reference.clone() },
+        // no closed form is better than what the catalogue came to: that stands in for it, if there is anything
+        _ => {
+            let nearest = selection.steps.first().map(|step| step.effect.equation);
+            let equation = nearest.or_else(|| located.first().map(|l| l.equation)).unwrap_or(Equation::Mechanical);
+            Outside { equation, library: None, fit: selection.fit.clone() }
+        }
     };
     Beyond { unknown: Some(unknown), structure, is_noise: false }
 }

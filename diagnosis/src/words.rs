@@ -128,7 +128,10 @@ pub(crate) fn summary(
                     u.form,
                     if u.unit == "1" { String::new() } else { format!(" {}", u.unit) }
                 ),
-                _ => " No closed form describes it better.".to_string(),
+                _ if named.is_empty() => " No closed form describes it.".to_string(),
+                _ => " No closed form describes it better, so that stands in the improved rig file: a description, not the \
+                      mechanism."
+                    .to_string(),
             };
             let elsewhere = if before.chi() > 2.0 * before.chi_kept() {
                 format!(" and at {} over all, from a few stretches,", number(before.chi()))
