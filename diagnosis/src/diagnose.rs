@@ -190,11 +190,10 @@ impl Prepared {
         let free_zero = c.position_zero == PositionZero::Free;
         let noise = |column: Column| noise_of.get(&column).copied().unwrap_or(1.0);
         let data = Data::new(&c.model, free_zero, &sources, &noise)?;
-        let fault = |recording: &str, what| Broken { recording: recording.into(), column: None, span_s: None, what };
         let (fitted, kept_back) = (data.count(Part::Fitted), data.count(Part::KeptBack));
         let little = |name: &str| {
             let what = Trouble::LittleLeft { fitted, kept_back, least: LEAST_COUNT, reasons: warnings.clone() };
-            Err(fault(name, what).into())
+            Err(Broken { recording: name.into(), column: None, span_s: None, what }.into())
         };
         if fitted < LEAST_COUNT || kept_back < LEAST_COUNT {
             return little(held_out.first().filter(|_| fitted >= LEAST_COUNT).unwrap_or(first).name());

@@ -82,7 +82,8 @@ pub(crate) fn misfit(data: &Data, fit: &Fit) -> Option<f64> {
     let left = fit::residuals(data, &fit.space, &fit.z)?;
     let seen = fit::only(data, Part::Fitted, &left);
     let (mut sum, mut samples) = (0.0, 0.0);
-    for (s, colour) in colours(data, &left).iter().enumerate() {
+    for s in 0..data.sensors.len() {
+        let colour = Colour::of(&seen, s);
         let count = seen.iter().flat_map(|by_sensor| &by_sensor[s]).filter(|r| !r.is_nan()).count() as f64;
         let blocks: usize = data.runs.iter().map(|run| run.block.last().map_or(0, |b| b + 1)).sum();
         // no error lasts longer than a block, or blocks would say nothing of each other
@@ -337,8 +338,8 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
     Some(Chance::new(data, &nuisances, &pulls, &columns, &here, &colours(data, &left), seed))
 }
 
-/// What a model gains over another on kept-back samples, where a sensor within its noise already has nothing to gain: what a coarse converter rounds away follows
-/// the signal, and bends to any parameter.
+/// What a model gains over another on kept-back samples, where a sensor within its noise already has nothing to gain: what
+/// a coarse converter rounds away follows the signal, and bends to any parameter.
 fn gain_above_noise(data: &Data, worse: &Fit, better: &Fit) -> f64 {
     let squares = |fit: &Fit| {
         let left = fit::residuals(data, &fit.space, &fit.z)?;

@@ -105,7 +105,7 @@ impl Wire {
 
     /// Takes pieces up to `longest_s` from now on, where the load's own oscillation asks for shorter ones. As stable, and
     /// several times as fast; what oscillates faster than that is damped instead of followed. For searches, which end
-    /// with a simulation at full length.
+    /// with a simulation in the wire's own pieces.
     pub fn take_long_pieces(&mut self, longest_s: f64) {
         self.balance.longest_piece = self.balance.longest_piece.max(longest_s);
     }
