@@ -340,7 +340,7 @@ impl Balance {
         if let Some(ends) = &terms.ends {
             elastic.free = ends.middle * elastic.free + ends.free;
             elastic.compliance *= ends.middle;
-            elastic.soft = ends.middle * elastic.soft + ends.compliance;
+            elastic.soft = ends.middle * elastic.soft + ends.compliance + ends.soft;
         }
         elastic.free += terms.strain();
         elastic.soft += self.frame;

@@ -23,6 +23,12 @@ impl Fraction {
         Fraction { martensite, austenite: 1.0 - martensite }
     }
 
+    /// With `change` more martensite, as far as there is any to gain or lose.
+    pub(crate) fn moved(&self, change: f64) -> Self {
+        let change = change.clamp(-self.martensite, self.austenite);
+        Fraction { martensite: self.martensite + change, austenite: self.austenite - change }
+    }
+
     /// Less martensite than `other`, decided on whichever part resolves it.
     fn is_hotter_than(&self, other: &Fraction) -> bool {
         if self.martensite > 0.5 { self.austenite > other.austenite } else { self.martensite < other.martensite }

@@ -9,7 +9,7 @@
 
 use crate::Error;
 use crate::balance::{Balance, Motion, Stage, State, Trial, fitted_implicitness};
-use crate::effects::{Terms, Unknown};
+use crate::effects::{Ledger, Terms, Unknown};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis};
 use crate::params::{DriveKind, WireModel};
 use crate::signals::{EnergyBalance, Inputs, Outputs};
@@ -165,6 +165,10 @@ impl Wire {
         let seen = delayed.then(|| self.seen());
         if let Some(terms) = &mut self.balance.terms {
             self.energy.sheath_j = terms.sheath_j();
+            if let Some(ends) = &terms.ends {
+                self.energy.sensible_j = ends.middle * self.energy.sensible_j + ends.sensible;
+                self.energy.latent_j = ends.middle * self.energy.latent_j + ends.latent;
+            }
             terms.time = self.elapsed;
             if let Some(seen) = seen {
                 terms.keep(self.elapsed, &seen);
@@ -205,19 +209,20 @@ impl Wire {
             self.state.velocity = (self.state.position - start.position) / h;
         }
         self.imposed = imposed;
-        let mut lost = half * (loss + end.loss);
-        self.energy.work_j -= end.work;
+        let lost = half * (loss + end.loss);
         let heat_in = if self.balance.drive == DriveKind::Temperature {
             // the furnace supplies whatever the imposed temperature takes
             self.balance.heat_capacity * (end.state.temperature - start.temperature) - end.released + lost
         } else {
             half * (power + end.power)
         };
+        let mut ledger = Ledger { heat_in, lost, work: end.work };
         if EFFECTS {
-            lost -= self.finish_effects(&start);
+            ledger = self.finish_effects(&start, ledger);
         }
-        self.energy.loss_j += lost;
-        heat_in
+        self.energy.work_j -= ledger.work;
+        self.energy.loss_j += ledger.lost;
+        ledger.heat_in
     }
 
     fn begin_effects(&mut self, inputs: &Inputs, h: f64) {
@@ -230,14 +235,14 @@ impl Wire {
         c.terms = Some(terms);
     }
 
-    /// Closes a piece that began in `start`; returns the heat kept by what is around the wire, J.
-    fn finish_effects(&mut self, start: &State) -> f64 {
+    /// Closes a piece that began in `start`.
+    fn finish_effects(&mut self, start: &State, ledger: Ledger) -> Ledger {
         let c = &mut self.balance;
-        let Some(mut terms) = c.terms.take() else { return 0.0 };
+        let Some(mut terms) = c.terms.take() else { return ledger };
         let branch = if self.state.theta == start.theta { None } else { self.branch.as_ref() };
-        let kept = terms.finish(c, branch, start, &self.state);
+        let ledger = terms.finish(c, branch, start, &self.state, ledger);
         c.terms = Some(terms);
-        kept
+        ledger
     }
 
     /// Solves the piece of length `h` from the present state and moves there.

@@ -100,17 +100,11 @@ mod tests {
                 let (by_column, with) = chi(&rig, &recording, &case.answer.noise).expect("a wire");
                 println!("{} {seed}: {without:.2} -> {with:.3} {by_column:.2?}", kind.id);
                 // where the effect shows at all, hardly any of it may be left
-                let allowed = if approximate(kind.id) { 1.0 + 0.15 * without } else { 1.05 };
-                if with > allowed {
+                if with > 1.05 {
                     wrong.push(format!("{} {seed}: {without:.2} -> {with:.3} {by_column:.2?}", kind.id));
                 }
             }
         }
         assert!(wrong.is_empty(), "{wrong:#?}");
-    }
-
-    /// Effects of which the project's simulator says that it approximates them.
-    fn approximate(id: &str) -> bool {
-        matches!(id, "thermal.end_conduction" | "kinetic.distributed")
     }
 }

@@ -7,6 +7,7 @@
 mod coefficients;
 mod electrical;
 mod empirical;
+mod ends;
 mod kinetic;
 mod mechanical;
 mod sensing;
@@ -20,7 +21,7 @@ pub(crate) use mechanical::Grip;
 pub use mechanical::{Capstan, FrameCompliance, Friction, Mechanical, Ratcheting, StressDependentStrain, TwoWay};
 pub use sensing::{ContactResistance, Delay, DelayedSensor, Gain, Offset, ProbeDeflection, Sensing};
 pub use terms::Unknown;
-pub(crate) use terms::{Loss, MOST_STRESS, STRESS_PA, Terms};
+pub(crate) use terms::{Ledger, Loss, MOST_STRESS, STRESS_PA, Terms};
 pub use thermal::{AmbientDrift, Draught, EndConduction, NaturalConvection, Neighbour, Radiation, Sheath, Thermal};
 
 use std::sync::LazyLock;

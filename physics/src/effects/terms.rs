@@ -2,6 +2,7 @@
 //! way. A wire of the reference model has none of this.
 
 use super::empirical::Features;
+use super::ends::Ends;
 use super::kinetic::Grains;
 use super::mechanical::Grip;
 use super::sensing::Memory;
@@ -35,6 +36,14 @@ pub(crate) struct Loss {
     pub(crate) coefficient: f64,
     pub(crate) ambient: f64,
     pub(crate) fixed: f64,
+}
+
+/// Where the energy of a piece went, in J.
+pub(crate) struct Ledger {
+    pub(crate) heat_in: f64,
+    pub(crate) lost: f64,
+    /// Work of transformation on the wire.
+    pub(crate) work: f64,
 }
 
 /// Time over which the rates among the library's functions are means, s.
@@ -225,15 +234,26 @@ impl Terms {
             grip: e.mechanical.grip(c.area * start.stress),
         };
         if let Some(mut ends) = self.ends.take() {
-            ends.advance(c, self, start, ambient[0]);
+            ends.begin(c, self, start, h);
             self.ends = Some(ends);
         }
     }
 
-    /// Closes the piece that went from `start` to `end`, on `branch` if the phase moved; returns the heat that the
-    /// sleeve kept, J.
-    pub(crate) fn finish(&mut self, c: &Balance, branch: Option<&Branch>, start: &State, end: &State) -> f64 {
+    /// Closes the piece that went from `start` to `end`, on `branch` if the phase moved, with this ledger for a wire all
+    /// like its middle and nothing around it; returns the ledger of what there is.
+    pub(crate) fn finish(
+        &mut self,
+        c: &Balance,
+        branch: Option<&Branch>,
+        start: &State,
+        end: &State,
+        mut ledger: Ledger,
+    ) -> Ledger {
         let h = self.now.h;
+        if let Some(mut ends) = self.ends.take() {
+            ledger = ends.advance(c, self, h, [start, end], &ledger);
+            self.ends = Some(ends);
+        }
         match (&mut self.grains, branch) {
             (Some(grains), Some(_)) => grains.arrive(&c.hysteresis, end.theta),
             (Some(grains), None) => grains.stay(&c.hysteresis, end.theta),
@@ -257,13 +277,12 @@ impl Terms {
         }
         self.time += h;
         let sheath = &self.effects.thermal.sheath;
-        if !sheath.is_on() {
-            return 0.0;
+        if sheath.is_on() {
+            let sleeve = self.sleeve(end.temperature, 1)[0];
+            ledger.lost -= sheath.heat_capacity_j_per_k * (sleeve - self.sheath.0);
+            self.sheath.0 = sleeve;
         }
-        let sleeve = self.now.sheath[0] + self.now.sheath[1] * end.temperature;
-        let kept = sheath.heat_capacity_j_per_k * (sleeve - self.sheath.0);
-        self.sheath.0 = sleeve;
-        kept
+        ledger
     }
 
     /// Heat in the sleeve since the start, J.
@@ -305,8 +324,31 @@ impl Terms {
         [(capacity * sleeve + (h - late) * flow + late * outer[1] * ambient[1]) / whole, late * inner / whole]
     }
 
-    /// All losses at the temperature T with the sleeve at `sleeve[0] + sleeve[1] T`, in W, and their slope in W/K.
-    fn losses(&self, c: &Balance, temperature: f64, at: usize, sleeve: [f64; 2], power: f64) -> (f64, f64) {
+    /// T_s at the start or the end of the piece, where the wire is at `temperature`, as [`Terms::surface`] wants it.
+    pub(super) fn sleeve(&self, temperature: f64, at: usize) -> [f64; 2] {
+        match at {
+            0 => [self.sheath.0, 0.0],
+            _ => [self.now.sheath[0] + self.now.sheath[1] * temperature, 0.0],
+        }
+    }
+
+    /// Electrical power at the start of the piece, W.
+    pub(super) fn power(&self) -> f64 {
+        self.now.drive[1]
+    }
+
+    /// T∞ at the start or the end of the piece, °C.
+    pub(super) fn ambient(&self, at: usize) -> f64 {
+        self.now.ambient[at]
+    }
+
+    /// Loss through the film of a wire `above` its air, at the start or the end of the piece: W and W/K.
+    pub(super) fn film(&self, c: &Balance, above: f64, at: usize) -> (f64, f64) {
+        self.air(c, above, self.now.draught[at])
+    }
+
+    /// Losses of a wire at the temperature T with the sleeve at `sleeve[0] + sleeve[1] T`, in W, and their slope in W/K.
+    pub(super) fn surface(&self, c: &Balance, temperature: f64, at: usize, sleeve: [f64; 2]) -> (f64, f64) {
         let thermal = &self.effects.thermal;
         let ambient = self.now.ambient[at];
         let above = temperature - ambient;
@@ -314,7 +356,7 @@ impl Terms {
             let inner = thermal.sheath.inner_w_per_k;
             (inner * (temperature - sleeve[0] - sleeve[1] * temperature), inner * (1.0 - sleeve[1]))
         } else {
-            self.air(c, above, self.now.draught[at])
+            self.film(c, above, at)
         };
         if thermal.radiation.emissivity > 0.0 {
             let (loss, steeper) = thermal.radiation.loss(c.surface, temperature, ambient);
@@ -325,10 +367,6 @@ impl Terms {
             let between = thermal.neighbour.conductance_w_per_k;
             value += between * (temperature - self.neighbour_c.unwrap_or(ambient));
             slope += between;
-        }
-        if let Some(ends) = &self.ends {
-            value += ends.extra_w_per_k * above + power * ends.power_share;
-            slope += ends.extra_w_per_k;
         }
         value += self.now.loss;
         if !self.forms {
@@ -345,6 +383,18 @@ impl Terms {
             slope += (linear + 2.0 * square * tau) / CONVECTION_SCALE_K;
         }
         (value, slope)
+    }
+
+    /// The same with what goes into the ends.
+    fn losses(&self, c: &Balance, temperature: f64, at: usize, sleeve: [f64; 2], power: f64) -> (f64, f64) {
+        let surface = self.surface(c, temperature, at, sleeve);
+        match &self.ends {
+            None => surface,
+            Some(ends) => {
+                let into = ends.loss(temperature, at, power);
+                (surface.0 + into.0, surface.1 + into.1)
+            }
+        }
     }
 
     /// All losses at the start of the piece, W.
@@ -566,158 +616,5 @@ impl Terms {
         if let Some(memory) = &self.memory {
             memory.recall(o);
         }
-    }
-}
-
-/// Cells that the cold zone at a clamp is cut into: of steps in temperature that get finer towards mid-wire, where most
-/// of the zone's length is.
-const CELLS: usize = 12;
-/// How much finer.
-const FINER: f64 = 1.6;
-/// Where the cold zone ends, in ℓ: a thousandth colder than mid-wire.
-const ZONE: f64 = 7.0;
-
-/// The cold zones at both clamps; see [`super::EndConduction`]. Both ends are alike, so one stands for both. Their phase
-/// follows the curves without lag or grains.
-#[derive(Debug, Clone)]
-pub(crate) struct Ends {
-    cells: [Cell; CELLS],
-    /// Share of the wire between the cold zones.
-    pub(crate) middle: f64,
-    /// Extra loss of mid-wire, W/K.
-    extra_w_per_k: f64,
-    /// Mean compliance of the cells times their share of the wire, 1/Pa.
-    pub(crate) compliance: f64,
-    /// Their strain without stress times their share of the wire.
-    pub(crate) free: f64,
-    /// Their resistance in the wire's, unstrained, Ω.
-    pub(crate) ohm: f64,
-    /// Share of the electrical power that is not spent as if all the wire were like its middle.
-    power_share: f64,
-}
-
-/// A piece of wire in the cold zone, from and to in m from the clamp.
-#[derive(Debug, Clone, Copy)]
-struct Cell {
-    from: f64,
-    to: f64,
-    /// Share of the wire that it and its like at the other end are.
-    share: f64,
-    /// (T_i − T∞)/(T − T∞).
-    warmth: f64,
-    theta: f64,
-    fraction: Fraction,
-    branch: Option<Branch>,
-    /// Resistance of a whole wire like this, unstrained, Ω.
-    ohm: f64,
-}
-
-impl Ends {
-    fn of(c: &Balance, effects: &Effects) -> Option<Ends> {
-        let k = effects.thermal.end_conduction.conductivity_w_per_m_k;
-        if k <= 0.0 {
-            return None;
-        }
-        let warm = if c.natural_convection { CONVECTION_SCALE_K.powf(1.0 / 6.0) } else { 1.0 };
-        let conductance = (c.loss_w_per_k * warm).max(1e-12);
-        // ℓ² = k A_c/(h π d) = k A_c L_0/(h A_s)
-        let reach = (k * c.area * c.length / conductance).sqrt();
-        let u = (0.5 * c.length / reach).max(0.05);
-        let reach = 0.5 * c.length / u;
-        let far = (-2.0 * u).exp();
-        // of the profile of an infinite wire, 1 − cosh(u − y)/cosh u, what mid-wire has
-        let middle_warmth = 1.0 - 2.0 * (-u).exp() / (1.0 + far);
-        // ∫ (1 − cosh(u − y)/cosh u) dy from the clamp
-        let integral = |y: f64| y - ((1.0 - far) - ((-y).exp() - far * y.exp())) / (1.0 + far);
-        let end = ZONE.min(u);
-        let coldest = -(-end).exp_m1();
-        let edge = |i: usize| -(1.0 - coldest * (1.0 - (1.0 - i as f64 / CELLS as f64).powf(FINER))).ln();
-        let cells = std::array::from_fn(|i| {
-            let (y0, y1) = (edge(i), if i + 1 == CELLS { end } else { edge(i + 1) });
-            let mean = (integral(y1) - integral(y0)) / (y1 - y0);
-            let cold = Fraction::of_martensite(1.0);
-            Cell {
-                from: y0 * reach,
-                to: y1 * reach,
-                share: 2.0 * (y1 - y0) * reach / c.length,
-                warmth: (mean / middle_warmth).min(1.0),
-                theta: f64::NEG_INFINITY,
-                fraction: cold,
-                branch: None,
-                ohm: 0.0,
-            }
-        });
-        let zone: f64 = cells.iter().map(|cell: &Cell| cell.share).sum();
-        Some(Ends {
-            cells,
-            middle: (1.0 - zone).max(0.0),
-            extra_w_per_k: conductance * 2.0 * (-u).exp() / (-u).exp_m1().powi(2),
-            compliance: 0.0,
-            free: 0.0,
-            ohm: 0.0,
-            power_share: 0.0,
-        })
-    }
-
-    /// Starts from rest beside a mid-wire in `state`.
-    fn settle(&mut self, c: &Balance, terms: &Terms, state: &State, asked: Fraction, ambient: f64) {
-        for cell in &mut self.cells {
-            let temperature = ambient + (state.temperature - ambient) * cell.warmth;
-            cell.theta = state.theta + temperature - state.temperature;
-            cell.fraction = c.hysteresis.clip(asked, cell.theta);
-            cell.branch = None;
-        }
-        self.add_up(c, terms, state, ambient);
-    }
-
-    /// Follows mid-wire to `state`.
-    fn advance(&mut self, c: &Balance, terms: &Terms, state: &State, ambient: f64) {
-        for cell in &mut self.cells {
-            let temperature = ambient + (state.temperature - ambient) * cell.warmth;
-            let theta = state.theta + temperature - state.temperature;
-            if theta != cell.theta {
-                let direction = if theta > cell.theta { Direction::Heating } else { Direction::Cooling };
-                let mut branch = match cell.branch {
-                    Some(branch) if branch.direction() == direction => branch,
-                    _ => c.hysteresis.reverse(direction, cell.theta, &cell.fraction),
-                };
-                let point = c.hysteresis.on_branch(&branch, theta);
-                if point.outer {
-                    branch.ride_outer();
-                }
-                cell.branch = Some(branch);
-                cell.theta = theta;
-                cell.fraction = point.fraction;
-            }
-        }
-        self.add_up(c, terms, state, ambient);
-    }
-
-    fn add_up(&mut self, c: &Balance, terms: &Terms, state: &State, ambient: f64) {
-        (self.compliance, self.free, self.ohm) = (0.0, 0.0, 0.0);
-        let shape = c.shape_strain(terms, state.stress);
-        for cell in &mut self.cells {
-            let temperature = ambient + (state.temperature - ambient) * cell.warmth;
-            let (compliance, _) = c.compliance(&cell.fraction);
-            let thermal = compliance * c.thermoelastic * (temperature - c.reference_c);
-            cell.ohm = c.unstrained(Some(terms), &cell.fraction, temperature, state.stress);
-            self.compliance += cell.share * compliance;
-            self.free += cell.share * (shape * cell.fraction.martensite + thermal);
-            self.ohm += cell.share * cell.ohm;
-        }
-        let middle = c.unstrained(Some(terms), &state.fraction, state.temperature, state.stress);
-        let whole = self.middle * middle + self.ohm;
-        self.power_share = if whole > 0.0 { 1.0 - middle / whole } else { 0.0 };
-    }
-
-    /// The unstrained resistance between the fixed clamp and a point `at` m from it, in Ω, where a whole wire like its
-    /// middle has `middle` Ω on `length` m.
-    pub(crate) fn up_to(&self, at: f64, length: f64, middle: f64) -> f64 {
-        if at > 0.5 * length {
-            return self.middle * middle + self.ohm - self.up_to(length - at, length, middle);
-        }
-        let cold: f64 =
-            self.cells.iter().map(|cell| (cell.ohm - middle) * ((at.min(cell.to) - cell.from).max(0.0) / length)).sum();
-        middle * at / length + cold
     }
 }

@@ -89,13 +89,11 @@ impl Radiation {
     }
 }
 
-/// `thermal.end_conduction`: the wire is a fin on each of its clamps, which stay at ambient.
+/// `thermal.end_conduction`: heat flows along the wire, k A_c ∂²T/∂s², into clamps that stay at ambient.
 ///
-/// Along a long wire T(s) − T∞ = (T − T∞)(1 − e^{−s/ℓ}), ℓ = √(k A_c/(h π d)), s from a clamp. What flows into the
-/// clamps, 2 k A_c/ℓ (T − T∞), is exactly what the colder ends do not lose to the air, so the heat balance of mid-wire,
-/// whose temperature T is, stays as it was; the ends have a temperature, a phase and a resistance of their own. On
-/// a wire so short that the ends reach its middle, u = L_0/2ℓ, the profile is 1 − cosh(u − s/ℓ)/cosh u and mid-wire
-/// loses h A_s/(cosh u − 1) per kelvin more.
+/// At rest the wire is a fin on each clamp, T(s) − T∞ = (T − T∞)(1 − e^{−s/ℓ}), ℓ = √(k A_c/(h π d)), s from a clamp; the
+/// cold zones reach a few ℓ far. There the wire is computed in cells, each with its own heat balance, phase and
+/// resistance; what lies between the zones is one piece, whose temperature T is the one that is reported. See `ends.rs`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EndConduction {
     /// Thermal conductivity k of the wire, in W/(m K).
@@ -224,7 +222,7 @@ pub(super) static ROWS: [Effect; 7] = [
         equation: Equation::Thermal,
         nature: Nature::Mechanism,
         home: Home::Table,
-        term: "T(s) = T∞ + (T − T∞)(1 − exp(−s/ℓ)), ℓ = √(k d/(4 h)), from each clamp",
+        term: "+ k A_c ∂²T/∂s² along the wire, T = T∞ at both clamps: cold zones of a few ℓ = √(k d/(4 h))",
         says: "The clamps keep the ends of the wire cold",
         parameters: &[switch!(
             0.0,
