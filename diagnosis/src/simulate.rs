@@ -4,7 +4,8 @@ use sinew_physics::{Wire, WireModel};
 
 use crate::data::{Run, Sensor};
 
-/// What the sensors would have shown, by sensor then sample; `None` where the model's parameters are impossible.
+/// What the sensors would have shown, by sensor then sample; `None` where the model's parameters are impossible, or
+/// where what comes of them is no number: a residual of that would pass for a sample that nobody measured.
 pub(crate) fn outputs(model: &WireModel, run: &Run, sensors: &[Sensor]) -> Option<Vec<Vec<f64>>> {
     simulate(model, run, sensors, |_| ())
 }
@@ -56,5 +57,35 @@ fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMu
         }
         see(&wire);
     }
-    Some(outputs)
+    outputs.iter().flatten().all(|value| value.is_finite()).then_some(outputs)
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_physics::Inputs;
+    use sinew_recording::Column;
+
+    use super::*;
+    use crate::data::Part;
+    use crate::testing::rig;
+
+    #[test]
+    fn what_is_no_number_is_no_simulation() {
+        let model = &rig().channels[0].model;
+        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5 }];
+        let run = |supply_v: f64| Run {
+            name: "a".to_string(),
+            time_s: vec![0.01, 0.02],
+            inputs: vec![(Inputs { drive: 0.5, supply_v, ..model.rest_inputs() }, 0.01); 2],
+            ambient_of_model: true,
+            supply_of_model: false,
+            measured: vec![vec![0.0; 2]],
+            part: vec![Part::Fitted; 2],
+            block: vec![0; 2],
+            held_out: false,
+            longest_piece_s: 0.0,
+        };
+        assert!(outputs(model, &run(6.0), &sensors).is_some());
+        assert_eq!(outputs(model, &run(f64::MAX), &sensors), None);
+    }
 }

@@ -271,6 +271,41 @@ fn what_an_effect_does_does_not_depend_on_the_step() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The less there is of an effect, the less it changes: a search comes as near to a null as it likes.
+#[test]
+fn effects_grow_from_their_null() {
+    let model = hanging();
+    let plain = hang(&model, 5e-3, 4.0);
+    for (id, values) in settings() {
+        let row = effects::effect(id).unwrap();
+        let change = |share: f64| {
+            let mut little = set_all(&model, id, &values);
+            for p in row.parameters.iter().filter(|p| p.is_switch()) {
+                let null = p.null(&model).expect("a switch has a null");
+                let value = (p.get)(&little);
+                (p.set)(&mut little, null + share * (value - null));
+            }
+            let got = hang(&little, 5e-3, 4.0);
+            assert!(got.iter().flatten().all(|x| x.is_finite()), "{id} at {share} of its size");
+            apart(&got, &plain)
+        };
+        let whole = change(1.0);
+        for share in [1e-3, 1e-9, 1e-30] {
+            let part = change(share);
+            if id == "thermal.sheath" {
+                // a sleeve that holds no heat keeps heat in all the same, and is the contract's null nevertheless
+                continue;
+            }
+            // cold zones reach as far as the root of what conducts; steps are solved to a thousandth
+            let most = 2.0 * share.sqrt() + 1e-3;
+            for i in 0..8 {
+                let floor = 1e-6 * [100.0, 1.0, 7e-3, 10.0, 6.0, 6.0, 0.6, 2.0][i];
+                assert!(part[i] <= most * whole[i] + floor, "{id} at {share}, column {i}: {} of {}", part[i], whole[i]);
+            }
+        }
+    }
+}
+
 /// An explicit integration of the contract's equations in steps of 40 µs, for a wire on its outer curves under an
 /// imposed tension: another way to every term that acts there. It reads the catalogue's numbers, not the simulator's.
 struct Explicit {

@@ -92,7 +92,7 @@ The generator (`proof/src/generator/`) shares no code with the simulator that th
 Its load moves by leapfrog, its heat and phase by Heun's method in steps of 0.1 ms, its hysteresis is a rate law with \
 energy-conserving projection onto the outer curves, its cold ends are a row of cells. It meets the reference trajectories to \
 0.03 % of their range, and at the true parameters and effects the project's simulator leaves chi 1.00 of its recordings (both \
-are tests; cold ends, which the project's simulator approximates, excepted).
+are tests).
 
 - **Benches** differ in wire (0.1–0.38 mm, 100–400 mm), alloy, load (hanging mass, stiff spring, soft spring), supply, taps, \
 sensors (all; position and resistance; position and force; resistance; position) and noise. The true parameters are drawn \

@@ -150,8 +150,8 @@ impl Ends {
         // along a fin as warm as its air would make it: 1 − cosh(u − y)/cosh u, y from the clamp in ℓ; its integral, its
         // slope
         let far = (-2.0 * u).exp();
-        let integral = |y: f64| y - ((1.0 - far) - ((-y).exp() - far * y.exp())) / (1.0 + far);
-        let slope = |y: f64| ((-y).exp() - far * y.exp()) / (1.0 + far);
+        let slope = |y: f64| ((-y).exp() - (y - 2.0 * u).exp()) / (1.0 + far);
+        let integral = |y: f64| y - ((1.0 - far) / (1.0 + far) - slope(y));
         let end = ZONE.min(MOST_OF_HALF * u);
         let coldest = -(-end).exp_m1();
         let edge = |i: usize| -(1.0 - coldest * (1.0 - (1.0 - i as f64 / CELLS as f64).powf(FINER))).ln();
@@ -204,7 +204,7 @@ impl Ends {
     }
 
     /// Adds up what the middle needs to know of its ends in the piece of length `h` that begins in `state`: as they will
-    /// be at its end if heat flows as it does at its start, and how they give way to stress then.
+    /// be at its end by the heat that flows at its start, and how they give way to stress then.
     pub(crate) fn begin(&mut self, c: &Balance, terms: &Terms, state: &State, h: f64) {
         let air = Air { c, terms, middle: [state; 2] };
         let temperature = |i: usize| self.cells[i].temperature;
@@ -222,10 +222,12 @@ impl Ends {
         let shape = c.shape_strain(terms, state.stress);
         let per_fraction = c.latent + c.volume * shape * state.stress;
         let mut last = 0.0;
-        for (cell, flow) in self.cells.iter_mut().zip(self.flow) {
+        for (i, (cell, flow)) in self.cells.iter_mut().zip(self.flow).enumerate() {
             let heating = flow / cell.share + power * cell.ohm;
             let slope = cell.slope(c, heating);
-            let rise = h * heating / (c.heat_capacity - per_fraction * slope);
+            let links = self.links[i] + self.links.get(i + 1).unwrap_or(&self.to_middle);
+            // heat that comes in flows on before the piece is over
+            let rise = h * heating / (c.heat_capacity - per_fraction * slope + 0.5 * h * links / cell.share);
             let temperature = cell.temperature + rise;
             let fraction = cell.fraction.moved(slope * rise);
             let (compliance, _) = c.compliance(&fraction);

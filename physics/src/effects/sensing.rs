@@ -118,6 +118,9 @@ impl Sensing {
 /// Points that a delay's memory holds.
 const DELAY_POINTS: usize = 256;
 
+/// A delay shorter than this is none, s: no sensor moves by its noise in it, and a grid of its points would not count far.
+const SHORTEST_DELAY_S: f64 = 1e-7;
+
 /// What a sensor showed over the last `seconds`, on an even grid of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Memory {
@@ -134,7 +137,7 @@ pub(crate) struct Memory {
 impl Delay {
     /// Memory of a sensor that has always shown `o`.
     pub(crate) fn memory(&self, o: &Outputs) -> Option<Memory> {
-        (self.seconds > 0.0).then(|| {
+        (self.seconds > SHORTEST_DELAY_S).then(|| {
             let now = self.sensor.read(o);
             Memory {
                 sensor: self.sensor,
