@@ -9,7 +9,7 @@ use super::Effects;
 use super::terms::{Ledger, Terms};
 use super::thermal::CONVECTION_SCALE_K;
 use crate::balance::{Balance, State};
-use crate::kinetics::{Branch, Direction, Fraction, Point};
+use crate::kinetics::{Branch, Direction, Fraction};
 use crate::params::DriveKind;
 
 /// Cells that the cold zone at a clamp is cut into: of steps in temperature that get finer towards mid-wire, where most
@@ -50,8 +50,9 @@ pub(crate) struct Ends {
     power_share: f64,
     /// Temperature of the last cell at the start of the piece and as it is expected at its end, °C.
     neighbour: [f64; 2],
-    /// Heat into each cell at the start of the piece but for the electrical, W.
+    /// Heat into each cell at the start of the piece but for the electrical, W, and where that takes it, °C.
     flow: [f64; CELLS],
+    ahead: [f64; CELLS],
     /// Sensible and latent heat of the cells since the start, J.
     pub(crate) sensible: f64,
     pub(crate) latent: f64,
@@ -70,6 +71,8 @@ struct Cell {
     theta: f64,
     fraction: Fraction,
     branch: Option<Branch>,
+    /// dξ/dϑ on that branch, 1/K.
+    slope: f64,
     /// Resistance of a whole wire like this, unstrained, Ω.
     ohm: f64,
 }
@@ -99,31 +102,32 @@ impl Air<'_> {
 }
 
 impl Cell {
-    /// The phase at ϑ, and the branch it is on there.
-    fn at(&self, c: &Balance, theta: f64) -> (Point, Option<Branch>) {
-        let Some(direction) = direction(theta - self.theta) else {
-            let slope = self.branch.map_or(0.0, |branch| c.hysteresis.on_branch(&branch, self.theta).slope);
-            return (Point { fraction: self.fraction, slope, outer: false }, self.branch);
-        };
-        let mut branch = match self.branch {
-            Some(branch) if branch.direction() == direction => branch,
-            _ => c.hysteresis.reverse(direction, self.theta, &self.fraction),
-        };
+    /// As it is at another temperature, ϑ being that and `offset`.
+    fn at(&self, c: &Balance, temperature: f64, offset: f64) -> Cell {
+        let theta = temperature + offset;
+        let Some(direction) = direction(theta - self.theta) else { return Cell { temperature, ..*self } };
+        let mut branch = self.towards(c, direction);
         let point = c.hysteresis.on_branch(&branch, theta);
         if point.outer {
             branch.ride_outer();
         }
-        (point, Some(branch))
+        Cell { temperature, theta, fraction: point.fraction, branch: Some(branch), slope: point.slope, ..*self }
+    }
+
+    fn towards(&self, c: &Balance, direction: Direction) -> Branch {
+        match self.branch {
+            Some(branch) if branch.direction() == direction => branch,
+            _ => c.hysteresis.reverse(direction, self.theta, &self.fraction),
+        }
     }
 
     /// dξ/dϑ where ϑ sets out that way, 1/K.
-    fn slope(&self, c: &Balance, way: f64) -> f64 {
-        let Some(direction) = direction(way) else { return 0.0 };
-        let branch = match self.branch {
-            Some(branch) if branch.direction() == direction => branch,
-            _ => c.hysteresis.reverse(direction, self.theta, &self.fraction),
-        };
-        c.hysteresis.on_branch(&branch, self.theta).slope
+    fn slope_towards(&self, c: &Balance, way: f64) -> f64 {
+        match (direction(way), self.branch) {
+            (None, _) => 0.0,
+            (Some(direction), Some(branch)) if branch.direction() == direction => self.slope,
+            (Some(direction), _) => c.hysteresis.on_branch(&self.towards(c, direction), self.theta).slope,
+        }
     }
 }
 
@@ -172,6 +176,7 @@ impl Ends {
             theta: f64::NEG_INFINITY,
             fraction: Fraction::of_martensite(1.0),
             branch: None,
+            slope: 0.0,
             ohm: 0.0,
         });
         Some(Ends {
@@ -187,6 +192,7 @@ impl Ends {
             power_share: 0.0,
             neighbour: [0.0; 2],
             flow: [0.0; CELLS],
+            ahead: [0.0; CELLS],
             sensible: 0.0,
             latent: 0.0,
         })
@@ -198,7 +204,7 @@ impl Ends {
             cell.temperature = ambient + (state.temperature - ambient) * cell.warmth;
             cell.theta = state.theta + cell.temperature - state.temperature;
             cell.fraction = c.hysteresis.clip(asked, cell.theta);
-            cell.branch = None;
+            (cell.branch, cell.slope) = (None, 0.0);
         }
         self.begin(c, terms, state, 0.0);
     }
@@ -221,10 +227,9 @@ impl Ends {
         (self.compliance, self.free, self.soft, self.ohm) = (0.0, 0.0, 0.0, 0.0);
         let shape = c.shape_strain(terms, state.stress);
         let per_fraction = c.latent + c.volume * shape * state.stress;
-        let mut last = 0.0;
         for (i, (cell, flow)) in self.cells.iter_mut().zip(self.flow).enumerate() {
             let heating = flow / cell.share + power * cell.ohm;
-            let slope = cell.slope(c, heating);
+            let slope = cell.slope_towards(c, heating);
             let links = self.links[i] + self.links.get(i + 1).unwrap_or(&self.to_middle);
             // heat that comes in flows on before the piece is over
             let rise = h * heating / (c.heat_capacity - per_fraction * slope + 0.5 * h * links / cell.share);
@@ -239,13 +244,13 @@ impl Ends {
             self.soft += cell.share * soft;
             self.free += cell.share * (shape * fraction.martensite + thermal - soft * state.stress);
             self.ohm += cell.share * cell.ohm;
-            last = temperature;
+            self.ahead[i] = temperature;
         }
         let middle = c.unstrained(Some(terms), &state.fraction, state.temperature, state.stress);
         // a straight line in T reaches zero somewhere; no wire does
         self.whole_ohm = (self.middle * middle + self.ohm).max(1e-3 * c.austenite_ohm);
         self.power_share = 1.0 - middle / self.whole_ohm;
-        self.neighbour = [self.cells[CELLS - 1].temperature, last];
+        self.neighbour = [self.cells[CELLS - 1].temperature, self.ahead[CELLS - 1]];
     }
 
     /// What a wire all like its middle would lose to the ends at its temperature, at the start or the end of the piece:
@@ -278,26 +283,26 @@ impl Ends {
         let work_per_fraction = 0.5 * c.volume * shape * (start.stress + end.stress);
         let per_fraction = c.latent + work_per_fraction;
         let offset = end.theta - end.temperature;
-        let mut temperatures: [f64; CELLS] = std::array::from_fn(|i| before[i].temperature);
+        let mut temperatures = self.ahead;
         let mut surplus = [0.0; CELLS];
         for round in 0.. {
             let (mut diagonal, mut residual) = ([0.0; CELLS], [0.0; CELLS]);
             for (i, cell) in before.iter().enumerate() {
                 let t = temperatures[i];
-                let (point, branch) = cell.at(c, t + offset);
+                let there = cell.at(c, t, offset);
                 let (loss, loss_slope) = air.loss(t, 1);
                 let towards = if i == 0 { terms.ambient(1) } else { temperatures[i - 1] };
-                let change = point.fraction.change_from(&cell.fraction);
+                let change = there.fraction.change_from(&cell.fraction);
                 residual[i] = fixed[i] - c.heat_capacity * cell.share * (t - cell.temperature)
                     + per_fraction * cell.share * change
                     - half * (cell.share * loss + self.links[i] * (t - towards));
-                diagonal[i] = cell.share * (c.heat_capacity - per_fraction * point.slope + half * loss_slope.max(0.0))
+                diagonal[i] = cell.share * (c.heat_capacity - per_fraction * there.slope + half * loss_slope.max(0.0))
                     + half * self.links[i];
                 if i + 1 < CELLS {
                     residual[i] += half * self.links[i + 1] * (temperatures[i + 1] - t);
                     diagonal[i] += half * self.links[i + 1];
                 }
-                self.cells[i] = Cell { temperature: t, theta: t + offset, fraction: point.fraction, branch, ..*cell };
+                self.cells[i] = there;
             }
             surplus = residual;
             if round == MOST_ROUNDS {
@@ -317,7 +322,7 @@ impl Ends {
                 temperatures[i] += moved;
                 enough &= moved.abs() <= TOLERANCE * (temperatures[i] - before[i].temperature).abs() + 1e-6;
             }
-            if enough && round > 0 {
+            if enough {
                 break;
             }
         }
