@@ -270,6 +270,9 @@ pub struct Diagnose {
     /// A recording that is never fitted, only judged by; may be given several times.
     #[arg(long, value_name = "RECORDING")]
     pub holdout: Vec<PathBuf>,
+    /// Also draw the recordings as measured and simulated: DIR/picture.svg.
+    #[arg(long)]
+    pub picture: bool,
 }
 
 /// `sinew doctor`.

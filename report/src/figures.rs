@@ -28,15 +28,15 @@ const NOISY_CHI: f64 = 1.3;
 type Stage = (fn(&SensorTrace) -> &[f64], &'static str);
 
 /// Which stages of the model are shown as before and after.
-struct Stages {
-    before: Option<Stage>,
-    after: Stage,
+pub(crate) struct Stages {
+    pub(crate) before: Option<Stage>,
+    pub(crate) after: Stage,
     /// The model as given is drawn beside them.
     beside: bool,
 }
 
 impl Stages {
-    fn of(verdict: Verdict) -> Stages {
+    pub(crate) fn of(verdict: Verdict) -> Stages {
         match verdict {
             Verdict::Agrees => {
                 Stages { before: None, after: (|s| &s.as_given, "simulated, rig file as given"), beside: false }
@@ -182,12 +182,7 @@ impl Sheet<'_> {
     }
 
     fn worst_first(&self) -> Vec<&SensorTrace> {
-        let fit = &self.diagnosis.fit;
-        let stage = if self.stages.beside { &fit.recalibrated } else { &fit.as_given };
-        let chi = |s: &SensorTrace| stage.get(s.column.name()).map_or(f64::NEG_INFINITY, |e| e.chi);
-        let mut sensors: Vec<&SensorTrace> = self.recording.sensors.iter().collect();
-        sensors.sort_by(|a, b| chi(b).total_cmp(&chi(a)));
-        sensors
+        worst_first(self.diagnosis, self.stages, self.recording)
     }
 
     fn sensor(&self, sensor: &SensorTrace) -> Markup {
@@ -278,9 +273,8 @@ impl Sheet<'_> {
     }
 
     fn bands(&self) -> Vec<Band> {
-        let kept = self.recording.kept_back.iter().map(|&(from, to)| Band { from, to, ink: Ink::KeptBack });
         let guilty = self.windows.iter().map(|w| Band { from: w.start_s, to: w.end_s, ink: Ink::Guilty });
-        kept.chain(guilty).collect()
+        kept_back(self.recording).into_iter().chain(guilty).collect()
     }
 
     fn chis(&self, sensor: &SensorTrace) -> Markup {
@@ -376,7 +370,21 @@ impl Sheet<'_> {
     }
 }
 
-fn time_axis(time: &[f64]) -> Axis {
+/// The sensors of a recording, those with most to explain first.
+pub(crate) fn worst_first<'a>(diagnosis: &Diagnosis, stages: &Stages, recording: &'a Traces) -> Vec<&'a SensorTrace> {
+    let fit = &diagnosis.fit;
+    let stage = if stages.beside { &fit.recalibrated } else { &fit.as_given };
+    let chi = |s: &SensorTrace| stage.get(s.column.name()).map_or(f64::NEG_INFINITY, |e| e.chi);
+    let mut sensors: Vec<&SensorTrace> = recording.sensors.iter().collect();
+    sensors.sort_by(|a, b| chi(b).total_cmp(&chi(a)));
+    sensors
+}
+
+pub(crate) fn kept_back(recording: &Traces) -> Vec<Band> {
+    recording.kept_back.iter().map(|&(from, to)| Band { from, to, ink: Ink::KeptBack }).collect()
+}
+
+pub(crate) fn time_axis(time: &[f64]) -> Axis {
     let (first, last) = extent(time.iter().copied()).unwrap_or((0.0, 1.0));
     Axis::spanning("Time", "s", first, last)
 }

@@ -1,13 +1,14 @@
 //! The page and the ten lines: a [`Diagnosis`] for a person.
 //!
 //! [`html`] writes one self-contained page with its plots inside, without a script and without anything fetched;
-//! [`text`] the same answer in about ten lines for a terminal. Both are functions of what they are given: no clock, no
+//! [`text`] the same answer in about ten lines for a terminal; [`picture`] one drawing of measured against simulated. Both are functions of what they are given: no clock, no
 //! randomness, the same page for the same answer. What they are given may be anything; names are escaped, and what is not
 //! a number leaves a gap.
 #![forbid(unsafe_code)]
 
 mod figures;
 mod page;
+mod picture;
 mod plot;
 mod quantity;
 mod summary;
@@ -34,4 +35,9 @@ pub struct About {
 /// The page: `report.html`.
 pub fn html(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> String {
     page::page(diagnosis, figures, about).into_string()
+}
+
+/// The recordings as measured and simulated: a standalone SVG.
+pub fn picture(diagnosis: &Diagnosis, figures: &Figures) -> String {
+    picture::picture(diagnosis, figures).into_string()
 }

@@ -8,6 +8,7 @@ use sinew_physics::effects::effect as effect_of;
 
 use crate::About;
 use crate::figures;
+use crate::plot::DASHES;
 use crate::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
 use crate::summary::{FAR_SIGMAS, Overall, in_sigmas, sigmas};
 use crate::words;
@@ -27,7 +28,7 @@ pub(crate) fn page(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> M
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 title { (about.rig) ": " (words::verdict(diagnosis.verdict)) }
-                style { (PreEscaped(include_str!("style.css"))) }
+                style { (PreEscaped(include_str!("style.css"))) (PreEscaped(DASHES)) }
             }
             body class=(diagnosis.verdict.name()) {
                 header {

@@ -25,6 +25,9 @@ const TEXT: f64 = 12.0;
 /// The darkest shade of a map stands for at least this chi, so that noise stays pale.
 const LEAST_DARK: f64 = 3.0;
 
+/// The dashes of the inks, as a style sheet.
+pub(crate) const DASHES: &str = include_str!("dashes.css");
+
 /// What is drawn with. After Okabe and Ito, so that colour-blind readers can tell them apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ink {

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use sinew_diagnosis::*;
 use sinew_recording::Column;
-use sinew_report::{About, html, text};
+use sinew_report::{About, html, picture, text};
 
 fn about() -> About {
     About {
@@ -36,6 +36,26 @@ fn a_page_has_every_section_and_stays_small() {
         for id in ["answer", "fit", "where", "what", "parameters", "recordings", "next", "warnings", "again"] {
             assert!(page.contains(&format!("<section id=\"{id}\">")), "{name}: no section {id}");
         }
+    }
+}
+
+/// Also leaves them where a person can look at them: `target/tmp/picture-*.svg`.
+#[test]
+fn a_picture_stands_alone_with_a_panel_for_each_recording() {
+    for (name, (diagnosis, figures)) in [
+        ("missing", specimen::physics_missing()),
+        ("agrees", specimen::agrees()),
+        ("parameters", specimen::parameters_off()),
+        ("unknown", specimen::unknown_physics()),
+    ] {
+        let drawn = picture(&diagnosis, &figures);
+        std::fs::write(format!("{}/picture-{name}.svg", env!("CARGO_TARGET_TMPDIR")), &drawn)
+            .expect("the scratch folder can be written to");
+        assert!(drawn.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""), "{name}");
+        assert!(drawn.len() < 300_000, "{name}: {} bytes", drawn.len());
+        let panels = drawn.matches("measured and simulated</title>").count();
+        assert_eq!(panels, figures.recordings.len().min(6), "{name}");
+        assert_eq!(drawn.contains("same physics</text>"), matches!(name, "missing" | "unknown"), "{name}");
     }
 }
 

@@ -288,8 +288,9 @@ fn diagnose_writes_the_whole_answer_and_says_no_more_than_is_so() {
     run([Path::new("simulate"), &improved, &inputs, Path::new("-o"), Path::new("-")]).expect(0);
     assert_eq!(entries(&out), ["diagnosis.json", "improved.toml", "report.html"]);
     // the answer is the same on any number of threads, and the ten lines say it too
-    let again = bench.diagnose(&[&recording], &["--jobs", "1"]).expect(0);
+    let again = bench.diagnose(&[&recording], &["--jobs", "1", "--picture"]).expect(0);
     assert_eq!(fs::read_to_string(out.join("diagnosis.json")).unwrap(), done.stdout);
+    assert!(fs::read_to_string(out.join("picture.svg")).unwrap().starts_with("<svg"));
     assert!(again.stdout.contains("chi") && !again.stdout.contains('\u{1b}'), "{again:#?}");
     assert!(again.stderr.contains("report.html"), "{again:#?}");
 }

@@ -18,12 +18,16 @@ const IMPROVED: &str = "improved.toml";
 /// The answer for people.
 const REPORT: &str = "report.html";
 
+/// The recordings as measured and simulated, where that is asked for.
+const PICTURE: &str = "picture.svg";
+
 /// Runs the command.
 pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let fitting = &args.fitting;
     let input = Input::read(fitting, &args.holdout)?;
     can_become_folder(&args.out)?;
-    for name in [JSON, IMPROVED, REPORT] {
+    let names = names(args.picture);
+    for name in &names {
         let path = args.out.join(name);
         spare_inputs(&path, fitting, &args.holdout)?;
         if path.is_dir() {
@@ -43,12 +47,17 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
     // from here to the end nobody's Ctrl-C leaves half an answer: it takes a moment, and the work is done
     let _asked = signals()?;
-    write_all(&args.out, &[(IMPROVED, &outcome.improved.to_toml()), (REPORT, &page), (JSON, &json)])?;
+    let mut files = vec![(IMPROVED, outcome.improved.to_toml()), (REPORT, page)];
+    if args.picture {
+        files.push((PICTURE, sinew_report::picture(&outcome.diagnosis, &outcome.figures)));
+    }
+    files.push((JSON, json.clone()));
+    write_all(&args.out, &files)?;
     if fitting.json {
         output::print(json)?;
     } else {
         output::print(sinew_report::text(&outcome.diagnosis, width(), has_colour()))?;
-        output::note(format_args!("written: {}", list(&args.out)));
+        output::note(format_args!("written: {}", list(&args.out, &names)));
     }
     Ok(())
 }
@@ -74,7 +83,7 @@ fn tempfile_in(folder: &Path) -> std::io::Result<()> {
 }
 
 /// Writes all files or none: each beside its place first, then all of them moved there.
-fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
+fn write_all(out: &Path, files: &[(&str, String)]) -> Outcome {
     let failed = |error: std::io::Error| {
         Failure::own(format!("{}: cannot be written: {error}", out.display()))
             .hint("check the folder, its free space and that you may write there")
@@ -93,7 +102,11 @@ fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
     })
 }
 
-/// The files that were written.
-fn list(out: &Path) -> String {
-    [REPORT, JSON, IMPROVED].map(|name| out.join(name).display().to_string()).join(", ")
+/// The files that are written.
+fn names(picture: bool) -> Vec<&'static str> {
+    [REPORT, JSON, IMPROVED].into_iter().chain(picture.then_some(PICTURE)).collect()
+}
+
+fn list(out: &Path, names: &[&str]) -> String {
+    names.iter().map(|name| out.join(name).display().to_string()).collect::<Vec<_>>().join(", ")
 }
