@@ -114,7 +114,8 @@ fn is_in(windows: &[(f64, f64)], time_s: f64) -> bool {
 const FEWEST_BLOCKS: f64 = 12.0;
 const MOST_BLOCKS: f64 = 36.0;
 const BLOCK_S: f64 = 3.0;
-/// Every third block is kept back.
+/// Every third block is kept back: of the first recording the second, of the next the third and so on. Runs of one
+/// programme would otherwise keep back the same part of it, and nothing would know what happens there.
 const KEEP_EVERY: usize = 3;
 /// Fewest samples to fit that make a column a sensor.
 const LEAST_SEEN: usize = 20;
@@ -133,7 +134,8 @@ impl Data {
         columns.sort();
         columns.dedup();
         let keep_blocks = fitted().count() == sources.len();
-        let runs = sources.iter().map(|source| Run::new(model, source, keep_blocks, &columns));
+        let keep = |number: usize| keep_blocks.then_some((number + 1) % KEEP_EVERY);
+        let runs = sources.iter().enumerate().map(|(number, source)| Run::new(model, source, keep(number), &columns));
         let mut runs = runs.collect::<Result<Vec<Run>, Error>>()?;
         // a column with next to nothing to fit is no sensor
         let seen = |sensor: usize| runs.iter().map(|run| run.count(Part::Fitted, sensor)).sum::<usize>();
@@ -198,7 +200,8 @@ impl Data {
 }
 
 impl Run {
-    fn new(model: &WireModel, source: &Source, keep_blocks: bool, columns: &[Column]) -> Result<Run, Error> {
+    /// Of every [`KEEP_EVERY`] blocks the one numbered `keep` is kept back.
+    fn new(model: &WireModel, source: &Source, keep: Option<usize>, columns: &[Column]) -> Result<Run, Error> {
         let Source { recording, left_out_s, held_out } = source;
         let inputs: Vec<(Inputs, f64)> = recording.inputs_for(model)?.collect();
         let time_s = recording.time_s().to_vec();
@@ -224,7 +227,7 @@ impl Run {
             block.push(number);
             part.push(if is_in(left_out_s, *time) {
                 Part::LeftOut
-            } else if *held_out || (keep_blocks && number % KEEP_EVERY == 1) {
+            } else if *held_out || keep == Some(number % KEEP_EVERY) {
                 Part::KeptBack
             } else {
                 Part::Fitted
@@ -305,5 +308,36 @@ impl Run {
             inside = *part == Part::KeptBack;
         }
         intervals
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{recording, rig, stairs};
+
+    fn data(held_out: [bool; 3]) -> Data {
+        let model = &rig().channels[0].model;
+        let sources = held_out.map(|held_out| {
+            Source::new(&recording(model, stairs, 1), model, &[], held_out).expect("a recording that can be used")
+        });
+        Data::new(model, false, &sources, &|_| 1.0).expect("sensors")
+    }
+
+    #[test]
+    fn runs_of_one_programme_keep_back_different_parts_of_it() {
+        let data = data([false; 3]);
+        for row in 0..data.runs[0].time_s.len() {
+            let kept = data.runs.iter().filter(|run| run.part[row] == Part::KeptBack).count();
+            assert_eq!(kept, 1, "sample {row}");
+        }
+    }
+
+    #[test]
+    fn beside_a_recording_that_is_held_out_all_of_the_others_is_fitted() {
+        let data = data([false, true, false]);
+        for (run, part) in data.runs.iter().zip([Part::Fitted, Part::KeptBack, Part::Fitted]) {
+            assert!(run.part.iter().all(|p| *p == part));
+        }
     }
 }

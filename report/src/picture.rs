@@ -49,18 +49,21 @@ pub(crate) fn picture(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
 fn legend(stages: &Stages) -> Markup {
     let before = stages.before.map(|(_, name)| (Ink::Before, name));
     let all = [Some((Ink::Measured, "measured")), before, Some((Ink::After, stages.after.1))];
-    let mut x = GAP;
+    let width = |name: &str| 34.0 + 6.6 * name.chars().count() as f64 + 22.0;
+    let places = all.into_iter().flatten().scan(GAP, |next, (ink, name)| {
+        let x = *next;
+        *next += width(name);
+        Some((x, ink, name))
+    });
     html! {
-        @for (ink, name) in all.into_iter().flatten() {
-            @let from = x;
+        @for (x, ink, name) in places {
             @let (r, g, b) = ink.rgb();
             @let colour = format!("#{r:02X}{g:02X}{b:02X}");
             // in the plots' quarters of a pixel, so that dashes are as long as there
-            g transform={ "translate(" (from) " 16) scale(0.25)" } {
+            g transform={ "translate(" (x) " 16) scale(0.25)" } {
                 polyline points="0,0 112,0" fill="none" stroke=(colour) stroke-width=(if ink == Ink::Measured { 16 } else { 7 }) {}
             }
-            text x=(from + 34.0) y="20" style=(FONT) { (name) }
-            @let _ = x += 34.0 + 6.6 * name.chars().count() as f64 + 22.0;
+            text x=(x + 34.0) y="20" style=(FONT) { (name) }
         }
     }
 }
