@@ -1,9 +1,9 @@
 //! The page and the ten lines: a [`Diagnosis`] for a person.
 //!
 //! [`html`] writes one self-contained page with its plots inside, without a script and without anything fetched;
-//! [`text`] the same answer in about ten lines for a terminal; [`picture`] one drawing of measured against simulated. Both are functions of what they are given: no clock, no
-//! randomness, the same page for the same answer. What they are given may be anything; names are escaped, and what is not
-//! a number leaves a gap.
+//! [`text`] the same answer in about ten lines for a terminal; [`picture`] one drawing of measured against
+//! simulated. All are functions of what they are given: no clock, no randomness, the same page for the same answer. What
+//! they are given may be anything; names are escaped, and what is not a number leaves a gap.
 #![forbid(unsafe_code)]
 
 mod figures;

@@ -61,7 +61,7 @@ fn legend(stages: &Stages) -> Markup {
             @let colour = format!("#{r:02X}{g:02X}{b:02X}");
             // in the plots' quarters of a pixel, so that dashes are as long as there
             g transform={ "translate(" (x) " 16) scale(0.25)" } {
-                polyline points="0,0 112,0" fill="none" stroke=(colour) stroke-width=(if ink == Ink::Measured { 16 } else { 7 }) {}
+                polyline points="0,0 112,0" fill="none" stroke=(colour) stroke-width=(ink.line().stroke_width) {}
             }
             text x=(x + 34.0) y="20" style=(FONT) { (name) }
         }

@@ -104,7 +104,8 @@ impl Ink {
         RGBAColor(r, g, b, opacity)
     }
 
-    fn line(self) -> ShapeStyle {
+    /// How its lines are drawn.
+    pub(crate) fn line(self) -> ShapeStyle {
         let width = match self {
             Ink::Measured => 4.0,
             Ink::LeftAfter => 1.1,

@@ -19,15 +19,19 @@ fn about() -> About {
     }
 }
 
-/// Also leaves the pages where a person can look at them: `target/tmp/report-*.html`.
-#[test]
-fn a_page_has_every_section_and_stays_small() {
-    for (name, (diagnosis, figures)) in [
+fn one_of_each_verdict() -> [(&'static str, (Diagnosis, Figures)); 4] {
+    [
         ("missing", specimen::physics_missing()),
         ("agrees", specimen::agrees()),
         ("parameters", specimen::parameters_off()),
         ("unknown", specimen::unknown_physics()),
-    ] {
+    ]
+}
+
+/// Also leaves the pages where a person can look at them: `target/tmp/report-*.html`.
+#[test]
+fn a_page_has_every_section_and_stays_small() {
+    for (name, (diagnosis, figures)) in one_of_each_verdict() {
         let page = html(&diagnosis, &figures, &about());
         let path = format!("{}/report-{name}.html", env!("CARGO_TARGET_TMPDIR"));
         std::fs::write(&path, &page).expect("the scratch folder can be written to");
@@ -42,12 +46,7 @@ fn a_page_has_every_section_and_stays_small() {
 /// Also leaves them where a person can look at them: `target/tmp/picture-*.svg`.
 #[test]
 fn a_picture_stands_alone_with_a_panel_for_each_recording() {
-    for (name, (diagnosis, figures)) in [
-        ("missing", specimen::physics_missing()),
-        ("agrees", specimen::agrees()),
-        ("parameters", specimen::parameters_off()),
-        ("unknown", specimen::unknown_physics()),
-    ] {
+    for (name, (diagnosis, figures)) in one_of_each_verdict() {
         let drawn = picture(&diagnosis, &figures);
         std::fs::write(format!("{}/picture-{name}.svg", env!("CARGO_TARGET_TMPDIR")), &drawn)
             .expect("the scratch folder can be written to");

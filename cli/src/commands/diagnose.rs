@@ -17,7 +17,6 @@ const JSON: &str = "diagnosis.json";
 const IMPROVED: &str = "improved.toml";
 /// The answer for people.
 const REPORT: &str = "report.html";
-
 /// The recordings as measured and simulated, where that is asked for.
 const PICTURE: &str = "picture.svg";
 
@@ -45,13 +44,12 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     };
     let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
+    let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
     // from here to the end nobody's Ctrl-C leaves half an answer: it takes a moment, and the work is done
     let _asked = signals()?;
-    let mut files = vec![(IMPROVED, outcome.improved.to_toml()), (REPORT, page)];
-    if args.picture {
-        files.push((PICTURE, sinew_report::picture(&outcome.diagnosis, &outcome.figures)));
-    }
-    files.push((JSON, json.clone()));
+    let improved = outcome.improved.to_toml();
+    let files = [(IMPROVED, improved.as_str()), (REPORT, &page), (JSON, &json)];
+    let files: Vec<_> = files.into_iter().chain(picture.as_deref().map(|picture| (PICTURE, picture))).collect();
     write_all(&args.out, &files)?;
     if fitting.json {
         output::print(json)?;
@@ -83,7 +81,7 @@ fn tempfile_in(folder: &Path) -> std::io::Result<()> {
 }
 
 /// Writes all files or none: each beside its place first, then all of them moved there.
-fn write_all(out: &Path, files: &[(&str, String)]) -> Outcome {
+fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
     let failed = |error: std::io::Error| {
         Failure::own(format!("{}: cannot be written: {error}", out.display()))
             .hint("check the folder, its free space and that you may write there")

@@ -48,8 +48,6 @@ pub(crate) struct Ends {
     whole_ohm: f64,
     /// Share of the electrical power that the middle does not get, were all the wire like it.
     power_share: f64,
-    /// Temperature of the last cell at the start of the piece and as it is expected at its end, °C.
-    neighbour: [f64; 2],
     /// Heat into each cell at the start of the piece but for the electrical, W, and where that takes it, °C.
     flow: [f64; CELLS],
     ahead: [f64; CELLS],
@@ -190,7 +188,6 @@ impl Ends {
             ohm: 0.0,
             whole_ohm: 1.0,
             power_share: 0.0,
-            neighbour: [0.0; 2],
             flow: [0.0; CELLS],
             ahead: [0.0; CELLS],
             sensible: 0.0,
@@ -250,14 +247,18 @@ impl Ends {
         // a straight line in T reaches zero somewhere; no wire does
         self.whole_ohm = (self.middle * middle + self.ohm).max(1e-3 * c.austenite_ohm);
         self.power_share = 1.0 - middle / self.whole_ohm;
-        self.neighbour = [self.cells[CELLS - 1].temperature, self.ahead[CELLS - 1]];
+    }
+
+    /// Temperature of the last cell at the start of the piece, or as it is expected at its end, °C.
+    fn neighbour(&self, at: usize) -> f64 {
+        if at == 0 { self.cells[CELLS - 1].temperature } else { self.ahead[CELLS - 1] }
     }
 
     /// What a wire all like its middle would lose to the ends at its temperature, at the start or the end of the piece:
     /// in W, and its slope in W/K.
     pub(crate) fn loss(&self, temperature: f64, at: usize, power: f64) -> (f64, f64) {
         let conductance = self.to_middle / self.middle;
-        (conductance * (temperature - self.neighbour[at]) + power * self.power_share, conductance)
+        (conductance * (temperature - self.neighbour(at)) + power * self.power_share, conductance)
     }
 
     /// Takes the cells through the piece of length `h` in which the middle went from `start` to `end` with the given
@@ -273,8 +274,8 @@ impl Ends {
         let half = 0.5 * h;
         let air = Air { c, terms, middle: [start, end] };
         let heat_in = if air.is_furnace() { 0.0 } else { middle.heat_in / self.whole_ohm };
-        let ahead = self.to_middle * (end.temperature - self.neighbour[1]);
-        let from_middle = half * (self.to_middle * (start.temperature - self.neighbour[0]) + ahead);
+        let ahead = self.to_middle * (end.temperature - self.neighbour(1));
+        let from_middle = half * (self.to_middle * (start.temperature - self.neighbour(0)) + ahead);
         let before = self.cells;
         let mut fixed: [f64; CELLS] =
             std::array::from_fn(|i| half * self.flow[i] + heat_in * before[i].share * before[i].ohm);

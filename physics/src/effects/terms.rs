@@ -399,7 +399,7 @@ impl Terms {
 
     /// All losses at the start of the piece, W.
     pub(crate) fn loss_at_start(&self, c: &Balance, start: &State, power: f64) -> f64 {
-        self.losses(c, start.temperature, 0, [self.sheath.0, 0.0], power).0
+        self.losses(c, start.temperature, 0, self.sleeve(start.temperature, 0), power).0
     }
 
     /// All losses at the end of the piece as their tangent at `guess`, which weigh `tau` s in the heat balance.
