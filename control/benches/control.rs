@@ -2,7 +2,8 @@
 
 use divan::{Bencher, black_box};
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, Observation, Settings, StateEstimator, default_lambda,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator,
+    default_lambda,
 };
 use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material, WireModel};
 
@@ -34,6 +35,8 @@ fn readings() -> Vec<Observation> {
                 duty: 0.2,
                 length_m: 0.1635 + 2e-3 * swing + 2e-4 * noise,
                 tension_n: f64::NAN,
+                length_sigma_m: f64::NAN,
+                resistance_ohm: f64::NAN,
                 dt_s: 1e-3,
             }
         })
@@ -42,7 +45,7 @@ fn readings() -> Vec<Observation> {
 
 fn run(bencher: Bencher, kind: AlgorithmKind, estimating: bool, regulating: bool) {
     let model = wire();
-    let mut estimator = StateEstimator::new(&model);
+    let mut estimator = StateEstimator::new(&model, EstimatorKind::Enthalpy);
     let mut law = Algorithm::new(&model, &Settings { kind, ..Settings::default() });
     let readings = readings();
     let mut estimate = readings.iter().fold(Estimate::UNKNOWN, |_, reading| estimator.update(reading));

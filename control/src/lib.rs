@@ -6,16 +6,14 @@
 mod algorithm;
 mod demand;
 mod design;
-mod estimator;
+mod estimators;
 mod lambda;
-mod pi;
-mod sliding;
+mod laws;
 mod wire_map;
 
 pub use algorithm::{Algorithm, AlgorithmKind, Settings};
 pub use demand::{Controller, Demand, Modulation};
 pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
-pub use estimator::{Estimate, Observation, StateEstimator};
+pub use estimators::{EnthalpyObserver, Estimate, EstimatorKind, Observation, StateEstimator};
 pub use lambda::{Lambda, MARGIN, default_lambda};
-pub use pi::{Pi, PiGains};
-pub use sliding::{Law, SlidingMode1, SlidingMode2};
+pub use laws::{Law, Pi, PiGains, SlidingMode1, SlidingMode2};

@@ -5,7 +5,8 @@ mod rig;
 use proptest::prelude::*;
 use rig::{Bench, CONVERTER, Noise, STEPS, duty_for_power, figure_wire};
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, Modulation, Observation, Settings, StateEstimator,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, Settings,
+    StateEstimator,
 };
 
 fn settings(kind: AlgorithmKind) -> Settings {
@@ -117,7 +118,7 @@ fn temperature_is_estimated() {
 fn without_a_length_the_model_goes_on() {
     let model = figure_wire();
     let mut wire = sinew_physics::Wire::new(&model).unwrap();
-    let mut estimator = StateEstimator::new(&model);
+    let mut estimator = StateEstimator::new(&model, EstimatorKind::Enthalpy);
     let mut inputs = model.rest_inputs();
     for k in 0..4000 {
         inputs.drive = if k < 450 { 0.9 } else { 0.02 };
@@ -128,6 +129,8 @@ fn without_a_length_the_model_goes_on() {
             duty: inputs.drive,
             length_m: f64::NAN,
             tension_n: f64::NAN,
+            length_sigma_m: f64::NAN,
+            resistance_ohm: f64::NAN,
             dt_s: 1e-3,
         });
         assert!((estimate.temperature_c - out.temperature_c).abs() < 12.0, "{k}: {estimate:?} {out:?}");
@@ -180,10 +183,10 @@ proptest! {
         let modulation = if whole { Modulation::WholePeriods } else { Modulation::Switched };
         let settings = Settings { kind, modulation, maximum_duty: 0.8, ..Settings::default() };
         let mut law = Algorithm::new(&model, &settings);
-        let mut estimator = StateEstimator::new(&model);
+        let mut estimator = StateEstimator::new(&model, EstimatorKind::Enthalpy);
         for (power_w, duty, length, reference, derivative, dt) in rows {
             let length_m = 0.16 + 0.01 * length;
-            let estimate = estimator.update(&Observation { power_w, duty, length_m, tension_n: derivative, dt_s: dt * 0.01 });
+            let estimate = estimator.update(&Observation { power_w, duty, length_m, tension_n: derivative, length_sigma_m: f64::NAN, resistance_ohm: f64::NAN, dt_s: dt * 0.01 });
             prop_assert!(estimate.temperature_c.is_finite() && estimate.martensite.is_finite(), "{estimate:?}");
             prop_assert!((0.0..=1.0).contains(&estimate.martensite));
             prop_assert!(estimate.hottest_c >= estimate.temperature_c);
@@ -213,8 +216,8 @@ proptest! {
         seed in any::<u64>(),
     ) {
         let mut noise = rig::Gauss::new(seed);
-        let mut estimator = StateEstimator::new(&figure_wire());
-        let observe = |power_w: f64, length_m: f64| Observation { power_w, duty: 0.0, length_m, tension_n: f64::NAN, dt_s: 1e-3 };
+        let mut estimator = StateEstimator::new(&figure_wire(), EstimatorKind::Enthalpy);
+        let observe = |power_w: f64, length_m: f64| Observation { power_w, duty: 0.0, length_m, tension_n: f64::NAN, length_sigma_m: f64::NAN, resistance_ohm: f64::NAN, dt_s: 1e-3 };
         for (power, length) in powers.iter().zip(lengths.iter().cycle()) {
             for _ in 0..100 {
                 let estimate = estimator.update(&observe(*power, length + 6e-5 * noise.sample()));

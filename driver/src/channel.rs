@@ -1,8 +1,8 @@
 //! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
 
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, Modulation, Observation, PiGains, Settings, StateEstimator,
-    StrokeRange,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PiGains, Settings,
+    StateEstimator, StrokeRange,
 };
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{DriveKind, Load, WireModel};
@@ -178,7 +178,7 @@ impl Channel {
             motion: Motion { length_m: f64::NAN, velocity_m_s: f64::NAN, acceleration_m_s2: f64::NAN },
             on_power_w: cold.power_w().max(hot.power_w()),
             power_w: 0.0,
-            estimator: StateEstimator::new(model),
+            estimator: StateEstimator::new(model, EstimatorKind::Enthalpy),
             estimate: Estimate::UNKNOWN,
             guard: Guard::new(GuardLimits {
                 max_current_a: limits.max_current_a + CURRENT_GUARD * noise_a,
@@ -220,6 +220,8 @@ impl Channel {
             power_w: self.power_w,
             duty: self.applied_duty,
             length_m: self.reading.length_m,
+            length_sigma_m: self.reading.length_sigma_m,
+            resistance_ohm: self.reading.resistance_ohm,
             tension_n: f64::NAN,
             dt_s: tick.dt_s,
         });

@@ -4,7 +4,9 @@
 //! period later, as behind the driver's backend.
 #![allow(dead_code)]
 
-use sinew_control::{Algorithm, Controller, Demand, Estimate, Observation, Settings, StateEstimator, StrokeRange};
+use sinew_control::{
+    Algorithm, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator, StrokeRange,
+};
 use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Load, Material, Taps, Wire, WireModel};
 use sinew_sensing::{MotionObserver, ObserverConfig};
 
@@ -185,7 +187,7 @@ impl Bench {
             range: StrokeRange::of(model).unwrap(),
             wire,
             rate_hz,
-            estimator: StateEstimator::new(believed),
+            estimator: StateEstimator::new(believed, EstimatorKind::Enthalpy),
             controller: Algorithm::new(believed, settings),
             estimate: Estimate::UNKNOWN,
             observer,
@@ -234,6 +236,8 @@ impl Bench {
             duty: self.duty,
             length_m: length,
             tension_n: f64::NAN,
+            length_sigma_m: f64::NAN,
+            resistance_ohm: f64::NAN,
             dt_s: dt,
         });
         let error = (self.estimate.temperature_c - self.wire.temperature_c()).abs();

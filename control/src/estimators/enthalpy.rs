@@ -6,6 +6,7 @@
 //! that is measured (g_M ≤ ξ ≤ g_A), and a wire that shortens on its own sits on the heating curve, one that lengthens on the
 //! cooling curve. Both pull with bounded gains, so a wrong parameter biases the estimate and can never make it run away.
 
+use super::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
@@ -44,66 +45,9 @@ fn inside(fraction: f64) -> f64 {
     (25.0 * (fraction - 0.03)).clamp(0.0, 1.0)
 }
 
-/// What one cycle measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observation {
-    /// Mean electrical power in the wire since the last call (duty · I²R, the sensing pulse included), in W.
-    /// NaN = not measured: then the duty and the model's circuit say it.
-    pub power_w: f64,
-    /// Duty since the last call, 0..1: what the power was given for.
-    pub duty: f64,
-    /// Wire length as the sensor read it, unfiltered, in m; NaN = not measured: the model alone.
-    pub length_m: f64,
-    /// Wire tension, in N; NaN = follows from the load.
-    pub tension_n: f64,
-    /// Time since the last call, in s.
-    pub dt_s: f64,
-}
-
-/// What is believed of a wire.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// Mean wire temperature, in °C.
-    pub temperature_c: f64,
-    /// Martensite fraction, 0..1.
-    pub martensite: f64,
-    /// Temperature the wire cannot be above: half the loss to the air, no latent heat, never below the estimate; °C.
-    pub hottest_c: f64,
-    /// Stress of the load, in Pa.
-    pub stress_pa: f64,
-    /// Temperature of the heating curve at this phase and stress, in °C: above it the wire would be shorter.
-    pub heating_curve_c: f64,
-    /// Temperature of the cooling curve, in °C: below it the wire would be longer.
-    pub cooling_curve_c: f64,
-    /// Smoothed length, in m.
-    pub length_m: f64,
-    /// Loss to the air at this temperature, as learned, in W: the power that holds it.
-    pub loss_w: f64,
-    /// Power the wire takes at duty 1, in W: as last measured, else by the model.
-    pub full_power_w: f64,
-    /// Smoothed velocity, in m/s.
-    pub velocity_m_s: f64,
-}
-
-impl Estimate {
-    /// An estimate that knows nothing: everything NaN.
-    pub const UNKNOWN: Estimate = Estimate {
-        temperature_c: f64::NAN,
-        martensite: f64::NAN,
-        hottest_c: f64::NAN,
-        stress_pa: f64::NAN,
-        heating_curve_c: f64::NAN,
-        cooling_curve_c: f64::NAN,
-        length_m: f64::NAN,
-        loss_w: f64::NAN,
-        full_power_w: f64::NAN,
-        velocity_m_s: f64::NAN,
-    };
-}
-
-/// Temperature and martensite of one wire, online.
+/// Temperature and martensite of one wire from the enthalpy its power feeds.
 #[derive(Debug, Clone)]
-pub struct StateEstimator {
+pub struct EnthalpyObserver {
     map: WireMap,
     /// λ of the wire, 1/s, and the fastest the air lets it lengthen, m/s.
     lambda: f64,
@@ -125,13 +69,13 @@ pub struct StateEstimator {
     initial: (f64, f64),
 }
 
-impl StateEstimator {
+impl EnthalpyObserver {
     /// An estimator for a wire that starts as the model says: at its initial temperature (ambient) and phase.
-    pub fn new(model: &WireModel) -> StateEstimator {
+    pub fn new(model: &WireModel) -> EnthalpyObserver {
         let map = WireMap::new(model);
         let speeds = lambda::speeds(&map, map.full_power);
         let cooling_speed = speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3));
-        let mut estimator = StateEstimator {
+        let mut estimator = EnthalpyObserver {
             map,
             lambda: lambda::limits(&map, map.full_power).value.clamp(0.05, 50.0),
             cooling_speed,

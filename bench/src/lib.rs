@@ -1,0 +1,2 @@
+//! Sensing, estimators and controllers on the same simulated plants, beside what physics allows.
+#![forbid(unsafe_code)]
