@@ -103,6 +103,21 @@ impl Wire {
         }
     }
 
+    /// Moves the air from now on, so that it takes `gain` more of the heat it takes at rest (0.5 = half as much again; never
+    /// less than −1); it holds until it is set again, and acts beside `thermal.draught`.
+    pub fn set_draught(&mut self, gain: f64) {
+        let stirred = 1.0 + gain.max(-1.0);
+        match &mut self.balance.terms {
+            Some(terms) => terms.stirred = stirred,
+            None if stirred == 1.0 => {}
+            None => {
+                let mut terms = Terms::none(&self.balance, &self.state);
+                terms.stirred = stirred;
+                self.balance.terms = Some(terms);
+            }
+        }
+    }
+
     /// Takes pieces up to `longest_s` from now on, where the load's own oscillation asks for shorter ones. As stable, and
     /// several times as fast; what oscillates faster than that is damped instead of followed. For searches, which end
     /// with a simulation in the wire's own pieces.

@@ -942,3 +942,31 @@ fn closed_forms_do_what_their_mechanism_does() {
         assert!((shown[5] - plain[5] - plain[6] * 0.2 * plain[1]).abs() < 1e-9);
     }
 }
+
+/// A draught that is set is the same as a wire with so much more convection, and one that ends is gone.
+#[test]
+fn a_draught_that_is_set_is_more_convection() {
+    let calm = hanging();
+    let mut windy = calm.clone();
+    windy.material.convection_w_per_m2_k *= 1.5;
+    let run = |model: &WireModel, gain: f64| {
+        let mut wire = Wire::new(model).expect("a valid model");
+        wire.set_draught(gain);
+        for _ in 0..3000 {
+            wire.step(&Inputs { drive: 0.3, ..model.rest_inputs() }, 1e-3);
+        }
+        wire
+    };
+    let (set, built, mut still) = (run(&calm, 0.5), run(&windy, 0.0), run(&calm, 0.0));
+    assert!((set.temperature_c() - built.temperature_c()).abs() < 1e-6);
+    assert!((set.temperature_c() - still.temperature_c()).abs() > 5.0);
+    let mut over = set;
+    over.set_draught(0.0);
+    for wire in [&mut over, &mut still] {
+        for _ in 0..20_000 {
+            wire.step(&Inputs { drive: 0.3, ..calm.rest_inputs() }, 1e-3);
+        }
+    }
+    assert!((over.temperature_c() - still.temperature_c()).abs() < 0.5, "the same air, the same balance");
+    assert!(over.energy().residual_j().abs() < 1e-9);
+}

@@ -21,7 +21,7 @@ use std::path::Path;
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
 pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
-pub use schema::reference;
+pub use schema::{reference, word, words};
 pub use suggest::nearest;
 pub use types::{
     Adc, Algorithm, Channel, Column, ColumnMap, Control, FaultKind, Limits, MAX_CHANNEL_NAME, MAX_CHANNELS,

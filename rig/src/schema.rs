@@ -1024,6 +1024,26 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
     },
 ];
 
+/// The words that a key of a channel takes, such as those of `algorithm` in `channel.control`; empty where it takes none.
+pub fn words(table: &str, key: &str) -> &'static [&'static str] {
+    match find(table, key).map(|key| &key.kind) {
+        Some(Kind::Choice(words)) => words,
+        _ => &[],
+    }
+}
+
+/// The word that is in force for such a key.
+pub fn word(channel: &Channel, table: &str, key: &str) -> Option<String> {
+    match (find(table, key)?.get)(channel) {
+        Some(Value::Text(word)) => Some(word),
+        _ => None,
+    }
+}
+
+fn find(table: &str, key: &str) -> Option<&'static Key<Channel>> {
+    CHANNEL.iter().find(|section| section.table == table)?.keys.iter().find(|k| k.name == key)
+}
+
 /// A channel's table without the `channel.` before it; empty for the channel itself.
 pub(crate) fn local(table: &'static str) -> &'static str {
     table.strip_prefix("channel").map_or(table, |t| t.strip_prefix('.').unwrap_or(t))
@@ -1180,5 +1200,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn words_are_those_the_reader_takes() {
+        let words = words("channel.control", "algorithm");
+        assert!(words.contains(&"sliding_mode") && words.contains(&"pi"));
+        for word in words {
+            let text = format!(
+                "[rig]\nname = \"a\"\n[[channel]]\nname = \"w\"\nwire = {{ diameter_mm = 0.1, length_mm = 100.0 }}\n\
+                 drive = {{ supply_v = 5.0 }}\nload = {{ mass_kg = 0.1, damping_n_s_per_m = 10.0 }}\n\
+                 control = {{ algorithm = \"{word}\" }}\n"
+            );
+            let rig = crate::Rig::parse(&text, "a.toml").unwrap_or_else(|e| panic!("{word}: {e}"));
+            assert_eq!(super::word(&rig.channels[0], "channel.control", "algorithm").as_deref(), Some(*word));
+        }
+        let no_words: &[&str] = &[];
+        assert_eq!(super::words("channel.control", "lambda_per_s"), no_words);
+        assert_eq!(super::words("channel.nothing", "algorithm"), no_words);
+        assert_eq!(super::word(&crate::Rig::hexapod().channels[0], "channel.wire", "length_mm"), None);
     }
 }

@@ -16,13 +16,39 @@ const FLOATING_SPREAD: f64 = 0.08;
 /// … forgetting where it was in this time, s: the bias current of the input on its cable.
 const FLOATING_TIME_S: f64 = 0.02;
 
+/// What the world around a wire does to it beyond its rig file, see [`SimulatedRig::disturb`](crate::SimulatedRig::disturb).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct World {
+    /// Air that is warmer (colder) than the rig file's by this, K.
+    pub ambient_k: f64,
+    /// A draught: the share by which the air takes more heat from the wire.
+    pub draught: f64,
+    /// Pull on the load beside its own, N, positive making the wire longer.
+    pub pull_n: f64,
+    /// Share of the supply there is.
+    pub supply: f64,
+}
+
+impl World {
+    /// As the rig file says.
+    pub const CALM: World = World { ambient_k: 0.0, draught: 0.0, pull_n: 0.0, supply: 1.0 };
+}
+
+impl Default for World {
+    fn default() -> World {
+        World::CALM
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Channel {
     /// The duty in force, 0..1.
     pub duty: f64,
     pub wire: Wire,
     inputs: Inputs,
+    /// Now, and as the rig file says.
     supply_v: f64,
+    nominal: (f64, f64),
     /// Outside the taps: shunt, switch, leads and the supply's own.
     series_ohm: f64,
     /// At the moving end, inside V_3, while nothing is broken.
@@ -56,6 +82,7 @@ impl Channel {
             inputs: model.rest_inputs(),
             wire,
             supply_v: drive.supply_v,
+            nominal: (drive.supply_v, model.ambient_c),
             series_ohm: drive.shunt_ohm + drive.switch_ohm + leads_ohm,
             contact_ohm: sensing.contact_resistance.ohm,
             gain: sensing.gain,
@@ -70,6 +97,19 @@ impl Channel {
             area_m2: model.geometry.area_m2(),
             schedule,
         }
+    }
+
+    pub fn disturb(&mut self, world: &World) {
+        let (supply_v, ambient_c) = self.nominal;
+        self.supply_v = supply_v * world.supply;
+        self.inputs.ambient_c = ambient_c + world.ambient_k;
+        self.inputs.external_n = world.pull_n;
+        self.wire.set_draught(world.draught);
+    }
+
+    /// What acts on the wire, with the present supply and nothing driven.
+    pub fn inputs(&self) -> Inputs {
+        Inputs { drive: 0.0, supply_v: self.supply_v, ..self.inputs }
     }
 
     /// Lets one period of the duty in force pass.

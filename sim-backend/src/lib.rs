@@ -25,6 +25,7 @@ mod converter;
 mod fault;
 mod rig;
 
+pub use channel::World;
 pub use converter::MIN_ON_TIME_S;
 pub use fault::FaultHandle;
 pub use rig::{Error, SimulatedRig};

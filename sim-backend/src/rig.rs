@@ -3,10 +3,10 @@
 use std::fmt;
 
 use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth};
-use sinew_physics::{EnergyBalance, Wire};
+use sinew_physics::{EnergyBalance, Inputs, Wire};
 use sinew_rig::{FaultKind, Rig};
 
-use crate::channel::Channel;
+use crate::channel::{Channel, World};
 use crate::fault::{FaultHandle, Schedule};
 
 /// Operating system error that a scheduled or switched backend error pretends: EIO.
@@ -87,6 +87,19 @@ impl SimulatedRig {
     /// What breaks things while the rig runs.
     pub fn faults(&self) -> FaultHandle {
         self.faults.clone()
+    }
+
+    /// Changes the world around a wire from now on: a draught, warmer air, another pull, a weaker supply. It holds until
+    /// it is changed again; faults come on top. A channel there is none of is not disturbed.
+    pub fn disturb(&mut self, channel: usize, world: &World) {
+        if let Some(channel) = self.channels.get_mut(channel) {
+            channel.disturb(world);
+        }
+    }
+
+    /// What acts on a wire now, with nothing driven: what its clone has to be stepped with to go on alone.
+    pub fn inputs(&self, channel: usize) -> Option<Inputs> {
+        Some(self.channels.get(channel)?.inputs())
     }
 
     /// Simulated time, s.

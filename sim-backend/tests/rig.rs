@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
 use sinew_physics::{Inputs, Wire};
 use sinew_rig::{FaultKind, Rig};
-use sinew_sim_backend::{Error, MIN_ON_TIME_S, SimulatedRig};
+use sinew_sim_backend::{Error, MIN_ON_TIME_S, SimulatedRig, World};
 
 /// Two wires of 0.125 mm × 160 mm at 1 kHz; `more` is TOML to go on with.
 fn rig(more: &str) -> Rig {
@@ -531,4 +531,35 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn the_world_changes_while_it_runs_and_back() {
+    let rig = quiet("");
+    let model = &rig.channels[0].model;
+    let mut backend = started(&rig);
+    let mut wire = Wire::new(model).unwrap();
+    let calm = model.rest_inputs();
+    let world = World { ambient_k: -10.0, draught: 0.5, pull_n: 0.3, supply: 0.8 };
+    let mut duty_before = 0.0;
+    for i in 0..900 {
+        let (now, inputs) = match i {
+            300..600 => (world, Inputs { ambient_c: 15.0, external_n: 0.3, supply_v: 0.8 * calm.supply_v, ..calm }),
+            _ => (World::CALM, calm),
+        };
+        backend.disturb(0, &now);
+        wire.set_draught(now.draught);
+        assert_eq!(backend.inputs(0), Some(Inputs { imposed: 0.0, ..inputs }));
+        let sample = run(&mut backend, 0.4, 1)[0];
+        wire.step(&Inputs { drive: duty_before, ..inputs }, 1e-3);
+        duty_before = 0.4;
+        assert_eq!(backend.wire(0).unwrap().temperature_c(), wire.temperature_c(), "period {i}");
+        near(sample.supply_v, 6.0 * now.supply, 1e-4);
+    }
+    // the other wire noticed nothing, a third there is none of
+    let mut other = started(&rig);
+    other.disturb(7, &world);
+    run(&mut other, 0.4, 900);
+    assert_eq!(other.truth(1), backend.truth(1));
+    assert_ne!(other.truth(0), backend.truth(0));
 }

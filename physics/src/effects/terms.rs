@@ -62,6 +62,8 @@ pub(crate) struct Terms {
     pub(crate) unknown: Unknown,
     /// Temperature of the neighbouring wire, °C; ambient where nobody says.
     pub(crate) neighbour_c: Option<f64>,
+    /// Factor on h of air that moves because somebody says so, besides `thermal.draught`.
+    pub(crate) stirred: f64,
     /// Time at the start of the piece, s since the start.
     pub(crate) time: f64,
     /// ∫|dξ| since the start.
@@ -131,6 +133,7 @@ impl Terms {
             effects,
             unknown: Unknown::default(),
             neighbour_c: None,
+            stirred: 1.0,
             time: 0.0,
             travel: 0.0,
             sheath: (0.0, 0.0),
@@ -213,7 +216,7 @@ impl Terms {
         let (t0, t1) = (self.time, self.time + h);
         let drift = e.thermal.ambient_drift.rate_k_per_s;
         let ambient = [inputs.ambient_c + drift * t0, inputs.ambient_c + drift * t1];
-        let draught = [e.thermal.draught.factor(t0), e.thermal.draught.factor(t1)];
+        let draught = [t0, t1].map(|t| self.stirred * e.thermal.draught.factor(t));
         let power = c.power(inputs, start.resistance);
         let duty = if c.drive == DriveKind::Pwm { inputs.drive } else { 0.0 };
         let drive = [duty, power];
