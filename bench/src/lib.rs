@@ -1,2 +1,19 @@
 //! Sensing, estimators and controllers on the same simulated plants, beside what physics allows.
+//!
+//! The product drives itself: a rig file is what the driver believes ([`sinew_rig`]), [`sinew_driver::Engine`] runs its cycles,
+//! and [`sinew_sim_backend::SimulatedRig`] is the rig as it really is, which may be another one. Every word the rig file
+//! has for a controller, an estimator or a way of sensing is a row of its own ([`Choice::all`]).
+//! Everything is simulated time and seeded: the same call gives the same numbers, whatever the machine.
 #![forbid(unsafe_code)]
+
+pub mod bound;
+mod choice;
+mod plant;
+mod session;
+mod trial;
+
+pub use bound::{Bound, time_optimal};
+pub use choice::Choice;
+pub use plant::{Family, Plant};
+pub use session::{Error, Moment, Session};
+pub use trial::{BAND, Step, idle, step};

@@ -326,6 +326,16 @@ impl Channel {
         self.stroke
     }
 
+    /// Length as the observer has it, m; NaN before anything was measured.
+    pub fn length_m(&self) -> f64 {
+        self.motion.length_m
+    }
+
+    /// What is believed of the wire.
+    pub fn estimate(&self) -> &Estimate {
+        &self.estimate
+    }
+
     /// Target length, m; NaN while it has none.
     pub fn target_m(&self) -> f64 {
         match self.target {

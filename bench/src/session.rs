@@ -1,0 +1,184 @@
+//! A driver and its simulated rig in lockstep: no clock, no thread, one cycle a call.
+
+use std::fmt;
+
+use sinew_control::{Estimate, StrokeRange};
+use sinew_driver::{Ask, Backend, Beat, Engine, Occurrence, Order, Sample, Truth};
+use sinew_ipc::Fault;
+use sinew_physics::{Inputs, Wire};
+use sinew_rig::Rig;
+use sinew_sim_backend::{SimulatedRig, World};
+
+/// Why something cannot be run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Error {
+    /// The rig file or the driver does not take it, with the reason.
+    Rig(String),
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Rig(reason) => f.write_str(reason),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// One cycle from outside.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// Simulated time at its end, s.
+    pub time_s: f64,
+    /// What the wire really does.
+    pub truth: Truth,
+    /// What the driver believes of it.
+    pub estimate: Estimate,
+    /// Length as the driver's observer has it, m.
+    pub length_m: f64,
+    /// Duty for the next period.
+    pub duty: f64,
+    /// The sliding surface.
+    pub surface: f64,
+}
+
+/// A driver of one wire, and the wire.
+#[derive(Debug)]
+pub struct Session {
+    engine: Engine,
+    rig: SimulatedRig,
+    samples: [Sample; 1],
+    duty: [f64; 1],
+    cycles: u64,
+    period_s: f64,
+    believed: Rig,
+    fault: Option<Fault>,
+    /// The wire's power with the switch closed is what this share of it may be on average.
+    max_duty: f64,
+}
+
+impl Session {
+    /// A driver that believes `believed` before a wire that is as in `truth`, cold and at rest.
+    ///
+    /// # Errors
+    /// [`Error::Rig`] where either cannot be made.
+    pub fn new(believed: &Rig, truth: &Rig) -> Result<Session, Error> {
+        let engine = Engine::new(believed, None).map_err(|error| Error::Rig(error.to_string()))?;
+        let mut rig = SimulatedRig::new(truth).map_err(|error| Error::Rig(error.to_string()))?;
+        let [channel] = &believed.channels[..] else {
+            return Err(Error::Rig(format!("one channel expected, {} found", believed.channels.len())));
+        };
+        let max_duty = channel.limits.max_duty;
+        rig.start().map_err(|error| Error::Rig(error.to_string()))?;
+        Ok(Session {
+            engine,
+            rig,
+            samples: [Sample::NONE],
+            duty: [0.0],
+            cycles: 0,
+            period_s: 1.0 / believed.rate_hz,
+            believed: believed.clone(),
+            fault: None,
+            max_duty,
+        })
+    }
+
+    /// Where the driver counts its strokes from.
+    pub fn stroke(&self) -> StrokeRange {
+        self.engine.channels()[0].stroke_range()
+    }
+
+    /// Length of a period, s.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Simulated time, s.
+    pub fn time_s(&self) -> f64 {
+        self.cycles as f64 * self.period_s
+    }
+
+    /// What the driver believes.
+    pub fn believed(&self) -> &Rig {
+        &self.believed
+    }
+
+    /// The first fault that was latched.
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// What the wire really does now.
+    pub fn truth(&self) -> Truth {
+        self.rig.truth(0).unwrap_or(NOTHING)
+    }
+
+    /// The wire as it is now: its clone goes on alone.
+    pub fn wire(&self) -> Option<&Wire> {
+        self.rig.wire(0)
+    }
+
+    /// What acts on it, with nothing driven.
+    pub fn inputs(&self) -> Option<Inputs> {
+        self.rig.inputs(0)
+    }
+
+    /// The largest duty the driver may give.
+    pub fn max_duty(&self) -> f64 {
+        self.max_duty
+    }
+
+    /// Electrical energy put into the wire since the start, J.
+    pub fn energy_j(&self) -> f64 {
+        self.rig.energy(0).map_or(0.0, |energy| energy.heat_in_j)
+    }
+
+    /// Changes the world around the wire from now on.
+    pub fn disturb(&mut self, world: &World) {
+        self.rig.disturb(0, world);
+    }
+
+    /// Asks the driver for something, until something else is asked.
+    pub fn ask(&mut self, ask: Ask) {
+        self.engine.take(&Order { ticket: 0, channel: 0, ask, hold_ns: u64::MAX }, self.now_ns());
+    }
+
+    fn now_ns(&self) -> u64 {
+        (self.time_s() * 1e9) as u64
+    }
+
+    /// One period.
+    pub fn cycle(&mut self) -> Moment {
+        let exchanged = self.rig.exchange(&self.duty, &mut self.samples);
+        self.cycles += 1;
+        let beat = Beat { now_ns: self.now_ns(), missed: 0 };
+        let fault = &mut self.fault;
+        self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, |event| {
+            if let Occurrence::Tripped(what) = event.what {
+                fault.get_or_insert(what);
+            }
+        });
+        let channel = &self.engine.channels()[0];
+        Moment {
+            time_s: self.cycles as f64 * self.period_s,
+            truth: self.truth(),
+            estimate: *channel.estimate(),
+            length_m: channel.length_m(),
+            duty: self.duty[0],
+            surface: channel.surface(),
+        }
+    }
+}
+
+/// Of a channel there is none of.
+const NOTHING: Truth = Truth {
+    length_m: f64::NAN,
+    velocity_m_s: f64::NAN,
+    temperature_c: f64::NAN,
+    martensite: f64::NAN,
+    force_n: f64::NAN,
+    resistance_ohm: f64::NAN,
+    power_w: f64::NAN,
+    duty: f64::NAN,
+};
