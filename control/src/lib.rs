@@ -9,6 +9,7 @@ mod design;
 mod estimators;
 mod lambda;
 mod laws;
+mod lpv;
 mod wire_map;
 
 pub use algorithm::{Algorithm, AlgorithmKind, Settings};
@@ -17,3 +18,4 @@ pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
 pub use estimators::{EnthalpyObserver, Estimate, EstimatorKind, Observation, StateEstimator};
 pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{Law, Pi, PiGains, SlidingMode1, SlidingMode2};
+pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
