@@ -7,11 +7,13 @@
 //! that holds the temperature, which stops the transformation. Between the second switch and the arrival the load may still creep
 //! into the band.
 //!
-//! Both switches are searched on clones of the simulated wire itself, in steps of a millisecond and with switches between steps.
-//! For each length of the second phase the first switch is bisected: heat as long as the wire does not leave the far side of
-//! the band. Over that length the arrival falls until it ends abruptly (the wire creeps back), and is searched by sections.
+//! The switches are searched on clones of the simulated wire itself, in steps of a millisecond and with switches between steps.
+//! For each length of the second phase the first switch is bisected: as late as the wire still stays on this side of the far
+//! edge of the band. Over that length the arrival falls until it ends abruptly (the wire creeps back), and is searched by sections.
+//! A load that rings when it is stopped has to be stopped in two blows half a swing apart: for such a one two more switches are
+//! searched from there, by descent from several stops of that kind.
 
-use sinew_physics::{Inputs, Wire};
+use sinew_physics::{Inputs, Load, Wire, WireModel};
 
 /// Steps of the searched trajectories, s.
 const STEP_S: f64 = 1e-3;
@@ -31,16 +33,16 @@ const BISECTIONS: u32 = 22;
 const LENGTHS: usize = 12;
 /// Golden sections of that search.
 const SECTIONS: u32 = 14;
+/// Steps of each descent from there, where the load rings.
+const DESCENT: u32 = 60;
 
 /// The answer, with the power that reaches it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
     /// Time after which the wire is in the band for good, s.
     pub settle_s: f64,
-    /// When the first power ends, s.
-    pub first_s: f64,
-    /// How long the second one lasts, s.
-    pub second_s: f64,
+    /// How long each phase lasts, s: the power that gets the wire there, its opposite, and so on in turn; then the hold.
+    pub phases_s: [f64; 4],
 }
 
 /// What is asked: where to, from where.
@@ -54,13 +56,23 @@ pub struct Aim {
     pub max_duty: f64,
     /// What acts on the wire besides the drive.
     pub inputs: Inputs,
+    /// Half a period of a load that rings, s; see [`swing_s`].
+    pub swing_s: Option<f64>,
+}
+
+/// Half a period of the load's own oscillation on the cold wire's stiffness, s; `None` where it is damped too well to oscillate.
+pub fn swing_s(model: &WireModel) -> Option<f64> {
+    let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = model.load else { return None };
+    let own = model.material.martensite_modulus_pa * model.geometry.area_m2() / model.geometry.length_m;
+    let square = (spring_n_per_m + own) / mass_kg - (0.5 * damping_n_s_per_m / mass_kg).powi(2);
+    (square > 0.0).then(|| std::f64::consts::PI / square.sqrt())
 }
 
 /// The bound for bringing `wire` to `aim`; `None` where full power, or none, does not get there within a minute.
 pub fn time_optimal(wire: &Wire, aim: &Aim) -> Option<Bound> {
     let search = Search::new(wire, aim)?;
     if search.far_s == 0.0 {
-        return Some(Bound { settle_s: 0.0, first_s: 0.0, second_s: 0.0 });
+        return Some(Bound { settle_s: 0.0, phases_s: [0.0; 4] });
     }
     search.best()
 }
@@ -137,20 +149,22 @@ impl<'a> Search<'a> {
         })
     }
 
-    fn outcome(&self, first_s: f64, second_s: f64) -> Outcome {
+    /// What comes of a first phase and those after it.
+    fn outcome(&self, first_s: f64, rest_s: [f64; 3]) -> Outcome {
         let mut wire = self.at(first_s);
         let mut watch = Watch { band: self.aim.band_m, since: self.entered_s(first_s), before: self.error(&wire) };
         if watch.before > watch.band {
             return Outcome::TooFar;
         }
         let mut time = first_s;
-        let mut left = second_s;
-        while left > 1e-9 {
-            let step = left.min(STEP_S);
-            self.drive(&mut wire, self.duties[1], step);
-            (time, left) = (time + step, left - step);
-            if watch.see(time, step, self.error(&wire)) {
-                return Outcome::TooFar;
+        for (phase, mut left) in rest_s.into_iter().enumerate() {
+            while left > 1e-9 {
+                let step = left.min(STEP_S);
+                self.drive(&mut wire, self.duties[(phase + 1) % 2], step);
+                (time, left) = (time + step, left - step);
+                if watch.see(time, step, self.error(&wire)) {
+                    return Outcome::TooFar;
+                }
             }
         }
         let mut hold = Hold::at(&wire, self.aim);
@@ -158,8 +172,7 @@ impl<'a> Search<'a> {
         while time < end && quiet < QUIET_S {
             hold.step(&mut wire, STEP_S);
             time += STEP_S;
-            let error = self.error(&wire);
-            if watch.see(time, STEP_S, error) {
+            if watch.see(time, STEP_S, self.error(&wire)) {
                 return Outcome::TooFar;
             }
             quiet = if wire.velocity_m_s().abs() * REST_S < watch.band { quiet + STEP_S } else { 0.0 };
@@ -168,17 +181,18 @@ impl<'a> Search<'a> {
     }
 
     /// The latest first switch that does not carry the wire too far, and what comes of it.
-    fn latest(&self, second_s: f64) -> Option<Bound> {
+    fn latest(&self, rest_s: [f64; 3]) -> Option<Bound> {
         let (mut low, mut high) = (0.0, self.far_s);
         let mut best = None;
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
-            match self.outcome(middle, second_s) {
+            match self.outcome(middle, rest_s) {
                 Outcome::TooFar => high = middle,
                 Outcome::TooShort => low = middle,
                 Outcome::Settled(settle_s) => {
                     low = middle;
-                    best = Some(Bound { settle_s, first_s: middle, second_s });
+                    let [second, third, fourth] = rest_s;
+                    best = better(best, Some(Bound { settle_s, phases_s: [middle, second, third, fourth] }));
                 }
             }
             if high - low < 1e-5 {
@@ -189,34 +203,164 @@ impl<'a> Search<'a> {
     }
 
     fn best(&self) -> Option<Bound> {
-        let better = |a: Option<Bound>, b: Option<Bound>| match (a, b) {
-            (Some(a), Some(b)) => Some(if b.settle_s < a.settle_s { b } else { a }),
-            (a, b) => a.or(b),
-        };
+        let two = self.two_switches();
+        match self.aim.swing_s {
+            Some(swing) if swing > 4.0 * STEP_S => self.four_switches(two, swing),
+            _ => two,
+        }
+    }
+
+    fn two_switches(&self) -> Option<Bound> {
         // from nothing over short ones to as long as the whole way
         let length = |i: usize| self.far_s * (i as f64 / (LENGTHS - 1) as f64).powi(2);
-        let tried: Vec<Option<Bound>> = (0..LENGTHS).map(|i| self.latest(length(i))).collect();
-        let time = |bound: &Option<Bound>| bound.map_or(f64::INFINITY, |b| b.settle_s);
-        let middle = (0..LENGTHS).min_by(|&a, &b| time(&tried[a]).total_cmp(&time(&tried[b])))?;
+        let at = |second_s: f64| self.latest([second_s, 0.0, 0.0]);
+        let tried: Vec<Option<Bound>> = (0..LENGTHS).map(|i| at(length(i))).collect();
+        let middle = (0..LENGTHS).min_by(|&a, &b| time(tried[a]).total_cmp(&time(tried[b])))?;
         let mut best = tried[middle];
         let (mut low, mut high) = (length(middle.saturating_sub(1)), length((middle + 1).min(LENGTHS - 1)));
         let golden = 0.5 * (5f64.sqrt() - 1.0);
         let mut inner = [high - golden * (high - low), low + golden * (high - low)];
-        let mut values = inner.map(|second_s| self.latest(second_s));
+        let mut values = inner.map(at);
         for _ in 0..SECTIONS {
             best = better(better(best, values[0]), values[1]);
-            if time(&values[0]) <= time(&values[1]) {
+            if time(values[0]) <= time(values[1]) {
                 high = inner[1];
                 inner = [high - golden * (high - low), inner[0]];
-                values = [self.latest(inner[0]), values[0]];
+                values = [at(inner[0]), values[0]];
             } else {
                 low = inner[0];
                 inner = [inner[1], low + golden * (high - low)];
-                values = [values[1], self.latest(inner[1])];
+                values = [values[1], at(inner[1])];
             }
         }
         better(better(best, values[0]), values[1])
     }
+
+    /// From the best of two switches, and from stops in two blows, a `swing` (half a period) of the load apart.
+    fn four_switches(&self, two: Option<Bound>, swing: f64) -> Option<Bound> {
+        let mut best = two;
+        for blow in [0.25, 0.5, 1.0, 2.0] {
+            for again in [0.25, 0.5, 1.0] {
+                let start = self.latest([blow * swing, (1.0 - 0.5 * again) * swing, again * swing]);
+                best = better(best, start);
+            }
+        }
+        let mut step = 0.25 * swing;
+        while step > 0.02 * swing {
+            let Some(Bound { phases_s: [_, rest @ ..], .. }) = best else { return best };
+            let neighbours = (0..3).flat_map(|i| [-step, step].map(|by| (i, by))).map(|(i, by)| {
+                let mut rest = rest;
+                rest[i] = (rest[i] + by).max(0.0);
+                rest
+            });
+            let found = neighbours.map(|rest| self.latest(rest)).fold(None, better);
+            if time(found) < time(best) - 1e-4 {
+                best = found;
+            } else {
+                step *= 0.5;
+            }
+        }
+        // a swing through the far edge and back may be quicker, or a gentler stop that begins well before it
+        let Some(Bound { phases_s, .. }) = best else { return best };
+        let gentle = [1.0, 0.95, 0.9].map(|share| [share * self.far_s, 0.1 * swing, 0.5 * swing, 0.1 * swing]);
+        let later = [sooner(phases_s, 0.5 * swing), sooner(phases_s, 1.5 * swing), phases_s];
+        gentle.into_iter().chain(later).fold(best, |best, start| {
+            let (phases_s, settle_s) = descend(start, 0.25 * swing, |phases_s| self.arrival(phases_s));
+            better(best, Some(Bound { settle_s, phases_s }))
+        })
+    }
+
+    /// When the wire is in the band for good after these phases, whether it swung through it before or not; of one that does not
+    /// stay more than any that does, and the more the farther.
+    fn arrival(&self, phases_s: [f64; 4]) -> f64 {
+        let [first_s, rest @ ..] = phases_s.map(|phase| phase.max(0.0));
+        let first_s = first_s.min(self.far_s);
+        let mut wire = self.at(first_s);
+        let (mut time, mut arrived) = (first_s, self.entered_s(first_s).unwrap_or(first_s));
+        let mut see = |wire: &Wire, time: f64| {
+            if self.error(wire).abs() > self.aim.band_m {
+                arrived = time;
+            }
+        };
+        see(&wire, time);
+        for (phase, mut left) in rest.into_iter().enumerate() {
+            while left > 1e-9 {
+                let step = left.min(STEP_S);
+                self.drive(&mut wire, self.duties[(phase + 1) % 2], step);
+                (time, left) = (time + step, left - step);
+                see(&wire, time);
+            }
+        }
+        let mut hold = Hold::at(&wire, self.aim);
+        let (end, mut quiet) = (time + WATCH_S, 0.0);
+        while time < end && quiet < QUIET_S {
+            hold.step(&mut wire, STEP_S);
+            time += STEP_S;
+            see(&wire, time);
+            quiet = if wire.velocity_m_s().abs() * REST_S < self.aim.band_m { quiet + STEP_S } else { 0.0 };
+        }
+        let off = self.error(&wire).abs() / self.aim.band_m;
+        if off <= 1.0 { arrived + STEP_S } else { LONGEST_S + off }
+    }
+}
+
+/// Nelder and Mead's simplex from `from`, with edges of `size`: where it ends, and the value there.
+fn descend(from: [f64; 4], size: f64, value: impl Fn([f64; 4]) -> f64) -> ([f64; 4], f64) {
+    let mut best = (from, value(from));
+    for sign in [1.0, -1.0, 0.3] {
+        let start = best.0;
+        let mut simplex: Vec<([f64; 4], f64)> = (0..5)
+            .map(|i| {
+                let mut corner = start;
+                if i > 0 {
+                    corner[i - 1] = (corner[i - 1] + sign * size).max(0.0);
+                }
+                (corner, value(corner))
+            })
+            .collect();
+        for _ in 0..DESCENT {
+            simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+            let middle: [f64; 4] = std::array::from_fn(|i| simplex[..4].iter().map(|(x, _)| x[i]).sum::<f64>() / 4.0);
+            let worst = simplex[4];
+            let at = |far: f64| {
+                let x: [f64; 4] = std::array::from_fn(|i| (middle[i] + far * (worst.0[i] - middle[i])).max(0.0));
+                (x, value(x))
+            };
+            let reflected = at(-1.0);
+            let next = if reflected.1 < simplex[0].1 {
+                let further = at(-2.0);
+                if further.1 < reflected.1 { further } else { reflected }
+            } else if reflected.1 < simplex[3].1 {
+                reflected
+            } else {
+                at(if reflected.1 < worst.1 { -0.5 } else { 0.5 })
+            };
+            if next.1 < worst.1 {
+                simplex[4] = next;
+            } else {
+                let towards = simplex[0].0;
+                for corner in &mut simplex[1..] {
+                    let x = std::array::from_fn(|i| 0.5 * (corner.0[i] + towards[i]));
+                    *corner = (x, value(x));
+                }
+            }
+        }
+        best = simplex.into_iter().fold(best, |best, corner| if corner.1 < best.1 { corner } else { best });
+    }
+    best
+}
+
+/// The same with the first switch so much earlier.
+fn sooner([first, rest @ ..]: [f64; 4], by_s: f64) -> [f64; 4] {
+    [(first - by_s).max(0.0), rest[0], rest[1], rest[2]]
+}
+
+fn time(bound: Option<Bound>) -> f64 {
+    bound.map_or(f64::INFINITY, |bound| bound.settle_s)
+}
+
+fn better(a: Option<Bound>, b: Option<Bound>) -> Option<Bound> {
+    if time(b) < time(a) { b } else { a }
 }
 
 /// Notices when the wire enters the band, and when it leaves it again.

@@ -5,7 +5,7 @@ use std::fmt;
 use sinew_control::{Estimate, StrokeRange};
 use sinew_driver::{Ask, Backend, Beat, Engine, Occurrence, Order, Sample, Truth};
 use sinew_ipc::Fault;
-use sinew_physics::{Inputs, Wire};
+use sinew_physics::{Inputs, Wire, WireModel};
 use sinew_rig::Rig;
 use sinew_sim_backend::{SimulatedRig, World};
 
@@ -52,7 +52,7 @@ pub struct Session {
     duty: [f64; 1],
     cycles: u64,
     period_s: f64,
-    believed: Rig,
+    model: WireModel,
     fault: Option<Fault>,
     /// The wire's power with the switch closed is what this share of it may be on average.
     max_duty: f64,
@@ -66,7 +66,7 @@ impl Session {
     pub fn new(believed: &Rig, truth: &Rig) -> Result<Session, Error> {
         let engine = Engine::new(believed, None).map_err(|error| Error::Rig(error.to_string()))?;
         let mut rig = SimulatedRig::new(truth).map_err(|error| Error::Rig(error.to_string()))?;
-        let [channel] = &believed.channels[..] else {
+        let ([channel], [_]) = (&believed.channels[..], &truth.channels[..]) else {
             return Err(Error::Rig(format!("one channel expected, {} found", believed.channels.len())));
         };
         let max_duty = channel.limits.max_duty;
@@ -78,7 +78,7 @@ impl Session {
             duty: [0.0],
             cycles: 0,
             period_s: 1.0 / believed.rate_hz,
-            believed: believed.clone(),
+            model: truth.channels[0].model.clone(),
             fault: None,
             max_duty,
         })
@@ -99,9 +99,9 @@ impl Session {
         self.cycles as f64 * self.period_s
     }
 
-    /// What the driver believes.
-    pub fn believed(&self) -> &Rig {
-        &self.believed
+    /// The wire, its load and its supply as they are.
+    pub fn model(&self) -> &WireModel {
+        &self.model
     }
 
     /// The first fault that was latched.

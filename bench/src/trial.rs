@@ -2,7 +2,7 @@
 
 use sinew_driver::Ask;
 
-use crate::bound::{Aim, time_optimal};
+use crate::bound::{Aim, swing_s, time_optimal};
 use crate::{Moment, Session};
 
 /// Half width of the band a wire has settled in, share of the stroke.
@@ -68,8 +68,15 @@ fn cycles(session: &Session, seconds: f64) -> usize {
 /// The bound for a step to `length_m` from where the wire is now.
 fn bound_s(session: &Session, length_m: f64, band_m: f64) -> Option<f64> {
     let (wire, inputs) = (session.wire()?, session.inputs()?);
-    let target_m = length_m - session.believed().channels.first()?.model.geometry.length_m;
-    Some(time_optimal(wire, &Aim { target_m, band_m, max_duty: session.max_duty(), inputs })?.settle_s)
+    let model = session.model();
+    let aim = Aim {
+        target_m: length_m - model.geometry.length_m,
+        band_m,
+        max_duty: session.max_duty(),
+        inputs,
+        swing_s: swing_s(model),
+    };
+    Some(time_optimal(wire, &aim)?.settle_s)
 }
 
 /// A step to a stroke (0..1), watched for `seconds`; `watch` gets every cycle and its error as a share of the stroke.

@@ -1,6 +1,6 @@
 //! The time-optimal bound against brute force: every pair of switching times on a grid, and a third switch.
 
-use sinew_bench::bound::{Aim, Bound, time_optimal};
+use sinew_bench::bound::{Aim, Bound, swing_s, time_optimal};
 use sinew_bench::{Choice, Plant};
 use sinew_physics::{Inputs, Wire, WireModel};
 
@@ -26,7 +26,7 @@ fn plant(name: &str, stroke: f64) -> (WireModel, f64, Wire) {
 fn aim(model: &WireModel, max_duty: f64, stroke: f64) -> Aim {
     let (cold, hot) = (sinew_physics::cold_length_m(model).unwrap(), sinew_physics::hot_length_m(model).unwrap());
     let target_m = cold - stroke * (cold - hot) - model.geometry.length_m;
-    Aim { target_m, band_m: 0.005 * (cold - hot), max_duty, inputs: model.rest_inputs() }
+    Aim { target_m, band_m: 0.005 * (cold - hot), max_duty, inputs: model.rest_inputs(), swing_s: swing_s(model) }
 }
 
 /// Keeps the temperature by the closed form of eq. 48: the loss, and what is missing within a step.
@@ -75,7 +75,7 @@ fn steps(seconds: f64) -> usize {
 
 /// The best of all pairs of switches around and far from the bound's own.
 fn scan(start: &Wire, model: &WireModel, aim: &Aim, duties: [f64; 2], found: &Bound) -> f64 {
-    let (first, second) = (steps(found.first_s), steps(found.second_s));
+    let [first, second, ..] = found.phases_s.map(steps);
     let mut best = f64::INFINITY;
     let mut try_pair = |a: usize, b: usize| {
         best = settles(start, model, aim, &[(duties[0], a), (duties[1], b)], 1e9).min(best);
@@ -114,7 +114,7 @@ fn a_third_switch_gains_nothing() {
         let aim = aim(&model, max_duty, to);
         let found = time_optimal(&start, &aim).unwrap();
         let (a, b) = if to > from { (max_duty, 0.0) } else { (0.0, max_duty) };
-        let (first, second) = (steps(found.first_s), steps(found.second_s));
+        let [first, second, ..] = found.phases_s.map(steps);
         let mut best = (f64::INFINITY, (0, 0, 0));
         for one in (first.saturating_sub(24)..first + 25).step_by(3) {
             for two in (1..3 * second + 12).step_by(3) {
