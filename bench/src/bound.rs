@@ -60,12 +60,14 @@ pub struct Aim {
     pub swing_s: Option<f64>,
 }
 
-/// Half a period of the load's own oscillation on the cold wire's stiffness, s; `None` where it is damped too well to oscillate.
+/// Half a period of the load's own oscillation on the cold wire's stiffness, s; `None` where half the critical damping, or more,
+/// does away with it.
 pub fn swing_s(model: &WireModel) -> Option<f64> {
     let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = model.load else { return None };
     let own = model.material.martensite_modulus_pa * model.geometry.area_m2() / model.geometry.length_m;
-    let square = (spring_n_per_m + own) / mass_kg - (0.5 * damping_n_s_per_m / mass_kg).powi(2);
-    (square > 0.0).then(|| std::f64::consts::PI / square.sqrt())
+    let undamped = (spring_n_per_m + own) / mass_kg;
+    let damped = undamped - (0.5 * damping_n_s_per_m / mass_kg).powi(2);
+    (damped > 0.75 * undamped).then(|| std::f64::consts::PI / damped.sqrt())
 }
 
 /// The bound for bringing `wire` to `aim`; `None` where full power, or none, does not get there within a minute.

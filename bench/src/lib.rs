@@ -9,11 +9,16 @@
 pub mod bound;
 mod choice;
 mod plant;
+pub mod row;
+mod run;
+pub mod score;
 mod session;
 mod trial;
 
 pub use bound::{Bound, time_optimal};
 pub use choice::Choice;
 pub use plant::{Family, Plant};
+pub use row::{Figures, Row, Trace};
+pub use run::{Filter, Plan, QUICK, Ran, run};
 pub use session::{Error, Moment, Session};
-pub use trial::{BAND, Step, idle, step};
+pub use trial::{BAND, Disturbed, Sine, Step, disturb, idle, sine, step};

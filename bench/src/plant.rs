@@ -1,5 +1,6 @@
 //! The plants: rigs as their drivers believe them, and as they are.
 
+use serde::Serialize;
 use sinew_physics::{Load, WireModel};
 use sinew_rig::Rig;
 
@@ -9,7 +10,8 @@ use crate::{Choice, Error};
 const GRAVITY: f64 = 9.80665;
 
 /// Why a plant is in the bench.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Family {
     /// The driver's model is the truth.
     Known,
@@ -39,6 +41,8 @@ pub struct Plant {
     damping_n_s_per_m: f64,
     spring_n_per_m: f64,
     max_power_w: f64,
+    /// Whether the converter is exact: no noise, no steps.
+    exact: bool,
     /// More of `[channel.control]`.
     control: &'static str,
     /// Makes the truth of what is believed.
@@ -61,6 +65,7 @@ const FIGURE: Plant = Plant {
     damping_n_s_per_m: 40.0,
     spring_n_per_m: 0.0,
     max_power_w: 3.0,
+    exact: false,
     control: "",
     truth: as_believed,
 };
@@ -69,7 +74,22 @@ const fn misjudged(name: &'static str, about: &'static str, truth: fn(&mut WireM
     Plant { name, about, family: Family::Misjudged, truth, ..FIGURE }
 }
 
-static ALL: [Plant; 28] = [
+/// Chapter 11's wire on 1 W.
+const fn thesis(name: &'static str, about: &'static str) -> Plant {
+    Plant {
+        name,
+        about,
+        family: Family::Thesis,
+        rate_hz: 1000.0,
+        max_power_w: 1.0,
+        watch_s: 8.0,
+        exact: true,
+        control: "lambda_per_s = 10.0\n",
+        ..FIGURE
+    }
+}
+
+static ALL: [Plant; 29] = [
     FIGURE,
     Plant { name: "rate_5khz", about: "the figure's wire at 5 kHz", rate_hz: 5000.0, ..FIGURE },
     Plant { name: "load_100gf", about: "the figure's wire with half the load", mass_kg: 0.1, ..FIGURE },
@@ -146,23 +166,12 @@ static ALL: [Plant; 28] = [
         m.material.martensite_resistivity_ohm_m *= 1.05;
     }),
     Plant {
-        name: "thesis_3w",
-        about: "chapter 11's wire at its 200 Hz on 3 W, λ = 10 /s",
-        family: Family::Thesis,
-        rate_hz: 200.0,
-        control: "lambda_per_s = 10.0",
-        ..FIGURE
+        max_power_w: 3.0,
+        watch_s: 3.0,
+        ..thesis("thesis_3w", "chapter 11's simulation: λ = 10 /s, 3 W, exact measurement")
     },
-    Plant {
-        name: "thesis_1w",
-        about: "chapter 11's wire at its 200 Hz on 1 W, λ = 10 /s",
-        family: Family::Thesis,
-        rate_hz: 200.0,
-        max_power_w: 1.0,
-        watch_s: 8.0,
-        control: "lambda_per_s = 10.0",
-        ..FIGURE
-    },
+    Plant { watch_s: 8.0, ..thesis("thesis_1w", "chapter 11's simulation on 1 W: λ = 10 /s, exact measurement") },
+    Plant { exact: false, ..thesis("thesis_noisy", "the same with noise, at the 200 Hz of chapter 11's experiment") },
 ];
 
 fn shift(model: &mut WireModel, kelvin: f64) {
@@ -198,12 +207,17 @@ impl Plant {
         // λ is a number of sliding modes
         let more = if choice.controller.starts_with("sliding") { self.control } else { "" };
         let preload_n = if *spring_n_per_m > 100.0 { 2.4 } else { preload_n };
+        let adc = if self.exact {
+            "adc = { bits = 24, voltage_noise_v = 0.0, current_noise_a = 0.0, supply_noise_v = 0.0 }\n"
+        } else {
+            ""
+        };
         let text = format!(
             "[rig]\nname = \"bench\"\nrate_hz = {rate_hz:?}\n\n[[channel]]\nname = \"wire\"\n\
              wire = {{ diameter_mm = {diameter_mm:?}, length_mm = {length_mm:?} }}\n\
              taps = {{ l0_mm = 0.0, ls_mm = {taps_mm:?} }}\n\
              drive = {{ supply_v = {supply_v:?}, shunt_ohm = 0.1, switch_ohm = 0.02 }}\n\
-             limits = {{ maximum_power_w = {power_w:?} }}\n\n\
+             limits = {{ maximum_power_w = {power_w:?} }}\n{adc}\n\
              [channel.load]\nmass_kg = {mass_kg:?}\ndamping_n_s_per_m = {damping_n_s_per_m:?}\n\
              spring_n_per_m = {spring_n_per_m:?}\npreload_n = {preload_n:?}\n\n\
              [channel.control]\n{control}{more}\n\n[simulation]\nseed = {seed}\npace = \"as_fast_as_possible\"\n",

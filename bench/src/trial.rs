@@ -1,6 +1,7 @@
 //! What one session is put through, and what is measured while it is.
 
 use sinew_driver::Ask;
+use sinew_sim_backend::World;
 
 use crate::bound::{Aim, swing_s, time_optimal};
 use crate::{Moment, Session};
@@ -27,6 +28,10 @@ pub struct Step {
     pub rms: f64,
     /// Half of the distance between the extremes of the last third: the limit cycle.
     pub cycle: f64,
+    /// First moment at which the sliding surface is reached, s; `None` where the law has none, or never gets there.
+    pub surface_s: Option<f64>,
+    /// Last moment outside ±2 % of the stroke, s, what a figure shows as settled; as `settle_s`.
+    pub settle_2_percent_s: Option<f64>,
     /// Electrical energy, J.
     pub energy_j: f64,
     /// Full switchings a second: the way of the duty, there and back, over its range.
@@ -47,8 +52,8 @@ impl Step {
         self.bound_s.filter(|bound| *bound > 0.0).map(|bound| self.settle_s.unwrap_or(self.watched_s) / bound)
     }
 
-    /// Whether it was a step to a shorter length.
-    pub fn is_heating(&self) -> bool {
+    /// Whether it was a step to a shorter wire.
+    pub fn is_up(&self) -> bool {
         self.to > self.from
     }
 }
@@ -97,7 +102,8 @@ pub fn step(
     let range_of_duty = session.max_duty().max(1e-9);
     let before_j = session.energy_j();
     session.ask(Ask::Length(reference_m));
-    let mut last_outside_s = 0.0;
+    let (mut last_outside_s, mut last_far_s) = (0.0, 0.0);
+    let mut surface_s = None;
     let mut overshoot = 0.0f64;
     let (mut all, mut late) = (Sums::default(), Sums::default());
     let mut duty = None;
@@ -108,6 +114,11 @@ pub fn step(
         let time_s = (k + 1) as f64 * session.period_s();
         if error.is_nan() || error.abs() > BAND {
             last_outside_s = time_s;
+            last_far_s = if error.abs() <= 4.0 * BAND { last_far_s } else { time_s };
+        }
+        // positive heats
+        if surface_s.is_none() && (if heating { moment.surface < 0.0 } else { moment.surface > 0.0 }) {
+            surface_s = Some(time_s);
         }
         overshoot = overshoot.max(if heating { -error } else { error });
         duty_way += f64::abs(moment.duty - duty.unwrap_or(moment.duty));
@@ -118,10 +129,13 @@ pub fn step(
         }
         watch(&moment, error);
     }
+    let settled = |last_s: f64| (last_s <= 0.9 * seconds).then_some(last_s);
     Step {
         from,
         to,
-        settle_s: (last_outside_s <= 0.9 * seconds).then_some(last_outside_s),
+        settle_s: settled(last_outside_s),
+        settle_2_percent_s: settled(last_far_s),
+        surface_s,
         bound_s,
         overshoot,
         mean: late.error / late.count,
@@ -134,6 +148,72 @@ pub fn step(
         length_rms: (all.length / all.count).sqrt(),
         watched_s: seconds,
     }
+}
+
+/// What a sine did to the length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sine {
+    /// Hz.
+    pub frequency_hz: f64,
+    /// RMS error, share of the stroke.
+    pub rms: f64,
+}
+
+/// Follows a sine of `swing` of the stroke from peak to peak around `middle`: a period or a second to get into it, then at least
+/// two periods and two seconds in which the error counts.
+pub fn sine(session: &mut Session, middle: f64, swing: f64, frequency_hz: f64) -> Sine {
+    let range = session.stroke();
+    let period_s = 1.0 / frequency_hz;
+    let lead = period_s * (1.0 / period_s).ceil();
+    let counted = period_s * (2.0 / period_s).ceil().max(2.0);
+    let (lead, all) = (cycles(session, lead), cycles(session, lead + counted));
+    let mut square = 0.0;
+    for k in 0..all {
+        // what is asked for now is to be so at the end of the period
+        let time_s = (k + 1) as f64 * session.period_s();
+        let stroke = middle + 0.5 * swing * (std::f64::consts::TAU * frequency_hz * time_s).sin();
+        let reference_m = range.length_m(stroke);
+        session.ask(Ask::Length(reference_m));
+        let moment = session.cycle();
+        if k >= lead {
+            square += ((moment.truth.length_m - reference_m) / range.stroke_m()).powi(2);
+        }
+    }
+    Sine { frequency_hz, rms: (square / (all - lead) as f64).sqrt() }
+}
+
+/// What a disturbance did to a wire that was held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disturbed {
+    /// Farthest from the reference, share of the stroke.
+    pub deviation: f64,
+    /// Error of the estimated temperature one second after it began, K, positive too hot.
+    pub temperature_error_k: f64,
+    /// RMS error of the last third, share of the stroke.
+    pub rms: f64,
+}
+
+/// Changes the world around a held wire for `seconds`.
+pub fn disturb(session: &mut Session, stroke: f64, world: &World, seconds: f64) -> Disturbed {
+    let range = session.stroke();
+    let reference_m = range.length_m(stroke);
+    session.ask(Ask::Length(reference_m));
+    session.disturb(world);
+    let (count, second) = (cycles(session, seconds), cycles(session, 1.0));
+    let (mut deviation, mut temperature_error_k, mut square) = (0.0f64, f64::NAN, 0.0);
+    for k in 0..count {
+        let moment = session.cycle();
+        let error = (moment.truth.length_m - reference_m) / range.stroke_m();
+        deviation = deviation.max(error.abs());
+        if k + 1 == second {
+            temperature_error_k = moment.estimate.temperature_c - moment.truth.temperature_c;
+        }
+        if 3 * k >= 2 * count {
+            square += error * error;
+        }
+    }
+    let late = (count - (2 * count).div_ceil(3)) as f64;
+    Disturbed { deviation, temperature_error_k, rms: (square / late).sqrt() }
 }
 
 /// Sums over cycles.

@@ -1,0 +1,68 @@
+//! Rows of the bench as a table: `rows [PLANT|-] [CONTROLLER|-] [ESTIMATOR|-] [SEEDS]`.
+
+use sinew_bench::{Filter, Plan, run, score};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words = |i: usize| -> Vec<String> {
+        let list = arguments.get(i).filter(|word| *word != "-");
+        list.map(|word| word.split(',').map(Into::into).collect()).unwrap_or_default()
+    };
+    let seeds = arguments.get(3).map_or(1, |word| word.parse().expect("a number of seeds"));
+    let filter = Filter { plants: words(0), controllers: words(1), estimators: words(2) };
+    let ran = run(&Plan::quick(seeds).only(&filter), &|_| ());
+    println!(
+        "{:<20} {:<26} {:<22} {:<10} {:>6} {:>6} {:>5} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}",
+        "plant",
+        "controller",
+        "estimator",
+        "sensing",
+        "up",
+        "down",
+        "sett",
+        "over",
+        "worst",
+        "steady",
+        "cycle",
+        "0.25Hz",
+        "1 Hz",
+        "T K",
+        "draft",
+        "T@1s",
+        "swit/s",
+        "score"
+    );
+    for ran in &ran {
+        let row = &ran.row;
+        let Some(f) = &row.figures else {
+            println!("{:<20} {:<26} {:<22} refused: {:?}", row.plant, row.controller, row.estimator, row.refused);
+            continue;
+        };
+        println!(
+            "{:<20} {:<26} {:<22} {:<10} {:>6.2} {:>6.2} {:>5.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.1} {:>6.1} {:>6.2} {}",
+            row.plant,
+            row.controller,
+            row.estimator,
+            row.sensing,
+            f.ratio_up.unwrap_or(f64::NAN),
+            f.ratio_down.unwrap_or(f64::NAN),
+            f.settled,
+            f.overshoot_percent,
+            f.overshoot_worst_percent,
+            f.steady_rms_percent,
+            f.limit_cycle_percent,
+            f.tracking_percent(0.25),
+            f.tracking_percent(1.0),
+            f.temperature_rms_k,
+            f.draught.deviation_percent,
+            f.draught.temperature_error_k,
+            f.switchings_per_s,
+            score::of_row(row).unwrap_or(f64::NAN),
+            f.faults.join(", "),
+        );
+    }
+    let rows: Vec<_> = ran.into_iter().map(|ran| ran.row).collect();
+    for place in score::ranking(&rows) {
+        println!("{:.3} {} {} {}", place.score, place.controller, place.estimator, place.sensing);
+    }
+}

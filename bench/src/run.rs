@@ -1,0 +1,91 @@
+//! Runs rows side by side.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::row::{Row, Trace, row};
+use crate::score::{DEVELOPMENT, SCORING};
+use crate::{Choice, Family, Plant};
+
+/// What is run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Plan {
+    /// Plants, by name.
+    pub plants: Vec<&'static str>,
+    /// Choices.
+    pub choices: Vec<Choice>,
+    /// Seeds of the noise.
+    pub seeds: Vec<u64>,
+}
+
+/// Which words are kept; an empty list keeps all.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Filter {
+    /// Controllers.
+    pub controllers: Vec<String>,
+    /// Estimators.
+    pub estimators: Vec<String>,
+    /// Plants.
+    pub plants: Vec<String>,
+}
+
+/// Plants of a quick run: one the driver knows, one it misjudges, one of the thesis.
+pub const QUICK: [&str; 3] = ["figure", "convection_less", "thesis_3w"];
+
+impl Plan {
+    /// Everything, on `seeds` seeds to score with.
+    pub fn full(seeds: usize) -> Plan {
+        let plants = Plant::all().iter().map(|plant| plant.name).collect();
+        Plan { plants, choices: Choice::all(), seeds: (SCORING..).take(seeds).collect() }
+    }
+
+    /// A few plants on seeds to develop with, for tests and for a first look.
+    pub fn quick(seeds: usize) -> Plan {
+        Plan { plants: QUICK.into(), seeds: (DEVELOPMENT..).take(seeds).collect(), ..Plan::full(0) }
+    }
+
+    /// What is left of it. A plant that is asked for by name is in, whether the plan had it or not.
+    #[must_use]
+    pub fn only(mut self, filter: &Filter) -> Plan {
+        let keeps = |words: &[String], word: &str| words.is_empty() || words.iter().any(|w| w == word);
+        if !filter.plants.is_empty() {
+            let all = Plant::all().iter().map(|plant| plant.name);
+            self.plants = all.filter(|name| keeps(&filter.plants, name)).collect();
+        }
+        self.choices.retain(|choice| keeps(&filter.controllers, &choice.controller));
+        self.choices.retain(|choice| keeps(&filter.estimators, &choice.estimator));
+        self
+    }
+
+    /// How many rows it has.
+    pub fn rows(&self) -> usize {
+        self.plants.len() * self.choices.len()
+    }
+}
+
+/// A row with its picture, where there is one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ran {
+    /// The row.
+    pub row: Row,
+    /// The steps of its first seed over time: of the figure's wire and of the thesis' plants.
+    pub trace: Option<Trace>,
+}
+
+/// Runs a plan, on as many threads as the caller's pool of rayon has; `progress` gets how many rows are done.
+pub fn run(plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Vec<Ran> {
+    let plants = plan.plants.iter().filter_map(|name| Plant::named(name));
+    let cases: Vec<(&Plant, &Choice)> =
+        plants.flat_map(|plant| plan.choices.iter().map(move |choice| (plant, choice))).collect();
+    let done = AtomicUsize::new(0);
+    cases
+        .par_iter()
+        .map(|(plant, choice)| {
+            let pictured = plant.name == "figure" || plant.family == Family::Thesis;
+            let (row, trace) = row(plant, choice, &plan.seeds, pictured);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Ran { row, trace }
+        })
+        .collect()
+}
