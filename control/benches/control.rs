@@ -62,6 +62,7 @@ fn run(bencher: Bencher, kind: AlgorithmKind, estimating: bool, regulating: bool
                 length_m: reading.length_m,
                 velocity_m_s: 1e-3,
                 acceleration_m_s2: 0.0,
+                resistance_ohm: f64::NAN,
                 dt_s: reading.dt_s,
                 estimate,
             });

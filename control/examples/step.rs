@@ -1,29 +1,53 @@
 //! Steps of one wire under every law, converter noise on: the command that reproduces the table of docs/control.md.
 //!
-//! `cargo run --release -p sinew-control --example step` prints the table;
-//! `… --example step -- trace LAW RATE_HZ SEED` one run as CSV on stdout (LAW: sliding, whole, plain, first, pi).
+//! `cargo run --release -p sinew-control --example step` prints the table, `… --example step -- LAW…` that of some laws on the wire
+//! as modelled; `… --example step -- trace LAW RATE_HZ SEED` one run as CSV on stdout. A LAW is its word in the rig file, with
+//! `+loss` for the heat loss fed forward (`-loss` for not), `+rapid` for rapid heating and `+whole` for whole periods after it.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
 
 use rig::{Bench, CONVERTER, STEPS, Step, duty_for_power, figure_wire};
-use sinew_control::{AlgorithmKind, Modulation, Settings, default_lambda};
+use sinew_control::{AlgorithmKind, Modulation, Priming, Settings, default_lambda};
 use sinew_physics::WireModel;
 
 /// None of them was looked at while the law was tuned.
 const SEEDS: std::ops::Range<u64> = 2001..2021;
-/// Name, law, modulation.
-type Entry = (&'static str, AlgorithmKind, Modulation);
-const LAWS: [Entry; 5] = [
-    ("sliding", AlgorithmKind::SlidingMode2, Modulation::Switched),
-    ("whole", AlgorithmKind::SlidingMode2, Modulation::WholePeriods),
-    ("plain", AlgorithmKind::SlidingMode2Plain, Modulation::Switched),
-    ("first", AlgorithmKind::SlidingMode1, Modulation::Switched),
-    ("pi", AlgorithmKind::Pi, Modulation::Switched),
+/// What the table is made of, besides the default law.
+const LAWS: [&str; 13] = [
+    "sliding_mode+whole",
+    "sliding_mode_plain",
+    "sliding_mode_first_order",
+    "sliding_mode_first_order_equivalent",
+    "relay",
+    "pi",
+    "pi+loss",
+    "pi+rapid",
+    "pid",
+    "pid+loss",
+    "input_output_linearised",
+    "input_output_linearised_constant",
+    "input_output_linearised_constant-loss",
 ];
 
-fn settings(law: &Entry, maximum_duty: f64) -> Settings {
-    Settings { kind: law.1, modulation: law.2, maximum_duty, ..Settings::default() }
+/// A law's settings by its word and options.
+fn settings(law: &str, maximum_duty: f64) -> Option<Settings> {
+    let word = law.split(['+', '-']).next()?;
+    let kind = AlgorithmKind::ALL.into_iter().find(|kind| kind.word() == word)?;
+    let mut settings = Settings { kind, maximum_duty, ..Settings::default() };
+    let mut options = &law[word.len()..];
+    while !options.is_empty() {
+        let end = options[1..].find(['+', '-']).map_or(options.len(), |end| end + 1);
+        match &options[..end] {
+            "+loss" => settings.heat_loss_feedforward = Some(true),
+            "-loss" => settings.heat_loss_feedforward = Some(false),
+            "+rapid" => settings.rapid_heating = Some(Priming::Temperature),
+            "+whole" => settings.modulation = Modulation::WholePeriods,
+            _ => return None,
+        }
+        options = &options[end..];
+    }
+    Some(settings)
 }
 
 /// The middle one of the runs. The limits differ from run to run with the state the step before left.
@@ -34,8 +58,8 @@ fn median(runs: &[Step], of: impl Fn(&Step) -> f64) -> f64 {
 }
 
 /// All steps for all seeds; per step the settling times sorted, the worst overshoot and rms, the limits.
-fn table(title: &str, plant: &WireModel, believed: &WireModel, power_w: f64, law: &Entry, rate_hz: f64, patience: f64) {
-    let settings = settings(law, duty_for_power(believed, power_w));
+fn table(title: &str, plant: &WireModel, believed: &WireModel, power_w: f64, law: &str, rate_hz: f64, patience: f64) {
+    let Some(settings) = settings(law, duty_for_power(believed, power_w)) else { usage() };
     let mut runs: Vec<Vec<Step>> = vec![Vec::new(); STEPS.len()];
     let mut worst_k = 0f64;
     for seed in SEEDS {
@@ -47,7 +71,7 @@ fn table(title: &str, plant: &WireModel, believed: &WireModel, power_w: f64, law
         worst_k = worst_k.max(bench.worst_temperature_error);
     }
     let seeds = SEEDS.end - SEEDS.start;
-    println!("{title}: {}, {rate_hz} Hz, {seeds} seeds, temperature estimated to {worst_k:.1} K", law.0);
+    println!("{title}: {}, {rate_hz} Hz, {seeds} seeds, temperature estimated to {worst_k:.1} K", law);
     for (run, &(stroke, _)) in runs.iter_mut().zip(&STEPS) {
         run.sort_by(|a, b| a.settle_s.total_cmp(&b.settle_s));
         let good = run.iter().filter(|step| step.meets_figure()).count();
@@ -67,9 +91,9 @@ fn table(title: &str, plant: &WireModel, believed: &WireModel, power_w: f64, law
     }
 }
 
-fn trace(law: &Entry, rate_hz: f64, seed: u64) {
+fn trace(law: &str, rate_hz: f64, seed: u64) {
     let model = figure_wire();
-    let settings = settings(law, duty_for_power(&model, 3.0));
+    let Some(settings) = settings(law, duty_for_power(&model, 3.0)) else { usage() };
     let mut bench = Bench::new(&model, &model, &settings, rate_hz, CONVERTER, seed);
     println!(
         "time_s,error_percent,temperature_c,estimated_c,heating_curve_c,cooling_curve_c,martensite,estimated,duty"
@@ -96,34 +120,41 @@ fn trace(law: &Entry, rate_hz: f64, seed: u64) {
     }
 }
 
+fn usage() -> ! {
+    eprintln!("usage: step [LAW[+loss|-loss][+rapid][+whole]… | trace LAW RATE_HZ SEED]");
+    std::process::exit(2)
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let [word, law, rate, seed] = &arguments[..]
-        && word == "trace"
-    {
-        match (LAWS.iter().find(|entry| entry.0 == law), rate.parse(), seed.parse()) {
-            (Some(law), Ok(rate), Ok(seed)) => return trace(law, rate, seed),
-            _ => {
-                eprintln!("usage: step [trace sliding|whole|plain|first|pi RATE_HZ SEED]");
-                std::process::exit(2);
+    let model = figure_wire();
+    match &arguments[..] {
+        [word, law, rate, seed] if word == "trace" => match (rate.parse(), seed.parse()) {
+            (Ok(rate), Ok(seed)) => return trace(law, rate, seed),
+            _ => usage(),
+        },
+        [] => {}
+        laws => {
+            for law in laws {
+                table("as modelled", &model, &model, 3.0, law, 1e3, 1.0);
             }
+            return;
         }
     }
-    let model = figure_wire();
     println!("{:#?}", default_lambda(&model, 3.0));
     for rate_hz in [1e3, 2e3, 5e3, 1e4] {
-        table("as modelled", &model, &model, 3.0, &LAWS[0], rate_hz, 1.0);
+        table("as modelled", &model, &model, 3.0, "sliding_mode", rate_hz, 1.0);
     }
-    for law in &LAWS[1..] {
+    for law in LAWS {
         for rate_hz in [1e3, 1e4] {
             table("as modelled", &model, &model, 3.0, law, rate_hz, 1.0);
         }
     }
     for (title, plant) in rig::misjudged(&model) {
-        table(title, &plant, &model, 3.0, &LAWS[0], 1e3, 1.0);
+        table(title, &plant, &model, 3.0, "sliding_mode", 1e3, 1.0);
     }
     for (title, model, power_w) in rig::other_wires() {
         println!("{title}: {:?}", default_lambda(&model, power_w));
-        table(title, &model, &model, power_w, &LAWS[0], 1e3, 5.0);
+        table(title, &model, &model, power_w, "sliding_mode", 1e3, 5.0);
     }
 }

@@ -1,8 +1,12 @@
 //! Which law runs on a channel, with which numbers; chosen once, dispatched without indirection.
 
 use crate::demand::Range;
+use crate::laws::RapidHeating;
 use crate::wire_map::WireMap;
-use crate::{Controller, Demand, Law, Modulation, Pi, PiGains, SlidingMode1, SlidingMode2, lambda};
+use crate::{
+    Controller, Demand, InputOutputLinearised, Law, Modulation, Pid, PidGains, Priming, Relay, SlidingMode1,
+    SlidingMode2, Slope, lambda,
+};
 use sinew_physics::WireModel;
 
 /// The laws to choose from.
@@ -12,10 +16,50 @@ pub enum AlgorithmKind {
     SlidingMode2,
     /// Second-order surface, the thesis' switching law on measured derivatives.
     SlidingMode2Plain,
-    /// First-order surface.
+    /// First-order surface, switched.
     SlidingMode1,
+    /// First-order surface with its equivalent control.
+    SlidingMode1Equivalent,
+    /// On and off with a band.
+    Relay,
     /// Proportional-integral with anti-windup.
     Pi,
+    /// The same with a filtered derivative of the length.
+    Pid,
+    /// Input–output linearisation, ∂ξ/∂T as estimated.
+    InputOutputLinearised,
+    /// Input–output linearisation, ∂ξ/∂T constant.
+    InputOutputLinearisedConstant,
+}
+
+impl AlgorithmKind {
+    /// Every law.
+    pub const ALL: [AlgorithmKind; 9] = [
+        AlgorithmKind::SlidingMode2,
+        AlgorithmKind::SlidingMode2Plain,
+        AlgorithmKind::SlidingMode1,
+        AlgorithmKind::SlidingMode1Equivalent,
+        AlgorithmKind::Relay,
+        AlgorithmKind::Pi,
+        AlgorithmKind::Pid,
+        AlgorithmKind::InputOutputLinearised,
+        AlgorithmKind::InputOutputLinearisedConstant,
+    ];
+
+    /// Its word in the rig file.
+    pub fn word(self) -> &'static str {
+        match self {
+            AlgorithmKind::SlidingMode2 => "sliding_mode",
+            AlgorithmKind::SlidingMode2Plain => "sliding_mode_plain",
+            AlgorithmKind::SlidingMode1 => "sliding_mode_first_order",
+            AlgorithmKind::SlidingMode1Equivalent => "sliding_mode_first_order_equivalent",
+            AlgorithmKind::Relay => "relay",
+            AlgorithmKind::Pi => "pi",
+            AlgorithmKind::Pid => "pid",
+            AlgorithmKind::InputOutputLinearised => "input_output_linearised",
+            AlgorithmKind::InputOutputLinearisedConstant => "input_output_linearised_constant",
+        }
+    }
 }
 
 /// Numbers of a channel's law. `None` = from the wire.
@@ -23,7 +67,7 @@ pub enum AlgorithmKind {
 pub struct Settings {
     /// Which law.
     pub kind: AlgorithmKind,
-    /// Bandwidth λ of the surface, in 1/s.
+    /// Bandwidth λ of a sliding surface or of the linearised loop, in 1/s.
     pub lambda_per_s: Option<f64>,
     /// Least duty: the sensing pulse.
     pub minimum_duty: f64,
@@ -31,10 +75,17 @@ pub struct Settings {
     pub maximum_duty: f64,
     /// Half width of the band around the reference in which the wire is left standing, in m; default 0.25 % of the stroke.
     pub hold_band_m: Option<f64>,
-    /// When power is switched; the plain second-order and the first-order law always switch whole periods.
+    /// When power is switched; the plain sliding modes and the relay always switch whole periods, PI and PID never do.
     pub modulation: Modulation,
-    /// PI gains.
-    pub pi: Option<PiGains>,
+    /// Gains of PI and PID; PI takes no notice of the derivative's.
+    pub pid: Option<PidGains>,
+    /// Half width of the relay's band, in m; default 1 % of the stroke.
+    pub relay_band_m: Option<f64>,
+    /// Whether the estimated loss to the air is added to what the law asks for: with PI and PID, by default not, and with
+    /// input–output linearisation, whose offset β it is, by default yes.
+    pub heat_loss_feedforward: Option<bool>,
+    /// Whether full power comes before the law, and by what it knows when to stop; `None` = the law alone.
+    pub rapid_heating: Option<Priming>,
 }
 
 impl Default for Settings {
@@ -46,22 +97,46 @@ impl Default for Settings {
             maximum_duty: 1.0,
             hold_band_m: None,
             modulation: Modulation::Switched,
-            pi: None,
+            pid: None,
+            relay_band_m: None,
+            heat_loss_feedforward: None,
+            rapid_heating: None,
         }
     }
 }
 
-/// A channel's law.
+/// A channel's law, and the rapid heating that may come before it.
+#[derive(Debug, Clone)]
+pub struct Algorithm {
+    law: AnyLaw,
+    rapid_heating: Option<RapidHeating>,
+    maximum_duty: f64,
+    /// Whether the last duty was rapid heating's.
+    priming: bool,
+}
+
 // Lies by value in the channel's struct, where the loop touches it: a box would cost more than the bytes.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
-pub enum Algorithm {
-    /// Second-order sliding mode.
+enum AnyLaw {
     SlidingMode2(SlidingMode2),
-    /// First-order sliding mode.
     SlidingMode1(SlidingMode1),
-    /// Proportional-integral.
-    Pi(Pi),
+    Relay(Relay),
+    Pid(Pid),
+    InputOutputLinearised(InputOutputLinearised),
+}
+
+/// Does with the law what is said of it, whichever it is.
+macro_rules! with {
+    ($law:ident in $algorithm:expr => $what:expr) => {
+        match $algorithm {
+            AnyLaw::SlidingMode2($law) => $what,
+            AnyLaw::SlidingMode1($law) => $what,
+            AnyLaw::Relay($law) => $what,
+            AnyLaw::Pid($law) => $what,
+            AnyLaw::InputOutputLinearised($law) => $what,
+        }
+    };
 }
 
 impl Algorithm {
@@ -75,61 +150,65 @@ impl Algorithm {
             _ => limits.value,
         };
         let stroke = lambda::speeds(&map, map.full_power).stroke;
-        let hold = match settings.hold_band_m {
+        let band = |given: Option<f64>, share: f64| match given {
             Some(value) if value >= 0.0 && value.is_finite() => value,
-            _ => 0.0025 * stroke,
+            _ => share * stroke,
         };
-        match settings.kind {
-            AlgorithmKind::SlidingMode2 => {
-                Algorithm::SlidingMode2(SlidingMode2::new(map, lambda, Law::Equivalent, hold, range))
-            }
-            AlgorithmKind::SlidingMode2Plain => {
-                Algorithm::SlidingMode2(SlidingMode2::new(map, lambda, Law::Plain, hold, range))
-            }
-            AlgorithmKind::SlidingMode1 => Algorithm::SlidingMode1(SlidingMode1::new(lambda, range)),
-            AlgorithmKind::Pi => {
-                let gains = settings.pi.unwrap_or(PiGains {
-                    proportional_per_m: 1.0 / (0.3 * stroke.max(1e-9)),
-                    integral_per_m_s: 1.0 / (0.3 * stroke.max(1e-9)),
-                    tracking_s: 0.3,
-                });
-                Algorithm::Pi(Pi::new(gains, range))
-            }
+        let fed_forward = |by_default: bool| settings.heat_loss_feedforward.unwrap_or(by_default);
+        let second_order = |law| {
+            let hold = band(settings.hold_band_m, 0.0025);
+            AnyLaw::SlidingMode2(SlidingMode2::new(map, lambda, law, hold, range))
+        };
+        let first_order = |law| AnyLaw::SlidingMode1(SlidingMode1::new(map, lambda, law, stroke, range));
+        let linearised = |slope| {
+            AnyLaw::InputOutputLinearised(InputOutputLinearised::new(map, lambda, slope, fed_forward(true), range))
+        };
+        let gains = settings.pid.unwrap_or_else(|| PidGains::for_stroke(stroke));
+        let pid = |gains| AnyLaw::Pid(Pid::new(gains, fed_forward(false), range));
+        let law = match settings.kind {
+            AlgorithmKind::SlidingMode2 => second_order(Law::Equivalent),
+            AlgorithmKind::SlidingMode2Plain => second_order(Law::Plain),
+            AlgorithmKind::SlidingMode1 => first_order(Law::Plain),
+            AlgorithmKind::SlidingMode1Equivalent => first_order(Law::Equivalent),
+            AlgorithmKind::Relay => AnyLaw::Relay(Relay::new(band(settings.relay_band_m, 0.01), range)),
+            AlgorithmKind::Pi => pid(PidGains { derivative_s_per_m: 0.0, ..gains }),
+            AlgorithmKind::Pid => pid(gains),
+            AlgorithmKind::InputOutputLinearised => linearised(Slope::Estimated),
+            AlgorithmKind::InputOutputLinearisedConstant => linearised(Slope::Constant),
+        };
+        Algorithm {
+            law,
+            rapid_heating: settings.rapid_heating.map(|by| RapidHeating::new(&map, by, stroke)),
+            maximum_duty: range.maximum,
+            priming: false,
         }
+    }
+
+    /// Whether the last duty was not the law's but rapid heating's.
+    pub fn is_priming(&self) -> bool {
+        self.priming
     }
 }
 
 impl Controller for Algorithm {
     #[inline]
     fn duty(&mut self, demand: &Demand) -> f64 {
-        match self {
-            Algorithm::SlidingMode2(law) => law.duty(demand),
-            Algorithm::SlidingMode1(law) => law.duty(demand),
-            Algorithm::Pi(law) => law.duty(demand),
-        }
+        self.priming = demand.is_usable() && self.rapid_heating.as_ref().is_some_and(|rapid| rapid.acts(demand));
+        // Asked in any case: a law that takes over has to have seen how the wire came there.
+        let duty = with!(law in &mut self.law => law.duty(demand));
+        if self.priming { self.maximum_duty } else { duty }
     }
 
     fn reset(&mut self) {
-        match self {
-            Algorithm::SlidingMode2(law) => law.reset(),
-            Algorithm::SlidingMode1(law) => law.reset(),
-            Algorithm::Pi(law) => law.reset(),
-        }
+        self.priming = false;
+        with!(law in &mut self.law => law.reset());
     }
 
     fn surface(&self) -> f64 {
-        match self {
-            Algorithm::SlidingMode2(law) => law.surface(),
-            Algorithm::SlidingMode1(law) => law.surface(),
-            Algorithm::Pi(law) => law.surface(),
-        }
+        if self.priming { 0.0 } else { with!(law in &self.law => law.surface()) }
     }
 
     fn is_blind(&self) -> bool {
-        match self {
-            Algorithm::SlidingMode2(law) => law.is_blind(),
-            Algorithm::SlidingMode1(law) => law.is_blind(),
-            Algorithm::Pi(law) => law.is_blind(),
-        }
+        !self.priming && with!(law in &self.law => law.is_blind())
     }
 }

@@ -13,6 +13,8 @@ pub struct Demand {
     pub velocity_m_s: f64,
     /// Its second derivative, in m/s².
     pub acceleration_m_s2: f64,
+    /// Resistance of the whole wire, in Ω; NaN where none was measured.
+    pub resistance_ohm: f64,
     /// Time since the last call, in s.
     pub dt_s: f64,
     /// What the state estimator believes this cycle; [`Estimate::UNKNOWN`] where none runs.
@@ -32,10 +34,23 @@ impl Demand {
     }
 }
 
+impl Estimate {
+    /// Whether what a law computes power from is there.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.temperature_c.is_finite()
+            && self.martensite.is_finite()
+            && self.length_m.is_finite()
+            && self.velocity_m_s.is_finite()
+            && self.loss_w.is_finite()
+            && self.full_power_w > 0.0
+    }
+}
+
 /// A law from length to duty.
 pub trait Controller {
     /// The duty for the next period, always between the minimum and the maximum it was made with.
-    /// A demand that is not usable gets the minimum and sets [`Controller::is_blind`].
+    /// A demand that is not usable, or without the estimate that the law cannot do without, gets the minimum and sets
+    /// [`Controller::is_blind`].
     fn duty(&mut self, demand: &Demand) -> f64;
 
     /// Forgets the past: as newly made.
@@ -44,7 +59,7 @@ pub trait Controller {
     /// The sliding surface σ of the last cycle, positive = heat; m/s² for second order, m/s for first, 0 where the law has none.
     fn surface(&self) -> f64;
 
-    /// Whether the last demand held a number that was none.
+    /// Whether the last demand held a number that was none, or lacked an estimate that the law cannot do without.
     fn is_blind(&self) -> bool;
 }
 

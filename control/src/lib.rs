@@ -17,5 +17,7 @@ pub use demand::{Controller, Demand, Modulation};
 pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
 pub use estimators::{EnthalpyObserver, Estimate, EstimatorKind, Observation, StateEstimator};
 pub use lambda::{Lambda, MARGIN, default_lambda};
-pub use laws::{Law, Pi, PiGains, SlidingMode1, SlidingMode2};
+pub use laws::{
+    CONSTANT_SLOPE_PER_K, InputOutputLinearised, Law, Pid, PidGains, Priming, Relay, SlidingMode1, SlidingMode2, Slope,
+};
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};

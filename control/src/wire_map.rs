@@ -3,10 +3,14 @@
 //!
 //! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
 
+use crate::Estimate;
 use sinew_physics::{Convection, Load, WireModel};
 
 /// Martensite fraction is kept this far from 0 and 1 where a branch temperature (a logarithm) is taken of it.
 const EDGE: f64 = 0.01;
+
+/// Flattest |∂ξ/∂T| that is divided by, 1/K: flatter ones ask for more heat than any supply has.
+const LEAST_SLOPE: f64 = 1e-6;
 
 /// Constants of one wire in its load and circuit, all SI.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +46,8 @@ pub(crate) struct WireMap {
     /// 1/k_A, 1/k_M, in K.
     pub heating_width: f64,
     pub cooling_width: f64,
+    /// 1 − w: the slope inside the loop as a share of the outer curve's.
+    pub inside: f64,
     /// Excess temperature that drives one metre per second against the load's damping, B/(α A_c), in K s/m.
     pub drag: f64,
     /// Power the wire takes at duty 1, in W, at mean resistance.
@@ -93,6 +99,7 @@ impl WireMap {
             cooling_centre: m.martensite_temperature_c,
             heating_width: 1.0 / m.heating_steepness_per_k,
             cooling_width: 1.0 / m.cooling_steepness_per_k,
+            inside: 1.0 - m.outer_loop_weight,
             drag: 0.0,
             full_power: 0.0,
             supply: d.supply_v,
@@ -155,6 +162,34 @@ impl WireMap {
         current * current * r
     }
 
+    /// How fast the phase changes with temperature when heated (else cooled) from here, |∂ξ/∂T| in 1/K: k g (1 − g) on the outer
+    /// curve (eq. 20), at least the weighted loop's (1 − w) k ξ (1 − ξ) inside it.
+    pub fn slope(&self, heating: bool, fraction: f64, driving_temperature: f64) -> f64 {
+        let (centre, width) =
+            if heating { (self.heating_centre, self.heating_width) } else { (self.cooling_centre, self.cooling_width) };
+        let outer = 1.0 / (1.0 + ((driving_temperature - centre) / width).min(300.0).exp());
+        (outer * (1.0 - outer)).max(self.inside * fraction * (1.0 - fraction)) / width
+    }
+
+    /// [`WireMap::slope`] at what is believed of the wire.
+    pub fn slope_here(&self, heating: bool, seen: &Estimate) -> f64 {
+        self.slope(heating, seen.martensite, seen.temperature_c - seen.stress_pa * self.shift)
+    }
+
+    /// Heat that shortens the wire by a metre against its load, J/m: α of eq. 58, Q/|∂ξ/∂T| · (K + K_SMA)/(K_SMA L ε_L), with
+    /// Q = m c_p + H |∂ξ/∂T|.
+    pub fn heat_per_metre(&self, slope: f64, seen: &Estimate) -> f64 {
+        let s = seen.stress_pa + self.thermoelastic * (seen.temperature_c - self.reference);
+        let heat = self.heat_capacity / slope.max(LEAST_SLOPE) + self.release(seen.stress_pa);
+        heat * (1.0 + self.spring / self.stiffness(seen.martensite)) * self.per_length / self.strain_per_fraction(s)
+    }
+
+    /// Stiffness of the wire as a spring in series with its phase, K_SMA = A_c E(ξ)/L_0, in N/m.
+    pub fn stiffness(&self, fraction: f64) -> f64 {
+        let compliance = self.compliance_a + fraction * (self.compliance_m - self.compliance_a);
+        self.area * self.per_length / compliance
+    }
+
     /// How much driving temperature one unit of elongation is worth on a branch of the given width at this phase, K/m:
     /// −dT_b/dx at rest, the slope of eq. 68's ∂ξ/∂T seen from the length.
     pub fn kelvin_per_metre(&self, fraction: f64, width: f64, s: f64) -> f64 {
@@ -197,6 +232,24 @@ mod tests {
         assert!((map.fraction(x, stress, t) - wire.martensite()).abs() < 1e-6);
         assert!((map.elongation(wire.martensite(), stress, t) - x).abs() < 1e-9);
         assert!((map.resistance(wire.martensite(), t, x) / wire.resistance_ohm() - 1.0).abs() < 1e-6);
+    }
+
+    /// The slope is the one a finite difference of the outer curve finds, and never that of nothing inside the loop.
+    #[test]
+    fn slope_is_the_derivative_of_the_curve() {
+        let map = WireMap::new(&model());
+        for (heating, centre, width) in
+            [(true, map.heating_centre, map.heating_width), (false, 67.0, map.cooling_width)]
+        {
+            let curve = |t: f64| 1.0 / (1.0 + ((t - centre) / width).exp());
+            for off in [-8.0, -1.0, 0.0, 3.0, 20.0] {
+                let t = centre + off;
+                let expected = (curve(t - 1e-4) - curve(t + 1e-4)) / 2e-4;
+                assert!((map.slope(heating, curve(t), t) / expected - 1.0).abs() < 1e-5, "{off}");
+            }
+            assert!((map.slope(heating, 0.5, centre + 500.0) - 0.2 * 0.25 / width).abs() < 1e-9);
+        }
+        assert!(map.slope(true, 1.0, -1e9) >= 0.0 && map.slope(false, 0.0, 1e300) == 0.0);
     }
 
     #[test]

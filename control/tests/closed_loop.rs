@@ -162,20 +162,11 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn kind() -> impl Strategy<Value = AlgorithmKind> {
-    prop_oneof![
-        Just(AlgorithmKind::SlidingMode2),
-        Just(AlgorithmKind::SlidingMode2Plain),
-        Just(AlgorithmKind::SlidingMode1),
-        Just(AlgorithmKind::Pi)
-    ]
-}
-
 proptest! {
     /// Whatever comes in, a duty in its range comes out, estimates stay numbers, and what is no number is flagged.
     #[test]
     fn any_input_gives_a_duty_in_range(
-        kind in kind(),
+        kind in prop::sample::select(&AlgorithmKind::ALL[..]),
         whole in any::<bool>(),
         rows in prop::collection::vec((number(), number(), number(), number(), number(), number()), 1..60),
     ) {
@@ -195,6 +186,7 @@ proptest! {
                 length_m,
                 velocity_m_s: derivative,
                 acceleration_m_s2: derivative,
+                resistance_ohm: f64::NAN,
                 dt_s: dt,
                 estimate: if duty > 0.5 { Estimate::UNKNOWN } else { estimate },
             };

@@ -1,7 +1,16 @@
 //! The laws from length to duty, one a file.
 
-mod pi;
+mod linearised;
+mod pid;
+mod rapid_heating;
+mod relay;
 mod sliding;
+mod sliding_first_order;
 
-pub use pi::{Pi, PiGains};
-pub use sliding::{Law, SlidingMode1, SlidingMode2};
+pub use linearised::{CONSTANT_SLOPE_PER_K, InputOutputLinearised, Slope};
+pub use pid::{Pid, PidGains};
+pub use rapid_heating::Priming;
+pub(crate) use rapid_heating::RapidHeating;
+pub use relay::Relay;
+pub use sliding::{Law, SlidingMode2};
+pub use sliding_first_order::SlidingMode1;

@@ -1,4 +1,4 @@
-//! Sliding mode control of a wire (chapter 11): second- and first-order surfaces.
+//! Sliding mode control of a wire (chapter 11) on the second-order surface.
 //!
 //! The thesis' law takes ẍ from the length, differentiated twice; at the accuracy of one reading in a hundred of the
 //! stroke that is all noise. [`Law::Equivalent`] takes it from the wire instead: where the load is damped, the speed of a
@@ -44,12 +44,12 @@ const CREEP_AT_LEAST: f64 = 0.5;
 /// Share of the believed loss that is made up for on the way: what is missing lets a wire arrive slowly, not run past.
 const MADE_UP: f64 = 0.975;
 
-/// How σ of the second-order surface becomes power.
+/// How σ becomes power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
     /// The thesis' law as it stands: maximum power where the measured σ > 0, minimum elsewhere.
     Plain,
-    /// The surface in the wire's temperature, with its equivalent control (eq. 70).
+    /// With the equivalent control that keeps σ = 0 (eq. 70), in the wire's estimated state.
     Equivalent,
 }
 
@@ -212,47 +212,6 @@ impl Controller for SlidingMode2 {
     fn reset(&mut self) {
         self.range.reset();
         self.hold = Hold::NONE;
-        self.surface = 0.0;
-        self.blind = false;
-    }
-
-    fn surface(&self) -> f64 {
-        self.surface
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
-    }
-}
-
-/// First-order surface σ = ẋ + λ(x − x_ref), for comparison: it limit-cycles (figure 113).
-#[derive(Debug, Clone)]
-pub struct SlidingMode1 {
-    lambda: f64,
-    range: Range,
-    surface: f64,
-    blind: bool,
-}
-
-impl SlidingMode1 {
-    pub(crate) fn new(lambda: f64, range: Range) -> SlidingMode1 {
-        SlidingMode1 { lambda, range, surface: 0.0, blind: false }
-    }
-}
-
-impl Controller for SlidingMode1 {
-    #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable();
-        if self.blind {
-            self.surface = 0.0;
-            return self.range.minimum;
-        }
-        self.surface = demand.velocity_m_s + self.lambda * (demand.length_m - demand.reference_m);
-        self.range.switch(self.surface)
-    }
-
-    fn reset(&mut self) {
         self.surface = 0.0;
         self.blind = false;
     }

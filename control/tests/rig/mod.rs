@@ -247,6 +247,7 @@ impl Bench {
             length_m: motion.length_m,
             velocity_m_s: motion.velocity_m_s,
             acceleration_m_s2: motion.acceleration_m_s2,
+            resistance_ohm: v3 / current,
             dt_s: dt,
             estimate: self.estimate,
         });

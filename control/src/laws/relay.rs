@@ -1,0 +1,74 @@
+//! On and off: full power to a wire that is too long, the least to one that is too short, and a band in which nothing changes.
+//!
+//! The simplest of the field (table 5: positioning to 2 %, with limit cycles). It needs no model; the band keeps noise from
+//! switching it and is about what it cycles by.
+
+use crate::demand::Range;
+use crate::{Controller, Demand};
+
+/// On above the reference by half a band, off below it by as much.
+#[derive(Debug, Clone)]
+pub struct Relay {
+    /// Half width of the band, m.
+    band: f64,
+    range: Range,
+    on: bool,
+    blind: bool,
+}
+
+impl Relay {
+    pub(crate) fn new(band: f64, range: Range) -> Relay {
+        Relay { band, range, on: false, blind: false }
+    }
+}
+
+impl Controller for Relay {
+    #[inline]
+    fn duty(&mut self, demand: &Demand) -> f64 {
+        self.blind = !demand.is_usable();
+        if self.blind {
+            self.on = false;
+            return self.range.minimum;
+        }
+        let error = demand.length_m - demand.reference_m;
+        self.on = if self.on { error > -self.band } else { error > self.band };
+        if self.on { self.range.maximum } else { self.range.minimum }
+    }
+
+    fn reset(&mut self) {
+        self.on = false;
+        self.blind = false;
+    }
+
+    fn surface(&self) -> f64 {
+        0.0
+    }
+
+    fn is_blind(&self) -> bool {
+        self.blind
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Estimate, Modulation};
+
+    #[test]
+    fn switches_at_the_edges_of_its_band() {
+        let mut relay = Relay::new(1e-4, Range::new(0.02, 0.7, Modulation::Switched));
+        let mut at = |error_m: f64| {
+            relay.duty(&Demand {
+                reference_m: 0.16,
+                length_m: 0.16 + error_m,
+                velocity_m_s: 0.0,
+                acceleration_m_s2: 0.0,
+                resistance_ohm: f64::NAN,
+                dt_s: 1e-3,
+                estimate: Estimate::UNKNOWN,
+            })
+        };
+        let errors = [0.9e-4, 1.1e-4, 0.0, -0.9e-4, -1.1e-4, 0.9e-4, f64::NAN, 0.9e-4];
+        assert_eq!(errors.map(&mut at), [0.02, 0.7, 0.7, 0.7, 0.02, 0.02, 0.02, 0.02]);
+    }
+}
