@@ -1,12 +1,12 @@
 //! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
 
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PiGains, Settings,
-    StateEstimator, StrokeRange,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PidGains, Priming,
+    Settings, StateEstimator, StrokeRange,
 };
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{DriveKind, Load, WireModel};
-use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, Sensing};
+use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, RapidHeating, Sensing};
 use sinew_sensing::{
     Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
     Reading, ResistanceLine, Sample,
@@ -150,25 +150,7 @@ impl Channel {
         let observer = MotionObserver::new(rate_hz, observer).map_err(|error| refuse(error.to_string()))?;
 
         let limits = &channel.limits;
-        let control = &channel.control;
-        let settings = Settings {
-            kind: match control.algorithm {
-                RigAlgorithm::SlidingMode => AlgorithmKind::SlidingMode2,
-                RigAlgorithm::SlidingModePlain => AlgorithmKind::SlidingMode2Plain,
-                RigAlgorithm::SlidingModeFirstOrder => AlgorithmKind::SlidingMode1,
-                RigAlgorithm::Pi => AlgorithmKind::Pi,
-            },
-            lambda_per_s: control.lambda_per_s,
-            minimum_duty: control.minimum_duty,
-            maximum_duty: limits.max_duty,
-            hold_band_m: None,
-            modulation: Modulation::Switched,
-            pi: Some(PiGains {
-                proportional_per_m: control.pi_proportional_per_m,
-                integral_per_m_s: control.pi_integral_per_m_s,
-                tracking_s: PI_TRACKING_S,
-            }),
-        };
+        let settings = settings(channel);
         let noise_a = sensor.config().converter.current_sigma_a();
         Ok(Channel {
             applied_duty: 0.0,
@@ -191,7 +173,7 @@ impl Channel {
             lapsed: false,
             regulator: Algorithm::new(model, &settings),
             regulating: false,
-            min_duty: control.minimum_duty,
+            min_duty: channel.control.minimum_duty,
             max_duty: limits.max_duty,
             max_power_w: limits.max_power_w,
             duty: 0.0,
@@ -274,6 +256,7 @@ impl Channel {
                     length_m: self.motion.length_m,
                     velocity_m_s: self.motion.velocity_m_s,
                     acceleration_m_s2: self.motion.acceleration_m_s2,
+                    resistance_ohm: self.reading.resistance_ohm,
                     dt_s: tick.dt_s,
                     estimate: self.estimate,
                 })
@@ -352,8 +335,43 @@ impl Channel {
 
 /// Share of the stroke within which a target counts as reached.
 const SETTLED_STROKE: f64 = 0.005;
-/// Time in which the PI controller's integrator follows a saturated output, s.
-const PI_TRACKING_S: f64 = 0.3;
+
+/// What a rig file says of a channel's law.
+pub fn settings(channel: &RigChannel) -> Settings {
+    let control = &channel.control;
+    Settings {
+        kind: match control.algorithm {
+            RigAlgorithm::SlidingMode => AlgorithmKind::SlidingMode2,
+            RigAlgorithm::SlidingModePlain => AlgorithmKind::SlidingMode2Plain,
+            RigAlgorithm::SlidingModeFirstOrder => AlgorithmKind::SlidingMode1,
+            RigAlgorithm::SlidingModeFirstOrderEquivalent => AlgorithmKind::SlidingMode1Equivalent,
+            RigAlgorithm::Relay => AlgorithmKind::Relay,
+            RigAlgorithm::Pi => AlgorithmKind::Pi,
+            RigAlgorithm::Pid => AlgorithmKind::Pid,
+            RigAlgorithm::InputOutputLinearised => AlgorithmKind::InputOutputLinearised,
+            RigAlgorithm::InputOutputLinearisedConstant => AlgorithmKind::InputOutputLinearisedConstant,
+        },
+        lambda_per_s: control.lambda_per_s,
+        minimum_duty: control.minimum_duty,
+        maximum_duty: channel.limits.max_duty,
+        hold_band_m: None,
+        modulation: Modulation::Switched,
+        pid: Some(PidGains {
+            proportional_per_m: control.pi_proportional_per_m,
+            integral_per_m_s: control.pi_integral_per_m_s,
+            derivative_s_per_m: control.pid_derivative_s_per_m,
+            filter_s: PidGains::FILTER_S,
+            tracking_s: PidGains::TRACKING_S,
+        }),
+        relay_band_m: control.relay_band_m,
+        heat_loss_feedforward: control.heat_loss_feedforward,
+        rapid_heating: match control.rapid_heating {
+            RapidHeating::Off => None,
+            RapidHeating::Temperature => Some(Priming::Temperature),
+            RapidHeating::Resistance => Some(Priming::Resistance),
+        },
+    }
+}
 
 /// One end of a wire's stroke, seen electrically.
 #[derive(Debug, Clone, Copy)]
@@ -412,4 +430,42 @@ fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, s
     config.min_length_m = channel.limits.min_length_m.max(lost_tap_m);
     config.max_length_m = channel.limits.max_length_m;
     LengthSensor::new(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A word of the rig file chooses the law that calls itself so, and what it says of the law arrives there.
+    #[test]
+    fn words_of_the_rig_file_are_those_of_the_laws() {
+        let mut channel = sinew_rig::Rig::hexapod().channels.swap_remove(0);
+        let mut chosen = Vec::new();
+        for (word, algorithm) in RigAlgorithm::ALL {
+            channel.control.algorithm = algorithm;
+            let kind = settings(&channel).kind;
+            assert_eq!(kind.word(), word);
+            chosen.push(kind);
+        }
+        assert!(AlgorithmKind::ALL.iter().all(|kind| chosen.contains(kind)), "{chosen:?}");
+
+        let plain = settings(&channel);
+        assert_eq!((plain.rapid_heating, plain.heat_loss_feedforward, plain.relay_band_m), (None, None, None));
+        // The defaults of the rig file and those of the laws are the same.
+        let stroke = StrokeRange::of(&channel.model).unwrap().stroke_m();
+        let (said, own) = (plain.pid.unwrap(), PidGains::for_stroke(stroke));
+        for (said, own) in [
+            (said.proportional_per_m, own.proportional_per_m),
+            (said.integral_per_m_s, own.integral_per_m_s),
+            (said.derivative_s_per_m, own.derivative_s_per_m),
+        ] {
+            assert!((said / own - 1.0).abs() < 0.01, "{said} {own}");
+        }
+        channel.control.rapid_heating = RapidHeating::Resistance;
+        channel.control.heat_loss_feedforward = Some(true);
+        channel.control.relay_band_m = Some(1e-4);
+        let told = settings(&channel);
+        assert_eq!(told.rapid_heating, Some(Priming::Resistance));
+        assert_eq!((told.heat_loss_feedforward, told.relay_band_m), (Some(true), Some(1e-4)));
+    }
 }

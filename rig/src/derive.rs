@@ -169,6 +169,9 @@ pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
     if !given("control", "pi_integral_per_mm_s") {
         channel.control.pi_integral_per_m_s = 1.0 / (0.3 * stroke);
     }
+    if !given("control", "pid_derivative_s_per_mm") {
+        channel.control.pid_derivative_s_per_m = 0.05 / (0.3 * stroke);
+    }
 }
 
 #[cfg(test)]

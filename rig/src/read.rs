@@ -349,11 +349,14 @@ impl Reader<'_> {
                 }
             }
         }
-        if channel.control.algorithm == Algorithm::Pi
-            && let Some(line) = given.get(&("control", "lambda_per_s"))
-        {
-            let message = "makes no sense with algorithm = \"pi\"; take it out or choose a sliding mode".into();
-            self.problem(*line, Some(label), "control.lambda_per_s", What::Contradiction { message });
+        let algorithm = channel.control.algorithm;
+        for (key, laws) in KEYS_OF_LAWS.iter().filter(|(key, _)| !algorithm.takes(key)) {
+            if let Some(line) = given.get(&("control", *key)) {
+                let (found, others) = (algorithm.word(), laws.iter().map(|law| law.word()).collect::<Vec<_>>());
+                let message =
+                    format!("makes no sense with algorithm = \"{found}\"; take it out or choose {}", choices(&others));
+                self.problem(*line, Some(label), format!("control.{key}"), What::Contradiction { message });
+            }
         }
         if channel.model.taps.is_none()
             && table.get("taps").is_none()
@@ -789,10 +792,14 @@ fn blank_channel(ambient_c: f64) -> Channel {
         control: Control {
             algorithm: Algorithm::SlidingMode,
             lambda_per_s: None,
+            rapid_heating: RapidHeating::Off,
+            heat_loss_feedforward: None,
             sensing: Sensing::Resistance,
             minimum_duty: f64::NAN,
             pi_proportional_per_m: f64::NAN,
             pi_integral_per_m_s: f64::NAN,
+            pid_derivative_s_per_m: f64::NAN,
+            relay_band_m: None,
         },
         neighbour: None,
     }
@@ -813,6 +820,10 @@ fn value<T>(key: &Key<T>, node: &Node) -> Result<Value, What> {
                 let expected = format!("a whole number, {low} to {high}");
                 Err(What::WrongType { found: other.describe(), expected })
             }
+        },
+        Kind::Boolean => match &node.value {
+            Tree::Boolean(on) => Ok(Value::Boolean(*on)),
+            other => Err(What::WrongType { found: other.describe(), expected: "true or false".into() }),
         },
         Kind::Choice(words) => match &node.value {
             Tree::Text(word) if words.contains(&word.as_str()) => Ok(Value::Text(word.clone())),

@@ -32,6 +32,7 @@ pub(crate) struct Key<T> {
 pub(crate) enum Kind {
     Number { unit: &'static str, scale: Scale, low: f64, high: f64 },
     Integer { low: i64, high: i64 },
+    Boolean,
     Choice(&'static [&'static str]),
     Name { longest: usize },
 }
@@ -53,6 +54,7 @@ pub(crate) enum Default {
 pub(crate) enum Value {
     Number(f64),
     Integer(i64),
+    Boolean(bool),
     Text(String),
 }
 
@@ -148,6 +150,28 @@ macro_rules! choice {
                 let Value::Text(text) = value else { return };
                 if let Some((_, v)) = [$(($word, $variant)),+].into_iter().find(|(word, _)| *word == text) {
                     $of.$($field).+ = v;
+                }
+            },
+        }
+    };
+}
+
+/// A number that only some laws take, see [`Algorithm::takes`].
+macro_rules! law_number {
+    ($name:literal, $unit:literal, $scale:expr, $low:literal .. $high:literal, $default:expr, $about:literal,
+     $field:ident) => {
+        Key {
+            name: $name,
+            kind: Kind::Number { unit: $unit, scale: $scale, low: $low, high: $high },
+            default: $default,
+            about: $about,
+            get: |c| {
+                let taken = c.control.algorithm.takes($name);
+                if taken { Option::from(c.control.$field).map(Value::Number) } else { None }
+            },
+            set: |c, value| {
+                if let Value::Number(n) = value {
+                    c.control.$field = n.into();
                 }
             },
         }
@@ -965,27 +989,57 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         about: "The controller and what it measures by.",
         optional: false,
         keys: &[
-            choice!(
-                "algorithm",
-                [
-                    ("sliding_mode", Algorithm::SlidingMode),
-                    ("sliding_mode_plain", Algorithm::SlidingModePlain),
-                    ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
-                    ("pi", Algorithm::Pi),
-                ],
-                Default::Text("sliding_mode"),
-                "Control law: second-order sliding surface in the wire's estimated state; the thesis' on measured derivatives; first-order surface; PI with anti-windup",
-                c.control.algorithm
-            ),
-            optional_number!(
+            Key {
+                name: "algorithm",
+                kind: Kind::Choice(&Algorithm::WORDS),
+                default: Default::Text("sliding_mode"),
+                about: "Control law, see [control.md](control.md); all but the default are there for comparison",
+                get: |c| Some(Value::Text(c.control.algorithm.word().into())),
+                set: |c, value| {
+                    if let Value::Text(text) = value
+                        && let Some((_, algorithm)) = Algorithm::ALL.into_iter().find(|(word, _)| *word == text)
+                    {
+                        c.control.algorithm = algorithm;
+                    }
+                },
+            },
+            law_number!(
                 "lambda_per_s",
                 "1/s",
                 SAME,
                 0.01..10_000.0,
                 Default::Computed("from the wire's heating and cooling limits"),
-                "λ of the sliding surface; not with `pi`",
-                c.control.lambda_per_s
+                "λ of the sliding surface or of the linearised loop; not with `relay`, `pi`, `pid`",
+                lambda_per_s
             ),
+            choice!(
+                "rapid_heating",
+                [
+                    ("off", RapidHeating::Off),
+                    ("temperature", RapidHeating::Temperature),
+                    ("resistance", RapidHeating::Resistance)
+                ],
+                Default::Text("off"),
+                "Full power to a wire that has to shorten, whatever the law says, until just below its transformation, \
+                 as told by the estimated temperature or by the resistance measured",
+                c.control.rapid_heating
+            ),
+            Key {
+                name: "heat_loss_feedforward",
+                kind: Kind::Boolean,
+                default: Default::Computed("`false` with `pi` and `pid`, `true` with input–output linearisation"),
+                about: "Whether the estimated loss to the air is added to what the law asks for; with `pi`, `pid` and \
+                        input–output linearisation",
+                get: |c| {
+                    let taken = c.control.algorithm.takes("heat_loss_feedforward");
+                    if taken { c.control.heat_loss_feedforward.map(Value::Boolean) } else { None }
+                },
+                set: |c, value| {
+                    if let Value::Boolean(on) = value {
+                        c.control.heat_loss_feedforward = Some(on);
+                    }
+                },
+            },
             choice!(
                 "sensing",
                 [("dual", Sensing::Dual), ("resistance", Sensing::Resistance)],
@@ -1002,23 +1056,41 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "Duty that is always on so that there is something to measure; below `maximum_duty`",
                 c.control.minimum_duty
             ),
-            number!(
+            law_number!(
                 "pi_proportional_per_mm",
                 "1/mm",
                 PER_MILLI,
                 0.0..1e6,
                 Default::Computed("1 / (0.3 stroke)"),
-                "Proportional gain of the PI controller: duty per mm of error",
-                c.control.pi_proportional_per_m
+                "Proportional gain of `pi` and `pid`: duty per mm of error",
+                pi_proportional_per_m
             ),
-            number!(
+            law_number!(
                 "pi_integral_per_mm_s",
                 "1/(mm s)",
                 PER_MILLI,
                 0.0..1e6,
                 Default::Computed("1 / (0.3 stroke) per second"),
-                "Integral gain of the PI controller",
-                c.control.pi_integral_per_m_s
+                "Integral gain of `pi` and `pid`",
+                pi_integral_per_m_s
+            ),
+            law_number!(
+                "pid_derivative_s_per_mm",
+                "s/mm",
+                PER_MILLI,
+                0.0..1e6,
+                Default::Computed("0.05 s / (0.3 stroke)"),
+                "Derivative gain of `pid`: duty per mm/s",
+                pid_derivative_s_per_m
+            ),
+            law_number!(
+                "relay_band_mm",
+                "mm",
+                MILLI,
+                0.0..1000.0,
+                Default::Computed("1 % of the stroke"),
+                "Half width of the band of `relay` in which nothing is switched",
+                relay_band_m
             ),
         ],
     },
@@ -1075,6 +1147,7 @@ fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
             Kind::Number { unit, low, high, .. } => (*unit, format!("{low} to {high}")),
             Kind::Integer { low, high: i64::MAX } => ("", format!("whole, from {low}")),
             Kind::Integer { low, high } => ("", format!("whole, {low} to {high}")),
+            Kind::Boolean => ("", "`true`, `false`".into()),
             Kind::Choice(words) => ("", words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")),
             Kind::Name { .. } => ("", "a name".into()),
         };

@@ -168,16 +168,24 @@ pub struct Limits {
 pub struct Control {
     /// The control law.
     pub algorithm: Algorithm,
-    /// λ of the sliding surface, in 1/s; `None` = from the wire's heating and cooling limits.
+    /// λ of the sliding surface or of the linearised loop, in 1/s; `None` = from the wire's heating and cooling limits.
     pub lambda_per_s: Option<f64>,
+    /// Whether full power comes before the law.
+    pub rapid_heating: RapidHeating,
+    /// Whether the loss to the air is added to what the law asks for; `None` = as is usual with the law.
+    pub heat_loss_feedforward: Option<bool>,
     /// What the length is measured by.
     pub sensing: Sensing,
     /// Duty that is always on so that there is something to measure, 0..1.
     pub minimum_duty: f64,
-    /// Proportional gain of the PI controller, duty per m.
+    /// Proportional gain of PI and PID, duty per m.
     pub pi_proportional_per_m: f64,
-    /// Integral gain of the PI controller, duty per m and s.
+    /// Integral gain of PI and PID, duty per m and s.
     pub pi_integral_per_m_s: f64,
+    /// Derivative gain of PID, duty per m/s.
+    pub pid_derivative_s_per_m: f64,
+    /// Half width of the relay's band, in m; `None` = from the wire's stroke.
+    pub relay_band_m: Option<f64>,
 }
 
 /// The control law.
@@ -187,10 +195,89 @@ pub enum Algorithm {
     SlidingMode,
     /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
     SlidingModePlain,
-    /// Sliding mode on a first-order surface.
+    /// Sliding mode on a first-order surface, switched.
     SlidingModeFirstOrder,
+    /// Sliding mode on a first-order surface, in the wire's estimated state.
+    SlidingModeFirstOrderEquivalent,
+    /// On and off with a band.
+    Relay,
     /// Proportional-integral with anti-windup.
     Pi,
+    /// Proportional-integral-derivative with anti-windup.
+    Pid,
+    /// Input–output linearisation with the estimated slope ∂ξ/∂T.
+    InputOutputLinearised,
+    /// Input–output linearisation with a constant slope.
+    InputOutputLinearisedConstant,
+}
+
+/// Keys of `[channel.control]` that only some laws take, and those.
+pub(crate) const KEYS_OF_LAWS: [(&str, &[Algorithm]); 6] = {
+    use Algorithm::*;
+    [
+        (
+            "lambda_per_s",
+            &[
+                SlidingMode,
+                SlidingModePlain,
+                SlidingModeFirstOrder,
+                SlidingModeFirstOrderEquivalent,
+                InputOutputLinearised,
+                InputOutputLinearisedConstant,
+            ],
+        ),
+        ("heat_loss_feedforward", &[Pi, Pid, InputOutputLinearised, InputOutputLinearisedConstant]),
+        ("pi_proportional_per_mm", &[Pi, Pid]),
+        ("pi_integral_per_mm_s", &[Pi, Pid]),
+        ("pid_derivative_s_per_mm", &[Pid]),
+        ("relay_band_mm", &[Relay]),
+    ]
+};
+
+impl Algorithm {
+    /// Every law with its word in the rig file.
+    pub const ALL: [(&'static str, Algorithm); 9] = [
+        ("sliding_mode", Algorithm::SlidingMode),
+        ("sliding_mode_plain", Algorithm::SlidingModePlain),
+        ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
+        ("sliding_mode_first_order_equivalent", Algorithm::SlidingModeFirstOrderEquivalent),
+        ("relay", Algorithm::Relay),
+        ("pi", Algorithm::Pi),
+        ("pid", Algorithm::Pid),
+        ("input_output_linearised", Algorithm::InputOutputLinearised),
+        ("input_output_linearised_constant", Algorithm::InputOutputLinearisedConstant),
+    ];
+
+    pub(crate) const WORDS: [&'static str; Algorithm::ALL.len()] = {
+        let mut words = [""; Algorithm::ALL.len()];
+        let mut i = 0;
+        while i < words.len() {
+            words[i] = Algorithm::ALL[i].0;
+            i += 1;
+        }
+        words
+    };
+
+    /// Its word in the rig file.
+    pub fn word(self) -> &'static str {
+        Algorithm::ALL.iter().find(|(_, algorithm)| *algorithm == self).map_or("", |(word, _)| word)
+    }
+
+    /// Whether a key of `[channel.control]` means something with this law.
+    pub(crate) fn takes(self, key: &str) -> bool {
+        KEYS_OF_LAWS.iter().find(|(of_some, _)| *of_some == key).is_none_or(|(_, laws)| laws.contains(&self))
+    }
+}
+
+/// Whether full power comes before the law, and what tells when to stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RapidHeating {
+    /// The law alone.
+    Off,
+    /// The estimated temperature.
+    Temperature,
+    /// The measured resistance.
+    Resistance,
 }
 
 /// What the length is measured by.

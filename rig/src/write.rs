@@ -232,6 +232,7 @@ fn write_section<T>(
                 put(root, path, key.name, scale.to_file(si).into())
             }
             (Some(Value::Number(n)), _) => put(root, path, key.name, n.into()),
+            (Some(Value::Boolean(on)), _) => put(root, path, key.name, on.into()),
             (Some(Value::Integer(i)), _) => put(root, path, key.name, i.into()),
             (Some(Value::Text(text)), _) => put(root, path, key.name, text.into()),
             (None, _) => remove(root, path, key.name),

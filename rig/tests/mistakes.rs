@@ -286,7 +286,32 @@ fn keys_that_make_no_sense_together() {
     with(
         "[channel.control]\nalgorithm = \"pi\"\nlambda_per_s = 10\n",
         "rig.toml:25: channel \"wire\": control.lambda_per_s makes no sense with algorithm = \"pi\"; \
-         take it out or choose a sliding mode",
+         take it out or choose \"sliding_mode\", \"sliding_mode_plain\", \"sliding_mode_first_order\", \
+         \"sliding_mode_first_order_equivalent\", \"input_output_linearised\" or \"input_output_linearised_constant\"",
+    );
+    with(
+        "[channel.control]\npi_integral_per_mm_s = 1\n",
+        "rig.toml:24: channel \"wire\": control.pi_integral_per_mm_s makes no sense with algorithm = \"sliding_mode\"; \
+         take it out or choose \"pi\" or \"pid\"",
+    );
+    with(
+        "[channel.control]\nalgorithm = \"pi\"\npid_derivative_s_per_mm = 0.1\n",
+        "rig.toml:25: channel \"wire\": control.pid_derivative_s_per_mm makes no sense with algorithm = \"pi\"; \
+         take it out or choose \"pid\"",
+    );
+    with(
+        "[channel.control]\nalgorithm = \"pid\"\nrelay_band_mm = 0.1\n",
+        "rig.toml:25: channel \"wire\": control.relay_band_mm makes no sense with algorithm = \"pid\"; \
+         take it out or choose \"relay\"",
+    );
+    with(
+        "[channel.control]\nalgorithm = \"relay\"\nheat_loss_feedforward = true\n",
+        "rig.toml:25: channel \"wire\": control.heat_loss_feedforward makes no sense with algorithm = \"relay\"; \
+         take it out or choose \"pi\", \"pid\", \"input_output_linearised\" or \"input_output_linearised_constant\"",
+    );
+    with(
+        "[channel.control]\nalgorithm = \"pid\"\nheat_loss_feedforward = \"on\"\n",
+        "rig.toml:25: channel \"wire\": control.heat_loss_feedforward is the text \"on\", expected true or false",
     );
     with(
         "[channel.limits]\nminimum_length_mm = 170\nmaximum_length_mm = 150\n",

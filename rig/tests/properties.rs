@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use proptest::sample::Index;
-use sinew_rig::{Algorithm, FaultKind, HEXAPOD_TOML, Prior, Rig, SimulatedFault};
+use sinew_rig::{Algorithm, FaultKind, HEXAPOD_TOML, Prior, RapidHeating, Rig, SimulatedFault};
 
 /// A file with every table in it.
 const FULL: &str = r#"# a bench
@@ -79,6 +79,7 @@ channel = "right"
 name = "right"
 wire = { diameter_mm = 0.25, length_mm = 100.0 }
 drive.supply_v = 9.0
+control = { algorithm = "pid", rapid_heating = "temperature", heat_loss_feedforward = true, pid_derivative_s_per_mm = 0.125 }
 load.mass_kg = 0.3
 
 [recording.columns]
@@ -163,7 +164,8 @@ fn read(text: &str) {
                     .into_iter()
                     .chain([l.max_temperature_c, l.energy_budget_j, l.energy_drain_w, l.lease_s, l.max_lease_s])
                     .chain([channel.adc.voltage_range_v, channel.adc.current_range_a, channel.control.minimum_duty])
-                    .chain([channel.control.pi_proportional_per_m, channel.control.pi_integral_per_m_s]);
+                    .chain([channel.control.pi_proportional_per_m, channel.control.pi_integral_per_m_s])
+                    .chain([channel.control.pid_derivative_s_per_m]);
                 for n in numbers {
                     assert!(n.is_finite(), "{n} from\n{text}");
                 }
@@ -312,8 +314,14 @@ proptest! {
         rig.channels[1].limits.max_duty = duty;
         rig.channels[0].limits.max_temperature_c = temperature;
         rig.channels[0].limits.lease_s = hold;
-        rig.channels[0].control.algorithm = Algorithm::SlidingMode;
+        rig.channels[0].control.algorithm =
+            [Algorithm::SlidingMode, Algorithm::Relay, Algorithm::InputOutputLinearised][(seed % 3) as usize];
         rig.channels[0].control.lambda_per_s = None;
+        rig.channels[0].control.rapid_heating = RapidHeating::Resistance;
+        rig.channels[0].control.relay_band_m = (seed % 3 == 1).then_some(scale / 1e3);
+        rig.channels[0].control.heat_loss_feedforward = (seed % 3 == 2).then_some(false);
+        rig.channels[1].control.heat_loss_feedforward = Some(false);
+        rig.channels[1].control.pid_derivative_s_per_m = scale * 1e3;
         rig.channels[0].noise.remove("position_m");
         rig.channels[0].noise.insert("v3_v".into(), 1e-3 * scale);
         rig.channels[1].noise.insert("force_n".into(), 0.01 * duty);

@@ -22,6 +22,11 @@ pub struct PidGains {
 }
 
 impl PidGains {
+    /// Time constant of the derivative's filter by default, s: less than any wire takes to answer.
+    pub const FILTER_S: f64 = 0.01;
+    /// Tracking time by default, s.
+    pub const TRACKING_S: f64 = 0.3;
+
     /// Gains for a wire of this stroke: full power at 30 % of it too long, T_i = 1 s, T_d = 50 ms.
     pub fn for_stroke(stroke_m: f64) -> PidGains {
         let proportional_per_m = 1.0 / (0.3 * stroke_m.max(1e-9));
@@ -29,8 +34,8 @@ impl PidGains {
             proportional_per_m,
             integral_per_m_s: proportional_per_m,
             derivative_s_per_m: 0.05 * proportional_per_m,
-            filter_s: 0.01,
-            tracking_s: 0.3,
+            filter_s: PidGains::FILTER_S,
+            tracking_s: PidGains::TRACKING_S,
         }
     }
 }
