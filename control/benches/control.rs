@@ -76,7 +76,7 @@ fn estimator(bencher: Bencher) {
     run(bencher, AlgorithmKind::SlidingMode2, true, false);
 }
 
-#[divan::bench(args = [AlgorithmKind::SlidingMode2, AlgorithmKind::SlidingMode2Plain, AlgorithmKind::SlidingMode1, AlgorithmKind::Pi])]
+#[divan::bench(args = AlgorithmKind::ALL)]
 fn law(bencher: Bencher, kind: AlgorithmKind) {
     run(bencher, kind, false, true);
 }

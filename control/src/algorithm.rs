@@ -46,6 +46,11 @@ impl AlgorithmKind {
         AlgorithmKind::InputOutputLinearisedConstant,
     ];
 
+    /// Whether it is blind without an estimate of the wire's state; the others make do with the length.
+    pub fn needs_estimate(self) -> bool {
+        matches!(self, AlgorithmKind::InputOutputLinearised | AlgorithmKind::InputOutputLinearisedConstant)
+    }
+
     /// Its word in the rig file.
     pub fn word(self) -> &'static str {
         match self {
@@ -193,7 +198,7 @@ impl Algorithm {
 impl Controller for Algorithm {
     #[inline]
     fn duty(&mut self, demand: &Demand) -> f64 {
-        self.priming = demand.is_usable() && self.rapid_heating.as_ref().is_some_and(|rapid| rapid.acts(demand));
+        self.priming = demand.is_usable() && self.rapid_heating.as_mut().is_some_and(|rapid| rapid.acts(demand));
         // Asked in any case: a law that takes over has to have seen how the wire came there.
         let duty = with!(law in &mut self.law => law.duty(demand));
         if self.priming { self.maximum_duty } else { duty }
@@ -201,6 +206,9 @@ impl Controller for Algorithm {
 
     fn reset(&mut self) {
         self.priming = false;
+        if let Some(rapid) = &mut self.rapid_heating {
+            rapid.reset();
+        }
         with!(law in &mut self.law => law.reset());
     }
 

@@ -5,8 +5,8 @@ mod rig;
 use proptest::prelude::*;
 use rig::{Bench, CONVERTER, Noise, STEPS, duty_for_power, figure_wire};
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, Settings,
-    StateEstimator,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PidGains, Priming,
+    Settings, StateEstimator,
 };
 
 fn settings(kind: AlgorithmKind) -> Settings {
@@ -168,11 +168,30 @@ proptest! {
     fn any_input_gives_a_duty_in_range(
         kind in prop::sample::select(&AlgorithmKind::ALL[..]),
         whole in any::<bool>(),
+        heat_loss_feedforward in any::<Option<bool>>(),
+        rapid_heating in prop::sample::select(&[None, Some(Priming::Temperature), Some(Priming::Resistance)][..]),
+        odd in number(),
         rows in prop::collection::vec((number(), number(), number(), number(), number(), number()), 1..60),
     ) {
         let model = figure_wire();
         let modulation = if whole { Modulation::WholePeriods } else { Modulation::Switched };
-        let settings = Settings { kind, modulation, maximum_duty: 0.8, ..Settings::default() };
+        let settings = Settings {
+            kind,
+            modulation,
+            maximum_duty: 0.8,
+            heat_loss_feedforward,
+            rapid_heating,
+            lambda_per_s: Some(odd),
+            relay_band_m: Some(odd),
+            pid: (odd > 0.5).then_some(PidGains {
+                proportional_per_m: odd,
+                integral_per_m_s: 1e3 * odd,
+                derivative_s_per_m: -odd,
+                filter_s: odd - 1.0,
+                tracking_s: 1.0 - odd,
+            }),
+            ..Settings::default()
+        };
         let mut law = Algorithm::new(&model, &settings);
         let mut estimator = StateEstimator::new(&model, EstimatorKind::Enthalpy);
         for (power_w, duty, length, reference, derivative, dt) in rows {
@@ -186,13 +205,14 @@ proptest! {
                 length_m,
                 velocity_m_s: derivative,
                 acceleration_m_s2: derivative,
-                resistance_ohm: f64::NAN,
+                resistance_ohm: power_w,
                 dt_s: dt,
                 estimate: if duty > 0.5 { Estimate::UNKNOWN } else { estimate },
             };
             let given = law.duty(&demand);
             prop_assert!((settings.minimum_duty..=settings.maximum_duty).contains(&given), "{given}");
-            prop_assert_eq!(law.is_blind(), !demand.is_usable());
+            let lacks = kind.needs_estimate() && demand.estimate.temperature_c.is_nan();
+            prop_assert_eq!(law.is_blind(), !law.is_priming() && (!demand.is_usable() || lacks));
             if law.is_blind() {
                 prop_assert_eq!(given, settings.minimum_duty);
             }

@@ -9,6 +9,8 @@ use crate::wire_map::WireMap;
 
 /// How far below its heating curve a wire is handed over, in widths 1/k_A of the curve.
 const SHORT_OF: f64 = 1.0;
+/// How far below that it has to be to be taken back, in widths: noise of the phase is no reason.
+const TAKEN_BACK: f64 = 4.0;
 /// Where the transformation of a martensitic wire begins, in widths below the centre of its heating curve: 2 % has changed.
 const BEGINS: f64 = 4.0;
 /// Error, in strokes, below which a wire is left to its law.
@@ -29,37 +31,53 @@ pub(crate) struct RapidHeating {
     by: Priming,
     /// Least error, m.
     worth: f64,
-    /// Temperature kept below the curve, K.
-    margin: f64,
-    /// Resistance at which a martensitic wire is handed over, Ω.
-    resistance: f64,
-    /// Its length without a load that moves, m: what is shorter has begun to transform.
+    /// Temperatures below the curve at which a wire is handed over and taken back, K.
+    margins: (f64, f64),
+    /// Resistances at which a martensitic wire is handed over and taken back, Ω.
+    resistances: (f64, f64),
+    /// Shorter than this, in m, a wire has begun to transform, and its resistance says nothing of its temperature.
     cold: f64,
+    acting: bool,
 }
 
 impl RapidHeating {
     pub fn new(map: &WireMap, by: Priming, stroke: f64) -> RapidHeating {
-        let elongation = map.length * map.strain;
-        let stress = map.stress(elongation, 0.0);
-        let begins = map.heating_centre - BEGINS * map.heating_width + stress * map.shift;
-        let elongation = map.elongation(1.0, stress, begins);
+        let stress = map.stress(map.length * map.strain, 0.0);
+        let at = |below: f64| {
+            let temperature = map.heating_centre - below * map.heating_width + stress * map.shift;
+            map.resistance(1.0, temperature, map.elongation(1.0, stress, temperature))
+        };
         RapidHeating {
             by,
             worth: WORTH_IT * stroke,
-            margin: SHORT_OF * map.heating_width,
-            resistance: map.resistance(1.0, begins, elongation),
-            cold: map.length + elongation - WORTH_IT * stroke,
+            margins: (SHORT_OF * map.heating_width, TAKEN_BACK * map.heating_width),
+            resistances: (at(BEGINS + SHORT_OF), at(BEGINS + TAKEN_BACK)),
+            cold: map.length + map.elongation(1.0, stress, map.ambient) - WORTH_IT * stroke,
+            acting: false,
         }
+    }
+
+    /// Back to the start.
+    pub fn reset(&mut self) {
+        self.acting = false;
     }
 
     /// Whether the wire is to be heated as fast as it can be, whatever its law says.
     #[inline]
-    pub fn acts(&self, demand: &Demand) -> bool {
-        demand.length_m - demand.reference_m > self.worth
-            && match self.by {
-                // no number is no reason to heat
-                Priming::Temperature => demand.estimate.temperature_c < demand.estimate.heating_curve_c - self.margin,
-                Priming::Resistance => demand.resistance_ohm < self.resistance && demand.length_m > self.cold,
+    pub fn acts(&mut self, demand: &Demand) -> bool {
+        let wanted = demand.length_m - demand.reference_m > self.worth;
+        // no number is no reason to heat
+        let below = match self.by {
+            Priming::Temperature => {
+                let short_of = demand.estimate.heating_curve_c - demand.estimate.temperature_c;
+                short_of > if self.acting { self.margins.0 } else { self.margins.1 }
             }
+            Priming::Resistance => {
+                let most = if self.acting { self.resistances.0 } else { self.resistances.1 };
+                demand.resistance_ohm < most && demand.length_m > self.cold
+            }
+        };
+        self.acting = wanted && below;
+        self.acting
     }
 }
