@@ -14,7 +14,9 @@
 //!
 //! **Ranges.** Duty is finite and in 0 ..= 1, one for each channel in the rig's order; the driver guarantees it and a
 //! backend checks it anyway. Samples are SI; a value not sampled is NaN, never a stale or invented number. With duty 0
-//! there is no on-phase, so voltages and current are NaN (or what the converter really saw).
+//! there is no on-phase, so voltages and current are NaN (or what the converter really saw). Where one input is shared
+//! (`circuit = "shared"` in the rig file), V3 is NaN, the supply is what that input saw in the off-phase of the same
+//! period (NaN where duty 1 leaves none), the current is what it saw in the on-phase, over shunt and switch.
 //!
 //! **Zero.** Outputs are zero after [`Backend::start`], after [`Backend::stop`], after a failed `exchange` and after drop.
 

@@ -6,7 +6,7 @@ use sinew_control::{
 };
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{DriveKind, Load, WireModel};
-use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, RapidHeating, Sensing};
+use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, RapidHeating, SamplingCircuit, Sensing};
 use sinew_sensing::{
     Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
     Reading, ResistanceLine, Sample,
@@ -195,7 +195,7 @@ impl Channel {
         let healthy = self.reading.health.is_ok();
         self.motion = self.observer.update_weighted(self.reading.length(), self.reading.length_sigma_m, tick.dt_s);
         if healthy {
-            self.on_power_w = sample.v3_v * sample.current_a;
+            self.on_power_w = sample.current_a * sample.current_a * self.reading.resistance_ohm;
         }
         self.power_w = self.applied_duty * self.on_power_w;
         self.estimate = self.estimator.update(&Observation {
@@ -429,7 +429,11 @@ fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, s
     };
     config.min_length_m = channel.limits.min_length_m.max(lost_tap_m);
     config.max_length_m = channel.limits.max_length_m;
-    LengthSensor::new(config)
+    let drive = &model.drive;
+    LengthSensor::new(match adc.circuit {
+        SamplingCircuit::SeparateTaps => config,
+        SamplingCircuit::Shared => config.sharing(drive.shunt_ohm + drive.switch_ohm, drive.lead_ohm),
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use sinew_physics::{Convection, DriveKind, Load, Material, WireModel};
 
-use crate::types::{Channel, Sensing};
+use crate::types::{Channel, SamplingCircuit, Sensing};
 
 /// Standard gravity, in m/s².
 const GRAVITY: f64 = 9.80665;
@@ -152,7 +152,12 @@ pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
         limits.max_power_w = 1.1 * largest_power;
     }
     if !given("limits", "maximum_duty") {
-        limits.max_duty = (limits.max_power_w / largest_power).min(1.0);
+        // Where the supply is measured in the off-phase, that phase must never be shorter than the sensing pulse.
+        let longest = match channel.adc.circuit {
+            SamplingCircuit::SeparateTaps => 1.0,
+            SamplingCircuit::Shared => 1.0 - channel.control.minimum_duty,
+        };
+        limits.max_duty = (limits.max_power_w / largest_power).min(longest);
     }
     if !given("adc", "voltage_range_v") {
         let supply = channel.model.drive.supply_v;

@@ -26,7 +26,7 @@ pub use suggest::nearest;
 pub use types::{
     Adc, Algorithm, Channel, Column, ColumnMap, Control, FaultKind, Limits, MAX_CHANNEL_NAME, MAX_CHANNELS,
     MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Pace, PositionZero, RapidHeating, Realtime, RealtimeMode,
-    Rig, Sensing, SimulatedFault, Simulation,
+    Rig, SamplingCircuit, Sensing, SimulatedFault, Simulation,
 };
 
 /// The columns a recording can have: the keys of [`ColumnMap`].

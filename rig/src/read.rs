@@ -428,7 +428,9 @@ impl Reader<'_> {
                 ),
             );
         }
-        if adc.current_range_a <= limits.max_current_a {
+        if adc.circuit == SamplingCircuit::Shared {
+            shared_input(channel, &mut contradiction);
+        } else if adc.current_range_a <= limits.max_current_a {
             contradiction(
                 &[("adc", "current_range_a"), ("limits", "maximum_current_a")],
                 format!(
@@ -705,6 +707,9 @@ impl Reader<'_> {
                 Some(_) if fault.kind == FaultKind::ProbeLost && found.fract() != 0.0 => {
                     Some(What::Contradiction { message: format!("is {found}, expected 1, 2 or 3") })
                 }
+                Some(_) if fault.kind == FaultKind::ProbeStuck && found.fract() != 0.0 => {
+                    Some(What::Contradiction { message: format!("is {found}, expected 1 or 2") })
+                }
                 Some(_) => None,
             };
             if let Some(what) = what {
@@ -768,6 +773,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
         noise: BTreeMap::new(),
         priors: BTreeMap::new(),
         adc: Adc {
+            circuit: SamplingCircuit::SeparateTaps,
             bits: 0,
             voltage_range_v: f64::NAN,
             current_range_a: f64::NAN,
@@ -969,4 +975,56 @@ fn unknown_hint<'k>(name: &str, table: &str, keys: impl IntoIterator<Item = &'k 
 /// A number as one would write it: conversions between units leave dust in the last digits.
 fn tidy(n: f64) -> f64 {
     format!("{n:.9e}").parse().unwrap_or(n)
+}
+
+/// Table and key.
+type Place = (&'static str, &'static str);
+
+/// What one input for supply and shunt needs: something to show the current by, room for the supply, and an off-phase.
+fn shared_input(channel: &Channel, contradiction: &mut dyn FnMut(&[Place], String)) {
+    /// How far the current must stand clear of the input's noise, in standard deviations.
+    const CLEAR: f64 = 16.0;
+    let Channel { limits, adc, control, model, .. } = channel;
+    let drive = &model.drive;
+    let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+    let on_v = derive::full_on(channel, limits.max_temperature_c).map_or(0.0, |on| on.least_current_a * low_ohm);
+    if on_v <= CLEAR * adc.voltage_noise_v {
+        contradiction(
+            &[("adc", "circuit"), ("drive", "shunt_ohm")],
+            format!(
+                "is \"shared\", but shunt_ohm + switch_ohm = {low_ohm} Ω show the current by {:.2} mV only, in {} mV of \
+                 noise; expected more than {CLEAR} times the noise: a larger shunt, or a better converter",
+                tidy(on_v * 1e3),
+                tidy(adc.voltage_noise_v * 1e3)
+            ),
+        );
+    }
+    if adc.voltage_range_v <= drive.supply_v {
+        contradiction(
+            &[("adc", "voltage_range_v")],
+            format!(
+                "is {}, but the shared input sees the whole supply_v, {}; expected more",
+                adc.voltage_range_v, drive.supply_v
+            ),
+        );
+    }
+    if limits.max_current_a * low_ohm >= adc.voltage_range_v {
+        contradiction(
+            &[("limits", "maximum_current_a")],
+            format!(
+                "is {}, but a shared input over {low_ohm} Ω ends at {} A; expected less",
+                tidy(limits.max_current_a),
+                tidy(adc.voltage_range_v / low_ohm)
+            ),
+        );
+    }
+    if limits.max_duty + control.minimum_duty > 1.0 {
+        contradiction(
+            &[("limits", "maximum_duty"), ("control", "sensing_duty")],
+            format!(
+                "leaves no off-phase to see the supply in: maximum_duty {} and sensing_duty {} must not be more than 1 together",
+                limits.max_duty, control.minimum_duty
+            ),
+        );
+    }
 }

@@ -810,6 +810,13 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         about: "The converter that measures the wire, as the simulated backend plays it and the driver expects it.",
         optional: false,
         keys: &[
+            choice!(
+                "circuit",
+                [("separate_taps", SamplingCircuit::SeparateTaps), ("shared", SamplingCircuit::Shared)],
+                Default::Text("separate_taps"),
+                "V_3 and shunt on inputs of their own, or one input for the supply in the off-phase and shunt and switch in the on-phase: [sensing](sensing.md#the-two-circuits)",
+                c.adc.circuit
+            ),
             Key {
                 name: "bits",
                 kind: Kind::Integer { low: 4, high: 32 },
@@ -837,7 +844,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 SAME,
                 1e-6..1e5,
                 Default::Computed("1.1 × `maximum_current_a`"),
-                "Full scale of the current; above `maximum_current_a`",
+                "Full scale of the current; above `maximum_current_a`; not for a shared input",
                 c.adc.current_range_a
             ),
             number!(
@@ -855,7 +862,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 SAME,
                 0.0..100.0,
                 Default::Number(0.0004),
-                "RMS noise of a current sample",
+                "RMS noise of a current sample; not for a shared input",
                 c.adc.current_noise_a
             ),
             number!(
@@ -873,7 +880,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 SAME,
                 -100.0..100.0,
                 Default::Number(0.0),
-                "Offset of the current samples",
+                "Offset of the current samples; not for a shared input",
                 c.adc.current_offset_a
             ),
             number!(
@@ -882,7 +889,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 SAME,
                 0.0..100.0,
                 Default::Number(0.003),
-                "RMS noise of the measured supply",
+                "RMS noise of the measured supply; not for a shared input",
                 c.adc.supply_noise_v
             ),
         ],
@@ -915,7 +922,9 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "1",
                 SAME,
                 0.001..1.0,
-                Default::Computed("1, or `maximum_power_w` over the full-on power where that is less"),
+                Default::Computed(
+                    "1 (1 − `sensing_duty` with a shared input), or `maximum_power_w` over the full-on power where that is less"
+                ),
                 "Largest duty; only with drive kind `pwm`",
                 c.limits.max_duty
             ),

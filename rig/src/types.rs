@@ -117,9 +117,21 @@ pub enum PositionZero {
     Free,
 }
 
+/// How the converter is wired to the heating circuit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SamplingCircuit {
+    /// V_3 and the shunt have inputs of their own, sampled in the on-phase; the wire's fixed end is ground.
+    SeparateTaps,
+    /// One input at the wire's low end, behind which switch and shunt lead to ground, is sampled twice a period (thesis,
+    /// chapter 6): in the off-phase it sees the supply, in the on-phase what the current leaves on switch and shunt.
+    Shared,
+}
+
 /// The analogue-to-digital converter of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adc {
+    /// How it is wired.
+    pub circuit: SamplingCircuit,
     /// Resolution, in bits over the range.
     pub bits: u32,
     /// Full scale of the voltages, in V: 0 to this.
@@ -361,6 +373,8 @@ pub enum FaultKind {
     ProbeLost,
     /// `value` Ω at the moving end, inside V_3.
     ContactResistance,
+    /// Tap `value` (1 or 2) no longer slides: it sticks to its place on the wire and moves with it.
+    ProbeStuck,
     /// The supply falls to the fraction `value` of itself.
     SupplyDip,
     /// Every sample repeats the last one.
@@ -375,11 +389,12 @@ pub enum FaultKind {
 
 impl FaultKind {
     /// Every kind with its word in the rig file.
-    pub const ALL: [(&'static str, FaultKind); 9] = [
+    pub const ALL: [(&'static str, FaultKind); 10] = [
         ("open_wire", FaultKind::OpenWire),
         ("shorted_wire", FaultKind::ShortedWire),
         ("probe_lost", FaultKind::ProbeLost),
         ("contact_resistance", FaultKind::ContactResistance),
+        ("probe_stuck", FaultKind::ProbeStuck),
         ("supply_dip", FaultKind::SupplyDip),
         ("adc_stuck", FaultKind::AdcStuck),
         ("adc_saturated", FaultKind::AdcSaturated),
@@ -393,6 +408,7 @@ impl FaultKind {
             FaultKind::ShortedWire => Some("Ω that bridge the wire"),
             FaultKind::ProbeLost => Some("the tap: 1, 2, or 3 for the moving end"),
             FaultKind::ContactResistance => Some("Ω inside V_3"),
+            FaultKind::ProbeStuck => Some("the tap: 1 or 2"),
             FaultKind::SupplyDip => Some("fraction of the supply that is left"),
             _ => None,
         }
@@ -404,6 +420,7 @@ impl FaultKind {
             FaultKind::ShortedWire => Some((0.0, 1000.0, 0.05)),
             FaultKind::ProbeLost => Some((1.0, 3.0, 2.0)),
             FaultKind::ContactResistance => Some((0.0, 1000.0, 0.5)),
+            FaultKind::ProbeStuck => Some((1.0, 2.0, 2.0)),
             FaultKind::SupplyDip => Some((0.0, 1.0, 0.5)),
             _ => None,
         }

@@ -539,7 +539,7 @@ fn simulated_faults() {
     with(
         &fault("kind = \"open\"\nstart_s = 1"),
         "rig.toml:24: simulation.fault.kind is \"open\", expected \"open_wire\", \"shorted_wire\", \"probe_lost\", \
-         \"contact_resistance\", \"supply_dip\", \"adc_stuck\", \"adc_saturated\", \"adc_nan\" or \"backend_error\"",
+         \"contact_resistance\", \"probe_stuck\", \"supply_dip\", \"adc_stuck\", \"adc_saturated\", \"adc_nan\" or \"backend_error\"",
     );
     with(
         &fault("kind = \"open_wire\""),
@@ -628,4 +628,44 @@ fn changed_parameters_are_checked() {
         assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }));
         assert_eq!(rig, before);
     }
+}
+
+#[test]
+fn a_shared_input_needs_a_shunt_room_and_an_off_phase() {
+    let shared = "[channel.adc]\ncircuit = \"shared\"\n";
+    with(
+        shared,
+        "rig.toml:24: channel \"wire\": adc.circuit is \"shared\", but shunt_ohm + switch_ohm = 0 Ω show the current by 0.00 mV \
+         only, in 1.5 mV of noise; expected more than 16 times the noise: a larger shunt, or a better converter",
+    );
+    let circuit = "[channel.drive]\nsupply_v = 6.0\nshunt_ohm = 0.1\n";
+    let drive = "[channel.drive]\nsupply_v = 6.0\n";
+    let more = |more: &str| of(&format!("{}{shared}{more}", GOOD.replace(drive, circuit)));
+    assert_eq!(more(""), "accepted");
+    // A current range of its own is not what limits it.
+    assert_eq!(more("current_range_a = 0.1\n"), "accepted");
+    assert_eq!(
+        more("voltage_range_v = 5.0\n"),
+        "rig.toml:26: channel \"wire\": adc.voltage_range_v is 5, but the shared input sees the whole supply_v, 6; \
+         expected more"
+    );
+    assert_eq!(
+        more("[channel.limits]\nmaximum_duty = 0.99\n"),
+        "rig.toml:27: channel \"wire\": limits.maximum_duty leaves no off-phase to see the supply in: maximum_duty 0.99 and \
+         sensing_duty 0.02 must not be more than 1 together"
+    );
+    assert_eq!(
+        more("[channel.limits]\nmaximum_current_a = 200\n"),
+        "rig.toml:27: channel \"wire\": limits.maximum_current_a is 200, but a shared input over 0.1 Ω ends at 100 A; \
+         expected less"
+    );
+    let text = format!("{}{shared}", GOOD.replace(drive, circuit));
+    let rig = Rig::parse(&text, "").unwrap();
+    assert_eq!(rig.channels[0].limits.max_duty, 0.98);
+    // Written back in its place.
+    let mut separate = rig.clone();
+    separate.channels[0].adc.circuit = sinew_rig::SamplingCircuit::SeparateTaps;
+    let text = separate.to_toml();
+    assert!(text.contains("circuit = \"separate_taps\""), "{text}");
+    assert_eq!(Rig::parse(&text, "").unwrap().channels[0].adc.circuit, sinew_rig::SamplingCircuit::SeparateTaps);
 }

@@ -17,6 +17,6 @@ mod observer;
 
 pub use error::Error;
 pub use health::Health;
-pub use length::{Converter, LengthSensor, LengthSensorConfig, Method, Reading, Sample};
+pub use length::{Circuit, Converter, LengthSensor, LengthSensorConfig, Method, Reading, Sample, StuckAfter};
 pub use line::{LineFit, ResistanceLine};
 pub use observer::{Drive, Motion, MotionObserver, ObserverConfig};

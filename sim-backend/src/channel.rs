@@ -2,8 +2,8 @@
 
 use sinew_driver::{Sample, Truth};
 use sinew_physics::effects::{Gain, Offset};
-use sinew_physics::{Inputs, Wire};
-use sinew_rig::FaultKind;
+use sinew_physics::{Inputs, Outputs, Wire};
+use sinew_rig::{FaultKind, SamplingCircuit};
 
 use crate::circuit::{Defects, flow};
 use crate::converter::{Converter, MIN_ON_TIME_S, Pins};
@@ -59,6 +59,10 @@ pub(crate) struct Channel {
     offset: Offset,
     /// Whether there are taps.
     taps: bool,
+    /// Switch and shunt between the wire and ground, Ω, where one input sees supply and current.
+    low_ohm: Option<f64>,
+    /// Where on the wire a tap sticks, as the share of the wire's voltage that it sees.
+    stuck: [Option<f64>; 2],
     converter: Converter,
     /// Mean power into the wire in the period just past, W, and the duty that was in force then.
     power_w: f64,
@@ -76,6 +80,10 @@ impl Channel {
         let model = &channel.model;
         let drive = &model.drive;
         let (electrical, sensing) = (&model.effects.electrical, &model.effects.sensing);
+        let low_ohm = match channel.adc.circuit {
+            SamplingCircuit::SeparateTaps => None,
+            SamplingCircuit::Shared => Some(drive.shunt_ohm + drive.switch_ohm),
+        };
         let leads_ohm = drive.lead_ohm + electrical.lead_resistance.lead_ohm + electrical.supply_sag.source_ohm;
         Channel {
             duty: 0.0,
@@ -88,7 +96,9 @@ impl Channel {
             gain: sensing.gain,
             offset: sensing.offset,
             taps: model.taps.is_some(),
-            converter: Converter::new(&channel.adc, drive.supply_v, seed),
+            low_ohm,
+            stuck: [None; 2],
+            converter: Converter::new(&channel.adc, drive.supply_v, low_ohm, seed),
             power_w: 0.0,
             past_duty: 0.0,
             last: Sample::NONE,
@@ -129,12 +139,14 @@ impl Channel {
         self.past_duty = self.duty;
     }
 
-    /// Samples at the end of the on-phase that closes the period [`Channel::advance`] has just let pass.
+    /// Samples at the end of the on-phase that closes the period [`Channel::advance`] has just let pass; an input that is
+    /// shared also in the off-phase that opened it.
     #[inline]
     pub fn sample(&mut self, period_s: f64, acting: &Acting) -> Sample {
         let outputs = self.wire.outputs();
         self.power_w = outputs.power_w;
-        let on = self.past_duty * period_s >= MIN_ON_TIME_S * (1.0 - 1e-9);
+        let lasts = |share: f64| share * period_s >= MIN_ON_TIME_S * (1.0 - 1e-9);
+        let (on, off) = (lasts(self.past_duty), lasts(1.0 - self.past_duty));
         let supply_v = self.supply_v * acting.supply();
         let mut pins = if on {
             Pins {
@@ -148,11 +160,19 @@ impl Channel {
             Pins { taps: self.taps.then_some([v1_v, v2_v]), v3_v, current_a, supply_v }
         };
         if acting.is_none() {
+            self.stuck = [None; 2];
+            if let Some(low_ohm) = self.low_ohm {
+                self.share(&mut pins, low_ohm, (on, off), false);
+            }
             self.last = self.converter.sample(&pins);
             return self.last;
         }
         if on {
+            self.stick(&mut pins, &outputs, acting.get(FaultKind::ProbeStuck));
             self.broken_circuit(&mut pins, outputs.resistance_ohm, &self.defects(acting));
+        }
+        if let Some(low_ohm) = self.low_ohm {
+            self.share(&mut pins, low_ohm, (on, off), acting.has(FaultKind::OpenWire));
         }
         if let Some(tap) = acting.get(FaultKind::ProbeLost) {
             self.lose_probe(&mut pins, tap, period_s);
@@ -168,6 +188,43 @@ impl Channel {
             self.last = sample;
         }
         self.last
+    }
+
+    /// Moves the pins from a circuit with the fixed end on ground to one where switch and shunt lie between: the taps stand
+    /// on their voltage, and the supply is seen through the wire while the switch is open, by the amplifier that is V_3's in
+    /// the other circuit. Without an on-phase (`phases.0`) nothing but the supply is sampled, without an off-phase
+    /// (`phases.1`) not the supply.
+    fn share(&self, pins: &mut Pins, low_ohm: f64, (on, off): (bool, bool), open: bool) {
+        pins.v3_v = f64::NAN;
+        let seen_v = if open { 0.0 } else { pins.supply_v };
+        pins.supply_v = if off { self.gain.v3 * seen_v + self.offset.v3_v } else { f64::NAN };
+        if on {
+            let low_v = low_ohm * self.unamplified(pins.current_a);
+            pins.taps = pins.taps.map(|taps| taps.map(|tap| tap + low_v));
+        } else {
+            // the converter waits for the on-phase
+            pins.current_a = f64::NAN;
+            pins.taps = None;
+        }
+    }
+
+    /// The current behind what its amplifier shows, A.
+    fn unamplified(&self, current_a: f64) -> f64 {
+        (current_a - self.offset.current_a) / self.gain.current
+    }
+
+    /// Lets a tap (1 or 2) keep its place on the wire instead of its place in space.
+    fn stick(&mut self, pins: &mut Pins, outputs: &Outputs, tap: Option<f64>) {
+        let wire_v = self.unamplified(outputs.current_a) * outputs.resistance_ohm;
+        let offsets = [self.offset.v1_v, self.offset.v2_v];
+        let Some(taps) = &mut pins.taps else { return };
+        for (index, pin) in taps.iter_mut().enumerate() {
+            let sticks = tap == Some((index + 1) as f64) && wire_v > 0.0;
+            self.stuck[index] = sticks.then(|| self.stuck[index].unwrap_or_else(|| (*pin - offsets[index]) / wire_v));
+            if let Some(share) = self.stuck[index] {
+                *pin = share * wire_v + offsets[index];
+            }
+        }
     }
 
     /// What is wrong with the circuit, the contact that was never good included.
@@ -192,7 +249,11 @@ impl Channel {
         match (tap as u32, &mut pins.taps) {
             (1, Some(taps)) => taps[0] = level,
             (2, Some(taps)) => taps[1] = level,
-            (3, _) => pins.v3_v = level,
+            (3, _) => match self.low_ohm {
+                // a shared input sees this level in both phases
+                Some(low_ohm) => (pins.current_a, pins.supply_v) = (level / low_ohm, level),
+                None => pins.v3_v = level,
+            },
             _ => {}
         }
     }

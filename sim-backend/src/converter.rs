@@ -53,7 +53,8 @@ impl Input {
     }
 }
 
-/// What the converter's pins see in the moment of sampling. `taps` is `None` where the rig has none.
+/// What the converter's pins see in the moment of sampling. `taps` is `None` where the rig has none. Of a shared input
+/// `v3_v` is not looked at, `current_a` stands for the voltage it leaves on the input, and what was not sampled is NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pins {
     pub taps: Option<[f64; 2]>,
@@ -68,13 +69,17 @@ pub(crate) struct Converter {
     voltage: Input,
     current: Input,
     supply: Input,
+    /// Switch and shunt below a shared input, Ω.
+    low_ohm: Option<f64>,
     random: Xoshiro256PlusPlus,
 }
 
 impl Converter {
-    pub fn new(adc: &Adc, nominal_supply_v: f64, seed: u64) -> Converter {
+    /// `low_ohm`: switch and shunt below an input that supply and current share.
+    pub fn new(adc: &Adc, nominal_supply_v: f64, low_ohm: Option<f64>, seed: u64) -> Converter {
         let supply_range = SUPPLY_HEADROOM * nominal_supply_v;
         Converter {
+            low_ohm,
             voltage: Input::new(adc.bits, adc.voltage_range_v, adc.voltage_offset_v, adc.voltage_noise_v),
             current: Input::new(adc.bits, adc.current_range_a, adc.current_offset_a, adc.current_noise_a),
             supply: Input::new(adc.bits, supply_range, 0.0, adc.supply_noise_v),
@@ -98,6 +103,17 @@ impl Converter {
             }
             None => (f64::NAN, f64::NAN),
         };
+        if let Some(low_ohm) = self.low_ohm {
+            let (on, off) = (self.draw(), self.draw());
+            let shared = |volts: f64, draw| if volts.is_nan() { f64::NAN } else { self.voltage.read(volts, draw) };
+            return Sample {
+                v1_v,
+                v2_v,
+                v3_v: f64::NAN,
+                current_a: shared(pins.current_a * low_ohm, on) / low_ohm,
+                supply_v: shared(pins.supply_v, off),
+            };
+        }
         let (d3, di, ds) = (self.draw(), self.draw(), self.draw());
         Sample {
             v1_v,
@@ -112,6 +128,9 @@ impl Converter {
     pub fn saturated(&self, taps: bool) -> Sample {
         let volts = self.voltage.full_scale();
         let tap = if taps { volts } else { f64::NAN };
+        if let Some(low_ohm) = self.low_ohm {
+            return Sample { v1_v: tap, v2_v: tap, v3_v: f64::NAN, current_a: volts / low_ohm, supply_v: volts };
+        }
         Sample {
             v1_v: tap,
             v2_v: tap,
@@ -125,9 +144,11 @@ impl Converter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sinew_rig::SamplingCircuit;
 
     fn adc() -> Adc {
         Adc {
+            circuit: SamplingCircuit::SeparateTaps,
             bits: 16,
             voltage_range_v: 10.0,
             current_range_a: 1.0,
@@ -143,7 +164,7 @@ mod tests {
 
     #[test]
     fn noise_and_offset_are_what_the_rig_says() {
-        let mut converter = Converter::new(&adc(), 6.0, 1);
+        let mut converter = Converter::new(&adc(), 6.0, None, 1);
         const N: usize = 200_000;
         let mut sums = [(0.0, 0.0); 5];
         let truth = [0.0 + 0.01, 5.3 + 0.01, 5.9 + 0.01, 0.57 - 0.002, 6.0];
@@ -181,7 +202,7 @@ mod tests {
             current_offset_a: 0.0,
             ..adc()
         };
-        let mut converter = Converter::new(&quiet, 6.0, 1);
+        let mut converter = Converter::new(&quiet, 6.0, None, 1);
         let step = 10.0 / 256.0;
         for i in -2000..2000 {
             let v3_v = f64::from(i) * 0.01;
@@ -201,9 +222,27 @@ mod tests {
 
     #[test]
     fn taps_that_are_not_there_are_not_sampled() {
-        let mut converter = Converter::new(&adc(), 6.0, 1);
+        let mut converter = Converter::new(&adc(), 6.0, None, 1);
         let s = converter.sample(&Pins { taps: None, ..PINS });
         assert!(s.v1_v.is_nan() && s.v2_v.is_nan() && s.v3_v.is_finite());
         assert!(converter.saturated(false).v1_v.is_nan());
+    }
+
+    #[test]
+    fn a_shared_input_reads_supply_and_current_with_a_voltage_inputs_noise() {
+        let mut converter = Converter::new(&adc(), 6.0, Some(0.12), 1);
+        const N: usize = 100_000;
+        let (mut amps, mut volts) = (0.0, 0.0);
+        for _ in 0..N {
+            let s = converter.sample(&PINS);
+            assert!(s.v3_v.is_nan() && s.v2_v.is_finite());
+            amps += (s.current_a - 0.57 - 0.01 / 0.12).powi(2);
+            volts += (s.supply_v - 6.0 - 0.01).powi(2);
+        }
+        let (amps, volts) = ((amps / N as f64).sqrt(), (volts / N as f64).sqrt());
+        assert!((amps / (0.0015 / 0.12) - 1.0).abs() < 0.012, "{amps}");
+        assert!((volts / 0.0015 - 1.0).abs() < 0.012, "{volts}");
+        let dark = converter.sample(&Pins { current_a: f64::NAN, ..PINS });
+        assert!(dark.current_a.is_nan() && dark.supply_v.is_finite());
     }
 }

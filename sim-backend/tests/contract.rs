@@ -2,7 +2,7 @@
 
 use sinew_driver::CountingAllocator;
 use sinew_driver::conformance::suite;
-use sinew_rig::Rig;
+use sinew_rig::{Rig, SamplingCircuit};
 use sinew_sim_backend::SimulatedRig;
 
 #[global_allocator]
@@ -11,10 +11,15 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 #[test]
 fn it_keeps_the_contract_of_backends() {
     let mut rig = Rig::hexapod();
-    for rate_hz in [100.0, 1000.0, 10_000.0] {
-        rig.rate_hz = rate_hz;
-        let counted = suite(|| SimulatedRig::new(&rig).unwrap_or_else(|e| panic!("{e}")));
-        assert!(counted, "allocations have to be counted");
+    for circuit in [SamplingCircuit::SeparateTaps, SamplingCircuit::Shared] {
+        for channel in &mut rig.channels {
+            channel.adc.circuit = circuit;
+        }
+        for rate_hz in [100.0, 1000.0, 10_000.0] {
+            rig.rate_hz = rate_hz;
+            let counted = suite(|| SimulatedRig::new(&rig).unwrap_or_else(|e| panic!("{e}")));
+            assert!(counted, "allocations have to be counted");
+        }
     }
 }
 

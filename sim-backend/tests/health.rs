@@ -2,7 +2,7 @@
 
 use sinew_driver::{Backend, Sample};
 use sinew_physics::{cold_length_m, hot_length_m};
-use sinew_rig::{FaultKind, Rig};
+use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sensing::{Converter, Health, LengthSensor, LengthSensorConfig, Method};
 use sinew_sim_backend::SimulatedRig;
 
@@ -27,6 +27,11 @@ fn sensor(rig: &Rig) -> LengthSensor {
     let method = Method::DualMeasurement { l0_m: taps.l0_m, ls_m: taps.ls_m };
     let supply = model.drive.supply_v;
     let config = LengthSensorConfig::for_wire(method, area, supply, (hot_ohm, hot_m), (cold_ohm, cold_m), converter);
+    let drive = &model.drive;
+    let config = match adc.circuit {
+        SamplingCircuit::SeparateTaps => config,
+        SamplingCircuit::Shared => config.sharing(drive.shunt_ohm + drive.switch_ohm, drive.lead_ohm),
+    };
     LengthSensor::new(config).unwrap()
 }
 
@@ -38,8 +43,11 @@ struct Bench {
 }
 
 impl Bench {
-    fn new() -> Bench {
-        let rig = Rig::hexapod();
+    fn new(circuit: SamplingCircuit) -> Bench {
+        let mut rig = Rig::hexapod();
+        for channel in &mut rig.channels {
+            channel.adc.circuit = circuit;
+        }
         let mut backend = SimulatedRig::new(&rig).unwrap();
         backend.start().unwrap();
         let channels = backend.channels();
@@ -52,9 +60,15 @@ impl Bench {
     }
 }
 
+const CIRCUITS: [SamplingCircuit; 2] = [SamplingCircuit::SeparateTaps, SamplingCircuit::Shared];
+
 #[test]
 fn a_whole_cycle_of_a_healthy_wire_is_measured_without_a_gap() {
-    let mut bench = Bench::new();
+    CIRCUITS.into_iter().for_each(whole_cycle);
+}
+
+fn whole_cycle(circuit: SamplingCircuit) {
+    let mut bench = Bench::new(circuit);
     bench.period();
     let mut worst = 0.0f64;
     let mut squares = 0.0;
@@ -77,32 +91,50 @@ fn a_whole_cycle_of_a_healthy_wire_is_measured_without_a_gap() {
 
 #[test]
 fn every_fault_is_recognised_and_none_passes_as_a_length() {
+    CIRCUITS.into_iter().for_each(every_fault);
+}
+
+fn every_fault(circuit: SamplingCircuit) {
+    // Of a shared input it is the input itself that touches nothing.
+    let third: &[Health] = match circuit {
+        SamplingCircuit::SeparateTaps => &[Health::ProbeLost, Health::ShortedWire],
+        SamplingCircuit::Shared => &[Health::SupplyDip],
+    };
     let cases: [(FaultKind, f64, &[Health]); 9] = [
         (FaultKind::OpenWire, 0.0, &[Health::OpenWire]),
         (FaultKind::ShortedWire, 0.05, &[Health::ShortedWire]),
         (FaultKind::ProbeLost, 1.0, &[Health::ProbeLost]),
         (FaultKind::ProbeLost, 2.0, &[Health::ProbeLost]),
-        (FaultKind::ProbeLost, 3.0, &[Health::ProbeLost, Health::ShortedWire]),
+        (FaultKind::ProbeLost, 3.0, third),
         (FaultKind::SupplyDip, 0.5, &[Health::SupplyDip]),
         (FaultKind::AdcSaturated, 0.0, &[Health::Saturated, Health::ShortedWire]),
         (FaultKind::AdcNan, 0.0, &[Health::NoSample]),
         (FaultKind::ContactResistance, 2.0, &[Health::OutOfRange, Health::ProbeLost]),
     ];
     for (kind, size, verdicts) in cases {
-        let mut bench = Bench::new();
+        let mut bench = Bench::new(circuit);
         for i in 0..1500 {
             bench.duty.fill(if i < 700 { 0.4 } else { 0.1 });
             bench.period();
         }
         bench.backend.faults().set_sized(0, kind, size);
+        let mut passed = 0;
         for i in 0..2000 {
             let reading = bench.period();
+            if (kind, size) == (FaultKind::ProbeLost, 1.0) && reading.health.is_ok() {
+                // A floating first tap can wander through where it belongs; then it does little harm.
+                let error_m = reading.length_m - bench.backend.truth(0).unwrap().length_m;
+                assert!(error_m.abs() < 0.5e-3, "period {i}: {reading:?}");
+                passed += 1;
+                continue;
+            }
             assert!(
                 verdicts.contains(&reading.health),
                 "{kind:?} {size}, period {i}: {reading:?} {:?}",
                 bench.samples[0]
             );
         }
+        assert!(passed <= 20, "{passed} of 2000 pass");
         bench.backend.faults().clear_all();
         let reading = bench.period();
         assert_eq!(reading.health, Health::Ok, "{kind:?} mended: {:?}", bench.samples[0]);
@@ -111,15 +143,17 @@ fn every_fault_is_recognised_and_none_passes_as_a_length() {
 
 #[test]
 fn a_frozen_converter_is_recognised_within_the_sensors_own_limit() {
-    let mut bench = Bench::new();
-    for _ in 0..100 {
-        bench.period();
-    }
-    bench.backend.faults().set(0, FaultKind::AdcStuck);
-    let (volts, amps) = bench.sensor.stuck_after();
-    let limit = volts.into_iter().chain(amps).min().expect("noise gives a limit");
-    for i in 0..limit + 10 {
-        let health = bench.period().health;
-        assert_eq!(health == Health::Stuck, i + 1 >= limit, "period {i} of {limit}: {health}");
+    for circuit in CIRCUITS {
+        let mut bench = Bench::new(circuit);
+        for _ in 0..100 {
+            bench.period();
+        }
+        bench.backend.faults().set(0, FaultKind::AdcStuck);
+        let limit = bench.sensor.stuck_after().all.expect("noise gives a limit");
+        assert!(limit <= 5, "{circuit:?}: {limit} periods");
+        for i in 0..limit + 10 {
+            let health = bench.period().health;
+            assert_eq!(health == Health::Stuck, i + 1 >= limit, "{circuit:?}: period {i} of {limit}: {health}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
 use sinew_physics::{Inputs, Wire};
-use sinew_rig::{FaultKind, Rig};
+use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sim_backend::{Error, MIN_ON_TIME_S, SimulatedRig, World};
 
 /// Two wires of 0.125 mm × 160 mm at 1 kHz; `more` is TOML to go on with.
@@ -119,6 +119,57 @@ fn a_healthy_sample_is_the_circuit_at_the_end_of_the_period() {
         // eq. 42 holds of the voltages
         let length = 0.005 + 0.145 * (sample.v3_v - sample.v1_v) / (sample.v2_v - sample.v1_v);
         near(length, truth.length_m, 1e-6);
+    }
+}
+
+#[test]
+fn a_shared_input_sees_the_supply_while_the_switch_is_open_and_the_shunt_while_it_is_closed() {
+    let mut rig = quiet("");
+    for channel in &mut rig.channels {
+        channel.adc.circuit = SamplingCircuit::Shared;
+        channel.model.effects.electrical.supply_sag.source_ohm = 0.2;
+    }
+    let mut backend = started(&rig);
+    for (i, duty) in [0.02, 0.5, 0.98].into_iter().cycle().take(600).enumerate() {
+        let s = run(&mut backend, duty, 2)[0];
+        let truth = backend.truth(0).unwrap();
+        assert!(s.v3_v.is_nan());
+        // The unloaded supply: what sags in the on-phase is not seen, which is what this circuit cannot know.
+        near(s.supply_v, 6.0, 1e-5);
+        near(s.current_a, 6.0 / (truth.resistance_ohm + 0.32), 2e-5);
+        let low = 0.12 * s.current_a;
+        near(s.v1_v, low + s.current_a * truth.resistance_ohm * 0.005 / truth.length_m, 1e-5);
+        near(s.v2_v, low + s.current_a * truth.resistance_ohm * 0.150 / truth.length_m, 1e-4);
+        assert!(truth.power_w > 0.0, "{i}");
+    }
+    // Without one of the phases, what belongs to it is not there.
+    let dark = run(&mut backend, 0.0, 2)[0];
+    assert!(dark.current_a.is_nan() && dark.v1_v.is_nan() && dark.v2_v.is_nan());
+    near(dark.supply_v, 6.0, 1e-5);
+    let full = run(&mut backend, 1.0, 2)[0];
+    assert!(full.supply_v.is_nan() && full.current_a > 0.4, "{full:?}");
+    // A broken wire does not lead the supply to the input.
+    backend.faults().set(0, FaultKind::OpenWire);
+    let open = run(&mut backend, 0.1, 2)[0];
+    assert_eq!((open.supply_v, open.current_a, open.v2_v), (0.0, 0.0, 0.0));
+}
+
+#[test]
+fn a_tap_that_sticks_moves_with_the_wire_and_slides_again_when_mended() {
+    for (tap, seen) in [(1.0, 0), (2.0, 1)] {
+        let mut backend = started(&quiet(""));
+        run(&mut backend, 0.02, 50);
+        let length = backend.truth(0).unwrap().length_m;
+        let place = [0.005, 0.150][seen] / length;
+        assert!(backend.faults().set_sized(0, FaultKind::ProbeStuck, tap));
+        let s = run(&mut backend, 0.5, 1500)[0];
+        let truth = backend.truth(0).unwrap();
+        assert!(length - truth.length_m > 0.004, "the wire has moved: {truth:?}");
+        near([s.v1_v, s.v2_v][seen], place * s.v3_v, 1e-5);
+        near([s.v2_v, s.v1_v][seen], [0.150, 0.005][seen] / truth.length_m * s.v3_v, 1e-5);
+        assert!(backend.faults().clear(0, FaultKind::ProbeStuck));
+        let s = run(&mut backend, 0.5, 1)[0];
+        near(0.005 + 0.145 * (s.v3_v - s.v1_v) / (s.v2_v - s.v1_v), backend.truth(0).unwrap().length_m, 1e-5);
     }
 }
 
