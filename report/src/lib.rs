@@ -9,8 +9,9 @@
 mod figures;
 mod page;
 mod picture;
-mod plot;
-mod quantity;
+pub mod plot;
+pub mod quantity;
+pub mod sheet;
 mod summary;
 mod terminal;
 mod words;

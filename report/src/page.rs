@@ -1,6 +1,6 @@
 //! The page, from the answer down to how it was made.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 use sinew_diagnosis::{
     Diagnosis, Evidence, Figures, FittedParameter, FoundEffect, Misfit, RecordingSummary, Tried, Unknown, Verdict,
 };
@@ -8,56 +8,32 @@ use sinew_physics::effects::effect as effect_of;
 
 use crate::About;
 use crate::figures;
-use crate::plot::DASHES;
 use crate::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
+use crate::sheet::{Section, Sheet};
 use crate::summary::{FAR_SIGMAS, Overall, in_sigmas, sigmas};
 use crate::words;
 
 /// Models of the evidence table that are in sight at once; more are folded away.
 const TRIED_IN_SIGHT: usize = 12;
 
-/// Styles, and nothing else: nothing is run, nothing is fetched.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
-
 pub(crate) fn page(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> Markup {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                title { (about.rig) ": " (words::verdict(diagnosis.verdict)) }
-                style { (PreEscaped(include_str!("style.css"))) (PreEscaped(DASHES)) }
-            }
-            body class=(diagnosis.verdict.name()) {
-                header {
-                    p.rig { "Diagnosis of " b { (about.rig) } @if !about.channel.is_empty() { ", channel " b { (about.channel) } } }
-                    nav aria-label="Sections" {
-                        a href="#fit" { "Fit" }
-                        a href="#where" { "Where" }
-                        a href="#what" { "What" }
-                        a href="#parameters" { "Parameters" }
-                        a href="#recordings" { "Recordings" }
-                        a href="#next" { "Next" }
-                        a href="#warnings" { "Warnings" }
-                        a href="#again" { "Reproduce" }
-                    }
-                }
-                main {
-                    (answer(diagnosis))
-                    (fit(diagnosis, figures))
-                    (location(diagnosis, figures))
-                    (what(diagnosis, figures))
-                    (parameters(diagnosis))
-                    (recordings(diagnosis))
-                    (next(diagnosis))
-                    (warnings(diagnosis))
-                    (again(diagnosis, about))
-                }
-            }
-        }
+    Sheet {
+        title: format!("{}: {}", about.rig, words::verdict(diagnosis.verdict)),
+        class: diagnosis.verdict.name(),
+        heading: html! { "Diagnosis of " b { (about.rig) } @if !about.channel.is_empty() { ", channel " b { (about.channel) } } },
+        sections: vec![
+            Section::unlisted(answer(diagnosis)),
+            Section::new("fit", "Fit", fit(diagnosis, figures)),
+            Section::new("where", "Where", location(diagnosis, figures)),
+            Section::new("what", "What", what(diagnosis, figures)),
+            Section::new("parameters", "Parameters", parameters(diagnosis)),
+            Section::new("recordings", "Recordings", recordings(diagnosis)),
+            Section::new("next", "Next", next(diagnosis)),
+            Section::new("warnings", "Warnings", warnings(diagnosis)),
+            Section::new("again", "Reproduce", again(diagnosis, about)),
+        ],
     }
+    .page()
 }
 
 /// The answer in words and three numbers.

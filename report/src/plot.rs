@@ -26,11 +26,11 @@ const TEXT: f64 = 12.0;
 const LEAST_DARK: f64 = 3.0;
 
 /// The dashes of the inks, as a style sheet.
-pub(crate) const DASHES: &str = include_str!("dashes.css");
+pub const DASHES: &str = include_str!("dashes.css");
 
 /// What is drawn with. After Okabe and Ito, so that colour-blind readers can tell them apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Ink {
+pub enum Ink {
     /// Measured: a broad pale line, on which the models' lie.
     Measured,
     /// The model as given, where it is neither before nor after: dotted.
@@ -51,6 +51,8 @@ pub(crate) enum Ink {
     Guilty,
     /// The band of the noise.
     Noise,
+    /// One of several lines that are compared, by its place among them; see [`Ink::SERIES`].
+    Series(u8),
     /// Axes and their numbers.
     Axis,
     /// The grid.
@@ -74,8 +76,11 @@ impl Ink {
         Ink::Grid,
     ];
 
+    /// How many lines that are compared can be told apart: one further takes the ink of the first again.
+    pub const SERIES: u8 = 10;
+
     /// Its colour, distinct from every other's: the style sheet's handle.
-    pub(crate) const fn rgb(self) -> (u8, u8, u8) {
+    pub const fn rgb(self) -> (u8, u8, u8) {
         match self {
             Ink::Measured => (0xA9, 0xB3, 0xBE),
             Ink::AsGiven => (0xCC, 0x79, 0xA7),
@@ -87,6 +92,18 @@ impl Ink {
             Ink::KeptBack => (0x6B, 0x77, 0x85),
             Ink::Guilty => (0xE6, 0x9F, 0x00),
             Ink::Noise => (0x56, 0xB4, 0xE9),
+            Ink::Series(place) => match place % Ink::SERIES {
+                0 => (0x00, 0x72, 0xB4),
+                1 => (0xD5, 0x5E, 0x02),
+                2 => (0x00, 0x9E, 0x73),
+                3 => (0xCC, 0x79, 0xA8),
+                4 => (0xE6, 0x9F, 0x01),
+                5 => (0x56, 0xB4, 0xEA),
+                6 => (0x8C, 0x5E, 0x2A),
+                7 => (0x44, 0x4C, 0x56),
+                8 => (0x8A, 0x8F, 0x00),
+                _ => (0x7F, 0x3F, 0xBF),
+            },
             Ink::Axis => (0x5F, 0x6B, 0x7A),
             Ink::Grid => (0xE3, 0xE7, 0xEC),
         }
@@ -111,6 +128,7 @@ impl Ink {
             Ink::LeftAfter => 1.1,
             Ink::Grid | Ink::Axis => 1.0,
             Ink::AsGiven | Ink::Plain => 1.4,
+            Ink::Series(_) => 1.6,
             _ => 1.8,
         };
         ShapeStyle { color: self.colour(), filled: false, stroke_width: fine(width) }
@@ -127,13 +145,15 @@ enum Scale {
     Linear,
     /// Linear near 0 and logarithmic beyond ± this.
     Logarithmic(f64),
+    /// As much room for each decade.
+    Decades,
     /// As much room for each stretch between two edges.
     Steps(Vec<f64>),
 }
 
 /// One axis: what is on it, its unit, and the range shown.
 #[derive(Debug, Clone)]
-pub(crate) struct Axis {
+pub struct Axis {
     name: String,
     unit: String,
     prefix: Prefix,
@@ -148,7 +168,7 @@ pub(crate) struct Axis {
 
 impl Axis {
     /// An axis that shows every one of `values` with a little air around them.
-    pub(crate) fn around(name: &str, unit: &str, values: impl Iterator<Item = f64>) -> Axis {
+    pub fn around(name: &str, unit: &str, values: impl Iterator<Item = f64>) -> Axis {
         let (low, high) = extent(values).unwrap_or((0.0, 1.0));
         let axis = Axis::spanning(name, unit, low, high);
         let air = 0.05 * (axis.high - axis.low);
@@ -156,7 +176,7 @@ impl Axis {
     }
 
     /// An axis from `low` to `high` and no further.
-    pub(crate) fn spanning(name: &str, unit: &str, low: f64, high: f64) -> Axis {
+    pub fn spanning(name: &str, unit: &str, low: f64, high: f64) -> Axis {
         let [low, high] = [low, high].map(|v| if is_sane(v) { v } else { 0.0 });
         let prefix = Prefix::of_axis(low.abs().max(high.abs()), unit);
         let [mut low, mut high] = [low.min(high) / prefix.factor, low.max(high) / prefix.factor];
@@ -168,6 +188,14 @@ impl Axis {
         }
         let unit = prefix.unit(unit);
         Axis { name: name.into(), unit, prefix, scale: Scale::Linear, low, high, ticks: Vec::new(), decimals: 0 }
+    }
+
+    /// An axis from `low` to `high`, both above 0, with as much room for each decade.
+    pub fn decades(name: &str, unit: &str, low: f64, high: f64) -> Axis {
+        let sane = low > 0.0 && is_sane(high) && high > low;
+        let (low, high) = if sane { (low, high) } else { (1.0, 10.0) };
+        let unit = Prefix::NONE.unit(unit);
+        Axis { scale: Scale::Decades, prefix: Prefix::NONE, unit, low, high, ..Axis::spanning(name, "1", low, high) }
     }
 
     /// An axis of what is left, over the noise, up to ±`most`: logarithmic beyond the noise where that is far.
@@ -184,12 +212,12 @@ impl Axis {
     }
 
     /// Name and unit, as in "Elongation, mm".
-    pub(crate) fn title(&self) -> String {
+    pub fn title(&self) -> String {
         if self.unit().is_empty() { self.name.clone() } else { format!("{}, {}", self.name, self.unit()) }
     }
 
     /// Its unit with its prefix; empty for a pure number.
-    pub(crate) fn unit(&self) -> &str {
+    pub fn unit(&self) -> &str {
         self.unit.trim()
     }
 
@@ -206,6 +234,7 @@ impl Axis {
                 let [value, low, high] = [value, self.low, self.high].map(|v| (v / width).asinh());
                 (value - low) / (high - low)
             }
+            Scale::Decades => (value / self.low).ln() / (self.high / self.low).ln(),
             Scale::Steps(edges) => {
                 let step = edges.partition_point(|e| *e <= value).clamp(1, (edges.len() - 1).max(1)) - 1;
                 let within = match edges.get(step..step + 2) {
@@ -225,6 +254,7 @@ impl Axis {
                 let [low, high] = [self.low, self.high].map(|v| (v / width).asinh());
                 width * (low + fraction * (high - low)).sinh()
             }
+            Scale::Decades => self.low * (self.high / self.low).powf(fraction),
             Scale::Linear | Scale::Steps(_) => self.low + fraction * (self.high - self.low),
         }
     }
@@ -247,6 +277,16 @@ impl Axis {
                 let decades = (1..=15).map(|k| 10f64.powi(k)).filter(|t| *t <= self.high);
                 let every = decades.clone().count().div_ceil((most / 2).max(1)).max(1);
                 decades.step_by(every).flat_map(|t| [-t, t]).chain([0.0]).collect()
+            }
+            Scale::Decades => {
+                let from = self.low.log10().floor() as i32;
+                let to = self.high.log10().ceil() as i32;
+                let ticks = |of: &[f64]| -> Vec<f64> {
+                    let all = (from..=to).flat_map(|k| of.iter().map(move |m| m * 10f64.powi(k)));
+                    all.filter(|t| (self.low * 0.9999..=self.high * 1.0001).contains(t)).collect()
+                };
+                let all = ticks(&[1.0, 2.0, 5.0]);
+                if all.len() <= most { all } else { ticks(&[1.0]) }
             }
             Scale::Steps(edges) => {
                 edges.iter().copied().step_by(1 + edges.len() / (most + 1)).filter(|e| is_sane(*e)).collect()
@@ -287,36 +327,46 @@ impl Ranged for Axis {
 }
 
 /// A line through points; a NaN in either coordinate breaks it.
-pub(crate) struct Line<'a> {
-    pub(crate) x: &'a [f64],
-    pub(crate) y: &'a [f64],
-    pub(crate) ink: Ink,
+pub struct Line<'a> {
+    /// Across.
+    pub x: &'a [f64],
+    /// Up; as many.
+    pub y: &'a [f64],
+    /// What with.
+    pub ink: Ink,
 }
 
 /// A stretch of the horizontal axis.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Band {
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-    pub(crate) ink: Ink,
+pub struct Band {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// What with.
+    pub ink: Ink,
 }
 
 /// Lines over bands.
-pub(crate) struct Plot<'a> {
+pub struct Plot<'a> {
     /// What a reader who does not see it is told.
-    pub(crate) title: String,
+    pub title: String,
     /// Width and height, px.
-    pub(crate) size: (f64, f64),
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
+    pub size: (f64, f64),
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
     /// Whether the horizontal axis says what is on it; the vertical one is named by the text around the plot.
-    pub(crate) names_x: bool,
-    pub(crate) bands: Vec<Band>,
+    pub names_x: bool,
+    /// Drawn beneath the lines.
+    pub bands: Vec<Band>,
     /// Half the height of a band of noise around 0.
-    pub(crate) noise: Option<f64>,
-    pub(crate) lines: Vec<Line<'a>>,
+    pub noise: Option<f64>,
+    /// The lines, the last on top.
+    pub lines: Vec<Line<'a>>,
     /// Most points a line is drawn with.
-    pub(crate) points: usize,
+    pub points: usize,
 }
 
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
@@ -324,7 +374,8 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 impl Plot<'_> {
-    pub(crate) fn draw(&self) -> Markup {
+    /// The drawing, for a page or for a picture of its own.
+    pub fn draw(&self) -> Markup {
         svg(&self.title, self.size, |area| {
             let (width, height) = self.size;
             let x = self.x.ticked((width / 65.0) as usize);
@@ -602,10 +653,11 @@ mod tests {
     #[test]
     fn the_style_sheet_knows_every_ink_and_no_two_are_alike() {
         let style = include_str!("style.css");
-        for (i, ink) in Ink::ALL.into_iter().enumerate() {
+        let all: Vec<Ink> = Ink::ALL.into_iter().chain((0..Ink::SERIES).map(Ink::Series)).collect();
+        for (i, &ink) in all.iter().enumerate() {
             let (r, g, b) = ink.rgb();
             assert!(style.contains(&format!("=\"#{r:02X}{g:02X}{b:02X}\"]")), "{ink:?}");
-            assert!(Ink::ALL[..i].iter().all(|other| other.rgb() != ink.rgb()), "{ink:?}");
+            assert!(all[..i].iter().all(|other| other.rgb() != ink.rgb()), "{ink:?}");
         }
     }
 
@@ -671,5 +723,18 @@ mod tests {
         let shades: Vec<f64> = (0..=100).map(|i| luminance(sequential(f64::from(i) / 100.0))).collect();
         assert!(shades.is_sorted_by(|a, b| a > b));
         assert_eq!([depth(0.5, 10.0), depth(10.0, 10.0), depth(f64::NAN, 10.0)], [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn decades_have_the_same_room() {
+        let axis = Axis::decades("Frequency", "Hz", 0.05, 5.0).ticked(9);
+        assert!((axis.fraction(0.5) - 0.5).abs() < 1e-12 && (axis.at(0.5) - 0.5).abs() < 1e-12);
+        let shown: Vec<String> = axis.ticks.iter().map(|t| axis.tick(*t)).collect();
+        assert_eq!(shown, ["0.05", "0.1", "0.2", "0.5", "1", "2", "5"]);
+        assert_eq!(axis.title(), "Frequency, Hz");
+        for (low, high) in [(0.0, 1.0), (-1.0, f64::NAN), (2.0, 1.0)] {
+            let axis = Axis::decades("", "1", low, high).ticked(5);
+            assert!(axis.low < axis.high && axis.fraction(f64::MIN_POSITIVE) == 0.0);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Numbers as a reader wants them: few digits, a unit with an SI prefix, a true minus sign.
 
 /// What stands where there is no number.
-pub(crate) const NONE: &str = "–";
+pub const NONE: &str = "–";
 
 /// Beyond this nothing is a measurement any more, nor can it be drawn.
 const LARGEST: f64 = 1e15;
@@ -12,7 +12,7 @@ pub(crate) fn is_sane(value: f64) -> bool {
 }
 
 /// Three significant digits.
-pub(crate) fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if !is_sane(value) {
         return NONE.into();
     }
@@ -48,7 +48,7 @@ pub(crate) fn probability(value: f64) -> String {
 }
 
 /// A share as per cent.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     with_unit(fixed(100.0 * share, 0), "%")
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn signed(value: f64) -> String {
 }
 
 /// A value with its unit, in the prefix that suits it: 0.000015 m is 15 µm.
-pub(crate) fn quantity(value: f64, unit: &str) -> String {
+pub fn quantity(value: f64, unit: &str) -> String {
     let prefix = Prefix::of(value.abs(), unit);
     with_unit(number(value / prefix.factor), &prefix.unit(unit))
 }
@@ -94,7 +94,7 @@ pub(crate) struct Prefix {
 
 impl Prefix {
     /// None at all.
-    pub(crate) const NONE: Prefix = Prefix { factor: 1.0, letter: Some("") };
+    pub const NONE: Prefix = Prefix { factor: 1.0, letter: Some("") };
 
     /// The one in which `magnitude` has one to three digits before the point.
     pub(crate) fn of(magnitude: f64, unit: &str) -> Prefix {
@@ -132,7 +132,7 @@ impl Prefix {
 }
 
 /// With exactly so many decimals.
-pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+pub fn fixed(value: f64, decimals: usize) -> String {
     if !is_sane(value) {
         return NONE.into();
     }
