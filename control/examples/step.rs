@@ -14,7 +14,7 @@ use sinew_physics::WireModel;
 /// None of them was looked at while the law was tuned.
 const SEEDS: std::ops::Range<u64> = 2001..2021;
 /// What the table is made of, besides the default law.
-const LAWS: [&str; 13] = [
+const LAWS: [&str; 15] = [
     "sliding_mode+whole",
     "sliding_mode_plain",
     "sliding_mode_first_order",
@@ -28,6 +28,8 @@ const LAWS: [&str; 13] = [
     "input_output_linearised",
     "input_output_linearised_constant",
     "input_output_linearised_constant-loss",
+    "velocity_servo",
+    "velocity_servo_scheduled",
 ];
 
 /// A law's settings by its word and options.

@@ -1,11 +1,11 @@
 //! Which law runs on a channel, with which numbers; chosen once, dispatched without indirection.
 
 use crate::demand::Range;
-use crate::laws::RapidHeating;
+use crate::laws::{RapidHeating, Schedule};
 use crate::wire_map::WireMap;
 use crate::{
-    Controller, Demand, InputOutputLinearised, Law, Modulation, Pid, PidGains, Priming, Relay, SlidingMode1,
-    SlidingMode2, Slope, lambda,
+    Controller, Coupling, Demand, InputOutputLinearised, Law, Modulation, Pid, PidGains, Priming, Relay, SlidingMode1,
+    SlidingMode2, Slope, VelocityServo, lambda,
 };
 use sinew_physics::WireModel;
 
@@ -30,11 +30,15 @@ pub enum AlgorithmKind {
     InputOutputLinearised,
     /// Input–output linearisation, ∂ξ/∂T constant.
     InputOutputLinearisedConstant,
+    /// Robust servo on the velocity linearisation, gains for one ∂ξ/∂T.
+    VelocityServo,
+    /// The same with gains scheduled over ∂ξ/∂T.
+    VelocityServoScheduled,
 }
 
 impl AlgorithmKind {
     /// Every law.
-    pub const ALL: [AlgorithmKind; 9] = [
+    pub const ALL: [AlgorithmKind; 11] = [
         AlgorithmKind::SlidingMode2,
         AlgorithmKind::SlidingMode2Plain,
         AlgorithmKind::SlidingMode1,
@@ -44,11 +48,19 @@ impl AlgorithmKind {
         AlgorithmKind::Pid,
         AlgorithmKind::InputOutputLinearised,
         AlgorithmKind::InputOutputLinearisedConstant,
+        AlgorithmKind::VelocityServo,
+        AlgorithmKind::VelocityServoScheduled,
     ];
 
     /// Whether it is blind without an estimate of the wire's state; the others make do with the length.
     pub fn needs_estimate(self) -> bool {
-        matches!(self, AlgorithmKind::InputOutputLinearised | AlgorithmKind::InputOutputLinearisedConstant)
+        matches!(
+            self,
+            AlgorithmKind::InputOutputLinearised
+                | AlgorithmKind::InputOutputLinearisedConstant
+                | AlgorithmKind::VelocityServo
+                | AlgorithmKind::VelocityServoScheduled
+        )
     }
 
     /// Its word in the rig file.
@@ -63,6 +75,8 @@ impl AlgorithmKind {
             AlgorithmKind::Pid => "pid",
             AlgorithmKind::InputOutputLinearised => "input_output_linearised",
             AlgorithmKind::InputOutputLinearisedConstant => "input_output_linearised_constant",
+            AlgorithmKind::VelocityServo => "velocity_servo",
+            AlgorithmKind::VelocityServoScheduled => "velocity_servo_scheduled",
         }
     }
 }
@@ -72,7 +86,8 @@ impl AlgorithmKind {
 pub struct Settings {
     /// Which law.
     pub kind: AlgorithmKind,
-    /// Bandwidth λ of a sliding surface or of the linearised loop, in 1/s.
+    /// Bandwidth λ of a sliding surface or of the linearised loop, in 1/s; for the velocity servo, the rate at which an error of
+    /// the whole stroke is integrated to full power.
     pub lambda_per_s: Option<f64>,
     /// Least duty: the sensing pulse.
     pub minimum_duty: f64,
@@ -129,6 +144,7 @@ enum AnyLaw {
     Relay(Relay),
     Pid(Pid),
     InputOutputLinearised(InputOutputLinearised),
+    VelocityServo(VelocityServo),
 }
 
 /// Does with the law what is said of it, whichever it is.
@@ -140,6 +156,7 @@ macro_rules! with {
             AnyLaw::Relay($law) => $what,
             AnyLaw::Pid($law) => $what,
             AnyLaw::InputOutputLinearised($law) => $what,
+            AnyLaw::VelocityServo($law) => $what,
         }
     };
 }
@@ -170,6 +187,10 @@ impl Algorithm {
         };
         let gains = settings.pid.unwrap_or_else(|| PidGains::for_stroke(stroke));
         let pid = |gains| AnyLaw::Pid(Pid::new(gains, fed_forward(false), range));
+        let integral = lambda * map.full_power * range.maximum / stroke;
+        let servo = |schedule, coupling| {
+            AnyLaw::VelocityServo(VelocityServo::new(model, map, schedule, coupling, integral, range))
+        };
         let law = match settings.kind {
             AlgorithmKind::SlidingMode2 => second_order(Law::Equivalent),
             AlgorithmKind::SlidingMode2Plain => second_order(Law::Plain),
@@ -180,6 +201,8 @@ impl Algorithm {
             AlgorithmKind::Pid => pid(gains),
             AlgorithmKind::InputOutputLinearised => linearised(Slope::Estimated),
             AlgorithmKind::InputOutputLinearisedConstant => linearised(Slope::Constant),
+            AlgorithmKind::VelocityServo => servo(Schedule::Static, Coupling::Thermal),
+            AlgorithmKind::VelocityServoScheduled => servo(Schedule::Scheduled, Coupling::Full),
         };
         Algorithm {
             law,

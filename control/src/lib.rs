@@ -19,5 +19,6 @@ pub use estimators::{EnthalpyObserver, Estimate, EstimatorKind, Observation, Sta
 pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{
     CONSTANT_SLOPE_PER_K, InputOutputLinearised, Law, Pid, PidGains, Priming, Relay, SlidingMode1, SlidingMode2, Slope,
+    VelocityServo,
 };
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};

@@ -223,3 +223,22 @@ fn rapid_heating_does_not_act_without_reason() {
         assert!(!primes(0.1, 14.0, Estimate { temperature_c: 88.0, ..cold }));
     }
 }
+
+/// Figures 105, 106: the static servo on the velocity linearisation overshoots each step by about a quarter, the scheduled
+/// one, designed on all couplings, by less than half of that.
+#[test]
+fn the_static_servo_overshoots_by_a_quarter() {
+    for (noise, seed) in [(QUIET, 1), (CONVERTER, 1001), (CONVERTER, 1002)] {
+        let overshoots = [AlgorithmKind::VelocityServo, AlgorithmKind::VelocityServoScheduled].map(|kind| {
+            let mut bench = bench(&settings(kind, 3.0), 1e3, noise, seed);
+            [0.4, 0.8, 0.4, 0.2].map(|stroke| {
+                let step = bench.step_to(stroke, 6.0, |_, _, _| ());
+                step.overshoot / (step.to - step.from).abs()
+            })
+        });
+        let mean = |of: [f64; 4]| of.iter().sum::<f64>() / 4.0;
+        assert!((0.2..0.35).contains(&mean(overshoots[0])), "{overshoots:?}");
+        assert!(overshoots[0].iter().zip(&overshoots[1]).all(|(fixed, scheduled)| *scheduled < 0.5 * fixed));
+        assert!(mean(overshoots[1]) < 0.1, "{overshoots:?}");
+    }
+}

@@ -350,6 +350,8 @@ pub fn settings(channel: &RigChannel) -> Settings {
             RigAlgorithm::Pid => AlgorithmKind::Pid,
             RigAlgorithm::InputOutputLinearised => AlgorithmKind::InputOutputLinearised,
             RigAlgorithm::InputOutputLinearisedConstant => AlgorithmKind::InputOutputLinearisedConstant,
+            RigAlgorithm::VelocityServo => AlgorithmKind::VelocityServo,
+            RigAlgorithm::VelocityServoScheduled => AlgorithmKind::VelocityServoScheduled,
         },
         lambda_per_s: control.lambda_per_s,
         minimum_duty: control.minimum_duty,

@@ -1018,7 +1018,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 SAME,
                 0.01..10_000.0,
                 Default::Computed("from the wire's heating and cooling limits"),
-                "λ of the sliding surface or of the linearised loop; not with `relay`, `pi`, `pid`",
+                "λ of the sliding surface, of the linearised loop or of the servo's integral; not with `relay`, `pi`, `pid`",
                 lambda_per_s
             ),
             choice!(

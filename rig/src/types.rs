@@ -180,7 +180,7 @@ pub struct Limits {
 pub struct Control {
     /// The control law.
     pub algorithm: Algorithm,
-    /// λ of the sliding surface or of the linearised loop, in 1/s; `None` = from the wire's heating and cooling limits.
+    /// λ of the sliding surface, of the linearised loop or of the servo's integral, in 1/s; `None` = from the wire's heating and cooling limits.
     pub lambda_per_s: Option<f64>,
     /// Whether full power comes before the law.
     pub rapid_heating: RapidHeating,
@@ -221,6 +221,10 @@ pub enum Algorithm {
     InputOutputLinearised,
     /// Input–output linearisation with a constant slope.
     InputOutputLinearisedConstant,
+    /// Robust servo on the velocity linearisation with static gains.
+    VelocityServo,
+    /// Robust servo on the velocity linearisation with scheduled gains.
+    VelocityServoScheduled,
 }
 
 /// Keys of `[channel.control]` that only some laws take, and those.
@@ -236,6 +240,8 @@ pub(crate) const KEYS_OF_LAWS: [(&str, &[Algorithm]); 6] = {
                 SlidingModeFirstOrderEquivalent,
                 InputOutputLinearised,
                 InputOutputLinearisedConstant,
+                VelocityServo,
+                VelocityServoScheduled,
             ],
         ),
         ("heat_loss_feedforward", &[Pi, Pid, InputOutputLinearised, InputOutputLinearisedConstant]),
@@ -248,7 +254,7 @@ pub(crate) const KEYS_OF_LAWS: [(&str, &[Algorithm]); 6] = {
 
 impl Algorithm {
     /// Every law with its word in the rig file.
-    pub const ALL: [(&'static str, Algorithm); 9] = [
+    pub const ALL: [(&'static str, Algorithm); 11] = [
         ("sliding_mode", Algorithm::SlidingMode),
         ("sliding_mode_plain", Algorithm::SlidingModePlain),
         ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
@@ -258,6 +264,8 @@ impl Algorithm {
         ("pid", Algorithm::Pid),
         ("input_output_linearised", Algorithm::InputOutputLinearised),
         ("input_output_linearised_constant", Algorithm::InputOutputLinearisedConstant),
+        ("velocity_servo", Algorithm::VelocityServo),
+        ("velocity_servo_scheduled", Algorithm::VelocityServoScheduled),
     ];
 
     pub(crate) const WORDS: [&'static str; Algorithm::ALL.len()] = {

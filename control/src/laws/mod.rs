@@ -4,6 +4,7 @@ mod linearised;
 mod pid;
 mod rapid_heating;
 mod relay;
+mod servo;
 mod sliding;
 mod sliding_first_order;
 
@@ -12,5 +13,7 @@ pub use pid::{Pid, PidGains};
 pub use rapid_heating::Priming;
 pub(crate) use rapid_heating::RapidHeating;
 pub use relay::Relay;
+pub(crate) use servo::Schedule;
+pub use servo::VelocityServo;
 pub use sliding::{Law, SlidingMode2};
 pub use sliding_first_order::SlidingMode1;
