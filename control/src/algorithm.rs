@@ -87,7 +87,7 @@ pub struct Settings {
     /// Which law.
     pub kind: AlgorithmKind,
     /// Bandwidth λ of a sliding surface or of the linearised loop, in 1/s; for the velocity servo, the rate at which an error of
-    /// the whole stroke is integrated to full power.
+    /// the whole stroke is integrated to full power. What is not within 0.001 and 10 000 counts as none.
     pub lambda_per_s: Option<f64>,
     /// Least duty: the sensing pulse.
     pub minimum_duty: f64,
@@ -168,7 +168,7 @@ impl Algorithm {
         let range = Range::new(settings.minimum_duty, settings.maximum_duty, settings.modulation);
         let limits = lambda::limits(&map, map.full_power * range.maximum);
         let lambda = match settings.lambda_per_s {
-            Some(value) if value > 0.0 && value.is_finite() => value,
+            Some(value) if (1e-3..=1e4).contains(&value) => value,
             _ => limits.value,
         };
         let stroke = lambda::speeds(&map, map.full_power).stroke;

@@ -242,3 +242,19 @@ fn the_static_servo_overshoots_by_a_quarter() {
         assert!(mean(overshoots[1]) < 0.1, "{overshoots:?}");
     }
 }
+
+/// There are gains for every wire of the list, whatever λ the rig file may say.
+#[test]
+fn every_wire_has_a_servo() {
+    for (title, model, power_w) in rig::other_wires() {
+        for kind in [AlgorithmKind::VelocityServo, AlgorithmKind::VelocityServoScheduled] {
+            for lambda_per_s in [None, Some(0.01), Some(1e4)] {
+                let maximum_duty = duty_for_power(&model, power_w);
+                let settings = Settings { kind, maximum_duty, lambda_per_s, ..Settings::default() };
+                let mut bench = Bench::new(&model, &model, &settings, 1e3, CONVERTER, 1);
+                bench.step_to(0.5, 0.05, |_, _, _| ());
+                assert!(!bench.controller.is_blind(), "{title}, {kind:?}, λ = {lambda_per_s:?}");
+            }
+        }
+    }
+}
