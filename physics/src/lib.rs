@@ -6,12 +6,14 @@
 
 mod balance;
 pub mod effects;
+mod joint;
 mod kinetics;
 mod params;
 mod signals;
 mod wire;
 
 pub use effects::{Effects, Unknown};
+pub use joint::{Joint, JointEnergy, JointMotion, MOST_JOINT_HZ};
 pub use kinetics::{Direction, Fraction, Hysteresis};
 pub use signals::{EnergyBalance, Inputs, Outputs};
 pub use wire::{Wire, cold_length_m, hot_length_m};

@@ -457,6 +457,11 @@ impl Wire {
         self.state.stress
     }
 
+    /// Tension A_c σ, in N.
+    pub fn tension_n(&self) -> f64 {
+        self.balance.area * self.state.stress
+    }
+
     /// Resistance R, in Ω.
     pub fn resistance_ohm(&self) -> f64 {
         self.state.resistance
