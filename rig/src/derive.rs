@@ -3,7 +3,7 @@
 
 use sinew_physics::{Convection, DriveKind, Load, Material, WireModel};
 
-use crate::types::{Channel, SamplingCircuit, Sensing};
+use crate::types::{Channel, Joint, SamplingCircuit, Sensing};
 
 /// Standard gravity, in m/s².
 const GRAVITY: f64 = 9.80665;
@@ -102,8 +102,37 @@ fn heat_j(model: &WireModel, temperature_c: f64) -> f64 {
     mass * (specific_heat_j_per_kg_k * (temperature_c - model.ambient_c).max(0.0) + latent_heat_j_per_kg)
 }
 
-/// Fills in every computed default of a channel; `given(table, key)` says what the file gives itself.
-pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
+/// Stress at which wires are mounted and kept taut by default, in Pa.
+const TAUT_PA: f64 = 100e6;
+/// Stress in the thinner wire of a joint that is not exceeded by default, in Pa: short of what wears a wire out in a day.
+const MOST_PA: f64 = 500e6;
+/// Damping of a load where nothing is said, in N s/m.
+const DAMPING: f64 = 40.0;
+
+/// Fills in every computed default of a joint; `given(key)` says what the file gives itself.
+pub(crate) fn fill_joint(joint: &mut Joint, wires: [&WireModel; 2], given: &dyn Fn(&str) -> bool) {
+    let area = wires[0].geometry.area_m2().min(wires[1].geometry.area_m2());
+    let mechanics = &mut joint.mechanics;
+    if !given("damping_n_mm_s") {
+        mechanics.damping_n_m_s = DAMPING * mechanics.radius_m * mechanics.radius_m;
+    }
+    if !given("pretension_n") {
+        mechanics.pretension_n = TAUT_PA * area;
+    }
+    if !given("minimum_tension_n") {
+        joint.min_tension_n = 0.5 * mechanics.pretension_n;
+    }
+    if !given("maximum_tension_n") {
+        joint.max_tension_n = MOST_PA * area;
+    }
+    if !given("tension_n") {
+        joint.tension_n = (2.0 * mechanics.pretension_n).min(joint.max_tension_n);
+    }
+}
+
+/// Fills in every computed default of a channel, which may be a wire of a joint; `given(table, key)` says what the file
+/// gives itself.
+pub(crate) fn fill(channel: &mut Channel, joint: Option<&Joint>, given: &dyn Fn(&str, &str) -> bool) {
     if let Load::SpringMassDamper { mass_kg, preload_n, .. } = &mut channel.model.load
         && !given("load", "preload_n")
     {
@@ -113,9 +142,10 @@ pub(crate) fn fill(channel: &mut Channel, given: &dyn Fn(&str, &str) -> bool) {
         channel.control.sensing = if channel.model.taps.is_some() { Sensing::Dual } else { Sensing::Resistance };
     }
 
-    let model = &channel.model;
+    let model = &channel.nominal_model(joint);
     let nominal = model.geometry.length_m;
     let (hot, hot_stress) = equilibrium(model, true);
+    let hot_stress = joint.map_or(hot_stress, |joint| joint.max_tension_n / model.geometry.area_m2());
     let (cold, _) = equilibrium(model, false);
     let stroke = (cold - hot).abs();
     let margin = 0.1 * stroke + 0.005 * nominal;

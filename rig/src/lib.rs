@@ -24,7 +24,7 @@ pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
 pub use schema::{reference, word, words};
 pub use suggest::nearest;
 pub use types::{
-    Adc, Algorithm, Channel, Column, ColumnMap, Control, FaultKind, Limits, MAX_CHANNEL_NAME, MAX_CHANNELS,
+    Adc, Algorithm, Channel, Column, ColumnMap, Control, FaultKind, Joint, Limits, MAX_CHANNEL_NAME, MAX_CHANNELS,
     MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Pace, PositionZero, RapidHeating, Realtime, RealtimeMode,
     Rig, SamplingCircuit, Sensing, SimulatedFault, Simulation,
 };
@@ -80,6 +80,22 @@ impl Rig {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
     }
 
+    /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.
+    pub fn joint_of(&self, channel: usize) -> Option<(&Joint, usize)> {
+        let name = &self.channels.get(channel)?.name;
+        self.joints.iter().find_map(|joint| Some((joint, joint.side(name)?)))
+    }
+
+    /// The indices of a joint's channels, agonist first; `None` where one was renamed since the rig was read.
+    pub fn channels_of(&self, joint: &Joint) -> Option<[usize; 2]> {
+        Some([self.channel(&joint.agonist)?.0, self.channel(&joint.antagonist)?.0])
+    }
+
+    /// The wire of a channel in the load its stroke and limits are reckoned with, see [`Channel::nominal_model`].
+    pub fn nominal_model(&self, channel: usize) -> sinew_physics::WireModel {
+        self.channels[channel].nominal_model(self.joint_of(channel).map(|(joint, _)| joint))
+    }
+
     /// Checks what the driver needs beyond what `simulate` does: a rate it can keep, and wires it can heat by PWM
     /// and move.
     ///
@@ -109,8 +125,10 @@ impl Rig {
                 let message = "is 0, expected the voltage the wire is driven from".into();
                 problem(Some(index), "drive.supply_v", What::Contradiction { message });
             }
-            if !matches!(channel.model.load, Load::SpringMassDamper { .. }) {
-                let message = "cannot be driven: nothing moves, expected \"spring_mass_damper\"".into();
+            let in_joint = self.joint_of(index).is_some();
+            if !in_joint && !matches!(channel.model.load, Load::SpringMassDamper { .. }) {
+                let message =
+                    "cannot be driven: nothing moves, expected \"spring_mass_damper\" or a place in a [[joint]]".into();
                 problem(Some(index), "load.kind", What::Contradiction { message });
             }
             if channel.control.minimum_duty <= 0.0 {

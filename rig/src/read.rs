@@ -9,7 +9,7 @@ use crate::derive;
 use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
-use crate::schema::{self, CHANNEL, Default, Key, Kind, RIG, SIMULATION, Section, Value, local};
+use crate::schema::{self, CHANNEL, Default, JOINT, Key, Kind, RIG, SIMULATION, Section, Value, local};
 use crate::suggest::nearest;
 use crate::tree::{self, Node, Table, Tree};
 use crate::types::*;
@@ -88,6 +88,15 @@ pub(crate) fn line_of(source: &Source, channel: Option<usize>, path: &str) -> us
 /// What a channel's file gives itself, as (table, key), with lines.
 type Given = BTreeMap<(&'static str, &'static str), usize>;
 
+/// What is kept of a channel that was read until it can be completed.
+struct Read {
+    given: Given,
+    /// Line of its header.
+    header: usize,
+    /// What messages call it.
+    label: String,
+}
+
 struct Reader<'a> {
     file: &'a str,
     problems: Vec<Problem>,
@@ -100,7 +109,7 @@ impl Reader<'_> {
     }
 
     fn root(&mut self, root: &Table) -> Option<Rig> {
-        const TABLES: [&str; 4] = ["rig", "channel", "recording", "simulation"];
+        const TABLES: [&str; 5] = ["rig", "channel", "joint", "recording", "simulation"];
         for (name, node) in root {
             if !TABLES.contains(&name.as_str()) {
                 let hint = unknown_hint(name, "", TABLES);
@@ -113,6 +122,7 @@ impl Reader<'_> {
             ambient_c: f64::NAN,
             realtime: Realtime { mode: RealtimeMode::Try, priority: 0, cpu: None },
             channels: Vec::new(),
+            joints: Vec::new(),
             columns: ColumnMap::new(),
             simulation: Simulation { seed: 0, pace: Pace::RealTime, faults: Vec::new() },
             source: Source::default(),
@@ -120,7 +130,12 @@ impl Reader<'_> {
         let given = self.section(&RIG, root.get("rig"), &[], None, 1, &mut rig);
         self.rig_checks(&rig, &given);
         self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
-        self.channels(root.get("channel"), &mut rig);
+        rig.joints = root.get("joint").map_or_else(Vec::new, |node| self.joints(node));
+        let read = self.channels(root.get("channel"), &mut rig);
+        if let Some(node) = root.get("joint") {
+            self.complete_joints(node, &mut rig);
+        }
+        self.complete_channels(&read, &mut rig);
         if let Some(node) = root.get("recording") {
             rig.columns = self.recording(node);
         }
@@ -207,12 +222,15 @@ impl Reader<'_> {
         given
     }
 
-    fn channels(&mut self, node: Option<&Node>, rig: &mut Rig) {
+    /// Reads the channels; what of each stood in the file, with its line and name, for those that are right key by key.
+    fn channels(&mut self, node: Option<&Node>, rig: &mut Rig) -> Vec<Option<Read>> {
+        let mut read = Vec::new();
         let nodes = match node {
             Some(Node { value: Tree::Array(nodes), .. }) if !nodes.is_empty() => nodes,
             Some(Node { value: Tree::Array(_), line }) => {
                 let expected = "at least one [[channel]]".into();
-                return self.problem(*line, None, "channel", What::Missing { expected });
+                self.problem(*line, None, "channel", What::Missing { expected });
+                return read;
             }
             Some(Node { value, line }) => {
                 let found = match value {
@@ -220,11 +238,13 @@ impl Reader<'_> {
                     other => other.describe(),
                 };
                 let expected = "an array of tables: [[channel]], with two brackets".into();
-                return self.problem(*line, None, "channel", What::WrongType { found, expected });
+                self.problem(*line, None, "channel", What::WrongType { found, expected });
+                return read;
             }
             None => {
                 let expected = "at least one [[channel]]".into();
-                return self.problem(1, None, "channel", What::Missing { expected });
+                self.problem(1, None, "channel", What::Missing { expected });
+                return read;
             }
         };
         if let Some(extra) = nodes.get(MAX_CHANNELS) {
@@ -241,7 +261,7 @@ impl Reader<'_> {
                 self.problem(node.line, Some(&format!("#{}", index + 1)), "", What::WrongType { found, expected });
                 continue;
             };
-            let channel = self.channel(index, node.line, table, rig.ambient_c);
+            let (channel, given) = self.channel(index, node.line, table, rig);
             if !channel.name.is_empty() {
                 let line = table.get("name").map_or(node.line, |n| n.line);
                 match first_use.get(&channel.name) {
@@ -260,13 +280,15 @@ impl Reader<'_> {
                 }
             }
             rig.channels.push(channel);
+            read.push(given);
         }
         self.neighbours(nodes, &rig.channels);
+        read
     }
 
-    fn channel(&mut self, index: usize, header: usize, table: &Table, ambient_c: f64) -> Channel {
+    fn channel(&mut self, index: usize, header: usize, table: &Table, rig: &Rig) -> (Channel, Option<Read>) {
         let before = self.problems.len();
-        let mut channel = blank_channel(ambient_c);
+        let mut channel = blank_channel(rig.ambient_c);
         // The name first: every message about the channel carries it.
         let place = format!("#{}", index + 1);
         let label = match table.get("name").map(|n| &n.value) {
@@ -295,6 +317,10 @@ impl Reader<'_> {
                 given.extend(self.section(section, node, &within(&tables, name), Some(label), header, &mut channel));
             }
         }
+        let joint = rig.joints.iter().find(|joint| joint.side(&channel.name).is_some());
+        if let Some(joint) = joint {
+            self.load_in_joint(&mut channel, joint, &mut given, label);
+        }
         if let Some(node) = table.get("priors") {
             channel.priors = self.priors(node, label);
         }
@@ -302,13 +328,137 @@ impl Reader<'_> {
             self.effects(node, label, &mut channel);
         }
         self.requirements(&mut channel, &given, table, header, label);
-        // Computed defaults and cross-checks only make sense of a channel that is right key by key.
-        if self.problems.len() == before {
-            derive::fill(&mut channel, &|table, key| given.iter().any(|((t, k), _)| *t == table && *k == key));
-            self.physics(&channel, &given, header, label);
-            self.relations(&channel, &given, header, label);
+        let read = Read { given, header, label: label.to_string() };
+        (channel, (self.problems.len() == before).then_some(read))
+    }
+
+    /// Computed defaults and cross-checks, which only make sense of channels that are right key by key, and of those in a
+    /// joint only if that is right too.
+    fn complete_channels(&mut self, read: &[Option<Read>], rig: &mut Rig) {
+        for (channel, read) in rig.channels.iter_mut().zip(read) {
+            let Some(Read { given, header, label }) = read else { continue };
+            let joint = rig.joints.iter().find(|joint| joint.side(&channel.name).is_some());
+            if joint.is_some_and(|joint| joint.tension_n.is_nan()) {
+                continue;
+            }
+            derive::fill(channel, joint, &|table, key| given.iter().any(|((t, k), _)| *t == table && *k == key));
+            self.physics(channel, given, *header, label);
+            self.relations(channel, given, *header, label);
         }
-        channel
+    }
+
+    /// A wire in a joint has no load but that.
+    fn load_in_joint(&mut self, channel: &mut Channel, joint: &Joint, given: &mut Given, label: &str) {
+        let allowed = |key: &str| key == "kind" && channel.model.load == LOAD_IN_JOINT;
+        for (&(_, key), &line) in given.iter().filter(|((table, key), _)| *table == "load" && !allowed(key)) {
+            let message = format!(
+                "makes no sense: the wire turns joint \"{}\" and has no load of its own; take [channel.load] out",
+                joint.name
+            );
+            self.problem(line, Some(label), format!("load.{key}"), What::Contradiction { message });
+        }
+        // Said once.
+        given.retain(|(table, _), _| *table != "load");
+        channel.model.load = LOAD_IN_JOINT;
+    }
+
+    /// Reads the joints key by key; what depends on their channels waits for [`Reader::complete_joints`].
+    fn joints(&mut self, node: &Node) -> Vec<Joint> {
+        let Tree::Array(nodes) = &node.value else {
+            let found = match &node.value {
+                Tree::Table(_) => "a single table [joint]".into(),
+                other => other.describe(),
+            };
+            let expected = "an array of tables: [[joint]], with two brackets".into();
+            self.problem(node.line, None, "joint", What::WrongType { found, expected });
+            return Vec::new();
+        };
+        let mut joints = Vec::new();
+        for node in nodes {
+            let mut joint = blank_joint();
+            self.section(&JOINT, Some(node), &[], None, node.line, &mut joint);
+            joints.push(joint);
+        }
+        joints
+    }
+
+    /// Who turns which joint, then the joints' computed defaults and what the physics says to them.
+    fn complete_joints(&mut self, node: &Node, rig: &mut Rig) {
+        let Tree::Array(nodes) = &node.value else { return };
+        // where each name was used first: of joints and channels, and as a wire of a joint
+        let mut names: BTreeMap<String, usize> = BTreeMap::new();
+        let mut wires: BTreeMap<String, (String, usize)> = BTreeMap::new();
+        for (index, node) in nodes.iter().enumerate() {
+            let before = self.problems.len();
+            let Tree::Table(table) = &node.value else { continue };
+            let line = |key: &str| table.get(key).map_or(node.line, |n| n.line);
+            let joint = &rig.joints[index];
+            if !joint.name.is_empty() {
+                if rig.channel(&joint.name).is_some() {
+                    let message = format!("\"{}\" is a channel's; expected a name of its own", joint.name);
+                    self.problem(line("name"), None, "joint.name", What::Contradiction { message });
+                }
+                if let Some(&first_line) = names.get(&joint.name) {
+                    let name = joint.name.clone();
+                    self.problem(line("name"), None, "joint.name", What::Duplicate { name, first_line });
+                }
+                names.entry(joint.name.clone()).or_insert(line("name"));
+            }
+            for (key, name) in [("agonist", &joint.agonist), ("antagonist", &joint.antagonist)] {
+                if name.is_empty() {
+                    continue;
+                }
+                let place = format!("joint.{key}");
+                if rig.channel(name).is_none() {
+                    let expected = channel_choices(name, &rig.channels);
+                    self.problem(line(key), None, place, What::NotAChoice { found: name.clone(), expected });
+                } else if key == "antagonist" && *name == joint.agonist {
+                    let message = format!("is the agonist \"{name}\" itself, expected another channel");
+                    self.problem(line(key), None, place, What::Contradiction { message });
+                } else if let Some((other, first)) = wires.get(name) {
+                    let message = format!(
+                        "is \"{name}\", which turns joint \"{other}\" already (line {first}); expected another channel"
+                    );
+                    self.problem(line(key), None, place, What::Contradiction { message });
+                } else {
+                    wires.insert(name.clone(), (joint.name.clone(), line(key)));
+                }
+            }
+            let places = rig.channels_of(joint);
+            let right = self.problems.len() == before && self.is_read(table);
+            let (Some([agonist, antagonist]), true) = (places, right) else { continue };
+            let models = [&rig.channels[agonist].model, &rig.channels[antagonist].model];
+            if models.iter().any(|model| !model.geometry.area_m2().is_finite()) {
+                continue;
+            }
+            let joint = &mut rig.joints[index];
+            derive::fill_joint(joint, models, &|key| table.contains_key(key));
+            if let Err(sinew_physics::Error::OutOfRange { key, found, low, high }) = joint.mechanics.validate(models) {
+                let (found, low, high) = (tidy(found), tidy(low), tidy(high));
+                let defaulted = !table.contains_key(key);
+                let what = What::OutOfRange { found, low, high, defaulted };
+                self.problem(line(key), None, format!("joint.{key}"), what);
+            }
+            let (least, kept, most) = (joint.min_tension_n, joint.tension_n, joint.max_tension_n);
+            if !(least < kept && kept <= most) {
+                let keys = ["tension_n", "minimum_tension_n", "maximum_tension_n", "pretension_n"];
+                let key = keys.into_iter().find(|key| table.contains_key(*key)).unwrap_or("tension_n");
+                let message = format!(
+                    "leaves no tension: minimum_tension_n {}, tension_n {}, maximum_tension_n {}; expected them in this order",
+                    tidy(least),
+                    tidy(kept),
+                    tidy(most)
+                );
+                self.problem(line(key), None, format!("joint.{key}"), What::Contradiction { message });
+            }
+        }
+    }
+
+    /// Whether nothing was found wrong in the lines of a joint's table.
+    fn is_read(&self, table: &Table) -> bool {
+        let wrong = |line: usize| self.problems.iter().any(|p| p.line == line && p.key.starts_with("joint."));
+        let required = JOINT.keys.iter().filter(|key| matches!(key.default, Default::Required(_)));
+        required.into_iter().all(|key| table.contains_key(key.name)) && !table.values().any(|node| wrong(node.line))
     }
 
     /// Keys that are required, or out of place, depending on a kind.
@@ -746,6 +896,26 @@ fn descend<'n>(table: &'n Table, path: &str) -> Option<&'n Node> {
         (None, _) => Some(node),
         (Some(rest), Tree::Table(inner)) => descend(inner, rest),
         (Some(_), _) => None,
+    }
+}
+
+/// A joint before anything is read. Numbers that only the file or a computed default can give are NaN.
+fn blank_joint() -> Joint {
+    Joint {
+        name: String::new(),
+        agonist: String::new(),
+        antagonist: String::new(),
+        mechanics: sinew_physics::Joint {
+            radius_m: f64::NAN,
+            inertia_kg_m2: f64::NAN,
+            damping_n_m_s: f64::NAN,
+            spring_n_m: f64::NAN,
+            torque_n_m: f64::NAN,
+            pretension_n: f64::NAN,
+        },
+        min_tension_n: f64::NAN,
+        tension_n: f64::NAN,
+        max_tension_n: f64::NAN,
     }
 }
 

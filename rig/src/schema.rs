@@ -313,6 +313,117 @@ pub(crate) static RIG: Section<Rig> = Section {
     ],
 };
 
+macro_rules! channel_name {
+    ($name:literal, $field:ident, $default:literal, $about:literal) => {
+        Key {
+            name: $name,
+            kind: Kind::Name { longest: MAX_CHANNEL_NAME },
+            default: Default::Required($default),
+            about: $about,
+            get: |j| Some(Value::Text(j.$field.clone())),
+            set: |j, value| {
+                if let Value::Text(name) = value {
+                    j.$field = name;
+                }
+            },
+        }
+    };
+}
+
+/// Keys of `[[joint]]`.
+pub(crate) static JOINT: Section<Joint> = Section {
+    table: "joint",
+    about: "Two channels whose wires turn one joint against each other: J θ̈ + B θ̇ + K θ = r (agonist − antagonist) + torque, θ in rad, \
+            positive where the agonist is shorter. Their wires have no load of their own: leave `[channel.load]` out.",
+    optional: false,
+    keys: &[
+        channel_name!("name", name, "a name such as \"knee\"", "Name of the joint, as unique as a channel's"),
+        channel_name!("agonist", agonist, "the name of a channel", "Channel whose wire turns it forward"),
+        channel_name!("antagonist", antagonist, "the name of a channel", "Channel whose wire turns it back"),
+        number!(
+            "radius_mm",
+            "mm",
+            MILLI,
+            0.01..10_000.0,
+            Default::Required("the lever the wires pull at in mm, such as 8.0"),
+            "Lever r of both wires",
+            j.mechanics.radius_m
+        ),
+        number!(
+            "inertia_kg_mm2",
+            "kg mm²",
+            PER_MEGA,
+            1e-6..1e9,
+            Default::Required("the moment of inertia in kg mm², such as 2.5"),
+            "Moment of inertia J; at least so much that the joint swings on its wires with no more than 3 kHz",
+            j.mechanics.inertia_kg_m2
+        ),
+        number!(
+            "damping_n_mm_s",
+            "N mm s",
+            MILLI,
+            0.0..1e9,
+            Default::Computed("40 N s/m at the lever: 0.04 × `radius_mm`²"),
+            "Damping B, torque per rad/s",
+            j.mechanics.damping_n_m_s
+        ),
+        number!(
+            "spring_n_mm",
+            "N mm",
+            MILLI,
+            0.0..1e9,
+            Default::Number(0.0),
+            "Spring K towards θ = 0, torque per rad",
+            j.mechanics.spring_n_m
+        ),
+        number!(
+            "torque_n_mm",
+            "N mm",
+            MILLI,
+            -1e9..1e9,
+            Default::Number(0.0),
+            "A torque that always acts, positive in the agonist's direction",
+            j.mechanics.torque_n_m
+        ),
+        number!(
+            "pretension_n",
+            "N",
+            SAME,
+            0.0..1e5,
+            Default::Computed("100 MPa in the thinner wire"),
+            "How taut the pair is mounted: tension at the ends of its way, where one wire is wholly hot and the other wholly cold",
+            j.mechanics.pretension_n
+        ),
+        number!(
+            "minimum_tension_n",
+            "N",
+            SAME,
+            0.0..1e5,
+            Default::Computed("half of `pretension_n`"),
+            "Anti-slack: a wire whose estimated tension falls below it is heated",
+            j.min_tension_n
+        ),
+        number!(
+            "tension_n",
+            "N",
+            SAME,
+            0.0..1e5,
+            Default::Computed("twice `pretension_n`, or `maximum_tension_n` where that is less"),
+            "Tension that is kept where the motion leaves it free",
+            j.tension_n
+        ),
+        number!(
+            "maximum_tension_n",
+            "N",
+            SAME,
+            0.0..1e5,
+            Default::Computed("500 MPa in the thinner wire"),
+            "Anti-overload: neither wire is heated further while the estimated tension is above it",
+            j.max_tension_n
+        ),
+    ],
+};
+
 /// Keys of `[simulation]`; its faults are read apart.
 pub(crate) static SIMULATION: Section<Rig> = Section {
     table: "simulation",
@@ -1139,6 +1250,7 @@ pub fn reference() -> String {
         let header = if section.table == "channel" { "[[channel]]".into() } else { format!("[{}]", section.table) };
         describe(&mut out, section, &header);
     }
+    describe(&mut out, &JOINT, "[[joint]]");
     describe(&mut out, &SIMULATION, "[simulation]");
     out
 }
@@ -1176,7 +1288,8 @@ fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
 pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
     let rig = [&RIG, &SIMULATION].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
     let channel = CHANNEL.iter().filter(|s| s.table != NOISE && s.keys.iter().any(|k| k.name == name));
-    rig.chain(channel.map(|s| s.table)).collect()
+    let joint = JOINT.keys.iter().any(|k| k.name == name).then_some(JOINT.table);
+    rig.chain(channel.map(|s| s.table)).chain(joint).collect()
 }
 
 #[cfg(test)]
@@ -1227,6 +1340,7 @@ mod tests {
         }
         check(&RIG);
         check(&SIMULATION);
+        check(&JOINT);
         CHANNEL.iter().for_each(check);
     }
 

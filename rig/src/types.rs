@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sinew_physics::WireModel;
+use sinew_physics::{Load, WireModel};
 
 use crate::parameters::Prior;
 
@@ -34,6 +34,8 @@ pub struct Rig {
     pub realtime: Realtime,
     /// The wires, in the order of the file; at most [`MAX_CHANNELS`].
     pub channels: Vec<Channel>,
+    /// The joints that pairs of channels turn, in the order of the file.
+    pub joints: Vec<Joint>,
     /// How a recording's foreign columns are named and scaled.
     pub columns: ColumnMap,
     /// The simulated backend.
@@ -44,12 +46,13 @@ pub struct Rig {
 impl PartialEq for Rig {
     fn eq(&self, other: &Rig) -> bool {
         // Taken apart so that a new field cannot be forgotten here.
-        let Rig { name, rate_hz, ambient_c, realtime, channels, columns, simulation, source: _ } = self;
+        let Rig { name, rate_hz, ambient_c, realtime, channels, joints, columns, simulation, source: _ } = self;
         *name == other.name
             && *rate_hz == other.rate_hz
             && *ambient_c == other.ambient_c
             && *realtime == other.realtime
             && *channels == other.channels
+            && *joints == other.joints
             && *columns == other.columns
             && *simulation == other.simulation
     }
@@ -107,6 +110,44 @@ pub struct Channel {
     /// All other effects are in the model.
     pub neighbour: Option<String>,
 }
+
+/// A joint that two channels turn against each other. Their wires have no other load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name, unique among joints and channels.
+    pub name: String,
+    /// Name of the channel whose wire turns it forward.
+    pub agonist: String,
+    /// Name of the channel whose wire turns it back.
+    pub antagonist: String,
+    /// What the wires pull at.
+    pub mechanics: sinew_physics::Joint,
+    /// Tension below which a wire counts as about to go slack, in N.
+    pub min_tension_n: f64,
+    /// Tension that is kept where the motion leaves it free, in N.
+    pub tension_n: f64,
+    /// Tension no wire is driven above, in N.
+    pub max_tension_n: f64,
+}
+
+impl Joint {
+    /// Which of the joint's two wires a channel is, 0 = agonist; `None` where it is neither.
+    pub fn side(&self, channel: &str) -> Option<usize> {
+        [&self.agonist, &self.antagonist].into_iter().position(|name| name == channel)
+    }
+}
+
+impl Channel {
+    /// The wire in the load that its stroke, limits and observers are reckoned with: its own, or, in a joint, the joint's
+    /// at a tension kept at the pretension (see [`sinew_physics::Joint::nominal_load`]).
+    pub fn nominal_model(&self, joint: Option<&Joint>) -> WireModel {
+        let load = joint.map_or(self.model.load, |joint| joint.mechanics.nominal_load());
+        WireModel { load, ..self.model.clone() }
+    }
+}
+
+/// The load of a joint's wire: the joint says where its end is.
+pub(crate) const LOAD_IN_JOINT: Load = Load::ImposedPosition;
 
 /// Whether the zero of `position_m` is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

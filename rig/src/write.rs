@@ -6,7 +6,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike}
 use crate::effects;
 use crate::parameters::{MODEL_TABLES, Prior};
 use crate::read;
-use crate::schema::{CHANNEL, Kind, RIG, SIMULATION, Section, Value, local};
+use crate::schema::{CHANNEL, JOINT, Kind, RIG, SIMULATION, Section, Value, local};
 use crate::types::*;
 
 impl Rig {
@@ -29,6 +29,7 @@ impl Rig {
             write_section(document.as_table_mut(), path, section, self, base);
         }
         self.write_channels(&mut document, base);
+        self.write_joints(&mut document, base);
         self.write_columns(&mut document, base);
         self.write_faults(&mut document, base);
         // A model is what it is to the last number. Where one was a default computed from another that has changed
@@ -38,7 +39,7 @@ impl Rig {
                 if channel.model == read.model {
                     continue;
                 }
-                let Some(table) = channel_table(&mut document, index) else { continue };
+                let Some(table) = table_in(&mut document, "channel", index) else { continue };
                 for section in CHANNEL.iter().filter(|s| MODEL_TABLES.contains(&s.table)) {
                     write_section(table, &[local(section.table)], section, channel, Some(read));
                 }
@@ -50,27 +51,25 @@ impl Rig {
 
     fn write_channels(&self, document: &mut DocumentMut, base: Option<&Rig>) {
         let old = base.map_or(&[][..], |b| &b.channels);
-        // The same number of channels: one may have been renamed. Another number: go by name.
-        let same_places = old.len() == self.channels.len();
-        if !same_places {
-            // Only headers can be moved about, so channels written as an inline array get headers.
-            let tables = match document.remove("channel").map(Item::into_array_of_tables) {
-                Some(Ok(tables)) => tables,
-                _ => ArrayOfTables::new(),
-            };
-            let mut kept = ArrayOfTables::new();
-            for channel in &self.channels {
-                let place = old.iter().position(|c| c.name == channel.name);
-                let mut table = place.and_then(|i| tables.get(i)).cloned().unwrap_or_default();
-                forget_place(&mut table);
-                kept.push(table);
+        let places = arrange(document, "channel", old, &self.channels, |channel| &channel.name);
+        for (index, (channel, place)) in self.channels.iter().zip(places).enumerate() {
+            let Some(table) = table_in(document, "channel", index) else { continue };
+            write_channel(table, channel, place.map(|place| &old[place]));
+            // What was its joint's to say before has to be said now.
+            let left = place.is_some_and(|place| base.is_some_and(|b| b.joint_of(place).is_some()))
+                && self.joint_of(index).is_none();
+            if let Some(load) = CHANNEL.iter().find(|section| left && section.table == "channel.load") {
+                write_section(table, &[local(load.table)], load, channel, None);
             }
-            document.insert("channel", Item::ArrayOfTables(kept));
         }
-        for (index, channel) in self.channels.iter().enumerate() {
-            let before = if same_places { old.get(index) } else { old.iter().find(|c| c.name == channel.name) };
-            if let Some(table) = channel_table(document, index) {
-                write_channel(table, channel, before);
+    }
+
+    fn write_joints(&self, document: &mut DocumentMut, base: Option<&Rig>) {
+        let old = base.map_or(&[][..], |b| &b.joints);
+        let places = arrange(document, "joint", old, &self.joints, |joint| &joint.name);
+        for (index, (joint, place)) in self.joints.iter().zip(places).enumerate() {
+            if let Some(table) = table_in(document, "joint", index) {
+                write_section(table, &[], &JOINT, joint, place.map(|place| &old[place]));
             }
         }
     }
@@ -131,9 +130,39 @@ impl Rig {
     }
 }
 
-/// The table of a channel, whether it has a header of its own or stands in an inline array.
-fn channel_table(document: &mut DocumentMut, index: usize) -> Option<&mut dyn TableLike> {
-    match document.get_mut("channel")? {
+/// Gives every one of `new` a table in the array `name`, its old one where it had one; says which of `old` each was.
+fn arrange<T>(
+    document: &mut DocumentMut,
+    name: &str,
+    old: &[T],
+    new: &[T],
+    called: impl Fn(&T) -> &String,
+) -> Vec<Option<usize>> {
+    // The same number of them: one may have been renamed. Another number: go by name.
+    if old.len() == new.len() {
+        return (0..new.len()).map(Some).collect();
+    }
+    // Only headers can be moved about, so tables written as an inline array get headers.
+    let tables = match document.remove(name).map(Item::into_array_of_tables) {
+        Some(Ok(tables)) => tables,
+        _ => ArrayOfTables::new(),
+    };
+    let places: Vec<_> = new.iter().map(|now| old.iter().position(|o| called(o) == called(now))).collect();
+    let mut kept = ArrayOfTables::new();
+    for place in &places {
+        let mut table = place.and_then(|place| tables.get(place)).cloned().unwrap_or_default();
+        forget_place(&mut table);
+        kept.push(table);
+    }
+    if !kept.is_empty() {
+        document.insert(name, Item::ArrayOfTables(kept));
+    }
+    places
+}
+
+/// A table of an array of them, whether it has a header of its own or stands in an inline array.
+fn table_in<'a>(document: &'a mut DocumentMut, name: &str, index: usize) -> Option<&'a mut dyn TableLike> {
+    match document.get_mut(name)? {
         Item::ArrayOfTables(tables) => tables.get_mut(index).map(|t| t as &mut dyn TableLike),
         Item::Value(toml_edit::Value::Array(array)) => {
             array.get_mut(index).and_then(|v| v.as_inline_table_mut()).map(|t| t as &mut dyn TableLike)

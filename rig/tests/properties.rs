@@ -82,6 +82,23 @@ drive.supply_v = 9.0
 control = { algorithm = "pid", rapid_heating = "temperature", heat_loss_feedforward = true, pid_derivative_s_per_mm = 0.125 }
 load.mass_kg = 0.3
 
+[[channel]]
+name = "flexor"
+wire = { diameter_mm = 0.05, length_mm = 100.0 }
+drive.supply_v = 12.0
+
+[[channel]]
+name = "extensor"
+wire = { diameter_mm = 0.05, length_mm = 100.0 }
+drive.supply_v = 12.0
+
+[[joint]]
+name = "knee"
+agonist = "flexor"
+antagonist = "extensor"
+radius_mm = 8.0        # to the pin
+inertia_kg_mm2 = 2.5
+
 [recording.columns]
 position_m = { column = "Pos", scale = -1.0, offset = 0.5 }
 
@@ -173,6 +190,11 @@ fn read(text: &str) {
                 assert!(
                     channel.control.minimum_duty < l.max_duty || channel.model.drive.supply_v == 0.0 || !pwm(channel)
                 );
+            }
+            for joint in &rig.joints {
+                let models = rig.channels_of(joint).unwrap().map(|index| &rig.channels[index].model);
+                joint.mechanics.validate(models).unwrap();
+                assert!(joint.min_tension_n < joint.tension_n && joint.tension_n <= joint.max_tension_n);
             }
             assert!(rig.to_toml() == text, "nothing was changed");
             let _ = rig.check_drivable();

@@ -92,7 +92,7 @@ fn the_pages_carry_the_tables_of_the_code() {
 fn the_examples_of_the_page_are_read() {
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/rig.md")).unwrap();
     let examples: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(examples.len(), 4);
+    assert_eq!(examples.len(), 5);
     let smallest = examples[0];
     Rig::parse(smallest, "docs/rig.md").unwrap().check_drivable().unwrap();
     for more in &examples[1..] {
