@@ -64,8 +64,9 @@ pub(crate) struct Channel {
     /// Where on the wire a tap sticks, as the share of the wire's voltage that it sees.
     stuck: [Option<f64>; 2],
     converter: Converter,
-    /// Mean power into the wire in the period just past, W, and the duty that was in force then.
-    power_w: f64,
+    /// Electrical heat up to the start of the period just past, J, how long that was, s, and the duty in force then.
+    heat_before_j: f64,
+    past_s: f64,
     past_duty: f64,
     last: Sample,
     /// Wander of a floating input, in standard deviations.
@@ -99,7 +100,8 @@ impl Channel {
             low_ohm,
             stuck: [None; 2],
             converter: Converter::new(&channel.adc, drive.supply_v, low_ohm, seed),
-            power_w: 0.0,
+            heat_before_j: 0.0,
+            past_s: 0.0,
             past_duty: 0.0,
             last: Sample::NONE,
             floating: 0.0,
@@ -122,9 +124,9 @@ impl Channel {
         Inputs { drive: 0.0, supply_v: self.supply_v, ..self.inputs }
     }
 
-    /// Lets one period of the duty in force pass.
+    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes.
     #[inline]
-    pub fn advance(&mut self, period_s: f64, acting: &Acting) {
+    pub fn begin(&mut self, period_s: f64, acting: &Acting) {
         let supply_v = self.supply_v * acting.supply();
         self.inputs.drive = self.duty;
         self.inputs.supply_v = if acting.is_none() {
@@ -135,16 +137,33 @@ impl Channel {
             let flow = flow(supply_v, self.series_ohm, ohm, &self.defects(acting));
             flow.wire_a * (ohm + self.series_ohm + self.contact_ohm)
         };
-        self.wire.step(&self.inputs, period_s);
         self.past_duty = self.duty;
+        self.past_s = period_s;
+        self.heat_before_j = self.wire.energy().heat_in_j;
     }
 
-    /// Samples at the end of the on-phase that closes the period [`Channel::advance`] has just let pass; an input that is
-    /// shared also in the off-phase that opened it.
+    /// Lets the period pass, for a wire with a load of its own.
+    #[inline]
+    pub fn pass(&mut self) {
+        self.wire.step(&self.inputs, self.past_s);
+    }
+
+    /// The wire with what acts on it, for whoever else lets the period pass: the joint it turns.
+    #[inline]
+    pub fn wire_in_joint(&mut self) -> (&mut Wire, &Inputs) {
+        (&mut self.wire, &self.inputs)
+    }
+
+    /// Mean power into the wire in the period just past, W.
+    fn power_w(&self) -> f64 {
+        if self.past_s > 0.0 { (self.wire.energy().heat_in_j - self.heat_before_j) / self.past_s } else { 0.0 }
+    }
+
+    /// Samples at the end of the on-phase that closes the period just past; an input that is shared also in the off-phase
+    /// that opened it.
     #[inline]
     pub fn sample(&mut self, period_s: f64, acting: &Acting) -> Sample {
         let outputs = self.wire.outputs();
-        self.power_w = outputs.power_w;
         let lasts = |share: f64| share * period_s >= MIN_ON_TIME_S * (1.0 - 1e-9);
         let (on, off) = (lasts(self.past_duty), lasts(1.0 - self.past_duty));
         let supply_v = self.supply_v * acting.supply();
@@ -267,7 +286,7 @@ impl Channel {
     pub fn at_rest(&mut self) {
         self.duty = 0.0;
         self.past_duty = 0.0;
-        self.power_w = 0.0;
+        self.past_s = 0.0;
     }
 
     pub fn truth(&self) -> Truth {
@@ -280,7 +299,7 @@ impl Channel {
             martensite: wire.martensite(),
             force_n: self.area_m2 * wire.stress_pa(),
             resistance_ohm: wire.resistance_ohm(),
-            power_w: self.power_w,
+            power_w: self.power_w(),
             duty: self.past_duty,
         }
     }

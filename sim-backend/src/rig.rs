@@ -3,7 +3,7 @@
 use std::fmt;
 
 use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth};
-use sinew_physics::{EnergyBalance, Inputs, Wire};
+use sinew_physics::{EnergyBalance, Inputs, JointMotion, Wire};
 use sinew_rig::{FaultKind, Rig};
 
 use crate::channel::{Channel, World};
@@ -30,6 +30,12 @@ pub enum Error {
     },
 }
 
+impl Error {
+    fn wire(channel: &sinew_rig::Channel, error: sinew_physics::Error) -> Error {
+        Error::Wire { channel: channel.name.clone(), error }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -41,11 +47,35 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// A joint and the channels whose wires turn it, agonist first.
+#[derive(Debug, Clone)]
+struct Joint {
+    motion: JointMotion,
+    channels: [usize; 2],
+    radius_m: f64,
+}
+
+impl Joint {
+    /// Lets a period pass for the joint and its two wires.
+    #[inline]
+    fn pass(&mut self, channels: &mut [Channel], period_s: f64) {
+        let Ok([agonist, antagonist]) = channels.get_disjoint_mut(self.channels) else { return };
+        let (forward, forward_inputs) = agonist.wire_in_joint();
+        let (back, back_inputs) = antagonist.wire_in_joint();
+        // a pull that makes a wire longer turns the joint to the other wire's side
+        let torque_n_m = self.radius_m * (back_inputs.external_n - forward_inputs.external_n);
+        self.motion.step([forward, back], [forward_inputs, back_inputs], torque_n_m, period_s);
+    }
+}
+
 /// A rig of simulated wires. One `exchange` is one period of the rig's rate, however long it takes: whether a simulated
 /// second takes a second is up to the loop that calls it.
 #[derive(Debug)]
 pub struct SimulatedRig {
     channels: Vec<Channel>,
+    joints: Vec<Joint>,
+    /// Whether each channel's wire has a load of its own, and not a joint's.
+    alone: Vec<bool>,
     /// Wires that take heat from another one, and which: indices of channels.
     neighbours: Vec<[usize; 2]>,
     period_s: f64,
@@ -64,9 +94,24 @@ impl SimulatedRig {
     pub fn new(rig: &Rig) -> Result<SimulatedRig, Error> {
         rig.check_drivable().map_err(Error::NotDrivable)?;
         let scheduled = &rig.simulation.faults;
+        let mut joints = Vec::new();
+        for joint in &rig.joints {
+            // the rig file was read, so its joints have channels
+            let Some(channels) = rig.channels_of(joint) else { continue };
+            let wires = channels.map(|index| &rig.channels[index]);
+            let motion = JointMotion::new(&joint.mechanics, wires.map(|wire| &wire.model))
+                .map_err(|error| Error::wire(wires[0], error))?;
+            joints.push(Joint { motion, channels, radius_m: joint.mechanics.radius_m });
+        }
+        let place = |index| {
+            joints.iter().find_map(|joint| Some((&joint.motion, joint.channels.iter().position(|c| *c == index)?)))
+        };
         let channels = rig.channels.iter().enumerate().map(|(index, channel)| {
-            let wire =
-                Wire::new(&channel.model).map_err(|error| Error::Wire { channel: channel.name.clone(), error })?;
+            let wire = match place(index) {
+                Some((motion, side)) => motion.wire(side, &channel.model),
+                None => Wire::new(&channel.model),
+            };
+            let wire = wire.map_err(|error| Error::wire(channel, error))?;
             let seed = channel_seed(rig.simulation.seed, &channel.name);
             Ok(Channel::new(wire, channel, seed, Schedule::of_channel(scheduled, index)))
         });
@@ -76,6 +121,8 @@ impl SimulatedRig {
         Ok(SimulatedRig {
             neighbours: rig.channels.iter().enumerate().filter_map(neighbour).collect(),
             channels: channels.collect::<Result<Vec<_>, Error>>()?,
+            alone: (0..rig.channels.len()).map(|index| place(index).is_none()).collect(),
+            joints,
             period_s: 1.0 / rig.rate_hz,
             periods: 0,
             started: false,
@@ -117,6 +164,11 @@ impl SimulatedRig {
         Some(&self.channels.get(channel)?.wire)
     }
 
+    /// A joint of the rig, in the order of the rig file.
+    pub fn joint(&self, joint: usize) -> Option<&JointMotion> {
+        Some(&self.joints.get(joint)?.motion)
+    }
+
     /// A time inside the present period that rounding cannot move across its ends.
     fn middle_s(&self) -> f64 {
         (self.periods as f64 + 0.5) * self.period_s
@@ -136,7 +188,13 @@ impl SimulatedRig {
         self.warm_neighbours();
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
-            channel.advance(self.period_s, &acting);
+            channel.begin(self.period_s, &acting);
+            if self.alone[index] {
+                channel.pass();
+            }
+        }
+        for joint in &mut self.joints {
+            joint.pass(&mut self.channels, self.period_s);
         }
         self.periods += 1;
     }
@@ -185,11 +243,10 @@ impl Backend for SimulatedRig {
         if self.faults.backend_error() || self.schedule.any_acts_at(time_s) {
             return self.fail(samples, BackendError::Io { os_error: EIO });
         }
-        self.warm_neighbours();
+        self.pass();
         let mut failed = None;
         for (index, ((channel, duty), sample)) in self.channels.iter_mut().zip(duty).zip(samples).enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
-            channel.advance(self.period_s, &acting);
             *sample = channel.sample(self.period_s, &acting);
             channel.duty = *duty;
             if acting.has(FaultKind::BackendError) {
@@ -199,7 +256,6 @@ impl Backend for SimulatedRig {
                 failed = failed.or(Some(BackendError::Channel { channel: index as u32, fault }));
             }
         }
-        self.periods += 1;
         failed.map_or(Ok(()), Err)
     }
 
