@@ -6,7 +6,7 @@ use sinew_control::{
 };
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{DriveKind, Load, WireModel};
-use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, RapidHeating, SamplingCircuit, Sensing};
+use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, RapidHeating, Rig, SamplingCircuit, Sensing};
 use sinew_sensing::{
     Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
     Reading, ResistanceLine, Sample,
@@ -106,12 +106,13 @@ pub struct Happened {
 }
 
 impl Channel {
-    /// A channel of a rig, at rest, trusting nothing.
+    /// A channel of a rig, by its index there, at rest, trusting nothing.
     ///
     /// # Errors
     /// [`Error::Rig`] where the channel cannot be driven by pulses or measured.
-    pub fn new(channel: &RigChannel, rate_hz: f64) -> Result<Channel, Error> {
-        let model = &channel.model;
+    pub fn new(rig: &Rig, index: usize) -> Result<Channel, Error> {
+        let channel = &rig.channels[index];
+        let model = &rig.nominal_model(index);
         let refuse = |reason: String| Error::Rig { place: format!("channel {}", channel.name), reason };
         if model.drive.kind != DriveKind::Pwm {
             return Err(refuse("its drive is not \"pwm\": only a wire heated by pulses can be driven".into()));
@@ -147,7 +148,7 @@ impl Channel {
             }
             _ => ObserverConfig { length_sigma_m: sigma_m, ..ObserverConfig::default() },
         };
-        let observer = MotionObserver::new(rate_hz, observer).map_err(|error| refuse(error.to_string()))?;
+        let observer = MotionObserver::new(rig.rate_hz, observer).map_err(|error| refuse(error.to_string()))?;
 
         let limits = &channel.limits;
         let settings = settings(channel);

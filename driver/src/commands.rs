@@ -63,12 +63,14 @@ impl ChannelRules {
     pub fn of(rig: &Rig) -> Result<Vec<ChannelRules>, sinew_physics::Error> {
         rig.channels
             .iter()
-            .map(|channel| {
-                let stroke = StrokeRange::of(&channel.model)?;
+            .enumerate()
+            .map(|(index, channel)| {
+                let model = rig.nominal_model(index);
+                let stroke = StrokeRange::of(&model)?;
                 let limits = &channel.limits;
                 let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
                 Ok(ChannelRules {
-                    model: channel.model.clone(),
+                    model,
                     stroke,
                     // What the wire cannot reach it would only be overheated for.
                     min_length_m: limits.min_length_m.max(short_m),

@@ -112,7 +112,7 @@ impl Engine {
     pub fn new(rig: &Rig, program: Option<Program>) -> Result<Engine, Error> {
         rig.check_drivable().map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
         let channels: Vec<Channel> =
-            rig.channels.iter().map(|channel| Channel::new(channel, rig.rate_hz)).collect::<Result<_, _>>()?;
+            (0..rig.channels.len()).map(|index| Channel::new(rig, index)).collect::<Result<_, _>>()?;
         Ok(Engine {
             resets: vec![None; channels.len()],
             channels,
