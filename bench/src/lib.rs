@@ -12,6 +12,7 @@ mod plant;
 pub mod row;
 mod run;
 pub mod score;
+pub mod sensing;
 mod session;
 mod trial;
 
