@@ -69,3 +69,75 @@ impl Controller for InputOutputLinearised {
         self.blind
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Estimate, Modulation};
+    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Load, Material, Wire, WireModel};
+
+    fn model() -> WireModel {
+        WireModel {
+            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+            material: Material::default(),
+            taps: None,
+            drive: Drive { kind: DriveKind::Power, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
+            load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 4.0, spring_n_per_m: 60.0, preload_n: 1.5 },
+            initial: Initial::default(),
+            ambient_c: 25.0,
+            effects: sinew_physics::Effects::default(),
+        }
+    }
+
+    fn believed(map: &WireMap, wire: &Wire) -> Estimate {
+        Estimate {
+            temperature_c: wire.temperature_c(),
+            martensite: wire.martensite(),
+            stress_pa: wire.stress_pa(),
+            length_m: map.length + wire.position_m(),
+            velocity_m_s: wire.velocity_m_s(),
+            loss_w: map.loss * (wire.temperature_c() - map.ambient),
+            full_power_w: 10.0,
+            ..Estimate::UNKNOWN
+        }
+    }
+
+    /// What the law is for: the wire of the reference model, known exactly and heated through its transformation, moves
+    /// everywhere with the speed that is asked for, though its slope changes threefold on the way.
+    #[test]
+    fn the_speed_is_the_one_asked_for() {
+        let (model, map, dt_s) = (model(), WireMap::new(&model()), 1e-4);
+        let range = Range::new(0.0, 1.0, Modulation::Switched);
+        let mut law = InputOutputLinearised::new(map, 10.0, Slope::Estimated, true, range);
+        let mut wire = Wire::new(&model).unwrap();
+        let asked = 4e-3;
+        let mut checked = 0;
+        for _ in 0..60_000 {
+            let estimate = believed(&map, &wire);
+            // an error that is always worth the same speed
+            let duty = law.duty(&Demand {
+                reference_m: estimate.length_m - asked / 10.0,
+                length_m: estimate.length_m,
+                velocity_m_s: 0.0,
+                acceleration_m_s2: 0.0,
+                resistance_ohm: f64::NAN,
+                dt_s,
+                estimate,
+            });
+            wire.step(&Inputs { drive: 10.0 * duty, ..model.rest_inputs() }, dt_s);
+            if (0.1..0.9).contains(&wire.martensite()) {
+                checked += 1;
+                // up to a tenth slow: stress moves the phase as well, and temperature stretches the wire, which eq. 55 leaves out
+                if checked > 500 {
+                    assert!(
+                        (0.88..1.05).contains(&(-wire.velocity_m_s() / asked)),
+                        "{} at {}",
+                        wire.velocity_m_s(),
+                        wire.martensite()
+                    );
+                }
+            }
+        }
+        assert!(checked > 5000, "{checked}");
+    }
+}

@@ -95,3 +95,84 @@ impl Controller for Pid {
         self.blind
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Estimate, Modulation};
+
+    const GAINS: PidGains = PidGains {
+        proportional_per_m: 100.0,
+        integral_per_m_s: 50.0,
+        derivative_s_per_m: 4.0,
+        filter_s: 0.02,
+        tracking_s: 0.3,
+    };
+
+    fn pid(feedforward: bool) -> Pid {
+        Pid::new(GAINS, feedforward, Range::new(0.02, 1.0, Modulation::Switched))
+    }
+
+    fn demand(error_m: f64, velocity_m_s: f64) -> Demand {
+        Demand {
+            reference_m: 0.16,
+            length_m: 0.16 + error_m,
+            velocity_m_s,
+            acceleration_m_s2: 0.0,
+            resistance_ohm: f64::NAN,
+            dt_s: 1e-3,
+            estimate: Estimate::UNKNOWN,
+        }
+    }
+
+    /// K_P e + K_I e t from the least duty on, and K_D v once the filter has it.
+    #[test]
+    fn is_the_sum_of_its_terms() {
+        let mut law = pid(false);
+        let (error, velocity) = (2e-3, 0.01);
+        let duty = (0..1000).map(|_| law.duty(&demand(error, velocity))).last().unwrap();
+        let expected = 0.02 + 100.0 * error + 50.0 * error * 0.999 + 4.0 * velocity;
+        assert!((duty - expected).abs() < 1e-9, "{duty} {expected}");
+        // the filter's own time: 1 − 1/e of the way after 20 ms
+        let mut law = pid(false);
+        let duty = (0..20).map(|_| law.duty(&demand(0.0, velocity))).last().unwrap();
+        assert!(((duty - 0.02) / (4.0 * velocity) - 0.632).abs() < 0.02, "{duty}");
+    }
+
+    /// A step of the reference is answered by the proportional gain alone.
+    #[test]
+    fn a_step_of_the_reference_does_not_kick() {
+        let mut law = pid(false);
+        let before = law.duty(&demand(1e-3, 0.0));
+        let after = law.duty(&demand(3e-3, 0.0));
+        assert!((after - before - 100.0 * 2e-3).abs() < 1e-3, "{before} {after}");
+    }
+
+    /// Saturated, the integrator settles where it asks for K_I e T_t more than is given, and is off the limit at once after.
+    #[test]
+    fn does_not_wind_up() {
+        let mut law = pid(false);
+        (0..20_000).for_each(|_| assert!(law.duty(&demand(0.02, 0.0)) <= 1.0));
+        let wanted = 100.0 * 0.02 + law.integral;
+        assert!((wanted - (1.0 + 50.0 * 0.02 * 0.3)).abs() < 1e-6, "{wanted}");
+        assert!(law.duty(&demand(0.01, 0.0)) < 1.0);
+    }
+
+    /// The loss is added as a duty; without an estimate nothing is.
+    #[test]
+    fn feeds_the_loss_forward() {
+        let estimate = Estimate {
+            temperature_c: 90.0,
+            martensite: 0.5,
+            length_m: 0.161,
+            velocity_m_s: 0.0,
+            loss_w: 0.6,
+            full_power_w: 3.0,
+            ..Estimate::UNKNOWN
+        };
+        let seen = Demand { estimate, ..demand(1e-3, 0.0) };
+        assert!((pid(true).duty(&seen) - (0.1 + 0.2)).abs() < 1e-12);
+        assert!((pid(true).duty(&demand(1e-3, 0.0)) - 0.1).abs() < 1e-12);
+        assert!((pid(false).duty(&seen) - (0.02 + 0.1)).abs() < 1e-12);
+    }
+}
