@@ -111,7 +111,7 @@ mod tests {
         let mut law = InputOutputLinearised::new(map, 10.0, Slope::Estimated, true, range);
         let mut wire = Wire::new(&model).unwrap();
         let asked = 4e-3;
-        let mut checked = 0;
+        let (mut checked, mut elongation) = (0, f64::NAN);
         for _ in 0..60_000 {
             let estimate = believed(&map, &wire);
             // an error that is always worth the same speed
@@ -125,17 +125,19 @@ mod tests {
                 estimate,
             });
             wire.step(&Inputs { drive: 10.0 * duty, ..model.rest_inputs() }, dt_s);
-            if (0.1..0.9).contains(&wire.martensite()) {
-                checked += 1;
-                // up to a tenth slow: stress moves the phase as well, and temperature stretches the wire, which eq. 55 leaves out
-                if checked > 500 {
+            if (0.1..0.85).contains(&wire.martensite()) {
+                // over a tenth of a second, in which the load rings several times
+                if checked % 1000 == 0 {
+                    let speed = (elongation - wire.position_m()) / (1000.0 * dt_s);
+                    elongation = wire.position_m();
+                    // up to a tenth slow: stress moves the phase as well, and temperature stretches the wire, which eq. 55 leaves out
                     assert!(
-                        (0.88..1.05).contains(&(-wire.velocity_m_s() / asked)),
-                        "{} at {}",
-                        wire.velocity_m_s(),
+                        speed.is_nan() || (0.88..1.02).contains(&(speed / asked)),
+                        "{speed} at {}",
                         wire.martensite()
                     );
                 }
+                checked += 1;
             }
         }
         assert!(checked > 5000, "{checked}");
