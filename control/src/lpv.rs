@@ -77,8 +77,6 @@ impl std::error::Error for LpvError {}
 #[derive(Debug, Clone)]
 pub struct LpvModel {
     map: WireMap,
-    /// 1 − w: the share of the implicit inner loop's slope inside the outer curves.
-    inner_share: f64,
     coupling: Coupling,
 }
 
@@ -108,12 +106,21 @@ impl LpvModel {
     pub fn new(model: &WireModel, coupling: Coupling) -> Result<LpvModel, LpvError> {
         match model.load {
             Load::SpringMassDamper { mass_kg, .. } if mass_kg > 0.0 => {
-                let inner_share = 1.0 - model.material.outer_loop_weight;
-                Ok(LpvModel { map: WireMap::new(model), inner_share, coupling })
+                Ok(LpvModel { map: WireMap::new(model), coupling })
             }
             Load::SpringMassDamper { mass_kg, .. } => Err(LpvError::NoMass { found: mass_kg }),
             Load::ImposedPosition | Load::ImposedForce => Err(LpvError::LoadUnknown),
         }
+    }
+
+    /// The same of constants that are at hand; `map` has to have a mass.
+    pub(crate) fn of_map(map: WireMap, coupling: Coupling) -> LpvModel {
+        LpvModel { map, coupling }
+    }
+
+    /// h A_s/(m c_p): how fast a wire that does not transform cools, 1/s (the thesis' 0.7228/s).
+    pub fn temperature_pole(&self) -> f64 {
+        self.map.loss * self.map.per_heat_capacity
     }
 
     /// ∂ξ/∂ϑ on the branch that leaves this point in its direction, in 1/K: −k ξ(1−ξ) on the outer curve, inside it
@@ -129,7 +136,7 @@ impl LpvModel {
             if xi >= outer - ON_CURVE {
                 -steepness * xi * (1.0 - xi)
             } else {
-                -self.inner_share * steepness * xi * (1.0 - outer)
+                -m.inside * steepness * xi * (1.0 - outer)
             }
         } else {
             let outer = curve(m.cooling_centre, m.cooling_width);
@@ -137,7 +144,7 @@ impl LpvModel {
             if xi <= outer + ON_CURVE {
                 -steepness * xi * (1.0 - xi)
             } else {
-                -self.inner_share * steepness * (1.0 - xi) * outer
+                -m.inside * steepness * (1.0 - xi) * outer
             }
         }
     }

@@ -146,13 +146,7 @@ impl EnthalpyObserver {
             self.velocity = 0.0;
         }
         let m = &self.map;
-        let power = if seen.power_w.is_finite() {
-            seen.power_w.clamp(0.0, 100.0 * m.full_power + 100.0)
-        } else if seen.duty.is_finite() {
-            seen.duty.clamp(0.0, 1.0) * m.power_at_full_duty(self.fraction, self.temperature, self.elongation)
-        } else {
-            m.full_power
-        };
+        let power = m.power(seen, self.fraction, self.temperature, self.elongation);
         if seen.duty > 1e-3 && seen.duty <= 1.0 {
             // a supply that has gone is no reason to ask for a thousandfold duty when it comes back
             self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);

@@ -1,8 +1,10 @@
 //! What is believed of a wire, cycle by cycle: its temperature, its phase, its loss to the air.
 
 mod enthalpy;
+mod luenberger;
 
 pub use enthalpy::EnthalpyObserver;
+pub use luenberger::LuenbergerObserver;
 
 use sinew_physics::WireModel;
 
@@ -87,6 +89,10 @@ impl Estimate {
 pub enum EstimatorKind {
     /// [`EnthalpyObserver`].
     Enthalpy,
+    /// [`LuenbergerObserver`] with constant gains.
+    Luenberger,
+    /// [`LuenbergerObserver`] with gains scheduled by the slope of the phase.
+    LuenbergerScheduled,
 }
 
 /// A channel's estimator: one of the kinds, chosen once, dispatched without indirection.
@@ -96,6 +102,8 @@ pub enum EstimatorKind {
 pub enum StateEstimator {
     /// Enthalpy from the power, phase from the length.
     Enthalpy(EnthalpyObserver),
+    /// The linear model pulled to the length, with either kind of gains.
+    Luenberger(LuenbergerObserver),
 }
 
 impl StateEstimator {
@@ -103,6 +111,8 @@ impl StateEstimator {
     pub fn new(model: &WireModel, kind: EstimatorKind) -> StateEstimator {
         match kind {
             EstimatorKind::Enthalpy => StateEstimator::Enthalpy(EnthalpyObserver::new(model)),
+            EstimatorKind::Luenberger => StateEstimator::Luenberger(LuenbergerObserver::constant(model)),
+            EstimatorKind::LuenbergerScheduled => StateEstimator::Luenberger(LuenbergerObserver::scheduled(model)),
         }
     }
 
@@ -111,6 +121,7 @@ impl StateEstimator {
     pub fn update(&mut self, seen: &Observation) -> Estimate {
         match self {
             StateEstimator::Enthalpy(estimator) => estimator.update(seen),
+            StateEstimator::Luenberger(estimator) => estimator.update(seen),
         }
     }
 
@@ -118,6 +129,7 @@ impl StateEstimator {
     pub fn reset(&mut self) {
         match self {
             StateEstimator::Enthalpy(estimator) => estimator.reset(),
+            StateEstimator::Luenberger(estimator) => estimator.reset(),
         }
     }
 }

@@ -159,6 +159,8 @@ pub struct Bench {
     pub estimator: StateEstimator,
     pub controller: Algorithm,
     pub estimate: Estimate,
+    /// What the estimator was given last.
+    pub observation: Observation,
     observer: MotionObserver,
     maximum_duty: f64,
     noise: Noise,
@@ -190,6 +192,7 @@ impl Bench {
             estimator: StateEstimator::new(believed, EstimatorKind::Enthalpy),
             controller: Algorithm::new(believed, settings),
             estimate: Estimate::UNKNOWN,
+            observation: Observation::nothing(0.0, 0.0),
             observer,
             maximum_duty: settings.maximum_duty,
             noise,
@@ -231,7 +234,7 @@ impl Bench {
         let taps = self.model.taps.unwrap();
         let length = (taps.l0_m + taps.ls_m) * v3 / v2;
         let motion = self.observer.update(Some(length), dt);
-        self.estimate = self.estimator.update(&Observation {
+        self.observation = Observation {
             power_w: self.duty * current * v3,
             duty: self.duty,
             length_m: length,
@@ -239,7 +242,8 @@ impl Bench {
             length_sigma_m: f64::NAN,
             resistance_ohm: f64::NAN,
             dt_s: dt,
-        });
+        };
+        self.estimate = self.estimator.update(&self.observation);
         let error = (self.estimate.temperature_c - self.wire.temperature_c()).abs();
         self.worst_temperature_error = self.worst_temperature_error.max(error);
         self.pending = self.controller.duty(&Demand {

@@ -1,0 +1,64 @@
+//! What the estimators believe of a wire, beside what it is: the command that reproduces the numbers of docs/control.md,
+//! "Linear models and observers".
+//!
+//! `cargo run --release -p sinew-control --example observers` prints the tables;
+//! `… --example observers -- trace` one run of steps as CSV on stdout.
+
+#[path = "../tests/observing/mod.rs"]
+mod observing;
+#[path = "../tests/rig/mod.rs"]
+mod rig;
+
+use observing::{ESTIMATORS, Watch, draught, transients};
+use rig::{CONVERTER, figure_wire};
+
+/// None of them was looked at while the observers were written.
+const SEEDS: std::ops::Range<u64> = 3001..3011;
+
+fn main() {
+    let model = figure_wire();
+    if std::env::args().nth(1).as_deref() == Some("trace") {
+        let mut watch = Watch::new(&model, &model, 1e3, CONVERTER, 1);
+        println!("time_s,temperature_c,martensite,constant_c,constant,scheduled_c,scheduled,enthalpy_c,enthalpy");
+        for k in 0..12_000 {
+            let t = f64::from(k) * 1e-3;
+            let stroke = if t % 4.0 < 2.0 { 0.3 } else { 0.7 };
+            watch.cycle(watch.bench.range.length_m(stroke));
+            print!("{t:.3},{:.3},{:.5}", watch.bench.wire.temperature_c(), watch.bench.wire.martensite());
+            for estimate in &watch.estimates {
+                print!(",{:.3},{:.5}", estimate.temperature_c, estimate.martensite);
+            }
+            println!();
+        }
+        return;
+    }
+    let count = (SEEDS.end - SEEDS.start) as f64;
+    let mut steps = vec![(0.0, 0.0); ESTIMATORS.len()];
+    let mut blown = vec![(0.0, 0.0, 0.0); ESTIMATORS.len()];
+    let mut truth = 0.0;
+    for seed in SEEDS {
+        let mut watch = Watch::new(&model, &model, 1e3, CONVERTER, seed);
+        for (sum, off) in steps.iter_mut().zip(transients(&mut watch)) {
+            sum.0 += off.martensite / count;
+            sum.1 += off.temperature_k / count;
+        }
+        let found = draught(&mut Watch::new(&model, &model, 1e3, CONVERTER, seed));
+        truth += found.truth_k / count;
+        for (i, sum) in blown.iter_mut().enumerate() {
+            sum.0 += found.changes_k[i] / count;
+            sum.1 += found.errors_k[i] / count;
+            sum.2 += found.martensite_errors[i] / count;
+        }
+    }
+    println!("steps between 30 % and 70 % of the stroke under PI, 1 kHz, {count} seeds, rms");
+    for ((name, _), (martensite, temperature)) in ESTIMATORS.iter().zip(&steps) {
+        println!("  {name:<22} martensite {:.2} %, temperature {temperature:.1} K", martensite * 100.0);
+    }
+    println!(
+        "a draught of 50 % at half the stroke: from 2.0 to 2.5 s the wire is {truth:+.1} K from before, on average"
+    );
+    for ((name, _), (change, error, martensite)) in ESTIMATORS.iter().zip(&blown) {
+        let martensite = martensite * 100.0;
+        println!("  {name:<22} believes {change:+.1} K; after 3 s {error:+.1} K and {martensite:+.2} % martensite off");
+    }
+}
