@@ -1,12 +1,15 @@
 //! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
 
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PidGains, Priming,
-    Settings, StateEstimator, StrokeRange,
+    Algorithm, AlgorithmKind, Controller, Demand, EnthalpyObserver, Estimate, EstimatorKind, Modulation, Observation,
+    PidGains, Priming, Settings, StateEstimator, StrokeRange,
 };
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{DriveKind, Load, WireModel};
-use sinew_rig::{Algorithm as RigAlgorithm, Channel as RigChannel, RapidHeating, Rig, SamplingCircuit, Sensing};
+use sinew_rig::{
+    Algorithm as RigAlgorithm, Channel as RigChannel, Estimator as RigEstimator, RapidHeating, Rig, SamplingCircuit,
+    Sensing,
+};
 use sinew_sensing::{
     Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
     Reading, ResistanceLine, Sample,
@@ -70,6 +73,8 @@ pub struct Channel {
     /// Mean power of the period just past, W.
     pub(crate) power_w: f64,
     estimator: StateEstimator,
+    /// Where that one's temperature cannot be trusted with the wire's life: one whose temperature can.
+    protector: Option<EnthalpyObserver>,
     /// What is believed of the wire.
     pub(crate) estimate: Estimate,
     /// Its supervisor.
@@ -152,6 +157,7 @@ impl Channel {
 
         let limits = &channel.limits;
         let settings = settings(channel);
+        let estimator = estimator(channel);
         let noise_a = sensor.config().converter.current_sigma_a();
         Ok(Channel {
             applied_duty: 0.0,
@@ -161,7 +167,8 @@ impl Channel {
             motion: Motion { length_m: f64::NAN, velocity_m_s: f64::NAN, acceleration_m_s2: f64::NAN },
             on_power_w: cold.power_w().max(hot.power_w()),
             power_w: 0.0,
-            estimator: StateEstimator::new(model, EstimatorKind::Enthalpy),
+            estimator: StateEstimator::new(model, estimator),
+            protector: (!estimator.is_protective()).then(|| EnthalpyObserver::new(model)),
             estimate: Estimate::UNKNOWN,
             guard: Guard::new(GuardLimits {
                 max_current_a: limits.max_current_a + CURRENT_GUARD * noise_a,
@@ -199,7 +206,7 @@ impl Channel {
             self.on_power_w = sample.current_a * sample.current_a * self.reading.resistance_ohm;
         }
         self.power_w = self.applied_duty * self.on_power_w;
-        self.estimate = self.estimator.update(&Observation {
+        let seen = Observation {
             power_w: self.power_w,
             duty: self.applied_duty,
             length_m: self.reading.length_m,
@@ -207,7 +214,12 @@ impl Channel {
             resistance_ohm: self.reading.resistance_ohm,
             tension_n: f64::NAN,
             dt_s: tick.dt_s,
-        });
+        };
+        self.estimate = self.estimator.update(&seen);
+        let temperature_c = match &mut self.protector {
+            Some(protector) => protector.update(&seen).temperature_c,
+            None => self.estimate.temperature_c,
+        };
 
         // Supervisor.
         let (permit, change) = self.guard.judge(&Evidence {
@@ -215,7 +227,7 @@ impl Channel {
             health: self.reading.health,
             current_a: sample.current_a,
             power_w: self.power_w,
-            temperature_c: self.estimate.temperature_c,
+            temperature_c,
             dt_s: tick.dt_s,
         });
         happened.change = change;
@@ -376,6 +388,15 @@ pub fn settings(channel: &RigChannel) -> Settings {
     }
 }
 
+/// The estimator that a rig file asks for.
+pub fn estimator(channel: &RigChannel) -> EstimatorKind {
+    match channel.control.estimator {
+        RigEstimator::Enthalpy => EstimatorKind::Enthalpy,
+        RigEstimator::Luenberger => EstimatorKind::Luenberger,
+        RigEstimator::LuenbergerScheduled => EstimatorKind::LuenbergerScheduled,
+    }
+}
+
 /// One end of a wire's stroke, seen electrically.
 #[derive(Debug, Clone, Copy)]
 struct Ends {
@@ -474,5 +495,20 @@ mod tests {
         let told = settings(&channel);
         assert_eq!(told.rapid_heating, Some(Priming::Resistance));
         assert_eq!((told.heat_loss_feedforward, told.relay_band_m), (Some(true), Some(1e-4)));
+    }
+
+    #[test]
+    fn words_of_the_rig_file_are_those_of_the_estimators() {
+        let mut channel = sinew_rig::Rig::hexapod().channels.swap_remove(0);
+        let mut chosen = Vec::new();
+        for kind in [RigEstimator::Enthalpy, RigEstimator::Luenberger, RigEstimator::LuenbergerScheduled] {
+            channel.control.estimator = kind;
+            let word = sinew_rig::word(&channel, "channel.control", "estimator");
+            assert_eq!(word.as_deref(), Some(estimator(&channel).word()));
+            chosen.push(estimator(&channel));
+        }
+        let words: Vec<&str> = chosen.iter().map(|kind| kind.word()).collect();
+        assert_eq!(words, sinew_rig::words("channel.control", "estimator"));
+        assert_eq!(chosen, EstimatorKind::ALL);
     }
 }

@@ -967,6 +967,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
         },
         control: Control {
             algorithm: Algorithm::SlidingMode,
+            estimator: Estimator::Enthalpy,
             lambda_per_s: None,
             rapid_heating: RapidHeating::Off,
             heat_loss_feedforward: None,

@@ -1123,6 +1123,18 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                     }
                 },
             },
+            choice!(
+                "estimator",
+                [
+                    ("enthalpy", Estimator::Enthalpy),
+                    ("luenberger", Estimator::Luenberger),
+                    ("luenberger_scheduled", Estimator::LuenbergerScheduled),
+                ],
+                Default::Text("enthalpy"),
+                "What the wire's temperature and martensite are estimated by, see [control.md](control.md): the heat that its \
+                 power feeds; the thesis' linear state estimator with constant gains, or with scheduled ones",
+                c.control.estimator
+            ),
             law_number!(
                 "lambda_per_s",
                 "1/s",

@@ -221,6 +221,8 @@ pub struct Limits {
 pub struct Control {
     /// The control law.
     pub algorithm: Algorithm,
+    /// What is believed of the wire, and how.
+    pub estimator: Estimator,
     /// λ of the sliding surface, of the linearised loop or of the servo's integral, in 1/s; `None` = from the wire's heating and cooling limits.
     pub lambda_per_s: Option<f64>,
     /// Whether full power comes before the law.
@@ -328,6 +330,17 @@ impl Algorithm {
     pub(crate) fn takes(self, key: &str) -> bool {
         KEYS_OF_LAWS.iter().find(|(of_some, _)| *of_some == key).is_none_or(|(_, laws)| laws.contains(&self))
     }
+}
+
+/// What the wire's temperature and phase are estimated by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// Enthalpy from the power, phase from the length.
+    Enthalpy,
+    /// The thesis' linear state estimator with constant gains, for comparison.
+    Luenberger,
+    /// The same with gains scheduled by the slope of the phase.
+    LuenbergerScheduled,
 }
 
 /// Whether full power comes before the law, and what tells when to stop.

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 use proptest::sample::Index;
-use sinew_rig::{Algorithm, FaultKind, HEXAPOD_TOML, Prior, RapidHeating, Rig, SimulatedFault};
+use sinew_rig::{Algorithm, Estimator, FaultKind, HEXAPOD_TOML, Prior, RapidHeating, Rig, SimulatedFault};
 
 /// A file with every table in it.
 const FULL: &str = r#"# a bench
@@ -79,7 +79,7 @@ channel = "right"
 name = "right"
 wire = { diameter_mm = 0.25, length_mm = 100.0 }
 drive.supply_v = 9.0
-control = { algorithm = "pid", rapid_heating = "temperature", heat_loss_feedforward = true, pid_derivative_s_per_mm = 0.125 }
+control = { algorithm = "pid", estimator = "luenberger", rapid_heating = "temperature", heat_loss_feedforward = true, pid_derivative_s_per_mm = 0.125 }
 load.mass_kg = 0.3
 
 [[channel]]
@@ -338,6 +338,8 @@ proptest! {
         rig.channels[0].limits.lease_s = hold;
         rig.channels[0].control.algorithm =
             [Algorithm::SlidingMode, Algorithm::Relay, Algorithm::InputOutputLinearised][(seed % 3) as usize];
+        rig.channels[0].control.estimator =
+            [Estimator::Enthalpy, Estimator::Luenberger, Estimator::LuenbergerScheduled][(seed % 3) as usize];
         rig.channels[0].control.lambda_per_s = None;
         rig.channels[0].control.rapid_heating = RapidHeating::Resistance;
         rig.channels[0].control.relay_band_m = (seed % 3 == 1).then_some(scale / 1e3);

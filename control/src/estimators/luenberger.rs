@@ -23,7 +23,7 @@ const LOAD_POLE: f64 = 16.0;
 /// The flattest slope that gains are placed for, as a share of the steepest: flatter ones would ask for gains without bound.
 const FLATTEST: f64 = 0.1;
 /// Gains in the table, over slopes from 0 to the steepest.
-const NODES: usize = 65;
+const NODES: usize = 17;
 /// Slower than this share of the fastest the air lets a wire lengthen is standing; twice as fast is surely moving.
 const STANDING: f64 = 0.14;
 /// Bandwidth of the rate that tells the two apart, in poles of the wire's temperature.

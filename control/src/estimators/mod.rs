@@ -95,6 +95,30 @@ pub enum EstimatorKind {
     LuenbergerScheduled,
 }
 
+impl EstimatorKind {
+    /// Every estimator.
+    pub const ALL: [EstimatorKind; 3] =
+        [EstimatorKind::Enthalpy, EstimatorKind::Luenberger, EstimatorKind::LuenbergerScheduled];
+
+    /// Its word in the rig file.
+    pub fn word(self) -> &'static str {
+        match self {
+            EstimatorKind::Enthalpy => "enthalpy",
+            EstimatorKind::Luenberger => "luenberger",
+            EstimatorKind::LuenbergerScheduled => "luenberger_scheduled",
+        }
+    }
+
+    /// Whether its temperature can be trusted with the wire's life. Chapter 9's estimators are tens of kelvins off whenever
+    /// the wire moves, and in a draught.
+    pub fn is_protective(self) -> bool {
+        match self {
+            EstimatorKind::Enthalpy => true,
+            EstimatorKind::Luenberger | EstimatorKind::LuenbergerScheduled => false,
+        }
+    }
+}
+
 /// A channel's estimator: one of the kinds, chosen once, dispatched without indirection.
 // Lies by value in the channel's struct, as the law does.
 #[allow(clippy::large_enum_variant)]
