@@ -5,13 +5,15 @@ use crate::laws::{RapidHeating, Schedule};
 use crate::wire_map::WireMap;
 use crate::{
     Controller, Coupling, Demand, InputOutputLinearised, Law, Modulation, Pid, PidGains, Priming, Relay, SlidingMode1,
-    SlidingMode2, Slope, VelocityServo, lambda,
+    SlidingMode2, Slope, TimeOptimal, VelocityServo, lambda,
 };
 use sinew_physics::WireModel;
 
 /// The laws to choose from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AlgorithmKind {
+    /// Second-order sliding mode along the stopping distance.
+    TimeOptimal,
     /// Second-order surface, eq. 70's equivalent control (the default).
     SlidingMode2,
     /// Second-order surface, the thesis' switching law on measured derivatives.
@@ -56,7 +58,8 @@ impl AlgorithmKind {
     pub fn needs_estimate(self) -> bool {
         matches!(
             self,
-            AlgorithmKind::InputOutputLinearised
+            AlgorithmKind::TimeOptimal
+                | AlgorithmKind::InputOutputLinearised
                 | AlgorithmKind::InputOutputLinearisedConstant
                 | AlgorithmKind::VelocityServo
                 | AlgorithmKind::VelocityServoScheduled
@@ -66,6 +69,7 @@ impl AlgorithmKind {
     /// Its word in the rig file.
     pub fn word(self) -> &'static str {
         match self {
+            AlgorithmKind::TimeOptimal => "time_optimal",
             AlgorithmKind::SlidingMode2 => "sliding_mode",
             AlgorithmKind::SlidingMode2Plain => "sliding_mode_plain",
             AlgorithmKind::SlidingMode1 => "sliding_mode_first_order",
@@ -139,6 +143,7 @@ pub struct Algorithm {
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 enum AnyLaw {
+    TimeOptimal(TimeOptimal),
     SlidingMode2(SlidingMode2),
     SlidingMode1(SlidingMode1),
     Relay(Relay),
@@ -151,6 +156,7 @@ enum AnyLaw {
 macro_rules! with {
     ($law:ident in $algorithm:expr => $what:expr) => {
         match $algorithm {
+            AnyLaw::TimeOptimal($law) => $what,
             AnyLaw::SlidingMode2($law) => $what,
             AnyLaw::SlidingMode1($law) => $what,
             AnyLaw::Relay($law) => $what,
@@ -192,6 +198,9 @@ impl Algorithm {
             AnyLaw::VelocityServo(VelocityServo::new(model, map, schedule, coupling, integral, range))
         };
         let law = match settings.kind {
+            AlgorithmKind::TimeOptimal => {
+                AnyLaw::TimeOptimal(TimeOptimal::new(map, lambda, band(settings.hold_band_m, 0.0025), range))
+            }
             AlgorithmKind::SlidingMode2 => second_order(Law::Equivalent),
             AlgorithmKind::SlidingMode2Plain => second_order(Law::Plain),
             AlgorithmKind::SlidingMode1 => first_order(Law::Plain),

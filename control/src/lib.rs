@@ -15,10 +15,12 @@ mod wire_map;
 pub use algorithm::{Algorithm, AlgorithmKind, Settings};
 pub use demand::{Controller, Demand, Modulation};
 pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
-pub use estimators::{EnthalpyObserver, Estimate, EstimatorKind, LuenbergerObserver, Observation, StateEstimator};
+pub use estimators::{
+    EnthalpyObserver, Estimate, EstimatorKind, FusedEstimator, LuenbergerObserver, Observation, StateEstimator,
+};
 pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{
     CONSTANT_SLOPE_PER_K, InputOutputLinearised, Law, Pid, PidGains, Priming, Relay, SlidingMode1, SlidingMode2, Slope,
-    VelocityServo,
+    TimeOptimal, VelocityServo,
 };
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};

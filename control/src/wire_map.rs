@@ -155,6 +155,46 @@ impl WireMap {
         rho.max(1e-9) * (self.length + elongation).max(0.5 * self.length) / self.area
     }
 
+    /// Resistivity of austenite and martensite (eq. 37), in Ω m.
+    pub fn resistivities(&self, temperature: f64) -> (f64, f64) {
+        let t = temperature - self.reference;
+        (self.rho_a0 + self.rho_a1 * t, self.rho_m0 + self.rho_m1 * t)
+    }
+
+    /// Resistivity of the mixture (eq. 36) and its change with temperature, in Ω m and Ω m/K; `off` = by what share those
+    /// of austenite and martensite are off.
+    pub fn resistivity(&self, fraction: f64, temperature: f64, off: (f64, f64)) -> (f64, f64) {
+        let (austenite, martensite) = self.resistivities(temperature);
+        let (a, m) = ((1.0 - fraction) * (1.0 + off.0), fraction * (1.0 + off.1));
+        ((a * austenite + m * martensite).max(1e-9), a * self.rho_a1 + m * self.rho_m1)
+    }
+
+    /// Thermal strain of a phase mixture as a length per kelvin (eq. 6), in m/K.
+    pub fn thermal_expansion(&self, fraction: f64) -> f64 {
+        let xi = fraction.clamp(0.0, 1.0);
+        self.length * self.thermoelastic * (self.compliance_a + xi * (self.compliance_m - self.compliance_a))
+    }
+
+    /// Excess temperature that drives one metre per second against the load's damping, in K s/m: the drag's stress shifts the
+    /// branch, and stretches the wire, so that at the same length less of it is martensite. `s` = σ + θ(T − T_0).
+    pub fn drag_at(&self, fraction: f64, width: f64, s: f64) -> f64 {
+        let xi = fraction.clamp(0.03, 0.97);
+        let compliance = self.compliance_a + xi * (self.compliance_m - self.compliance_a);
+        let stretch = width / (xi * (1.0 - xi)) * compliance / self.strain_per_fraction(s);
+        self.drag + self.damping * self.per_area * stretch
+    }
+
+    /// Heat that a metre of transformation takes, as the temperature it would warm the wire by, in K/m; `release_j` is what all
+    /// of the wire takes.
+    pub fn latent_kelvin_per_metre(&self, release_j: f64, s: f64) -> f64 {
+        release_j * self.per_heat_capacity * self.per_length / self.strain_per_fraction(s)
+    }
+
+    /// Time in which the load's inertia follows its damping, in s; 0 where either is not known.
+    pub fn inertia_s(&self) -> f64 {
+        if self.damping > 0.0 { (self.mass / self.damping).min(1.0) } else { 0.0 }
+    }
+
     /// Power in the wire during the on-phase, in W.
     pub fn power_at_full_duty(&self, fraction: f64, temperature: f64, elongation: f64) -> f64 {
         let r = self.resistance(fraction, temperature, elongation);

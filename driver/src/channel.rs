@@ -354,6 +354,7 @@ pub fn settings(channel: &RigChannel) -> Settings {
     let control = &channel.control;
     Settings {
         kind: match control.algorithm {
+            RigAlgorithm::TimeOptimal => AlgorithmKind::TimeOptimal,
             RigAlgorithm::SlidingMode => AlgorithmKind::SlidingMode2,
             RigAlgorithm::SlidingModePlain => AlgorithmKind::SlidingMode2Plain,
             RigAlgorithm::SlidingModeFirstOrder => AlgorithmKind::SlidingMode1,
@@ -391,6 +392,7 @@ pub fn settings(channel: &RigChannel) -> Settings {
 /// The estimator that a rig file asks for.
 pub fn estimator(channel: &RigChannel) -> EstimatorKind {
     match channel.control.estimator {
+        RigEstimator::Fused => EstimatorKind::Fused,
         RigEstimator::Enthalpy => EstimatorKind::Enthalpy,
         RigEstimator::Luenberger => EstimatorKind::Luenberger,
         RigEstimator::LuenbergerScheduled => EstimatorKind::LuenbergerScheduled,
@@ -501,7 +503,9 @@ mod tests {
     fn words_of_the_rig_file_are_those_of_the_estimators() {
         let mut channel = sinew_rig::Rig::hexapod().channels.swap_remove(0);
         let mut chosen = Vec::new();
-        for kind in [RigEstimator::Enthalpy, RigEstimator::Luenberger, RigEstimator::LuenbergerScheduled] {
+        for kind in
+            [RigEstimator::Fused, RigEstimator::Enthalpy, RigEstimator::Luenberger, RigEstimator::LuenbergerScheduled]
+        {
             channel.control.estimator = kind;
             let word = sinew_rig::word(&channel, "channel.control", "estimator");
             assert_eq!(word.as_deref(), Some(estimator(&channel).word()));

@@ -1126,12 +1126,14 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
             choice!(
                 "estimator",
                 [
+                    ("fused", Estimator::Fused),
                     ("enthalpy", Estimator::Enthalpy),
                     ("luenberger", Estimator::Luenberger),
                     ("luenberger_scheduled", Estimator::LuenbergerScheduled),
                 ],
                 Default::Text("enthalpy"),
-                "What the wire's temperature and martensite are estimated by, see [control.md](control.md): the heat that its \
+                "What the wire's temperature and martensite are estimated by, see [control.md](control.md): all that is \
+                 measured and the model, weighed together; the heat that its \
                  power feeds; the thesis' linear state estimator with constant gains, or with scheduled ones",
                 c.control.estimator
             ),

@@ -246,6 +246,8 @@ pub struct Control {
 /// The control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
+    /// Sliding mode along the stopping distance, in the wire's estimated state.
+    TimeOptimal,
     /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
     SlidingMode,
     /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
@@ -277,6 +279,7 @@ pub(crate) const KEYS_OF_LAWS: [(&str, &[Algorithm]); 6] = {
         (
             "lambda_per_s",
             &[
+                TimeOptimal,
                 SlidingMode,
                 SlidingModePlain,
                 SlidingModeFirstOrder,
@@ -297,7 +300,8 @@ pub(crate) const KEYS_OF_LAWS: [(&str, &[Algorithm]); 6] = {
 
 impl Algorithm {
     /// Every law with its word in the rig file.
-    pub const ALL: [(&'static str, Algorithm); 11] = [
+    pub const ALL: [(&'static str, Algorithm); 12] = [
+        ("time_optimal", Algorithm::TimeOptimal),
         ("sliding_mode", Algorithm::SlidingMode),
         ("sliding_mode_plain", Algorithm::SlidingModePlain),
         ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
@@ -335,6 +339,8 @@ impl Algorithm {
 /// What the wire's temperature and phase are estimated by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
+    /// Length, resistance, power and model weighed together.
+    Fused,
     /// Enthalpy from the power, phase from the length.
     Enthalpy,
     /// The thesis' linear state estimator with constant gains, for comparison.

@@ -1,9 +1,11 @@
 //! What is believed of a wire, cycle by cycle: its temperature, its phase, its loss to the air.
 
 mod enthalpy;
+mod fused;
 mod luenberger;
 
 pub use enthalpy::EnthalpyObserver;
+pub use fused::FusedEstimator;
 pub use luenberger::LuenbergerObserver;
 
 use sinew_physics::WireModel;
@@ -62,6 +64,8 @@ pub struct Estimate {
     pub length_m: f64,
     /// Loss to the air at this temperature, as learned, in W: the power that holds it.
     pub loss_w: f64,
+    /// Heat and work a wire gives off when all of it turns martensite (eq. 48), in J.
+    pub release_j: f64,
     /// Power the wire takes at duty 1, in W: as last measured, else by the model.
     pub full_power_w: f64,
     /// Smoothed velocity, in m/s.
@@ -79,6 +83,7 @@ impl Estimate {
         cooling_curve_c: f64::NAN,
         length_m: f64::NAN,
         loss_w: f64::NAN,
+        release_j: f64::NAN,
         full_power_w: f64::NAN,
         velocity_m_s: f64::NAN,
     };
@@ -87,6 +92,8 @@ impl Estimate {
 /// The estimators to choose from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EstimatorKind {
+    /// [`FusedEstimator`].
+    Fused,
     /// [`EnthalpyObserver`].
     Enthalpy,
     /// [`LuenbergerObserver`] with constant gains.
@@ -97,12 +104,13 @@ pub enum EstimatorKind {
 
 impl EstimatorKind {
     /// Every estimator.
-    pub const ALL: [EstimatorKind; 3] =
-        [EstimatorKind::Enthalpy, EstimatorKind::Luenberger, EstimatorKind::LuenbergerScheduled];
+    pub const ALL: [EstimatorKind; 4] =
+        [EstimatorKind::Fused, EstimatorKind::Enthalpy, EstimatorKind::Luenberger, EstimatorKind::LuenbergerScheduled];
 
     /// Its word in the rig file.
     pub fn word(self) -> &'static str {
         match self {
+            EstimatorKind::Fused => "fused",
             EstimatorKind::Enthalpy => "enthalpy",
             EstimatorKind::Luenberger => "luenberger",
             EstimatorKind::LuenbergerScheduled => "luenberger_scheduled",
@@ -113,7 +121,7 @@ impl EstimatorKind {
     /// the wire moves, and in a draught.
     pub fn is_protective(self) -> bool {
         match self {
-            EstimatorKind::Enthalpy => true,
+            EstimatorKind::Fused | EstimatorKind::Enthalpy => true,
             EstimatorKind::Luenberger | EstimatorKind::LuenbergerScheduled => false,
         }
     }
@@ -124,6 +132,8 @@ impl EstimatorKind {
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub enum StateEstimator {
+    /// Length, resistance, power and model weighed together.
+    Fused(FusedEstimator),
     /// Enthalpy from the power, phase from the length.
     Enthalpy(EnthalpyObserver),
     /// The linear model pulled to the length, with either kind of gains.
@@ -134,6 +144,7 @@ impl StateEstimator {
     /// An estimator for a wire that starts as the model says.
     pub fn new(model: &WireModel, kind: EstimatorKind) -> StateEstimator {
         match kind {
+            EstimatorKind::Fused => StateEstimator::Fused(FusedEstimator::new(model)),
             EstimatorKind::Enthalpy => StateEstimator::Enthalpy(EnthalpyObserver::new(model)),
             EstimatorKind::Luenberger => StateEstimator::Luenberger(LuenbergerObserver::constant(model)),
             EstimatorKind::LuenbergerScheduled => StateEstimator::Luenberger(LuenbergerObserver::scheduled(model)),
@@ -144,6 +155,7 @@ impl StateEstimator {
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
         match self {
+            StateEstimator::Fused(estimator) => estimator.update(seen),
             StateEstimator::Enthalpy(estimator) => estimator.update(seen),
             StateEstimator::Luenberger(estimator) => estimator.update(seen),
         }
@@ -152,6 +164,7 @@ impl StateEstimator {
     /// Back to the start.
     pub fn reset(&mut self) {
         match self {
+            StateEstimator::Fused(estimator) => estimator.reset(),
             StateEstimator::Enthalpy(estimator) => estimator.reset(),
             StateEstimator::Luenberger(estimator) => estimator.reset(),
         }

@@ -1,6 +1,8 @@
 //! The laws from length to duty, one a file.
 
+mod hold;
 mod linearised;
+mod optimal;
 mod pid;
 mod rapid_heating;
 mod relay;
@@ -9,6 +11,7 @@ mod sliding;
 mod sliding_first_order;
 
 pub use linearised::{CONSTANT_SLOPE_PER_K, InputOutputLinearised, Slope};
+pub use optimal::TimeOptimal;
 pub use pid::{Pid, PidGains};
 pub use rapid_heating::Priming;
 pub(crate) use rapid_heating::RapidHeating;

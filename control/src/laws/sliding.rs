@@ -13,28 +13,13 @@
 //! - A wire that lengthens is slow to move and quick to stop: it approaches [`COOLING_HASTE`] times as steeply.
 //! - The last correction out of a hold is crept at.
 
+use super::hold::Hold;
 use crate::demand::Range;
 use crate::wire_map::WireMap;
 use crate::{Controller, Demand};
 
 /// How much steeper a cooling wire approaches: heating brakes it with several times the power that cools it.
 pub const COOLING_HASTE: f64 = 3.5;
-/// Time over which the error of a held wire is averaged, in 1/λ.
-const AVERAGE: f64 = 4.0;
-/// A hold lasts this long before its mean error is judged, in 1/λ.
-const AT_LEAST: f64 = 1.5;
-/// What the first error of a hold is worth as averaging time, in 1/λ.
-const FIRST: f64 = 0.3;
-/// Where a hold begins for a wire that comes from being too long, and from too short, in hold bands.
-const ARRIVE: (f64, f64) = (1.0, 0.8);
-/// Mean error at which a hold ends if the wire can be moved along the curve it stands near, in hold bands.
-const LEAVE_ALONG: f64 = 1.7;
-/// The same if it has to cross the hysteresis.
-const LEAVE_ACROSS: f64 = 2.2;
-/// Error at which a hold ends at once, in hold bands.
-const LEAVE_AT_ONCE: f64 = 4.0;
-/// How far off the heating and the cooling curve a held wire's temperature is kept, in widths 1/k of the curve.
-const RETREAT: (f64, f64) = (1.35, 0.8);
 /// Within this of its curve, in widths, and within [`LEAVE_AT_ONCE`] of the reference, a wire is crept at.
 const CREEP_WITHIN: f64 = 0.6;
 /// Rate of creeping, in widths times λ.
@@ -53,23 +38,6 @@ pub enum Law {
     Equivalent,
 }
 
-/// A wire left standing near its reference.
-#[derive(Debug, Clone, Copy)]
-struct Hold {
-    on: bool,
-    /// Mean error since the hold began, m.
-    error: f64,
-    /// How long that is averaged over, s.
-    time: f64,
-    /// Whether the wire comes, or came, from being too long.
-    from_long: bool,
-    reference: f64,
-}
-
-impl Hold {
-    const NONE: Hold = Hold { on: false, error: 0.0, time: 0.0, from_long: true, reference: f64::NAN };
-}
-
 /// Critically damped second-order surface σ = ẍ + 2λẋ + λ²(x − x_ref).
 #[derive(Debug, Clone)]
 pub struct SlidingMode2 {
@@ -77,8 +45,6 @@ pub struct SlidingMode2 {
     lambda: f64,
     law: Law,
     range: Range,
-    /// Half width of the hold band, m.
-    band: f64,
     /// 1/κ at mid-stroke, m/(K s): from a rate of temperature to σ.
     per_kelvin: f64,
     hold: Hold,
@@ -90,7 +56,7 @@ impl SlidingMode2 {
     pub(crate) fn new(map: WireMap, lambda: f64, law: Law, band: f64, range: Range) -> SlidingMode2 {
         let lead = 0.5 * map.kelvin_per_metre(0.5, map.heating_width, map.stress(0.0, 0.0));
         let per_kelvin = 1.0 / (map.drag + lead / lambda).max(1e-12);
-        SlidingMode2 { map, lambda, law, range, band, per_kelvin, hold: Hold::NONE, surface: 0.0, blind: false }
+        SlidingMode2 { map, lambda, law, range, per_kelvin, hold: Hold::new(band), surface: 0.0, blind: false }
     }
 
     /// λ, in 1/s.
@@ -98,63 +64,24 @@ impl SlidingMode2 {
         self.lambda
     }
 
-    /// Whether the wire is being held where it stands, within the band around its reference.
-    pub fn is_holding(&self) -> bool {
-        self.hold.on
-    }
-
-    /// Begins, goes on with or ends holding the wire.
-    #[inline]
-    fn decide_hold(&mut self, demand: &Demand, error: f64) {
-        let (band, seen, hold) = (self.band, &demand.estimate, &mut self.hold);
-        if hold.reference != demand.reference_m {
-            // a reference that creeps does not end a hold by itself
-            let moved = hold.error + hold.reference - demand.reference_m;
-            hold.reference = demand.reference_m;
-            if hold.on && moved.abs() <= LEAVE_AT_ONCE * band {
-                hold.error = moved;
-            } else {
-                (hold.on, hold.from_long) = (false, error > 0.0);
-            }
-        }
-        if hold.on {
-            hold.time += demand.dt_s;
-            let apart = demand.length_m - demand.reference_m - hold.error;
-            hold.error += apart * (demand.dt_s / hold.time.min(AVERAGE / self.lambda)).min(1.0);
-            let near_heating = 2.0 * seen.temperature_c > seen.heating_curve_c + seen.cooling_curve_c;
-            let along = if near_heating { hold.error } else { -hold.error };
-            let judged = hold.time * self.lambda > AT_LEAST;
-            let off = judged && (along > LEAVE_ALONG * band || along < -LEAVE_ACROSS * band);
-            if off || error.abs() > LEAVE_AT_ONCE * band {
-                hold.on = false;
-                hold.from_long = if off { hold.error > 0.0 } else { error > 0.0 };
-            }
-        } else {
-            if error.abs() > LEAVE_AT_ONCE * band {
-                hold.from_long = error > 0.0;
-            }
-            let (ahead, arrive) = if hold.from_long { (error, ARRIVE.0) } else { (-error, ARRIVE.1) };
-            if ahead <= arrive * band {
-                (hold.on, hold.error, hold.time) = (true, error, FIRST / self.lambda);
-            }
-        }
-    }
-
     /// Equivalent control: the mean duty that keeps σ = 0.
     #[inline]
     fn equivalent(&mut self, demand: &Demand) -> f64 {
         let seen = &demand.estimate;
         let error = seen.length_m - demand.reference_m;
-        self.decide_hold(demand, error);
         let (m, lambda) = (&self.map, self.lambda);
         // the curves where the wire stands still: without the drag's share of the stress
         let drag_k = m.stress(seen.length_m - m.length, 0.0) * m.shift - seen.stress_pa * m.shift;
         let (heating, cooling) = (seen.heating_curve_c + drag_k, seen.cooling_curve_c + drag_k);
         let drag = m.drag;
-        let (target, width) = if self.hold.on {
-            let low = cooling + RETREAT.1 * m.cooling_width;
-            let high = heating - RETREAT.0 * m.heating_width;
-            (seen.temperature_c.min(high).max(low), m.heating_width)
+        let held = self.hold.decide(m, demand, error, (heating, cooling), lambda);
+        let error = if self.hold.from_long() {
+            error - self.hold.lead(m, seen.martensite)
+        } else {
+            error + self.hold.lead(m, seen.martensite)
+        };
+        let (target, width) = if let Some(temperature) = held {
+            (temperature, m.heating_width)
         } else {
             let (curve, width, haste) = if error > 0.0 {
                 (heating, m.heating_width, lambda)
@@ -168,10 +95,10 @@ impl SlidingMode2 {
         };
         let mut rate = 2.0 * lambda * (target - seen.temperature_c);
         let mut transforming = 0.0;
-        if !self.hold.on {
+        if held.is_none() {
             let xi = seen.martensite.clamp(0.03, 0.97);
-            transforming = xi * (1.0 - xi) / width * m.release(seen.stress_pa);
-            if error.abs() < LEAVE_AT_ONCE * self.band {
+            transforming = xi * (1.0 - xi) / width * seen.release_j;
+            if error.abs() < self.hold.reach() {
                 let (creep, within) = (CREEP * lambda * width, CREEP_WITHIN * width);
                 let towards = if error > 0.0 { -seen.velocity_m_s } else { seen.velocity_m_s };
                 // slower than half of what the surface asks: the curve is not where it is believed to be
@@ -187,7 +114,7 @@ impl SlidingMode2 {
             }
         }
         self.surface = rate * self.per_kelvin;
-        let share = if self.hold.on { 1.0 } else { MADE_UP };
+        let share = if held.is_some() { 1.0 } else { MADE_UP };
         (share * seen.loss_w + (m.heat_capacity + transforming) * rate) / seen.full_power_w
     }
 }
@@ -211,7 +138,7 @@ impl Controller for SlidingMode2 {
 
     fn reset(&mut self) {
         self.range.reset();
-        self.hold = Hold::NONE;
+        self.hold.reset();
         self.surface = 0.0;
         self.blind = false;
     }

@@ -170,6 +170,7 @@ pub struct Bench {
     /// What the wire really has; the model is what estimator and controller believe.
     pub ambient_c: f64,
     pub external_n: f64,
+    draught: f64,
     pub worst_temperature_error: f64,
 }
 
@@ -182,6 +183,18 @@ impl Bench {
         noise: Noise,
         seed: u64,
     ) -> Bench {
+        Bench::with_estimator(model, believed, settings, rate_hz, noise, seed, EstimatorKind::Enthalpy)
+    }
+
+    pub fn with_estimator(
+        model: &WireModel,
+        believed: &WireModel,
+        settings: &Settings,
+        rate_hz: f64,
+        noise: Noise,
+        seed: u64,
+        estimator: EstimatorKind,
+    ) -> Bench {
         let wire = Wire::new(model).unwrap();
         let observer = MotionObserver::new(rate_hz, ObserverConfig::default()).unwrap();
         Bench {
@@ -189,7 +202,7 @@ impl Bench {
             range: StrokeRange::of(model).unwrap(),
             wire,
             rate_hz,
-            estimator: StateEstimator::new(believed, EstimatorKind::Enthalpy),
+            estimator: StateEstimator::new(believed, estimator),
             controller: Algorithm::new(believed, settings),
             estimate: Estimate::UNKNOWN,
             observation: Observation::nothing(0.0, 0.0),
@@ -201,6 +214,7 @@ impl Bench {
             pending: settings.minimum_duty,
             ambient_c: model.ambient_c,
             external_n: 0.0,
+            draught: 1.0,
             worst_temperature_error: 0.0,
         }
     }
@@ -209,7 +223,8 @@ impl Bench {
         Inputs {
             drive,
             supply_v: self.model.drive.supply_v,
-            ambient_c: self.ambient_c,
+            // as much colder as makes the same loss
+            ambient_c: self.ambient_c - (self.draught - 1.0) * (self.wire.temperature_c() - self.ambient_c),
             external_n: self.external_n,
             imposed: 0.0,
         }
@@ -238,9 +253,9 @@ impl Bench {
             power_w: self.duty * current * v3,
             duty: self.duty,
             length_m: length,
+            length_sigma_m: length * sv * (1.0 / (v2 * v2) + 1.0 / (v3 * v3)).sqrt(),
+            resistance_ohm: v3 / current,
             tension_n: f64::NAN,
-            length_sigma_m: f64::NAN,
-            resistance_ohm: f64::NAN,
             dt_s: dt,
         };
         self.estimate = self.estimator.update(&self.observation);
@@ -256,6 +271,11 @@ impl Bench {
             estimate: self.estimate,
         });
         self.model.geometry.length_m + self.wire.position_m()
+    }
+
+    /// From now on the air takes so many times the heat.
+    pub fn draught(&mut self, factor: f64) {
+        self.draught = factor;
     }
 
     /// Power off but for the sensing pulse.

@@ -1,0 +1,519 @@
+//! Everything that is measured of a wire, weighed together: length by dual measurement, resistance of the whole wire,
+//! electrical power, and the model.
+//!
+//! Two Kalman filters, each with what the other says as given, so that noise of one cannot circulate:
+//!
+//! - **Motion**: length and a slowly decaying bias of the velocity. The velocity itself comes from the wire: one that is
+//!   hotter than its heating curve shortens by its excess temperature over κ, the drag's share of the stress shift (eq. 12, 51),
+//!   one that is colder than its cooling curve lengthens, and in between only thermal strain moves it (eq. 6). The filter
+//!   so needs little bandwidth where a filter without model would lag.
+//! - **Heat**: temperature, loss to the air, resistivity of both phases and place of both curves. The heat balance (eq. 48)
+//!   predicts, with the phase from the length (eq. 6, 23). Two measurements correct: the resistivity R A_c/L
+//!   (eq. 39, 44: the length is known, so what is left of the resistance is temperature, which is a thermometer for a wire that stands still), and
+//!   for a wire that moves the curve it has to be on. Which of loss, resistivities and curves is to blame for a difference, the
+//!   covariance says.
+//!
+//! Without a length the motion goes on by the model and the resistance; `length_sigma_m` says how far that is to be trusted.
+
+use super::{Estimate, Observation};
+use crate::lambda;
+use crate::wire_map::WireMap;
+use sinew_physics::WireModel;
+
+/// Correlation time of the velocity's bias, s.
+const BIAS_TIME_S: f64 = 0.1;
+/// Spread of the bias of a standing wire, in the cooling speed, and of a moving one, as a share of its velocity.
+const BIAS: (f64, f64) = (0.015, 0.12);
+/// Longest step that is predicted in one piece, s.
+const LONGEST_STEP_S: f64 = 0.1;
+/// Time over which innovations of the length are averaged, in samples, and the mean (in standard deviations) beyond which the
+/// model has lost the wire.
+const LOST: (f64, f64) = (12.0, 1.2);
+/// Time over which what the model leaves out keeps its sign, s: a measurement that is wrong by the model counts once in it.
+const MODEL_TIME_S: f64 = 0.1;
+/// What the model leaves out of the resistivity, as a share of it.
+const RESISTIVITY_MODEL: f64 = 0.7e-3;
+/// What it leaves out of the curve a moving wire is on, in widths 1/k.
+const CURVE_MODEL: f64 = 0.35;
+/// Share of the cooling speed below which a wire counts as standing; four times as fast is surely moving.
+const STANDING: f64 = 0.14;
+/// Share of the latent heat that is not as the model has it.
+const LATENT_MODEL: f64 = 0.05;
+/// Drift of temperature (K), loss, resistivities, curves (widths), latent heat per √s.
+const DRIFT: [f64; 5] = [0.3, 0.15, 5e-4, 0.03, 0.01];
+/// Spread at the start: temperature (K), loss, resistivities, curves (widths), latent heat.
+const START: [f64; 5] = [6.0, 0.3, 0.01, 1.2, 0.2];
+/// Innovations beyond so many standard deviations count as that many: a model that is wrong is no reason to jump.
+const HUBER: f64 = 3.0;
+/// Rate at which the strain is learned from a wire at its cold end, 1/s.
+const STRAIN_RATE: f64 = 4.0;
+/// Colder than its cooling curve by so many widths on top of what the air's fastest cooling needs, a wire is at its cold end.
+const COLD: f64 = 2.0;
+/// More stress than a wire bears, Pa.
+const MOST_PA: f64 = 5e9;
+/// Hottest and coldest temperature an estimate can take, °C.
+const RANGE_C: (f64, f64) = (-250.0, 1000.0);
+
+/// States of the heat filter.
+const STATES: usize = 7;
+const T: usize = 0;
+/// Loss to the air over what the model says.
+const LOSS: usize = 1;
+/// Resistivity of austenite and martensite over what the model says, less 1.
+const RHO_A: usize = 2;
+const RHO_M: usize = 3;
+/// How far the heating and the cooling curve lie above where the model has them, K.
+const HEATING: usize = 4;
+const COOLING: usize = 5;
+/// Latent heat over what the model says.
+const LATENT: usize = 6;
+
+/// A scalar that says something of the heat filter's state: `surprise` = measured − predicted, its slopes and its variance.
+struct Evidence {
+    surprise: f64,
+    slope: [f64; STATES],
+    variance: f64,
+}
+
+/// The heat filter's state and covariance.
+#[derive(Debug, Clone)]
+struct Heat {
+    state: [f64; STATES],
+    covariance: [[f64; STATES]; STATES],
+}
+
+impl Heat {
+    fn new(temperature_c: f64, widths: (f64, f64)) -> Heat {
+        let mut covariance = [[0.0; STATES]; STATES];
+        let spread = [START[0], START[1], START[2], START[2], START[3] * widths.0, START[3] * widths.1, START[4]];
+        for (k, spread) in spread.into_iter().enumerate() {
+            covariance[k][k] = spread * spread;
+        }
+        Heat { state: [temperature_c, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0], covariance }
+    }
+
+    /// Moves the covariance on where the temperature depends on itself, on the loss and on the latent heat by these.
+    #[inline]
+    fn predict(&mut self, own: f64, loss: f64, latent: f64, noise: &[f64; STATES]) {
+        let p = &mut self.covariance;
+        // T' = own·T + loss·s: one row and column change
+        let mut row = [0.0; STATES];
+        for (k, entry) in row.iter_mut().enumerate() {
+            *entry = own * p[T][k] + loss * p[LOSS][k] + latent * p[LATENT][k];
+        }
+        let corner = own * row[T] + loss * row[LOSS] + latent * row[LATENT];
+        for k in 1..STATES {
+            p[T][k] = row[k];
+            p[k][T] = row[k];
+        }
+        p[T][T] = corner;
+        for (k, noise) in noise.iter().enumerate() {
+            p[k][k] += noise;
+        }
+    }
+
+    /// Takes a measurement in. Joseph's form is not needed: gains are small and the drift keeps the covariance up.
+    #[inline]
+    fn correct(&mut self, seen: &Evidence) {
+        let p = &mut self.covariance;
+        let mut column = [0.0; STATES];
+        for (k, entry) in column.iter_mut().enumerate() {
+            *entry = (0..STATES).map(|j| p[k][j] * seen.slope[j]).sum();
+        }
+        let spread: f64 = seen.variance + (0..STATES).map(|k| seen.slope[k] * column[k]).sum::<f64>();
+        if !(spread > 0.0 && spread.is_finite() && seen.surprise.is_finite()) {
+            return;
+        }
+        let scale = 1.0 / spread;
+        let most = HUBER * spread.sqrt();
+        let surprise = seen.surprise.clamp(-most, most);
+        for k in 0..STATES {
+            let gain = column[k] * scale;
+            self.state[k] += gain * surprise;
+            for j in 0..STATES {
+                p[k][j] -= gain * column[j];
+            }
+        }
+    }
+}
+
+/// The motion filter's state and covariance.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    /// Elongation, m.
+    x: f64,
+    /// Velocity by the model, m/s.
+    model: f64,
+    /// Velocity beyond the model's, m/s.
+    bias: f64,
+    /// Variances of both and their covariance.
+    xx: f64,
+    xb: f64,
+    bb: f64,
+}
+
+impl Motion {
+    #[inline]
+    fn correct(&mut self, surprise: f64, slope: f64, variance: f64) {
+        let spread = slope * slope * self.xx + variance;
+        if !(spread > 0.0 && spread.is_finite() && surprise.is_finite()) {
+            return;
+        }
+        let (gain, gain_b) = (slope * self.xx / spread, slope * self.xb / spread);
+        self.x += gain * surprise;
+        self.bias += gain_b * surprise;
+        self.bb -= gain_b * slope * self.xb;
+        self.xb *= 1.0 - gain * slope;
+        self.xx *= 1.0 - gain * slope;
+    }
+}
+
+/// Length, temperature, phase and loss of one wire from all that is measured of it.
+#[derive(Debug, Clone)]
+pub struct FusedEstimator {
+    map: WireMap,
+    cooling_speed: f64,
+    /// Time in which the load's inertia follows its damping, s.
+    inertia_s: f64,
+    motion: Motion,
+    heat: Heat,
+    fraction: f64,
+    /// Transformation strain over what the model says.
+    strain: f64,
+    /// Rate of the temperature in the last cycle, K/s.
+    rate: f64,
+    hottest: f64,
+    full_power: f64,
+    /// Mean innovation of the length, in standard deviations.
+    astray: f64,
+    /// Variance of a length, m²: as said, else as seen.
+    variance: f64,
+    /// Whether a length has come yet.
+    seen: bool,
+    initial: (f64, f64),
+}
+
+impl FusedEstimator {
+    /// An estimator for a wire that starts as the model says: at its initial temperature (ambient) and phase.
+    pub fn new(model: &WireModel) -> FusedEstimator {
+        let map = WireMap::new(model);
+        let speeds = lambda::speeds(&map, map.full_power);
+        let initial = (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite);
+        let mut estimator = FusedEstimator {
+            cooling_speed: speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3)),
+            inertia_s: map.inertia_s(),
+            motion: Motion { x: 0.0, model: 0.0, bias: 0.0, xx: 0.0, xb: 0.0, bb: 0.0 },
+            heat: Heat::new(initial.0, (map.heating_width, map.cooling_width)),
+            fraction: 1.0,
+            strain: 1.0,
+            rate: 0.0,
+            hottest: initial.0,
+            full_power: map.full_power,
+            astray: 0.0,
+            variance: 0.0,
+            seen: false,
+            initial,
+            map,
+        };
+        estimator.reset();
+        estimator
+    }
+
+    /// Back to the start.
+    pub fn reset(&mut self) {
+        let m = &self.map;
+        let (temperature, fraction) = self.initial;
+        self.heat = Heat::new(temperature, (m.heating_width, m.cooling_width));
+        let stress = m.stress(m.strain * m.length, 0.0);
+        self.fraction = fraction.clamp(0.0, 1.0);
+        let x = m.elongation(self.fraction, stress, temperature);
+        let spread = 0.3 * m.strain * m.length;
+        self.motion = Motion { x, model: 0.0, bias: 0.0, xx: spread * spread, xb: 0.0, bb: 0.0 };
+        (self.rate, self.hottest, self.full_power) = (0.0, temperature, m.full_power);
+        self.strain = 1.0;
+        (self.astray, self.variance, self.seen) = (0.0, (0.01 * spread).powi(2), false);
+    }
+
+    /// Phase at an elongation and stress (eq. 6, 23), for the strain as learned.
+    #[inline]
+    fn fraction_at(&self, x: f64, stress: f64) -> f64 {
+        (self.map.fraction(x, stress, self.heat.state[T]) / self.strain).clamp(0.0, 1.0)
+    }
+
+    /// Velocity by the model, m/s, and by how much it falls per metre, 1/s.
+    #[inline]
+    fn velocity(&self, dt: f64) -> (f64, f64) {
+        let m = &self.map;
+        let temperature = self.heat.state[T];
+        let stress = m.stress(self.motion.x, 0.0);
+        let fraction = self.fraction_at(self.motion.x, stress);
+        let s = stress + m.thermoelastic * (temperature - m.reference);
+        let logit = WireMap::logit(fraction);
+        let shift = stress * m.shift;
+        let above = temperature - (m.heating_centre + m.heating_width * logit + shift + self.heat.state[HEATING]);
+        let below = temperature - (m.cooling_centre + m.cooling_width * logit + shift + self.heat.state[COOLING]);
+        let (excess, width) = if above > 0.0 {
+            (above, m.heating_width)
+        } else if below < 0.0 && !self.is_cold(below, fraction, s) {
+            (below, m.cooling_width)
+        } else {
+            return (m.thermal_expansion(fraction) * self.rate, 0.0);
+        };
+        let slope = m.kelvin_per_metre(fraction, width, s);
+        let drag = m.drag_at(fraction, width, s);
+        let k = slope / (drag + slope * dt);
+        (-excess * k / slope + m.thermal_expansion(fraction) * self.rate, k)
+    }
+
+    /// Takes one cycle in.
+    #[inline]
+    pub fn update(&mut self, seen: &Observation) -> Estimate {
+        let dt = if seen.dt_s > 0.0 { seen.dt_s.min(LONGEST_STEP_S) } else { 0.0 };
+        let length_seen = seen.length_m - self.map.length;
+        // a length that no wire can have is none
+        let measured = length_seen.abs() < self.map.length;
+        let velocity = self.follow(if measured { length_seen } else { f64::NAN }, seen, dt);
+        let m = &self.map;
+        let x = self.motion.x;
+
+        let power = if seen.power_w.is_finite() {
+            seen.power_w.clamp(0.0, 100.0 * m.full_power + 100.0)
+        } else if seen.duty.is_finite() {
+            seen.duty.clamp(0.0, 1.0) * m.power_at_full_duty(self.fraction, self.heat.state[T], x)
+        } else {
+            m.full_power
+        };
+        if seen.duty > 1e-3 && seen.duty <= 1.0 {
+            // a supply that has gone is no reason to ask for a thousandfold duty when it comes back
+            self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
+        }
+        let stress = if seen.tension_n.is_finite() {
+            (seen.tension_n * m.per_area).clamp(0.0, MOST_PA)
+        } else {
+            m.stress(x, velocity)
+        };
+
+        // Heat balance (eq. 48).
+        let before = self.heat.state[T];
+        let fraction = self.fraction_at(x, stress);
+        let change = if self.seen { fraction - self.fraction } else { 0.0 };
+        self.fraction = fraction;
+        let release = m.release(stress) * m.per_heat_capacity;
+        let loss = m.loss * (before - m.ambient);
+        let heat = power - self.heat.state[LOSS] * loss;
+        let released = release * change;
+        let rise = heat * dt * m.per_heat_capacity + self.heat.state[LATENT] * released;
+        self.heat.state[T] += rise;
+        let latent = LATENT_MODEL * release * change;
+        let walk = |rate: f64| rate * rate * dt;
+        let noise = [
+            walk(DRIFT[0])
+                + latent.abs() * LATENT_MODEL * release * (MODEL_TIME_S / dt.max(1e-6)).min(100.0) * change.abs(),
+            walk(DRIFT[1]),
+            walk(DRIFT[2]),
+            walk(DRIFT[2]),
+            walk(DRIFT[3] * m.heating_width),
+            walk(DRIFT[3] * m.cooling_width),
+            walk(DRIFT[4]),
+        ];
+        let per_kelvin = m.loss * dt * m.per_heat_capacity;
+        self.heat.predict(1.0 - self.heat.state[LOSS] * per_kelvin, -loss * dt * m.per_heat_capacity, released, &noise);
+
+        // What the resistivity says, and what the curves say.
+        let shift = stress * m.shift;
+        let logit = WireMap::logit(fraction);
+        let curves =
+            (m.heating_centre + m.heating_width * logit + shift, m.cooling_centre + m.cooling_width * logit + shift);
+        let patience = MODEL_TIME_S / dt.max(1e-6);
+        if measured && dt > 0.0 {
+            self.weigh_resistivity(seen.resistance_ohm, patience);
+            if !self.learn_strain(curves.1, stress, dt) {
+                self.weigh_curves(curves, velocity, patience);
+            }
+        }
+        let m = &self.map;
+        let state = &mut self.heat.state;
+        state[T] = state[T].clamp(RANGE_C.0, RANGE_C.1);
+        state[LOSS] = state[LOSS].clamp(0.2, 5.0);
+        state[LATENT] = state[LATENT].clamp(0.3, 2.0);
+        for resistivity in [RHO_A, RHO_M] {
+            state[resistivity] = state[resistivity].clamp(-0.3, 0.3);
+        }
+        let gap = 0.5 * (m.heating_centre - m.cooling_centre).max(0.0);
+        state[HEATING] = state[HEATING].clamp(-gap, 20.0);
+        state[COOLING] = state[COOLING].clamp(-20.0, gap);
+        if dt > 0.0 {
+            let fresh = (dt / 0.02).min(1.0);
+            self.rate += fresh * ((state[T] - before) / dt - self.rate);
+        }
+        let temperature = state[T];
+        let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
+        self.hottest = (self.hottest + rise * dt * m.per_heat_capacity).min(RANGE_C.1).max(temperature);
+        Estimate {
+            temperature_c: temperature,
+            martensite: fraction,
+            hottest_c: self.hottest,
+            stress_pa: stress,
+            heating_curve_c: curves.0 + state[HEATING],
+            cooling_curve_c: curves.1 + state[COOLING],
+            length_m: m.length + x,
+            full_power_w: self.full_power,
+            velocity_m_s: velocity,
+            release_j: state[LATENT] * m.release(stress),
+            loss_w: state[LOSS] * m.loss * (temperature - m.ambient),
+        }
+    }
+
+    /// The motion filter's cycle; returns the velocity.
+    #[inline]
+    fn follow(&mut self, elongation: f64, seen: &Observation, dt: f64) -> f64 {
+        let measured = elongation.is_finite();
+        let variance = match seen.length_sigma_m {
+            sigma if sigma > 0.0 && sigma < 1.0 => sigma * sigma,
+            _ => self.variance,
+        };
+        if measured && !self.seen {
+            self.motion = Motion { x: elongation, model: 0.0, bias: 0.0, xx: variance, xb: 0.0, bb: 0.0 };
+            self.seen = true;
+            return 0.0;
+        }
+        let (velocity, falls) = self.velocity(dt);
+        let follows = dt / (dt + self.inertia_s);
+        let m = &mut self.motion;
+        m.model += follows * (velocity - m.model);
+        let velocity = m.model;
+        let spread = BIAS.0 * self.cooling_speed + BIAS.1 * (velocity + m.bias).abs();
+        // twelve samples on the same side: then the bias may be anything up to the velocity that explains it
+        let lost = ((self.astray.abs() - LOST.1) / LOST.1).clamp(0.0, 1.0);
+        let spread = spread + lost * 0.5 * self.cooling_speed;
+        let keep = (-dt / BIAS_TIME_S).exp();
+        let own = 1.0 - falls * dt;
+        m.x += dt * (velocity + m.bias);
+        m.bias *= keep;
+        let (xx, xb, bb) = (m.xx, m.xb, m.bb);
+        m.xx = own * own * xx + 2.0 * own * dt * xb + dt * dt * bb;
+        m.xb = keep * (own * xb + dt * bb);
+        m.bb = keep * keep * bb + spread * spread * (1.0 - keep * keep);
+        if measured {
+            let surprise = elongation - m.x;
+            let spread = (m.xx + variance).max(1e-18);
+            self.astray += (surprise / spread.sqrt() - self.astray) / LOST.0;
+            self.variance += (dt / 1.0).min(0.1) * ((surprise * surprise - m.xx).max(0.05 * spread) - self.variance);
+            m.correct(surprise, 1.0, variance);
+        } else {
+            self.astray = 0.0;
+            self.follow_resistance(seen.resistance_ohm, dt);
+        }
+        velocity + self.motion.bias
+    }
+
+    /// The length from the resistance of the whole wire, where nothing better is there: eq. 39 with the resistivity of the
+    /// phase that belongs to the length.
+    #[inline]
+    fn follow_resistance(&mut self, resistance: f64, dt: f64) {
+        let (m, heat) = (&self.map, &self.heat);
+        if !(resistance > 0.0 && resistance.is_finite()) {
+            return;
+        }
+        let temperature = heat.state[T];
+        let at = |x: f64| {
+            let stress = m.stress(x, 0.0);
+            let fraction = self.fraction_at(x, stress);
+            let (rho, slope) = m.resistivity(fraction, temperature, (heat.state[RHO_A], heat.state[RHO_M]));
+            (rho * (m.length + x) * m.per_area, slope / rho)
+        };
+        let step = 1e-3 * m.strain * m.length;
+        let ((here, warmth), (there, _)) = (at(self.motion.x), at(self.motion.x + step));
+        let slope = (there - here) / (step * here);
+        let doubt = warmth * warmth * heat.covariance[T][T] + RESISTIVITY_MODEL * RESISTIVITY_MODEL;
+        self.motion.correct(resistance / here - 1.0, slope, doubt * MODEL_TIME_S / dt.max(1e-6));
+    }
+
+    #[inline]
+    fn weigh_resistivity(&mut self, resistance: f64, patience: f64) {
+        let (m, state) = (&self.map, &self.heat.state);
+        let measured = resistance * m.area / (m.length + self.motion.x);
+        if !(measured > 0.0 && measured.is_finite()) {
+            return;
+        }
+        let xi = self.fraction;
+        let (rho, slope) = m.resistivity(xi, state[T], (state[RHO_A], state[RHO_M]));
+        let (austenite, martensite) = m.resistivities(state[T]);
+        // noise of the current is the larger part of it
+        let noise = 1e-3;
+        let doubt = noise * noise + RESISTIVITY_MODEL * RESISTIVITY_MODEL * patience;
+        let per = 1.0 / rho;
+        self.heat.correct(&Evidence {
+            surprise: measured * per - 1.0,
+            slope: [slope * per, 0.0, (1.0 - xi) * austenite * per, xi * martensite * per, 0.0, 0.0, 0.0],
+            variance: doubt,
+        });
+    }
+
+    /// Whether a wire this far above its cooling curve (K) cannot be on its way along it.
+    #[inline]
+    fn is_cold(&self, above: f64, fraction: f64, s: f64) -> bool {
+        let m = &self.map;
+        let drag = m.drag_at(fraction, m.cooling_width, s);
+        fraction > 0.6 && above < -COLD * m.cooling_width - self.cooling_speed * drag
+    }
+
+    /// At the cold end the phase is known, and what is left of the length is strain. Whether the wire is there.
+    #[inline]
+    fn learn_strain(&mut self, cooling: f64, stress: f64, dt: f64) -> bool {
+        let m = &self.map;
+        let (temperature, width) = (self.heat.state[T], m.cooling_width);
+        let cooling = cooling + self.heat.state[COOLING];
+        let found = m.fraction(self.motion.x, stress, temperature) / self.strain;
+        let s = stress + m.thermoelastic * (temperature - m.reference);
+        let cold = self.is_cold(temperature - cooling, found, s);
+        let noise = 3.0 * self.motion.xx.sqrt() / (m.length * m.strain);
+        if !(cold || found > 1.02 + noise) {
+            return false;
+        }
+        let expected = if cold {
+            let centre = m.cooling_centre + stress * m.shift + self.heat.state[COOLING];
+            1.0 / (1.0 + ((temperature - centre) / width).min(700.0).exp())
+        } else {
+            1.0
+        };
+        let off = found / expected.max(0.5) - 1.0;
+        let off = off - off.clamp(-0.02 - noise, 0.02 + noise);
+        let strain = (self.strain * (1.0 + (STRAIN_RATE * dt).min(1.0) * off)).clamp(0.5, 1.6);
+        // what is learned of the strain is no change of phase
+        self.fraction = (self.fraction * self.strain / strain).clamp(0.0, 1.0);
+        self.strain = strain;
+        cold
+    }
+
+    #[inline]
+    fn weigh_curves(&mut self, curves: (f64, f64), velocity: f64, patience: f64) {
+        let m = &self.map;
+        let state = &self.heat.state;
+        let (heating, cooling) = (curves.0 + state[HEATING], curves.1 + state[COOLING]);
+        let temperature = state[T];
+        // a phase that cannot be told from the end of its range says nothing of that side
+        let inside = |fraction: f64| (25.0 * (fraction - 0.03)).clamp(0.0, 1.0);
+        let (low, high) = (inside(self.fraction), inside(1.0 - self.fraction));
+        let standing = STANDING * self.cooling_speed;
+        let moving = ((velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
+        let (curve, offset, width, sure) = if temperature > heating {
+            (heating, HEATING, m.heating_width, low)
+        } else if temperature < cooling {
+            (cooling, COOLING, m.cooling_width, high)
+        } else if velocity < 0.0 {
+            (heating, HEATING, m.heating_width, moving * low.min(high))
+        } else {
+            (cooling, COOLING, m.cooling_width, moving * low.min(high))
+        };
+        if sure < 1e-3 {
+            return;
+        }
+        let xi = self.fraction.clamp(0.03, 0.97);
+        let phase = (self.motion.xx.sqrt() / (m.length * m.strain)) / (xi * (1.0 - xi));
+        let doubt = width * (CURVE_MODEL + phase) / sure;
+        let mut slope = [0.0; STATES];
+        (slope[T], slope[offset]) = (1.0, -1.0);
+        self.heat.correct(&Evidence { surprise: curve - temperature, slope, variance: doubt * doubt * patience });
+    }
+}

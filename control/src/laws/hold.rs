@@ -1,0 +1,140 @@
+//! Holding a wire where it stands. Crossing the hysteresis moves a wire the wrong way by its thermal strain, and its
+//! readings are noisier than the accuracy wanted: so within a band around the reference it is left at the temperature it has,
+//! until its mean error says otherwise.
+
+use crate::Demand;
+use crate::wire_map::WireMap;
+
+/// Time over which the error of a held wire is averaged, in 1/λ.
+const AVERAGE: f64 = 4.0;
+/// A hold lasts this long before its mean error is judged, in 1/λ.
+const AT_LEAST: f64 = 1.5;
+/// What the first error of a hold is worth as averaging time, in 1/λ.
+const FIRST: f64 = 0.3;
+/// Where a hold begins for a wire that comes from being too long, and from too short, in hold bands.
+const ARRIVE: (f64, f64) = (1.0, 0.8);
+/// Mean error at which a hold ends if the wire can be moved along the curve it stands near, in hold bands.
+const LEAVE_ALONG: f64 = 1.7;
+/// The same if it has to cross the hysteresis.
+const LEAVE_ACROSS: f64 = 2.2;
+/// Error at which a hold ends at once, in hold bands.
+const LEAVE_AT_ONCE: f64 = 4.0;
+/// How far off the heating and the cooling curve a held wire's temperature is kept, in widths 1/k of the curve.
+const RETREAT: (f64, f64) = (2.5, 2.0);
+/// Rate at which the mean error of a held wire is trimmed away by its thermal strain, 1/s, and fastest change of its
+/// temperature for that, K/s.
+const TRIM: (f64, f64) = (0.7, 12.0);
+/// Mean error from which it is, in hold bands.
+const TRIM_FROM: f64 = 0.3;
+
+/// A wire left standing near its reference.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hold {
+    on: bool,
+    /// Half width of the band, m.
+    band: f64,
+    /// Mean error since the hold began, m.
+    error: f64,
+    /// How long that is averaged over, s.
+    time: f64,
+    /// Whether the wire comes, or came, from being too long.
+    from_long: bool,
+    reference: f64,
+    /// The temperature it is held at, °C.
+    temperature: f64,
+}
+
+impl Hold {
+    pub fn new(band: f64) -> Hold {
+        Hold { on: false, band, error: 0.0, time: 0.0, from_long: true, reference: f64::NAN, temperature: f64::NAN }
+    }
+
+    pub fn reset(&mut self) {
+        *self = Hold::new(self.band);
+    }
+
+    /// Error within which a wire is near enough to be held again soon, m.
+    pub fn reach(&self) -> f64 {
+        LEAVE_AT_ONCE * self.band
+    }
+
+    /// Whether the wire comes from being too long, and so along its heating curve.
+    pub fn from_long(&self) -> bool {
+        self.from_long
+    }
+
+    /// How far before the reference a wire is to arrive on its curve, so that it is there once it is held: the thermal strain of
+    /// the retreat from the curve, m.
+    #[inline]
+    pub fn lead(&self, map: &WireMap, fraction: f64) -> f64 {
+        let retreat = if self.from_long { RETREAT.0 * map.heating_width } else { RETREAT.1 * map.cooling_width };
+        map.thermal_expansion(fraction) * retreat
+    }
+
+    /// Begins, goes on with or ends holding the wire, whose believed error is `error`, between the curves of a wire at rest
+    /// (`heating`, `cooling`); λ sets the pace. While it is held: the temperature to hold it at.
+    ///
+    /// That is the one it came with, inside the hysteresis, trimmed by its thermal strain: away from the curve that it is nearer
+    /// to nothing else moves it. Back towards the curve it would transform as well, and far more: so the trim goes one way
+    /// only.
+    #[inline]
+    pub fn decide(
+        &mut self,
+        map: &WireMap,
+        demand: &Demand,
+        error: f64,
+        (heating, cooling): (f64, f64),
+        lambda: f64,
+    ) -> Option<f64> {
+        let (seen, band) = (&demand.estimate, self.band);
+        let expansion = map.thermal_expansion(seen.martensite).max(1e-12);
+        let (high, low) = (heating - RETREAT.0 * map.heating_width, cooling + RETREAT.1 * map.cooling_width);
+        if self.reference != demand.reference_m {
+            // a reference that creeps does not end a hold by itself
+            let moved = self.error + self.reference - demand.reference_m;
+            self.reference = demand.reference_m;
+            if self.on && moved.abs() <= self.reach() {
+                self.error = moved;
+            } else {
+                (self.on, self.from_long) = (false, error > 0.0);
+            }
+        }
+        if self.on {
+            self.time += demand.dt_s;
+            // what is left when the temperature is where it is to be
+            let left = error - expansion * (seen.temperature_c - self.temperature);
+            self.error += (left - self.error) * (demand.dt_s / self.time.min(AVERAGE / lambda)).min(1.0);
+            let middle = 0.5 * (low + high);
+            let along = if self.temperature > middle { self.error } else { -self.error };
+            let judged = self.time * lambda > AT_LEAST;
+            let off = judged && (along > LEAVE_ALONG * band || along < -LEAVE_ACROSS * band);
+            if off || left.abs() > self.reach() {
+                self.on = false;
+                self.from_long = if off { self.error > 0.0 } else { left > 0.0 };
+                return None;
+            }
+            let over = self.error - self.error.clamp(-TRIM_FROM * band, TRIM_FROM * band);
+            let trim = (TRIM.0 * over / expansion).clamp(-TRIM.1, TRIM.1) * demand.dt_s;
+            let trimmed = if self.temperature > middle {
+                self.temperature - trim.clamp(0.0, self.temperature - middle)
+            } else {
+                self.temperature + (-trim).clamp(0.0, (middle - self.temperature).max(0.0))
+            };
+            let kept = trimmed.min(high).max(low);
+            self.error += expansion * (kept - self.temperature);
+            self.temperature = kept;
+        } else {
+            if error.abs() > self.reach() + self.lead(map, seen.martensite) {
+                self.from_long = error > 0.0;
+            }
+            let (ahead, arrive) = if self.from_long { (error, ARRIVE.0) } else { (-error, ARRIVE.1) };
+            if ahead > arrive * band + self.lead(map, seen.martensite) {
+                return None;
+            }
+            self.temperature = seen.temperature_c.min(high).max(low);
+            let left = error - expansion * (seen.temperature_c - self.temperature);
+            (self.on, self.error, self.time) = (true, left, FIRST / lambda);
+        }
+        Some(self.temperature)
+    }
+}

@@ -1,0 +1,178 @@
+//! The way to a reference that the wire itself would choose: full power or none for as long as it can still be stopped, and
+//! along the fastest way that stops there from then on.
+//!
+//! A sliding mode whose surface is not a straight line but the stopping distance. Where the load is damped, a transforming
+//! wire moves by its excess temperature e over the curve it is on, ẋ = −e/κ (eq. 12, 51), and the excess obeys the heat balance
+//! (eq. 48): ė = (P − P_loss)/C − e/τ, with τ = κ/(g + H/(C ∂x/∂ξ)) the time in which latent heat and the curve's own slope g
+//! use an excess up. From here a wire that is no longer pushed goes on by
+//!
+//!   Δx(e) = (τ/κ) (e − b ln(1 + e/b)),   b = τ P_brake/C,
+//!
+//! where what brakes a shortening wire is the air, and what brakes a lengthening one is the supply. So the largest excess
+//! from which it still stops at the reference is the inverse of Δx, and that is the surface: below it the power is full (or the wire
+//! cools freely), on it the equivalent control (eq. 70) brakes with [`RESERVE`] of what there is, so that there is something left for what the model
+//! does not know. Near the reference the temperature is held as in [`super::sliding`].
+
+use super::hold::Hold;
+use crate::demand::Range;
+use crate::wire_map::WireMap;
+use crate::{Controller, Demand};
+
+/// Share of the braking power that the surface counts on.
+const RESERVE: (f64, f64) = (0.7, 0.4);
+/// Fastest return to the surface, in 1/s, and in samples.
+const RETURN: (f64, f64) = (120.0, 4.0);
+
+/// How fast the last correction out of a hold approaches its curve: widths per second, and 1/s of what is beyond so many widths.
+const CREEP: (f64, f64, f64) = (1.5, 15.0, 1.5);
+/// Rate at which a held wire is brought to its temperature, 1/s: slow, so that noise does not ratchet it along its curve.
+const HOLD: f64 = 8.0;
+
+/// Near-time-optimal sliding mode.
+#[derive(Debug, Clone)]
+pub struct TimeOptimal {
+    map: WireMap,
+    lambda: f64,
+    range: Range,
+    hold: Hold,
+    /// The duty of the period under way.
+    given: f64,
+    /// Excess temperature that is missing to the surface, K; positive = heat.
+    surface: f64,
+    blind: bool,
+}
+
+/// Half of a wire's hysteresis: the curve it moves on, which way, and what brakes it there.
+struct Approach {
+    /// Error that is left, m; positive.
+    ahead: f64,
+    /// Excess over the curve towards the reference, K.
+    excess: f64,
+    /// κ, K s/m, and τ, s.
+    drag: f64,
+    settle_s: f64,
+    /// Rate of temperature that the braking counted on makes, K/s.
+    brake: f64,
+}
+
+impl Approach {
+    /// The largest excess from which the wire still stops in time.
+    #[inline]
+    fn surface(&self) -> f64 {
+        if self.ahead <= 0.0 {
+            return 0.0;
+        }
+        let b = (self.settle_s * self.brake).max(1e-9);
+        let u = self.ahead * self.drag / (self.settle_s * b);
+        // y − ln(1+y) = u by Newton, from a guess that is right for small u
+        let mut y = u + (2.0 * u).sqrt();
+        for _ in 0..2 {
+            y -= (y - y.ln_1p() - u) * (1.0 + y) / y.max(1e-12);
+            y = y.max(1e-12);
+        }
+        b * y
+    }
+}
+
+impl TimeOptimal {
+    pub(crate) fn new(map: WireMap, lambda: f64, band: f64, range: Range) -> TimeOptimal {
+        let given = range.minimum;
+        TimeOptimal { map, lambda, range, hold: Hold::new(band), given, surface: 0.0, blind: false }
+    }
+
+    /// The mean duty of the next period.
+    #[inline]
+    fn wanted(&mut self, demand: &Demand) -> f64 {
+        let seen = &demand.estimate;
+        let error = seen.length_m - demand.reference_m;
+        let m = &self.map;
+        let s = seen.stress_pa + m.thermoelastic * (seen.temperature_c - m.reference);
+        let loss = seen.loss_w;
+        // the curves where the wire stands still: without the drag's share
+        let still = |curve: f64, width: f64| curve + seen.velocity_m_s * m.drag_at(seen.martensite, width, s);
+        let curves = (still(seen.heating_curve_c, m.heating_width), still(seen.cooling_curve_c, m.cooling_width));
+        if let Some(target) = self.hold.decide(m, demand, error, curves, self.lambda) {
+            self.surface = target - seen.temperature_c;
+            return (loss + m.heat_capacity * HOLD * self.surface) / seen.full_power_w;
+        }
+        let heating = self.hold.from_long();
+        let (width, curve) = if heating { (m.heating_width, curves.0) } else { (m.cooling_width, curves.1) };
+        let drag = m.drag_at(seen.martensite, width, s).max(1e-6);
+        let slope = m.kelvin_per_metre(seen.martensite, width, s);
+        let latent = m.latent_kelvin_per_metre(seen.release_j, s);
+        let settle_s = drag / (slope + latent);
+        let capacity = m.heat_capacity;
+        let most = seen.full_power_w * self.range.maximum;
+        let gain = self.fastest(slope + latent).min(1.0 / (RETURN.1 * demand.dt_s));
+        let sign = if heating { 1.0 } else { -1.0 };
+        let towards = -sign * seen.velocity_m_s;
+        let mut excess = sign * (seen.temperature_c - curve);
+        if excess > 0.0 {
+            // how fast it moves says the same, without the curve's place in it
+            excess = 0.5 * (excess + (towards * drag).max(0.0));
+        }
+        // The period under way is decided already.
+        let pending = (self.given * seen.full_power_w - loss) / capacity;
+        let dt = demand.dt_s;
+        let lead = self.hold.lead(m, seen.martensite);
+        let ahead = sign * error - lead - towards.max(0.0) * (m.inertia_s() + dt);
+        excess += dt * (sign * pending - excess.max(0.0) / settle_s.max(dt));
+        let brake = if heating { RESERVE.0 * loss.max(0.0) } else { RESERVE.1 * (most - loss).max(0.0) } / capacity;
+        let approach = Approach { ahead, excess, drag, settle_s, brake };
+        let most_excess = approach.surface();
+        self.surface = sign * (most_excess - approach.excess);
+        // on the surface it brakes by the share counted on; a wire that does not move yet needs no braking
+        let moving = (approach.excess / most_excess.max(1e-9)).clamp(0.0, 1.0);
+        let braking = loss - sign * brake * capacity * moving;
+        let mut power = braking + capacity * gain * self.surface;
+        if error.abs() < self.hold.reach() + lead && excess < 0.0 {
+            // A correction out of a hold: below its curve the wire moves already, by the inner loop, and nobody knows how far.
+            let rate = CREEP.0 * width + CREEP.1 * (-excess - CREEP.2 * width).max(0.0);
+            power = if heating { power.min(loss + capacity * rate) } else { power.max(loss - capacity * rate) };
+        }
+        power / seen.full_power_w
+    }
+
+    /// Fastest return to the surface that load and wire can follow, 1/s; `slope` is dT/dx with its latent heat.
+    #[inline]
+    fn fastest(&self, slope: f64) -> f64 {
+        let m = &self.map;
+        if m.mass <= 0.0 || m.shift <= 0.0 {
+            return RETURN.0;
+        }
+        let stiffness = slope * m.area / m.shift;
+        let half = 0.5 * m.damping / m.mass;
+        let square = half * half - stiffness / m.mass;
+        let fast = if square > 0.0 { half + square.sqrt() } else { (stiffness / m.mass).sqrt() };
+        RETURN.0.min(0.5 * fast)
+    }
+}
+
+impl Controller for TimeOptimal {
+    #[inline]
+    fn duty(&mut self, demand: &Demand) -> f64 {
+        self.blind = !demand.is_usable() || !demand.estimate.temperature_c.is_finite();
+        if self.blind {
+            (self.surface, self.given) = (0.0, self.range.minimum);
+            return self.range.minimum;
+        }
+        let wanted = self.wanted(demand);
+        self.given = self.range.give(wanted);
+        self.given
+    }
+
+    fn reset(&mut self) {
+        self.range.reset();
+        self.hold.reset();
+        (self.surface, self.given) = (0.0, self.range.minimum);
+        self.blind = false;
+    }
+
+    fn surface(&self) -> f64 {
+        self.surface
+    }
+
+    fn is_blind(&self) -> bool {
+        self.blind
+    }
+}
