@@ -115,7 +115,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            kind: AlgorithmKind::SlidingMode2,
+            kind: AlgorithmKind::TimeOptimal,
             lambda_per_s: None,
             minimum_duty: 0.02,
             maximum_duty: 1.0,

@@ -966,8 +966,8 @@ fn blank_channel(ambient_c: f64) -> Channel {
             max_lease_s: f64::NAN,
         },
         control: Control {
-            algorithm: Algorithm::SlidingMode,
-            estimator: Estimator::Enthalpy,
+            algorithm: Algorithm::TimeOptimal,
+            estimator: Estimator::Fused,
             lambda_per_s: None,
             rapid_heating: RapidHeating::Off,
             heat_loss_feedforward: None,

@@ -1112,7 +1112,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
             Key {
                 name: "algorithm",
                 kind: Kind::Choice(&Algorithm::WORDS),
-                default: Default::Text("sliding_mode"),
+                default: Default::Text("time_optimal"),
                 about: "Control law, see [control.md](control.md); all but the default are there for comparison",
                 get: |c| Some(Value::Text(c.control.algorithm.word().into())),
                 set: |c, value| {
@@ -1131,7 +1131,7 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                     ("luenberger", Estimator::Luenberger),
                     ("luenberger_scheduled", Estimator::LuenbergerScheduled),
                 ],
-                Default::Text("enthalpy"),
+                Default::Text("fused"),
                 "What the wire's temperature and martensite are estimated by, see [control.md](control.md): all that is \
                  measured and the model, weighed together; the heat that its \
                  power feeds; the thesis' linear state estimator with constant gains, or with scheduled ones",

@@ -58,8 +58,8 @@ impl Hold {
         LEAVE_AT_ONCE * self.band
     }
 
-    /// Whether the wire comes from being too long, and so along its heating curve.
-    pub fn from_long(&self) -> bool {
+    /// Whether the wire comes from being too long, and so shortens along its heating curve.
+    pub fn shortens(&self) -> bool {
         self.from_long
     }
 

@@ -95,7 +95,7 @@ impl TimeOptimal {
             self.surface = target - seen.temperature_c;
             return (loss + m.heat_capacity * HOLD * self.surface) / seen.full_power_w;
         }
-        let heating = self.hold.from_long();
+        let heating = self.hold.shortens();
         let (width, curve) = if heating { (m.heating_width, curves.0) } else { (m.cooling_width, curves.1) };
         let drag = m.drag_at(seen.martensite, width, s).max(1e-6);
         let slope = m.kelvin_per_metre(seen.martensite, width, s);

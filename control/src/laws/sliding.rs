@@ -75,7 +75,7 @@ impl SlidingMode2 {
         let (heating, cooling) = (seen.heating_curve_c + drag_k, seen.cooling_curve_c + drag_k);
         let drag = m.drag;
         let held = self.hold.decide(m, demand, error, (heating, cooling), lambda);
-        let error = if self.hold.from_long() {
+        let error = if self.hold.shortens() {
             error - self.hold.lead(m, seen.martensite)
         } else {
             error + self.hold.lead(m, seen.martensite)
