@@ -43,9 +43,9 @@ fn readings() -> Vec<Observation> {
         .collect()
 }
 
-fn run(bencher: Bencher, kind: AlgorithmKind, estimating: bool, regulating: bool) {
+fn run(bencher: Bencher, kind: AlgorithmKind, estimating: Option<EstimatorKind>, regulating: bool) {
     let model = wire();
-    let mut estimator = StateEstimator::new(&model, EstimatorKind::Enthalpy);
+    let mut estimator = StateEstimator::new(&model, estimating.unwrap_or(EstimatorKind::Enthalpy));
     let mut law = Algorithm::new(&model, &Settings { kind, ..Settings::default() });
     let readings = readings();
     let mut estimate = readings.iter().fold(Estimate::UNKNOWN, |_, reading| estimator.update(reading));
@@ -53,7 +53,7 @@ fn run(bencher: Bencher, kind: AlgorithmKind, estimating: bool, regulating: bool
     bencher.bench_local(|| {
         k = (k + 1) & 255;
         let reading = black_box(&readings[k]);
-        if estimating {
+        if estimating.is_some() {
             estimate = estimator.update(reading);
         }
         if regulating {
@@ -71,19 +71,19 @@ fn run(bencher: Bencher, kind: AlgorithmKind, estimating: bool, regulating: bool
     });
 }
 
-#[divan::bench]
-fn estimator(bencher: Bencher) {
-    run(bencher, AlgorithmKind::SlidingMode2, true, false);
+#[divan::bench(args = EstimatorKind::ALL)]
+fn estimator(bencher: Bencher, kind: EstimatorKind) {
+    run(bencher, AlgorithmKind::SlidingMode2, Some(kind), false);
 }
 
 #[divan::bench(args = AlgorithmKind::ALL)]
 fn law(bencher: Bencher, kind: AlgorithmKind) {
-    run(bencher, kind, false, true);
+    run(bencher, kind, None, true);
 }
 
 #[divan::bench]
 fn estimator_and_sliding_mode(bencher: Bencher) {
-    run(bencher, AlgorithmKind::SlidingMode2, true, true);
+    run(bencher, AlgorithmKind::SlidingMode2, Some(EstimatorKind::Enthalpy), true);
 }
 
 #[divan::bench]

@@ -1,9 +1,9 @@
 //! What the estimators believe of a wire that a PI controller moves, beside what it is: chapter 9's comparison.
 #![allow(dead_code)]
 
-use super::rig::{Bench, Noise};
+use super::rig::{Bench, Noise, figure_wire};
 use sinew_control::{AlgorithmKind, Estimate, EstimatorKind, Settings, StateEstimator};
-use sinew_physics::WireModel;
+use sinew_physics::{Geometry, Load, Taps, WireModel};
 
 /// The estimators compared, by the rig file's word.
 pub const ESTIMATORS: [(&str, EstimatorKind); 3] = [
@@ -11,6 +11,17 @@ pub const ESTIMATORS: [(&str, EstimatorKind); 3] = [
     ("luenberger_scheduled", EstimatorKind::LuenbergerScheduled),
     ("enthalpy", EstimatorKind::Enthalpy),
 ];
+
+/// The thesis' rig of table 10, preloaded to 150 MPa, on 9 V.
+pub fn table_10() -> WireModel {
+    let mut model = figure_wire();
+    model.geometry = Geometry { diameter_m: 0.1e-3, length_m: 0.233 };
+    model.taps = Some(Taps { l0_m: 0.0, ls_m: 0.22 });
+    model.drive.supply_v = 9.0;
+    model.load =
+        Load::SpringMassDamper { mass_kg: 0.13, damping_n_s_per_m: 0.915, spring_n_per_m: 18.0, preload_n: 1.2 };
+    model
+}
 
 /// How far estimates are off, rms.
 #[derive(Debug, Clone, Copy, Default)]
