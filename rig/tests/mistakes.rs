@@ -286,13 +286,13 @@ fn keys_that_make_no_sense_together() {
     with(
         "[channel.control]\nalgorithm = \"pi\"\nlambda_per_s = 10\n",
         "rig.toml:25: channel \"wire\": control.lambda_per_s makes no sense with algorithm = \"pi\"; \
-         take it out or choose \"sliding_mode\", \"sliding_mode_plain\", \"sliding_mode_first_order\", \
+         take it out or choose \"time_optimal\", \"sliding_mode\", \"sliding_mode_plain\", \"sliding_mode_first_order\", \
          \"sliding_mode_first_order_equivalent\", \"input_output_linearised\", \"input_output_linearised_constant\", \
          \"velocity_servo\" or \"velocity_servo_scheduled\"",
     );
     with(
         "[channel.control]\npi_integral_per_mm_s = 1\n",
-        "rig.toml:24: channel \"wire\": control.pi_integral_per_mm_s makes no sense with algorithm = \"sliding_mode\"; \
+        "rig.toml:24: channel \"wire\": control.pi_integral_per_mm_s makes no sense with algorithm = \"time_optimal\"; \
          take it out or choose \"pi\" or \"pid\"",
     );
     with(
