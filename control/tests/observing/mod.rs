@@ -6,10 +6,11 @@ use sinew_control::{AlgorithmKind, Estimate, EstimatorKind, Settings, StateEstim
 use sinew_physics::{Geometry, Load, Taps, WireModel};
 
 /// The estimators compared, by the rig file's word.
-pub const ESTIMATORS: [(&str, EstimatorKind); 3] = [
+pub const ESTIMATORS: [(&str, EstimatorKind); 4] = [
     ("luenberger", EstimatorKind::Luenberger),
     ("luenberger_scheduled", EstimatorKind::LuenbergerScheduled),
     ("enthalpy", EstimatorKind::Enthalpy),
+    ("fused", EstimatorKind::Fused),
 ];
 
 /// The thesis' rig of table 10, preloaded to 150 MPa, on 9 V.
