@@ -5,14 +5,14 @@ use sinew_control::{
     PidGains, Priming, Settings, StateEstimator, StrokeRange,
 };
 use sinew_ipc::{ChannelState, Fault};
-use sinew_physics::{DriveKind, Load, WireModel};
+use sinew_physics::{Convection, DriveKind, Load, WireModel};
 use sinew_rig::{
     Algorithm as RigAlgorithm, Channel as RigChannel, Estimator as RigEstimator, RapidHeating, Rig, SamplingCircuit,
     Sensing,
 };
 use sinew_sensing::{
     Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
-    Reading, ResistanceLine, Sample,
+    Reading, ResistanceLine, Sample, SlideConfig, SlideWatch,
 };
 
 use crate::error::Error;
@@ -63,6 +63,8 @@ pub struct Channel {
     /// The duty in force in the period the next sample comes from.
     applied_duty: f64,
     sensor: LengthSensor,
+    /// Where the length comes from taps and the load says how far the wire is pulled.
+    slide: Option<SlideWatch>,
     /// What the last sample said.
     pub(crate) reading: Reading,
     observer: MotionObserver,
@@ -161,6 +163,7 @@ impl Channel {
         let noise_a = sensor.config().converter.current_sigma_a();
         Ok(Channel {
             applied_duty: 0.0,
+            slide: slide_watch(channel, model, &stroke),
             sensor,
             reading: Reading::none(Default::default()),
             observer,
@@ -200,12 +203,16 @@ impl Channel {
         // Sensing. Where nothing was driven there is nothing to see, whatever the converter picked up.
         let driven = self.applied_duty > 0.0;
         self.reading = if driven { self.sensor.read(sample) } else { Reading::none(Health::NoCurrent) };
-        let healthy = self.reading.health.is_ok();
-        self.motion = self.observer.update_weighted(self.reading.length(), self.reading.length_sigma_m, tick.dt_s);
-        if healthy {
+        if self.reading.health.is_ok() {
             self.on_power_w = sample.current_a * sample.current_a * self.reading.resistance_ohm;
         }
         self.power_w = self.applied_duty * self.on_power_w;
+        if let Some(slide) = &mut self.slide
+            && slide.sticks(&self.reading, self.power_w, tick.dt_s)
+        {
+            self.reading = Reading { resistance_ohm: self.reading.resistance_ohm, ..Reading::none(Health::ProbeStuck) };
+        }
+        self.motion = self.observer.update_weighted(self.reading.length(), self.reading.length_sigma_m, tick.dt_s);
         let seen = Observation {
             power_w: self.power_w,
             duty: self.applied_duty,
@@ -428,6 +435,53 @@ impl Ends {
     fn power_w(&self) -> f64 {
         self.current_a * self.current_a * self.resistance_ohm
     }
+}
+
+/// How far the wire may be from the rig file before the watch over its taps is wrong: heat capacity (with what else is heated)
+/// and temperatures of transformation above ambient, relative; the loss to the air, as factors; the measured power.
+const SLIDE_CAPACITY: f64 = 0.15;
+const SLIDE_TEMPERATURE: f64 = 0.2;
+const SLIDE_LOSS: (f64, f64) = (0.5, 2.0);
+const SLIDE_POWER: f64 = 0.05;
+
+/// The watch over the taps. `None` where there are none, where something else than the channel's own load pulls at the wire
+/// (in a joint the partner can hold it still however hot it is), or where the air is so warm that nothing can be told.
+fn slide_watch(channel: &RigChannel, model: &WireModel, stroke: &StrokeRange) -> Option<SlideWatch> {
+    let Load::SpringMassDamper { spring_n_per_m, preload_n, .. } = channel.model.load else { return None };
+    if channel.control.sensing != Sensing::Dual || model.taps.is_none() {
+        return None;
+    }
+    let (m, area_m2) = (&model.material, model.geometry.area_m2());
+    let shift_k = |length_m: f64| {
+        let pull_n = preload_n - spring_n_per_m * (length_m - model.geometry.length_m);
+        m.stress_shift_k_per_pa * pull_n.max(0.0) / area_m2
+    };
+    // The curves at 90 % of the way, by eq. 20, at the end of the stroke where the stress is in the way.
+    let tail = 9f64.ln();
+    let (hot_k, cold_k) = (shift_k(stroke.hot_m), shift_k(stroke.cold_m));
+    let short_c = m.austenite_temperature_c + hot_k.max(cold_k) + tail / m.heating_steepness_per_k;
+    let long_c = m.martensite_temperature_c + hot_k.min(cold_k) - tail / m.cooling_steepness_per_k;
+    let above = |temperature_c: f64, share: f64| model.ambient_c + (1.0 + share) * (temperature_c - model.ambient_c);
+    let mass_kg = m.density_kg_per_m3 * model.geometry.volume_m3();
+    let capacity = mass_kg * m.specific_heat_j_per_kg_k;
+    let convection = match m.convection {
+        Convection::Constant => m.convection_w_per_m2_k,
+        // eq. 34 at the 60 K above ambient at which wires work
+        Convection::Natural => 65.5 * (-model.geometry.diameter_m * 1e3 / 4.0).exp() * 60f64.powf(1.0 / 6.0),
+    };
+    let loss = convection * model.geometry.surface_m2();
+    SlideWatch::new(SlideConfig {
+        hot_length_m: stroke.hot_m,
+        cold_length_m: stroke.cold_m,
+        surely_short_c: above(short_c, SLIDE_TEMPERATURE),
+        surely_long_c: above(long_c, -SLIDE_TEMPERATURE),
+        ambient_c: model.ambient_c,
+        hottest_c: channel.limits.max_temperature_c,
+        heat_capacity_j_per_k: ((1.0 - SLIDE_CAPACITY) * capacity, (1.0 + SLIDE_CAPACITY) * capacity),
+        loss_w_per_k: (SLIDE_LOSS.0 * loss, SLIDE_LOSS.1 * loss),
+        power_error: SLIDE_POWER,
+    })
+    .ok()
 }
 
 fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, sinew_sensing::Error> {

@@ -299,6 +299,7 @@ fn wrong_with(evidence: &Evidence, limits: &GuardLimits) -> Option<Fault> {
         Health::ProbeLost => Some(Fault::ProbeLost),
         Health::OutOfRange => Some(Fault::OutOfRange),
         Health::Stuck => Some(Fault::Stuck),
+        Health::ProbeStuck => Some(Fault::ProbeStuck),
     }
 }
 

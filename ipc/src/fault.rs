@@ -45,6 +45,8 @@ pub enum Fault {
     Stopping = 17,
     /// The driver is gone without having stopped.
     DriverDied = 18,
+    /// The length stands still though heat must have moved the wire.
+    ProbeStuck = 19,
 }
 
 /// What there is to know about one fault.
@@ -63,7 +65,7 @@ pub struct FaultRow {
 }
 
 /// The table, in the order of the codes.
-pub const FAULT_TABLE: [FaultRow; 18] = [
+pub const FAULT_TABLE: [FaultRow; 19] = [
     FaultRow {
         fault: Fault::NoSample,
         flag: "no_sample",
@@ -189,6 +191,13 @@ pub const FAULT_TABLE: [FaultRow; 18] = [
         cause: "the driver is gone without having stopped, or its loop stands still",
         reaction: "the power stage's own watchdog switches off; clients are told",
         remedy: "look why it ended (its log, `dmesg`), then start it again with `sinew run`; nothing has to be cleaned up",
+    },
+    FaultRow {
+        fault: Fault::ProbeStuck,
+        flag: "probe_stuck",
+        cause: "the wire was heated or cooled so far that it must have moved, but its measured length stands still: a tap sticks to it, or the load is jammed",
+        reaction: "channel off, latched",
+        remedy: "see that the wire slides through its taps and the load moves freely; if it does, compare material and load in the rig file with the wire, then reset",
     },
 ];
 

@@ -29,11 +29,14 @@ pub enum Health {
     OutOfRange = 9,
     /// An input repeats one code for longer than its noise allows: the converter is frozen.
     Stuck = 10,
+    /// The length stands still though heat must have moved the wire: a tap sticks to it, or the load is jammed
+    /// ([`SlideWatch`](crate::SlideWatch)).
+    ProbeStuck = 11,
 }
 
 impl Health {
     /// Every verdict, in the order of its code.
-    pub const ALL: [Health; 11] = [
+    pub const ALL: [Health; 12] = [
         Health::Ok,
         Health::NoSample,
         Health::NotFinite,
@@ -45,6 +48,7 @@ impl Health {
         Health::ProbeLost,
         Health::OutOfRange,
         Health::Stuck,
+        Health::ProbeStuck,
     ];
 
     /// Whether a length was measured.
@@ -76,6 +80,7 @@ impl Health {
             Health::ProbeLost => "probe lost",
             Health::OutOfRange => "length out of range",
             Health::Stuck => "converter frozen",
+            Health::ProbeStuck => "length does not follow the heat",
         }
     }
 }
@@ -96,6 +101,6 @@ mod tests {
             assert_eq!(usize::from(health.code()), code);
             assert_eq!(Health::from_code(health.code()), Some(health));
         }
-        assert_eq!(Health::from_code(11), None);
+        assert_eq!(Health::from_code(12), None);
     }
 }

@@ -14,6 +14,11 @@ const GUARD: f64 = 8.0;
 /// and the lead at the fixed end are below, a lost first probe is above it, or else too small to matter.
 const TAP_TOLERANCE: f64 = 0.02;
 
+/// The same where the first tap is well away from the fixed end. There the lead moves both taps nearly alike, and a tap
+/// that sticks to the wire shows: its share moves with the wire.
+const FAR_TAP_TOLERANCE: f64 = 0.01;
+const FAR_TAP_SHARE: f64 = 0.1;
+
 /// Chance per sample at which a repeated code counts as frozen.
 const STUCK_CHANCE: f64 = 1e-15;
 
@@ -362,6 +367,7 @@ pub struct LengthSensor {
     guard_open_v: f64,
     // Share of V2 that V1 must be, and how far noise alone may move it.
     tap_share: f64,
+    tap_tolerance: f64,
     guard_tap_v: f64,
     half_span_m: f64,
     repeats: Repeats,
@@ -389,8 +395,10 @@ impl LengthSensor {
             Circuit::Shared { .. } => sigma_v * (1.0 + (1.0 + drop) * (1.0 + drop)).sqrt(),
         };
         let voltage = (c.voltage_noise_v, c.voltage_lsb_v());
-        // A code at 0 V that is cut off there repeats without being frozen: V1 at the fixed end says nothing.
-        let first = if tap_share > 0.0 { voltage } else { (0.0, 0.0) };
+        // A code at 0 V that is cut off there repeats without being frozen: V1 at the fixed end says nothing, unless it
+        // stands on a shunt.
+        let shared = matches!(config.circuit, Circuit::Shared { .. });
+        let first = if tap_share > 0.0 || shared { voltage } else { (0.0, 0.0) };
         Ok(LengthSensor {
             config,
             sigma_v,
@@ -402,6 +410,7 @@ impl LengthSensor {
             guard_short_v: GUARD * (sigma_v3 + config.min_resistance_ohm * sigma_i),
             guard_open_v: GUARD * (sigma_v3 + config.max_resistance_ohm * sigma_i),
             tap_share,
+            tap_tolerance: if tap_share > FAR_TAP_SHARE { FAR_TAP_TOLERANCE } else { TAP_TOLERANCE },
             guard_tap_v: GUARD * sigma_v * (1.0 + tap_share * tap_share).sqrt(),
             half_span_m: 0.5 * (config.max_length_m - config.min_length_m),
             repeats: Repeats::new([first, voltage, voltage, (c.current_noise_a, c.current_lsb_a())]),
@@ -499,7 +508,7 @@ impl LengthSensor {
                 let between = v2 - v1;
                 let stray = (v1 - self.tap_share * v2).abs();
                 if between < GUARD * std::f64::consts::SQRT_2 * self.sigma_v
-                    || stray > TAP_TOLERANCE * v3 + self.guard_tap_v
+                    || stray > self.tap_tolerance * v3 + self.guard_tap_v
                 {
                     return failed(Health::ProbeLost);
                 }
