@@ -6,20 +6,27 @@
 //! Everything is simulated time and seeded: the same call gives the same numbers, whatever the machine.
 #![forbid(unsafe_code)]
 
+mod answer;
 pub mod bound;
 mod choice;
+pub mod findings;
+mod page;
 mod plant;
 pub mod row;
 mod run;
 pub mod score;
 pub mod sensing;
 mod session;
+mod text;
 mod trial;
 
+pub use answer::{About, Answer, SCHEMA};
 pub use bound::{Bound, time_optimal};
 pub use choice::Choice;
+pub use page::{page, pictures};
 pub use plant::{Family, Plant};
-pub use row::{Figures, Row, Trace};
+pub use row::{Figures, Row, Trace, Traces};
 pub use run::{Filter, Plan, QUICK, Ran, run};
 pub use session::{Error, Moment, Session};
+pub use text::text;
 pub use trial::{BAND, Disturbed, Sine, Step, disturb, idle, sine, step};

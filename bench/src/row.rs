@@ -5,7 +5,7 @@ use sinew_physics::Load;
 use sinew_sim_backend::World;
 
 use crate::trial::{Disturbed, Sine, Step, disturb, idle, sine, step};
-use crate::{Choice, Error, Family, Plant, Session};
+use crate::{Choice, Error, Family, Moment, Plant, Session};
 
 /// The steps, strokes from cold; the wire idles for half a second before the first.
 pub const STEPS: [f64; 6] = [0.4, 0.8, 0.4, 0.15, 0.3, 0.2];
@@ -72,6 +72,8 @@ pub struct Figures {
     pub overshoot_percent: f64,
     /// The worst.
     pub overshoot_worst_percent: f64,
+    /// The worst overshoot of a step, % of that step.
+    pub overshoot_of_step_percent: f64,
     /// Median over steps of the mean error of the last third, taken positive.
     pub steady_mean_percent: f64,
     /// Median over steps of the RMS error of the last third.
@@ -82,6 +84,9 @@ pub struct Figures {
     pub limit_cycle_percent: f64,
     /// RMS error on sines.
     pub tracking: Vec<Tracking>,
+    /// The same in the order of [`FREQUENCIES_HZ`].
+    #[serde(skip)]
+    pub tracking_percents: Vec<f64>,
     /// Energy of all steps together, J.
     pub energy_j: f64,
     /// Full switchings of the power a second, over the steps.
@@ -126,7 +131,7 @@ pub struct Response {
     pub temperature_error_k: f64,
 }
 
-/// The steps of one seed over time, for a picture.
+/// One seed over time, for a picture.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
     /// s.
@@ -145,10 +150,39 @@ pub struct Trace {
     pub estimated_martensite: Vec<f64>,
     /// Duty.
     pub duty: Vec<f64>,
+    /// Cycles seen.
+    cycles: u64,
 }
 
 /// Points of a trace a second.
 const TRACE_HZ: f64 = 100.0;
+
+impl Trace {
+    fn see(&mut self, moment: &Moment, reference: f64, error: f64, time_s: f64, period_s: f64) {
+        self.cycles += 1;
+        if !self.cycles.is_multiple_of((1.0 / TRACE_HZ / period_s).round().max(1.0) as u64) {
+            return;
+        }
+        self.time_s.push(time_s);
+        self.reference.push(reference);
+        // longer is less stroke
+        self.stroke.push(reference - error);
+        self.temperature_c.push(moment.truth.temperature_c);
+        self.estimated_c.push(moment.estimate.temperature_c);
+        self.martensite.push(moment.truth.martensite);
+        self.estimated_martensite.push(moment.estimate.martensite);
+        self.duty.push(moment.duty);
+    }
+}
+
+/// What is drawn of a row's first seed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Traces {
+    /// The steps.
+    pub steps: Trace,
+    /// The draught, which begins at 0 s.
+    pub draught: Trace,
+}
 
 /// What one seed gave.
 struct Outcome {
@@ -159,13 +193,13 @@ struct Outcome {
     faults: Vec<String>,
 }
 
-/// A row over these seeds, and the trace of the first where it is wanted.
-pub fn row(plant: &Plant, choice: &Choice, seeds: &[u64], with_trace: bool) -> (Row, Option<Trace>) {
-    let mut trace = with_trace.then(Trace::default);
+/// A row over these seeds, and the traces of the first where they are wanted.
+pub fn row(plant: &Plant, choice: &Choice, seeds: &[u64], with_traces: bool) -> (Row, Option<Traces>) {
+    let mut traces = with_traces.then(Traces::default);
     let mut outcomes = Vec::new();
     let mut refused = None;
     for (index, &seed) in seeds.iter().enumerate() {
-        match outcome(plant, choice, seed, index == 0, trace.as_mut().filter(|_| index == 0)) {
+        match outcome(plant, choice, seed, index == 0, traces.as_mut().filter(|_| index == 0)) {
             Ok(outcome) => outcomes.push(outcome),
             Err(error) => refused = Some(error.to_string()),
         }
@@ -181,7 +215,7 @@ pub fn row(plant: &Plant, choice: &Choice, seeds: &[u64], with_trace: bool) -> (
         figures: if refused.is_none() && !outcomes.is_empty() { Some(figures(&mut outcomes)) } else { None },
         refused,
     };
-    (row, trace)
+    (row, traces)
 }
 
 fn outcome(
@@ -189,7 +223,7 @@ fn outcome(
     choice: &Choice,
     seed: u64,
     with_bounds: bool,
-    mut trace: Option<&mut Trace>,
+    mut traces: Option<&mut Traces>,
 ) -> Result<Outcome, Error> {
     let believed = plant.believed(choice, seed)?;
     let truth = plant.truth(&believed);
@@ -202,25 +236,13 @@ fn outcome(
 
     let mut session = Session::new(&believed, &truth)?;
     idle(&mut session, IDLE_S);
-    let every = (1.0 / TRACE_HZ / session.period_s()).round().max(1.0) as u64;
-    let range = session.stroke();
+    let period_s = session.period_s();
     let steps = STEPS
         .iter()
         .map(|&to| {
-            let mut cycle = 0;
             step(&mut session, to, plant.watch_s, with_bounds, |moment, error| {
-                cycle += 1;
-                if let Some(trace) = trace.as_deref_mut()
-                    && cycle % every == 0
-                {
-                    trace.time_s.push(moment.time_s - IDLE_S);
-                    trace.reference.push(to);
-                    trace.stroke.push(range.stroke(range.length_m(to) + error * range.stroke_m()));
-                    trace.temperature_c.push(moment.truth.temperature_c);
-                    trace.estimated_c.push(moment.estimate.temperature_c);
-                    trace.martensite.push(moment.truth.martensite);
-                    trace.estimated_martensite.push(moment.estimate.martensite);
-                    trace.duty.push(moment.duty);
+                if let Some(traces) = traces.as_deref_mut() {
+                    traces.steps.see(moment, to, error, moment.time_s - IDLE_S, period_s);
                 }
             })
         })
@@ -240,14 +262,19 @@ fn outcome(
         World { supply: SAG, ..World::CALM },
     ];
     let disturbed = worlds.map(|world| {
-        disturb(&mut session, middle, &World::CALM, plant.watch_s);
-        disturb(&mut session, middle, &world, DISTURBED_S)
+        disturb(&mut session, middle, &World::CALM, plant.watch_s, |_, _| ());
+        let begin_s = session.time_s();
+        disturb(&mut session, middle, &world, DISTURBED_S, |moment, error| {
+            if let Some(traces) = traces.as_deref_mut().filter(|_| world.draught > 0.0) {
+                traces.draught.see(moment, middle, error, moment.time_s - begin_s, period_s);
+            }
+        })
     });
     fault(&session, "on disturbances");
 
     let mut session = Session::new(&believed, &truth)?;
     idle(&mut session, IDLE_S);
-    disturb(&mut session, middle, &World::CALM, plant.watch_s);
+    disturb(&mut session, middle, &World::CALM, plant.watch_s, |_, _| ());
     let sines = FREQUENCIES_HZ.iter().map(|&frequency| sine(&mut session, middle, SINE.0, frequency)).collect();
     fault(&session, "on sines");
     Ok(Outcome { steps, sines, disturbed, faults })
@@ -311,6 +338,9 @@ fn figures(outcomes: &mut [Outcome]) -> Figures {
     let surface = outcomes.iter().filter_map(|outcome| outcome.steps.first()?.surface_s);
     let (overshoot_percent, overshoot_worst_percent) = percent(|step| step.overshoot);
     let (steady_rms_percent, steady_rms_worst_percent) = percent(|step| step.rms);
+    let tracking_percents: Vec<f64> = (0..FREQUENCIES_HZ.len())
+        .map(|i| 100.0 * median(outcomes.iter().map(|outcome| outcome.sines[i].rms)))
+        .collect();
     Figures {
         settling_up_s: settling(true),
         settling_down_s: settling(false),
@@ -322,18 +352,17 @@ fn figures(outcomes: &mut [Outcome]) -> Figures {
         settled: steps().filter(|step| step.settle_s.is_some()).count() as f64 / steps().count().max(1) as f64,
         overshoot_percent,
         overshoot_worst_percent,
+        overshoot_of_step_percent: 100.0 * worst(steps().map(|step| step.overshoot / (step.to - step.from).abs())),
         steady_mean_percent: percent(|step| step.mean.abs()).0,
         steady_rms_percent,
         steady_rms_worst_percent,
         limit_cycle_percent: percent(|step| step.cycle).0,
         tracking: FREQUENCIES_HZ
-            .iter()
-            .enumerate()
-            .map(|(i, &frequency_hz)| Tracking {
-                frequency_hz,
-                rms_percent: 100.0 * median(outcomes.iter().map(|outcome| outcome.sines[i].rms)),
-            })
+            .into_iter()
+            .zip(&tracking_percents)
+            .map(|(frequency_hz, &rms_percent)| Tracking { frequency_hz, rms_percent })
             .collect(),
+        tracking_percents,
         energy_j: steps().map(|step| step.energy_j).sum::<f64>() / outcomes.len() as f64,
         switchings_per_s: steps().map(|step| step.switchings_per_s).sum::<f64>() / steps().count().max(1) as f64,
         temperature_rms_k: mean_square(|step| step.temperature_rms_k),

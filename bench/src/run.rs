@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use crate::row::{Row, Trace, row};
+use crate::row::{Row, Traces, row};
 use crate::score::{DEVELOPMENT, SCORING};
 use crate::{Choice, Family, Plant};
 
@@ -69,8 +69,8 @@ impl Plan {
 pub struct Ran {
     /// The row.
     pub row: Row,
-    /// The steps of its first seed over time: of the figure's wire and of the thesis' plants.
-    pub trace: Option<Trace>,
+    /// Its first seed over time: of the figure's wire and of the thesis' plants.
+    pub traces: Option<Traces>,
 }
 
 /// Runs a plan, on as many threads as the caller's pool of rayon has; `progress` gets how many rows are done.
@@ -83,9 +83,9 @@ pub fn run(plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Vec<Ran> {
         .par_iter()
         .map(|(plant, choice)| {
             let pictured = plant.name == "figure" || plant.family == Family::Thesis;
-            let (row, trace) = row(plant, choice, &plan.seeds, pictured);
+            let (row, traces) = row(plant, choice, &plan.seeds, pictured);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Ran { row, trace }
+            Ran { row, traces }
         })
         .collect()
 }

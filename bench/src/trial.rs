@@ -193,8 +193,14 @@ pub struct Disturbed {
     pub rms: f64,
 }
 
-/// Changes the world around a held wire for `seconds`.
-pub fn disturb(session: &mut Session, stroke: f64, world: &World, seconds: f64) -> Disturbed {
+/// Changes the world around a held wire for `seconds`; `watch` as for [`step`].
+pub fn disturb(
+    session: &mut Session,
+    stroke: f64,
+    world: &World,
+    seconds: f64,
+    mut watch: impl FnMut(&Moment, f64),
+) -> Disturbed {
     let range = session.stroke();
     let reference_m = range.length_m(stroke);
     session.ask(Ask::Length(reference_m));
@@ -211,6 +217,7 @@ pub fn disturb(session: &mut Session, stroke: f64, world: &World, seconds: f64) 
         if 3 * k >= 2 * count {
             square += error * error;
         }
+        watch(&moment, error);
     }
     let late = (count - (2 * count).div_ceil(3)) as f64;
     Disturbed { deviation, temperature_error_k, rms: (square / late).sqrt() }

@@ -8,6 +8,7 @@
 
 mod figures;
 mod page;
+pub mod panels;
 mod picture;
 pub mod plot;
 pub mod quantity;
