@@ -1,14 +1,19 @@
 //! What a run of the bench says: rows, ranking, findings.
 
 use serde::Serialize;
+use sinew_control::EstimatorKind;
 
 use crate::findings::{Finding, findings};
 use crate::row::Row;
-use crate::score::{Place, ranking};
+use crate::score::{DEVELOPMENT, Place, SCORING, ranking};
+use crate::sensing;
 use crate::{Choice, Family, Plan, Plant, Ran};
 
 /// Schema of `bench.json`.
 pub const SCHEMA: &str = "sinew.bench.control/1";
+
+/// State estimators that chapter 7's experiment scores beside the plain measurements.
+const ESTIMATORS: [(&str, EstimatorKind); 1] = [("enthalpy", EstimatorKind::Enthalpy)];
 
 /// Everything a run says but its pictures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,6 +36,18 @@ pub struct Answer {
     pub default: Default,
     /// What the thesis found, looked for here.
     pub findings: Vec<Finding>,
+    /// Chapter 7's experiment.
+    pub sensing: sensing::Report,
+}
+
+/// Chapter 7's experiment with the driver's estimators; the quick one sweeps one load, faster.
+pub fn sensing_report(quick: bool) -> sensing::Report {
+    let seed = if quick { DEVELOPMENT } else { SCORING };
+    let mut plan = sensing::Plan::new(seed, ESTIMATORS.map(|(word, kind)| (word.to_owned(), kind)).to_vec());
+    if quick {
+        plan = sensing::Plan { sweep_s: 24.0, loads_gf: vec![200.0], ..plan };
+    }
+    sensing::experiment(&plan)
 }
 
 /// A plant in words.
@@ -57,7 +74,7 @@ pub struct Default {
 
 impl Answer {
     /// What `ran` says, which `command` made.
-    pub fn of(plan: &Plan, ran: &[Ran], command: String) -> Answer {
+    pub fn of(plan: &Plan, ran: &[Ran], sensing: sensing::Report, command: String) -> Answer {
         let rows: Vec<Row> = ran.iter().map(|ran| ran.row.clone()).collect();
         let default = Choice::default();
         // the findings' laws take the default estimator, or the only one that was run
@@ -82,6 +99,7 @@ impl Answer {
             findings: findings(&rows, &estimator),
             default: Default { controller: default.controller, estimator: default.estimator, sensing: default.sensing },
             rows,
+            sensing,
         }
     }
 

@@ -102,16 +102,16 @@ pub fn findings(rows: &[Row], estimator: &str) -> Vec<Finding> {
         }
     };
     let feed_forward = {
-        let none = rows.law("thesis_3w", "pi");
+        let none = rows.law("thesis_p", "pi");
         let constant = rows.law("thesis_3w", "input_output_linearised_constant");
         let inverted = rows.law("thesis_3w", "input_output_linearised");
-        let error = |figures: &Figures| figures.tracking_percent(0.25);
+        let error = |figures: &Figures| figures.steady_rms_percent;
         Finding {
             finding: "Feeding forward the heat loss matters more than inverting the slope of the transformation (chapter 10)",
             here: match (none, constant, inverted) {
                 (Some(none), Some(constant), Some(inverted)) => format!(
-                    "tracking at 0.25 Hz: {:.2} % with neither (PI), {:.2} % with the loss fed forward, {:.2} % with the slope \
-                     inverted as well",
+                    "steady-state error of a proportional loop {:.1} % of the stroke with neither, {:.1} % with the loss fed forward, \
+                     {:.1} % with the slope inverted as well",
                     error(none),
                     error(constant),
                     error(inverted)
@@ -126,9 +126,7 @@ pub fn findings(rows: &[Row], estimator: &str) -> Vec<Finding> {
         }
     };
     let servo = {
-        let found = ["velocity_servo_static", "velocity_servo_constant", "velocity_servo"]
-            .iter()
-            .find_map(|word| rows.law("thesis_3w", word));
+        let found = rows.law("thesis_3w", "velocity_servo");
         Finding {
             finding: "The exact-velocity-linearised servo with static gains overshoots by about a quarter, 26 % (chapter 10)",
             here: found.map_or(NOT_RUN.into(), |figures| {

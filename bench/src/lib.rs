@@ -20,7 +20,7 @@ mod session;
 mod text;
 mod trial;
 
-pub use answer::{About, Answer, SCHEMA};
+pub use answer::{About, Answer, SCHEMA, sensing_report};
 pub use bound::{Bound, time_optimal};
 pub use choice::Choice;
 pub use page::{page, pictures};

@@ -10,7 +10,7 @@ use crate::answer::Answer;
 use crate::findings::Finding;
 use crate::row::{FREQUENCIES_HZ, Figures, Row, SINE, STEPS, Trace};
 use crate::score::{self, Place, TARGETS, WORST};
-use crate::{BAND, Family, Ran};
+use crate::{BAND, Family, Ran, sensing};
 
 /// A plot over the page's whole width, and one of two side by side, px.
 const WIDE: (f64, f64) = (940.0, 300.0);
@@ -35,6 +35,7 @@ pub fn page(answer: &Answer, ran: &[Ran]) -> String {
         Section::new("sines", "Sines", sines(&view)),
         Section::new("estimates", "Estimates", estimates(&view)),
         Section::new("misjudged", "Misjudged", misjudged(&view)),
+        Section::new("sensing", "Sensing", measured(&answer.sensing)),
         Section::new("bound", "Bound", bound()),
         Section::new("rows", "Rows", rows(answer)),
         Section::new("again", "Reproduce", again(answer)),
@@ -599,6 +600,95 @@ fn misjudged(view: &View<'_>) -> Markup {
                 }
             }
         }
+    }
+}
+
+/// Chapter 7's experiment.
+fn measured(report: &sensing::Report) -> Markup {
+    let word = |value: &dyn std::fmt::Debug| words(&format!("{value:?}").to_lowercase());
+    let clean = |row: &&sensing::Row| {
+        row.condition == sensing::Condition::Clean && row.noise == "part" && row.taps == sensing::Place::Long
+    };
+    html! {
+        section #sensing {
+            h2 { "The length, measured" }
+            p {
+                "Chapter 7's experiment in simulation: a wire under 100 to 300 gf, heated and cooled slowly; RMS error of single samples over all loads. The thesis found "
+                (report.thesis.dual_mm) " mm, " (report.thesis.dual_percent) " % of the stroke, by two taps and " (report.thesis.resistance_percent) " % by resistance alone."
+            }
+            div.scroll {
+                table {
+                    thead {
+                        tr {
+                            th scope="col" { "taps" } th scope="col" { "heated by" } th scope="col" { "noise" }
+                            th.n scope="col" { "two taps, mm" } th.n scope="col" { "two taps, %" } th.n scope="col" { "resistance, %" }
+                        }
+                    }
+                    tbody {
+                        @for row in &report.summary {
+                            tr {
+                                th scope="row" { (word(&row.taps)) } td { (word(&row.heating)) } td { (row.noise) }
+                                td.n { (fixed(row.dual_mm, 3)) } td.n { (percent(row.dual_percent)) } td.n { (percent(row.resistance_percent)) }
+                            }
+                        }
+                    }
+                }
+            }
+            p.muted {
+                "Noise: " (report.noises.iter().map(|n| format!("“{}” {:.2} mV and {:.2} mA RMS", n.name, 1e3 * n.voltage_v, 1e3 * n.current_a)).collect::<Vec<_>>().join(", "))
+                ". “Part” is the converter the thesis names; “implied” is what would make its own arrangement err by its own figure."
+            }
+            details {
+                summary { "Each load with its estimators: long taps, the part's noise" }
+                div.scroll {
+                    table {
+                        thead {
+                            tr {
+                                th scope="col" { "estimator" } th scope="col" { "heated by" } th.n scope="col" { "load, gf" }
+                                th.n scope="col" { "RMS, mm" } th.n scope="col" { "largest, mm" } th.n scope="col" { "mean, mm" } th.n scope="col" { "RMS, %" }
+                            }
+                        }
+                        tbody { @for row in report.rows.iter().filter(clean) { (sweep(row, &word(&row.heating))) } }
+                    }
+                }
+            }
+            details {
+                summary { "With a probe lost, a bad contact, a twinned start" }
+                div.scroll {
+                    table {
+                        thead {
+                            tr {
+                                th scope="col" { "estimator" } th scope="col" { "what is wrong" } th.n scope="col" { "load, gf" }
+                                th.n scope="col" { "RMS, mm" } th.n scope="col" { "largest, mm" } th.n scope="col" { "mean, mm" } th.n scope="col" { "RMS, %" }
+                            }
+                        }
+                        tbody {
+                            @for row in report.rows.iter().filter(|row| row.condition != sensing::Condition::Clean && row.heating == sensing::Heating::Pulses) {
+                                (sweep(row, condition(row.condition)))
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn sweep(row: &sensing::Row, what: &str) -> Markup {
+    html! {
+        tr {
+            th scope="row" { (words(&row.estimator)) } td { (what) } td.n { (fixed(row.load_gf, 0)) }
+            td.n { (fixed(row.rms_mm, 3)) } td.n { (fixed(row.max_mm, 3)) } td.n { (fixed(row.bias_mm, 3)) } td.n { (percent(row.rms_percent)) }
+        }
+    }
+}
+
+fn condition(condition: sensing::Condition) -> &'static str {
+    match condition {
+        sensing::Condition::Clean => "nothing",
+        sensing::Condition::ProbeLoss => "probe lost",
+        sensing::Condition::ContactResistance => "contact resistance",
+        sensing::Condition::TwinnedStart => "twinned start",
     }
 }
 

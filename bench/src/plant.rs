@@ -43,8 +43,8 @@ pub struct Plant {
     max_power_w: f64,
     /// Whether the converter is exact: no noise, no steps.
     exact: bool,
-    /// More of `[channel.control]`.
-    control: &'static str,
+    /// More of `[channel.control]`, for controllers whose words begin so.
+    control: (&'static str, &'static str),
     /// Makes the truth of what is believed.
     truth: fn(&mut WireModel),
 }
@@ -66,7 +66,7 @@ const FIGURE: Plant = Plant {
     spring_n_per_m: 0.0,
     max_power_w: 3.0,
     exact: false,
-    control: "",
+    control: ("", ""),
     truth: as_believed,
 };
 
@@ -84,12 +84,12 @@ const fn thesis(name: &'static str, about: &'static str) -> Plant {
         max_power_w: 1.0,
         watch_s: 8.0,
         exact: true,
-        control: "lambda_per_s = 10.0\n",
+        control: ("sliding", "lambda_per_s = 10.0\n"),
         ..FIGURE
     }
 }
 
-static ALL: [Plant; 29] = [
+static ALL: [Plant; 30] = [
     FIGURE,
     Plant { name: "rate_5khz", about: "the figure's wire at 5 kHz", rate_hz: 5000.0, ..FIGURE },
     Plant { name: "load_100gf", about: "the figure's wire with half the load", mass_kg: 0.1, ..FIGURE },
@@ -171,7 +171,20 @@ static ALL: [Plant; 29] = [
         ..thesis("thesis_3w", "chapter 11's simulation: λ = 10 /s, 3 W, exact measurement")
     },
     Plant { watch_s: 8.0, ..thesis("thesis_1w", "chapter 11's simulation on 1 W: λ = 10 /s, exact measurement") },
-    Plant { exact: false, ..thesis("thesis_noisy", "the same with noise, at the 200 Hz of chapter 11's experiment") },
+    Plant {
+        max_power_w: 3.0,
+        watch_s: 3.0,
+        control: ("pi", "pi_integral_per_mm_s = 0.0\n"),
+        ..thesis(
+            "thesis_p",
+            "chapter 10's starting point: the figure's wire, PI without its integral, exact measurement",
+        )
+    },
+    Plant {
+        exact: false,
+        rate_hz: 200.0,
+        ..thesis("thesis_noisy", "the same with noise, at the 200 Hz of chapter 11's experiment")
+    },
 ];
 
 fn shift(model: &mut WireModel, kelvin: f64) {
@@ -204,8 +217,7 @@ impl Plant {
         let taps_mm = 0.9375 * self.length_mm;
         let Plant { rate_hz, diameter_mm, length_mm, supply_v, mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = self;
         let (preload_n, power_w, control) = (mass_kg * GRAVITY, self.max_power_w, choice.table());
-        // λ is a number of sliding modes
-        let more = if choice.controller.starts_with("sliding") { self.control } else { "" };
+        let more = if choice.controller.starts_with(self.control.0) { self.control.1 } else { "" };
         let preload_n = if *spring_n_per_m > 100.0 { 2.4 } else { preload_n };
         let adc = if self.exact {
             "adc = { bits = 24, voltage_noise_v = 0.0, current_noise_a = 0.0, supply_noise_v = 0.0 }\n"

@@ -30,8 +30,8 @@ pub struct Filter {
     pub plants: Vec<String>,
 }
 
-/// Plants of a quick run: one the driver knows, one it misjudges, one of the thesis.
-pub const QUICK: [&str; 3] = ["figure", "convection_less", "thesis_3w"];
+/// Plants of a quick run: one the driver knows, one it misjudges, and those of the thesis' findings.
+pub const QUICK: [&str; 5] = ["figure", "convection_less", "thesis_3w", "thesis_1w", "thesis_p"];
 
 impl Plan {
     /// Everything, on `seeds` seeds to score with.

@@ -38,6 +38,7 @@ fn main() -> ExitCode {
         Command::Run(args) => commands::run::run(args),
         Command::Bench(bench) => match &bench.what {
             BenchWhat::Loop(args) => commands::bench::bench_loop(args),
+            BenchWhat::Control(args) => commands::bench_control::bench_control(args),
         },
     };
     match outcome {

@@ -61,7 +61,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
 }
 
 /// Finds out before the work, not after it, that the answer has no place.
-fn can_become_folder(out: &Path) -> Outcome {
+pub fn can_become_folder(out: &Path) -> Outcome {
     let there = out.ancestors().map(|path| if path.as_os_str().is_empty() { Path::new(".") } else { path });
     let Some(nearest) = there.into_iter().find(|path| path.exists()) else { return Ok(()) };
     if !nearest.is_dir() {
@@ -81,7 +81,7 @@ fn tempfile_in(folder: &Path) -> std::io::Result<()> {
 }
 
 /// Writes all files or none: each beside its place first, then all of them moved there.
-fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
+pub fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
     let failed = |error: std::io::Error| {
         Failure::own(format!("{}: cannot be written: {error}", out.display()))
             .hint("check the folder, its free space and that you may write there")

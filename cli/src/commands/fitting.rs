@@ -109,7 +109,7 @@ fn diagnosis_failure(error: &Error) -> Failure {
 }
 
 /// A line on stderr that is drawn over itself, where stderr is a terminal; nothing otherwise.
-struct Progress {
+pub struct Progress {
     shown: Option<Mutex<Shown>>,
 }
 
@@ -120,14 +120,16 @@ struct Shown {
 }
 
 impl Progress {
-    fn new() -> Progress {
+    /// Nothing is shown yet.
+    pub fn new() -> Progress {
         let can_redraw = std::env::var_os("TERM").is_some_and(|term| term != "dumb");
         let shown =
             (io::stderr().is_terminal() && can_redraw).then(|| Mutex::new(Shown { stage: String::new(), drawn: None }));
         Progress { shown }
     }
 
-    fn tell(&self, stage: &str, share: f64) {
+    /// Says how far a stage is, 0..1.
+    pub fn tell(&self, stage: &str, share: f64) {
         // whoever comes while another thread draws has nothing new to say
         let Some(Ok(mut shown)) = self.shown.as_ref().map(Mutex::try_lock) else { return };
         let now = Instant::now();
@@ -138,7 +140,8 @@ impl Progress {
         *shown = Shown { stage: stage.to_string(), drawn: Some(now) };
     }
 
-    fn clear(&self) {
+    /// Takes the line away.
+    pub fn clear(&self) {
         if let Some(Ok(shown)) = self.shown.as_ref().map(Mutex::lock)
             && shown.drawn.is_some()
         {

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod bench;
+pub mod bench_control;
 pub mod diagnose;
 pub mod doctor;
 mod fitting;
