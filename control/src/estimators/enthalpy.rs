@@ -215,6 +215,7 @@ impl EnthalpyObserver {
             heating_curve_c: heating_curve,
             cooling_curve_c: cooling_curve,
             length_m: m.length + self.elongation,
+            loss_sigma_w: 0.2 * self.loss_scale * m.loss * (self.temperature - m.ambient).abs(),
             release_j: release,
             full_power_w: self.full_power,
             velocity_m_s: self.velocity,

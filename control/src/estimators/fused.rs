@@ -359,6 +359,7 @@ impl FusedEstimator {
             length_m: m.length + x,
             full_power_w: self.full_power,
             velocity_m_s: velocity,
+            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt() * m.loss * (temperature - m.ambient).abs(),
             release_j: state[LATENT] * m.release(stress),
             loss_w: state[LOSS] * m.loss * (temperature - m.ambient),
         }

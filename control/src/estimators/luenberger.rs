@@ -266,6 +266,7 @@ impl LuenbergerObserver {
             cooling_curve_c: m.cooling_centre + m.cooling_width * logit + shift,
             length_m: m.length + self.elongation,
             loss_w: m.loss * (self.temperature - m.ambient),
+            loss_sigma_w: 0.2 * m.loss * (self.temperature - m.ambient).abs(),
             release_j: self.map.release(stress),
             full_power_w: self.full_power,
             velocity_m_s: self.velocity,

@@ -64,6 +64,8 @@ pub struct Estimate {
     pub length_m: f64,
     /// Loss to the air at this temperature, as learned, in W: the power that holds it.
     pub loss_w: f64,
+    /// Standard deviation of that loss, in W.
+    pub loss_sigma_w: f64,
     /// Heat and work a wire gives off when all of it turns martensite (eq. 48), in J.
     pub release_j: f64,
     /// Power the wire takes at duty 1, in W: as last measured, else by the model.
@@ -83,6 +85,7 @@ impl Estimate {
         cooling_curve_c: f64::NAN,
         length_m: f64::NAN,
         loss_w: f64::NAN,
+        loss_sigma_w: f64::NAN,
         release_j: f64::NAN,
         full_power_w: f64::NAN,
         velocity_m_s: f64::NAN,

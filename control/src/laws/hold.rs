@@ -27,6 +27,11 @@ const TRIM: (f64, f64) = (0.7, 12.0);
 /// Mean error from which it is, in hold bands.
 const TRIM_FROM: f64 = 0.3;
 
+/// Velocity of a reference from which it is followed, in hold bands per second.
+const TRACKING: f64 = 3.0;
+/// A wire ahead of a moving reference waits for it so long before it turns round, s.
+const PATIENCE_S: f64 = 0.5;
+
 /// A wire left standing near its reference.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold {
@@ -38,7 +43,7 @@ pub(super) struct Hold {
     /// How long that is averaged over, s.
     time: f64,
     /// Whether the wire comes, or came, from being too long.
-    from_long: bool,
+    shortens: bool,
     reference: f64,
     /// The temperature it is held at, °C.
     temperature: f64,
@@ -46,11 +51,16 @@ pub(super) struct Hold {
 
 impl Hold {
     pub fn new(band: f64) -> Hold {
-        Hold { on: false, band, error: 0.0, time: 0.0, from_long: true, reference: f64::NAN, temperature: f64::NAN }
+        Hold { on: false, band, error: 0.0, time: 0.0, shortens: true, reference: f64::NAN, temperature: f64::NAN }
     }
 
     pub fn reset(&mut self) {
         *self = Hold::new(self.band);
+    }
+
+    /// Whether a reference of this velocity, m/s, is followed rather than waited for.
+    pub fn is_tracking(&self, pace: f64) -> bool {
+        pace.abs() > TRACKING * self.band
     }
 
     /// Error within which a wire is near enough to be held again soon, m.
@@ -60,19 +70,19 @@ impl Hold {
 
     /// Whether the wire comes from being too long, and so shortens along its heating curve.
     pub fn shortens(&self) -> bool {
-        self.from_long
+        self.shortens
     }
 
     /// How far before the reference a wire is to arrive on its curve, so that it is there once it is held: the thermal strain of
     /// the retreat from the curve, m.
     #[inline]
     pub fn lead(&self, map: &WireMap, fraction: f64) -> f64 {
-        let retreat = if self.from_long { RETREAT.0 * map.heating_width } else { RETREAT.1 * map.cooling_width };
+        let retreat = if self.shortens { RETREAT.0 * map.heating_width } else { RETREAT.1 * map.cooling_width };
         map.thermal_expansion(fraction) * retreat
     }
 
-    /// Begins, goes on with or ends holding the wire, whose believed error is `error`, between the curves of a wire at rest
-    /// (`heating`, `cooling`); λ sets the pace. While it is held: the temperature to hold it at.
+    /// Begins, goes on with or ends holding the wire, whose believed error is `error` and whose reference moves by `pace`,
+    /// between the curves of a wire at rest (`heating`, `cooling`); λ sets the time scale. While it is held: the temperature to hold it at.
     ///
     /// That is the one it came with, inside the hysteresis, trimmed by its thermal strain: away from the curve that it is nearer
     /// to nothing else moves it. Back towards the curve it would transform as well, and far more: so the trim goes one way
@@ -83,12 +93,20 @@ impl Hold {
         map: &WireMap,
         demand: &Demand,
         error: f64,
+        pace: f64,
         (heating, cooling): (f64, f64),
         lambda: f64,
     ) -> Option<f64> {
         let (seen, band) = (&demand.estimate, self.band);
         let expansion = map.thermal_expansion(seen.martensite).max(1e-12);
         let (high, low) = (heating - RETREAT.0 * map.heating_width, cooling + RETREAT.1 * map.cooling_width);
+        if self.is_tracking(pace) {
+            // It will come to a wire that is ahead of it sooner than that could cross its hysteresis.
+            let ahead = if pace < 0.0 { -error } else { error };
+            let waits = ahead < self.reach() + PATIENCE_S * pace.abs();
+            (self.on, self.shortens, self.reference) = (false, (pace < 0.0) == waits, demand.reference_m);
+            return None;
+        }
         if self.reference != demand.reference_m {
             // a reference that creeps does not end a hold by itself
             let moved = self.error + self.reference - demand.reference_m;
@@ -96,7 +114,7 @@ impl Hold {
             if self.on && moved.abs() <= self.reach() {
                 self.error = moved;
             } else {
-                (self.on, self.from_long) = (false, error > 0.0);
+                (self.on, self.shortens) = (false, error > 0.0);
             }
         }
         if self.on {
@@ -110,7 +128,7 @@ impl Hold {
             let off = judged && (along > LEAVE_ALONG * band || along < -LEAVE_ACROSS * band);
             if off || left.abs() > self.reach() {
                 self.on = false;
-                self.from_long = if off { self.error > 0.0 } else { left > 0.0 };
+                self.shortens = if off { self.error > 0.0 } else { left > 0.0 };
                 return None;
             }
             let over = self.error - self.error.clamp(-TRIM_FROM * band, TRIM_FROM * band);
@@ -125,9 +143,9 @@ impl Hold {
             self.temperature = kept;
         } else {
             if error.abs() > self.reach() + self.lead(map, seen.martensite) {
-                self.from_long = error > 0.0;
+                self.shortens = error > 0.0;
             }
-            let (ahead, arrive) = if self.from_long { (error, ARRIVE.0) } else { (-error, ARRIVE.1) };
+            let (ahead, arrive) = if self.shortens { (error, ARRIVE.0) } else { (-error, ARRIVE.1) };
             if ahead > arrive * band + self.lead(map, seen.martensite) {
                 return None;
             }

@@ -20,6 +20,8 @@ use crate::{Controller, Demand};
 
 /// Share of the braking power that the surface counts on.
 const RESERVE: (f64, f64) = (0.7, 0.4);
+/// Time over which the speed of a reference is averaged, s.
+const PACE_TIME_S: f64 = 0.02;
 /// Fastest return to the surface, in 1/s, and in samples.
 const RETURN: (f64, f64) = (120.0, 4.0);
 
@@ -27,6 +29,9 @@ const RETURN: (f64, f64) = (120.0, 4.0);
 const CREEP: (f64, f64, f64) = (1.5, 15.0, 1.5);
 /// Rate at which a held wire is brought to its temperature, 1/s: slow, so that noise does not ratchet it along its curve.
 const HOLD: f64 = 8.0;
+
+/// How far below its curve a wire is kept that is ahead of its reference by as much as it may be near it, and at most, in widths.
+const PAST: (f64, f64) = (2.0, 2.0);
 
 /// Near-time-optimal sliding mode.
 #[derive(Debug, Clone)]
@@ -39,7 +44,31 @@ pub struct TimeOptimal {
     given: f64,
     /// Excess temperature that is missing to the surface, K; positive = heat.
     surface: f64,
+    pace: Pace,
     blind: bool,
+}
+
+/// How fast the reference moves.
+#[derive(Debug, Clone, Copy)]
+struct Pace {
+    reference: f64,
+    /// m/s; 0 for a reference that steps.
+    velocity: f64,
+}
+
+impl Pace {
+    const NONE: Pace = Pace { reference: f64::NAN, velocity: 0.0 };
+
+    #[inline]
+    fn follow(&mut self, reference: f64, dt: f64, jump: f64) {
+        let moved = reference - self.reference;
+        self.reference = reference;
+        if moved.abs() < jump {
+            self.velocity += (moved / dt - self.velocity) * dt / (dt + PACE_TIME_S);
+        } else {
+            self.velocity = 0.0;
+        }
+    }
 }
 
 /// Half of a wire's hysteresis: the curve it moves on, which way, and what brakes it there.
@@ -53,14 +82,17 @@ struct Approach {
     settle_s: f64,
     /// Rate of temperature that the braking counted on makes, K/s.
     brake: f64,
+    /// How far below the curve a wire past the reference is to be, K/m, and the width 1/k of the curve, K.
+    past: f64,
+    width: f64,
 }
 
 impl Approach {
-    /// The largest excess from which the wire still stops in time.
+    /// The largest excess from which the wire still stops in time; past the reference, how much there is too much of it.
     #[inline]
     fn surface(&self) -> f64 {
         if self.ahead <= 0.0 {
-            return 0.0;
+            return (self.ahead * self.past).max(-PAST.1 * self.width);
         }
         let b = (self.settle_s * self.brake).max(1e-9);
         let u = self.ahead * self.drag / (self.settle_s * b);
@@ -77,7 +109,7 @@ impl Approach {
 impl TimeOptimal {
     pub(crate) fn new(map: WireMap, lambda: f64, band: f64, range: Range) -> TimeOptimal {
         let given = range.minimum;
-        TimeOptimal { map, lambda, range, hold: Hold::new(band), given, surface: 0.0, blind: false }
+        TimeOptimal { map, lambda, range, hold: Hold::new(band), given, surface: 0.0, pace: Pace::NONE, blind: false }
     }
 
     /// The mean duty of the next period.
@@ -91,7 +123,8 @@ impl TimeOptimal {
         // the curves where the wire stands still: without the drag's share
         let still = |curve: f64, width: f64| curve + seen.velocity_m_s * m.drag_at(seen.martensite, width, s);
         let curves = (still(seen.heating_curve_c, m.heating_width), still(seen.cooling_curve_c, m.cooling_width));
-        if let Some(target) = self.hold.decide(m, demand, error, curves, self.lambda) {
+        let pace = self.pace.velocity;
+        if let Some(target) = self.hold.decide(m, demand, error, pace, curves, self.lambda) {
             self.surface = target - seen.temperature_c;
             return (loss + m.heat_capacity * HOLD * self.surface) / seen.full_power_w;
         }
@@ -114,18 +147,24 @@ impl TimeOptimal {
         // The period under way is decided already.
         let pending = (self.given * seen.full_power_w - loss) / capacity;
         let dt = demand.dt_s;
-        let lead = self.hold.lead(m, seen.martensite);
-        let ahead = sign * error - lead - towards.max(0.0) * (m.inertia_s() + dt);
+        let tracking = self.hold.is_tracking(pace);
+        let lead = if tracking { 0.0 } else { self.hold.lead(m, seen.martensite) };
+        // what a wire that keeps up with its reference has too much of it
+        let keeping_up = if tracking { -sign * pace } else { 0.0 };
+        let ahead = sign * error - lead - (towards - keeping_up).max(0.0) * (m.inertia_s() + dt);
+        let kept = keeping_up * drag;
         excess += dt * (sign * pending - excess.max(0.0) / settle_s.max(dt));
-        let brake = if heating { RESERVE.0 * loss.max(0.0) } else { RESERVE.1 * (most - loss).max(0.0) } / capacity;
-        let approach = Approach { ahead, excess, drag, settle_s, brake };
+        let sure = (loss - seen.loss_sigma_w).max(0.2 * loss).max(0.0);
+        let brake = if heating { RESERVE.0 * sure } else { RESERVE.1 * (most - loss).max(0.0) } / capacity;
+        let approach =
+            Approach { ahead, excess, drag, settle_s, brake, past: PAST.0 * width / self.hold.reach(), width };
         let most_excess = approach.surface();
-        self.surface = sign * (most_excess - approach.excess);
+        self.surface = sign * (most_excess + kept - approach.excess);
         // on the surface it brakes by the share counted on; a wire that does not move yet needs no braking
-        let moving = (approach.excess / most_excess.max(1e-9)).clamp(0.0, 1.0);
-        let braking = loss - sign * brake * capacity * moving;
+        let moving = ((approach.excess - kept) / most_excess.max(1e-9)).clamp(0.0, 1.0);
+        let braking = loss - sign * brake * capacity * moving + sign * capacity * kept / settle_s;
         let mut power = braking + capacity * gain * self.surface;
-        if error.abs() < self.hold.reach() + lead && excess < 0.0 {
+        if !tracking && error.abs() < self.hold.reach() + lead && excess < 0.0 {
             // A correction out of a hold: below its curve the wire moves already, by the inner loop, and nobody knows how far.
             let rate = CREEP.0 * width + CREEP.1 * (-excess - CREEP.2 * width).max(0.0);
             power = if heating { power.min(loss + capacity * rate) } else { power.max(loss - capacity * rate) };
@@ -156,6 +195,7 @@ impl Controller for TimeOptimal {
             (self.surface, self.given) = (0.0, self.range.minimum);
             return self.range.minimum;
         }
+        self.pace.follow(demand.reference_m, demand.dt_s, self.hold.reach());
         let wanted = self.wanted(demand);
         self.given = self.range.give(wanted);
         self.given
@@ -164,6 +204,7 @@ impl Controller for TimeOptimal {
     fn reset(&mut self) {
         self.range.reset();
         self.hold.reset();
+        self.pace = Pace::NONE;
         (self.surface, self.given) = (0.0, self.range.minimum);
         self.blind = false;
     }

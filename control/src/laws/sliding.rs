@@ -74,7 +74,7 @@ impl SlidingMode2 {
         let drag_k = m.stress(seen.length_m - m.length, 0.0) * m.shift - seen.stress_pa * m.shift;
         let (heating, cooling) = (seen.heating_curve_c + drag_k, seen.cooling_curve_c + drag_k);
         let drag = m.drag;
-        let held = self.hold.decide(m, demand, error, (heating, cooling), lambda);
+        let held = self.hold.decide(m, demand, error, 0.0, (heating, cooling), lambda);
         let error = if self.hold.shortens() {
             error - self.hold.lead(m, seen.martensite)
         } else {
