@@ -43,6 +43,8 @@ pub enum Command {
     Identify(Identify),
     /// Find where a recording and its simulation differ, what physics was left out, and put it into the model.
     Diagnose(Diagnose),
+    /// Choose the bandwidth λ of each channel's sliding surface from power, cooling, range and uncertainty.
+    Tune(Tune),
     /// What this machine lacks for real time and for the rig, and what to type.
     Doctor(Doctor),
     /// Measure this machine beside a bare timer loop.
@@ -248,6 +250,43 @@ pub struct Identify {
     pub output: PathBuf,
 }
 
+/// `sinew tune`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew tune bench.toml
+  sinew tune bench.toml --channel wire --uncertainty 10% --range 20-80%
+  sinew tune bench.toml --cool-freely --write
+  sinew tune bench.toml --json | jq '.channels[] | {name, lambda_per_s, margin}'
+
+The surface is reachable while the power that keeps the wire on it lies between the least and the most the
+channel has (thesis, chapter 11, eq. 67-70), over the range of strokes and with every parameter of the model
+wrong by the uncertainty, in whatever combination is worst. Where no lambda does, it says what to change.
+--write puts it into the rig file, which otherwise stays as it is.")]
+pub struct Tune {
+    /// The rig file.
+    #[arg(value_name = "RIG.toml")]
+    pub rig: PathBuf,
+    /// Only this channel; without it, every one.
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// How wrong each parameter may be: 30% or 0.3.
+    #[arg(long, value_name = "SHARE", default_value = "30%", value_parser = share, allow_negative_numbers = true)]
+    pub uncertainty: f64,
+    /// The strokes it moves between, 0 % = cold and long, 100 % = hot and short.
+    #[arg(long, value_name = "LOW-HIGH%", default_value = "10-90%", value_parser = strokes)]
+    pub range: (f64, f64),
+    /// Ask for reachability only while the wire shortens; lengthening, it cools freely until it is near its target.
+    #[arg(long)]
+    pub cool_freely: bool,
+    /// Put the values into the rig file, which keeps everything else as it is written.
+    #[arg(long)]
+    pub write: bool,
+    /// The answer as JSON on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `sinew diagnose`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -374,6 +413,26 @@ fn seconds(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && value <= 1e7 => Ok(value),
         Ok(_) => Err("seconds are more than 0 and at most 10000000".into()),
         Err(_) => Err("give seconds as a number, as in 2.5".into()),
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 100.0));
+    match number.parse::<f64>() {
+        Ok(value) if (0.0..=0.9).contains(&(value / unit)) => Ok(value / unit),
+        Ok(_) => Err("the uncertainty is 0 to 90 %".into()),
+        Err(_) => Err("give the uncertainty as in 30% or 0.3".into()),
+    }
+}
+
+fn strokes(text: &str) -> Result<(f64, f64), String> {
+    let wanted = "give the strokes as in 10-90%";
+    let number = |text: &str| text.trim().trim_end_matches('%').parse::<f64>().map_err(|_| wanted.to_string());
+    let (low, high) = text.split_once('-').ok_or(wanted)?;
+    let (low, high) = (number(low)? / 100.0, number(high)? / 100.0);
+    match 0.0 <= low && low < high && high <= 1.0 {
+        true => Ok((low, high)),
+        false => Err("the strokes rise, from 0 to 100 %".into()),
     }
 }
 

@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         Command::Set(args) => commands::set::set(args),
         Command::Reset(args) => commands::set::reset(args),
         Command::Stop(args) => commands::set::stop(args),
+        Command::Tune(args) => commands::tune::tune(args),
         Command::Doctor(args) => commands::doctor::doctor(args),
         Command::Run(args) => commands::run::run(args),
         Command::Bench(bench) => match &bench.what {

@@ -54,23 +54,27 @@ pub(crate) fn speeds(m: &WireMap, max_power: f64) -> Speeds {
     }
 }
 
+/// A third of the bandwidth of load and wire at its softest, 1/s.
+pub(crate) fn mechanical_limit(m: &WireMap) -> f64 {
+    if !(m.load_known && m.mass > 0.0) {
+        return MOST;
+    }
+    let stiffness = m.spring + m.area / (m.compliance_m * m.length);
+    let half = 0.5 * m.damping / m.mass;
+    let square = half * half - stiffness / m.mass;
+    let slowest = if square > 0.0 {
+        stiffness / m.mass / (half + square.sqrt())
+    } else {
+        // an undamped load still follows its wire, at its natural frequency
+        (stiffness / m.mass).sqrt()
+    };
+    slowest / 3.0
+}
+
 pub(crate) fn limits(m: &WireMap, max_power: f64) -> Lambda {
     let speeds = speeds(m, max_power);
     let e = std::f64::consts::E;
-    let mechanical = if m.load_known && m.mass > 0.0 {
-        let stiffness = m.spring + m.area / (m.compliance_m * m.length);
-        let half = 0.5 * m.damping / m.mass;
-        let square = half * half - stiffness / m.mass;
-        let slowest = if square > 0.0 {
-            stiffness / m.mass / (half + square.sqrt())
-        } else {
-            // an undamped load still follows its wire, at its natural frequency
-            (stiffness / m.mass).sqrt()
-        };
-        slowest / 3.0
-    } else {
-        MOST
-    };
+    let mechanical = mechanical_limit(m);
     let (heating, cooling) = (e * speeds.heating / speeds.stroke, e * speeds.cooling / speeds.stroke);
     // a supply too weak to transform the wire still gets a λ it can be run with
     let floor = (0.1 * m.loss / m.heat_capacity).clamp(1e-3, 1.0);

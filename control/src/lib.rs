@@ -10,6 +10,7 @@ mod estimators;
 mod lambda;
 mod laws;
 mod lpv;
+mod reach;
 mod wire_map;
 
 pub use algorithm::{Algorithm, AlgorithmKind, Settings};
@@ -24,3 +25,4 @@ pub use laws::{
     TimeOptimal, VelocityServo,
 };
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
+pub use reach::{Holding, Limits, Reach, ReachConfig, Shares};

@@ -12,6 +12,7 @@ pub mod run;
 pub mod set;
 pub mod simulate;
 pub mod status;
+pub mod tune;
 
 use std::path::Path;
 
