@@ -40,7 +40,8 @@ pub enum AlgorithmKind {
 
 impl AlgorithmKind {
     /// Every law.
-    pub const ALL: [AlgorithmKind; 11] = [
+    pub const ALL: [AlgorithmKind; 12] = [
+        AlgorithmKind::TimeOptimal,
         AlgorithmKind::SlidingMode2,
         AlgorithmKind::SlidingMode2Plain,
         AlgorithmKind::SlidingMode1,

@@ -175,13 +175,18 @@ impl WireMap {
         self.length * self.thermoelastic * (self.compliance_a + xi * (self.compliance_m - self.compliance_a))
     }
 
-    /// Excess temperature that drives one metre per second against the load's damping, in K s/m: the drag's stress shifts the
-    /// branch, and stretches the wire, so that at the same length less of it is martensite. `s` = σ + θ(T − T_0).
-    pub fn drag_at(&self, fraction: f64, width: f64, s: f64) -> f64 {
+    /// What a branch is like at this phase; `s` = σ + θ(T − T_0).
+    #[inline]
+    pub fn branch(&self, fraction: f64, s: f64) -> Branch {
         let xi = fraction.clamp(0.03, 0.97);
         let compliance = self.compliance_a + xi * (self.compliance_m - self.compliance_a);
-        let stretch = width / (xi * (1.0 - xi)) * compliance / self.strain_per_fraction(s);
-        self.drag + self.damping * self.per_area * stretch
+        let per_strain = 1.0 / (xi * (1.0 - xi) * self.strain_per_fraction(s));
+        Branch {
+            drag: self.drag,
+            stretch: self.damping * self.per_area * compliance * per_strain,
+            spring: self.spring * self.shift * self.per_area,
+            slope: per_strain * self.per_length,
+        }
     }
 
     /// Heat that a metre of transformation takes, as the temperature it would warm the wire by, in K/m; `release_j` is what all
@@ -245,8 +250,29 @@ impl WireMap {
     /// How much driving temperature one unit of elongation is worth on a branch of the given width at this phase, K/m:
     /// −dT_b/dx at rest, the slope of eq. 68's ∂ξ/∂T seen from the length.
     pub fn kelvin_per_metre(&self, fraction: f64, width: f64, s: f64) -> f64 {
-        let xi = fraction.clamp(0.03, 0.97);
-        width / (xi * (1.0 - xi) * self.length * self.strain_per_fraction(s)) + self.spring * self.shift * self.per_area
+        self.branch(fraction, s).kelvin_per_metre(width)
+    }
+}
+
+/// A branch of the hysteresis at one phase, for either of the two widths 1/k.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Branch {
+    drag: f64,
+    stretch: f64,
+    spring: f64,
+    slope: f64,
+}
+
+impl Branch {
+    /// Excess temperature that drives one metre per second against the load's damping, in K s/m: the drag's stress shifts the
+    /// branch, and stretches the wire, so that at the same length less of it is martensite.
+    pub fn drag(&self, width: f64) -> f64 {
+        self.drag + width * self.stretch
+    }
+
+    /// −dT_b/dx at rest, K/m.
+    pub fn kelvin_per_metre(&self, width: f64) -> f64 {
+        width * self.slope + self.spring
     }
 }
 

@@ -24,6 +24,8 @@ use sinew_physics::WireModel;
 const BIAS_TIME_S: f64 = 0.1;
 /// Spread of the bias of a standing wire, in the cooling speed, and of a moving one, as a share of its velocity.
 const BIAS: (f64, f64) = (0.015, 0.12);
+/// Shorter than that no time has passed, s.
+const SHORTEST_STEP_S: f64 = 1e-9;
 /// Longest step that is predicted in one piece, s.
 const LONGEST_STEP_S: f64 = 0.1;
 /// Time over which innovations of the length are averaged, in samples, and the mean (in standard deviations) beyond which the
@@ -68,10 +70,11 @@ const COOLING: usize = 5;
 /// Latent heat over what the model says.
 const LATENT: usize = 6;
 
-/// A scalar that says something of the heat filter's state: `surprise` = measured − predicted, its slopes and its variance.
-struct Evidence {
+/// A scalar that says something of the heat filter's state: `surprise` = measured − predicted, the slopes of the prediction (all
+/// others are 0) and its variance.
+struct Evidence<const N: usize> {
     surprise: f64,
-    slope: [f64; STATES],
+    slopes: [(usize, f64); N],
     variance: f64,
 }
 
@@ -114,24 +117,26 @@ impl Heat {
 
     /// Takes a measurement in. Joseph's form is not needed: gains are small and the drift keeps the covariance up.
     #[inline]
-    fn correct(&mut self, seen: &Evidence) {
+    fn correct<const N: usize>(&mut self, seen: &Evidence<N>) {
         let p = &mut self.covariance;
         let mut column = [0.0; STATES];
-        for (k, entry) in column.iter_mut().enumerate() {
-            *entry = (0..STATES).map(|j| p[k][j] * seen.slope[j]).sum();
+        for (state, slope) in seen.slopes {
+            for (entry, covariance) in column.iter_mut().zip(p[state]) {
+                *entry += slope * covariance;
+            }
         }
-        let spread: f64 = seen.variance + (0..STATES).map(|k| seen.slope[k] * column[k]).sum::<f64>();
+        let spread = seen.variance + seen.slopes.iter().map(|(state, slope)| slope * column[*state]).sum::<f64>();
         if !(spread > 0.0 && spread.is_finite() && seen.surprise.is_finite()) {
             return;
         }
         let scale = 1.0 / spread;
         let most = HUBER * spread.sqrt();
-        let surprise = seen.surprise.clamp(-most, most);
+        let surprise = seen.surprise.max(-most).min(most);
         for k in 0..STATES {
             let gain = column[k] * scale;
             self.state[k] += gain * surprise;
-            for j in 0..STATES {
-                p[k][j] -= gain * column[j];
+            for (entry, column) in p[k].iter_mut().zip(column) {
+                *entry -= gain * column;
             }
         }
     }
@@ -259,8 +264,8 @@ impl FusedEstimator {
         } else {
             return (m.thermal_expansion(fraction) * self.rate, 0.0);
         };
-        let slope = m.kelvin_per_metre(fraction, width, s);
-        let drag = m.drag_at(fraction, width, s);
+        let branch = m.branch(fraction, s);
+        let (slope, drag) = (branch.kelvin_per_metre(width), branch.drag(width));
         let k = slope / (drag + slope * dt);
         (-excess * k / slope + m.thermal_expansion(fraction) * self.rate, k)
     }
@@ -268,7 +273,7 @@ impl FusedEstimator {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = if seen.dt_s > 0.0 { seen.dt_s.min(LONGEST_STEP_S) } else { 0.0 };
+        let dt = if seen.dt_s > SHORTEST_STEP_S { seen.dt_s.min(LONGEST_STEP_S) } else { 0.0 };
         let length_seen = seen.length_m - self.map.length;
         // a length that no wire can have is none
         let measured = length_seen.abs() < self.map.length;
@@ -379,7 +384,7 @@ impl FusedEstimator {
             return 0.0;
         }
         let (velocity, falls) = self.velocity(dt);
-        let follows = dt / (dt + self.inertia_s);
+        let follows = dt / (dt + self.inertia_s).max(SHORTEST_STEP_S);
         let m = &mut self.motion;
         m.model += follows * (velocity - m.model);
         let velocity = m.model;
@@ -387,7 +392,7 @@ impl FusedEstimator {
         // twelve samples on the same side: then the bias may be anything up to the velocity that explains it
         let lost = ((self.astray.abs() - LOST.1) / LOST.1).clamp(0.0, 1.0);
         let spread = spread + lost * 0.5 * self.cooling_speed;
-        let keep = (-dt / BIAS_TIME_S).exp();
+        let keep = BIAS_TIME_S / (BIAS_TIME_S + dt);
         let own = 1.0 - falls * dt;
         m.x += dt * (velocity + m.bias);
         m.bias *= keep;
@@ -446,7 +451,7 @@ impl FusedEstimator {
         let per = 1.0 / rho;
         self.heat.correct(&Evidence {
             surprise: measured * per - 1.0,
-            slope: [slope * per, 0.0, (1.0 - xi) * austenite * per, xi * martensite * per, 0.0, 0.0, 0.0],
+            slopes: [(T, slope * per), (RHO_A, (1.0 - xi) * austenite * per), (RHO_M, xi * martensite * per)],
             variance: doubt,
         });
     }
@@ -455,7 +460,7 @@ impl FusedEstimator {
     #[inline]
     fn is_cold(&self, above: f64, fraction: f64, s: f64) -> bool {
         let m = &self.map;
-        let drag = m.drag_at(fraction, m.cooling_width, s);
+        let drag = m.branch(fraction, s).drag(m.cooling_width);
         fraction > 0.6 && above < -COLD * m.cooling_width - self.cooling_speed * drag
     }
 
@@ -513,8 +518,10 @@ impl FusedEstimator {
         let xi = self.fraction.clamp(0.03, 0.97);
         let phase = (self.motion.xx.sqrt() / (m.length * m.strain)) / (xi * (1.0 - xi));
         let doubt = width * (CURVE_MODEL + phase) / sure;
-        let mut slope = [0.0; STATES];
-        (slope[T], slope[offset]) = (1.0, -1.0);
-        self.heat.correct(&Evidence { surprise: curve - temperature, slope, variance: doubt * doubt * patience });
+        self.heat.correct(&Evidence {
+            surprise: curve - temperature,
+            slopes: [(T, 1.0), (offset, -1.0)],
+            variance: doubt * doubt * patience,
+        });
     }
 }

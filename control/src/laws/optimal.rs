@@ -37,6 +37,8 @@ const PAST: (f64, f64) = (2.0, 2.0);
 #[derive(Debug, Clone)]
 pub struct TimeOptimal {
     map: WireMap,
+    /// Fastest return to the surface, 1/s.
+    fastest: f64,
     lambda: f64,
     range: Range,
     hold: Hold,
@@ -96,20 +98,26 @@ impl Approach {
         }
         let b = (self.settle_s * self.brake).max(1e-9);
         let u = self.ahead * self.drag / (self.settle_s * b);
-        // y − ln(1+y) = u by Newton, from a guess that is right for small u
-        let mut y = u + (2.0 * u).sqrt();
-        for _ in 0..2 {
-            y -= (y - y.ln_1p() - u) * (1.0 + y) / y.max(1e-12);
-            y = y.max(1e-12);
-        }
-        b * y
+        // y − ln(1+y) = u by one step of Newton, from a guess that is right for small u: nowhere off by more than 2 %
+        let guess = (u + (2.0 * u).sqrt()).max(1e-9);
+        b * (guess - (guess - (1.0 + guess).ln() - u) * (1.0 + guess) / guess)
     }
 }
 
 impl TimeOptimal {
     pub(crate) fn new(map: WireMap, lambda: f64, band: f64, range: Range) -> TimeOptimal {
         let given = range.minimum;
-        TimeOptimal { map, lambda, range, hold: Hold::new(band), given, surface: 0.0, pace: Pace::NONE, blind: false }
+        TimeOptimal {
+            fastest: fastest(&map),
+            map,
+            lambda,
+            range,
+            hold: Hold::new(band),
+            given,
+            surface: 0.0,
+            pace: Pace::NONE,
+            blind: false,
+        }
     }
 
     /// The mean duty of the next period.
@@ -121,7 +129,8 @@ impl TimeOptimal {
         let s = seen.stress_pa + m.thermoelastic * (seen.temperature_c - m.reference);
         let loss = seen.loss_w;
         // the curves where the wire stands still: without the drag's share
-        let still = |curve: f64, width: f64| curve + seen.velocity_m_s * m.drag_at(seen.martensite, width, s);
+        let branch = m.branch(seen.martensite, s);
+        let still = |curve: f64, width: f64| curve + seen.velocity_m_s * branch.drag(width);
         let curves = (still(seen.heating_curve_c, m.heating_width), still(seen.cooling_curve_c, m.cooling_width));
         let pace = self.pace.velocity;
         if let Some(target) = self.hold.decide(m, demand, error, pace, curves, self.lambda) {
@@ -130,13 +139,13 @@ impl TimeOptimal {
         }
         let heating = self.hold.shortens();
         let (width, curve) = if heating { (m.heating_width, curves.0) } else { (m.cooling_width, curves.1) };
-        let drag = m.drag_at(seen.martensite, width, s).max(1e-6);
-        let slope = m.kelvin_per_metre(seen.martensite, width, s);
+        let drag = branch.drag(width).max(1e-6);
+        let slope = branch.kelvin_per_metre(width);
         let latent = m.latent_kelvin_per_metre(seen.release_j, s);
         let settle_s = drag / (slope + latent);
         let capacity = m.heat_capacity;
         let most = seen.full_power_w * self.range.maximum;
-        let gain = self.fastest(slope + latent).min(1.0 / (RETURN.1 * demand.dt_s));
+        let gain = self.fastest.min(1.0 / (RETURN.1 * demand.dt_s));
         let sign = if heating { 1.0 } else { -1.0 };
         let towards = -sign * seen.velocity_m_s;
         let mut excess = sign * (seen.temperature_c - curve);
@@ -171,20 +180,20 @@ impl TimeOptimal {
         }
         power / seen.full_power_w
     }
+}
 
-    /// Fastest return to the surface that load and wire can follow, 1/s; `slope` is dT/dx with its latent heat.
-    #[inline]
-    fn fastest(&self, slope: f64) -> f64 {
-        let m = &self.map;
-        if m.mass <= 0.0 || m.shift <= 0.0 {
-            return RETURN.0;
-        }
-        let stiffness = slope * m.area / m.shift;
-        let half = 0.5 * m.damping / m.mass;
-        let square = half * half - stiffness / m.mass;
-        let fast = if square > 0.0 { half + square.sqrt() } else { (stiffness / m.mass).sqrt() };
-        RETURN.0.min(0.5 * fast)
+/// Fastest return to the surface that load and wire can follow, 1/s, at mid-stroke.
+fn fastest(m: &WireMap) -> f64 {
+    if m.mass <= 0.0 || m.shift <= 0.0 {
+        return RETURN.0;
     }
+    let s = m.stress(0.5 * m.strain * m.length, 0.0);
+    let slope = m.kelvin_per_metre(0.5, m.heating_width, s) + m.latent_kelvin_per_metre(m.release(s), s);
+    let stiffness = slope * m.area / m.shift;
+    let half = 0.5 * m.damping / m.mass;
+    let square = half * half - stiffness / m.mass;
+    let fast = if square > 0.0 { half + square.sqrt() } else { (stiffness / m.mass).sqrt() };
+    RETURN.0.min(0.5 * fast)
 }
 
 impl Controller for TimeOptimal {
@@ -215,5 +224,44 @@ impl Controller for TimeOptimal {
 
     fn is_blind(&self) -> bool {
         self.blind
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wire let go with the excess of the surface comes to rest at the reference: ẋ = −e/κ, ė = −brake − e/τ, integrated.
+    #[test]
+    fn surface_is_the_stopping_distance() {
+        for (drag, settle_s, brake) in
+            [(407.0, 0.063, 43.0), (407.0, 0.063, 2.0), (11.0, 0.002, 43.0), (407.0, 0.5, 240.0)]
+        {
+            for ahead in [1e-6, 1e-5, 1e-4, 1e-3] {
+                let approach = Approach { ahead, excess: 0.0, drag, settle_s, brake, past: 1.0, width: 3.0 };
+                let (mut excess, mut left, dt) = (approach.surface(), ahead, 1e-4 * settle_s);
+                while excess > 0.0 {
+                    let middle = excess - 0.5 * dt * (brake + excess / settle_s);
+                    left -= middle.max(0.0) / drag * dt;
+                    excess -= dt * (brake + middle / settle_s);
+                }
+                assert!(left.abs() < 0.04 * ahead + 1e-9, "{drag} {settle_s} {brake}: {left} of {ahead} left");
+            }
+        }
+    }
+
+    #[test]
+    fn past_the_reference_a_wire_is_kept_below_its_curve() {
+        let approach = |ahead| Approach {
+            ahead,
+            excess: 0.0,
+            drag: 407.0,
+            settle_s: 0.06,
+            brake: 40.0,
+            past: PAST.0 * 3.0 / 1e-4,
+            width: 3.0,
+        };
+        assert!((approach(-1e-5).surface() + 0.6).abs() < 1e-12);
+        assert!((approach(-1.0).surface() + 6.0).abs() < 1e-12);
     }
 }
