@@ -13,7 +13,7 @@ fn main() {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let json = arguments.iter().position(|a| a == "--json").map(|at| arguments.remove(at)).is_some();
     let seed = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(1000);
-    let report = experiment(&Plan::new(seed, vec![("enthalpy".into(), EstimatorKind::Enthalpy)]));
+    let report = experiment(&Plan::new(seed, EstimatorKind::ALL.map(|kind| (kind.word().into(), kind)).to_vec()));
     if json {
         println!("{}", serde_json::to_string_pretty(&report).expect("numbers and words"));
         return;
