@@ -1,19 +1,19 @@
 //! What a run of the bench says: rows, ranking, findings.
 
+use rayon::prelude::*;
 use serde::Serialize;
-use sinew_control::EstimatorKind;
+use sinew_control::{EstimatorKind, StrokeRange};
+use sinew_physics::Wire;
 
 use crate::findings::{Finding, findings};
-use crate::row::Row;
+use crate::follow::{Course, least_error};
+use crate::row::{FREQUENCIES_HZ, Row, SINE};
 use crate::score::{DEVELOPMENT, Place, SCORING, ranking};
 use crate::sensing;
 use crate::{Choice, Family, Plan, Plant, Ran};
 
 /// Schema of `bench.json`.
 pub const SCHEMA: &str = "sinew.bench.control/1";
-
-/// State estimators that chapter 7's experiment scores beside the plain measurements.
-const ESTIMATORS: [(&str, EstimatorKind); 1] = [("enthalpy", EstimatorKind::Enthalpy)];
 
 /// Everything a run says but its pictures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,14 +36,52 @@ pub struct Answer {
     pub default: Default,
     /// What the thesis found, looked for here.
     pub findings: Vec<Finding>,
+    /// The least error on the sines that was found for whoever knows everything in advance, see [`crate::follow`]; empty where it was
+    /// not looked for.
+    pub reachable: Vec<Reachable>,
     /// Chapter 7's experiment.
     pub sensing: sensing::Report,
+}
+
+/// What can be reached on a plant's sine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reachable {
+    /// The plant.
+    pub plant: &'static str,
+    /// Hz.
+    pub frequency_hz: f64,
+    /// RMS error, % of the stroke.
+    pub rms_percent: f64,
+}
+
+/// Frequencies below which any good controller follows as well as it measures, Hz.
+const REACHABLE_FROM_HZ: f64 = 0.25;
+
+/// What can be reached on the sines of a plant.
+pub fn reachable(plant: &'static Plant) -> Vec<Reachable> {
+    let of = |frequency_hz: f64| {
+        let believed = plant.believed(&Choice::default(), DEVELOPMENT).ok()?;
+        let truth = plant.truth(&believed);
+        let model = &truth.channels.first()?.model;
+        let course = Course {
+            range: StrokeRange::of(model).ok()?,
+            rest_m: model.geometry.length_m,
+            middle: SINE.1,
+            swing: SINE.0,
+            frequency_hz,
+            max_duty: believed.channels.first()?.limits.max_duty,
+            inputs: model.rest_inputs(),
+        };
+        let rms_percent = 100.0 * least_error(&Wire::new(model).ok()?, &course);
+        Some(Reachable { plant: plant.name, frequency_hz, rms_percent })
+    };
+    FREQUENCIES_HZ.into_par_iter().filter(|frequency| *frequency >= REACHABLE_FROM_HZ).filter_map(of).collect()
 }
 
 /// Chapter 7's experiment with the driver's estimators; the quick one sweeps one load, faster.
 pub fn sensing_report(quick: bool) -> sensing::Report {
     let seed = if quick { DEVELOPMENT } else { SCORING };
-    let mut plan = sensing::Plan::new(seed, ESTIMATORS.map(|(word, kind)| (word.to_owned(), kind)).to_vec());
+    let mut plan = sensing::Plan::new(seed, EstimatorKind::ALL.map(|kind| (kind.word().to_owned(), kind)).to_vec());
     if quick {
         plan = sensing::Plan { sweep_s: 24.0, loads_gf: vec![200.0], ..plan };
     }
@@ -74,7 +112,13 @@ pub struct Default {
 
 impl Answer {
     /// What `ran` says, which `command` made.
-    pub fn of(plan: &Plan, ran: &[Ran], sensing: sensing::Report, command: String) -> Answer {
+    pub fn of(
+        plan: &Plan,
+        ran: &[Ran],
+        sensing: sensing::Report,
+        reachable: Vec<Reachable>,
+        command: String,
+    ) -> Answer {
         let rows: Vec<Row> = ran.iter().map(|ran| ran.row.clone()).collect();
         let default = Choice::default();
         // the findings' laws take the default estimator, or the only one that was run
@@ -99,6 +143,7 @@ impl Answer {
             findings: findings(&rows, &estimator),
             default: Default { controller: default.controller, estimator: default.estimator, sensing: default.sensing },
             rows,
+            reachable,
             sensing,
         }
     }

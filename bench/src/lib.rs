@@ -10,6 +10,7 @@ mod answer;
 pub mod bound;
 mod choice;
 pub mod findings;
+pub mod follow;
 mod page;
 mod plant;
 pub mod row;
@@ -20,7 +21,7 @@ mod session;
 mod text;
 mod trial;
 
-pub use answer::{About, Answer, SCHEMA, sensing_report};
+pub use answer::{About, Answer, Reachable, SCHEMA, reachable, sensing_report};
 pub use bound::{Bound, time_optimal};
 pub use choice::Choice;
 pub use page::{page, pictures};

@@ -21,6 +21,8 @@ const POINTS: usize = 700;
 const SHOWN: &str = "figure";
 /// Choices of the ranking that are in sight at once.
 const IN_SIGHT: usize = 12;
+/// A law that makes nothing of the estimate.
+const INDIFFERENT: &str = "pi";
 /// Laws that are drawn over each other; more would be a tangle.
 const DRAWN: usize = 5;
 
@@ -62,8 +64,12 @@ pub fn pictures(answer: &Answer, ran: &[Ran]) -> Vec<(&'static str, String)> {
         legend: [(Ink::Measured, "reference".to_owned())].into_iter().chain(legend(drawn)).collect(),
         panels: view.step_plots(drawn, HALF),
     };
-    let sines = Panels { legend: legend(&laws), panels: vec![("Error on sines".into(), view.sine_plot(&laws, WIDE))] };
-    let estimators = view.estimators();
+    let reach = [(Ink::Measured, REACHABLE.to_owned())].into_iter().filter(|_| !view.reachable.0.is_empty());
+    let sines = Panels {
+        legend: reach.chain(legend(&laws)).collect(),
+        panels: vec![("Error on sines".into(), view.sine_plot(&laws, WIDE))],
+    };
+    let estimators = view.estimators(view.indifferent());
     let draughts = Panels {
         legend: [(Ink::Measured, "true temperature".to_owned())]
             .into_iter()
@@ -87,7 +93,12 @@ struct View<'a> {
     plant: &'a str,
     /// Laws in the rig file's order, which gives each its ink.
     controllers: Vec<&'a str>,
+    /// Frequencies, and the errors that can be reached there.
+    reachable: (Vec<f64>, Vec<f64>),
 }
+
+/// What the reachable error is called in legends.
+const REACHABLE: &str = "least error that was found for whoever knows everything in advance";
 
 impl<'a> View<'a> {
     fn of(answer: &'a Answer, ran: &'a [Ran]) -> View<'a> {
@@ -99,7 +110,10 @@ impl<'a> View<'a> {
         }
         let there = answer.plants.iter().any(|about| about.plant == SHOWN);
         let first = answer.plants.first().map_or(SHOWN, |about| about.plant);
-        View { answer, ran, plant: if there { SHOWN } else { first }, controllers }
+        let plant = if there { SHOWN } else { first };
+        let reachable = answer.reachable.iter().filter(|one| one.plant == plant);
+        let reachable = reachable.map(|one| (one.frequency_hz, one.rms_percent)).unzip();
+        View { answer, ran, plant, controllers, reachable }
     }
 
     fn ink_of_law(&self, row: &Row) -> Ink {
@@ -128,13 +142,13 @@ impl<'a> View<'a> {
         laws
     }
 
-    /// Each estimator under the best law that was run with all of them, as the bench measures by two taps where it can.
-    fn estimators(&self) -> Vec<&'a Row> {
+    /// Each estimator under a law, measured as the winner measures.
+    fn estimators(&self, controller: &str) -> Vec<&'a Row> {
         let Some(best) = self.answer.winner() else { return Vec::new() };
         let mut found: Vec<&Row> = Vec::new();
         for row in &self.answer.rows {
             if row.plant == self.plant
-                && row.controller == best.controller
+                && row.controller == controller
                 && row.sensing == best.sensing
                 && found.iter().all(|other| other.estimator != row.estimator)
             {
@@ -142,6 +156,12 @@ impl<'a> View<'a> {
             }
         }
         found
+    }
+
+    /// The law under which estimators are compared: one that needs none, so that all see the same; else the winner.
+    fn indifferent(&self) -> &'a str {
+        let winner = self.answer.winner().map_or("", |best| best.controller.as_str());
+        self.controllers.iter().copied().find(|word| *word == INDIFFERENT).unwrap_or(winner)
     }
 
     fn traces(&self, row: &Row) -> Option<&'a crate::Traces> {
@@ -174,9 +194,15 @@ impl<'a> View<'a> {
             points: POINTS,
         };
         let stroke: Vec<Line<'a>> = reference.into_iter().chain(lines(|trace| &trace.stroke)).collect();
-        let reference = Line { x: &first.time_s, y: &first.reference, ink: Ink::Measured };
-        let close: Vec<Line<'a>> = std::iter::once(reference).chain(lines(|trace| &trace.stroke)).collect();
         let first_step = end / STEPS.len() as f64;
+        let begins = |trace: &Trace| trace.time_s.partition_point(|time| *time < first_step);
+        let close = |trace: &'a Trace, y: &'a [f64], ink: Ink| {
+            let count = begins(trace);
+            Line { x: &trace.time_s[..count], y: &y[..count], ink }
+        };
+        let close: Vec<Line<'a>> = std::iter::once(close(first, &first.reference, Ink::Measured))
+            .chain(traces.iter().map(|(ink, trace)| close(trace, &trace.stroke, *ink)))
+            .collect();
         vec![
             (
                 "Stroke (true length, 0 cold, 1 hot)".into(),
@@ -199,11 +225,13 @@ impl<'a> View<'a> {
         ]
     }
 
-    fn sine_plot(&self, laws: &[&'a Row], size: (f64, f64)) -> Plot<'a> {
+    fn sine_plot(&'a self, laws: &[&'a Row], size: (f64, f64)) -> Plot<'a> {
+        let reachable = Line { x: &self.reachable.0, y: &self.reachable.1, ink: Ink::Measured };
         let lines = laws.iter().filter_map(|row| {
             let figures = row.figures.as_ref()?;
             Some(Line { x: &FREQUENCIES_HZ, y: &figures.tracking_percents, ink: self.ink_of_law(row) })
         });
+        let lines = std::iter::once(reachable).chain(lines);
         let [low, .., high] = FREQUENCIES_HZ;
         Plot {
             title: "RMS error over frequency".into(),
@@ -438,13 +466,13 @@ fn steps(view: &View<'_>) -> Markup {
 fn step_table(rows: &[&Row]) -> Markup {
     html! {
         div.scroll {
-            table {
+            table.steps {
                 thead {
                     tr {
                         th scope="col" rowspan="2" { "controller" }
-                        th.n scope="colgroup" colspan="3" { "shorter: settled, bound, ratio" }
+                        th.n scope="colgroup" colspan="3" { "shorter" }
                         th.n scope="colgroup" colspan="3" { "longer" }
-                        th.n scope="col" rowspan="2" { "settled" }
+                        th.n scope="col" rowspan="2" { "settled" br; "at all" }
                         th.n scope="colgroup" colspan="2" { "overshoot, %" }
                         th.n scope="col" rowspan="2" { "steady" br; "RMS, %" }
                         th.n scope="col" rowspan="2" { "limit" br; "cycle, ± %" }
@@ -452,7 +480,7 @@ fn step_table(rows: &[&Row]) -> Markup {
                         th.n scope="col" rowspan="2" { "switch-" br; "ings, 1/s" }
                     }
                     tr {
-                        @for _ in 0..2 { th.n scope="col" { "s" } th.n scope="col" { "s" } th.n scope="col" { "" } }
+                        @for _ in 0..2 { th.n scope="col" { "settled, s" } th.n scope="col" { "bound, s" } th.n scope="col" { "ratio" } }
                         th.n scope="col" { "median" } th.n scope="col" { "worst" }
                     }
                 }
@@ -480,7 +508,15 @@ fn step_table(rows: &[&Row]) -> Markup {
 
 fn sines(view: &View<'_>) -> Markup {
     let laws = view.laws();
-    let entries: Vec<(Ink, String)> = laws.iter().map(|row| (view.ink_of_law(row), words(&row.controller))).collect();
+    let entries: Vec<(Ink, String)> = [(Ink::Measured, REACHABLE.to_owned())]
+        .into_iter()
+        .filter(|_| !view.reachable.0.is_empty())
+        .chain(laws.iter().map(|row| (view.ink_of_law(row), words(&row.controller))))
+        .collect();
+    let reachable = |frequency: f64| {
+        let place = view.reachable.0.iter().position(|one| *one == frequency)?;
+        view.reachable.1.get(place).copied()
+    };
     html! {
         section #sines {
             h2 { "Sines" }
@@ -495,6 +531,12 @@ fn sines(view: &View<'_>) -> Markup {
                 table {
                     thead { tr { th scope="col" { "controller" } @for f in FREQUENCIES_HZ { th.n scope="col" { (f) " Hz" } } } }
                     tbody {
+                        @if !view.reachable.0.is_empty() {
+                            tr {
+                                th.muted scope="row" { "least that was found" }
+                                @for f in FREQUENCIES_HZ { td.n.muted { (reachable(f).map_or(NONE.into(), percent)) } }
+                            }
+                        }
                         @for row in &laws {
                             @if let Some(figures) = &row.figures {
                                 tr {
@@ -511,18 +553,18 @@ fn sines(view: &View<'_>) -> Markup {
 }
 
 fn estimates(view: &View<'_>) -> Markup {
-    let rows = view.estimators();
+    let rows = view.estimators(view.indifferent());
     let entries: Vec<(Ink, String)> = [(Ink::Measured, "true".to_owned())]
         .into_iter()
         .chain(rows.iter().enumerate().map(|(i, row)| (Ink::Series(i as u8), words(&row.estimator))))
         .collect();
-    let law = rows.first().map(|row| words(&row.controller)).unwrap_or_default();
+    let best = view.answer.winner().map_or("", |best| best.controller.as_str());
     html! {
         section #estimates {
             h2 { "Estimates" }
             p {
-                "Each estimator under " (law) " on " code { (view.plant) }
-                "; the draught takes half as much heat again, and nobody tells the driver. The true temperature that is drawn is that of the first estimator's run."
+                "Each estimator on " code { (view.plant) } " under " (words(view.indifferent()))
+                ", which makes nothing of the estimate, so that all see the same wire. The draught takes half as much heat again, and nobody tells the driver."
             }
             (legend(&entries))
             div.pair { @for (caption, plot) in view.draught_plots(&rows, HALF) { (figure(&caption, &plot)) } }
@@ -532,9 +574,7 @@ fn estimates(view: &View<'_>) -> Markup {
                         tr {
                             th scope="col" { "estimator" }
                             th.n scope="col" { "temperature" br; "RMS, K" } th.n scope="col" { "martensite" br; "RMS" }
-                            th.n scope="col" { "length" br; "RMS, %" }
-                            th.n scope="col" { "draught: temperature" br; "off after 1 s, K" } th.n scope="col" { "draught:" br; "deviation, %" }
-                            th.n scope="col" { "load step:" br; "deviation, %" } th.n scope="col" { "supply sag:" br; "deviation, %" }
+                            th.n scope="col" { "length" br; "RMS, %" } th.n scope="col" { "draught: temperature" br; "off after 1 s, K" }
                         }
                     }
                     tbody {
@@ -543,8 +583,30 @@ fn estimates(view: &View<'_>) -> Markup {
                                 tr {
                                     th scope="row" { (words(&row.estimator)) }
                                     td.n { (percent(f.temperature_rms_k)) } td.n { (fixed(f.martensite_rms, 3)) } td.n { (percent(f.length_rms_percent)) }
-                                    td.n { (fixed(f.draught.temperature_error_k, 1)) } td.n { (percent(f.draught.deviation_percent)) }
+                                    td.n { (fixed(f.draught.temperature_error_k, 1)) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            p { "What they make of " (words(best)) ": how far a disturbance moves the wire from where it is held, in % of the stroke, and how far off the temperature then is." }
+            div.scroll {
+                table {
+                    thead {
+                        tr {
+                            th scope="col" { "estimator" } th.n scope="col" { "draught" br; "+50 %" } th.n scope="col" { "its temperature" br; "off after 1 s, K" }
+                            th.n scope="col" { "load" br; "+20 %" } th.n scope="col" { "supply" br; "−15 %" } th.n scope="col" { "steps: settled" br; "over the bound, up" } th.n scope="col" { br; "down" }
+                        }
+                    }
+                    tbody {
+                        @for row in view.estimators(best) {
+                            @if let Some(f) = &row.figures {
+                                tr {
+                                    th scope="row" { (words(&row.estimator)) }
+                                    td.n { (percent(f.draught.deviation_percent)) } td.n { (fixed(f.draught.temperature_error_k, 1)) }
                                     td.n { (percent(f.load_step.deviation_percent)) } td.n { (percent(f.supply_sag.deviation_percent)) }
+                                    td.n { (optional(f.ratio_up, 2)) } td.n { (optional(f.ratio_down, 2)) }
                                 }
                             }
                         }

@@ -6,10 +6,10 @@ use crate::Answer;
 use crate::row::{Figures, Row};
 use crate::score;
 
-/// Rows of the ranking that are shown.
-const PLACES: usize = 8;
+/// Places of the ranking that are shown.
+const PLACES: usize = 12;
 
-/// The ranking, the rows of the figures' wire and the findings, in at most so many columns.
+/// The ranking, the rows of the best on the first plant, and the findings.
 pub fn text(answer: &Answer) -> String {
     let mut out = String::new();
     // writing to a String cannot fail
@@ -35,8 +35,15 @@ pub fn text(answer: &Answer) -> String {
         out,
         "\non {best}: settling over its bound up and down, overshoot, steady error, tracking at 0.25 and 1 Hz (% of stroke)"
     );
-    for row in answer.rows.iter().filter(|row| row.plant == best) {
-        let _ = writeln!(out, "{}", line(row));
+    for place in answer.ranking.iter().take(PLACES) {
+        let same = |row: &&Row| {
+            row.plant == best
+                && (&row.controller, &row.estimator, &row.sensing)
+                    == (&place.controller, &place.estimator, &place.sensing)
+        };
+        for row in answer.rows.iter().filter(same) {
+            let _ = writeln!(out, "{}", line(row));
+        }
     }
     let _ = writeln!(out);
     for finding in &answer.findings {

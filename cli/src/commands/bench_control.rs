@@ -26,9 +26,16 @@ pub fn bench_control(args: &args::BenchControl) -> Outcome {
     for folder in [&args.out, &args.pictures].into_iter().flatten() {
         can_become_folder(folder)?;
     }
-    let ran = run(&plan, args.jobs)?;
-    let sensing = sinew_bench::sensing_report(args.quick);
-    let answer = Answer::of(&plan, &ran, sensing, command());
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.jobs.map_or(0, usize::from))
+        .build()
+        .map_err(|error| Failure::own(format!("threads: {error}")).hint("ask for fewer with --jobs"))?;
+    let (ran, sensing, reachable) = pool.install(|| {
+        let ran = run(&plan);
+        let shown = plan.plants.first().and_then(|name| Plant::named(name)).filter(|_| !args.quick);
+        (ran, sinew_bench::sensing_report(args.quick), shown.map(sinew_bench::reachable).unwrap_or_default())
+    });
+    let answer = Answer::of(&plan, &ran, sensing, reachable, command());
     let _asked = signals()?;
     let json = output::json(&answer)? + "\n";
     if let Some(out) = &args.out {
@@ -82,19 +89,14 @@ fn known<'a>(what: &str, asked: &[String], words: impl Iterator<Item = &'a str>)
     }
 }
 
-/// Runs the rows on the threads asked for, with a line that says how far the work is.
-fn run(plan: &Plan, jobs: Option<u16>) -> Result<Vec<Ran>, Failure> {
+/// Runs the rows, with a line that says how far the work is.
+fn run(plan: &Plan) -> Vec<Ran> {
     let rows = plan.rows();
-    output::note(format_args!("{rows} rows, {} on each of {} plants", plan.choices.len(), plan.plants.len()));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs.map_or(0, usize::from))
-        .build()
-        .map_err(|error| Failure::own(format!("threads: {error}")).hint("ask for fewer with --jobs"))?;
+    output::note(format_args!("{rows} rows, on {} plants", plan.plants.len()));
     let progress = Progress::new();
-    let ran =
-        pool.install(|| sinew_bench::run(plan, &|done| progress.tell("running", done as f64 / rows.max(1) as f64)));
+    let ran = sinew_bench::run(plan, &|done| progress.tell("running", done as f64 / rows.max(1) as f64));
     progress.clear();
-    Ok(ran)
+    ran
 }
 
 #[cfg(test)]
