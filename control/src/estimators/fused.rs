@@ -51,6 +51,8 @@ const HUBER: f64 = 3.0;
 const STRAIN_RATE: f64 = 4.0;
 /// Colder than its cooling curve by so many widths on top of what the air's fastest cooling needs, a wire is at its cold end.
 const COLD: f64 = 2.0;
+/// Faster than any wire moves, m/s.
+const MOST_M_PER_S: f64 = 100.0;
 /// More stress than a wire bears, Pa.
 const MOST_PA: f64 = 5e9;
 /// Hottest and coldest temperature an estimate can take, °C.
@@ -278,6 +280,13 @@ impl FusedEstimator {
         // a length that no wire can have is none
         let measured = length_seen.abs() < self.map.length;
         let velocity = self.follow(if measured { length_seen } else { f64::NAN }, seen, dt);
+        let velocity = if self.is_sane(velocity) {
+            velocity
+        } else {
+            // inputs that no wire gives: forget what they did rather than pass it on
+            self.reset();
+            0.0
+        };
         let m = &self.map;
         let x = self.motion.x;
 
@@ -368,6 +377,17 @@ impl FusedEstimator {
             release_j: state[LATENT] * m.release(stress),
             loss_w: state[LOSS] * m.loss * (temperature - m.ambient),
         }
+    }
+
+    /// Whether length, velocity and covariances are such as a wire can have.
+    #[inline]
+    fn is_sane(&self, velocity: f64) -> bool {
+        let (motion, heat) = (&self.motion, &self.heat);
+        motion.x.abs() < self.map.length
+            && velocity.abs() < MOST_M_PER_S
+            && motion.xx + motion.bb < 1.0
+            && heat.covariance[T][T] < 1e9
+            && heat.state[T].is_finite()
     }
 
     /// The motion filter's cycle; returns the velocity.
@@ -473,7 +493,7 @@ impl FusedEstimator {
         let found = m.fraction(self.motion.x, stress, temperature) / self.strain;
         let s = stress + m.thermoelastic * (temperature - m.reference);
         let cold = self.is_cold(temperature - cooling, found, s);
-        let noise = 3.0 * self.motion.xx.sqrt() / (m.length * m.strain);
+        let noise = 3.0 * self.motion.xx.max(0.0).sqrt() / (m.length * m.strain);
         if !(cold || found > 1.02 + noise) {
             return false;
         }
@@ -516,7 +536,7 @@ impl FusedEstimator {
             return;
         }
         let xi = self.fraction.clamp(0.03, 0.97);
-        let phase = (self.motion.xx.sqrt() / (m.length * m.strain)) / (xi * (1.0 - xi));
+        let phase = (self.motion.xx.max(0.0).sqrt() / (m.length * m.strain)) / (xi * (1.0 - xi));
         let doubt = width * (CURVE_MODEL + phase) / sure;
         self.heat.correct(&Evidence {
             surprise: curve - temperature,

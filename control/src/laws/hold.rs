@@ -131,12 +131,12 @@ impl Hold {
                 self.shortens = if off { self.error > 0.0 } else { left > 0.0 };
                 return None;
             }
-            let over = self.error - self.error.clamp(-TRIM_FROM * band, TRIM_FROM * band);
+            let over = self.error - self.error.max(-TRIM_FROM * band).min(TRIM_FROM * band);
             let trim = (TRIM.0 * over / expansion).clamp(-TRIM.1, TRIM.1) * demand.dt_s;
             let trimmed = if self.temperature > middle {
-                self.temperature - trim.clamp(0.0, self.temperature - middle)
+                self.temperature - trim.max(0.0).min(self.temperature - middle)
             } else {
-                self.temperature + (-trim).clamp(0.0, (middle - self.temperature).max(0.0))
+                self.temperature + (-trim).max(0.0).min((middle - self.temperature).max(0.0))
             };
             let kept = trimmed.min(high).max(low);
             self.error += expansion * (kept - self.temperature);
