@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use sinew_sensing::{
     Converter, Drive, LengthSensor, LengthSensorConfig, Method, MotionObserver, ObserverConfig, ResistanceLine, Sample,
+    SlideConfig, SlideWatch,
 };
 
 const CHANNELS: usize = 64;
@@ -57,6 +58,29 @@ fn read(bencher: Bencher, method: &str) {
         cycle = (cycle + 1) % CYCLES;
         for (sensor, sample) in sensors.iter_mut().zip(&samples[cycle]) {
             black_box(sensor.read(black_box(sample)));
+        }
+    });
+}
+
+/// The watch over the taps, on readings that are all well.
+#[divan::bench]
+fn slide(bencher: Bencher) {
+    let config = SlideConfig {
+        hot_length_m: 0.1603,
+        cold_length_m: 0.1667,
+        surely_short_c: 140.0,
+        surely_long_c: 64.0,
+        ambient_c: 25.0,
+        hottest_c: 170.0,
+        heat_capacity_j_per_k: (0.009, 0.012),
+        loss_w_per_k: (0.004, 0.015),
+        power_error: 0.05,
+    };
+    let mut watches = vec![SlideWatch::new(config).expect("a valid configuration"); CHANNELS];
+    let reading = sensors(DUAL)[0].read(&samples()[0][0]);
+    bencher.counter(ItemsCount::new(CHANNELS)).bench_local(|| {
+        for watch in &mut watches {
+            black_box(watch.sticks(black_box(&reading), black_box(0.7), 1e-3));
         }
     });
 }

@@ -69,10 +69,38 @@ impl SlideConfig {
     }
 }
 
+/// What a period's length makes of the configuration; as good as always the same.
+#[derive(Debug, Clone, Copy)]
+struct Pace {
+    dt_s: f64,
+    gain: f64,
+    /// 1 over the least and the most loss, K/W.
+    per_loss: (f64, f64),
+    /// What is left after a period of a distance from rest, for the least and the most heat capacity: of the coldest bound
+    /// (most loss) and of the hottest (least).
+    keep_cold: [f64; 2],
+    keep_hot: [f64; 2],
+}
+
+impl Pace {
+    fn of(c: &SlideConfig, dt_s: f64) -> Pace {
+        let keep = |loss: f64, capacity: f64| (-dt_s * loss / capacity).exp();
+        let ((least_j, most_j), (least_w, most_w)) = (c.heat_capacity_j_per_k, c.loss_w_per_k);
+        Pace {
+            dt_s,
+            gain: dt_s / (FILTER_S + dt_s),
+            per_loss: (1.0 / least_w, 1.0 / most_w),
+            keep_cold: [keep(most_w, least_j), keep(most_w, most_j)],
+            keep_hot: [keep(least_w, least_j), keep(least_w, most_j)],
+        }
+    }
+}
+
 /// Watches one channel's taps.
 #[derive(Debug, Clone, Copy)]
 pub struct SlideWatch {
     config: SlideConfig,
+    pace: Pace,
     /// Bounds of the temperature, °C.
     coldest_c: f64,
     hottest_c: f64,
@@ -96,6 +124,7 @@ impl SlideWatch {
         config.validate()?;
         let mut watch = SlideWatch {
             config,
+            pace: Pace::of(&config, 1e-3),
             coldest_c: 0.0,
             hottest_c: 0.0,
             length_m: f64::NAN,
@@ -136,7 +165,7 @@ impl SlideWatch {
         if self.length_m.is_nan() {
             (self.length_m, self.longest_m, self.shortest_m) = (length_m, length_m, length_m);
         }
-        let gain = dt_s / (FILTER_S + dt_s);
+        let gain = self.pace.gain;
         self.length_m += gain * (length_m - self.length_m);
         self.share = (1.0 - gain) * (1.0 - gain) * self.share + gain * gain;
         // What it is compared with was such a mean too.
@@ -160,26 +189,19 @@ impl SlideWatch {
     /// Both bounds over one period of this power.
     #[inline]
     fn warm_and_cool(&mut self, power_w: f64, dt_s: f64) {
-        let c = &self.config;
-        let warm = |from_c: f64, power_w: f64, loss: f64, capacity: f64| {
-            // Exact for a constant power: no step of any length overshoots.
-            let rest_c = c.ambient_c + power_w / loss;
-            rest_c + (from_c - rest_c) * (-dt_s * loss / capacity).exp()
-        };
+        if dt_s != self.pace.dt_s {
+            self.pace = Pace::of(&self.config, dt_s);
+        }
+        let (c, pace) = (&self.config, &self.pace);
+        // Exact for a constant power: no step of any length overshoots.
         let (weak, strong) = (power_w * (1.0 - c.power_error), power_w * (1.0 + c.power_error));
-        // Of the bounds of the heat capacity the one that keeps the temperature nearer to where it was.
-        self.coldest_c = warm(self.coldest_c, weak, c.loss_w_per_k.1, c.heat_capacity_j_per_k.1).min(warm(
-            self.coldest_c,
-            weak,
-            c.loss_w_per_k.1,
-            c.heat_capacity_j_per_k.0,
-        ));
-        self.hottest_c = warm(self.hottest_c, strong, c.loss_w_per_k.0, c.heat_capacity_j_per_k.1).max(warm(
-            self.hottest_c,
-            strong,
-            c.loss_w_per_k.0,
-            c.heat_capacity_j_per_k.0,
-        ));
+        let (cold_rest_c, hot_rest_c) = (c.ambient_c + weak * pace.per_loss.1, c.ambient_c + strong * pace.per_loss.0);
+        let (cold_off_k, hot_off_k) = (self.coldest_c - cold_rest_c, self.hottest_c - hot_rest_c);
+        // The heat capacity that leaves the least, or the most, of it.
+        let [little, much] = pace.keep_cold;
+        self.coldest_c = cold_rest_c + (cold_off_k * little).min(cold_off_k * much);
+        let [little, much] = pace.keep_hot;
+        self.hottest_c = hot_rest_c + (hot_off_k * little).max(hot_off_k * much);
     }
 
     /// Bounds of the wire's temperature as far as the heat tells, in °C.
