@@ -174,10 +174,10 @@ static ALL: [Plant; 30] = [
     Plant {
         max_power_w: 3.0,
         watch_s: 3.0,
-        control: ("pi", "pi_integral_per_mm_s = 0.0\n"),
+        control: ("input_output", "heat_loss_feedforward = false\n"),
         ..thesis(
-            "thesis_p",
-            "chapter 10's starting point: the figure's wire, PI without its integral, exact measurement",
+            "thesis_no_feedforward",
+            "the figure's wire, exact measurement, the heat loss not fed forward in input–output linearisation",
         )
     },
     Plant {

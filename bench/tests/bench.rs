@@ -89,7 +89,7 @@ fn what_the_thesis_found_is_found_again() {
         "velocity_servo",
     ];
     let default = Choice::default().estimator;
-    let mut plan = only(&["figure", "thesis_3w", "thesis_1w", "thesis_p"], &laws, &[]);
+    let mut plan = only(&["figure", "thesis_3w", "thesis_1w", "thesis_no_feedforward"], &laws, &[]);
     let needed = |choice: &Choice| match (choice.controller.as_str(), choice.sensing.as_str()) {
         ("sliding_mode", "resistance") => choice.estimator == default,
         (_, "resistance") => false,

@@ -1,5 +1,6 @@
 //! `sinew bench control`: every controller, estimator and way of sensing on the same plants.
 
+use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use sinew_bench::{Answer, Choice, Filter, Plan, Plant, Ran};
@@ -19,6 +20,9 @@ const JSON: &str = "bench.json";
 const REPORT: &str = "report.html";
 /// Seeds of a full run, and of a quick one, unless told otherwise.
 const SEEDS: (u16, u16) = (3, 1);
+
+/// Rows of a run that is long enough for a line at every tenth of it where stderr is no terminal.
+const LONG: usize = 100;
 
 /// Runs the command.
 pub fn bench_control(args: &args::BenchControl) -> Outcome {
@@ -94,7 +98,13 @@ fn run(plan: &Plan) -> Vec<Ran> {
     let rows = plan.rows();
     output::note(format_args!("{rows} rows, on {} plants", plan.plants.len()));
     let progress = Progress::new();
-    let ran = sinew_bench::run(plan, &|done| progress.tell("running", done as f64 / rows.max(1) as f64));
+    let tenths = !io::stderr().is_terminal() && rows >= LONG;
+    let ran = sinew_bench::run(plan, &|done| {
+        progress.tell("running", done as f64 / rows.max(1) as f64);
+        if tenths && 10 * done / rows > 10 * (done - 1) / rows {
+            output::note(format_args!("{} %", 100 * done / rows));
+        }
+    });
     progress.clear();
     ran
 }
