@@ -7,6 +7,7 @@ mod algorithm;
 mod demand;
 mod design;
 mod estimators;
+mod joint;
 mod lambda;
 mod laws;
 mod lpv;
@@ -19,6 +20,7 @@ pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
 pub use estimators::{
     EnthalpyObserver, Estimate, EstimatorKind, FusedEstimator, LuenbergerObserver, Observation, StateEstimator,
 };
+pub use joint::{JointDemand, JointEstimate, JointLaw, JointObserver, JointSettings};
 pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{
     CONSTANT_SLOPE_PER_K, InputOutputLinearised, Law, Pid, PidGains, Priming, Relay, SlidingMode1, SlidingMode2, Slope,

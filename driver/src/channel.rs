@@ -198,9 +198,23 @@ impl Channel {
     /// `program` is the stroke a built-in program wants, if there is one.
     #[inline]
     pub fn step(&mut self, sample: &Sample, tick: &Tick, program: Option<f64>) -> Happened {
-        let mut happened = Happened::default();
+        let seen = self.sense(sample, tick);
+        self.estimate = self.estimator.update(&seen);
+        let temperature_c = match &mut self.protector {
+            Some(protector) => protector.update(&seen).temperature_c,
+            None => self.estimate.temperature_c,
+        };
+        let (permit, change) = self.supervise(sample, temperature_c, tick);
+        let lapsed = self.put_in_charge(permit, tick, program);
+        let duty = self.regulate(permit, tick);
+        self.put_out(duty);
+        Happened { change, lapsed }
+    }
 
-        // Sensing. Where nothing was driven there is nothing to see, whatever the converter picked up.
+    /// Sensing: what the sample says, and what the wire does. Where nothing was driven there is nothing to see, whatever the
+    /// converter picked up.
+    #[inline]
+    pub(crate) fn sense(&mut self, sample: &Sample, tick: &Tick) -> Observation {
         let driven = self.applied_duty > 0.0;
         self.reading = if driven { self.sensor.read(sample) } else { Reading::none(Health::NoCurrent) };
         if self.reading.health.is_ok() {
@@ -213,7 +227,7 @@ impl Channel {
             self.reading = Reading { resistance_ohm: self.reading.resistance_ohm, ..Reading::none(Health::ProbeStuck) };
         }
         self.motion = self.observer.update_weighted(self.reading.length(), self.reading.length_sigma_m, tick.dt_s);
-        let seen = Observation {
+        Observation {
             power_w: self.power_w,
             duty: self.applied_duty,
             length_m: self.reading.length_m,
@@ -221,34 +235,36 @@ impl Channel {
             resistance_ohm: self.reading.resistance_ohm,
             tension_n: f64::NAN,
             dt_s: tick.dt_s,
-        };
-        self.estimate = self.estimator.update(&seen);
-        let temperature_c = match &mut self.protector {
-            Some(protector) => protector.update(&seen).temperature_c,
-            None => self.estimate.temperature_c,
-        };
+        }
+    }
 
-        // Supervisor.
+    /// Supervisor: whether the wire may be powered.
+    #[inline]
+    pub(crate) fn supervise(&mut self, sample: &Sample, temperature_c: f64, tick: &Tick) -> (Permit, Option<Change>) {
         let (permit, change) = self.guard.judge(&Evidence {
-            driven,
+            driven: self.applied_duty > 0.0,
             health: self.reading.health,
             current_a: sample.current_a,
             power_w: self.power_w,
             temperature_c,
             dt_s: tick.dt_s,
         });
-        happened.change = change;
         if let Some(Change::Tripped(_)) = change {
             self.forget_target();
         }
+        (permit, change)
+    }
 
-        // Who is in charge.
+    /// Who is in charge, and whether a setpoint's lease ran out.
+    #[inline]
+    pub(crate) fn put_in_charge(&mut self, permit: Permit, tick: &Tick, program: Option<f64>) -> bool {
+        let mut lapsed = false;
         match self.source {
             Source::Client { until_ns } if tick.now_ns >= until_ns => {
                 // A stale `off` is no loss of control, and where a program goes on, nothing is lost; else somebody is gone who
                 // should not be.
-                happened.lapsed = self.target != Target::Idle && program.is_none();
-                self.lapsed = happened.lapsed;
+                lapsed = self.target != Target::Idle && program.is_none();
+                self.lapsed = lapsed;
                 self.forget_target();
             }
             _ => {}
@@ -260,7 +276,12 @@ impl Channel {
             };
         }
 
-        // Controller.
+        lapsed
+    }
+
+    /// Controller: the duty it wants.
+    #[inline]
+    fn regulate(&mut self, permit: Permit, tick: &Tick) -> f64 {
         let mut regulating = false;
         let wanted = match (permit, self.target) {
             (Permit::Off, _) => 0.0,
@@ -283,7 +304,25 @@ impl Channel {
             }
         };
         self.regulating = regulating;
+        wanted
+    }
 
+    /// The duty a wire of a joint gets while `regulated` is what the joint's law wants of it; `None` where that is not in
+    /// charge.
+    #[inline]
+    pub(crate) fn regulate_in_joint(&mut self, permit: Permit, regulated: Option<f64>) -> f64 {
+        self.regulating = regulated.is_some();
+        match (permit, self.target, regulated) {
+            (Permit::Off, ..) => 0.0,
+            (Permit::Power, _, Some(duty)) => duty,
+            (Permit::Power, Target::Duty(duty), None) => duty.clamp(self.min_duty, self.max_duty),
+            _ => self.min_duty,
+        }
+    }
+
+    /// Puts a duty out, within what the wire may have.
+    #[inline]
+    pub(crate) fn put_out(&mut self, wanted: f64) {
         // What was put out at this tick is what the next sample comes from.
         self.applied_duty = self.duty;
         self.observer.set_duty(self.applied_duty);
@@ -292,14 +331,13 @@ impl Channel {
         self.duty = if wanted > 0.0 { wanted.min(most.max(0.0)) } else { 0.0 };
 
         self.flags = 0;
-        if regulating {
+        if self.regulating {
             let at_limit = wanted <= self.min_duty || wanted >= self.max_duty;
             self.flags |= if at_limit { ChannelState::FLAG_SATURATED } else { 0 };
             let off_target_m = (self.motion.length_m - self.target_m()).abs();
             self.flags |= if off_target_m <= self.settled_m { ChannelState::FLAG_SETTLED } else { 0 };
         }
         self.flags |= if self.duty < wanted { ChannelState::FLAG_LIMITED } else { 0 };
-        happened
     }
 
     /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
@@ -313,6 +351,12 @@ impl Channel {
         self.regulating = false;
         self.forget_target();
         self.guard.trip(fault)
+    }
+
+    /// Takes a target from somebody.
+    #[inline]
+    pub(crate) fn obey(&mut self, target: Target, source: Source) {
+        (self.target, self.source, self.lapsed) = (target, source, false);
     }
 
     fn forget_target(&mut self) {

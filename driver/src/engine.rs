@@ -8,6 +8,7 @@ use sinew_sensing::Sample;
 use crate::backend::BackendError;
 use crate::channel::{Channel, Happened, Source, Target, Tick};
 use crate::error::Error;
+use crate::joint::Joint;
 use crate::program::Program;
 use crate::supervisor::{Change, Punctuality};
 
@@ -94,6 +95,9 @@ pub struct Beat {
 #[derive(Debug, Clone)]
 pub struct Engine {
     channels: Vec<Channel>,
+    joints: Vec<Joint>,
+    /// The joint and the side (0 = agonist) of each channel that turns one.
+    places: Vec<Option<(usize, usize)>>,
     /// The order each channel's reset is to be answered to.
     resets: Vec<Option<u64>>,
     program: Option<Program>,
@@ -113,7 +117,16 @@ impl Engine {
         rig.check_drivable().map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
         let channels: Vec<Channel> =
             (0..rig.channels.len()).map(|index| Channel::new(rig, index)).collect::<Result<_, _>>()?;
+        let joints: Vec<Joint> = rig.joints.iter().map(|joint| Joint::new(rig, joint)).collect::<Result<_, _>>()?;
+        let mut places = vec![None; channels.len()];
+        for (index, joint) in joints.iter().enumerate() {
+            for (side, &channel) in joint.channels.iter().enumerate() {
+                places[channel] = Some((index, side));
+            }
+        }
         Ok(Engine {
+            joints,
+            places,
             resets: vec![None; channels.len()],
             channels,
             program,
@@ -129,9 +142,22 @@ impl Engine {
         &self.channels
     }
 
+    /// The joints, in the rig's order.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// The channel at the other end of the joint that a channel turns.
+    fn partner(&self, channel: usize) -> Option<usize> {
+        let (joint, side) = self.places[channel]?;
+        Some(self.joints[joint].channels[1 - side])
+    }
+
     /// Takes an order before a cycle at `now_ns`. `None`: the answer comes later, as an event.
     #[inline]
     pub fn take(&mut self, order: &Order, now_ns: u64) -> Option<Answer> {
+        let partner = self.partner(order.channel);
+        let partners_fault = partner.and_then(|partner| self.channels[partner].guard.fault());
         let channel = &mut self.channels[order.channel];
         let target = match order.ask {
             Ask::Length(length_m) => Target::Length(length_m),
@@ -143,6 +169,12 @@ impl Engine {
                 if let Some(fault) = channel.guard.fault()
                     && (self.exchanged.is_err() || !self.punctuality.on_time())
                     && matches!(fault, Fault::Backend | Fault::CycleOverrun)
+                {
+                    return Some(Answer::CauseRemains(fault));
+                }
+                // What its partner suffers from is the cause.
+                if let Some(fault @ Fault::JointPartner) = channel.guard.fault()
+                    && partners_fault.is_some_and(|cause| cause != Fault::JointPartner)
                 {
                     return Some(Answer::CauseRemains(fault));
                 }
@@ -161,9 +193,24 @@ impl Engine {
             // A faulted channel is off already; to ask for that is no mistake.
             return Some(if order.ask == Ask::Off { Answer::Done } else { Answer::Latched(fault) });
         }
-        channel.target = target;
-        channel.source = Source::Client { until_ns: now_ns.saturating_add(order.hold_ns) };
-        channel.lapsed = false;
+        let moves = matches!(target, Target::Length(_) | Target::Force(_));
+        if let Some(fault) = partners_fault.filter(|_| moves) {
+            return Some(Answer::Latched(fault));
+        }
+        let source = Source::Client { until_ns: now_ns.saturating_add(order.hold_ns) };
+        channel.obey(target, source);
+        if let (Some((joint, side)), Some(partner)) = (self.places[order.channel], partner) {
+            let other = &mut self.channels[partner];
+            match target {
+                Target::Length(length_m) => {
+                    other.obey(Target::Length(self.joints[joint].opposite_m(side, length_m)), source);
+                }
+                Target::Idle if other.guard.fault().is_none() => other.obey(Target::Idle, source),
+                // A duty is given to one wire alone; the joint is nobody's then.
+                _ if matches!(other.target, Target::Length(_)) => other.obey(Target::Idle, Source::Nobody),
+                _ => {}
+            }
+        }
         Some(Answer::Done)
     }
 
@@ -202,33 +249,48 @@ impl Engine {
         let no_samples = everything == Some(Fault::Backend);
         self.exchanged = exchanged;
 
-        for (index, channel) in self.channels.iter_mut().enumerate() {
+        let sample = |index: usize| if no_samples { Sample::NONE } else { samples[index] };
+        let outside = |index: usize| everything.or((failed == Some(index)).then_some(Fault::Backend));
+        let program = |index: usize| self.program.as_ref().and_then(|program| program.stroke(index, time_s));
+        let resets = &mut self.resets;
+        let mut report = |index: usize, before: Option<Change>, happened: Happened| {
             let event = |what| Event { at_ns: beat.now_ns, channel: index as u32, what };
-            let sample = if no_samples { Sample::NONE } else { samples[index] };
-            let outside = everything.or((failed == Some(index)).then_some(Fault::Backend));
-            let before = outside.and_then(|fault| channel.trip(fault));
-
-            let program = self.program.as_ref().and_then(|program| program.stroke(index, time_s));
-            let Happened { change, lapsed } = channel.step(&sample, &tick, program);
-            duty[index] = channel.duty;
-
-            if lapsed {
+            if happened.lapsed {
                 tell(event(Occurrence::Lapsed));
             }
-            match before.or(change) {
-                None => {}
-                Some(Change::Tripped(fault)) => {
-                    tell(event(Occurrence::Tripped(fault)));
-                    if let Some(ticket) = self.resets[index].take() {
-                        tell(event(Occurrence::Answered { ticket, answer: Answer::CauseRemains(fault) }));
-                    }
-                }
-                Some(Change::Proved) => {
-                    tell(event(Occurrence::Proved));
-                    if let Some(ticket) = self.resets[index].take() {
-                        tell(event(Occurrence::Answered { ticket, answer: Answer::Done }));
-                    }
-                }
+            let (what, answer) = match before.or(happened.change) {
+                None => return,
+                Some(Change::Tripped(fault)) => (Occurrence::Tripped(fault), Answer::CauseRemains(fault)),
+                Some(Change::Proved) => (Occurrence::Proved, Answer::Done),
+            };
+            tell(event(what));
+            if let Some(ticket) = resets[index].take() {
+                tell(event(Occurrence::Answered { ticket, answer }));
+            }
+        };
+
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            if self.places[index].is_some() {
+                continue;
+            }
+            let before = outside(index).and_then(|fault| channel.trip(fault));
+            let happened = channel.step(&sample(index), &tick, program(index));
+            duty[index] = channel.duty;
+            report(index, before, happened);
+        }
+        for joint in &mut self.joints {
+            let [agonist, antagonist] = joint.channels;
+            let Ok([forward, back]) = self.channels.get_disjoint_mut([agonist, antagonist]) else { continue };
+            let before = [
+                outside(agonist).and_then(|fault| forward.trip(fault)),
+                outside(antagonist).and_then(|fault| back.trip(fault)),
+            ];
+            let samples = [&sample(agonist), &sample(antagonist)];
+            let tripped = before.map(|change| change.is_some());
+            let happened = joint.step([forward, back], samples, tripped, &tick, program(agonist));
+            for (side, index) in [agonist, antagonist].into_iter().enumerate() {
+                duty[index] = self.channels[index].duty;
+                report(index, before[side], happened[side]);
             }
         }
     }

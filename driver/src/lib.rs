@@ -19,6 +19,7 @@ mod cycles;
 mod driver;
 mod engine;
 mod error;
+pub mod joint;
 mod program;
 mod publish;
 #[allow(unsafe_code)]

@@ -47,6 +47,8 @@ pub enum Fault {
     DriverDied = 18,
     /// The length stands still though heat must have moved the wire.
     ProbeStuck = 19,
+    /// The other wire of its joint has a fault.
+    JointPartner = 20,
 }
 
 /// What there is to know about one fault.
@@ -65,7 +67,7 @@ pub struct FaultRow {
 }
 
 /// The table, in the order of the codes.
-pub const FAULT_TABLE: [FaultRow; 19] = [
+pub const FAULT_TABLE: [FaultRow; 20] = [
     FaultRow {
         fault: Fault::NoSample,
         flag: "no_sample",
@@ -198,6 +200,13 @@ pub const FAULT_TABLE: [FaultRow; 19] = [
         cause: "the wire was heated or cooled so far that it must have moved, but its measured length stands still: a tap sticks to it, or the load is jammed",
         reaction: "channel off, latched",
         remedy: "see that the wire slides through its taps and the load moves freely; if it does, compare material and load in the rig file with the wire, then reset",
+    },
+    FaultRow {
+        fault: Fault::JointPartner,
+        flag: "joint_partner",
+        cause: "the other wire of its joint has a fault",
+        reaction: "channel off in the same period as its partner, latched",
+        remedy: "mend and reset the other channel of the joint, then reset this one",
     },
 ];
 

@@ -357,6 +357,13 @@ impl Balance {
         if state.stress > 0.0 { ends } else { ends.max(self.free_strain(terms, &state.fraction, state.temperature)) }
     }
 
+    /// Stress of a wire held at `position` (eq. 23), Pa; a wire cannot push.
+    pub(crate) fn stress_held(&self, fraction: &Fraction, temperature: f64, position: f64) -> f64 {
+        let elastic = self.elastic(None, fraction, 0.0);
+        let thermal = elastic.compliance * self.thermoelastic * (temperature - self.reference_c);
+        ((position * self.per_length - elastic.free - thermal) / elastic.compliance).max(0.0)
+    }
+
     /// Strain without stress (eq. 23 at σ = 0).
     #[inline(always)]
     fn free_strain(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64) -> f64 {

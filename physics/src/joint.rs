@@ -1,6 +1,8 @@
 //! Two wires that pull one joint against each other: an agonist that turns it forward and an antagonist that turns it back.
 //!
-//!     J θ̈ + B θ̇ + K θ = r (F_agonist − F_antagonist) + τ
+//! ```text
+//! J θ̈ + B θ̇ + K θ = r (F_agonist − F_antagonist) + τ
+//! ```
 //!
 //! with θ the joint's angle, positive where the agonist is shorter, F the wires' tensions, r the lever they pull at and τ
 //! what else turns it. A wire cannot push: slack, it pulls with nothing. The wires are held at both ends

@@ -368,6 +368,32 @@ fn is_solved(trial: &Trial, start_theta: f64) -> bool {
 }
 
 impl Wire {
+    /// Moves temperature and phase by what an observer knows better, K and martensite fraction, the phase no further than the
+    /// outer curves allow. The end stays where it is, so that a held wire's stress follows (eq. 23). No energy is booked: it
+    /// is the knowledge that changes. Does nothing to a wire with effects, or for a number that is none.
+    pub fn correct(&mut self, kelvins: f64, martensite: f64) {
+        let c = &self.balance;
+        if c.terms.is_some() || !(kelvins.is_finite() && martensite.is_finite()) {
+            return;
+        }
+        let mut state = self.state;
+        state.temperature += kelvins;
+        let wanted = Fraction::of_martensite((state.fraction.martensite + martensite).clamp(0.0, 1.0));
+        state.fraction = wanted;
+        // the curves move with the stress, and that with the phase: two rounds are within a thousandth of a kelvin
+        for _ in 0..2 {
+            if matches!(c.motion, Motion::Position) {
+                state.stress = c.stress_held(&state.fraction, state.temperature, state.position);
+            }
+            state.theta = state.temperature - c.stress_shift * state.stress;
+            state.fraction = c.hysteresis.clip(wanted, state.theta);
+        }
+        state.resistance = c.resistance(None, &state);
+        self.state = state;
+        self.branch = None;
+        self.theta_rates = [0.0; 2];
+    }
+
     /// What sensors see now, in the on-phase under the supply of the last step.
     pub fn outputs(&self) -> Outputs {
         let mut outputs = self.seen();

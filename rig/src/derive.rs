@@ -106,15 +106,15 @@ fn heat_j(model: &WireModel, temperature_c: f64) -> f64 {
 const TAUT_PA: f64 = 100e6;
 /// Stress in the thinner wire of a joint that is not exceeded by default, in Pa: short of what wears a wire out in a day.
 const MOST_PA: f64 = 500e6;
-/// Damping of a load where nothing is said, in N s/m.
-const DAMPING: f64 = 40.0;
+/// Damping of a joint where nothing is said, as a share of what is critical on its wires at their stiffest.
+const DAMPING: f64 = 0.3;
 
 /// Fills in every computed default of a joint; `given(key)` says what the file gives itself.
 pub(crate) fn fill_joint(joint: &mut Joint, wires: [&WireModel; 2], given: &dyn Fn(&str) -> bool) {
     let area = wires[0].geometry.area_m2().min(wires[1].geometry.area_m2());
     let mechanics = &mut joint.mechanics;
     if !given("damping_n_mm_s") {
-        mechanics.damping_n_m_s = DAMPING * mechanics.radius_m * mechanics.radius_m;
+        mechanics.damping_n_m_s = DAMPING * 2.0 * mechanics.inertia_kg_m2 * mechanics.fastest_rad_s(wires);
     }
     if !given("pretension_n") {
         mechanics.pretension_n = TAUT_PA * area;

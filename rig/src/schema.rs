@@ -363,7 +363,7 @@ pub(crate) static JOINT: Section<Joint> = Section {
             "N mm s",
             MILLI,
             0.0..1e9,
-            Default::Computed("40 N s/m at the lever: 0.04 × `radius_mm`²"),
+            Default::Computed("0.3 of critical damping on both wires at their stiffest"),
             "Damping B, torque per rad/s",
             j.mechanics.damping_n_m_s
         ),

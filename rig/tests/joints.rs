@@ -51,7 +51,9 @@ fn a_joint_is_read_with_its_defaults() {
     let joint = &rig.joints[0];
     let thin = rig.channels[1].model.geometry.area_m2();
     assert_eq!((joint.mechanics.radius_m, joint.mechanics.inertia_kg_m2), (0.008, 2.5e-6));
-    assert!((joint.mechanics.damping_n_m_s - 40.0 * 0.008 * 0.008).abs() < 1e-15);
+    let stiffness: f64 = [0, 1].map(|i| 75e9 * rig.channels[i].model.geometry.area_m2() / 0.16).iter().sum();
+    let critical = 2.0 * (0.008 * 0.008 * stiffness * 2.5e-6_f64).sqrt();
+    assert!((joint.mechanics.damping_n_m_s / (0.3 * critical) - 1.0).abs() < 1e-12);
     assert!((joint.mechanics.pretension_n - 100e6 * thin).abs() < 1e-12);
     assert!((joint.max_tension_n - 500e6 * thin).abs() < 1e-12);
     assert_eq!(joint.min_tension_n, 0.5 * joint.mechanics.pretension_n);
