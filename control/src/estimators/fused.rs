@@ -13,7 +13,8 @@
 //!   for a wire that moves the curve it has to be on. Which of loss, resistivities and curves is to blame for a difference, the
 //!   covariance says.
 //!
-//! Without a length the motion goes on by the model and the resistance; `length_sigma_m` says how far that is to be trusted.
+//! Without a length the motion goes on by the model alone: a kelvin changes the resistance as much as a quarter of a millimetre does,
+//! so that it says nothing of the length that the heat balance does not say better.
 
 use super::{Estimate, Observation};
 use crate::lambda;
@@ -26,6 +27,10 @@ const BIAS_TIME_S: f64 = 0.1;
 const BIAS: (f64, f64) = (0.015, 0.12);
 /// Shorter than that no time has passed, s.
 const SHORTEST_STEP_S: f64 = 1e-9;
+/// Fastest a wire is taken to follow its temperature, 1/s: with a load that hardly damps it, a kelvin of error is half a millimetre.
+const STIFFEST_PER_S: f64 = 20.0;
+/// What is left of the error of a moving wire's excess temperature, in widths 1/k.
+const EXCESS_MODEL: f64 = 0.04;
 /// Longest step that is predicted in one piece, s.
 const LONGEST_STEP_S: f64 = 0.1;
 /// Time over which innovations of the length are averaged, in samples, and the mean (in standard deviations) beyond which the
@@ -247,9 +252,9 @@ impl FusedEstimator {
         (self.map.fraction(x, stress, self.heat.state[T]) / self.strain).clamp(0.0, 1.0)
     }
 
-    /// Velocity by the model, m/s, and by how much it falls per metre, 1/s.
+    /// Velocity by the model, m/s, by how much it falls per metre, 1/s, and what it may be off, m/s.
     #[inline]
-    fn velocity(&self, dt: f64) -> (f64, f64) {
+    fn velocity(&self, dt: f64) -> (f64, f64, f64) {
         let m = &self.map;
         let temperature = self.heat.state[T];
         let stress = m.stress(self.motion.x, 0.0);
@@ -264,12 +269,12 @@ impl FusedEstimator {
         } else if below < 0.0 && !self.is_cold(below, fraction, s) {
             (below, m.cooling_width)
         } else {
-            return (m.thermal_expansion(fraction) * self.rate, 0.0);
+            return (m.thermal_expansion(fraction) * self.rate, 0.0, 0.0);
         };
         let branch = m.branch(fraction, s);
-        let (slope, drag) = (branch.kelvin_per_metre(width), branch.drag(width));
-        let k = slope / (drag + slope * dt);
-        (-excess * k / slope + m.thermal_expansion(fraction) * self.rate, k)
+        let slope = branch.kelvin_per_metre(width);
+        let k = slope / (branch.drag(width).max(slope / STIFFEST_PER_S) + slope * dt);
+        (-excess * k / slope + m.thermal_expansion(fraction) * self.rate, k, EXCESS_MODEL * width * k / slope)
     }
 
     /// Takes one cycle in.
@@ -403,12 +408,12 @@ impl FusedEstimator {
             self.seen = true;
             return 0.0;
         }
-        let (velocity, falls) = self.velocity(dt);
+        let (velocity, falls, doubt) = self.velocity(dt);
         let follows = dt / (dt + self.inertia_s).max(SHORTEST_STEP_S);
         let m = &mut self.motion;
         m.model += follows * (velocity - m.model);
         let velocity = m.model;
-        let spread = BIAS.0 * self.cooling_speed + BIAS.1 * (velocity + m.bias).abs();
+        let spread = BIAS.0 * self.cooling_speed + BIAS.1 * (velocity + m.bias).abs() + doubt;
         // twelve samples on the same side: then the bias may be anything up to the velocity that explains it
         let lost = ((self.astray.abs() - LOST.1) / LOST.1).clamp(0.0, 1.0);
         let spread = spread + lost * 0.5 * self.cooling_speed;
@@ -428,31 +433,8 @@ impl FusedEstimator {
             m.correct(surprise, 1.0, variance);
         } else {
             self.astray = 0.0;
-            self.follow_resistance(seen.resistance_ohm, dt);
         }
         velocity + self.motion.bias
-    }
-
-    /// The length from the resistance of the whole wire, where nothing better is there: eq. 39 with the resistivity of the
-    /// phase that belongs to the length.
-    #[inline]
-    fn follow_resistance(&mut self, resistance: f64, dt: f64) {
-        let (m, heat) = (&self.map, &self.heat);
-        if !(resistance > 0.0 && resistance.is_finite()) {
-            return;
-        }
-        let temperature = heat.state[T];
-        let at = |x: f64| {
-            let stress = m.stress(x, 0.0);
-            let fraction = self.fraction_at(x, stress);
-            let (rho, slope) = m.resistivity(fraction, temperature, (heat.state[RHO_A], heat.state[RHO_M]));
-            (rho * (m.length + x) * m.per_area, slope / rho)
-        };
-        let step = 1e-3 * m.strain * m.length;
-        let ((here, warmth), (there, _)) = (at(self.motion.x), at(self.motion.x + step));
-        let slope = (there - here) / (step * here);
-        let doubt = warmth * warmth * heat.covariance[T][T] + RESISTIVITY_MODEL * RESISTIVITY_MODEL;
-        self.motion.correct(resistance / here - 1.0, slope, doubt * MODEL_TIME_S / dt.max(1e-6));
     }
 
     #[inline]
