@@ -24,7 +24,7 @@ pub use joint::{JointDemand, JointEstimate, JointLaw, JointObserver, JointSettin
 pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{
     CONSTANT_SLOPE_PER_K, InputOutputLinearised, Law, Pid, PidGains, Priming, Relay, SlidingMode1, SlidingMode2, Slope,
-    TimeOptimal, VelocityServo,
+    TensionLimits, TimeOptimal, VelocityServo,
 };
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
 pub use reach::{Holding, Limits, Reach, ReachConfig, Shares};

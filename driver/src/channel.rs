@@ -2,7 +2,7 @@
 
 use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Demand, EnthalpyObserver, Estimate, EstimatorKind, Modulation, Observation,
-    PidGains, Priming, Settings, StateEstimator, StrokeRange,
+    PidGains, Priming, Settings, StateEstimator, StrokeRange, TensionLimits,
 };
 use sinew_ipc::{ChannelState, Fault};
 use sinew_physics::{Convection, DriveKind, Load, WireModel};
@@ -88,6 +88,8 @@ pub struct Channel {
     /// Whether the last setpoint's lease ran out and nothing took its place; until the next command.
     pub(crate) lapsed: bool,
     regulator: Algorithm,
+    /// What holds the tension within its limits, where there are any.
+    tension: Option<TensionLimits>,
     /// Whether the regulator was in charge in the last cycle: else it starts afresh.
     regulating: bool,
     min_duty: f64,
@@ -183,6 +185,7 @@ impl Channel {
             source: Source::Nobody,
             lapsed: false,
             regulator: Algorithm::new(model, &settings),
+            tension: TensionLimits::new(model, limits.min_force_n, limits.max_force_n),
             regulating: false,
             min_duty: channel.control.minimum_duty,
             max_duty: limits.max_duty,
@@ -304,7 +307,13 @@ impl Channel {
             }
         };
         self.regulating = regulating;
-        wanted
+        // Off is off: what nobody wants moved is not kept taut either.
+        match (&mut self.tension, permit, self.target) {
+            (Some(tension), Permit::Power, Target::Length(_) | Target::Force(_) | Target::Duty(_)) => {
+                tension.limit(wanted, &self.estimate).max(self.min_duty).min(self.max_duty)
+            }
+            _ => wanted,
+        }
     }
 
     /// The duty a wire of a joint gets while `regulated` is what the joint's law wants of it; `None` where that is not in
@@ -337,7 +346,8 @@ impl Channel {
             let off_target_m = (self.motion.length_m - self.target_m()).abs();
             self.flags |= if off_target_m <= self.settled_m { ChannelState::FLAG_SETTLED } else { 0 };
         }
-        self.flags |= if self.duty < wanted { ChannelState::FLAG_LIMITED } else { 0 };
+        let limited = self.target != Target::Idle && self.tension.as_ref().is_some_and(TensionLimits::is_limited);
+        self.flags |= if self.duty < wanted || limited { ChannelState::FLAG_LIMITED } else { 0 };
     }
 
     /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.

@@ -118,7 +118,7 @@ impl ChannelState {
     pub const FLAG_SATURATED: u32 = 1;
     /// The target has been reached.
     pub const FLAG_SETTLED: u32 = 1 << 1;
-    /// The supervisor holds the duty below what the controller asks for.
+    /// A limit of power, duty or tension holds the duty from what the controller asks for.
     pub const FLAG_LIMITED: u32 = 1 << 2;
 
     /// Of a channel nothing is known about.

@@ -357,6 +357,15 @@ impl Reader<'_> {
             );
             self.problem(line, Some(label), format!("load.{key}"), What::Contradiction { message });
         }
+        for key in ["minimum_force_n", "maximum_force_n"] {
+            if let Some(line) = given.get(&("limits", key)) {
+                let message = format!(
+                    "makes no sense: the tension of a joint's wires is limited by joint \"{}\"; use its minimum_tension_n and maximum_tension_n",
+                    joint.name
+                );
+                self.problem(*line, Some(label), format!("limits.{key}"), What::Contradiction { message });
+            }
+        }
         // Said once.
         given.retain(|(table, _), _| *table != "load");
         channel.model.load = LOAD_IN_JOINT;
@@ -554,6 +563,16 @@ impl Reader<'_> {
             contradiction(
                 &[("limits", "maximum_temperature_c")],
                 format!("is {hottest}, expected more than the ambient temperature, {ambient}"),
+            );
+        }
+        if let (Some(least), Some(most)) = (limits.min_force_n, limits.max_force_n)
+            && least >= most
+        {
+            contradiction(
+                &[("limits", "minimum_force_n"), ("limits", "maximum_force_n")],
+                format!(
+                    "leaves no tension: minimum_force_n is {least}, maximum_force_n {most}; expected the minimum below the maximum"
+                ),
             );
         }
         if limits.lease_s > limits.max_lease_s {
@@ -963,6 +982,8 @@ fn blank_channel(ambient_c: f64) -> Channel {
             energy_budget_j: f64::NAN,
             energy_drain_w: f64::NAN,
             lease_s: f64::NAN,
+            min_force_n: None,
+            max_force_n: None,
             max_lease_s: f64::NAN,
         },
         control: Control {

@@ -1084,6 +1084,24 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "Rate at which the energy account empties",
                 c.limits.energy_drain_w
             ),
+            optional_number!(
+                "minimum_force_n",
+                "N",
+                SAME,
+                0.0..1e5,
+                Default::Computed("none"),
+                "Anti-slack: below this tension, reckoned from the load, the wire is heated; not in a joint. No fault",
+                c.limits.min_force_n
+            ),
+            optional_number!(
+                "maximum_force_n",
+                "N",
+                SAME,
+                0.0..1e5,
+                Default::Computed("none"),
+                "Anti-overload: above this tension, reckoned from the load, it is not heated; not in a joint. No fault",
+                c.limits.max_force_n
+            ),
             number!(
                 "default_hold_s",
                 "s",

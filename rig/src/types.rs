@@ -210,6 +210,10 @@ pub struct Limits {
     pub energy_budget_j: f64,
     /// The rate at which the energy account empties, in W.
     pub energy_drain_w: f64,
+    /// Tension, reckoned from the load, below which the wire is heated, in N; `None` = no limit.
+    pub min_force_n: Option<f64>,
+    /// Tension, reckoned from the load, above which it is not heated, in N; `None` = no limit.
+    pub max_force_n: Option<f64>,
     /// Lease of a command that names none, in s.
     pub lease_s: f64,
     /// Longest lease a command may ask for, in s.

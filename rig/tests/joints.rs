@@ -141,6 +141,18 @@ fn every_mistake_has_its_line_and_its_remedy() {
         "radius_mm = nan ",
         "rig.toml:25: joint.radius_mm is nan, expected a number, 0.01 to 10000",
     );
+    says(
+        "drive = { supply_v = 6.0 }\n\n[[channel]]\nname = \"third\"",
+        "drive = { supply_v = 6.0 }\nlimits = { maximum_force_n = 2.0 }\n\n[[channel]]\nname = \"third\"",
+        "rig.toml:14: channel \"extensor\": limits.maximum_force_n makes no sense: the tension of a joint's wires is limited \
+         by joint \"knee\"; use its minimum_tension_n and maximum_tension_n",
+    );
+    says(
+        "load = { mass_kg = 0.1 }",
+        "load = { mass_kg = 0.1 }\nlimits = { minimum_force_n = 3.0, maximum_force_n = 2.0 }",
+        "rig.toml:20: channel \"third\": limits.minimum_force_n leaves no tension: minimum_force_n is 3, maximum_force_n 2; \
+         expected the minimum below the maximum",
+    );
     let error = of(&PAIR.replace("[[joint]]", "[joint]"));
     let expected =
         "rig.toml:21: joint is a single table [joint], expected an array of tables: [[joint]], with two brackets";

@@ -214,3 +214,41 @@ fn a_cycle_does_not_allocate() {
     bench.follow(1.0, 1.5, 0.1);
     assert_eq!(calls_of_this_thread(), before);
 }
+
+/// A limit of the tension stands above whatever is asked for, and shows.
+#[test]
+fn tension_limits_hold_against_any_command() {
+    let text = "[rig]\nname = \"limits\"\n\n[[channel]]\nname = \"wire\"\nwire = { diameter_mm = 0.125, length_mm = 160.0 }\n\
+                taps = { ls_mm = 150.0 }\ndrive = { supply_v = 6.0, shunt_ohm = 0.1 }\n\
+                load = { mass_kg = 0.1, spring_n_per_m = 300.0, preload_n = 3.0 }\n\
+                limits = { minimum_force_n = 1.2, maximum_force_n = 2.0 }\n";
+    let rig = Rig::parse(text, "limits.toml").unwrap_or_else(|e| panic!("{e}"));
+    let mut backend = SimulatedRig::new(&rig).unwrap();
+    let mut engine = Engine::new(&rig, None).unwrap();
+    backend.start().unwrap();
+    let (mut duty, mut samples, mut state) = ([0.0], [Sample::NONE], Snapshot::new(1));
+    let stroke = engine.channels()[0].stroke_range();
+    for (ask, low, high) in [
+        (Ask::Length(stroke.hot_m), 1.8, 2.2),
+        (Ask::Duty(0.5), 1.8, 2.2),
+        (Ask::Length(stroke.cold_m), 1.0, 1.45),
+        (Ask::Off, 0.85, 1.0),
+    ] {
+        let mut limited = false;
+        for tick in 0..8000_u64 {
+            let exchanged = backend.exchange(&duty, &mut samples);
+            let now_ns = tick * 1_000_000;
+            if tick == 20 {
+                engine.take(&Order { ticket: 0, channel: 0, ask, hold_ns: u64::MAX }, now_ns);
+            }
+            engine.cycle(Beat { now_ns, missed: 0 }, exchanged, &samples, &mut duty, |_| {});
+            engine.describe(now_ns, DriverState::Running, &mut state);
+            if tick > 6000 {
+                let force_n = backend.truth(0).unwrap().force_n;
+                assert!((low..high).contains(&force_n), "{ask:?}: {force_n} N");
+                limited |= state.channel[0].flags & ChannelState::FLAG_LIMITED != 0;
+            }
+        }
+        assert_eq!(limited, ask != Ask::Off, "{ask:?}");
+    }
+}

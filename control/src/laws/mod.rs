@@ -9,6 +9,7 @@ mod relay;
 mod servo;
 mod sliding;
 mod sliding_first_order;
+mod tension;
 
 pub use linearised::{CONSTANT_SLOPE_PER_K, InputOutputLinearised, Slope};
 pub use optimal::TimeOptimal;
@@ -20,3 +21,4 @@ pub(crate) use servo::Schedule;
 pub use servo::VelocityServo;
 pub use sliding::{Law, SlidingMode2};
 pub use sliding_first_order::SlidingMode1;
+pub use tension::TensionLimits;
