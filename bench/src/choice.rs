@@ -34,6 +34,11 @@ impl Choice {
         all
     }
 
+    /// What a joint has: its one law and one observer, whatever its channels' words say; see docs/control.md.
+    pub fn of_joint() -> Choice {
+        Choice { controller: "joint".into(), estimator: "joint".into(), sensing: "dual".into() }
+    }
+
     /// The same with other words; `None` leaves one as it is.
     #[must_use]
     pub fn with(&self, controller: Option<&str>, estimator: Option<&str>, sensing: Option<&str>) -> Choice {

@@ -37,6 +37,7 @@ pub fn page(answer: &Answer, ran: &[Ran]) -> String {
         Section::new("sines", "Sines", sines(&view)),
         Section::new("estimates", "Estimates", estimates(&view)),
         Section::new("misjudged", "Misjudged", misjudged(&view)),
+        Section::new("joints", "Joints", joints(answer)),
         Section::new("sensing", "Sensing", measured(&answer.sensing)),
         Section::new("bound", "Bound", bound()),
         Section::new("rows", "Rows", rows(answer)),
@@ -296,7 +297,7 @@ fn optional(value: Option<f64>, decimals: usize) -> String {
 fn winner(view: &View<'_>) -> Markup {
     let answer = view.answer;
     let Some(best) = answer.winner() else {
-        return html! { section #answer { h1 { "No row was run" } } };
+        return html! { section #answer { h1 { "Nothing was ranked" } p { "None of the rows is on a plant that counts." } } };
     };
     let default = &answer.default;
     let is_default = (&best.controller, &best.estimator, &best.sensing)
@@ -654,6 +655,51 @@ fn misjudged(view: &View<'_>) -> Markup {
                                     tr {
                                         th scope="row" { code { (about.plant) } br; small.muted { (about.about) } }
                                         @for law in &laws { (cell(on(law, about.plant))) }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Two wires that turn a joint against each other.
+fn joints(answer: &Answer) -> Markup {
+    let pairs: Vec<&Row> = answer.rows.iter().filter(|row| row.family == Family::Pair).collect();
+    let about = |row: &Row| {
+        answer.plants.iter().find(|about| about.plant == row.plant).map(|about| about.about).unwrap_or_default()
+    };
+    html! {
+        section #joints {
+            h2 { "Two wires on a joint" }
+            @if pairs.is_empty() {
+                p.muted { "Not in this run." }
+            } @else {
+                p {
+                    "What pulls the lone wire long again is its load, as fast as the air cools it. On a joint the other wire pulls: with the joint's own law, at the same sines, in % of the agonist's stroke. "
+                    "No bound is known here, and none of it is in the ranking."
+                }
+                div.scroll {
+                    table {
+                        thead {
+                            tr {
+                                th scope="col" rowspan="2" { "pair" } th.n scope="colgroup" colspan=(FREQUENCIES_HZ.len()) { "RMS error on sines, %" }
+                                th.n scope="col" rowspan="2" { "steady" br; "RMS, %" } th.n scope="col" rowspan="2" { "over-" br; "shoot, %" }
+                                th.n scope="col" rowspan="2" { "draught:" br; "moved, %" } th.n scope="col" rowspan="2" { "tempera-" br; "ture, K" } th.n scope="col" rowspan="2" { "energy" br; "J" }
+                            }
+                            tr { @for f in FREQUENCIES_HZ { th.n scope="col" { (f) " Hz" } } }
+                        }
+                        tbody {
+                            @for row in &pairs {
+                                @if let Some(f) = &row.figures {
+                                    tr {
+                                        th scope="row" { code { (row.plant) } br; small.muted { (about(row)) } }
+                                        @for value in &f.tracking_percents { td.n { (percent(*value)) } }
+                                        td.n { (percent(f.steady_rms_percent)) } td.n { (percent(f.overshoot_percent)) }
+                                        td.n { (percent(f.draught.deviation_percent)) } td.n { (fixed(f.draught.temperature_error_k, 1)) } td.n { (fixed(f.energy_j, 1)) }
                                     }
                                 }
                             }

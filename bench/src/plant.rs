@@ -19,6 +19,8 @@ pub enum Family {
     Misjudged,
     /// As the thesis ran it, for its findings.
     Thesis,
+    /// Two wires that turn a joint against each other, under the joint's own law.
+    Pair,
 }
 
 /// A wire in its load, behind its supply and converter, with a driver's beliefs about it.
@@ -89,7 +91,12 @@ const fn thesis(name: &'static str, about: &'static str) -> Plant {
     }
 }
 
-static ALL: [Plant; 30] = [
+/// Two wires of 160 mm on a joint of 8 mm radius.
+const fn pair(name: &'static str, about: &'static str, diameter_mm: f64, supply_v: f64) -> Plant {
+    Plant { name, about, family: Family::Pair, diameter_mm, supply_v, ..FIGURE }
+}
+
+static ALL: [Plant; 33] = [
     FIGURE,
     Plant { name: "rate_5khz", about: "the figure's wire at 5 kHz", rate_hz: 5000.0, ..FIGURE },
     Plant { name: "load_100gf", about: "the figure's wire with half the load", mass_kg: 0.1, ..FIGURE },
@@ -185,6 +192,9 @@ static ALL: [Plant; 30] = [
         rate_hz: 200.0,
         ..thesis("thesis_noisy", "the same with noise, at the 200 Hz of chapter 11's experiment")
     },
+    pair("pair_thick", "two wires of the figures' size on a joint", 0.125, 9.0),
+    pair("pair", "two wires of 0.05 mm × 160 mm on a joint", 0.05, 12.0),
+    pair("pair_thin", "two wires of 0.025 mm × 160 mm on a joint", 0.025, 24.0),
 ];
 
 fn shift(model: &mut WireModel, kelvin: f64) {
@@ -214,6 +224,9 @@ impl Plant {
     /// # Errors
     /// [`Error::Rig`] where the rig file does not allow the choice on this plant.
     pub fn believed(&self, choice: &Choice, seed: u64) -> Result<Rig, Error> {
+        if self.family == Family::Pair {
+            return self.pair(seed);
+        }
         let taps_mm = 0.9375 * self.length_mm;
         let Plant { rate_hz, diameter_mm, length_mm, supply_v, mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = self;
         let (preload_n, power_w, control) = (mass_kg * GRAVITY, self.max_power_w, choice.table());
@@ -233,6 +246,27 @@ impl Plant {
              [channel.load]\nmass_kg = {mass_kg:?}\ndamping_n_s_per_m = {damping_n_s_per_m:?}\n\
              spring_n_per_m = {spring_n_per_m:?}\npreload_n = {preload_n:?}\n\n\
              [channel.control]\n{control}{more}\n\n[simulation]\nseed = {seed}\npace = \"as_fast_as_possible\"\n",
+        );
+        Rig::parse(&text, self.name).map_err(|error| Error::Rig(error.to_string()))
+    }
+
+    /// Two such wires on a joint.
+    fn pair(&self, seed: u64) -> Result<Rig, Error> {
+        let Plant { rate_hz, diameter_mm, length_mm, supply_v, .. } = self;
+        let taps_mm = 0.9375 * length_mm;
+        let channel = |name: &str| {
+            format!(
+                "[[channel]]\nname = \"{name}\"\nwire = {{ diameter_mm = {diameter_mm:?}, length_mm = {length_mm:?} }}\n\
+                 taps = {{ l0_mm = 0.0, ls_mm = {taps_mm:?} }}\n\
+                 drive = {{ supply_v = {supply_v:?}, shunt_ohm = 0.1, switch_ohm = 0.02 }}\n\n"
+            )
+        };
+        let text = format!(
+            "[rig]\nname = \"bench\"\nrate_hz = {rate_hz:?}\n\n{}{}[[joint]]\nname = \"joint\"\nagonist = \"flexor\"\n\
+             antagonist = \"extensor\"\nradius_mm = 8.0\ninertia_kg_mm2 = 2.5\n\n\
+             [simulation]\nseed = {seed}\npace = \"as_fast_as_possible\"\n",
+            channel("flexor"),
+            channel("extensor")
         );
         Rig::parse(&text, self.name).map_err(|error| Error::Rig(error.to_string()))
     }

@@ -199,7 +199,13 @@ pub fn row(plant: &Plant, choice: &Choice, seeds: &[u64], with_traces: bool) -> 
     let mut outcomes = Vec::new();
     let mut refused = None;
     for (index, &seed) in seeds.iter().enumerate() {
-        match outcome(plant, choice, seed, index == 0, traces.as_mut().filter(|_| index == 0)) {
+        match outcome(
+            plant,
+            choice,
+            seed,
+            index == 0 && plant.family != Family::Pair,
+            traces.as_mut().filter(|_| index == 0),
+        ) {
             Ok(outcome) => outcomes.push(outcome),
             Err(error) => refused = Some(error.to_string()),
         }

@@ -69,7 +69,17 @@ impl Plan {
 
     /// How many rows it has.
     pub fn rows(&self) -> usize {
-        self.plants.len() * self.choices.len()
+        self.cases().len()
+    }
+
+    /// Every choice on every plant; a joint has the one law that is its own.
+    fn cases(&self) -> Vec<(&'static Plant, Choice)> {
+        let plants = self.plants.iter().filter_map(|name| Plant::named(name));
+        let on = |plant: &'static Plant| match plant.family {
+            Family::Pair => vec![(plant, Choice::of_joint())],
+            _ => self.choices.iter().map(|choice| (plant, choice.clone())).collect(),
+        };
+        plants.flat_map(on).collect()
     }
 }
 
@@ -84,9 +94,7 @@ pub struct Ran {
 
 /// Runs a plan, on as many threads as the caller's pool of rayon has; `progress` gets how many rows are done.
 pub fn run(plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Vec<Ran> {
-    let plants = plan.plants.iter().filter_map(|name| Plant::named(name));
-    let cases: Vec<(&Plant, &Choice)> =
-        plants.flat_map(|plant| plan.choices.iter().map(move |choice| (plant, choice))).collect();
+    let cases = plan.cases();
     let done = AtomicUsize::new(0);
     cases
         .par_iter()

@@ -1,4 +1,5 @@
-//! A driver and its simulated rig in lockstep: no clock, no thread, one cycle a call.
+//! A driver and its simulated rig in lockstep: no clock, no thread, one cycle a call. The rig is one wire in its load, or two on
+//! a joint, of which the agonist is commanded and looked at.
 
 use std::fmt;
 
@@ -43,13 +44,16 @@ pub struct Moment {
     pub surface: f64,
 }
 
-/// A driver of one wire, and the wire.
+/// What a session can drive: how many channels with how many joints.
+const WHOLE: [(usize, usize); 2] = [(1, 0), (2, 1)];
+
+/// A driver, and its wire or pair of wires.
 #[derive(Debug)]
 pub struct Session {
     engine: Engine,
     rig: SimulatedRig,
-    samples: [Sample; 1],
-    duty: [f64; 1],
+    samples: Vec<Sample>,
+    duty: Vec<f64>,
     cycles: u64,
     period_s: f64,
     model: WireModel,
@@ -66,19 +70,21 @@ impl Session {
     pub fn new(believed: &Rig, truth: &Rig) -> Result<Session, Error> {
         let engine = Engine::new(believed, None).map_err(|error| Error::Rig(error.to_string()))?;
         let mut rig = SimulatedRig::new(truth).map_err(|error| Error::Rig(error.to_string()))?;
-        let ([channel], [_]) = (&believed.channels[..], &truth.channels[..]) else {
-            return Err(Error::Rig(format!("one channel expected, {} found", believed.channels.len())));
+        let counts = [believed, truth].map(|rig| (rig.channels.len(), rig.joints.len()));
+        let (Some(channel), true) = (believed.channels.first(), counts[0] == counts[1] && WHOLE.contains(&counts[0]))
+        else {
+            return Err(Error::Rig(format!("one wire or one joint expected, twice the same, {counts:?} found")));
         };
         let max_duty = channel.limits.max_duty;
         rig.start().map_err(|error| Error::Rig(error.to_string()))?;
         Ok(Session {
             engine,
             rig,
-            samples: [Sample::NONE],
-            duty: [0.0],
+            samples: vec![Sample::NONE; believed.channels.len()],
+            duty: vec![0.0; believed.channels.len()],
             cycles: 0,
             period_s: 1.0 / believed.rate_hz,
-            model: truth.channels[0].model.clone(),
+            model: truth.nominal_model(0),
             fault: None,
             max_duty,
         })
@@ -129,13 +135,16 @@ impl Session {
         self.max_duty
     }
 
-    /// Electrical energy put into the wire since the start, J.
+    /// Electrical energy put into all wires since the start, J.
     pub fn energy_j(&self) -> f64 {
-        self.rig.energy(0).map_or(0.0, |energy| energy.heat_in_j)
+        (0..self.duty.len()).filter_map(|channel| self.rig.energy(channel)).map(|energy| energy.heat_in_j).sum()
     }
 
-    /// Changes the world around the wire from now on.
+    /// Changes the world around the wires from now on; a pull pulls the commanded one.
     pub fn disturb(&mut self, world: &World) {
+        for channel in 1..self.duty.len() {
+            self.rig.disturb(channel, &World { pull_n: 0.0, ..*world });
+        }
         self.rig.disturb(0, world);
     }
 

@@ -111,7 +111,19 @@ fn a_page_has_its_sections_and_fetches_nothing() {
     let ran = run(&plan, &|_| ());
     let answer = Answer::of(&plan, &ran, no_sensing(), Vec::new(), "sinew bench control <test>".into());
     let page = page(&answer, &ran);
-    for id in ["ranking", "findings", "steps", "sines", "estimates", "misjudged", "sensing", "bound", "rows", "again"] {
+    for id in [
+        "ranking",
+        "findings",
+        "steps",
+        "sines",
+        "estimates",
+        "misjudged",
+        "joints",
+        "sensing",
+        "bound",
+        "rows",
+        "again",
+    ] {
         assert!(page.contains(&format!("href=\"#{id}\"")) && page.contains(&format!("id=\"{id}\"")), "{id}");
     }
     assert!(page.contains("sinew bench control &lt;test&gt;") && !page.contains("<script") && !page.contains("http:"));
@@ -157,4 +169,16 @@ fn a_slow_sine_can_be_followed_and_a_quick_one_cannot() {
     };
     let (slow, quick) = (least(0.4), least(1.0));
     assert!(slow < 0.02 && quick > 0.04 && quick < 0.25 / 8f64.sqrt(), "{slow} {quick}");
+}
+
+/// The joint's own law on the plant the bench has for it: at 1 Hz two thin wires do what one cannot.
+#[test]
+fn a_pair_follows_what_a_lone_wire_cannot() {
+    let plan = only(&["pair"], &[], &[]);
+    assert_eq!(plan.rows(), 1);
+    let row = run(&plan, &|_| ()).remove(0).row;
+    let figures = row.figures.as_ref().unwrap_or_else(|| panic!("{row:?}"));
+    assert!(figures.faults.is_empty(), "{row:?}");
+    assert!(figures.tracking_percent(1.0) < 0.4, "{:?}", figures.tracking);
+    assert!(figures.bound_up_s.is_none(), "no bound is known for two wires");
 }
