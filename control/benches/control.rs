@@ -2,10 +2,10 @@
 
 use divan::{Bencher, black_box};
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator,
-    default_lambda,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, JointDemand, JointLaw, JointObserver,
+    JointSettings, Observation, Settings, StateEstimator, default_lambda,
 };
-use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material, WireModel};
+use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Joint, JointMotion, Load, Material, WireModel};
 
 fn main() {
     divan::main();
@@ -90,4 +90,70 @@ fn fused_and_time_optimal(bencher: Bencher) {
 #[divan::bench]
 fn lambda_by_default() -> f64 {
     default_lambda(black_box(&wire()), 3.0).value
+}
+
+/// A joint's whole cycle: what both wires cost together, on what a simulated pair measured while it followed 1 Hz.
+#[divan::bench]
+fn joint(bencher: Bencher) {
+    let told = WireModel {
+        geometry: Geometry { diameter_m: 0.05e-3, length_m: 0.16 },
+        drive: Drive { supply_v: 12.0, ..wire().drive },
+        load: Load::ImposedPosition,
+        ..wire()
+    };
+    let area = told.geometry.area_m2();
+    let joint = Joint {
+        radius_m: 8e-3,
+        inertia_kg_m2: 2.5e-6,
+        damping_n_m_s: 3.3e-4,
+        spring_n_m: 0.0,
+        torque_n_m: 0.0,
+        pretension_n: 100e6 * area,
+    };
+    let nominal = WireModel { load: joint.nominal_load(), ..told.clone() };
+    let settings = JointSettings {
+        joint,
+        minimum_tension_n: 50e6 * area,
+        tension_n: 200e6 * area,
+        maximum_tension_n: 500e6 * area,
+        minimum_duty: [0.02; 2],
+        maximum_duty: [1.0; 2],
+    };
+    let mut motion = JointMotion::new(&joint, [&told, &told]).expect("a valid joint");
+    let mut wires = [0, 1].map(|side| motion.wire(side, &told).expect("a valid wire"));
+    let mut observer = JointObserver::new(&joint, [&nominal, &nominal]).expect("a valid joint");
+    let mut law = JointLaw::new([&nominal, &nominal], &settings).expect("a valid joint");
+    let demand = |tick: usize, estimate| JointDemand {
+        reference_rad: 0.1 * (tick as f64 * 1e-3 * std::f64::consts::TAU).sin(),
+        tension_n: f64::NAN,
+        dt_s: 1e-3,
+        estimate,
+    };
+    let mut duty = [0.02; 2];
+    let mut seen = Vec::new();
+    for tick in 0..6000 {
+        let inputs = duty.map(|duty| Inputs { drive: duty, ..told.rest_inputs() });
+        let [agonist, antagonist] = &mut wires;
+        motion.step([agonist, antagonist], [&inputs[0], &inputs[1]], 0.0, 1e-3);
+        let noise = 30e-6 * (f64::from((tick as u32).wrapping_mul(2_654_435_761) >> 16) / 32768.0 - 1.0);
+        let both = [0, 1].map(|side| Observation {
+            power_w: f64::NAN,
+            duty: duty[side],
+            length_m: 0.16 + wires[side].position_m() + noise,
+            length_sigma_m: 20e-6,
+            resistance_ohm: wires[side].resistance_ohm(),
+            tension_n: f64::NAN,
+            dt_s: 1e-3,
+        });
+        duty = law.duties(&demand(tick, observer.update([&both[0], &both[1]])));
+        seen.push(both);
+    }
+    bencher.counter(divan::counter::ItemsCount::new(1000_usize)).bench_local(|| {
+        let mut sum = 0.0;
+        for (tick, both) in seen[5000..].iter().enumerate() {
+            let estimate = observer.update(black_box([&both[0], &both[1]]));
+            sum += law.duties(&demand(tick, estimate))[0];
+        }
+        sum
+    });
 }

@@ -84,6 +84,11 @@ impl Loop {
 
     /// One period towards an angle, rad.
     fn step(&mut self, reference_rad: f64) {
+        self.step_with(reference_rad, f64::NAN);
+    }
+
+    /// One period towards an angle, rad, and a tension, N.
+    fn step_with(&mut self, reference_rad: f64, tension_n: f64) {
         let inputs = self.duty.map(|duty| Inputs { drive: duty, ..self.truth.rest_inputs() });
         let before = self.wires.each_ref().map(|wire| wire.energy().heat_in_j);
         let [agonist, antagonist] = &mut self.wires;
@@ -102,7 +107,7 @@ impl Loop {
             }
         });
         let estimate = self.observer.update([&seen[0], &seen[1]]);
-        self.duty = self.law.duties(&JointDemand { reference_rad, dt_s: DT, estimate });
+        self.duty = self.law.duties(&JointDemand { tension_n, reference_rad, dt_s: DT, estimate });
         self.estimate = Some(estimate);
     }
 
@@ -157,6 +162,34 @@ fn tension_and_temperatures_are_believed_right_without_a_force_sensor() {
     }
     let (kelvins, share) = ((kelvins / count).sqrt(), (newtons / count).sqrt());
     assert!(kelvins < 1.5 && share < 0.05, "{kelvins} K, {share} of the tension");
+}
+
+/// Closed loop on a tension that nobody measures: true tension against what was asked for, and what it costs the angle.
+#[test]
+fn a_standing_joint_takes_the_tension_asked_for() {
+    let told = model(0.05, 12.0);
+    let area = told.geometry.area_m2();
+    for share in [-0.2, 0.0, 0.2] {
+        let mut joint = Loop::new(&told, told.clone(), 30e-6);
+        let reference = share * joint.stroke;
+        (0..4000).for_each(|_| joint.step(reference));
+        for mpa in [150.0, 300.0, 400.0, 200.0] {
+            let asked = mpa * 1e6 * area;
+            (0..9000).for_each(|_| joint.step_with(reference, asked));
+            let (mut worst, mut off) = (0.0_f64, 0.0_f64);
+            for _ in 0..1000 {
+                joint.step_with(reference, asked);
+                worst = worst.max((joint.wires[0].tension_n() / asked - 1.0).abs());
+                off = off.max(((joint.motion.angle_rad() - reference) / joint.stroke).abs());
+            }
+            println!(
+                "{share}: {mpa} MPa: tension off {worst:.3}, angle {off:.4} est {:.3} true {:.3}",
+                joint.estimate.unwrap().tension_n[0] / asked,
+                joint.wires[0].tension_n() / asked
+            );
+            assert!(worst < 0.12 && off < 0.035, "{share}: {mpa} MPa: tension off {worst}, angle {off}");
+        }
+    }
 }
 
 /// Latent heat, convection and transformation temperatures are never those of the rig file.
@@ -216,7 +249,7 @@ fn two_cold_wires_are_known_to_be_slack() {
         estimate = joint.observer.update([&seen, &seen]);
     }
     assert!(estimate.is_slack && estimate.slack_m > 1e-3, "{estimate:?}");
-    let demand = JointDemand { reference_rad: 0.0, dt_s: DT, estimate };
+    let demand = JointDemand { tension_n: f64::NAN, reference_rad: 0.0, dt_s: DT, estimate };
     let duties = joint.law.duties(&demand);
     assert!(duties.iter().all(|duty| *duty > 0.05) && joint.law.is_limited(), "both are warmed: {duties:?}");
 }
@@ -229,7 +262,7 @@ fn nothing_is_heated_at_the_tension_limit() {
     let mut estimate = joint.estimate.unwrap();
     estimate.tension_n = [2.0; 2];
     for reference_rad in [-0.3, 0.0, 0.3] {
-        let duties = joint.law.duties(&JointDemand { reference_rad, dt_s: DT, estimate });
+        let duties = joint.law.duties(&JointDemand { tension_n: f64::NAN, reference_rad, dt_s: DT, estimate });
         assert_eq!(duties, [0.02; 2]);
         assert!(joint.law.is_limited());
     }
@@ -254,8 +287,8 @@ proptest! {
                 prop_assert!(wire.temperature_c.is_finite() && (0.0..=1.0).contains(&wire.martensite), "{wire:?}");
             }
             for demand in [
-                JointDemand { reference_rad, dt_s, estimate },
-                JointDemand { reference_rad: 0.1, dt_s: DT, estimate },
+                JointDemand { tension_n: f64::NAN, reference_rad, dt_s, estimate },
+                JointDemand { tension_n: f64::NAN, reference_rad: 0.1, dt_s: DT, estimate },
             ] {
                 let duties = joint.law.duties(&demand);
                 prop_assert!(duties.iter().all(|duty| (0.02..=1.0).contains(duty)), "{duties:?}");

@@ -363,6 +363,14 @@ impl Channel {
         self.guard.trip(fault)
     }
 
+    /// The length it is told to keep, or else the one it has, m.
+    pub(crate) fn wanted_or_present_m(&self) -> f64 {
+        match self.target {
+            Target::Length(length_m) | Target::Force(length_m) => length_m,
+            _ => self.motion.length_m,
+        }
+    }
+
     /// Takes a target from somebody.
     #[inline]
     pub(crate) fn obey(&mut self, target: Target, source: Source) {

@@ -17,7 +17,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use rtrb::{Consumer, Producer};
-use sinew_control::{StrokeRange, length_for_force};
+use sinew_control::{JointLaw, StrokeRange, length_for_force};
 use sinew_ipc::{ALL_CHANNELS, Command, CommandKind, CommandServer, Fault, Outcome, Reply, Request};
 use sinew_physics::WireModel;
 use sinew_rig::Rig;
@@ -39,6 +39,8 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct ChannelRules {
     model: WireModel,
+    /// Least and most tension that may be asked for in its joint, N; `None` where it has a load of its own.
+    joint_tension_n: Option<(f64, f64)>,
     /// Its stroke.
     pub stroke: StrokeRange,
     /// Shortest length that may be asked for, m.
@@ -71,6 +73,9 @@ impl ChannelRules {
                 let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
                 Ok(ChannelRules {
                     model,
+                    joint_tension_n: rig
+                        .joint_of(index)
+                        .map(|(joint, _)| (joint.min_tension_n, JointLaw::MOST_TENSION * joint.max_tension_n)),
                     stroke,
                     // What the wire cannot reach it would only be overheated for.
                     min_length_m: limits.min_length_m.max(short_m),
@@ -126,16 +131,19 @@ impl ChannelRules {
                 Ask::Length(length_m)
             }
             CommandKind::Duty => Ask::Duty(self.within(command, command.value, 0.0, self.max_duty)?),
-            CommandKind::Force => {
-                let length_m = length_for_force(&self.model, command.value)
-                    .map_err(|_| Reply::refused(command, Outcome::Unsupported))?;
-                if !(self.min_length_m..=self.max_length_m).contains(&length_m) {
-                    // Longer is less force.
-                    let (low, high) = (self.force_n(self.max_length_m), self.force_n(self.min_length_m));
-                    self.within(command, command.value, low, high)?;
+            CommandKind::Force => match self.joint_tension_n {
+                Some((low, high)) => Ask::Tension(self.within(command, command.value, low, high)?),
+                None => {
+                    let length_m = length_for_force(&self.model, command.value)
+                        .map_err(|_| Reply::refused(command, Outcome::Unsupported))?;
+                    if !(self.min_length_m..=self.max_length_m).contains(&length_m) {
+                        // Longer is less force.
+                        let (low, high) = (self.force_n(self.max_length_m), self.force_n(self.min_length_m));
+                        self.within(command, command.value, low, high)?;
+                    }
+                    Ask::Force(length_m.clamp(self.min_length_m, self.max_length_m))
                 }
-                Ask::Force(length_m.clamp(self.min_length_m, self.max_length_m))
-            }
+            },
             CommandKind::Off => Ask::Off,
             CommandKind::Reset => return Ok((Ask::Reset, 0.0)),
             // Not a channel's business; the desk has dealt with it.

@@ -19,6 +19,8 @@ pub enum Ask {
     Length(f64),
     /// Keep this length, m, at which the load pulls with the force that was asked for.
     Force(f64),
+    /// Of a wire in a joint: keep the angle and bring the tension to this, N.
+    Tension(f64),
     /// Give this duty, 0 ..= 1.
     Duty(f64),
     /// Nothing but the sensing pulse.
@@ -162,6 +164,8 @@ impl Engine {
         let target = match order.ask {
             Ask::Length(length_m) => Target::Length(length_m),
             Ask::Force(length_m) => Target::Force(length_m),
+            // where it is to be already, else where it is
+            Ask::Tension(_) => Target::Force(channel.wanted_or_present_m()),
             Ask::Duty(duty) => Target::Duty(duty),
             Ask::Off => Target::Idle,
             Ask::Reset => {
@@ -201,13 +205,16 @@ impl Engine {
         channel.obey(target, source);
         if let (Some((joint, side)), Some(partner)) = (self.places[order.channel], partner) {
             let other = &mut self.channels[partner];
+            let joint = &mut self.joints[joint];
+            joint.set_tension(if let Ask::Tension(tension_n) = order.ask { Some(tension_n) } else { None });
             match target {
-                Target::Length(length_m) => {
-                    other.obey(Target::Length(self.joints[joint].opposite_m(side, length_m)), source);
-                }
+                Target::Length(length_m) => other.obey(Target::Length(joint.opposite_m(side, length_m)), source),
+                Target::Force(length_m) => other.obey(Target::Force(joint.opposite_m(side, length_m)), source),
                 Target::Idle if other.guard.fault().is_none() => other.obey(Target::Idle, source),
                 // A duty is given to one wire alone; the joint is nobody's then.
-                _ if matches!(other.target, Target::Length(_)) => other.obey(Target::Idle, Source::Nobody),
+                _ if matches!(other.target, Target::Length(_) | Target::Force(_)) => {
+                    other.obey(Target::Idle, Source::Nobody)
+                }
                 _ => {}
             }
         }

@@ -22,6 +22,8 @@ pub struct Joint {
     law: JointLaw,
     /// Whether the law was in charge in the last cycle: else it starts afresh.
     regulating: bool,
+    /// Tension that was asked for, N; NaN = the rig file's.
+    tension_n: f64,
     radius_m: f64,
     /// Lengths of both wires at angle 0, m.
     rest_m: [f64; 2],
@@ -53,6 +55,7 @@ impl Joint {
             observer,
             law: JointLaw::new(models, &settings).map_err(|error| refuse(error.to_string()))?,
             regulating: false,
+            tension_n: f64::NAN,
             radius_m: joint.mechanics.radius_m,
             rest_m: [0, 1].map(|side| models[side].geometry.length_m + rest_m[side]),
         })
@@ -62,6 +65,11 @@ impl Joint {
     pub fn angle_rad(&self, side: usize, length_m: f64) -> f64 {
         let longer_m = length_m - self.rest_m[side];
         if side == 0 { -longer_m / self.radius_m } else { longer_m / self.radius_m }
+    }
+
+    /// The tension to bring a standing joint to, N; `None` = the rig file's.
+    pub(crate) fn set_tension(&mut self, tension_n: Option<f64>) {
+        self.tension_n = tension_n.unwrap_or(f64::NAN);
     }
 
     /// Length of the other wire, m, where the wire of `side` has `length_m`: together they are always as long.
@@ -108,12 +116,15 @@ impl Joint {
 
         let powered = permits == [Permit::Power; 2];
         let duties = match (wires[0].target, wires[1].target) {
-            (Target::Length(reference_m), Target::Length(_)) if powered => {
+            (Target::Length(reference_m), Target::Length(_)) | (Target::Force(reference_m), Target::Force(_))
+                if powered =>
+            {
                 if !self.regulating {
                     self.law.reset();
                 }
                 let reference_rad = self.angle_rad(0, reference_m);
-                let demand = JointDemand { reference_rad, dt_s: tick.dt_s, estimate: believed };
+                let demand =
+                    JointDemand { reference_rad, tension_n: self.tension_n, dt_s: tick.dt_s, estimate: believed };
                 self.law.duties(&demand).map(Some)
             }
             _ => [None; 2],

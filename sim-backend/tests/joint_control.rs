@@ -161,6 +161,23 @@ fn either_wire_commands_the_joint() {
     assert!(bench.state().iter().all(|state| state.mode == Mode::Off.code()));
 }
 
+/// Force control where the length cannot say the force: the tension of a standing joint, by what is believed of it.
+#[test]
+fn a_standing_joint_takes_the_tension_asked_for() {
+    let mut bench = Bench::new(&rig(0.05, 12.0, 71));
+    (0..20).for_each(|_| bench.cycle());
+    bench.ask(0, Ask::Length(bench.length_m(0, 0.5)));
+    (0..4000).for_each(|_| bench.cycle());
+    for mpa in [150.0, 350.0, 250.0] {
+        let asked_n = mpa * 1e6 * bench.area_m2;
+        assert_eq!(bench.ask(1, Ask::Tension(asked_n)), Some(Answer::Done));
+        (0..9000).for_each(|_| bench.cycle());
+        assert!((bench.mpa() / mpa - 1.0).abs() < 0.12, "{} of {mpa} MPa", bench.mpa());
+        assert!((bench.stroke(0) - 0.5).abs() < 0.035, "{}", bench.stroke(0));
+        assert!(bench.state().iter().all(|state| state.mode == Mode::Force.code()));
+    }
+}
+
 #[test]
 fn a_fault_of_one_wire_switches_both_off_in_the_same_cycle() {
     let mut bench = Bench::new(&rig(0.05, 12.0, 41));

@@ -16,7 +16,7 @@
 //!
 //! Tension is kept at its set value by how fast the lengthening wire is let go; above the upper limit nothing is heated
 //! (anti-overload), below the lower one both wires are (anti-slack). A joint that stands on too much tension lets both wires
-//! go alike.
+//! go alike; one that was asked for a tension moves them alike until it has it.
 
 use super::{JointEstimate, stroke_rad};
 use crate::Estimate;
@@ -38,18 +38,24 @@ const MOST_SPEED: f64 = 20.0;
 /// An error up to this share of the stroke does not turn the motion, nor does a speed up to this, strokes per second.
 const TURN_ERROR: f64 = 0.004;
 const TURN_SPEED: f64 = 0.005;
-/// Where the reference stands still: error within which the joint is left standing, and beyond which it is no longer, shares
-/// of the stroke; and how far inside the hysteresis both wires are kept meanwhile, K.
+/// Where the reference stands still: error within which the joint is left standing, beyond which both wires moved alike but one
+/// a little more make it good, and beyond which the joint has to turn, shares of the stroke; and how far inside the hysteresis both wires are kept meanwhile, K.
 const HOLD_WITHIN: f64 = 0.0015;
 const HOLD_UNTIL: f64 = 0.004;
+const STAND_UNTIL: f64 = 0.03;
 const HOLD_INSIDE_K: f64 = 1.0;
-/// A standing joint whose tension is above its set value by the first factor is relaxed down to the second: at this rate, Pa/s,
-/// from within so many K of both cooling curves, with this share of the rate at which errors are made good.
+/// A standing joint whose tension is above its set value by the first factor is relaxed down to the second. Where the tension
+/// itself was asked for, it is changed from the next share off on, either way, until it is right.
 const RELAX_FROM: f64 = 1.3;
 const RELAX_UNTIL: f64 = 1.05;
-const RELAX_PA_PER_S: f64 = 50e6;
-const RELAX_READY_K: f64 = 1.5;
-const RELAX_SHARE: f64 = 0.1;
+const FORCE_WITHIN: f64 = 0.06;
+/// How far from its set value the tension may be taken to make an error of the angle good, as a share.
+const STAND_ROOM: f64 = 0.15;
+/// The tension of a standing joint is changed at this rate, Pa/s, from within so many K of both curves, with this share of the
+/// rate at which errors of the angle are made good.
+const CHANGE_PA_PER_S: f64 = 50e6;
+const CHANGE_READY_K: f64 = 1.5;
+const CHANGE_SHARE: f64 = 0.2;
 /// A motion that is to go on may be asked to go back by so much, strokes per second.
 const MOST_BACK: f64 = 0.3;
 /// Rate at which a wire is brought to the curve it is to move on, 1/s, and from how far off in K: heating, cooling.
@@ -96,6 +102,8 @@ pub struct JointSettings {
 pub struct JointDemand {
     /// Angle wanted, in rad.
     pub reference_rad: f64,
+    /// Tension wanted where the motion leaves it free, in N; NaN = that of the settings.
+    pub tension_n: f64,
     /// Time since the last call, in s.
     pub dt_s: f64,
     /// What is believed of joint and wires.
@@ -181,8 +189,8 @@ pub struct JointLaw {
     forward: bool,
     /// Whether the joint is left standing where it is.
     holding: bool,
-    /// Whether both wires are being let go alike meanwhile.
-    relaxing: bool,
+    /// Whether both wires are being moved alike meanwhile: 1 to more tension, −1 to less, 0 not.
+    changing: f64,
     integral: f64,
     reference: Trend,
     limited: bool,
@@ -190,6 +198,9 @@ pub struct JointLaw {
 }
 
 impl JointLaw {
+    /// Share of the maximum tension that can be asked for: above it less is heated.
+    pub const MOST_TENSION: f64 = 1.0 - LIMIT_SHARE;
+
     /// The law for two wires in their nominal loads, agonist first.
     ///
     /// # Errors
@@ -208,7 +219,7 @@ impl JointLaw {
             settings,
             forward: true,
             holding: false,
-            relaxing: false,
+            changing: 0.0,
             integral: 0.0,
             reference: Trend::NONE,
             limited: false,
@@ -219,7 +230,7 @@ impl JointLaw {
     /// Forgets the past: as newly made.
     pub fn reset(&mut self) {
         (self.forward, self.integral, self.reference) = (true, 0.0, Trend::NONE);
-        (self.holding, self.relaxing, self.limited, self.blind) = (false, false, false, false);
+        (self.holding, self.changing, self.limited, self.blind) = (false, 0.0, false, false);
     }
 
     /// Whether a limit of the tension had a say in the last cycle.
@@ -242,12 +253,15 @@ impl JointLaw {
             return self.settings.minimum_duty;
         }
         let (seen, dt, stroke) = (&demand.estimate, demand.dt_s, self.stroke);
+        let set_n = self.set_tension_n(demand.tension_n);
         self.reference.follow(demand.reference_rad, dt, MOST_SPEED * stroke);
         let Trend { rate, acceleration, .. } = self.reference;
         let acceleration = acceleration.clamp(-50.0 * MOST_SPEED * stroke, 50.0 * MOST_SPEED * stroke);
         let error = demand.reference_rad - seen.angle_rad;
 
-        let within = if self.holding { HOLD_UNTIL } else { HOLD_WITHIN } * stroke;
+        let asked = demand.tension_n.is_finite();
+        let stands = if asked { STAND_UNTIL } else { HOLD_UNTIL };
+        let within = if self.holding { stands } else { HOLD_WITHIN } * stroke;
         self.holding = rate == 0.0 && error.abs() <= within;
         if !self.holding {
             self.choose_direction(seen, rate, acceleration, error);
@@ -282,7 +296,7 @@ impl JointLaw {
         };
         let rate_long = r * speed * lengthens.per_length;
         let most_towards = TENSION_K_PER_S * lengthens.heat_capacity * on_curve.b / on_curve.a * lengthens.area;
-        let towards = (TENSION_RATE * (s.tension_n - tension)).clamp(-most_towards, most_towards);
+        let towards = (TENSION_RATE * (set_n - tension)).clamp(-most_towards, most_towards);
         let cross = CROSS_RATE * (above_cooling - CROSS_BEYOND_K.1).max(0.0) + ARRIVE_RATE * above_cooling.max(0.0);
         let least_heat = s.minimum_duty[long] * other.full_power_w - other.loss_w;
         // a wire that is to lengthen is not heated beyond its loss
@@ -305,26 +319,33 @@ impl JointLaw {
         let mut heat_short = line.heat((rise + between) * shortens.per_area, -rate_short)
             + shortens.heat_capacity * CROSS_RATE * (below_heating - CROSS_BEYOND_K.0).max(0.0);
 
-        let relax = if self.relaxing { RELAX_UNTIL } else { RELAX_FROM };
-        self.relaxing = self.holding && tension > relax * s.tension_n;
-        if self.relaxing {
-            // both on their cooling curves lengthen alike: the tension falls and the joint stands
-            let ready = seen.wires.iter().all(|wire| wire.temperature_c - wire.cooling_curve_c < RELAX_READY_K);
-            let let_go = |m: &WireMap, wire: &Estimate, rate: f64| {
-                let above = wire.temperature_c - wire.cooling_curve_c;
-                if ready {
-                    let line = Line::of(m, wire, phase_slope(wire.martensite, m.cooling_width));
-                    line.heat(-RELAX_PA_PER_S, rate).min(0.0) - m.heat_capacity * ARRIVE_RATE * above
-                } else if above < RELAX_READY_K {
-                    m.heat_capacity * CROSS_RATE * (HOLD_INSIDE_K - above).max(0.0)
-                } else {
-                    let beyond = (above - CROSS_BEYOND_K.1).max(0.0);
-                    -m.heat_capacity * (CROSS_RATE * beyond + ARRIVE_RATE * above)
-                }
+        // A standing joint leaves the tension free: both wires moved alike change it and not the angle.
+        self.changing =
+            if self.holding { self.change_standing(tension, set_n, asked, error.abs() / stroke) } else { 0.0 };
+        if self.changing != 0.0 {
+            let up = self.changing > 0.0;
+            // to the heating curve to shorten, to the cooling curve to lengthen
+            let off_curve = |wire: &Estimate| {
+                if up { wire.heating_curve_c - wire.temperature_c } else { wire.temperature_c - wire.cooling_curve_c }
             };
-            let rate = r * ANGLE_RATE * RELAX_SHARE * error * direction;
-            heat_short = let_go(shortens, wire, -rate * shortens.per_length);
-            heat_long = let_go(lengthens, other, rate * lengthens.per_length);
+            let ready = seen.wires.iter().all(|wire| off_curve(wire) < CHANGE_READY_K);
+            let change = |m: &WireMap, wire: &Estimate, rate: f64| {
+                let off = off_curve(wire);
+                let heat = if ready {
+                    let width = if up { m.heating_width } else { m.cooling_width };
+                    let line = Line::of(m, wire, phase_slope(wire.martensite, width));
+                    let heat = line.heat(self.changing * CHANGE_PA_PER_S, rate) * self.changing;
+                    heat.max(0.0) + m.heat_capacity * ARRIVE_RATE * off
+                } else if off < CHANGE_READY_K {
+                    -m.heat_capacity * CROSS_RATE * (HOLD_INSIDE_K - off).max(0.0)
+                } else {
+                    m.heat_capacity * (CROSS_RATE * (off - CROSS_BEYOND_K.1).max(0.0) + ARRIVE_RATE * off)
+                };
+                heat * self.changing
+            };
+            let rate = r * ANGLE_RATE * CHANGE_SHARE * error * direction;
+            heat_short = change(shortens, wire, -rate * shortens.per_length);
+            heat_long = change(lengthens, other, rate * lengthens.per_length);
         } else if self.holding {
             let keep = |m: &WireMap, wire: &Estimate| {
                 let low = wire.cooling_curve_c + HOLD_INSIDE_K;
@@ -371,6 +392,41 @@ impl JointLaw {
             self.integral = (self.integral + INTEGRAL_RATE * ANGLE_RATE * error * dt).clamp(-most, most);
         }
         duties
+    }
+
+    /// The tension to keep, N: what is asked for within the limits.
+    fn set_tension_n(&self, asked_n: f64) -> f64 {
+        let s = &self.settings;
+        let most = Self::MOST_TENSION * s.maximum_tension_n;
+        // in this order a NaN is the settings' own
+        if asked_n.is_finite() { asked_n.max(s.minimum_tension_n).min(most) } else { s.tension_n }
+    }
+
+    /// Which way both wires of a standing joint are to be moved: 1 to more tension, −1 to less, 0 not at all. `off` is the
+    /// error in strokes: it is made good on whichever side of the set value the tension has room.
+    fn change_standing(&self, tension: f64, set_n: f64, asked: bool, off: f64) -> f64 {
+        let (from, until) = if asked { (1.0 + FORCE_WITHIN, 1.0) } else { (RELAX_FROM, RELAX_UNTIL) };
+        let above = if self.changing < 0.0 { until } else { from };
+        let below = if self.changing > 0.0 { 1.0 } else { 1.0 - FORCE_WITHIN };
+        if tension > above * set_n {
+            return -1.0;
+        }
+        if asked && tension < below * set_n {
+            return 1.0;
+        }
+        if off <= if self.changing == 0.0 { HOLD_UNTIL } else { HOLD_WITHIN } {
+            return 0.0;
+        }
+        // on as it was, unless the tension has left what it may be taken to
+        if self.changing < 0.0 && tension > (1.0 - STAND_ROOM) * set_n {
+            -1.0
+        } else if self.changing > 0.0 && tension < (1.0 + STAND_ROOM) * set_n {
+            1.0
+        } else if tension > set_n {
+            -1.0
+        } else {
+            1.0
+        }
     }
 
     /// Which wire is to shorten. A turn is seen coming by the time that its wire takes to its heating curve.
