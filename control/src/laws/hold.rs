@@ -20,7 +20,7 @@ const LEAVE_ACROSS: f64 = 2.2;
 /// Error at which a hold ends at once, in hold bands.
 const LEAVE_AT_ONCE: f64 = 4.0;
 /// How far off the heating and the cooling curve a held wire's temperature is kept, in widths 1/k of the curve.
-const RETREAT: (f64, f64) = (2.5, 2.0);
+const RETREAT: (f64, f64) = (3.0, 3.0);
 /// Rate at which the mean error of a held wire is trimmed away by its thermal strain, 1/s, and fastest change of its
 /// temperature for that, K/s.
 const TRIM: (f64, f64) = (0.7, 12.0);

@@ -27,8 +27,9 @@ const RETURN: (f64, f64) = (120.0, 4.0);
 
 /// How fast the last correction out of a hold approaches its curve: widths per second, and 1/s of what is beyond so many widths.
 const CREEP: (f64, f64, f64) = (1.5, 15.0, 1.5);
-/// Rate at which a held wire is brought to its temperature, 1/s: slow, so that noise does not ratchet it along its curve.
-const HOLD: f64 = 8.0;
+/// Rate at which a held wire is kept at its temperature, and brought to it from a kelvin off, 1/s: slow, because every ripple of the
+/// temperature ratchets it along the curve that it is nearer to.
+const HOLD: (f64, f64) = (1.5, 8.0);
 
 /// How far below its curve a wire is kept that is ahead of its reference by as much as it may be near it, and at most, in widths.
 const PAST: (f64, f64) = (2.0, 2.0);
@@ -135,7 +136,8 @@ impl TimeOptimal {
         let pace = self.pace.velocity;
         if let Some(target) = self.hold.decide(m, demand, error, pace, curves, self.lambda) {
             self.surface = target - seen.temperature_c;
-            return (loss + m.heat_capacity * HOLD * self.surface) / seen.full_power_w;
+            let rate = HOLD.0 + (HOLD.1 - HOLD.0) * self.surface.abs().min(1.0);
+            return (loss + m.heat_capacity * rate * self.surface) / seen.full_power_w;
         }
         let heating = self.hold.shortens();
         let (width, curve) = if heating { (m.heating_width, curves.0) } else { (m.cooling_width, curves.1) };
