@@ -12,7 +12,7 @@ const AT_LEAST: f64 = 1.5;
 /// What the first error of a hold is worth as averaging time, in 1/λ.
 const FIRST: f64 = 0.3;
 /// Where a hold begins for a wire that comes from being too long, and from too short, in hold bands.
-const ARRIVE: (f64, f64) = (1.0, 0.8);
+const ARRIVE: (f64, f64) = (0.8, 0.4);
 /// Mean error at which a hold ends if the wire can be moved along the curve it stands near, in hold bands.
 const LEAVE_ALONG: f64 = 1.7;
 /// The same if it has to cross the hysteresis.
