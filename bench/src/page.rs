@@ -812,7 +812,7 @@ fn bound() -> Markup {
             }
             p.muted {
                 "A driver can come near it and not below: it samples once a period, its power takes effect a period later, and 2 % of it are always on so that there is something to measure. "
-                "The bounds of a row are those of its first seed."
+                "The bounds of a row are those of its first seed; of a load that rings, those of the default's, for all rows."
             }
         }
     }

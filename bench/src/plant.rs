@@ -219,6 +219,12 @@ impl Plant {
         ALL.iter().find(|plant| plant.name == name)
     }
 
+    /// The lone wire in its load as it is, before anything moves; `None` of a pair.
+    pub(crate) fn model(&self) -> Option<WireModel> {
+        let believed = self.believed(&Choice::default(), 0).ok().filter(|_| self.family != Family::Pair)?;
+        self.truth(&believed).channels.pop().map(|channel| channel.model)
+    }
+
     /// What its driver believes, choices included.
     ///
     /// # Errors

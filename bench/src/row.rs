@@ -184,6 +184,17 @@ pub struct Traces {
     pub draught: Trace,
 }
 
+/// The time-optimal bound of each of [`STEPS`], s.
+pub type Bounds = [Option<f64>; STEPS.len()];
+
+/// The bounds of a plant's steps from the states that the default choice comes to; `None` where that cannot be run.
+pub fn bounds(plant: &Plant, seed: u64) -> Option<Bounds> {
+    let believed = plant.believed(&Choice::default(), seed).ok()?;
+    let mut session = Session::new(&believed, &plant.truth(&believed)).ok()?;
+    idle(&mut session, IDLE_S);
+    Some(STEPS.map(|to| step(&mut session, to, plant.watch_s, true, |_, _| ()).bound_s))
+}
+
 /// What one seed gave.
 struct Outcome {
     steps: Vec<Step>,
@@ -193,21 +204,32 @@ struct Outcome {
     faults: Vec<String>,
 }
 
-/// A row over these seeds, and the traces of the first where they are wanted.
-pub fn row(plant: &Plant, choice: &Choice, seeds: &[u64], with_traces: bool) -> (Row, Option<Traces>) {
+/// A row over these seeds, and the traces of the first where they are wanted. The bounds of its steps are computed, from the
+/// states its own first seed comes to, where they are not given.
+pub fn row(
+    plant: &Plant,
+    choice: &Choice,
+    seeds: &[u64],
+    bounds: Option<&Bounds>,
+    with_traces: bool,
+) -> (Row, Option<Traces>) {
     let mut traces = with_traces.then(Traces::default);
-    let mut outcomes = Vec::new();
+    let mut outcomes: Vec<Outcome> = Vec::new();
     let mut refused = None;
+    let computed = bounds.is_none() && plant.family != Family::Pair;
     for (index, &seed) in seeds.iter().enumerate() {
-        match outcome(
-            plant,
-            choice,
-            seed,
-            index == 0 && plant.family != Family::Pair,
-            traces.as_mut().filter(|_| index == 0),
-        ) {
+        match outcome(plant, choice, seed, computed && index == 0, traces.as_mut().filter(|_| index == 0)) {
             Ok(outcome) => outcomes.push(outcome),
             Err(error) => refused = Some(error.to_string()),
+        }
+    }
+    if let Some(first) = outcomes.first() {
+        let own: Bounds = std::array::from_fn(|i| first.steps[i].bound_s);
+        let bounds = bounds.unwrap_or(&own);
+        for outcome in &mut outcomes {
+            for (step, bound) in outcome.steps.iter_mut().zip(bounds) {
+                step.bound_s = *bound;
+            }
         }
     }
     let row = Row {
@@ -218,7 +240,7 @@ pub fn row(plant: &Plant, choice: &Choice, seeds: &[u64], with_traces: bool) -> 
         family: plant.family,
         rate_hz: plant.rate_hz,
         seeds: seeds.to_vec(),
-        figures: if refused.is_none() && !outcomes.is_empty() { Some(figures(&mut outcomes)) } else { None },
+        figures: if refused.is_none() && !outcomes.is_empty() { Some(figures(&outcomes)) } else { None },
         refused,
     };
     (row, traces)
@@ -306,15 +328,7 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn figures(outcomes: &mut [Outcome]) -> Figures {
-    // bounds are computed for the first seed: the others begin their steps in the same states but for noise
-    let bounds: Vec<Option<f64>> = outcomes[0].steps.iter().map(|step| step.bound_s).collect();
-    for outcome in outcomes.iter_mut() {
-        for (step, bound) in outcome.steps.iter_mut().zip(&bounds) {
-            step.bound_s = *bound;
-        }
-    }
-    let outcomes = &*outcomes;
+fn figures(outcomes: &[Outcome]) -> Figures {
     let steps = || outcomes.iter().flat_map(|outcome| &outcome.steps);
     let of = |up: bool| steps().filter(move |step| step.is_up() == up);
     let settling = |up: bool| finite(median(of(up).map(|step| step.settle_s.unwrap_or(f64::INFINITY))));

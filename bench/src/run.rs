@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use crate::row::{Row, Traces, row};
+use crate::bound::swing_s;
+use crate::row::{Bounds, Row, Traces, bounds, row};
 use crate::score::{DEVELOPMENT, SCORING};
 use crate::{Choice, Family, Plant};
 
@@ -95,12 +96,19 @@ pub struct Ran {
 /// Runs a plan, on as many threads as the caller's pool of rayon has; `progress` gets how many rows are done.
 pub fn run(plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Vec<Ran> {
     let cases = plan.cases();
+    // a load that rings takes seconds for each bound: once a plant, not once a row
+    let rings = |plant: &&Plant| plant.model().as_ref().and_then(swing_s).is_some();
+    let plants: Vec<&Plant> = plan.plants.iter().filter_map(|name| Plant::named(name)).filter(rings).collect();
+    let seed = plan.seeds.first().copied().unwrap_or(DEVELOPMENT);
+    let shared: Vec<(&str, Option<Bounds>)> =
+        plants.par_iter().map(|plant| (plant.name, bounds(plant, seed))).collect();
     let done = AtomicUsize::new(0);
+    let of = |plant: &Plant| shared.iter().find(|(name, _)| *name == plant.name)?.1.as_ref();
     cases
         .par_iter()
         .map(|(plant, choice)| {
             let pictured = plant.name == "figure" || plant.family == Family::Thesis;
-            let (row, traces) = row(plant, choice, &plan.seeds, pictured);
+            let (row, traces) = row(plant, choice, &plan.seeds, of(plant), pictured);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
             Ran { row, traces }
         })

@@ -144,7 +144,7 @@ fn a_page_has_its_sections_and_fetches_nothing() {
 fn a_choice_that_is_refused_is_a_row_that_says_why() {
     let plant = Plant::named("figure").unwrap();
     let choice = Choice { controller: "magic".into(), ..Choice::default() };
-    let (row, _) = row::row(plant, &choice, &[1], false);
+    let (row, _) = row::row(plant, &choice, &[1], None, false);
     assert!(row.figures.is_none() && row.refused.as_deref().is_some_and(|why| why.contains("magic")), "{row:?}");
     assert_eq!(score::of_row(&row), None);
 }
