@@ -12,7 +12,7 @@ use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
 
 // Rates and speeds below are multiples of the wire's own: its λ, and the fastest the air lets it lengthen. The factors are
-// those that serve the figure wire of docs/control.md best, and hold for others as those scale.
+// those that serve the figure wire of docs/control-laws.md best, and hold for others as those scale.
 
 /// Pull of a temperature outside the outer curves, in λ.
 const BOUND_RATE: f64 = 2.0;
