@@ -34,7 +34,7 @@ impl Choice {
         all
     }
 
-    /// What a joint has: its one law and one observer, whatever its channels' words say; see docs/control.md.
+    /// What a joint has: its one law and one observer, whatever its channels' words say; see docs/control-laws.md.
     pub fn of_joint() -> Choice {
         Choice { controller: "joint".into(), estimator: "joint".into(), sensing: "dual".into() }
     }
