@@ -597,7 +597,7 @@ fn estimates(view: &View<'_>) -> Markup {
                     thead {
                         tr {
                             th scope="col" { "estimator" } th.n scope="col" { "draught" br; "+50 %" } th.n scope="col" { "its temperature" br; "off after 1 s, K" }
-                            th.n scope="col" { "load" br; "+20 %" } th.n scope="col" { "supply" br; "−15 %" } th.n scope="col" { "steps: settled" br; "over the bound, up" } th.n scope="col" { br; "down" }
+                            th.n scope="col" { "load" br; "+20 %" } th.n scope="col" { "supply" br; "−10 %" } th.n scope="col" { "steps: settled" br; "over the bound, up" } th.n scope="col" { br; "down" }
                         }
                     }
                     tbody {

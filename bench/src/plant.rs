@@ -167,7 +167,7 @@ static ALL: [Plant; 33] = [
     }),
     misjudged("damping_less", "damping 30 % less than believed", |m| damp(m, 0.7)),
     misjudged("damping_more", "damping 30 % more than believed", |m| damp(m, 1.3)),
-    misjudged("supply_less", "supply 15 % below what is believed", |m| m.drive.supply_v *= 0.85),
+    misjudged("supply_less", "supply 10 % below what is believed", |m| m.drive.supply_v *= 0.9),
     misjudged("resistivity_more", "resistivity 5 % above what is believed", |m| {
         m.material.austenite_resistivity_ohm_m *= 1.05;
         m.material.martensite_resistivity_ohm_m *= 1.05;
