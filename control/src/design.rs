@@ -91,23 +91,14 @@ pub fn safe_current_a(diameter_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_physics::{Drive, DriveKind, Initial, Material};
+    use crate::testing::{hanging, wire};
 
     fn model(load: Load) -> WireModel {
-        WireModel {
-            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load,
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
-        }
+        WireModel { load, ..wire() }
     }
 
     fn mass_on(spring_n_per_m: f64) -> Load {
-        Load::SpringMassDamper { mass_kg: 0.1, damping_n_s_per_m: 10.0, spring_n_per_m, preload_n: 2.0 }
+        hanging(0.1, 10.0, spring_n_per_m, 2.0)
     }
 
     #[test]

@@ -85,23 +85,14 @@ pub(crate) fn limits(m: &WireMap, max_power: f64) -> Lambda {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material};
+    use crate::testing::{hanging, wire};
+    use sinew_physics::Geometry;
 
     fn model(diameter_mm: f64, mass_kg: f64, damping: f64) -> WireModel {
         WireModel {
             geometry: Geometry { diameter_m: diameter_mm * 1e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg,
-                damping_n_s_per_m: damping,
-                spring_n_per_m: 0.0,
-                preload_n: mass_kg * 9.80665,
-            },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
+            load: hanging(mass_kg, damping, 0.0, mass_kg * 9.80665),
+            ..wire()
         }
     }
 

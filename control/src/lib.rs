@@ -12,6 +12,8 @@ mod lambda;
 mod laws;
 mod lpv;
 mod reach;
+#[cfg(test)]
+mod testing;
 mod wire_map;
 
 pub use algorithm::{Algorithm, AlgorithmKind, Settings};

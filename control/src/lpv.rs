@@ -243,30 +243,22 @@ impl LpvModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{self, by_power, wire};
     use sinew_linear::convert::discretise;
     use sinew_linear::derive::jacobian;
     use sinew_linear::rank::{
         TOLERANCE, controllability_rank, controllable, observability_rank, observable, uncontrollable_modes,
     };
     use sinew_linear::{Complex, DVector, eigenvalues};
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Material, Wire};
+    use sinew_physics::{Geometry, Inputs, Wire};
 
     /// Table 10: 0.1 mm × 233 mm on 0.13 kg, 18 N/m, 0.915 N s/m; preloaded to 150 MPa.
     fn table_10() -> WireModel {
         WireModel {
             geometry: Geometry { diameter_m: 0.1e-3, length_m: 0.233 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Power, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg: 0.13,
-                damping_n_s_per_m: 0.915,
-                spring_n_per_m: 18.0,
-                preload_n: 1.2,
-            },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
+            drive: by_power(),
+            load: testing::hanging(0.13, 0.915, 18.0, 1.2),
+            ..wire()
         }
     }
 
@@ -274,12 +266,7 @@ mod tests {
     fn hanging() -> WireModel {
         let mut model = table_10();
         model.geometry = Geometry { diameter_m: 0.125e-3, length_m: 0.16 };
-        model.load = Load::SpringMassDamper {
-            mass_kg: 0.2,
-            damping_n_s_per_m: 40.0,
-            spring_n_per_m: 0.0,
-            preload_n: 0.2 * 9.80665,
-        };
+        model.load = wire().load;
         model
     }
 

@@ -332,24 +332,11 @@ impl Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material};
+    use crate::testing::wire;
+    use sinew_physics::{DriveKind, Geometry, Initial, Load};
 
     fn model(diameter_mm: f64) -> WireModel {
-        WireModel {
-            geometry: Geometry { diameter_m: diameter_mm * 1e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg: 0.2,
-                damping_n_s_per_m: 40.0,
-                spring_n_per_m: 0.0,
-                preload_n: 0.2 * 9.80665,
-            },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
-        }
+        WireModel { geometry: Geometry { diameter_m: diameter_mm * 1e-3, length_m: 0.16 }, ..wire() }
     }
 
     fn config(max_power_w: f64, uncertainty: f64) -> ReachConfig {

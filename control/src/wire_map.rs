@@ -279,23 +279,15 @@ impl Branch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Material, Wire};
+    use crate::testing::{hanging, wire};
+    use sinew_physics::{Geometry, Initial, Wire};
 
     fn model() -> WireModel {
         WireModel {
             geometry: Geometry { diameter_m: 0.15e-3, length_m: 0.2 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg: 0.2,
-                damping_n_s_per_m: 40.0,
-                spring_n_per_m: 120.0,
-                preload_n: 3.0,
-            },
+            load: hanging(0.2, 40.0, 120.0, 3.0),
             initial: Initial { temperature_c: Some(90.0), martensite: 0.6 },
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
+            ..wire()
         }
     }
 

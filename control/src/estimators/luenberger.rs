@@ -296,39 +296,20 @@ fn poles(lpv: &LpvModel, a: &DMatrix<f64>) -> Option<[Complex<f64>; 4]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{hanging, wire};
     use proptest::prelude::*;
-    use sinew_physics::{Drive, DriveKind, Effects, Geometry, Initial, Load, Material};
-
-    fn model() -> WireModel {
-        WireModel {
-            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg: 0.2,
-                damping_n_s_per_m: 40.0,
-                spring_n_per_m: 0.0,
-                preload_n: 0.2 * 9.80665,
-            },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: Effects::default(),
-        }
-    }
+    use sinew_physics::Load;
 
     fn loads() -> Vec<WireModel> {
-        let load = |mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n| WireModel {
-            load: Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n },
-            ..model()
-        };
-        vec![
-            model(),
-            load(0.13, 0.915, 18.0, 1.2),
-            load(0.08, 30.0, 150.0, 2.4),
-            load(0.0, 0.0, 0.0, 2.0),
-            WireModel { load: Load::ImposedForce, ..model() },
+        [
+            hanging(0.2, 40.0, 0.0, 0.2 * 9.80665),
+            hanging(0.13, 0.915, 18.0, 1.2),
+            hanging(0.08, 30.0, 150.0, 2.4),
+            hanging(0.0, 0.0, 0.0, 2.0),
+            Load::ImposedForce,
         ]
+        .map(|load| WireModel { load, ..wire() })
+        .to_vec()
     }
 
     /// Between the nodes of the table, too, the error decays as placed: no faster than 5 % off, whatever the slope; and
@@ -367,7 +348,7 @@ mod tests {
     #[test]
     fn at_rest_it_believes_the_power() {
         for dt_s in [1e-4, 1e-3, 1e-2] {
-            for mut observer in [LuenbergerObserver::constant(&model()), LuenbergerObserver::scheduled(&model())] {
+            for mut observer in [LuenbergerObserver::constant(&wire()), LuenbergerObserver::scheduled(&wire())] {
                 let (xi, temperature_c) = (0.4, 90.0);
                 let m = observer.map;
                 let stress = m.stress(0.0, 0.0);

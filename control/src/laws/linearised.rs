@@ -73,20 +73,12 @@ impl Controller for InputOutputLinearised {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{by_power, hanging, wire};
     use crate::{Estimate, Modulation};
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Load, Material, Wire, WireModel};
+    use sinew_physics::{Inputs, Wire, WireModel};
 
     fn model() -> WireModel {
-        WireModel {
-            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Power, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 4.0, spring_n_per_m: 60.0, preload_n: 1.5 },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
-        }
+        WireModel { drive: by_power(), load: hanging(0.2, 4.0, 60.0, 1.5), ..wire() }
     }
 
     fn believed(map: &WireMap, wire: &Wire) -> Estimate {

@@ -152,25 +152,12 @@ impl Controller for VelocityServo {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{by_power, wire};
     use crate::{Estimate, Modulation, StrokeRange};
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Load, Material, Wire};
+    use sinew_physics::{Load, Wire};
 
     fn model() -> WireModel {
-        WireModel {
-            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Power, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg: 0.2,
-                damping_n_s_per_m: 40.0,
-                spring_n_per_m: 0.0,
-                preload_n: 1.96133,
-            },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
-        }
+        WireModel { drive: by_power(), ..wire() }
     }
 
     fn servo(schedule: Schedule, coupling: Coupling, integral: f64) -> VelocityServo {

@@ -84,25 +84,12 @@ impl TensionLimits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{hanging, wire};
     use crate::{EnthalpyObserver, Observation};
-    use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Load, Material, Wire};
+    use sinew_physics::{Inputs, Wire};
 
     fn model() -> WireModel {
-        WireModel {
-            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
-            material: Material::default(),
-            taps: None,
-            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.0, lead_ohm: 0.0 },
-            load: Load::SpringMassDamper {
-                mass_kg: 0.1,
-                damping_n_s_per_m: 30.0,
-                spring_n_per_m: 300.0,
-                preload_n: 3.0,
-            },
-            initial: Initial::default(),
-            ambient_c: 25.0,
-            effects: sinew_physics::Effects::default(),
-        }
+        WireModel { load: hanging(0.1, 30.0, 300.0, 3.0), ..wire() }
     }
 
     /// Least and most tension, N, over the last second of four under a duty that knows no limits.
