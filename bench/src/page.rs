@@ -1,10 +1,8 @@
 //! The page: who wins and why, what the thesis found, steps, sines, estimates, what is misjudged, every row.
 
 use maud::{Markup, html};
-use sinew_report::panels::{Panels, sample};
-use sinew_report::plot::{Axis, Ink, Line, Plot};
-use sinew_report::quantity::{NONE, fixed};
-use sinew_report::sheet::{Section, Sheet};
+use sinew_plot::quantity::{NONE, fixed};
+use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet, sample};
 
 use crate::answer::Answer;
 use crate::findings::Finding;

@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 use sinew_diagnosis::{Diagnosis, Figures, Map, SensorTrace, Traces, UnknownInput, Verdict, Window};
+use sinew_plot::quantity::{chi, fixed, percent, quantity};
+use sinew_plot::{Axis, Band, Heat, Ink, Line, Plot, extent, heat_scale};
 use sinew_recording::Column;
 
-use crate::plot::{Axis, Band, Heat, Ink, Line, Plot, extent, heat_scale};
-use crate::quantity::{chi, fixed, percent, quantity};
 use crate::words;
 
 /// Width of a plot over the page's whole width, and of one of two side by side, px.

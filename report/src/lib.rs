@@ -8,11 +8,7 @@
 
 mod figures;
 mod page;
-pub mod panels;
 mod picture;
-pub mod plot;
-pub mod quantity;
-pub mod sheet;
 mod summary;
 mod terminal;
 mod words;

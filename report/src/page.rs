@@ -5,11 +5,11 @@ use sinew_diagnosis::{
     Diagnosis, Evidence, Figures, FittedParameter, FoundEffect, Misfit, RecordingSummary, Tried, Unknown, Verdict,
 };
 use sinew_physics::effects::effect as effect_of;
+use sinew_plot::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
+use sinew_plot::{Section, Sheet};
 
 use crate::About;
 use crate::figures;
-use crate::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
-use crate::sheet::{Section, Sheet};
 use crate::summary::{FAR_SIGMAS, Overall, in_sigmas, sigmas};
 use crate::words;
 

@@ -2,11 +2,10 @@
 
 use maud::Markup;
 use sinew_diagnosis::{Diagnosis, Figures, SensorTrace, Traces};
+use sinew_plot::{Axis, Ink, Line, Panels, Plot};
 use sinew_recording::Column;
 
 use crate::figures::{Stages, kept_back, time_axis, worst_first};
-use crate::panels::Panels;
-use crate::plot::{Axis, Ink, Line, Plot};
 use crate::words;
 
 /// Most recordings of a picture.

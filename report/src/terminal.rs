@@ -1,8 +1,8 @@
 //! The answer in about ten lines, for a terminal.
 
 use sinew_diagnosis::{Diagnosis, FittedParameter, FoundEffect, Unknown, Verdict};
+use sinew_plot::quantity::{chi, estimate, percent, probability, signed};
 
-use crate::quantity::{chi, estimate, percent, probability, signed};
 use crate::summary::{FAR_SIGMAS, Overall, largest_changes, sigmas};
 use crate::words::{headline, is_complete, list, places};
 
@@ -105,7 +105,7 @@ fn change(key: &str, parameter: &FittedParameter) -> String {
     let (value, interval) = estimate(parameter.value, parameter.low, parameter.high, &parameter.unit);
     let sigmas = sigmas(parameter);
     let flag = if sigmas.abs() > FAR_SIGMAS { ", far from its prior" } else { "" };
-    let given = crate::quantity::number(parameter.given);
+    let given = sinew_plot::quantity::number(parameter.given);
     format!("{key} {given} → {value} [{interval}] ({} σ{flag})", signed((10.0 * sigmas).round() / 10.0))
 }
 

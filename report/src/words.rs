@@ -2,9 +2,8 @@
 
 use sinew_diagnosis::{Diagnosis, Location, Verdict};
 use sinew_physics::effects::Equation;
+use sinew_plot::quantity::{fixed, percent};
 use sinew_recording::Column;
-
-use crate::quantity::{fixed, percent};
 
 /// The answer as a headline.
 pub(crate) fn headline(diagnosis: &Diagnosis) -> String {

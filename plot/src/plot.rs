@@ -26,7 +26,7 @@ const TEXT: f64 = 12.0;
 const LEAST_DARK: f64 = 3.0;
 
 /// The dashes of the inks, as a style sheet.
-pub const DASHES: &str = include_str!("dashes.css");
+pub(crate) const DASHES: &str = include_str!("dashes.css");
 
 /// What is drawn with. After Okabe and Ito, so that colour-blind readers can tell them apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -199,13 +199,13 @@ impl Axis {
     }
 
     /// An axis of what is left, over the noise, up to ±`most`: logarithmic beyond the noise where that is far.
-    pub(crate) fn left_over(most: f64, noise: f64) -> Axis {
+    pub fn left_over(most: f64, noise: f64) -> Axis {
         let scale = if most > 4.0 * noise { Scale::Logarithmic(noise) } else { Scale::Linear };
         Axis { scale, ..Axis::spanning("", "1", -most, most) }
     }
 
     /// An axis with as much room for each of the stretches between `edges`.
-    pub(crate) fn steps(name: &str, edges: &[f64]) -> Axis {
+    pub fn steps(name: &str, edges: &[f64]) -> Axis {
         let scale = Scale::Steps(edges.to_vec());
         let (low, high) = extent(edges.iter().copied()).unwrap_or((0.0, 1.0));
         Axis { scale, prefix: Prefix::NONE, low, high, ..Axis::spanning(name, "1", low, high) }
@@ -465,24 +465,28 @@ fn draw_run(chart: &mut Chart<'_, '_>, run: Vec<(f64, f64)>, ink: Ink) -> Drawn 
 }
 
 /// A map of chi over two conditions.
-pub(crate) struct Heat<'a> {
+pub struct Heat<'a> {
     /// What a reader who does not see it is told.
-    pub(crate) title: String,
+    pub title: String,
     /// Width and height, px.
-    pub(crate) size: (f64, f64),
-    pub(crate) x_name: &'a str,
-    pub(crate) x_edges: &'a [f64],
-    pub(crate) y_edges: &'a [f64],
+    pub size: (f64, f64),
+    /// What is across, with its unit.
+    pub x_name: &'a str,
+    /// Edges of the cells across, one more than there are columns.
+    pub x_edges: &'a [f64],
+    /// Edges of the cells upwards, one more than there are rows.
+    pub y_edges: &'a [f64],
     /// `[y][x]`; NaN where there is nothing.
-    pub(crate) cells: &'a [Vec<f64>],
+    pub cells: &'a [Vec<f64>],
     /// What is drawn darkest.
-    pub(crate) darkest: f64,
+    pub darkest: f64,
     /// The cell that is framed, as `(y, x)`.
-    pub(crate) framed: Option<(usize, usize)>,
+    pub framed: Option<(usize, usize)>,
 }
 
 impl Heat<'_> {
-    pub(crate) fn draw(&self) -> Markup {
+    /// An SVG element, to stand inside a page.
+    pub fn draw(&self) -> Markup {
         let (x, y) = (Axis::steps(self.x_name, self.x_edges), Axis::steps("", self.y_edges));
         svg(&self.title, self.size, |area| {
             let name = Some(self.x_name.to_owned());
@@ -531,7 +535,7 @@ fn depth(chi: f64, darkest: f64) -> f64 {
 }
 
 /// The scale of the maps, from noise to the darkest, with its two numbers.
-pub(crate) fn heat_scale(darkest: f64) -> Markup {
+pub fn heat_scale(darkest: f64) -> Markup {
     let stops: Vec<String> = (0..=8)
         .map(|i| {
             let RGBColor(r, g, b) = sequential(f64::from(i) / 8.0);
@@ -561,7 +565,7 @@ fn sequential(depth: f64) -> RGBColor {
 }
 
 /// Least and largest of the values that are numbers.
-pub(crate) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|v| is_sane(*v)).fold(None, |extent, v| match extent {
         None => Some((v, v)),
         Some((low, high)) => Some((v.min(low), v.max(high))),

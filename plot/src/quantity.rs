@@ -7,7 +7,7 @@ pub const NONE: &str = "–";
 const LARGEST: f64 = 1e15;
 
 /// A number that can be shown and drawn.
-pub(crate) fn is_sane(value: f64) -> bool {
+pub fn is_sane(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
@@ -27,7 +27,7 @@ pub fn number(value: f64) -> String {
 }
 
 /// A chi: 1.02, 12.4, 124.
-pub(crate) fn chi(value: f64) -> String {
+pub fn chi(value: f64) -> String {
     match value {
         _ if !is_sane(value) => NONE.into(),
         _ if value.abs() >= 1e5 => scientific(value),
@@ -38,7 +38,7 @@ pub(crate) fn chi(value: f64) -> String {
 }
 
 /// A probability; never 0.
-pub(crate) fn probability(value: f64) -> String {
+pub fn probability(value: f64) -> String {
     match value {
         _ if !(0.0..=1.0).contains(&value) => NONE.into(),
         _ if value < 1e-4 => "below 0.0001".into(),
@@ -53,7 +53,7 @@ pub fn percent(share: f64) -> String {
 }
 
 /// A difference, with its sign.
-pub(crate) fn signed(value: f64) -> String {
+pub fn signed(value: f64) -> String {
     if is_sane(value) && value > 0.0 { format!("+{}", number(value)) } else { number(value) }
 }
 
@@ -64,7 +64,7 @@ pub fn quantity(value: f64, unit: &str) -> String {
 }
 
 /// A value and its interval in one prefix, in as many digits as the interval is worth.
-pub(crate) fn estimate(value: f64, low: f64, high: f64, unit: &str) -> (String, String) {
+pub fn estimate(value: f64, low: f64, high: f64, unit: &str) -> (String, String) {
     let width = high - low;
     if !is_sane(width) || width <= 0.0 || !is_sane(value) {
         return (quantity(value, unit), NONE.into());
@@ -80,7 +80,7 @@ pub(crate) fn estimate(value: f64, low: f64, high: f64, unit: &str) -> (String, 
 }
 
 /// The unit as it is shown: nothing for a pure number.
-pub(crate) fn shown_unit(unit: &str) -> &str {
+pub fn shown_unit(unit: &str) -> &str {
     if unit == "1" { "" } else { unit }
 }
 
@@ -94,7 +94,7 @@ pub(crate) struct Prefix {
 
 impl Prefix {
     /// None at all.
-    pub const NONE: Prefix = Prefix { factor: 1.0, letter: Some("") };
+    pub(crate) const NONE: Prefix = Prefix { factor: 1.0, letter: Some("") };
 
     /// The one in which `magnitude` has one to three digits before the point.
     pub(crate) fn of(magnitude: f64, unit: &str) -> Prefix {
