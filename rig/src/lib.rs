@@ -25,8 +25,8 @@ pub use schema::{reference, word, words};
 pub use suggest::nearest;
 pub use types::{
     Adc, Algorithm, Channel, Column, ColumnMap, Control, Estimator, FaultKind, Joint, Limits, MAX_CHANNEL_NAME,
-    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Pace, PositionZero, RapidHeating, Realtime,
-    RealtimeMode, Rig, SamplingCircuit, Sensing, SimulatedFault, Simulation,
+    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, PositionZero, RapidHeating,
+    Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SimulatedFault, Simulation,
 };
 
 /// The columns a recording can have: the keys of [`ColumnMap`].

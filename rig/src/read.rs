@@ -9,7 +9,9 @@ use crate::derive;
 use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
-use crate::schema::{self, CHANNEL, Default, JOINT, Key, Kind, RIG, SIMULATION, Section, Value, local};
+use crate::schema::{
+    self, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION, Section, UNREAD_MACHINE, Value, local,
+};
 use crate::suggest::nearest;
 use crate::tree::{self, Node, Table, Tree};
 use crate::types::*;
@@ -109,7 +111,7 @@ impl Reader<'_> {
     }
 
     fn root(&mut self, root: &Table) -> Option<Rig> {
-        const TABLES: [&str; 5] = ["rig", "channel", "joint", "recording", "simulation"];
+        const TABLES: [&str; 6] = ["rig", "channel", "joint", "recording", "simulation", "machine"];
         for (name, node) in root {
             if !TABLES.contains(&name.as_str()) {
                 let hint = unknown_hint(name, "", TABLES);
@@ -125,11 +127,14 @@ impl Reader<'_> {
             joints: Vec::new(),
             columns: ColumnMap::new(),
             simulation: Simulation { seed: 0, pace: Pace::RealTime, faults: Vec::new() },
+            machine: UNREAD_MACHINE,
             source: Source::default(),
         };
         let given = self.section(&RIG, root.get("rig"), &[], None, 1, &mut rig);
         self.rig_checks(&rig, &given);
         self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
+        let given = self.section(&MACHINE, root.get("machine"), &[], None, 1, &mut rig);
+        self.machine_checks(&rig, &given);
         rig.joints = root.get("joint").map_or_else(Vec::new, |node| self.joints(node));
         let read = self.channels(root.get("channel"), &mut rig);
         if let Some(node) = root.get("joint") {
@@ -155,6 +160,15 @@ impl Reader<'_> {
                     self.problem(*line, None, format!("rig.{key}"), What::Contradiction { message });
                 }
             }
+        }
+    }
+
+    fn machine_checks(&mut self, rig: &Rig, given: &Given) {
+        let (low, high) = (rig.machine.chamber_min_c, rig.machine.chamber_max_c);
+        if low > high {
+            let line = given.get(&("machine", "chamber_max_c")).or(given.get(&("machine", "chamber_min_c")));
+            let message = format!("is {high}, below chamber_min_c = {low}, expected a warmer one");
+            self.problem(line.copied().unwrap_or(1), None, "machine.chamber_max_c", What::Contradiction { message });
         }
     }
 

@@ -239,6 +239,31 @@ macro_rules! noise {
 pub(crate) const UNREAD_LOAD: Load =
     Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
 
+/// A machine whose numbers are still to be read.
+pub(crate) const UNREAD_MACHINE: Machine = Machine {
+    rate_hz: f64::NAN,
+    travel_m: f64::NAN,
+    microstep_m: f64::NAN,
+    max_speed_m_s: f64::NAN,
+    max_acceleration_m_s2: f64::NAN,
+    compliance_m_per_n: f64::NAN,
+    max_force_n: f64::NAN,
+    force_rate_hz: f64::NAN,
+    force_noise_n: f64::NAN,
+    max_strain: f64::NAN,
+    heater_supply_v: f64::NAN,
+    heater_cutoff_hz: f64::NAN,
+    current_step_a: f64::NAN,
+    current_noise_a: f64::NAN,
+    voltage_step_v: f64::NAN,
+    voltage_noise_v: f64::NAN,
+    chamber_min_c: f64::NAN,
+    chamber_max_c: f64::NAN,
+    chamber_power_w: f64::NAN,
+    chamber_time_s: f64::NAN,
+    chamber_noise_k: f64::NAN,
+};
+
 /// The table whose keys are columns of recordings.
 pub(crate) const NOISE: &str = "channel.sensors.noise";
 
@@ -448,6 +473,205 @@ pub(crate) static SIMULATION: Section<Rig> = Section {
             Default::Text("real_time"),
             "Whether simulated time keeps to the clock",
             r.simulation.pace
+        ),
+    ],
+};
+
+/// Keys of `[machine]`.
+pub(crate) static MACHINE: Section<Rig> = Section {
+    table: "machine",
+    about: "The tensile testing machine that `sinew test` mounts a wire in: cross-head, load cell, heater amplifier, thermal \
+            chamber. The defaults are those of the thesis' machine (chapter 8, table 9).",
+    optional: false,
+    keys: &[
+        number!(
+            "rate_hz",
+            "Hz",
+            SAME,
+            10.0..1000.0,
+            Default::Number(80.0),
+            "Rate of the machine's own loop and of its recordings. The load cell's, or a multiple of it, gives every conversion a row of its own",
+            r.machine.rate_hz
+        ),
+        number!(
+            "travel_mm",
+            "mm",
+            MILLI,
+            1.0..2000.0,
+            Default::Number(250.0),
+            "How far the cross-head travels; the wire is mounted so that half of it is left",
+            r.machine.travel_m
+        ),
+        number!(
+            "microstep_um",
+            "µm",
+            PER_MEGA,
+            0.001..1000.0,
+            Default::Number(0.625),
+            "Smallest motion of the cross-head",
+            r.machine.microstep_m
+        ),
+        number!(
+            "max_speed_mm_per_s",
+            "mm/s",
+            MILLI,
+            0.01..5000.0,
+            Default::Number(400.0),
+            "Fastest cross-head",
+            r.machine.max_speed_m_s
+        ),
+        number!(
+            "max_acceleration_mm_per_s2",
+            "mm/s²",
+            MILLI,
+            1.0..1000000.0,
+            Default::Number(5000.0),
+            "Quickest change of its speed",
+            r.machine.max_acceleration_m_s2
+        ),
+        number!(
+            "compliance_um_per_n",
+            "µm/N",
+            PER_MEGA,
+            0.0..1000.0,
+            Default::Number(0.204),
+            "By how much the frame gives: 0.01 mm under 5 kg. Known, and taken out of the measured position",
+            r.machine.compliance_m_per_n
+        ),
+        number!(
+            "max_force_n",
+            "N",
+            SAME,
+            0.01..10000.0,
+            Default::Number(49.0),
+            "Largest force of the load cell; a routine ends above it",
+            r.machine.max_force_n
+        ),
+        number!(
+            "force_rate_hz",
+            "Hz",
+            SAME,
+            1.0..10000.0,
+            Default::Number(80.0),
+            "Conversions of the load cell a second",
+            r.machine.force_rate_hz
+        ),
+        number!(
+            "force_noise_n",
+            "N",
+            SAME,
+            0.0..100.0,
+            Default::Number(0.00736),
+            "Noise of a conversion, RMS: 0.75 g for the cell of 5 kg, 0.15 g (0.00147) for that of 1 kg",
+            r.machine.force_noise_n
+        ),
+        number!(
+            "max_strain",
+            "1",
+            SAME,
+            0.0001..1.0,
+            Default::Number(0.08),
+            "Largest elongation as a share of the wire's length; a routine ends above it",
+            r.machine.max_strain
+        ),
+        number!(
+            "heater_supply_v",
+            "V",
+            SAME,
+            0.1..1000.0,
+            Default::Number(12.0),
+            "Largest voltage of the heater amplifier",
+            r.machine.heater_supply_v
+        ),
+        number!(
+            "heater_cutoff_hz",
+            "Hz",
+            SAME,
+            0.1..100000.0,
+            Default::Number(40.0),
+            "Cut-off of the filter before the amplifier",
+            r.machine.heater_cutoff_hz
+        ),
+        number!(
+            "current_step_a",
+            "A",
+            SAME,
+            0.0..1.0,
+            Default::Number(0.0001),
+            "Step of the measured current",
+            r.machine.current_step_a
+        ),
+        number!(
+            "current_noise_a",
+            "A",
+            SAME,
+            0.0..1.0,
+            Default::Number(0.00005),
+            "Noise of the measured current, averaged over a row, RMS",
+            r.machine.current_noise_a
+        ),
+        number!(
+            "voltage_step_v",
+            "V",
+            SAME,
+            0.0..1.0,
+            Default::Number(0.004),
+            "Step of the measured voltages",
+            r.machine.voltage_step_v
+        ),
+        number!(
+            "voltage_noise_v",
+            "V",
+            SAME,
+            0.0..1.0,
+            Default::Number(0.002),
+            "Noise of the measured voltages, averaged over a row, RMS",
+            r.machine.voltage_noise_v
+        ),
+        number!(
+            "chamber_min_c",
+            "°C",
+            SAME,
+            -200.0..800.0,
+            Default::Number(0.0),
+            "Coldest the thermal chamber gets",
+            r.machine.chamber_min_c
+        ),
+        number!(
+            "chamber_max_c",
+            "°C",
+            SAME,
+            -200.0..800.0,
+            Default::Number(95.0),
+            "Warmest it gets",
+            r.machine.chamber_max_c
+        ),
+        number!(
+            "chamber_power_w",
+            "W",
+            SAME,
+            0.0..100000.0,
+            Default::Number(80.0),
+            "Heat that its thermo-electric elements pump either way",
+            r.machine.chamber_power_w
+        ),
+        number!(
+            "chamber_time_s",
+            "s",
+            SAME,
+            0.1..100000.0,
+            Default::Number(150.0),
+            "Time constant of the chamber left to itself",
+            r.machine.chamber_time_s
+        ),
+        number!(
+            "chamber_noise_k",
+            "K",
+            SAME,
+            0.0..10.0,
+            Default::Number(0.1),
+            "Noise of its thermocouple, which is read 10 times a second in steps of 0.25 K, RMS",
+            r.machine.chamber_noise_k
         ),
     ],
 };
@@ -1284,6 +1508,7 @@ pub fn reference() -> String {
     }
     describe(&mut out, &JOINT, "[[joint]]");
     describe(&mut out, &SIMULATION, "[simulation]");
+    describe(&mut out, &MACHINE, "[machine]");
     out
 }
 
@@ -1318,7 +1543,8 @@ fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
 
 /// Every table in which a key of this name lives, as in its header; not the noise of a column of that name.
 pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
-    let rig = [&RIG, &SIMULATION].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
+    let rig =
+        [&RIG, &SIMULATION, &MACHINE].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
     let channel = CHANNEL.iter().filter(|s| s.table != NOISE && s.keys.iter().any(|k| k.name == name));
     let joint = JOINT.keys.iter().any(|k| k.name == name).then_some(JOINT.table);
     rig.chain(channel.map(|s| s.table)).chain(joint).collect()
@@ -1372,6 +1598,7 @@ mod tests {
         }
         check(&RIG);
         check(&SIMULATION);
+        check(&MACHINE);
         check(&JOINT);
         CHANNEL.iter().for_each(check);
     }

@@ -40,13 +40,16 @@ pub struct Rig {
     pub columns: ColumnMap,
     /// The simulated backend.
     pub simulation: Simulation,
+    /// The tensile testing machine a wire may be mounted in.
+    pub machine: Machine,
     pub(crate) source: Source,
 }
 
 impl PartialEq for Rig {
     fn eq(&self, other: &Rig) -> bool {
         // Taken apart so that a new field cannot be forgotten here.
-        let Rig { name, rate_hz, ambient_c, realtime, channels, joints, columns, simulation, source: _ } = self;
+        let Rig { name, rate_hz, ambient_c, realtime, channels, joints, columns, simulation, machine, source: _ } =
+            self;
         *name == other.name
             && *rate_hz == other.rate_hz
             && *ambient_c == other.ambient_c
@@ -55,6 +58,7 @@ impl PartialEq for Rig {
             && *joints == other.joints
             && *columns == other.columns
             && *simulation == other.simulation
+            && *machine == other.machine
     }
 }
 
@@ -396,6 +400,54 @@ pub struct Simulation {
     pub pace: Pace,
     /// Faults to play, in the order of the file.
     pub faults: Vec<SimulatedFault>,
+}
+
+/// A tensile testing machine: a cross-head that pulls a wire against a load cell, a heater amplifier, a thermal chamber
+/// (thesis, chapter 8, tables 8 and 9).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Machine {
+    /// Rate of its own loop and of its recordings, in Hz.
+    pub rate_hz: f64,
+    /// How far the cross-head travels, in m.
+    pub travel_m: f64,
+    /// Smallest motion of the cross-head, in m.
+    pub microstep_m: f64,
+    /// Fastest cross-head, in m/s.
+    pub max_speed_m_s: f64,
+    /// Quickest change of its speed, in m/s².
+    pub max_acceleration_m_s2: f64,
+    /// By how much the frame gives, in m/N; known, and taken out of the measured position.
+    pub compliance_m_per_n: f64,
+    /// Largest force of the load cell, in N.
+    pub max_force_n: f64,
+    /// Conversions of the load cell a second, in Hz.
+    pub force_rate_hz: f64,
+    /// Noise of a conversion, RMS, in N.
+    pub force_noise_n: f64,
+    /// Largest elongation of a wire, as a share of its length.
+    pub max_strain: f64,
+    /// Largest voltage of the heater amplifier, in V.
+    pub heater_supply_v: f64,
+    /// Cut-off of the filter before the amplifier, in Hz.
+    pub heater_cutoff_hz: f64,
+    /// Step of the measured current, in A.
+    pub current_step_a: f64,
+    /// Noise of the measured current, RMS, in A.
+    pub current_noise_a: f64,
+    /// Step of the measured voltages, in V.
+    pub voltage_step_v: f64,
+    /// Noise of the measured voltages, RMS, in V.
+    pub voltage_noise_v: f64,
+    /// Coldest the chamber gets, in °C.
+    pub chamber_min_c: f64,
+    /// Warmest it gets, in °C.
+    pub chamber_max_c: f64,
+    /// Heat its elements pump, in W.
+    pub chamber_power_w: f64,
+    /// Time constant of the chamber left to itself, in s.
+    pub chamber_time_s: f64,
+    /// Noise of its thermocouple, RMS, in K.
+    pub chamber_noise_k: f64,
 }
 
 /// Whether simulated time keeps to the clock.
