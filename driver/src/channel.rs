@@ -62,6 +62,8 @@ pub struct Tick {
 pub struct Channel {
     /// The duty in force in the period the next sample comes from.
     applied_duty: f64,
+    /// The last sample, as the backend delivered it.
+    pub(crate) sample: Sample,
     sensor: LengthSensor,
     /// Where the length comes from taps and the load says how far the wire is pulled.
     slide: Option<SlideWatch>,
@@ -165,6 +167,7 @@ impl Channel {
         let noise_a = sensor.config().converter.current_sigma_a();
         Ok(Channel {
             applied_duty: 0.0,
+            sample: Sample::NONE,
             slide: slide_watch(channel, model, &stroke),
             sensor,
             reading: Reading::none(Default::default()),
@@ -218,6 +221,7 @@ impl Channel {
     /// converter picked up.
     #[inline]
     pub(crate) fn sense(&mut self, sample: &Sample, tick: &Tick) -> Observation {
+        self.sample = *sample;
         let driven = self.applied_duty > 0.0;
         self.reading = if driven { self.sensor.read(sample) } else { Reading::none(Health::NoCurrent) };
         if self.reading.health.is_ok() {

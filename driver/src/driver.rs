@@ -139,6 +139,7 @@ impl Driver {
         let (mut state, mut cycles, mut commands) = (None, None, None);
         if !options.private {
             let lock = RigLock::acquire(&rig.name)?;
+            lock.leave_rig_text(rig.text())?;
             let mut info = info(rig, &rules)?;
             info.simulated = options.simulated.into();
             let parts = Server::create(lock, &info)?.split();

@@ -76,6 +76,7 @@ fn the_running_loop_allocates_nothing_and_reports_what_it_did() {
     let handle = Driver::start(&rig, fake, options).unwrap();
     // Somebody reads, streams and commands meanwhile: that is when a service might allocate behind the loop's back.
     let client = Client::connect(&rig.name).unwrap();
+    assert_eq!(client.rig_text().unwrap().as_deref(), Some(rig.text()));
     let mut stream = client.stream().unwrap();
     let mut seen = 0u64;
     while handle.is_running() {

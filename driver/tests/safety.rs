@@ -112,6 +112,24 @@ impl Bench {
 }
 
 #[test]
+fn the_state_carries_the_samples_bit_for_bit() {
+    let mut bench = Bench::new(2);
+    bench.fake.script = vec![(30..40, 1, Mishap::NoSample), (60..64, 0, Mishap::InfiniteCurrent)];
+    let bits = |values: [f64; 5]| values.map(f64::to_bits);
+    let mut sampled = 0;
+    for _ in 0..80 {
+        bench.run(1);
+        for (sample, state) in bench.samples.iter().zip(bench.state.channels()) {
+            let seen = [state.supply_v, state.v1_v, state.v2_v, state.v3_v, state.current_a];
+            let given = [sample.supply_v, sample.v1_v, sample.v2_v, sample.v3_v, sample.current_a];
+            assert_eq!(bits(seen), bits(given), "period {}", bench.period);
+            sampled += usize::from(state.v3_v.is_finite());
+        }
+    }
+    assert!(sampled > 50, "{sampled}");
+}
+
+#[test]
 fn outputs_are_zero_then_the_sensing_pulse_until_every_sensor_has_reported() {
     let mut bench = Bench::new(3);
     // Channel 1 stays silent for a while; a command is waiting on all three.

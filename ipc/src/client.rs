@@ -172,6 +172,14 @@ impl Client {
         &self.info
     }
 
+    /// The text of the rig file as the driver read it, the built-in rig's too; `None` where the driver left none.
+    ///
+    /// # Errors
+    /// [`Error::RuntimeDir`].
+    pub fn rig_text(&self) -> Result<Option<String>, Error> {
+        self.link.attachment.rig_text()
+    }
+
     /// The channels, in the rig's order.
     pub fn channels(&self) -> &[ChannelInfo] {
         self.info.channels()

@@ -7,7 +7,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use std::fmt;
 
 /// Version of these messages.
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 /// Most channels of a rig.
 pub const MAX_CHANNELS: usize = 64;
 /// Most cycles in one batch of the stream.
@@ -103,6 +103,17 @@ pub struct ChannelState {
     pub surface: f64,
     /// What is left of the setpoint's lease, s; infinite when the driver moves the channel by itself, NaN without a setpoint.
     pub lease_s: f64,
+    /// Supply as sampled in the period just past, V; NaN = not sampled. This and the four below are the bits the backend delivered:
+    /// what a recording is replayed from.
+    pub supply_v: f64,
+    /// First tap as sampled, V; NaN = not sampled.
+    pub v1_v: f64,
+    /// Second tap as sampled, V; NaN = not sampled.
+    pub v2_v: f64,
+    /// Moving end as sampled, V; NaN = not sampled.
+    pub v3_v: f64,
+    /// Current as sampled, A; NaN = not sampled.
+    pub current_a: f64,
     /// What the channel is doing: [`Mode`].
     pub mode: u32,
     /// The latched fault: [`Fault`] or 0.
@@ -135,6 +146,11 @@ impl ChannelState {
         power_w: 0.0,
         surface: 0.0,
         lease_s: f64::NAN,
+        supply_v: f64::NAN,
+        v1_v: f64::NAN,
+        v2_v: f64::NAN,
+        v3_v: f64::NAN,
+        current_a: f64::NAN,
         mode: Mode::Waiting as u32,
         fault: 0,
         health: 0,
@@ -723,11 +739,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn layouts_are_those_of_protocol_1() {
+    fn layouts_are_those_of_protocol_2() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
-        assert_eq!(PROTOCOL, 1);
-        assert_eq!(size_of::<ChannelState>(), 112);
-        assert_eq!(size_of::<Snapshot>(), 32 + 112 * MAX_CHANNELS);
+        assert_eq!(PROTOCOL, 2);
+        assert_eq!(size_of::<ChannelState>(), 152);
+        assert_eq!(size_of::<Snapshot>(), 32 + 152 * MAX_CHANNELS);
         assert_eq!(size_of::<ChannelInfo>(), 144);
         assert_eq!(size_of::<Info>(), 8 + 64 + 24 + 144 * MAX_CHANNELS);
         assert_eq!(size_of::<Command>(), 40);

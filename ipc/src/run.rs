@@ -4,7 +4,8 @@
 //! `/tmp/sinew-UID`) stand
 //!
 //! - `RIG.lock`: held exclusively by the running driver, and read by clients: its process id, protocol and run;
-//! - `RUN/`: everything iceoryx2 keeps in files for this run, with `RUN/users` held shared by the driver and by each client.
+//! - `RUN/`: everything iceoryx2 keeps in files for this run, the rig file's text (`RUN/rig.toml`), and `RUN/users`, held shared
+//!   by the driver and by each client.
 //!
 //! Each run has a name of its own, which is also in the name of all its shared memory (`/dev/shm/sinew_RUN_…`). So nothing
 //! that a killed driver left can be in the way of the next one: that one uses other names. A run whose `users` nobody
@@ -28,6 +29,10 @@ const RUN_LETTERS: usize = 10;
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Size of what stands in a lock file: always written whole, so that a reader never sees half of it.
 const RECORD_BYTES: usize = 128;
+/// The rig file's text in a run's folder.
+const RIG_TEXT: &str = "rig.toml";
+/// Longest rig file a client reads, bytes.
+const MAX_RIG_TEXT: u64 = 4 << 20;
 
 /// Checks a rig name: 1 to 48 of `A-Z a-z 0-9 _ . -`.
 ///
@@ -214,6 +219,16 @@ impl RigLock {
         &self.rig
     }
 
+    /// Leaves the rig file's text in the run's folder, for clients to read ([`crate::Client::rig_text`]): a recording carries it.
+    /// Before the services are created, so that no client comes too early.
+    ///
+    /// # Errors
+    /// [`Error::RuntimeDir`].
+    pub fn leave_rig_text(&self, text: &str) -> Result<(), Error> {
+        let path = self.run_dir().join(RIG_TEXT);
+        fs::write(&path, text).map_err(|e| Error::RuntimeDir { path, reason: e.to_string() })
+    }
+
     pub(crate) fn run_dir(&self) -> PathBuf {
         self.dir.join(&self.run)
     }
@@ -396,6 +411,19 @@ impl Attachment {
 
     pub(crate) fn run_dir(&self) -> PathBuf {
         self.dir.join(&self.run)
+    }
+
+    /// The rig file's text as the driver left it; `None` where it left none.
+    pub(crate) fn rig_text(&self) -> Result<Option<String>, Error> {
+        let path = self.run_dir().join(RIG_TEXT);
+        let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
+        let file = match File::open(&path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+            opened => opened.map_err(failed)?,
+        };
+        let mut text = String::new();
+        file.take(MAX_RIG_TEXT).read_to_string(&mut text).map_err(failed)?;
+        Ok(Some(text))
     }
 
     /// Whether the driver of this run still holds the rig.

@@ -22,7 +22,7 @@ const CLEANUP_PERIOD: Duration = Duration::from_secs(1);
 /// Commands answered in one call, so that a flood of them cannot keep the thread from its other work.
 const REQUESTS_PER_CALL: usize = 256;
 /// What the stream's buffers may take of shared memory, bytes, when they are full.
-const STREAM_MEMORY: usize = 64 << 20;
+const STREAM_MEMORY: usize = 96 << 20;
 /// Batches in use beside those in the readers' buffers: one each reader looks at, and some in between.
 const EXTRA_SLOTS: usize = MAX_STREAMS + 4;
 /// Fewest batches a reader may lag behind.

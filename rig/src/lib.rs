@@ -151,4 +151,9 @@ impl Rig {
     pub fn file(&self) -> &str {
         &self.source.file
     }
+
+    /// The text it was read from, as it was; later changes of fields are not in it, see [`Rig::to_toml`].
+    pub fn text(&self) -> &str {
+        &self.source.text
+    }
 }
