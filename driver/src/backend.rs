@@ -138,6 +138,48 @@ pub enum ChannelFault {
 }
 
 impl BackendError {
+    /// From here on the codes are those of a single channel's faults.
+    const CHANNEL: u32 = 16;
+
+    /// The number that stands for it in `ChannelState::backend`: what failed, without the details.
+    pub fn code(&self) -> u32 {
+        match self {
+            BackendError::NotStarted => 1,
+            BackendError::WrongCount { .. } => 2,
+            BackendError::BadDuty { .. } => 3,
+            BackendError::Unavailable { .. } => 4,
+            BackendError::Timeout { .. } => 5,
+            BackendError::Io { .. } => 6,
+            BackendError::Channel { fault, .. } => {
+                BackendError::CHANNEL
+                    + match fault {
+                        ChannelFault::OverCurrent => 0,
+                        ChannelFault::OverTemperature => 1,
+                        ChannelFault::Converter => 2,
+                        ChannelFault::Stage => 3,
+                    }
+            }
+        }
+    }
+
+    /// The error with this number, reported of `channel`; its details are 0. `None` for 0 and unknown numbers.
+    pub fn from_code(code: u32, channel: u32) -> Option<BackendError> {
+        let fault = match code {
+            1 => return Some(BackendError::NotStarted),
+            2 => return Some(BackendError::WrongCount { expected: 0, found: 0 }),
+            3 => return Some(BackendError::BadDuty { channel }),
+            4 => return Some(BackendError::Unavailable { os_error: 0 }),
+            5 => return Some(BackendError::Timeout { waited_us: 0 }),
+            6 => return Some(BackendError::Io { os_error: 0 }),
+            16 => ChannelFault::OverCurrent,
+            17 => ChannelFault::OverTemperature,
+            18 => ChannelFault::Converter,
+            19 => ChannelFault::Stage,
+            _ => return None,
+        };
+        Some(BackendError::Channel { channel, fault })
+    }
+
     /// The one channel this concerns, or `None` when it is the whole backend.
     pub fn channel(&self) -> Option<usize> {
         match self {
@@ -175,3 +217,17 @@ impl fmt::Display for BackendError {
 }
 
 impl std::error::Error for BackendError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_survive_the_way_there_and_back() {
+        let known: Vec<BackendError> = (0..64).filter_map(|code| BackendError::from_code(code, 3)).collect();
+        assert_eq!(known.len(), 10);
+        for error in known {
+            assert_eq!(BackendError::from_code(error.code(), 3), Some(error));
+        }
+    }
+}

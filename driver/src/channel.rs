@@ -4,7 +4,7 @@ use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Demand, EnthalpyObserver, Estimate, EstimatorKind, Modulation, Observation,
     PidGains, Priming, Settings, StateEstimator, StrokeRange, TensionLimits,
 };
-use sinew_ipc::{ChannelState, Fault};
+use sinew_ipc::{ChannelState, CommandKind, Fault};
 use sinew_physics::{Convection, DriveKind, Load, WireModel};
 use sinew_rig::{
     Algorithm as RigAlgorithm, Channel as RigChannel, Estimator as RigEstimator, RapidHeating, Rig, SamplingCircuit,
@@ -15,6 +15,7 @@ use sinew_sensing::{
     Reading, ResistanceLine, Sample, SlideConfig, SlideWatch,
 };
 
+use crate::engine::Ask;
 use crate::error::Error;
 use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};
 
@@ -64,6 +65,11 @@ pub struct Channel {
     applied_duty: f64,
     /// The last sample, as the backend delivered it.
     pub(crate) sample: Sample,
+    /// The order taken since the last cycle, and the one taken before it, as in `ChannelState::order`; 0 = none.
+    ordered: u32,
+    pub(crate) order: u32,
+    /// Value of the last setpoint a client asked for.
+    asked: f64,
     sensor: LengthSensor,
     /// Where the length comes from taps and the load says how far the wire is pulled.
     slide: Option<SlideWatch>,
@@ -168,6 +174,9 @@ impl Channel {
         Ok(Channel {
             applied_duty: 0.0,
             sample: Sample::NONE,
+            ordered: 0,
+            order: 0,
+            asked: f64::NAN,
             slide: slide_watch(channel, model, &stroke),
             sensor,
             reading: Reading::none(Default::default()),
@@ -222,6 +231,7 @@ impl Channel {
     #[inline]
     pub(crate) fn sense(&mut self, sample: &Sample, tick: &Tick) -> Observation {
         self.sample = *sample;
+        self.order = std::mem::take(&mut self.ordered);
         let driven = self.applied_duty > 0.0;
         self.reading = if driven { self.sensor.read(sample) } else { Reading::none(Health::NoCurrent) };
         if self.reading.health.is_ok() {
@@ -373,6 +383,38 @@ impl Channel {
             Target::Length(length_m) | Target::Force(length_m) => length_m,
             _ => self.motion.length_m,
         }
+    }
+
+    /// Notes an order, taken or refused, so that a recording tells of it.
+    #[inline]
+    pub(crate) fn note(&mut self, ask: Ask, place: u32) {
+        let (kind, asked) = match ask {
+            Ask::Length(length_m) => (CommandKind::Length, length_m),
+            Ask::Force(length_m) => (CommandKind::Force, length_m),
+            Ask::Tension(tension_n) => (CommandKind::Force, tension_n),
+            Ask::Duty(duty) => (CommandKind::Duty, duty),
+            Ask::Off => (CommandKind::Off, f64::NAN),
+            Ask::Reset => (CommandKind::Reset, self.asked),
+        };
+        self.ordered = ChannelState::order_code(kind, place);
+        self.asked = asked;
+    }
+
+    /// Whether an order was taken since the last cycle.
+    pub(crate) fn has_order(&self) -> bool {
+        self.ordered != 0
+    }
+
+    /// Notes that its partner in a joint was given an order that this channel follows.
+    pub(crate) fn note_partners(&mut self) {
+        if !self.has_order() {
+            self.asked = f64::NAN;
+        }
+    }
+
+    /// Value of the client's setpoint, that of an order refused right before this cycle included; NaN without one.
+    pub(crate) fn asked(&self) -> f64 {
+        if self.order != 0 || matches!(self.source, Source::Client { .. }) { self.asked } else { f64::NAN }
     }
 
     /// Takes a target from somebody.

@@ -203,6 +203,10 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 }
             };
             for _ in 0..ORDERS_A_CYCLE {
+                // A second one for the same channel waits for the next cycle: a recording has room for one.
+                if orders.peek().is_ok_and(|order| engine.has_order(order.channel)) {
+                    break;
+                }
                 let Ok(order) = orders.pop() else { break };
                 stats.commands += 1;
                 if let Some(answer) = engine.take(&order, now_ns) {

@@ -155,9 +155,23 @@ impl Engine {
         Some(self.joints[joint].channels[1 - side])
     }
 
+    /// Whether a channel has taken an order since the last cycle: a cycle has room for one, see
+    /// [`ChannelState::order`](sinew_ipc::ChannelState::order). A second one would be taken all the same, and only that recorded.
+    #[inline]
+    pub fn has_order(&self, channel: usize) -> bool {
+        self.channels.get(channel).is_some_and(Channel::has_order)
+    }
+
+    /// What the channels do while nobody commands them, to be changed between cycles.
+    pub fn program_mut(&mut self) -> Option<&mut Program> {
+        self.program.as_mut()
+    }
+
     /// Takes an order before a cycle at `now_ns`. `None`: the answer comes later, as an event.
     #[inline]
     pub fn take(&mut self, order: &Order, now_ns: u64) -> Option<Answer> {
+        let place = 1 + self.channels.iter().filter(|channel| channel.has_order()).count() as u32;
+        self.channels[order.channel].note(order.ask, place);
         let partner = self.partner(order.channel);
         let partners_fault = partner.and_then(|partner| self.channels[partner].guard.fault());
         let channel = &mut self.channels[order.channel];
@@ -205,6 +219,7 @@ impl Engine {
         channel.obey(target, source);
         if let (Some((joint, side)), Some(partner)) = (self.places[order.channel], partner) {
             let other = &mut self.channels[partner];
+            other.note_partners();
             let joint = &mut self.joints[joint];
             joint.set_tension(if let Ask::Tension(tension_n) = order.ask { Some(tension_n) } else { None });
             match target {
@@ -308,8 +323,14 @@ impl Engine {
     pub fn describe(&self, now_ns: u64, state: DriverState, snapshot: &mut Snapshot) {
         snapshot.state = state.code();
         snapshot.channels = self.channels.len().min(MAX_CHANNELS) as u32;
-        for (channel, state) in self.channels.iter().zip(&mut snapshot.channel) {
+        let (code, whom) = match self.exchanged {
+            Ok(()) => (0, None),
+            Err(error @ BackendError::Channel { channel, .. }) => (error.code(), Some(channel as usize)),
+            Err(error) => (error.code(), None),
+        };
+        for (index, (channel, state)) in self.channels.iter().zip(&mut snapshot.channel).enumerate() {
             channel.describe(now_ns, state);
+            state.backend = if whom.is_none_or(|whom| whom == index) { code } else { 0 };
         }
     }
 }
@@ -347,6 +368,7 @@ impl Channel {
                 Source::Client { until_ns: u64::MAX } => f64::INFINITY,
                 Source::Client { until_ns } => until_ns.saturating_sub(now_ns) as f64 * 1e-9,
             },
+            asked: self.asked(),
             supply_v: self.sample.supply_v,
             v1_v: self.sample.v1_v,
             v2_v: self.sample.v2_v,
@@ -356,6 +378,8 @@ impl Channel {
             fault: latched.or(stale).map_or(0, Fault::code),
             health: u32::from(self.reading.health.code()),
             flags: self.flags,
+            order: self.order,
+            backend: 0,
         };
     }
 }

@@ -1,16 +1,22 @@
-//! What a rig does by itself while nobody commands it: a pure function of channel and time.
+//! What a rig does by itself while nobody commands it: a pure function of channel and time, or what a replay gives it.
 //!
 //! The built-in hexapod walks on the spot with it. A command from outside takes a channel over while its lease lasts, then
 //! the program goes on where its clock is by then.
 
 use std::f64::consts::PI;
 
-/// A reference for each channel as a function of time. Nothing in it changes once it is made, so the loop may ask it
-/// without allocating or locking.
+/// A reference for each channel as a function of time. The loop asks it without allocating or locking.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    period_s: f64,
-    joints: Vec<Joint>,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    /// Steps of so many seconds.
+    Gait { period_s: f64, joints: Vec<Joint> },
+    /// What was last given for each channel.
+    Given(Vec<Option<f64>>),
 }
 
 /// What one wire does in a step.
@@ -56,20 +62,42 @@ impl Program {
             })
             .collect();
         // NaN and everything too fast become the fastest step there is.
-        Program { period_s: period_s.max(0.1), joints }
+        Program { kind: Kind::Gait { period_s: period_s.max(0.1), joints } }
+    }
+
+    /// Whatever [`Program::give`] said last of each of so many channels, nothing before: for a replay.
+    pub fn given(channels: usize) -> Program {
+        Program { kind: Kind::Given(vec![None; channels]) }
+    }
+
+    /// From now on the stroke of `channel` is this; `None` = it is not moved. Only for a program made by [`Program::given`].
+    #[inline]
+    pub fn give(&mut self, channel: usize, stroke: Option<f64>) {
+        if let Kind::Given(strokes) = &mut self.kind
+            && let Some(given) = strokes.get_mut(channel)
+        {
+            *given = stroke;
+        }
     }
 
     /// How many channels it moves.
     pub fn channels(&self) -> usize {
-        self.joints.len()
+        match &self.kind {
+            Kind::Gait { joints, .. } => joints.len(),
+            Kind::Given(strokes) => strokes.len(),
+        }
     }
 
     /// Stroke of `channel` at `time_s` (s since the start), 0 = cold and long, 1 = hot and short; `None` for a channel it does
     /// not move. Continuous in time, with a continuous first derivative; the first step grows out of rest.
     #[inline]
     pub fn stroke(&self, channel: usize, time_s: f64) -> Option<f64> {
-        let joint = self.joints.get(channel)?;
-        let steps = time_s / self.period_s;
+        let (period_s, joints) = match &self.kind {
+            Kind::Gait { period_s, joints } => (*period_s, joints),
+            Kind::Given(strokes) => return *strokes.get(channel)?,
+        };
+        let joint = joints.get(channel)?;
+        let steps = time_s / period_s;
         let at = (steps + joint.phase).rem_euclid(1.0);
         // The leg is in the air in the first half of its step.
         let shape = match joint.motion {

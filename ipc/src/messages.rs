@@ -103,6 +103,9 @@ pub struct ChannelState {
     pub surface: f64,
     /// What is left of the setpoint's lease, s; infinite when the driver moves the channel by itself, NaN without a setpoint.
     pub lease_s: f64,
+    /// Value of the client's setpoint as the loop took it: m for a length and for a force against a spring, N for the tension of
+    /// a joint, a duty 0..1; NaN without one.
+    pub asked: f64,
     /// Supply as sampled in the period just past, V; NaN = not sampled. This and the four below are the bits the backend delivered:
     /// what a recording is replayed from.
     pub supply_v: f64,
@@ -122,6 +125,10 @@ pub struct ChannelState {
     pub health: u32,
     /// Bits of `ChannelState::FLAG_…`.
     pub flags: u32,
+    /// The request the loop took right before this cycle, 0 = none: see [`ChannelState::order`].
+    pub order: u32,
+    /// How the backend failed in this cycle: 0 = it did not, else the codes of `sinew_driver::BackendError`.
+    pub backend: u32,
 }
 
 impl ChannelState {
@@ -146,6 +153,7 @@ impl ChannelState {
         power_w: 0.0,
         surface: 0.0,
         lease_s: f64::NAN,
+        asked: f64::NAN,
         supply_v: f64::NAN,
         v1_v: f64::NAN,
         v2_v: f64::NAN,
@@ -155,7 +163,20 @@ impl ChannelState {
         fault: 0,
         health: 0,
         flags: 0,
+        order: 0,
+        backend: 0,
     };
+
+    /// The number for a request taken as the `place`th (from 1) of its cycle.
+    pub const fn order_code(kind: CommandKind, place: u32) -> u32 {
+        kind.code() | place << 8
+    }
+
+    /// The request taken right before this cycle, and as which one (from 1) of all channels'. A channel takes at most one a
+    /// cycle, so that a recording has every one; its value is [`ChannelState::asked`], its lease the one that is left.
+    pub fn order(&self) -> Option<(CommandKind, u32)> {
+        Some((CommandKind::from_code(self.order & 0xff)?, self.order >> 8))
+    }
 
     /// The latched fault, if any.
     pub fn fault(&self) -> Option<Fault> {
@@ -742,8 +763,8 @@ mod tests {
     fn layouts_are_those_of_protocol_2() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
         assert_eq!(PROTOCOL, 2);
-        assert_eq!(size_of::<ChannelState>(), 152);
-        assert_eq!(size_of::<Snapshot>(), 32 + 152 * MAX_CHANNELS);
+        assert_eq!(size_of::<ChannelState>(), 168);
+        assert_eq!(size_of::<Snapshot>(), 32 + 168 * MAX_CHANNELS);
         assert_eq!(size_of::<ChannelInfo>(), 144);
         assert_eq!(size_of::<Info>(), 8 + 64 + 24 + 144 * MAX_CHANNELS);
         assert_eq!(size_of::<Command>(), 40);
@@ -757,6 +778,10 @@ mod tests {
             assert!(Mode::from_code(code).is_none_or(|m| m.code() == code));
             assert!(CommandKind::from_code(code).is_none_or(|k| k.code() == code));
             assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
+            if let Some(kind) = CommandKind::from_code(code) {
+                let state = ChannelState { order: ChannelState::order_code(kind, 8), ..ChannelState::UNKNOWN };
+                assert_eq!(state.order(), Some((kind, 8)));
+            }
         }
         assert_eq!((0..64).filter(|c| Mode::from_code(*c).is_some()).count(), 7);
         assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);

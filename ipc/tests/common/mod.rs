@@ -57,6 +57,7 @@ pub fn state(cycle: u64, channels: usize) -> Snapshot {
             power_w: x,
             surface: x,
             lease_s: x + 0.5,
+            asked: x,
             supply_v: x,
             v1_v: -x,
             v2_v: x,
@@ -66,6 +67,8 @@ pub fn state(cycle: u64, channels: usize) -> Snapshot {
             fault: 0,
             health: 0,
             flags: cycle as u32,
+            order: 0,
+            backend: 0,
         };
     }
     s
