@@ -7,7 +7,7 @@ use sinew_driver::{
     Answer, Ask, Backend, BackendError, Beat, ChannelFault, Engine, Error, Event, Occurrence, Order, Program, Sample,
     supervisor,
 };
-use sinew_ipc::{DriverState, Fault, Mode, Snapshot};
+use sinew_ipc::{CommandKind, DriverState, Fault, Mode, Snapshot};
 use sinew_rig::{Estimator, Rig};
 
 const RATE_HZ: f64 = 1000.0;
@@ -127,6 +127,38 @@ fn the_state_carries_the_samples_bit_for_bit() {
         }
     }
     assert!(sampled > 50, "{sampled}");
+}
+
+#[test]
+fn the_state_tells_what_was_asked_and_how_the_backend_failed() {
+    let mut bench = Bench::started(3);
+    let length_m = bench.engine.channels()[1].stroke_range().length_m(0.3);
+    assert_eq!(bench.order(1, Ask::Length(length_m), 0.5), Some(Answer::Done));
+    assert_eq!(bench.order(0, Ask::Duty(0.1), 1.0), Some(Answer::Done));
+    assert!(bench.engine.has_order(1) && !bench.engine.has_order(2));
+    bench.run(1);
+    let channels = bench.state.channel;
+    assert_eq!(channels[1].order(), Some((CommandKind::Length, 1)));
+    assert_eq!(channels[0].order(), Some((CommandKind::Duty, 2)));
+    assert_eq!((channels[1].asked, channels[0].asked), (length_m, 0.1));
+    assert!(channels[2].order().is_none() && channels[2].asked.is_nan());
+    bench.run(1);
+    assert!(bench.state.channel[1].order().is_none(), "an order is told of once");
+    assert_eq!(bench.state.channel[1].asked, length_m, "what it asked for as long as it holds");
+
+    bench.fake.script = vec![(0..u64::MAX, 2, Mishap::ChannelError)];
+    bench.run(1);
+    bench.fake.script.clear();
+    let codes = bench.state.channels().iter().map(|channel| channel.backend).collect::<Vec<_>>();
+    assert_eq!(codes[..2], [0, 0]);
+    assert!(matches!(BackendError::from_code(codes[2], 2), Some(BackendError::Channel { channel: 2, .. })));
+    // A refused order is told of too: under another law it might have been taken.
+    bench.run(1);
+    assert!(matches!(bench.order(2, Ask::Duty(0.2), 1.0), Some(Answer::Latched(_))));
+    bench.run(1);
+    assert_eq!((bench.state.channel[2].order(), bench.state.channel[2].asked), (Some((CommandKind::Duty, 1)), 0.2));
+    bench.run(1);
+    assert!(bench.state.channel[2].asked.is_nan());
 }
 
 #[test]
