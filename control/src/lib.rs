@@ -5,20 +5,21 @@
 
 mod algorithm;
 mod demand;
-mod design;
 mod estimators;
 mod joint;
 mod lambda;
 mod laws;
 mod lpv;
 mod reach;
+mod rules;
+mod sizing;
+mod stroke;
 #[cfg(test)]
 mod testing;
 mod wire_map;
 
 pub use algorithm::{Algorithm, AlgorithmKind, Settings};
 pub use demand::{Controller, Demand, Modulation};
-pub use design::{CommandError, StrokeRange, length_for_force, safe_current_a};
 pub use estimators::{
     EnthalpyObserver, Estimate, EstimatorKind, FusedEstimator, LuenbergerObserver, Observation, StateEstimator,
 };
@@ -30,3 +31,8 @@ pub use laws::{
 };
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
 pub use reach::{Holding, Limits, Reach, ReachConfig, Shares};
+pub use rules::WireRules;
+pub use sizing::{
+    Candidate, Motion, Prediction, Requirement, STOCK_DIAMETERS_M, Shortfall, best, candidates, load_of, predict,
+};
+pub use stroke::{CommandError, StrokeRange, length_for_force};

@@ -1,6 +1,6 @@
-//! Commands in other units than length, and the thesis' rules of thumb for a wire.
+//! Commands in other units than length: strokes and forces.
 
-use sinew_physics::{Geometry, Load, WireModel};
+use sinew_physics::{Load, WireModel};
 
 /// Why a command cannot be turned into a length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,12 +82,6 @@ impl StrokeRange {
     }
 }
 
-/// Current a wire of this diameter bears for good, in A: 20 A per mm² and 40 mA on top (eq. 8 of the thesis' Table 3).
-pub fn safe_current_a(diameter_m: f64) -> f64 {
-    let area_mm2 = Geometry { diameter_m, length_m: 1.0 }.area_m2() * 1e6;
-    20.0 * area_mm2 + 0.04
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,11 +115,5 @@ mod tests {
         assert!((range.length_m(0.0) - range.cold_m).abs() < 1e-15);
         assert!((range.length_m(1.0) - range.hot_m).abs() < 1e-15);
         assert!((range.stroke(range.length_m(0.37)) - 0.37).abs() < 1e-12);
-    }
-
-    /// Table 3 of the thesis for its demonstration wire of 0.127 mm: about 0.3 A.
-    #[test]
-    fn safe_current_follows_the_rule() {
-        assert!((safe_current_a(0.127e-3) - 0.2934).abs() < 1e-3, "{}", safe_current_a(0.127e-3));
     }
 }
