@@ -1,0 +1,318 @@
+//! A recording in the place of power stage and converter.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+use sinew_driver::{Backend, BackendError, Sample};
+use sinew_ipc::{ChannelState, CycleHeader};
+
+use crate::error::Error;
+use crate::source::{Cycles, Source};
+
+/// Channels' states that are read ahead; at least [`AHEAD_CYCLES`] cycles.
+const AHEAD_STATES: usize = 1 << 14;
+const AHEAD_CYCLES: usize = 256;
+/// How often the reader looks for room.
+const ROOM: Duration = Duration::from_micros(200);
+/// Longest an `exchange` waits for the disk before it gives up. Nothing is heated meanwhile: there is no wire.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// What the reader leaves for the loop: a head, once its channels' states are there.
+#[derive(Debug)]
+struct Ahead {
+    heads: Consumer<CycleHeader>,
+    states: Consumer<ChannelState>,
+}
+
+/// One recorded cycle.
+#[derive(Debug, Clone)]
+struct Recorded {
+    head: CycleHeader,
+    states: Vec<ChannelState>,
+}
+
+impl Recorded {
+    /// Number of its period, from the driver's start: cycles that ran and those that were missed.
+    fn period(&self) -> u64 {
+        self.head.cycle + self.head.missed
+    }
+
+    /// How the backend failed then.
+    fn error(&self) -> Option<BackendError> {
+        let named = |(channel, state): (usize, &ChannelState)| BackendError::from_code(state.backend, channel as u32);
+        self.states.iter().enumerate().find_map(named)
+    }
+}
+
+/// A recording as a backend: it brings back what was sampled then, period by period, whatever duty it is given.
+///
+/// Periods are those of the recording: one it has no cycle of (missed then, or lost by the recorder) is all NaN, and
+/// [`Backend::missed`] passes over recorded periods. Where the wire was driven then and is not now, or the other way round,
+/// there is no sample of it, and what was read of the supply is all that is left. At the end of the recording `exchange`
+/// answers [`BackendError::Unavailable`]. Samples are read ahead by a thread of its own between `start` and `stop`.
+#[derive(Debug)]
+pub struct ReplayBackend<S: Source> {
+    source: S,
+    channels: usize,
+    ahead: Option<Ahead>,
+    /// The first trouble of the reader.
+    trouble: Arc<Mutex<Option<Error>>>,
+    /// The cycle whose period is present or yet to come.
+    recorded: Recorded,
+    /// Whether `recorded` holds one.
+    is_there: bool,
+    /// Number of the present period; `None` before the first exchange.
+    period: Option<u64>,
+    missed: u64,
+    /// The duty in force in the period just past, and the one in force then; NaN where that is not known.
+    applied: Vec<f64>,
+    recorded_applied: Vec<f64>,
+    /// The duty a cycle of the recording decided on, which went out with the one after it.
+    recorded_next: Vec<f64>,
+    /// Number of the last recorded cycle that was passed.
+    passed: u64,
+}
+
+impl<S: Source> ReplayBackend<S> {
+    /// Of a recording.
+    pub fn new(source: S) -> ReplayBackend<S> {
+        let channels = source.channels();
+        let head = CycleHeader::default();
+        ReplayBackend {
+            source,
+            channels,
+            ahead: None,
+            trouble: Arc::default(),
+            recorded: Recorded { head, states: vec![ChannelState::UNKNOWN; channels] },
+            is_there: false,
+            period: None,
+            missed: 0,
+            applied: vec![0.0; channels],
+            recorded_applied: vec![f64::NAN; channels],
+            recorded_next: vec![f64::NAN; channels],
+            passed: 0,
+        }
+    }
+
+    /// Lets the next recorded cycle be present, however many periods later it is: how many went by without one, and the
+    /// cycle as it was then, which the next [`Backend::exchange`] will bring the samples of. `None` at the end.
+    ///
+    /// # Errors
+    /// What kept the recording from being read on.
+    pub fn advance(&mut self) -> Result<Option<(u64, CycleHeader)>, Error> {
+        let at = self.period;
+        if at.is_some_and(|at| self.is_there && self.recorded.period() <= at) {
+            self.pass();
+        }
+        if !self.is_there && !self.take() {
+            return self.trouble().map_or(Ok(None), Err);
+        }
+        let between = at.map_or(0, |at| self.recorded.period().saturating_sub(at + 1));
+        Ok(Some((between, self.recorded.head)))
+    }
+
+    /// What kept the reader from going on, told once.
+    pub fn trouble(&self) -> Option<Error> {
+        self.trouble.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The recorded states of the cycle that [`ReplayBackend::advance`] told of.
+    pub fn recorded(&self) -> &[ChannelState] {
+        &self.recorded.states
+    }
+
+    /// Takes the next recorded cycle from the reader; false at the end of the recording.
+    fn take(&mut self) -> bool {
+        let Some(ahead) = &mut self.ahead else { return false };
+        let mut waited_from = None;
+        loop {
+            // Asked before looking, so that what is read between the two is not lost.
+            let over = ahead.heads.is_abandoned();
+            if let Ok(head) = ahead.heads.pop() {
+                // The reader pushes a head after its states, so they are there.
+                let Ok(chunk) = ahead.states.read_chunk(self.channels) else { return false };
+                let (first, rest) = chunk.as_slices();
+                self.recorded.states[..first.len()].copy_from_slice(first);
+                self.recorded.states[first.len()..].copy_from_slice(rest);
+                chunk.commit_all();
+                self.recorded.head = head;
+                self.is_there = true;
+                return true;
+            }
+            if over || waited_from.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
+                return false;
+            }
+            thread::yield_now();
+        }
+    }
+
+    /// Leaves the present recorded cycle behind: what it put out is in force in the period after it.
+    fn pass(&mut self) {
+        let head = self.recorded.head;
+        let follows = head.cycle == self.passed + 1;
+        let whole = self.recorded.error().filter(|error| error.channel().is_none()).is_some();
+        for (channel, state) in self.recorded.states.iter().enumerate() {
+            let failed = whole || state.backend != 0;
+            self.recorded_applied[channel] = match (failed, head.cycle) {
+                (true, _) | (_, 1) => 0.0,
+                _ if follows => self.recorded_next[channel],
+                _ => f64::NAN,
+            };
+            self.recorded_next[channel] = state.duty;
+        }
+        self.passed = head.cycle;
+        self.is_there = false;
+    }
+
+    /// Whether the recorded cycle follows the one passed last: only then is it known what was in force in between.
+    fn follows(&self) -> bool {
+        self.recorded.head.cycle == self.passed + 1
+    }
+
+    fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
+        samples.fill(Sample::NONE);
+        self.applied.fill(0.0);
+        Err(error)
+    }
+}
+
+/// Reads a recording ahead of the loop until it ends or nobody wants it any more.
+fn read_ahead(
+    mut cycles: impl Cycles,
+    mut heads: Producer<CycleHeader>,
+    mut states: Producer<ChannelState>,
+    channels: usize,
+) -> Result<(), Error> {
+    let mut read = vec![ChannelState::UNKNOWN; channels];
+    while let Some(head) = cycles.next(&mut read)? {
+        while heads.is_full() || states.slots() < channels {
+            if heads.is_abandoned() {
+                return Ok(());
+            }
+            thread::sleep(ROOM);
+        }
+        let Ok(chunk) = states.write_chunk_uninit(channels) else { return Ok(()) };
+        chunk.fill_from_iter(read.iter().copied());
+        if heads.push(head).is_err() {
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+impl<S: Source> Backend for ReplayBackend<S> {
+    fn channels(&self) -> usize {
+        self.channels
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        self.stop();
+        let unavailable = BackendError::Unavailable { os_error: 0 };
+        let note = |trouble: &Mutex<Option<Error>>, error: Error| {
+            trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        };
+        let cycles = match self.source.cycles() {
+            Ok(cycles) => cycles,
+            Err(error) => {
+                note(&self.trouble, error);
+                return Err(unavailable);
+            }
+        };
+        let (channels, trouble) = (self.channels, self.trouble.clone());
+        let room = AHEAD_CYCLES.max(AHEAD_STATES / channels.max(1));
+        let (heads, heads_out) = RingBuffer::new(room);
+        let (states, states_out) = RingBuffer::new(room * channels);
+        let reader = thread::Builder::new().name("sinew-replay".into()).spawn(move || {
+            if let Err(error) = read_ahead(cycles, heads, states, channels) {
+                note(&trouble, error);
+            }
+        });
+        if let Err(error) = reader {
+            return Err(BackendError::Unavailable { os_error: error.raw_os_error().unwrap_or(0) });
+        }
+        self.ahead = Some(Ahead { heads: heads_out, states: states_out });
+        (self.is_there, self.period, self.missed, self.passed) = (false, None, 0, 0);
+        self.recorded_applied.fill(f64::NAN);
+        self.recorded_next.fill(f64::NAN);
+        Ok(())
+    }
+
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        if self.ahead.is_none() {
+            return Err(BackendError::NotStarted);
+        }
+        let expected = self.channels;
+        for found in [duty.len(), samples.len()] {
+            if found != expected {
+                let (expected, found) = (expected as u32, found as u32);
+                return self.fail(samples, BackendError::WrongCount { expected, found });
+            }
+        }
+        if let Some(bad) = duty.iter().position(|d| !(0.0..=1.0).contains(d)) {
+            return self.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        }
+        let missed = std::mem::take(&mut self.missed);
+        let present = self.period.map(|period| period.saturating_add(1 + missed));
+        // The first exchange begins the recording, wherever that begins.
+        while !self.is_there || present.is_some_and(|present| self.recorded.period() < present) {
+            if self.is_there {
+                self.pass();
+            }
+            if !self.take() {
+                return self.fail(samples, BackendError::Unavailable { os_error: 0 });
+            }
+        }
+        let present = present.unwrap_or_else(|| self.recorded.period());
+        self.period = Some(present);
+
+        let is_recorded = self.recorded.period() == present;
+        let known = is_recorded && (self.follows() || self.recorded.head.cycle == 1);
+        for (channel, sample) in samples.iter_mut().enumerate() {
+            *sample = if is_recorded { sample_of(&self.recorded.states[channel]) } else { Sample::NONE };
+            let (now, then) = (self.applied[channel] > 0.0, self.recorded_applied[channel]);
+            let driven_then = match self.recorded.head.cycle {
+                1 => Some(false),
+                _ if known && !then.is_nan() => Some(then > 0.0),
+                _ => None,
+            };
+            // Nobody knows what a converter would have seen of a wire that was driven otherwise.
+            if driven_then.unwrap_or(true) != now {
+                *sample = Sample { supply_v: sample.supply_v, ..Sample::NONE };
+            }
+        }
+        let error = self.recorded.error().filter(|_| is_recorded);
+        self.applied.copy_from_slice(duty);
+        match error {
+            None => Ok(()),
+            Some(error @ BackendError::Channel { channel, .. }) => {
+                samples[channel as usize] = Sample::NONE;
+                self.applied[channel as usize] = 0.0;
+                Err(error)
+            }
+            Some(error) => self.fail(samples, error),
+        }
+    }
+
+    fn missed(&mut self, periods: u64) {
+        self.missed = self.missed.saturating_add(periods);
+    }
+
+    fn stop(&mut self) {
+        // The reader finds its rings abandoned and ends by itself.
+        self.ahead = None;
+        self.applied.fill(0.0);
+    }
+}
+
+/// The sample a recorded state came from.
+fn sample_of(state: &ChannelState) -> Sample {
+    Sample {
+        v1_v: state.v1_v,
+        v2_v: state.v2_v,
+        v3_v: state.v3_v,
+        current_a: state.current_a,
+        supply_v: state.supply_v,
+    }
+}

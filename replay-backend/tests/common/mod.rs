@@ -1,0 +1,88 @@
+//! Recordings in memory, made by the driver's own cycle over simulated wires.
+
+use std::sync::Arc;
+
+use sinew_driver::{Backend, Beat, Engine, Order, Program, Sample};
+use sinew_ipc::{ChannelState, CycleHeader, DriverState, Snapshot};
+use sinew_replay_backend::{Cycles, Error, Source};
+use sinew_rig::Rig;
+use sinew_sim_backend::{FaultHandle, SimulatedRig};
+
+/// A recording in memory.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    pub cycles: Arc<Vec<(CycleHeader, Vec<ChannelState>)>>,
+}
+
+#[derive(Debug)]
+pub struct Reader {
+    cycles: Arc<Vec<(CycleHeader, Vec<ChannelState>)>>,
+    next: usize,
+}
+
+impl Source for Memory {
+    type Cycles = Reader;
+
+    fn channels(&self) -> usize {
+        self.cycles[0].1.len()
+    }
+
+    fn cycles(&self) -> Result<Reader, Error> {
+        Ok(Reader { cycles: self.cycles.clone(), next: 0 })
+    }
+}
+
+impl Cycles for Reader {
+    fn next(&mut self, states: &mut [ChannelState]) -> Result<Option<CycleHeader>, Error> {
+        let Some((head, recorded)) = self.cycles.get(self.next) else { return Ok(None) };
+        states.copy_from_slice(recorded);
+        self.next += 1;
+        Ok(Some(*head))
+    }
+}
+
+/// What happens in a cycle of a script besides the cycle itself.
+#[derive(Debug, Default)]
+pub struct Turn {
+    /// Periods missed before it.
+    pub missed: u64,
+    /// Requests taken before it.
+    pub orders: Vec<Order>,
+}
+
+/// Runs a rig for so many cycles, in lockstep and late by some µs now and then, and keeps what a recorder would have.
+pub fn record(
+    rig: &Rig,
+    program: Option<Program>,
+    cycles: u64,
+    mut script: impl FnMut(u64, &FaultHandle) -> Turn,
+) -> Memory {
+    let mut backend = SimulatedRig::new(rig).unwrap_or_else(|e| panic!("{e}"));
+    let faults = backend.faults();
+    let mut engine = Engine::new(rig, program).unwrap_or_else(|e| panic!("{e}"));
+    backend.start().unwrap();
+    let channels = rig.channels.len();
+    let (mut duty, mut samples) = (vec![0.0; channels], vec![Sample::NONE; channels]);
+    let period_ns = (1e9 / rig.rate_hz).round() as u64;
+    let (mut due_ns, mut missed) = (7_000_000_000_123, 0);
+    let mut recorded = Vec::new();
+    let mut state = Snapshot::new(channels);
+    for cycle in 1..=cycles {
+        let turn = script(cycle, &faults);
+        if turn.missed > 0 {
+            backend.missed(turn.missed);
+        }
+        due_ns += (1 + turn.missed) * period_ns;
+        missed += turn.missed;
+        let now_ns = due_ns + cycle * 7919 % 60_000;
+        samples.fill(Sample::NONE);
+        let exchanged = backend.exchange(&duty, &mut samples);
+        for order in &turn.orders {
+            engine.take(order, now_ns);
+        }
+        engine.cycle(Beat { now_ns, missed: turn.missed }, exchanged, &samples, &mut duty, |_| {});
+        engine.describe(now_ns, DriverState::Running, &mut state);
+        recorded.push((CycleHeader { cycle, monotonic_ns: now_ns, missed }, state.channels().to_vec()));
+    }
+    Memory { cycles: Arc::new(recorded) }
+}
