@@ -5,6 +5,7 @@ use std::fmt;
 use sinew_physics::DriveKind;
 
 use crate::column::{Column, TIME, drive_column, drive_word};
+use crate::session::Trouble;
 use crate::suggest;
 
 /// A recording that cannot be used, or not be written. Shown as `FILE:LINE: column "NAME": what; remedy`.
@@ -182,6 +183,8 @@ pub enum What {
         /// Samples of the column.
         found: usize,
     },
+    /// Trouble with a recording in MCAP.
+    Session(Trouble),
 }
 
 /// What in the rig file asks for an input column.
@@ -225,7 +228,12 @@ impl Error {
 
     /// Whether the recording or its use is to blame (a program should then exit with 2), and not the machine.
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self.what, What::Unwritable { .. } | What::WrongLength { .. })
+        !matches!(
+            self.what,
+            What::Unwritable { .. }
+                | What::WrongLength { .. }
+                | What::Session(Trouble::Layout { .. } | Trouble::CycleBytes { .. } | Trouble::NotAfter { .. })
+        )
     }
 
     /// Place and trouble, without the remedy.
@@ -366,6 +374,7 @@ impl Error {
                 )
             }
             What::WrongLength { .. } => "give as many samples as the time has".into(),
+            What::Session(trouble) => trouble.hint().into(),
         }
     }
 }
@@ -442,6 +451,7 @@ impl fmt::Display for What {
             }
             What::Kelvin { lowest } => write!(f, "is never below {lowest:?} °C: that looks like kelvin"),
             What::WrongLength { expected, found } => write!(f, "has {found} samples, expected {expected}"),
+            What::Session(trouble) => trouble.fmt(f),
         }
     }
 }

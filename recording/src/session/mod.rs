@@ -1,0 +1,109 @@
+//! Recordings of many channels, every cycle of them: MCAP files that the usual viewers and plain Python open as well.
+//!
+//! [`SessionWriter`] writes one, [`Session`] reads it. A file has these topics:
+//!
+//! | topic | a message | |
+//! |---|---|---|
+//! | [`CYCLES`] | each cycle | its number and time, and every channel by name with the fields of the [`Layout`] |
+//! | [`LOOP`] | about a second | [`LoopFigures`]: how the driver's loop did |
+//! | [`EVENTS`] | now and then | [`Event`]: faults, gaps, notes |
+//!
+//! Schemas are ROS 2 message definitions, messages CDR, little endian. Beside them stand the metadata `sinew` ([`About`]) and
+//! `sinew.end` ([`Ending`]) and the rig file as the attachment `rig.toml`. Readers go by the schema in the file: files with other
+//! fields, those of a later version or of a test machine, are read the same way.
+//!
+//! A message's `log_time` is the time of day, made of the driver's monotonic clock by one comparison of the two at the start, so it
+//! never jumps. Nothing a file claims is believed: lengths are capped ([`MAX_CHUNK`]) and memory grows only with what is there.
+
+mod about;
+mod error;
+mod file;
+mod layout;
+mod message;
+mod read;
+mod write;
+
+pub use about::{About, Ended, Ending, Gap};
+pub use error::Trouble;
+pub use file::MAX_CHUNK;
+pub use layout::{Field, Kind, Layout, MAX_CHANNELS, MAX_FIELDS};
+pub use message::{Durations, Event, FAULT, GAP, LoopFigures, NOTE};
+pub use read::{CycleView, Cycles, Session, Size};
+pub use write::{SessionWriter, WriteOptions};
+
+/// Topic of the cycles.
+pub const CYCLES: &str = "/cycles";
+/// Topic of what happened.
+pub const EVENTS: &str = "/events";
+/// Topic of the loop's figures.
+pub const LOOP: &str = "/loop";
+
+/// Number and time of a cycle.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Head {
+    /// Number of the cycle, from 1, consecutive over the cycles that ran: a gap is what the recorder lost.
+    pub cycle: u64,
+    /// When its samples were taken, CLOCK_MONOTONIC, ns.
+    pub monotonic_ns: u64,
+    /// Periods skipped since the start because the loop was late. They have no cycle number.
+    pub missed: u64,
+}
+
+impl Head {
+    fn of_bytes(bytes: &[u8; layout::HEAD_BYTES]) -> Head {
+        let (words, _) = bytes.as_chunks::<8>();
+        let word = |at: usize| u64::from_le_bytes(words[at]);
+        Head { cycle: word(0), monotonic_ns: word(1), missed: word(2) }
+    }
+}
+
+/// How chunks are compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// LZ4: fast.
+    #[default]
+    Lz4,
+    /// Zstandard: smaller.
+    Zstd,
+}
+
+impl Compression {
+    /// Its name in files and on the command line; that of [`Compression::None`] is empty in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Compression::None => "none",
+            Compression::Lz4 => "lz4",
+            Compression::Zstd => "zstd",
+        }
+    }
+
+    fn of_name(name: &[u8]) -> Option<Compression> {
+        match name {
+            b"" => Some(Compression::None),
+            b"lz4" => Some(Compression::Lz4),
+            b"zstd" => Some(Compression::Zstd),
+            _ => None,
+        }
+    }
+
+    fn of_mcap(self) -> Option<mcap::Compression> {
+        match self {
+            Compression::None => None,
+            Compression::Lz4 => Some(mcap::Compression::Lz4),
+            Compression::Zstd => Some(mcap::Compression::Zstd),
+        }
+    }
+
+    /// The fastest that still is worth it: a recorder has a share of one core.
+    const fn level(self) -> u32 {
+        match self {
+            Compression::None | Compression::Lz4 => 0,
+            Compression::Zstd => 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
