@@ -35,6 +35,7 @@ fn main() -> ExitCode {
         Command::Reset(args) => commands::set::reset(args),
         Command::Stop(args) => commands::set::stop(args),
         Command::Tune(args) => commands::tune::tune(args),
+        Command::Design(args) => commands::design::design(args),
         Command::Doctor(args) => commands::doctor::doctor(args),
         Command::Run(args) => commands::run::run(args),
         Command::Bench(bench) => match &bench.what {

@@ -91,8 +91,6 @@ pub struct Candidate {
     pub heating_s: f64,
     /// Time to cool (eq. 6), s.
     pub cooling_s: f64,
-    /// What all wires take on average when they move without a pause, W: their work over the efficiency (eq. 17).
-    pub power_w: f64,
     /// What keeps it from being chosen; `None` = it will do.
     pub shortfall: Option<Shortfall>,
 }
@@ -106,6 +104,21 @@ impl Candidate {
     /// Duty that may be held for good (eq. 8), 0..1.
     pub fn safe_duty(&self) -> f64 {
         (self.wire.safe_current_a() / self.current_a()).powi(2).min(1.0)
+    }
+
+    /// What all wires take on average when they move without a pause, W: the supply full on while they heat.
+    pub fn power_w(&self) -> f64 {
+        f64::from(self.wires) * self.heat_j() / self.cycle_s()
+    }
+
+    /// Work on the load over electrical energy, 0..1.
+    pub fn efficiency(&self) -> f64 {
+        self.useful_n * self.wire.stroke_m() / self.heat_j()
+    }
+
+    /// Electrical energy of one contraction of one wire, J.
+    fn heat_j(&self) -> f64 {
+        self.supply_v * self.current_a() * self.heating_s
     }
 
     /// There and back (eq. 12), s.
@@ -147,8 +160,6 @@ fn size(requirement: &Requirement, diameter_m: f64) -> Candidate {
     let supply_v = requirement.supply_v.unwrap_or(SUPPLY_OVER_SAFE * wire.safe_voltage_v());
     let heating_s = wire.heating_time_s(supply_v / wire.resistance_ohm());
     let cooling_s = wire.cooling_time_s();
-    let efficiency = wire.efficiency(supply_v);
-    let work_j = force_n * wire.stroke_m();
     let pull_n = f64::from(wires) * wire.useful_force_n();
     let shortfall = if pull_n < force_n * (1.0 - 1e-9) {
         Some(Shortfall::TooWeak { force_n: pull_n / lever })
@@ -168,7 +179,6 @@ fn size(requirement: &Requirement, diameter_m: f64) -> Candidate {
         supply_v,
         heating_s,
         cooling_s,
-        power_w: work_j / efficiency / (heating_s + cooling_s),
         shortfall,
     }
 }
@@ -328,6 +338,7 @@ mod tests {
                     prop_assert!(c.wire.stroke_m() * c.lever >= stroke_m * (1.0 - 1e-9));
                     prop_assert!(c.current_a() >= c.wire.safe_current_a() * (1.0 - 1e-9));
                     prop_assert!(c.safe_duty() <= 1.0);
+                    prop_assert!(c.efficiency() < 0.025309, "better than eq. 17 promises: {c:?}");
                 }
             }
         }

@@ -1,8 +1,12 @@
 //! The command line as clap knows it: every command with its options and an example.
 
+mod design;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+
+pub use design::Design;
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
@@ -45,6 +49,8 @@ pub enum Command {
     Diagnose(Diagnose),
     /// Choose the bandwidth λ of each channel's sliding surface from power, cooling, range and uncertainty.
     Tune(Tune),
+    /// Size a wire from the force, the stroke and the speed it is to have.
+    Design(Design),
     /// What this machine lacks for real time and for the rig, and what to type.
     Doctor(Doctor),
     /// Measure this machine beside a bare timer loop.

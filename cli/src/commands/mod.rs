@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod bench_control;
+pub mod design;
 pub mod diagnose;
 pub mod doctor;
 mod fitting;
