@@ -167,6 +167,90 @@ impl ChannelState {
         backend: 0,
     };
 
+    /// Its floats in the order of their bytes, each with its unit.
+    pub const FLOATS: [(&'static str, &'static str); 18] = [
+        ("length_m", "m"),
+        ("observed_length_m", "m"),
+        ("velocity_m_s", "m/s"),
+        ("acceleration_m_s2", "m/s²"),
+        ("target_m", "m"),
+        ("duty", ""),
+        ("resistance_ohm", "Ω"),
+        ("temperature_c", "°C"),
+        ("martensite", ""),
+        ("power_w", "W"),
+        ("surface", "m/s²"),
+        ("lease_s", "s"),
+        ("asked", ""),
+        ("supply_v", "V"),
+        ("v1_v", "V"),
+        ("v2_v", "V"),
+        ("v3_v", "V"),
+        ("current_a", "A"),
+    ];
+    /// The codes and flags behind them, in the order of their bytes.
+    pub const CODES: [&'static str; 6] = ["mode", "fault", "health", "flags", "order", "backend"];
+
+    /// Its floats and its codes, in the order of [`ChannelState::FLOATS`] and [`ChannelState::CODES`].
+    #[inline]
+    pub const fn parts(&self) -> ([f64; 18], [u32; 6]) {
+        let s = self;
+        (
+            [
+                s.length_m,
+                s.observed_length_m,
+                s.velocity_m_s,
+                s.acceleration_m_s2,
+                s.target_m,
+                s.duty,
+                s.resistance_ohm,
+                s.temperature_c,
+                s.martensite,
+                s.power_w,
+                s.surface,
+                s.lease_s,
+                s.asked,
+                s.supply_v,
+                s.v1_v,
+                s.v2_v,
+                s.v3_v,
+                s.current_a,
+            ],
+            [s.mode, s.fault, s.health, s.flags, s.order, s.backend],
+        )
+    }
+
+    /// The state with these parts: the inverse of [`ChannelState::parts`].
+    #[inline]
+    pub const fn from_parts(floats: &[f64; 18], codes: &[u32; 6]) -> ChannelState {
+        ChannelState {
+            length_m: floats[0],
+            observed_length_m: floats[1],
+            velocity_m_s: floats[2],
+            acceleration_m_s2: floats[3],
+            target_m: floats[4],
+            duty: floats[5],
+            resistance_ohm: floats[6],
+            temperature_c: floats[7],
+            martensite: floats[8],
+            power_w: floats[9],
+            surface: floats[10],
+            lease_s: floats[11],
+            asked: floats[12],
+            supply_v: floats[13],
+            v1_v: floats[14],
+            v2_v: floats[15],
+            v3_v: floats[16],
+            current_a: floats[17],
+            mode: codes[0],
+            fault: codes[1],
+            health: codes[2],
+            flags: codes[3],
+            order: codes[4],
+            backend: codes[5],
+        }
+    }
+
     /// The number for a request taken as the `place`th (from 1) of its cycle.
     pub const fn order_code(kind: CommandKind, place: u32) -> u32 {
         kind.code() | place << 8
@@ -770,6 +854,20 @@ mod tests {
         assert_eq!(size_of::<Command>(), 40);
         assert_eq!(size_of::<Reply>(), 56);
         assert_eq!(size_of::<BatchHeader>(), 8 + 24 * MAX_BATCH);
+    }
+
+    #[test]
+    fn parts_stand_in_the_order_of_the_bytes_and_under_their_names() {
+        let state =
+            ChannelState::from_parts(&std::array::from_fn(|i| i as f64 + 0.5), &std::array::from_fn(|i| i as u32));
+        let (floats, codes) = state.parts();
+        assert_eq!(ChannelState::from_parts(&floats, &codes), state);
+        let text = format!("{state:?}");
+        let names = ChannelState::FLOATS.iter().map(|(name, _)| *name).chain(ChannelState::CODES);
+        let values = floats.iter().map(|v| format!("{v:?}")).chain(codes.iter().map(|v| v.to_string()));
+        let told: Vec<String> = names.zip(values).map(|(name, value)| format!("{name}: {value}")).collect();
+        assert_eq!(text, format!("ChannelState {{ {} }}", told.join(", ")), "Debug tells of the fields in their order");
+        assert_eq!(size_of::<ChannelState>(), 8 * floats.len() + 4 * codes.len(), "without holes");
     }
 
     #[test]
