@@ -185,6 +185,28 @@ pub enum What {
     },
     /// Trouble with a recording in MCAP.
     Session(Trouble),
+    /// A session with several channels, and no word or a wrong one about which is meant.
+    WhichChannel {
+        /// The word, if there was one.
+        asked: Option<String>,
+        /// The channels there are.
+        channels: Vec<String>,
+    },
+    /// A driver's session without a rig file that says how its samples are to be read.
+    NoRig {
+        /// What is wrong with the one there is.
+        reason: Option<String>,
+    },
+    /// A driver's session whose cycles lack what rows are made of.
+    LacksField {
+        /// Which field.
+        field: &'static str,
+    },
+    /// A session without any of the contract's columns.
+    NoColumns {
+        /// The fields it has.
+        fields: Vec<String>,
+    },
 }
 
 /// What in the rig file asks for an input column.
@@ -271,7 +293,7 @@ impl Error {
             What::TruncatedGzip => "copy it again from where it came; `gzip -t` tells whether a copy is whole".into(),
             What::CorruptGzip { .. } => "copy it again from where it came, as binary".into(),
             What::NotText { found } => match *found {
-                "an MCAP file" => "this version reads .csv and .csv.gz: export it as CSV first".into(),
+                "an MCAP file" => "give it its own name, ending in .mcap".into(),
                 "UTF-16 text" => "save it as UTF-8".into(),
                 _ => "save it as CSV text".into(),
             },
@@ -375,6 +397,12 @@ impl Error {
             }
             What::WrongLength { .. } => "give as many samples as the time has".into(),
             What::Session(trouble) => trouble.hint().into(),
+            What::WhichChannel { channels, .. } => format!("choose one with --channel: {}", channels.join(", ")),
+            What::NoRig { .. } => "give the rig file it was recorded with, or record again with this version".into(),
+            What::LacksField { .. } => "it was not written by `sinew record`; record again with this version".into(),
+            What::NoColumns { fields } => {
+                format!("it has {}; bring it into CSV with columns such as {TIME},duty,position_m", fields.join(", "))
+            }
         }
     }
 }
@@ -452,6 +480,12 @@ impl fmt::Display for What {
             What::Kelvin { lowest } => write!(f, "is never below {lowest:?} °C: that looks like kelvin"),
             What::WrongLength { expected, found } => write!(f, "has {found} samples, expected {expected}"),
             What::Session(trouble) => trouble.fmt(f),
+            What::WhichChannel { asked: Some(asked), .. } => write!(f, "has no channel {asked:?}"),
+            What::WhichChannel { channels, .. } => write!(f, "has {} channels", channels.len()),
+            What::NoRig { reason: None } => f.write_str("has no rig file in it, which says how its samples are to be read"),
+            What::NoRig { reason: Some(reason) } => write!(f, "has a rig file in it that cannot be used: {reason}"),
+            What::LacksField { field } => write!(f, "has no field \"{field}\""),
+            What::NoColumns { .. } => f.write_str("has no column that a recording can have"),
         }
     }
 }

@@ -4,7 +4,8 @@
 //! the remedy; [`Recording`] holds the columns; [`Recording::inputs_for`] turns them into what a simulated wire is
 //! driven by; [`write`] and [`Writer`] put columns back, digit for digit, never leaving half a file behind.
 //!
-//! [`session`] is the driver's own kind of recording: MCAP, every cycle of all channels in one file.
+//! [`session`] is the driver's own kind of recording: MCAP, every cycle of all channels in one file. [`rows`] makes
+//! columns of one channel of it, and [`read`] takes either.
 //!
 //! # What a row means
 //! A row's inputs hold from its time to the time of the next row, and its measured columns are what the sensors saw at
@@ -16,6 +17,7 @@ mod column;
 mod error;
 mod read;
 mod recording;
+pub mod rows;
 pub mod session;
 mod smooth;
 mod suggest;

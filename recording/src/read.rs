@@ -12,7 +12,8 @@ use sinew_rig::ColumnMap;
 use crate::column::{Column, TIME, required_inputs};
 use crate::error::{Error, Miscount, What};
 use crate::recording::{MAX_DURATION_S, MIN_SAMPLES, Recording, check_input, check_range, missing_input};
-use crate::suggest;
+use crate::session::Session;
+use crate::{rows, suggest};
 
 /// Most rows a recording is read to by default: 83 minutes at 1 kHz, and at most 0.5 GB with every column there is.
 pub const MAX_ROWS: usize = 5_000_000;
@@ -33,11 +34,13 @@ pub struct Options<'a> {
     pub model: Option<&'a WireModel>,
     /// Most rows, [`MAX_ROWS`] by default; a file with more is refused.
     pub max_rows: usize,
+    /// Which channel of a session with several.
+    pub channel: Option<&'a str>,
 }
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Options { ignore_columns: false, columns: None, model: None, max_rows: MAX_ROWS }
+        Options { ignore_columns: false, columns: None, model: None, max_rows: MAX_ROWS, channel: None }
     }
 }
 
@@ -46,7 +49,12 @@ pub(crate) fn is_gz(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"))
 }
 
-/// Reads a `.csv` or `.csv.gz`.
+/// Whether a file of this name is to be a session.
+pub(crate) fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+}
+
+/// Reads a `.csv`, a `.csv.gz`, or one channel of a session (`.mcap`), see [`crate::rows`].
 ///
 /// # Errors
 /// Whatever is wrong first, with file, line, column and remedy.
@@ -62,6 +70,9 @@ pub fn read(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Recording, 
     // the first bytes of a file arrive together, only a pipe may split them
     let start = file.fill_buf().map_err(unreadable)?;
     let compressed = start.starts_with(&[0x1f, 0x8b]);
+    if is_mcap(path) || start.starts_with(&[0x89, b'M', b'C', b'A', b'P']) {
+        return rows::recording(&Session::open(path)?, options);
+    }
     match (start.is_empty(), is_gz(path), compressed) {
         (true, ..) => Err(Error::new(&name, What::Empty)),
         (_, true, false) => Err(Error::new(&name, What::NotGzip)),
