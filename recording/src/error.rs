@@ -482,7 +482,9 @@ impl fmt::Display for What {
             What::Session(trouble) => trouble.fmt(f),
             What::WhichChannel { asked: Some(asked), .. } => write!(f, "has no channel {asked:?}"),
             What::WhichChannel { channels, .. } => write!(f, "has {} channels", channels.len()),
-            What::NoRig { reason: None } => f.write_str("has no rig file in it, which says how its samples are to be read"),
+            What::NoRig { reason: None } => {
+                f.write_str("has no rig file in it, which says how its samples are to be read")
+            }
             What::NoRig { reason: Some(reason) } => write!(f, "has a rig file in it that cannot be used: {reason}"),
             What::LacksField { field } => write!(f, "has no field \"{field}\""),
             What::NoColumns { .. } => f.write_str("has no column that a recording can have"),

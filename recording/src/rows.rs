@@ -125,7 +125,10 @@ impl Rows {
                 pending: None,
                 lost: 0,
             };
-            (columns.into_iter().filter(|(_, is_there)| *is_there).map(|(column, _)| column).collect(), From::Driver(driver))
+            (
+                columns.into_iter().filter(|(_, is_there)| *is_there).map(|(column, _)| column).collect(),
+                From::Driver(driver),
+            )
         } else {
             (Column::ALL.to_vec(), From::Plain { time: field(TIME), started_ns: about.started_monotonic_ns })
         };

@@ -180,26 +180,22 @@ impl<S: Source> ReplayBackend<S> {
 
 /// Reads a recording ahead of the loop until it ends or nobody wants it any more.
 fn read_ahead(
-    mut cycles: impl Cycles,
+    cycles: impl Cycles,
     mut heads: Producer<CycleHeader>,
     mut states: Producer<ChannelState>,
     channels: usize,
 ) -> Result<(), Error> {
-    let mut read = vec![ChannelState::UNKNOWN; channels];
-    while let Some(head) = cycles.next(&mut read)? {
+    cycles.each(&mut |head, cycle| {
         while heads.is_full() || states.slots() < channels {
             if heads.is_abandoned() {
-                return Ok(());
+                return false;
             }
             thread::sleep(ROOM);
         }
-        let Ok(chunk) = states.write_chunk_uninit(channels) else { return Ok(()) };
-        chunk.fill_from_iter(read.iter().copied());
-        if heads.push(head).is_err() {
-            return Ok(());
-        }
-    }
-    Ok(())
+        let Ok(chunk) = states.write_chunk_uninit(channels) else { return false };
+        chunk.fill_from_iter(cycle.iter().copied());
+        heads.push(*head).is_ok()
+    })
 }
 
 impl<S: Source> Backend for ReplayBackend<S> {

@@ -15,10 +15,12 @@ mod backend;
 mod compare;
 mod error;
 mod replay;
+mod session;
 mod source;
 
 pub use backend::ReplayBackend;
 pub use compare::{Comparison, Difference, FIELDS, Field, Place};
 pub use error::Error;
 pub use replay::{Completeness, Replay};
+pub use session::{SessionCycles, SessionSource, encode, layout};
 pub use source::{Cycles, Source};

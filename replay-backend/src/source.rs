@@ -21,9 +21,9 @@ pub trait Source: Send {
 
 /// The cycles of a recording, one after the other.
 pub trait Cycles: Send {
-    /// Writes the next cycle's states into `states`, one for each channel, and gives its head; `None` at the end.
+    /// Shows every cycle, head and channels' states, until it has seen enough and says `false`, or to the end.
     ///
     /// # Errors
     /// Where it cannot be read on.
-    fn next(&mut self, states: &mut [ChannelState]) -> Result<Option<CycleHeader>, Error>;
+    fn each(self, see: &mut dyn FnMut(&CycleHeader, &[ChannelState]) -> bool) -> Result<(), Error>;
 }

@@ -186,6 +186,7 @@ pub struct Stop {
 Examples:
   sinew simulate bench.toml recording.csv -o simulated.csv
   sinew simulate bench.toml recording.csv.gz -o - | head
+  sinew simulate hexapod.toml walk.mcap --channel front_left_femur -o simulated.csv
 
 The inputs are the column of the drive's kind (duty, power_w, current_a or temperature_c), position_m or force_n where
 the load imposes it, and supply_v, ambient_c and disturbance_n where present. A row's inputs hold from its time to the
@@ -194,13 +195,13 @@ pub struct Simulate {
     /// The rig file.
     #[arg(value_name = "RIG.toml")]
     pub rig: PathBuf,
-    /// The recording whose inputs drive the model: .csv or .csv.gz.
-    #[arg(value_name = "INPUTS.csv")]
+    /// The recording whose inputs drive the model: .csv, .csv.gz, or a driver's .mcap.
+    #[arg(value_name = "RECORDING")]
     pub inputs: PathBuf,
     /// Where to write, .csv or .csv.gz; `-` is stdout.
     #[arg(short, long, value_name = "SIMULATED.csv")]
     pub output: PathBuf,
-    /// Which channel of the rig file, where it has several.
+    /// Which channel of the rig file, where it has several; and of the recording.
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
     /// Pass over columns that are no recording's instead of refusing them.
@@ -217,10 +218,10 @@ pub struct Fitting {
     /// The rig file: what is believed of the rig.
     #[arg(value_name = "RIG.toml")]
     pub rig: PathBuf,
-    /// What happened: .csv or .csv.gz. Several are fitted together.
+    /// What happened: .csv, .csv.gz or .mcap. Several are fitted together.
     #[arg(value_name = "RECORDING", required = true)]
     pub recordings: Vec<PathBuf>,
-    /// Which channel of the rig file, where it has several.
+    /// Which channel of the rig file, where it has several; and of the recording.
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
     /// Pass over columns that are no recording's instead of refusing them.

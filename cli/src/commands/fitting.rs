@@ -42,6 +42,7 @@ impl Input {
             columns: Some(&rig.columns),
             model: Some(&rig.channels[channel].model),
             max_rows: MOST_SAMPLES,
+            channel: Some(&name),
         };
         let read = |path: &PathBuf| sinew_recording::read(path, &options).map_err(recording_failure);
         let mut all: Vec<Recording> = Vec::new();

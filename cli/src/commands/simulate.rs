@@ -22,6 +22,7 @@ pub fn simulate(args: &args::Simulate) -> Outcome {
         ignore_columns: args.ignore_columns,
         columns: Some(&rig.columns),
         model: Some(&channel.model),
+        channel: Some(&channel.name),
         ..Options::default()
     };
     let recording = sinew_recording::read(&args.inputs, &options).map_err(recording_failure)?;

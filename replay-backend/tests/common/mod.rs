@@ -14,30 +14,22 @@ pub struct Memory {
     pub cycles: Arc<Vec<(CycleHeader, Vec<ChannelState>)>>,
 }
 
-#[derive(Debug)]
-pub struct Reader {
-    cycles: Arc<Vec<(CycleHeader, Vec<ChannelState>)>>,
-    next: usize,
-}
-
 impl Source for Memory {
-    type Cycles = Reader;
+    type Cycles = Memory;
 
     fn channels(&self) -> usize {
         self.cycles[0].1.len()
     }
 
-    fn cycles(&self) -> Result<Reader, Error> {
-        Ok(Reader { cycles: self.cycles.clone(), next: 0 })
+    fn cycles(&self) -> Result<Memory, Error> {
+        Ok(self.clone())
     }
 }
 
-impl Cycles for Reader {
-    fn next(&mut self, states: &mut [ChannelState]) -> Result<Option<CycleHeader>, Error> {
-        let Some((head, recorded)) = self.cycles.get(self.next) else { return Ok(None) };
-        states.copy_from_slice(recorded);
-        self.next += 1;
-        Ok(Some(*head))
+impl Cycles for Memory {
+    fn each(self, see: &mut dyn FnMut(&CycleHeader, &[ChannelState]) -> bool) -> Result<(), Error> {
+        let _ = self.cycles.iter().all(|(head, states)| see(head, states));
+        Ok(())
     }
 }
 

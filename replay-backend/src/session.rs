@@ -1,0 +1,126 @@
+//! Driver's sessions as recordings to replay, and what to write a replay as.
+
+use std::path::{Path, PathBuf};
+
+use sinew_ipc::{ChannelState, CycleHeader};
+use sinew_recording::rows::DRIVER;
+use sinew_recording::session::{CycleView, Field, Layout, Session};
+
+use crate::error::Error;
+use crate::source::{Cycles, Source};
+
+/// What a replay cannot do without: the samples and the requests.
+const NEEDED: [&str; 10] =
+    ["supply_v", "v1_v", "v2_v", "v3_v", "current_a", "duty", "asked", "lease_s", "order", "backend"];
+
+/// A driver's session in a file.
+#[derive(Debug, Clone)]
+pub struct SessionSource {
+    path: PathBuf,
+    channels: usize,
+}
+
+impl SessionSource {
+    /// Checks that a session can be replayed.
+    ///
+    /// # Errors
+    /// [`Error::Lacks`] where it is no driver's or of another version.
+    pub fn new(path: &Path, session: &Session) -> Result<SessionSource, Error> {
+        let lacks = |what: String| Err(Error::Lacks { file: session.name().into(), what });
+        let kind = &session.about().kind;
+        if kind != DRIVER {
+            return lacks(format!("is a recording of kind {kind:?}, only a driver's can be replayed"));
+        }
+        if let Some(missing) = NEEDED.iter().find(|name| session.layout().field(name).is_none()) {
+            return lacks(format!("has no field {missing:?}, which a replay starts from"));
+        }
+        Ok(SessionSource { path: path.to_path_buf(), channels: session.layout().channels.len() })
+    }
+}
+
+impl Source for SessionSource {
+    type Cycles = SessionCycles;
+
+    fn channels(&self) -> usize {
+        self.channels
+    }
+
+    fn cycles(&self) -> Result<SessionCycles, Error> {
+        Session::open(&self.path).map(SessionCycles).map_err(Error::Recording)
+    }
+}
+
+/// The cycles of an open session.
+#[derive(Debug)]
+pub struct SessionCycles(Session);
+
+impl Cycles for SessionCycles {
+    fn each(self, see: &mut dyn FnMut(&CycleHeader, &[ChannelState]) -> bool) -> Result<(), Error> {
+        let layout = self.0.layout();
+        let decoder = Decoder::new(layout);
+        let mut states = vec![ChannelState::UNKNOWN; layout.channels.len()];
+        let mut cycles = self.0.cycles();
+        while let Some(cycle) = cycles.next().map_err(Error::Recording)? {
+            for (channel, state) in states.iter_mut().enumerate() {
+                *state = decoder.state(&cycle, channel);
+            }
+            let head = &cycle.head;
+            if !see(&CycleHeader { cycle: head.cycle, monotonic_ns: head.monotonic_ns, missed: head.missed }, &states) {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Finds the fields of a channel's state in a session's cycles, wherever its layout has them.
+#[derive(Debug, Clone)]
+struct Decoder {
+    floats: [Option<usize>; ChannelState::FLOATS.len()],
+    codes: [Option<usize>; ChannelState::CODES.len()],
+}
+
+impl Decoder {
+    fn new(layout: &Layout) -> Decoder {
+        Decoder {
+            floats: ChannelState::FLOATS.map(|(name, _)| layout.field(name)),
+            codes: ChannelState::CODES.map(|name| layout.field(name)),
+        }
+    }
+
+    #[inline]
+    fn state(&self, cycle: &CycleView<'_>, channel: usize) -> ChannelState {
+        let (mut floats, mut codes) = ChannelState::UNKNOWN.parts();
+        for (value, field) in floats.iter_mut().zip(self.floats) {
+            if let Some(field) = field {
+                *value = cycle.get(channel, field);
+            }
+        }
+        for (code, field) in codes.iter_mut().zip(self.codes) {
+            if let Some(field) = field {
+                *code = cycle.get(channel, field) as u32;
+            }
+        }
+        ChannelState::from_parts(&floats, &codes)
+    }
+}
+
+/// The layout of a driver's session of these channels.
+///
+/// # Errors
+/// Names or a number of channels that no session can have.
+pub fn layout(channels: Vec<String>) -> Result<Layout, Error> {
+    let floats = ChannelState::FLOATS.iter().map(|(name, unit)| Field::f64(name, unit));
+    let fields = floats.chain(ChannelState::CODES.iter().map(|name| Field::u32(name))).collect();
+    Layout::new(channels, fields).map_err(|trouble| Error::Lacks { file: "the rig".into(), what: trouble.to_string() })
+}
+
+/// The bytes of channels' states as the layout has them.
+pub fn encode(states: &[ChannelState], bytes: &mut Vec<u8>) {
+    bytes.clear();
+    for state in states {
+        let (floats, codes) = state.parts();
+        floats.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+        codes.iter().for_each(|code| bytes.extend(code.to_le_bytes()));
+    }
+}
