@@ -226,7 +226,7 @@ impl Drop for Writer {
 }
 
 /// A hidden neighbour of `path`, on the same file system so that it can be renamed, no two alike.
-fn part_path(path: &Path) -> PathBuf {
+pub(crate) fn part_path(path: &Path) -> PathBuf {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let count = COUNT.fetch_add(1, Ordering::Relaxed);

@@ -160,7 +160,7 @@ impl fmt::Display for Gap {
 }
 
 /// What a recording says about its end.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Ending {
     /// Why it ended; `None` for a word of a later version.
     pub ended: Option<Ended>,

@@ -16,20 +16,24 @@
 //! never jumps. Nothing a file claims is believed: lengths are capped ([`MAX_CHUNK`]) and memory grows only with what is there.
 
 mod about;
+mod check;
 mod error;
 mod file;
 mod layout;
 mod message;
 mod read;
+mod recover;
 mod write;
 
 pub use about::{About, Ended, Ending, Gap};
+pub use check::{Checkup, Finding, check};
 pub use error::Trouble;
 pub use file::MAX_CHUNK;
 pub use layout::{Field, Kind, Layout, MAX_CHANNELS, MAX_FIELDS};
 pub use message::{Durations, Event, FAULT, GAP, LoopFigures, NOTE};
 pub use read::{CycleView, Cycles, Session, Size};
-pub use write::{SessionWriter, WriteOptions};
+pub use recover::{Recovered, recover};
+pub use write::{Abandoned, SessionWriter, WriteOptions, close_off};
 
 /// Topic of the cycles.
 pub const CYCLES: &str = "/cycles";

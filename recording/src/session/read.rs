@@ -14,21 +14,21 @@ use mcap::records::op;
 /// An open recording. Any number of readers may go through it at the same time.
 #[derive(Debug)]
 pub struct Session {
-    source: Source,
-    contents: Contents,
+    pub(super) source: Source,
+    pub(super) contents: Contents,
     layout: Layout,
     about: About,
     ending: Option<Ending>,
-    topics: Topics,
+    pub(super) topics: Topics,
     /// Kind and offset of each field in a channel.
     places: Vec<(Kind, usize)>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Topics {
-    cycles: u16,
-    events: Option<u16>,
-    figures: Option<u16>,
+pub(super) struct Topics {
+    pub(super) cycles: u16,
+    pub(super) events: Option<u16>,
+    pub(super) figures: Option<u16>,
 }
 
 /// What a recording takes up.
@@ -338,13 +338,5 @@ impl<'a> CycleView<'a> {
     /// All channels, one after the other, each as the layout's fields say, little endian.
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
-    }
-}
-
-#[cfg(test)]
-impl Session {
-    /// The chunks, for tests that damage them.
-    pub(super) fn contents_chunks(&self) -> &[super::file::ChunkAt] {
-        &self.contents.chunks
     }
 }

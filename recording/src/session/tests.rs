@@ -177,7 +177,7 @@ fn without_its_end_every_complete_chunk_is_read() {
     let (_folder, path) = file(&whole);
     let session = open(&path);
     // where each chunk with its indexes ends, and how many cycles are in the file up to there
-    let mut ends: Vec<u64> = session.contents_chunks().iter().map(|chunk| chunk.offset + chunk.length).collect();
+    let mut ends: Vec<u64> = session.contents.chunks.iter().map(|chunk| chunk.offset + chunk.length).collect();
     ends.insert(0, 0);
     for cut in (0..whole.len()).step_by(97).chain(ends.iter().map(|&end| end as usize)) {
         fs::write(&path, &whole[..cut]).unwrap();
@@ -200,7 +200,7 @@ fn without_its_end_every_complete_chunk_is_read() {
 fn a_damaged_chunk_is_named_and_passed_over() {
     let mut whole = recording(1..=300, |cycle| cycle % 50 == 0, Compression::Lz4);
     let (_folder, path) = file(&whole);
-    let third = open(&path).contents_chunks()[2].clone();
+    let third = open(&path).contents.chunks[2].clone();
     let middle = (third.offset + third.length / 2) as usize;
     whole[middle] ^= 0x55;
     fs::write(&path, &whole).unwrap();
@@ -270,13 +270,26 @@ fn what_cannot_be_written_is_an_error_and_leaves_complete_chunks() {
         }
     };
     assert!(matches!(error.what, What::Unwritable { .. }) && error.file == "small", "{error}");
-    let (disk, good) = writer.abandon();
-    let mut content = disk.0.into_inner();
-    assert!(content.len() == 20_000 && good < 20_000);
-    content.truncate(good as usize);
-    let (_folder, path) = file(&content);
-    let (cycles, errors) = read(&open(&path));
-    assert!(errors.is_empty() && cycles.iter().copied().eq(1..=written - 20), "{written}: {} cycles", cycles.len());
+    let left = writer.abandon();
+    let mut content = left.sink.0.into_inner();
+    assert!(content.len() == 20_000 && left.length < 20_000);
+    assert_eq!(left.ending.cycles, written - 20);
+    content.truncate(left.length as usize);
+    let closed = |content: &[u8]| {
+        let (_folder, path) = file(content);
+        let session = open(&path);
+        let (cycles, errors) = read(&session);
+        assert!(errors.is_empty() && cycles.iter().copied().eq(1..=written - 20), "{} cycles", cycles.len());
+        session.ending().cloned()
+    };
+    assert_eq!(closed(&content), None);
+    let ending = Ending { ended: Some(Ended::Unwritable), ..left.ending };
+    let mut content = Cursor::new(content);
+    close_off(&mut content, left.length, &ending).unwrap();
+    assert_eq!(closed(content.get_ref()), Some(ending));
+    // a whole file to others too
+    let messages = mcap::MessageStream::new(content.get_ref()).unwrap().collect::<Result<Vec<_>, _>>().unwrap();
+    assert_eq!(messages.len() as u64, written - 20);
 }
 
 proptest! {
@@ -312,4 +325,119 @@ proptest! {
             let _ = (session.events(), session.loop_figures(), session.span(), session.size());
         }
     }
+}
+
+#[test]
+fn what_is_lost_at_the_very_end_is_counted_too() {
+    let mut writer =
+        SessionWriter::create(Cursor::new(Vec::new()), &about(), &layout(), WriteOptions::new("memory")).unwrap();
+    writer.cycle(&head(5), &bytes(5)).unwrap();
+    writer.lost_to(&head(5)).unwrap();
+    writer.lost_to(&head(8)).unwrap();
+    let (_folder, path) = file(writer.finish(Ended::Stopped).unwrap().get_ref());
+    let session = open(&path);
+    let ending = session.ending().unwrap();
+    assert_eq!((ending.cycles, ending.lost, &ending.gaps[..]), (1, 3, &[Gap { from: 6, to: 8 }][..]));
+}
+
+fn checked(content: &[u8]) -> Checkup {
+    let (_folder, path) = file(content);
+    check(&path, |_, _| {}).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// What is left of this content, in a file of its own that has to be whole.
+fn mended(content: &[u8]) -> (Recovered, Vec<u64>, Option<Ended>) {
+    let (folder, path) = file(content);
+    let output = folder.path().join("b.mcap");
+    let recovered = recover(&path, &output, |_, _| {}).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(fs::read(&path).unwrap(), content, "the damaged file stays as it is");
+    let names: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+    let checkup = check(&output, |_, _| {}).unwrap();
+    assert!(checkup.is_whole() && checkup.lost == recovered.lost, "{checkup:?}");
+    let session = open(&output);
+    assert!(session.has_summary() && session.about().rig_toml == about().rig_toml);
+    let (cycles, errors) = read(&session);
+    assert!(errors.is_empty() && cycles.len() as u64 == recovered.cycles);
+    (recovered, cycles, session.ending().unwrap().ended)
+}
+
+#[test]
+fn a_whole_recording_is_found_to_be_whole() {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let checkup = checked(&recording(1..=300, |cycle| cycle % 50 == 0, compression));
+        assert!(checkup.is_whole() && checkup.findings.is_empty(), "{checkup:?}");
+        assert_eq!((checkup.cycles, checkup.chunks, checkup.missed), (300, 6, 30));
+    }
+    let gaps = checked(&recording((1..=100).chain(111..=200), |_| false, Compression::Lz4));
+    assert!(gaps.is_whole() && gaps.lost == 10 && gaps.gaps == [Gap { from: 101, to: 110 }], "{gaps:?}");
+}
+
+#[test]
+fn every_flipped_bit_is_found() {
+    let whole = recording(1..=120, |cycle| cycle % 40 == 0, Compression::Lz4);
+    let (_folder, path) = file(&whole);
+    for place in (8..whole.len()).step_by(7) {
+        let mut content = whole.clone();
+        content[place] ^= 1 << (place % 8);
+        fs::write(&path, &content).unwrap();
+        let checkup = check(&path, |_, _| {});
+        assert!(checkup.is_err() || !checkup.unwrap().is_whole(), "a flipped bit in byte {place} of {}", whole.len());
+    }
+}
+
+#[test]
+fn a_recording_that_broke_off_is_mended_to_its_last_message() {
+    let whole = recording(1..=600, |cycle| cycle % 200 == 0, Compression::None);
+    let (_folder, path) = file(&whole);
+    let chunks = open(&path).contents.chunks.clone();
+    let ends: Vec<u64> = chunks.iter().map(|chunk| chunk.offset + chunk.length).collect();
+    // between chunks, in the middle of one, and behind the last without a summary
+    for (cut, expected) in [(ends[1], 400), (chunks[2].offset + chunks[2].length / 2, 500), (ends[2] + 5, 600)] {
+        let content = &whole[..cut as usize];
+        assert!(!checked(content).is_whole());
+        let (recovered, cycles, ended) = mended(content);
+        assert!(
+            cycles.len().abs_diff(expected) < 8 && cycles.iter().copied().eq(1..=cycles.len() as u64),
+            "{recovered:?}"
+        );
+        assert_eq!((recovered.lost, ended), (0, Some(Ended::Recovered)));
+        assert_eq!(recovered.unchecked > 0, expected == 500);
+    }
+    // compressed, what was packed before the break
+    let packed = recording(1..=30_000, |_| false, Compression::Lz4);
+    let (recovered, ..) = mended(&packed[..packed.len() / 2]);
+    assert!(recovered.unchecked > 1000, "{recovered:?}");
+}
+
+#[test]
+fn damage_in_the_middle_costs_one_chunk_with_a_summary_and_without() {
+    let whole = recording(1..=500, |cycle| cycle % 100 == 0, Compression::Lz4);
+    let (_folder, path) = file(&whole);
+    let third = open(&path).contents.chunks[2].clone();
+    // its data, its length, and its length in a file without an end
+    for (place, keep) in [
+        (third.offset + third.length / 2, whole.len()),
+        (third.offset + 3, whole.len()),
+        (third.offset + 3, whole.len() - 60),
+    ] {
+        let mut content = whole[..keep].to_vec();
+        content[place as usize] ^= 0x7f;
+        let checkup = checked(&content);
+        assert!(!checkup.is_whole(), "{checkup:?}");
+        let (recovered, cycles, _) = mended(&content);
+        assert!(cycles.iter().copied().eq((1..=200).chain(301..=500)), "{place} {keep}: {recovered:?}");
+        assert_eq!((recovered.lost, &recovered.gaps[..]), (100, &[Gap { from: 201, to: 300 }][..]));
+    }
+}
+
+#[test]
+fn what_cannot_be_mended_leaves_nothing() {
+    let whole = recording(1..=50, |_| false, Compression::Lz4);
+    let (folder, path) = file(&whole[..200]);
+    let error = recover(&path, folder.path().join("b.mcap"), |_, _| {}).unwrap_err();
+    assert!(error.is_bad_input(), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    let error = recover(&path, folder.path().join("no/b.mcap"), |_, _| {}).unwrap_err();
+    assert!(!error.to_string().is_empty());
 }

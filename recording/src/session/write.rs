@@ -6,7 +6,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use mcap::records::{MessageHeader, Metadata};
+use mcap::records::{MessageHeader, Metadata, op};
 
 use super::about::{ABOUT, About, ENDING, Ended, Ending, Gap, MAX_GAPS, RIG_FILE};
 use super::error::Trouble;
@@ -29,12 +29,14 @@ pub struct WriteOptions {
     pub compression: Compression,
     /// The last cycle before this file where it continues another one, so that a gap between the two is counted.
     pub after_cycle: Option<u64>,
+    /// Bytes of a chunk before compression, from which on it is closed.
+    pub chunk_bytes: u64,
 }
 
 impl WriteOptions {
-    /// Compressed by lz4, on its own; `name` is what messages call the file.
+    /// Compressed by lz4, on its own, chunks of 4 MiB; `name` is what messages call the file.
     pub fn new(name: impl Into<String>) -> WriteOptions {
-        WriteOptions { name: name.into(), compression: Compression::Lz4, after_cycle: None }
+        WriteOptions { name: name.into(), compression: Compression::Lz4, after_cycle: None, chunk_bytes: CHUNK_BYTES }
     }
 }
 
@@ -58,6 +60,20 @@ pub struct SessionWriter<W: Write + Seek> {
     previous: Option<u64>,
     missed: Option<(u64, u64)>,
     ending: Ending,
+    /// The ending as of the last complete chunk.
+    safe: Ending,
+    chunk_bytes: u64,
+}
+
+/// What is left of a recording that could not be written to its end.
+#[derive(Debug)]
+pub struct Abandoned<W> {
+    /// What it was written to.
+    pub sink: W,
+    /// Bytes of it that are complete chunks.
+    pub length: u64,
+    /// What is in those.
+    pub ending: Ending,
 }
 
 /// Channel ids of the topics.
@@ -128,7 +144,9 @@ impl<W: Write + Seek> SessionWriter<W> {
             payload: 0,
             previous: options.after_cycle,
             missed: None,
-            ending: Ending { ended: None, cycles: 0, lost: 0, gaps: Vec::new(), gaps_not_listed: 0, missed: 0 },
+            chunk_bytes: options.chunk_bytes,
+            ending: Ending::default(),
+            safe: Ending::default(),
         })
     }
 
@@ -165,7 +183,7 @@ impl<W: Write + Seek> SessionWriter<W> {
         self.ending.cycles += 1;
         let (first, _) = *self.missed.get_or_insert((head.missed, head.missed));
         self.missed = Some((first, head.missed));
-        if self.pending >= CHUNK_BYTES || head.monotonic_ns.saturating_sub(self.pending_from) >= CHUNK_NS {
+        if self.pending >= self.chunk_bytes || head.monotonic_ns.saturating_sub(self.pending_from) >= CHUNK_NS {
             self.cut()?;
         }
         Ok(())
@@ -187,6 +205,20 @@ impl<W: Write + Seek> SessionWriter<W> {
             text: format!("{} cycles lost", gap.cycles()),
             ..Event::default()
         })
+    }
+
+    /// Counts what was lost behind the last cycle, up to this number; nothing where there is none missing.
+    ///
+    /// # Errors
+    /// [`What::Unwritable`].
+    pub fn lost_to(&mut self, head: &Head) -> Result<(), Error> {
+        match self.previous {
+            Some(previous) if head.cycle > previous => {
+                self.previous = Some(head.cycle);
+                self.gap(Gap { from: previous + 1, to: head.cycle }, head)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Adds something that happened.
@@ -226,6 +258,7 @@ impl<W: Write + Seek> SessionWriter<W> {
             self.mcap.flush().map_err(|error| unwritable(&self.name, &error))?;
             self.pending = 0;
             self.good = self.position.load(Ordering::Relaxed);
+            self.safe = self.ending();
         }
         Ok(())
     }
@@ -247,15 +280,20 @@ impl<W: Write + Seek> SessionWriter<W> {
         Ok(())
     }
 
-    /// Gives up after a failure: what it was written to, and how much of that is complete chunks.
-    pub fn abandon(self) -> (W, u64) {
-        (self.mcap.into_inner().sink, self.good)
+    /// Gives up after a failure: what of it is in complete chunks. Cut off behind them, and [`close_off`] makes it a whole file.
+    pub fn abandon(self) -> Abandoned<W> {
+        Abandoned { sink: self.mcap.into_inner().sink, length: self.good, ending: self.safe }
     }
 
     /// What the recording would say of its end now.
     pub fn ending(&self) -> Ending {
         let missed = self.missed.map_or(0, |(first, last)| last.saturating_sub(first));
         Ending { missed, ..self.ending.clone() }
+    }
+
+    /// Cycles so far.
+    pub fn cycles(&self) -> u64 {
+        self.ending.cycles
     }
 
     /// Bytes in complete chunks: the length of the file so far.
@@ -271,6 +309,38 @@ impl<W: Write + Seek> SessionWriter<W> {
     fn trouble(&self, trouble: Trouble) -> Error {
         Error::new(&self.name, What::Session(trouble))
     }
+}
+
+/// Gives a file that was cut off behind its last complete chunk an end, so that it is whole: without a summary, which there may be
+/// no room for, it opens more slowly. Needs 200 bytes or so.
+///
+/// # Errors
+/// Those of `sink`.
+pub fn close_off(sink: &mut (impl Write + Seek), length: u64, ending: &Ending) -> io::Result<()> {
+    let text = |out: &mut Vec<u8>, text: &str| {
+        out.extend((text.len() as u32).to_le_bytes());
+        out.extend(text.as_bytes());
+    };
+    let mut map = Vec::new();
+    for (key, value) in ending.metadata() {
+        text(&mut map, &key);
+        text(&mut map, &value);
+    }
+    let mut metadata = Vec::new();
+    text(&mut metadata, ENDING);
+    metadata.extend((map.len() as u32).to_le_bytes());
+    metadata.extend(map);
+    let mut end = Vec::new();
+    // no checksum of the data, no summary: zeros say so
+    for (op, body) in [(op::METADATA, &metadata[..]), (op::DATA_END, &[0; 4]), (op::FOOTER, &[0; 20])] {
+        end.push(op);
+        end.extend((body.len() as u64).to_le_bytes());
+        end.extend(body);
+    }
+    end.extend(mcap::MAGIC);
+    sink.seek(SeekFrom::Start(length))?;
+    sink.write_all(&end)?;
+    sink.flush()
 }
 
 /// Adds a topic with its schema.
