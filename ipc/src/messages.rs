@@ -262,6 +262,15 @@ impl ChannelState {
         Some((CommandKind::from_code(self.order & 0xff)?, self.order >> 8))
     }
 
+    /// The bytes of these, one after the other, as they lie in memory: what a recording holds.
+    #[allow(unsafe_code)]
+    pub fn bytes_of(channels: &[ChannelState]) -> &[u8] {
+        const { assert!(size_of::<ChannelState>() == 18 * size_of::<f64>() + 6 * size_of::<u32>(), "there is no padding") };
+        // SAFETY: plain numbers without padding, so every byte is initialised; the length is that of the slice, and u8 has no
+        // alignment to keep.
+        unsafe { std::slice::from_raw_parts(channels.as_ptr().cast(), size_of_val(channels)) }
+    }
+
     /// The latched fault, if any.
     pub fn fault(&self) -> Option<Fault> {
         Fault::from_code(self.fault)

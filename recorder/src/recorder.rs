@@ -1,0 +1,329 @@
+//! A recording that runs: started, watched, stopped, and what came of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use sinew_ipc::{ChannelState, Client, monotonic_ns};
+use sinew_recording::session::{About, Compression, Ended, Gap, Layout, SessionWriter};
+use sinew_recording::{Error as RecordingError, What};
+
+use crate::blocks::{Outlet, buffer};
+use crate::drain::drain;
+use crate::error::Error;
+use crate::state::layout;
+use crate::writer::{Writer, Written, extra};
+
+/// The buffer holds so much time, s, and at least so many bytes.
+const BUFFER_S: f64 = 5.0;
+const BUFFER_BYTES: u64 = 64 << 20;
+/// Smallest size after which a new file can begin, bytes, and shortest time, s.
+const LEAST_FILE: u64 = 1_000_000;
+const LEAST_FILE_S: f64 = 1.0;
+
+/// What to record, and how.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The file; see [`crate::part_path`] for the further ones.
+    pub path: PathBuf,
+    /// Replace files that are there.
+    pub overwrite: bool,
+    /// How chunks are compressed.
+    pub compression: Compression,
+    /// Stop after so long, s; `None` = never.
+    pub duration_s: Option<f64>,
+    /// Begin a new file before the present one is larger than this, bytes.
+    pub max_bytes: Option<u64>,
+    /// Begin a new file when the present one is so long, s.
+    pub max_file_s: Option<f64>,
+    /// What may wait to be written, bytes; `None` = five seconds' worth, at least 64 MiB.
+    pub buffer_bytes: Option<u64>,
+}
+
+impl Options {
+    /// Into one file, until it is stopped, compressed by lz4.
+    pub fn new(path: impl Into<PathBuf>) -> Options {
+        Options {
+            path: path.into(),
+            overwrite: false,
+            compression: Compression::default(),
+            duration_s: None,
+            max_bytes: None,
+            max_file_s: None,
+            buffer_bytes: None,
+        }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let least = |what, found: Option<f64>, least: f64| match found {
+            Some(found) if found.is_nan() || found < least => Err(Error::TooSmall { what, found, least }),
+            _ => Ok(()),
+        };
+        least("size", self.max_bytes.map(|bytes| bytes as f64), LEAST_FILE as f64)?;
+        least("time", self.max_file_s, LEAST_FILE_S)
+    }
+}
+
+/// A recording so far.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Live {
+    /// Cycles written.
+    pub cycles: u64,
+    /// Cycles lost.
+    pub lost: u64,
+    /// From its first cycle to its last one, s.
+    pub seconds: f64,
+    /// Bytes of all files.
+    pub bytes: u64,
+    /// Bytes of all messages, before compression.
+    pub payload: u64,
+    /// Bytes that wait to be written.
+    pub waiting: u64,
+    /// The file being written.
+    pub file: PathBuf,
+    /// Its number, from 0.
+    pub part: u32,
+}
+
+/// What came of a recording.
+#[derive(Debug)]
+pub struct Report {
+    /// The files, in order.
+    pub files: Vec<PathBuf>,
+    /// Why it ended.
+    pub ended: Ended,
+    /// Cycles written.
+    pub cycles: u64,
+    /// Cycles lost between the first and the last one written.
+    pub lost: u64,
+    /// Which ones.
+    pub gaps: Vec<Gap>,
+    /// Periods the driver skipped meanwhile; they have no cycle.
+    pub missed: u64,
+    /// From the first cycle to the last one, s.
+    pub seconds: f64,
+    /// Bytes of all files.
+    pub bytes: u64,
+    /// Bytes of all messages, before compression.
+    pub payload: u64,
+    /// Cycles that came but are in no file because that could not be written.
+    pub not_written: u64,
+    /// What went wrong.
+    pub failure: Option<Error>,
+}
+
+/// What both threads and the outside share.
+#[derive(Debug, Default)]
+pub(crate) struct Shared {
+    pub(crate) stop: AtomicBool,
+    ended: AtomicBool,
+    pub(crate) received: AtomicU64,
+    pub(crate) dropped: AtomicU64,
+    pub(crate) lost_in_stream: AtomicU64,
+    held: Arc<AtomicU64>,
+    cycles: AtomicU64,
+    bytes: AtomicU64,
+    payload: AtomicU64,
+    first_ns: AtomicU64,
+    last_ns: AtomicU64,
+    part: AtomicU64,
+    file: Mutex<PathBuf>,
+    failure: Mutex<Option<Error>>,
+}
+
+impl Shared {
+    /// Takes note of a failure, the first one.
+    pub(crate) fn fail(&self, error: Error) {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    pub(crate) fn set_file(&self, path: &Path) {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        if !file.as_os_str().is_empty() {
+            self.part.fetch_add(1, Ordering::Relaxed);
+        }
+        path.clone_into(&mut file);
+    }
+
+    pub(crate) fn progress(&self, written: &Written, session: &SessionWriter<std::fs::File>) {
+        self.cycles.fetch_add(1, Ordering::Relaxed);
+        self.bytes.store(written.bytes + session.bytes(), Ordering::Relaxed);
+        self.payload.store(written.payload + session.payload(), Ordering::Relaxed);
+        let ns = |head: &Option<sinew_recording::session::Head>| head.map_or(0, |head| head.monotonic_ns);
+        self.first_ns.store(ns(&written.first), Ordering::Relaxed);
+        self.last_ns.store(ns(&written.last), Ordering::Relaxed);
+    }
+}
+
+/// Starts recordings.
+#[derive(Debug)]
+pub struct Recorder {
+    shared: Arc<Shared>,
+    drain: Option<JoinHandle<()>>,
+    writer: Option<JoinHandle<Written>>,
+}
+
+impl Recorder {
+    /// Begins to record the driver behind this connection, from its next cycle on. Dropped without [`Recorder::join`] it stops and
+    /// completes its file.
+    ///
+    /// # Errors
+    /// [`Error::Exists`], [`Error::TooSmall`], [`Error::Driver`], [`Error::File`], [`Error::Thread`]; then nothing runs.
+    pub fn start(client: Client, options: Options) -> Result<Recorder, Error> {
+        options.check()?;
+        let info = *client.info();
+        let misnamed = |trouble| {
+            Error::File(RecordingError {
+                file: options.path.to_string_lossy().into_owned(),
+                line: None,
+                column: None,
+                what: What::Session(trouble),
+            })
+        };
+        let layout = layout(client.channels()).map_err(misnamed)?;
+        let from_ns = client.with_latest(|state| state.monotonic_ns);
+        let stream = client.stream()?;
+        let about = About {
+            rig: info.rig.to_string(),
+            rate_hz: info.rate_hz,
+            software: concat!("sinew ", env!("CARGO_PKG_VERSION")).into(),
+            kind: "driver".into(),
+            simulated: info.simulated != 0,
+            started_unix_ns: unix_ns(from_ns),
+            started_monotonic_ns: from_ns,
+            rig_toml: client.rig_text()?,
+            extra: extra(&client),
+        };
+        let bytes_per_s = layout.bytes() as f64 * info.rate_hz;
+        let limit = options.buffer_bytes.unwrap_or(BUFFER_BYTES.max((BUFFER_S * bytes_per_s) as u64));
+        let shared = Arc::new(Shared::default());
+        let (inlet, outlet) = buffer(limit, shared.held.clone());
+        let (ready, opened) = std::sync::mpsc::channel();
+        let length_ns = options.duration_s.map(|seconds| (seconds * 1e9) as u64);
+        let writer = {
+            let shared = shared.clone();
+            spawn("writer", move || write(&options, about, layout, &shared, &outlet, &ready))?
+        };
+        // The first file is open, or it is known why not.
+        match opened.recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => {
+                let _ = writer.join();
+                return Err(error);
+            }
+            Err(_) => return Err(Error::Thread(std::io::Error::other("the writer died while it started"))),
+        }
+        let drain = {
+            let shared = shared.clone();
+            spawn("recorder", move || drain(&client, stream, &inlet, &shared, from_ns, length_ns))?
+        };
+        Ok(Recorder { shared, drain: Some(drain), writer: Some(writer) })
+    }
+
+    /// Asks it to end; [`Recorder::join`] waits for it.
+    pub fn stop(&self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it still records. It may have ended by itself: its time is over, the driver is gone, the disk is full.
+    pub fn is_running(&self) -> bool {
+        !self.shared.ended.load(Ordering::Acquire)
+    }
+
+    /// How it does.
+    pub fn live(&self) -> Live {
+        let shared = &self.shared;
+        let get = |number: &AtomicU64| number.load(Ordering::Relaxed);
+        Live {
+            cycles: get(&shared.cycles),
+            lost: get(&shared.lost_in_stream) + get(&shared.dropped),
+            seconds: get(&shared.last_ns).saturating_sub(get(&shared.first_ns)) as f64 * 1e-9,
+            bytes: get(&shared.bytes),
+            payload: get(&shared.payload),
+            waiting: get(&shared.held),
+            file: shared.file.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+            part: get(&shared.part) as u32,
+        }
+    }
+
+    /// Waits until it has ended (it does not ask for that), and tells what came of it.
+    pub fn join(mut self) -> Report {
+        let written = self.wait();
+        let failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let written = written.unwrap_or_else(|| Written {
+            failure: Some(Error::Thread(std::io::Error::other("the writer panicked"))),
+            ..Written::default()
+        });
+        let (first, last) = (written.first.unwrap_or_default(), written.last.unwrap_or_default());
+        let total = written.total;
+        let accounted = total.cycles + self.shared.dropped.load(Ordering::Relaxed);
+        let received = self.shared.received.load(Ordering::Relaxed);
+        let failure = written.failure.or(failure);
+        Report {
+            files: written.files,
+            ended: written.ended.unwrap_or(Ended::Unwritable),
+            cycles: total.cycles,
+            lost: total.lost,
+            gaps: total.gaps,
+            missed: last.missed.saturating_sub(first.missed),
+            seconds: last.monotonic_ns.saturating_sub(first.monotonic_ns) as f64 * 1e-9,
+            bytes: written.bytes,
+            payload: written.payload,
+            not_written: received.saturating_sub(accounted),
+            failure,
+        }
+    }
+
+    fn wait(&mut self) -> Option<Written> {
+        if let Some(drain) = self.drain.take() {
+            // a panic there is found by the writer, which then ends
+            let _ = drain.join();
+        }
+        self.writer.take().and_then(|writer| writer.join().ok())
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.stop();
+        self.wait();
+    }
+}
+
+/// The writer's thread.
+fn write(
+    options: &Options,
+    about: About,
+    layout: Layout,
+    shared: &Shared,
+    outlet: &Outlet,
+    ready: &std::sync::mpsc::Sender<Result<(), Error>>,
+) -> Written {
+    let written = match Writer::new(options, about, layout, shared) {
+        Ok(writer) => {
+            let _ = ready.send(Ok(()));
+            writer.run(outlet)
+        }
+        Err(error) => {
+            let _ = ready.send(Err(error));
+            Written::default()
+        }
+    };
+    shared.ended.store(true, Ordering::Release);
+    written
+}
+
+fn spawn<T: Send + 'static>(name: &str, body: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>, Error> {
+    std::thread::Builder::new().name(format!("sinew-{name}")).spawn(body).map_err(Error::Thread)
+}
+
+/// Time of day, ns since 1970, at a moment of the monotonic clock.
+fn unix_ns(moment_ns: u64) -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
+    now.saturating_sub(monotonic_ns().saturating_sub(moment_ns))
+}
+
+// A recording is made of these bytes as they are.
+const _: () = assert!(cfg!(target_endian = "little") && align_of::<ChannelState>() == 8);
