@@ -24,6 +24,17 @@ impl Failure {
         Failure { message: message.to_string(), hint: None, code: 1 }
     }
 
+    /// Another exit code of a command's own.
+    pub fn of_code(code: u8, message: impl fmt::Display) -> Self {
+        Failure { message: message.to_string(), hint: None, code }
+    }
+
+    /// With more to say, on a line of its own.
+    pub fn also(mut self, more: impl fmt::Display) -> Self {
+        self.message += &format!("\n{more}");
+        self
+    }
+
     /// With the remedy.
     pub fn hint(mut self, hint: impl fmt::Display) -> Self {
         self.hint = Some(hint.to_string());

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{BenchWhat, Cli, Command};
+use args::{BenchWhat, Cli, Command, RecordingWhat};
 
 /// Counts allocations by thread, so that a run can report those of its loop.
 #[global_allocator]
@@ -34,6 +34,12 @@ fn main() -> ExitCode {
         Command::Set(args) => commands::set::set(args),
         Command::Reset(args) => commands::set::reset(args),
         Command::Stop(args) => commands::set::stop(args),
+        Command::Record(args) => commands::record::record(args),
+        Command::Recording(recording) => match &recording.what {
+            RecordingWhat::Info(args) => commands::recording::info(args),
+            RecordingWhat::Doctor(args) => commands::recording::doctor(args),
+            RecordingWhat::Recover(args) => commands::recording::recover(args),
+        },
         Command::Tune(args) => commands::tune::tune(args),
         Command::Design(args) => commands::design::design(args),
         Command::Doctor(args) => commands::doctor::doctor(args),

@@ -1,12 +1,14 @@
 //! The command line as clap knows it: every command with its options and an example.
 
 mod design;
+mod recording;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
 pub use design::Design;
+pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
@@ -24,7 +26,7 @@ Start here:
   sinew set front_left_femur stroke=40%   take one wire over for a few seconds
 
 Results go to stdout, everything else to stderr.
-Exit codes: 0 done, 1 own failure, 2 bad input or use (the hint says what to mend).";
+Exit codes: 0 done, 1 own failure, 2 bad input or use (the hint says what to mend), 3 recorded, but cycles were lost.";
 
 /// The commands.
 #[derive(Debug, Subcommand)]
@@ -41,6 +43,10 @@ pub enum Command {
     Reset(Reset),
     /// Stop the running driver: outputs to zero, then it reports and ends.
     Stop(Stop),
+    /// Record every cycle of the running driver.
+    Record(Record),
+    /// Look into a recording, check it, mend it.
+    Recording(Recording),
     /// Let a recording's inputs drive the model, and write what the sensors would have measured.
     Simulate(Simulate),
     /// Fit the model's parameters to recordings, with their intervals.

@@ -9,6 +9,8 @@ mod fitting;
 pub mod identify;
 pub mod live;
 pub mod monitor;
+pub mod record;
+pub mod recording;
 pub mod run;
 pub mod set;
 pub mod simulate;

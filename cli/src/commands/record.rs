@@ -1,0 +1,184 @@
+//! `sinew record`: every cycle of a running driver into a file.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use sinew_recorder::{Error, Live, Options, Recorder, Report};
+use sinew_recording::session::{Ended, Gap};
+
+use super::live;
+use super::monitor::signals;
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::output;
+
+/// Version of the summary's JSON.
+const SCHEMA: &str = "sinew.record/1";
+/// Exit code when cycles were lost.
+const LOST: u8 = 3;
+/// Gaps that are listed one by one for a person.
+const GAPS_SHOWN: usize = 10;
+
+/// Runs the command.
+pub fn record(args: &args::Record) -> Outcome {
+    output::has_place(&args.file)?;
+    let client = live::connect(&args.target)?;
+    let (rig, channels, rate_hz) = (client.info().rig.to_string(), client.channels().len(), client.info().rate_hz);
+    let asked = signals()?;
+    let options = Options {
+        overwrite: args.force,
+        compression: args.compression.into(),
+        duration_s: args.duration_s,
+        max_bytes: args.max_size,
+        max_file_s: args.max_time,
+        ..Options::new(&args.file)
+    };
+    let recorder = Recorder::start(client, options).map_err(failure)?;
+    output::note(format_args!(
+        "recording {rig} ({channels} channels at {rate_hz} Hz) to {}; Ctrl-C ends it",
+        args.file.display()
+    ));
+    watch(&recorder, &|| asked.load(Ordering::Relaxed));
+    recorder.stop();
+    let report = recorder.join();
+    if args.json {
+        output::print_json(&Summary::of(&report))?;
+    } else {
+        output::print(text(&report))?;
+    }
+    verdict(report)
+}
+
+/// Shows how it does, until it ends or `over` says so: on a terminal a line that changes.
+fn watch(recorder: &Recorder, over: &dyn Fn() -> bool) {
+    let shows = io::stderr().is_terminal();
+    let mut next = Instant::now();
+    while recorder.is_running() && !over() {
+        if shows && Instant::now() >= next {
+            next += Duration::from_millis(500);
+            let _ = write!(io::stderr(), "\r\x1b[2K{}", line(&recorder.live()));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    if shows {
+        let _ = write!(io::stderr(), "\r\x1b[2K");
+    }
+}
+
+fn line(live: &Live) -> String {
+    let Live { cycles, lost, seconds, bytes, waiting, .. } = live;
+    let mut line = format!("{seconds:.1} s  {cycles} cycles  {lost} lost  {}", size(*bytes));
+    if *waiting > 8 << 20 {
+        line += &format!("  {} waiting for the disk", size(*waiting));
+    }
+    if live.part > 0 {
+        line += &format!("  file {}", live.part + 1);
+    }
+    line
+}
+
+/// Bytes for a person.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 * 1e-3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 * 1e-6),
+        _ => format!("{:.2} GB", bytes as f64 * 1e-9),
+    }
+}
+
+/// Gaps for a person: the first few.
+pub fn gaps(gaps: &[Gap], more: u64) -> String {
+    let shown: Vec<String> = gaps.iter().take(GAPS_SHOWN).map(Gap::to_string).collect();
+    let hidden = gaps.len().saturating_sub(GAPS_SHOWN) as u64 + more;
+    match hidden {
+        0 => shown.join(", "),
+        _ => format!("{} and {hidden} more gaps", shown.join(", ")),
+    }
+}
+
+/// The summary as JSON.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    schema: &'static str,
+    files: Vec<&'a Path>,
+    ended: &'static str,
+    seconds: f64,
+    cycles: u64,
+    lost: u64,
+    gaps: Vec<[u64; 2]>,
+    missed: u64,
+    not_written: u64,
+    bytes: u64,
+    payload_bytes: u64,
+    error: Option<String>,
+}
+
+impl Summary<'_> {
+    fn of(report: &Report) -> Summary<'_> {
+        Summary {
+            schema: SCHEMA,
+            files: report.files.iter().map(|path| path.as_path()).collect(),
+            ended: report.ended.word(),
+            seconds: report.seconds,
+            cycles: report.cycles,
+            lost: report.lost,
+            gaps: report.gaps.iter().map(|gap| [gap.from, gap.to]).collect(),
+            missed: report.missed,
+            not_written: report.not_written,
+            bytes: report.bytes,
+            payload_bytes: report.payload,
+            error: report.failure.as_ref().map(Error::to_string),
+        }
+    }
+}
+
+fn text(report: &Report) -> String {
+    let Report { cycles, lost, missed, seconds, bytes, payload, files, .. } = report;
+    let ratio = if *payload > 0 { *bytes as f64 / *payload as f64 } else { f64::NAN };
+    let mut text = format!("{seconds:.1} s, {cycles} cycles, {lost} lost, {missed} periods the driver missed\n");
+    for file in files {
+        text += &format!("  {}\n", file.display());
+    }
+    text += &format!("  {} ({:.0} % of the {} recorded)\n", size(*bytes), 100.0 * ratio, size(*payload));
+    match report.ended {
+        Ended::DriverStopped => text += "  the driver stopped\n",
+        Ended::DriverDied => text += "  the driver died\n",
+        _ => {}
+    }
+    text
+}
+
+/// What a recording's end means for the exit code.
+fn verdict(report: Report) -> Outcome {
+    if let Some(error) = report.failure {
+        let file = report.files.last().map(|path| path.display().to_string()).unwrap_or_default();
+        let error = failure(error);
+        return Err(match report.not_written {
+            0 => error,
+            n => error.also(format_args!(
+                "{n} cycles are not written; the {} before them are whole in {file}",
+                report.cycles
+            )),
+        });
+    }
+    if report.lost > 0 {
+        return Err(Failure::of_code(LOST, format!("{} cycles were lost: {}", report.lost, gaps(&report.gaps, 0)))
+            .hint("the file lists them too; a machine that is too busy loses cycles: see `sinew doctor`, or write to a faster disk"));
+    }
+    Ok(())
+}
+
+/// Why there is no recording, with what to do about it.
+pub fn failure(error: Error) -> Failure {
+    match error {
+        Error::Driver(error) => live::failure(error),
+        error => {
+            let failure = if error.is_bad_input() { Failure::input(&error) } else { Failure::own(&error) };
+            failure.hint(error.remedy())
+        }
+    }
+}
