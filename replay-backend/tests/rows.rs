@@ -107,8 +107,8 @@ fn the_true_rig_file_explains_a_session_to_the_noise() {
 /// sample, would show.
 #[test]
 fn inputs_and_samples_stand_in_the_right_rows() {
-    let text = RIG.to_string()
-        + "adc = { bits = 24, voltage_noise_v = 2e-6, current_noise_a = 5e-7, supply_noise_v = 0.0 }\n";
+    let text =
+        RIG.to_string() + "adc = { bits = 24, voltage_noise_v = 2e-6, current_noise_a = 5e-7, supply_noise_v = 0.0 }\n";
     let rig = Rig::parse(&text, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
     let recorded = record(&rig, None, 3000, |cycle, _| {
         let ask = Ask::Duty(0.02 + (cycle * cycle * 7919 % 1000) as f64 * 5e-4);

@@ -2,10 +2,12 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
+use signal_hook::consts::SIGXFSZ;
 use sinew_recorder::{Error, Live, Options, Recorder, Report};
 use sinew_recording::session::{Ended, Gap};
 
@@ -28,6 +30,9 @@ pub fn record(args: &args::Record) -> Outcome {
     let client = live::connect(&args.target)?;
     let (rig, channels, rate_hz) = (client.info().rig.to_string(), client.channels().len(), client.info().rate_hz);
     let asked = signals()?;
+    // A file that may not grow any further (`ulimit -f`) is an error, to be told like a full disk, not a sudden end.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())
+        .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
     let options = Options {
         overwrite: args.force,
         compression: args.compression.into(),

@@ -503,7 +503,7 @@ impl Contents {
     }
 
     /// Takes schemas and topics out of a chunk's records.
-    fn described_in(&mut self, records: &[u8]) {
+    pub(super) fn described_in(&mut self, records: &[u8]) {
         let mut at = 0;
         while let Some(Ok((op, body))) = inner(records, at) {
             at = body.end;

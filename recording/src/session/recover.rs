@@ -72,6 +72,14 @@ pub fn recover(
         places.extend(more);
     }
     let size = source.size;
+    let mut scanned = scanned;
+    let mut buffers = Buffers::default();
+    // What the topics are stands in the first chunk; should just that one have broken off, its beginning will do.
+    if let Some(at) = torn.filter(|_| scanned.chunks.is_empty())
+        && unpack_part(&source, at, &mut buffers)
+    {
+        scanned.described_in(&buffers.records);
+    }
     let session = Session::with(source, with_topics(scanned, summary.as_ref()))?;
     let part = part_path(output);
     let unwritable =
@@ -122,7 +130,7 @@ impl Kept<'_> {
         }
         if let Some(at) = torn {
             self.found.left_over = session.source.size - at;
-            if self.unpack_part(at, &mut buffers) {
+            if unpack_part(&session.source, at, &mut buffers) {
                 self.found.unchecked = self.copy(&buffers.records, &mut writer)?;
             }
         }
@@ -183,21 +191,20 @@ impl Kept<'_> {
         }
         Ok(writer.cycles() - before)
     }
+}
 
-    /// Unpacks what there is of a chunk that broke off here; false where there is none.
-    fn unpack_part(&self, at: u64, buffers: &mut Buffers) -> bool {
-        let source = &self.session.source;
-        let most = (source.size - at).min(super::MAX_CHUNK + RECORD_HEAD);
-        let mut bytes = vec![0; most as usize];
-        if source.read_at(at, &mut bytes).is_err() || bytes.first() != Some(&op::CHUNK) {
-            return false;
-        }
-        let body = bytes.get(RECORD_HEAD as usize..).unwrap_or_default();
-        let Ok(head) = ChunkHead::parse(body) else { return false };
-        // An error is what is expected: it breaks off. What came before it stays.
-        let _ = decompress(&head, &body[head.bytes..], &mut buffers.records);
-        !buffers.records.is_empty()
+/// Unpacks what there is of a chunk that broke off here; false where there is none.
+fn unpack_part(source: &Source, at: u64, buffers: &mut Buffers) -> bool {
+    let most = (source.size - at).min(super::MAX_CHUNK + RECORD_HEAD);
+    let mut bytes = vec![0; most as usize];
+    if source.read_at(at, &mut bytes).is_err() || bytes.first() != Some(&op::CHUNK) {
+        return false;
     }
+    let body = bytes.get(RECORD_HEAD as usize..).unwrap_or_default();
+    let Ok(head) = ChunkHead::parse(body) else { return false };
+    // An error is what is expected: it breaks off. What came before it stays.
+    let _ = decompress(&head, &body[head.bytes..], &mut buffers.records);
+    !buffers.records.is_empty()
 }
 
 impl Source {
