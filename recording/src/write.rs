@@ -77,9 +77,10 @@ fn put<W: Write>(
 pub struct Writer {
     /// `None` once finished.
     csv: Option<csv::Writer<Sink>>,
+    /// What messages call it.
     path: PathBuf,
-    /// Where the rows are collected; `None` when `path` is no ordinary file (a pipe, a terminal) and is written directly.
-    part: Option<PathBuf>,
+    /// The file it becomes; `None` for a stream.
+    part: Option<Part>,
     columns: usize,
     cells: Vec<Option<f64>>,
 }
@@ -146,23 +147,12 @@ impl Writer {
     /// As [`Writer::create`].
     pub fn create_named(path: impl AsRef<Path>, names: &[&str]) -> Result<Writer, Error> {
         let asked = path.as_ref();
-        // a link stays a link, what it points to is replaced
-        let path = fs::canonicalize(asked).unwrap_or_else(|_| asked.to_path_buf());
-        let unwritable = |e: io::Error| unwritable(asked, &e);
-        let (part, file) = match fs::metadata(&path) {
-            Ok(there) if there.is_dir() => return Err(unwritable(io::ErrorKind::IsADirectory.into())),
-            Ok(there) if !there.is_file() => (None, File::options().write(true).open(&path).map_err(unwritable)?),
-            _ => {
-                let part = part_path(&path);
-                let file = File::options().write(true).create_new(true).open(&part).map_err(unwritable)?;
-                (Some(part), file)
-            }
-        };
+        let (part, file) = Part::create(asked).map_err(|e| unwritable(asked, &e))?;
         let sink = match is_gz(asked) {
             true => Sink::Gzip(GzEncoder::new(file, Compression::default())),
             false => Sink::Plain(file),
         };
-        Writer::headed(sink, path, part, names)
+        Writer::headed(sink, asked.to_path_buf(), Some(part), names)
     }
 
     /// The same into a stream, such as standard output, uncompressed; `name` is what messages call it.
@@ -173,7 +163,7 @@ impl Writer {
         Writer::headed(Sink::Stream(stream), PathBuf::from(name), None, names)
     }
 
-    fn headed(sink: Sink, path: PathBuf, part: Option<PathBuf>, names: &[&str]) -> Result<Writer, Error> {
+    fn headed(sink: Sink, path: PathBuf, part: Option<Part>, names: &[&str]) -> Result<Writer, Error> {
         let mut csv = plain(sink);
         let written = header(&mut csv, names);
         // a writer from here on, so that nothing is left behind if the header cannot be written
@@ -206,10 +196,8 @@ impl Writer {
 
     fn publish(&mut self, csv: csv::Writer<Sink>) -> io::Result<()> {
         let sink = csv.into_inner().map_err(|e| e.into_error())?;
-        if let (Some(part), Some(file)) = (&self.part, sink.finish()?) {
-            file.sync_all()?;
-            fs::rename(part, &self.path)?;
-            self.part = None;
+        if let (Some(part), Some(file)) = (self.part.take(), sink.finish()?) {
+            part.publish(&file)?;
         }
         Ok(())
     }
@@ -219,6 +207,56 @@ impl Drop for Writer {
     fn drop(&mut self) {
         // first the handle, then the name: what is left here was never finished
         drop(self.csv.take());
+    }
+}
+
+/// A file on its way: it is written beside its place, and takes it once it is whole. Dropped before, it leaves nothing
+/// behind, and what was there before is untouched.
+#[derive(Debug)]
+pub struct Part {
+    path: PathBuf,
+    /// Where it is collected; `None` when `path` is no ordinary file (a pipe, a terminal) and is written directly, and once
+    /// it is published.
+    part: Option<PathBuf>,
+}
+
+impl Part {
+    /// Of a file that is to be called `path`, and what to write it to. A link stays a link, what it points to is replaced.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn create(path: &Path) -> io::Result<(Part, File)> {
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        match fs::metadata(&path) {
+            Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            Ok(there) if !there.is_file() => {
+                let file = File::options().write(true).open(&path)?;
+                Ok((Part { path, part: None }, file))
+            }
+            _ => {
+                let part = part_path(&path);
+                let file = File::options().read(true).write(true).create_new(true).open(&part)?;
+                Ok((Part { path, part: Some(part) }, file))
+            }
+        }
+    }
+
+    /// Brings what was written safely to the disk and gives it its name.
+    ///
+    /// # Errors
+    /// The system's; what was there before is untouched.
+    pub fn publish(mut self, file: &File) -> io::Result<()> {
+        if let Some(part) = &self.part {
+            file.sync_all()?;
+            fs::rename(part, &self.path)?;
+            self.part = None;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
         if let Some(part) = &self.part {
             let _ = fs::remove_file(part);
         }
