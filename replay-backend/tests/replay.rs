@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Memory, Turn, record};
+use common::{Memory, Turn, record, replay_all};
 use sinew_driver::{Ask, Order, Program};
 use sinew_ipc::{Fault, Mode};
 use sinew_replay_backend::{Difference, Replay};
@@ -11,13 +11,6 @@ use sinew_rig::{Algorithm, FaultKind, Rig};
 fn order(channel: usize, ask: Ask, hold_s: f64) -> Order {
     let hold_ns = if hold_s.is_finite() { (hold_s * 1e9) as u64 } else { u64::MAX };
     Order { ticket: 0, channel, ask, hold_ns }
-}
-
-fn replay(rig: &Rig, recording: &Memory) -> Replay<Memory> {
-    let mut replay = Replay::new(rig, recording.clone()).unwrap_or_else(|e| panic!("{e}"));
-    while replay.cycle(|_| {}).unwrap_or_else(|e| panic!("{e}")).is_some() {}
-    assert_eq!(replay.comparison().cycles(), recording.cycles.len() as u64);
-    replay
 }
 
 fn differences(replay: &Replay<Memory>, channel: usize) -> Vec<(&'static str, Difference)> {
@@ -78,7 +71,7 @@ fn an_eventful_run_comes_out_bit_for_bit() {
     for mode in [Mode::Off, Mode::Length, Mode::Duty, Mode::Program, Mode::Fault] {
         assert!(recording.cycles.iter().any(|(_, states)| states.iter().any(|s| s.mode() == mode)), "{mode:?}");
     }
-    assert_identical(&replay(&rig, &recording), 18);
+    assert_identical(&replay_all(&rig, &recording), 18);
 }
 
 #[test]
@@ -89,7 +82,7 @@ fn a_setpoint_whose_lease_runs_out_with_nobody_behind_it_lapses_again() {
         Turn { missed: 0, orders }
     });
     assert!(recording.cycles.last().unwrap().1[0].fault == Fault::StaleSetpoint.code());
-    assert_identical(&replay(&rig, &recording), 18);
+    assert_identical(&replay_all(&rig, &recording), 18);
 }
 
 const JOINT: &str = "[rig]\nname = \"joint\"\n\n[[channel]]\nname = \"flexor\"\nwire = { diameter_mm = 0.05, length_mm = 160.0 }\n\
@@ -125,7 +118,7 @@ fn a_joint_comes_out_bit_for_bit() {
     });
     assert!(recording.cycles.iter().any(|(_, states)| states[0].fault == Fault::JointPartner.code()));
     assert!(recording.cycles.iter().any(|(_, states)| states[1].mode() == Mode::Force));
-    assert_identical(&replay(&rig, &recording), 2);
+    assert_identical(&replay_all(&rig, &recording), 2);
 }
 
 #[test]
@@ -134,7 +127,7 @@ fn another_algorithm_shows_itself_in_what_it_decides_and_in_nothing_that_was_mea
     let recording = record(&rig, Some(Program::tripod(18, 1.5)), 1500, |_, _| Turn::default());
     let mut other = rig.clone();
     other.channels[3].control.algorithm = Algorithm::Pid;
-    let replayed = replay(&other, &recording);
+    let replayed = replay_all(&other, &recording);
     for channel in (0..18).filter(|channel| *channel != 3) {
         assert_eq!(differences(&replayed, channel), [], "channel {channel} is as it was");
     }
@@ -155,7 +148,7 @@ fn another_rig_shows_itself_in_what_is_made_of_the_voltages() {
     let mut other = rig.clone();
     let taps = other.channels[1].model.taps.as_mut().unwrap();
     taps.ls_m *= 1.001;
-    let replayed = replay(&other, &recording);
+    let replayed = replay_all(&other, &recording);
     let found = differences(&replayed, 1);
     let length = found.iter().find(|(field, _)| *field == "length_m").expect("lengths are measured by the taps").1;
     assert!((1e-5..1e-3).contains(&length.max), "{length:?}");
@@ -167,7 +160,7 @@ fn a_recording_that_begins_in_the_middle_says_so_and_measures_the_same() {
     let rig = Rig::hexapod();
     let whole = eventful(&rig);
     let cut = Memory { cycles: std::sync::Arc::new(whole.cycles[250..].to_vec()) };
-    let replayed = replay(&rig, &cut);
+    let replayed = replay_all(&rig, &cut);
     let complete = replayed.completeness();
     assert_eq!((complete.first_cycle, complete.lost, complete.is_whole()), (251, 0, false));
     for channel in 0..18 {
@@ -186,7 +179,7 @@ fn lost_cycles_are_counted_and_missed_ones_are_not() {
     let mut cycles = whole.cycles.to_vec();
     cycles.drain(600..610);
     cycles.drain(1000..1001);
-    let replayed = replay(&rig, &Memory { cycles: std::sync::Arc::new(cycles) });
+    let replayed = replay_all(&rig, &Memory { cycles: std::sync::Arc::new(cycles) });
     let complete = replayed.completeness();
     assert_eq!((complete.lost, complete.first_lost, complete.is_whole()), (11, Some(601), false));
     let first = (0..18).flat_map(|channel| differences(&replayed, channel)).map(|(_, d)| d.first.cycle).min();

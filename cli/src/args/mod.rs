@@ -1,6 +1,7 @@
 //! The command line as clap knows it: every command with its options and an example.
 
 mod design;
+mod exchange;
 mod recording;
 
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub use design::Design;
+pub use exchange::{Export, Import, Replay};
 pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
@@ -53,6 +55,12 @@ pub enum Command {
     Identify(Identify),
     /// Find where a recording and its simulation differ, what physics was left out, and put it into the model.
     Diagnose(Diagnose),
+    /// Bring a recording into CSV or Parquet.
+    Export(Export),
+    /// Bring a foreign recording in, by the column map of the rig file.
+    Import(Import),
+    /// Let the driver's sensing and control run again on a recording's voltages, and list what differs.
+    Replay(Replay),
     /// Choose the bandwidth λ of each channel's sliding surface from power, cooling, range and uncertainty.
     Tune(Tune),
     /// Size a wire from the force, the stroke and the speed it is to have.

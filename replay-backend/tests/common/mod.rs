@@ -1,10 +1,11 @@
 //! Recordings in memory, made by the driver's own cycle over simulated wires.
+#![allow(dead_code)] // each test takes what it needs
 
 use std::sync::Arc;
 
 use sinew_driver::{Backend, Beat, Engine, Order, Program, Sample};
 use sinew_ipc::{ChannelState, CycleHeader, DriverState, Snapshot};
-use sinew_replay_backend::{Cycles, Error, Source};
+use sinew_replay_backend::{Cycles, Error, Replay, Source};
 use sinew_rig::Rig;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
@@ -77,4 +78,12 @@ pub fn record(
         recorded.push((CycleHeader { cycle, monotonic_ns: now_ns, missed }, state.channels().to_vec()));
     }
     Memory { cycles: Arc::new(recorded) }
+}
+
+/// A recording replayed to its end.
+pub fn replay_all(rig: &Rig, recording: &Memory) -> Replay<Memory> {
+    let mut replay = Replay::new(rig, recording.clone()).unwrap_or_else(|e| panic!("{e}"));
+    while replay.cycle(|_| {}).unwrap_or_else(|e| panic!("{e}")).is_some() {}
+    assert_eq!(replay.comparison().cycles(), recording.cycles.len() as u64);
+    replay
 }
