@@ -70,7 +70,7 @@ pub struct Import {
 Examples:
   sinew replay walk.mcap                                    does this version decide as the one did that recorded?
   sinew replay walk.mcap --set control.algorithm=pid        what would another law have decided?
-  sinew replay walk.mcap --set front_left_femur:limits.max_duty=0.3 --json
+  sinew replay walk.mcap --set front_left_femur:limits.maximum_duty=0.3 --json
   sinew replay walk.mcap fitted.toml -o again.mcap          with another rig file, written down to be plotted
   sinew replay walk.mcap --expect-identical                 exit 1 where a single bit differs
 

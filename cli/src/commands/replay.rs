@@ -102,7 +102,7 @@ fn rig_of(args: &args::Replay, session: &Session) -> Result<Rig, Failure> {
 fn set(text: &str, channels: &[&str], setting: &str) -> Result<String, Failure> {
     let wrong = || {
         Failure::input(format!("--set {setting}: is no KEY=VALUE"))
-            .hint("as in control.algorithm=pid, limits.max_duty=0.3 or front_left_femur:control.estimator=enthalpy")
+            .hint("as in control.algorithm=pid, limits.maximum_duty=0.3 or front_left_femur:control.estimator=enthalpy")
     };
     let (path, value) = setting.split_once('=').ok_or_else(wrong)?;
     let (only, path) = match path.split_once(':') {
@@ -354,7 +354,7 @@ mod tests {
         assert!(one.contains("diameter_mm = 0.125\n") && one.contains("diameter_mm = 0.15 "), "{one}");
         assert!(one.contains("# kept"));
         assert!(set("rig.rate_hz=500.0").contains("rate_hz = 500.0"));
-        assert!(set("a:limits.max_duty=0.3").contains("[channel.limits]\nmax_duty = 0.3"));
+        assert!(set("a:limits.maximum_duty=0.3").contains("[channel.limits]\nmaximum_duty = 0.3"));
     }
 
     #[test]
