@@ -6,13 +6,16 @@
 //! every run of the tests.
 #![forbid(unsafe_code)]
 
+mod mcap;
 mod mutate;
+pub mod seed;
 
 use std::sync::LazyLock;
 
 use sinew_recording::{Options, Recording, read_from, write_to};
 use sinew_rig::Rig;
 
+pub use mcap::mcap;
 pub use mutate::Mutator;
 
 /// What messages call the bytes.

@@ -1,10 +1,8 @@
 //! A few thousand damaged files of every format, the same ones on every run. The fuzzer goes further: `fuzz/README.md`.
 
-use sinew_hostile::Mutator;
+use sinew_hostile::{Mutator, seed};
+use sinew_recording::session::Compression;
 
-const CSV: &[u8] =
-    b"\x01time_s,duty,supply_v,position_m,v1_v\n0,0,6,0.001,0.1\n0.1,0.5,5.9,,0.11\n0.2,1,nan,0.002,0.12\n\
-    0.3,0.25,6.01,-0.0005,1e-3\n0.5,0,6,0.001,\n";
 const CSV_WORDS: [&[u8]; 14] = [
     b",",
     b"\n",
@@ -25,9 +23,9 @@ const CSV_WORDS: [&[u8]; 14] = [
 #[test]
 fn damaged_csv_is_read_or_refused() {
     let mut mutator = Mutator::new(1);
-    sinew_hostile::csv(CSV);
+    let good = [b"\x01", seed::CSV].concat();
     for _ in 0..3000 {
-        sinew_hostile::csv(&mutator.damage(CSV, &CSV_WORDS));
+        sinew_hostile::csv(&mutator.damage(&good, &CSV_WORDS));
     }
 }
 
@@ -57,5 +55,19 @@ fn a_damaged_rig_file_is_read_or_refused() {
     sinew_hostile::rig(RIG);
     for _ in 0..1500 {
         sinew_hostile::rig(&mutator.damage(RIG, &RIG_WORDS));
+    }
+}
+
+#[test]
+fn a_damaged_session_is_read_mended_or_refused() {
+    let mut mutator = Mutator::new(3);
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        for (choice, driver) in [(2, true), (3, true), (3, false), (7, false)] {
+            let good = [&[choice], &seed::session(compression, driver)[..]].concat();
+            sinew_hostile::mcap(&good);
+            for _ in 0..250 {
+                sinew_hostile::mcap(&mutator.damage(&good, &[]));
+            }
+        }
     }
 }
