@@ -12,7 +12,7 @@ fn words_that_mean_nothing_are_refused_with_a_hint() {
     scratch.sinew(["run", "--for", "-3"]).refused(&["--for"]);
     scratch.sinew(["run", "--for", "0"]).refused(&["more than 0"]);
     scratch.sinew(["run", "--for", "soon"]).refused(&["seconds as a number"]);
-    scratch.sinew(["simulate", "rig.toml"]).refused(&["INPUTS.csv", "sinew simulate --help"]);
+    scratch.sinew(["simulate", "rig.toml"]).refused(&["RECORDING", "sinew simulate --help"]);
     scratch.sinew(["set", "wire"]).refused(&["SETPOINT", "sinew set --help"]);
     scratch.sinew(["bench", "loop", "--channels", "65"]).refused(&["65", "sinew bench --help"]);
     scratch.sinew(["bench", "loop", "--rate", "1"]).refused(&["10 to 10000 Hz"]);
