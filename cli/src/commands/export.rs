@@ -118,7 +118,7 @@ impl<T: Table> Table for Watched<'_, T> {
         let (all, mut seen) = (self.count().max(1) as f64, 0u64);
         self.table.each(&mut |cycle| {
             seen += 1;
-            if seen % 4096 == 0 {
+            if seen.is_multiple_of(4096) {
                 self.progress.tell("exporting", seen as f64 / all);
             }
             see(cycle)

@@ -50,7 +50,7 @@ pub fn replay(args: &args::Replay) -> Outcome {
             written.writer.cycle(&head, &written.bytes).map_err(recording_failure)?;
         }
         seen += 1;
-        if seen % 1024 == 0 {
+        if seen.is_multiple_of(1024) {
             progress.tell("replaying", seen as f64 / all as f64);
         }
     }
