@@ -1,0 +1,177 @@
+//! What a run measured, as a recording that everything else takes, and the rig file that goes with it.
+//!
+//! In the machine the cross-head says where the wire's end is, and the amplifier which current flows: so for a model the
+//! elongation is imposed and the current is the drive, whatever the routine held constant, and force and voltages are what
+//! the model has to answer. All recordings of a wire can so be fitted together with one rig file.
+
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+use sinew_physics::{DriveKind, Load, WireModel};
+use sinew_recording::session::{About, Ended, Field, Head, Layout, SessionWriter, WriteOptions};
+use sinew_recording::{Column, Error, Recording, TIME};
+use sinew_rig::{Machine as Spec, Rig};
+
+use crate::machine::Reading;
+use crate::run::{Ending, Row};
+
+/// A column and what of a reading stands in it.
+type Seen = (Column, fn(&Reading) -> f64);
+/// What a sensor saw, by the contract's columns; NaN where a conversion did not fall into this row.
+const SEEN: [Seen; 6] = [
+    // the offset of a meter that shows less than nothing heats no wire
+    (Column::CurrentA, |seen| seen.current_a.max(0.0)),
+    (Column::V1V, |seen| seen.taps_v.map_or(f64::NAN, |taps| taps[0])),
+    (Column::V2V, |seen| seen.taps_v.map_or(f64::NAN, |taps| taps[1])),
+    (Column::V3V, |seen| seen.voltage_v),
+    (Column::ForceN, |seen| if seen.force_is_new { seen.force_n } else { f64::NAN }),
+    (Column::PositionM, |seen| seen.position_m),
+];
+/// Measured in some rows only: apart, since it is no sensor of the wire.
+const AIR: Seen = (Column::AmbientC, |seen| if seen.chamber_is_new { seen.chamber_c } else { f64::NAN });
+
+/// The columns of a wire with or without taps.
+fn columns(taps: bool) -> impl Iterator<Item = Seen> {
+    let is_tap = |column: Column| matches!(column, Column::V1V | Column::V2V);
+    SEEN.into_iter().chain([AIR]).filter(move |(column, _)| taps || !is_tap(*column))
+}
+
+/// What the sensors saw, as a recording in memory.
+///
+/// # Errors
+/// Fewer than three rows.
+pub fn recording(name: &str, rows: &[Row]) -> Result<Recording, Error> {
+    let mut recording = Recording::new(name, rows.iter().map(|row| row.time_s).collect())?;
+    let taps = rows.first().is_some_and(|row| row.reading.taps_v.is_some());
+    for (column, seen) in columns(taps) {
+        recording.set(column, rows.iter().map(|row| seen(&row.reading)).collect())?;
+    }
+    Ok(recording)
+}
+
+/// What a recording holds beside the contract's columns: name, unit, value.
+type Extra = (&'static str, &'static str, fn(&Row) -> f64);
+const EXTRAS: [Extra; 7] = [
+    ("target", "", |row| row.directive.target),
+    ("heat_asked", "", |row| row.directive.heat),
+    ("heating_power_w", "W", |row| row.reading.power_w()),
+    ("crosshead_m", "m", |row| row.reading.crosshead_m),
+    ("reckoned_temperature_c", "°C", |row| row.reckoned_c),
+    ("stage", "", |row| row.directive.stage as f64),
+    ("law_duty", "", |row| row.directive.duty),
+];
+
+/// A file that takes the rows of a run as they come: MCAP, one message a row, that the usual viewers open.
+pub struct RecordingFile<W: Write + Seek> {
+    writer: SessionWriter<W>,
+    taps: bool,
+    with_disturbance: bool,
+    started_ns: u64,
+    rows: u64,
+    bytes: Vec<u8>,
+}
+
+impl<W: Write + Seek> RecordingFile<W> {
+    /// Begins a file for channel `channel` of `rig`, whose text is put in as [`rig_in_machine`] has it. `kind` "test" is
+    /// filled in, as is nothing else of `about`.
+    ///
+    /// # Errors
+    /// As [`SessionWriter::create`].
+    pub fn create(
+        sink: W,
+        name: &str,
+        rig: &Rig,
+        channel: usize,
+        with_disturbance: bool,
+        about: About,
+    ) -> Result<RecordingFile<W>, Error> {
+        let wire = &rig.channels[channel];
+        let taps = wire.model.taps.is_some();
+        let mut fields = vec![Field::f64(TIME, "s")];
+        fields.extend(columns(taps).map(|(column, _)| Field::f64(column.name(), unit(column))));
+        if with_disturbance {
+            fields.push(Field::f64(Column::DisturbanceN.name(), "N"));
+        }
+        fields.extend(EXTRAS.map(|(name, unit, _)| Field::f64(name, unit)));
+        let layout = Layout { channels: vec![wire.name.clone()], fields };
+        let about = About { kind: "test".into(), rig_toml: Some(rig_in_machine(rig, channel).to_toml()), ..about };
+        let started_ns = about.started_monotonic_ns;
+        let writer = SessionWriter::create(sink, &about, &layout, WriteOptions::new(name))?;
+        let bytes = Vec::with_capacity(layout.bytes());
+        Ok(RecordingFile { writer, taps, with_disturbance, started_ns, rows: 0, bytes })
+    }
+
+    /// Takes a row. It counts from its start, as its `time_s` does.
+    ///
+    /// # Errors
+    /// As [`SessionWriter::cycle`].
+    pub fn row(&mut self, row: &Row) -> Result<(), Error> {
+        self.rows += 1;
+        self.bytes.clear();
+        let seen = columns(self.taps).map(|(_, seen)| seen(&row.reading));
+        let disturbance = self.with_disturbance.then_some(row.directive.disturbance_n);
+        let extras = EXTRAS.iter().map(|(_, _, value)| value(row));
+        for value in std::iter::once(row.time_s).chain(seen).chain(disturbance).chain(extras) {
+            self.bytes.extend(value.to_le_bytes());
+        }
+        let monotonic_ns = self.started_ns.wrapping_add((row.time_s.max(0.0) * 1e9).round() as u64);
+        self.writer.cycle(&Head { cycle: self.rows, monotonic_ns, missed: 0 }, &self.bytes)
+    }
+
+    /// Ends the file, saying how the run did.
+    ///
+    /// # Errors
+    /// As [`SessionWriter::finish`].
+    pub fn finish(self, ending: &Ending) -> Result<W, Error> {
+        self.writer.finish(match ending {
+            Ending::Complete => Ended::Complete,
+            Ending::Stopped | Ending::Breach(_) | Ending::Failed(_) => Ended::Stopped,
+        })
+    }
+}
+
+/// The unit of a column, as its name ends.
+fn unit(column: Column) -> &'static str {
+    match column {
+        Column::Duty => "",
+        Column::PowerW => "W",
+        Column::TemperatureC | Column::AmbientC => "°C",
+        Column::SupplyV | Column::V1V | Column::V2V | Column::V3V => "V",
+        Column::CurrentA => "A",
+        Column::ForceN | Column::DisturbanceN => "N",
+        Column::PositionM => "m",
+    }
+}
+
+/// Noise of the sensors as a fit sees it, by column. The voltage a model answers with is its resistance times the
+/// *measured* current, so that the noise of the current is in it too.
+pub fn noise(model: &WireModel, spec: &Spec) -> BTreeMap<String, f64> {
+    let of = |noise: f64, step: f64| (noise * noise + step * step / 12.0).sqrt();
+    let (m, g) = (&model.material, &model.geometry);
+    let ohm = 0.5 * (m.austenite_resistivity_ohm_m + m.martensite_resistivity_ohm_m) * g.length_m / g.area_m2();
+    let current = of(spec.current_noise_a, spec.current_step_a);
+    let voltage = of(spec.voltage_noise_v, spec.voltage_step_v).hypot(ohm * current).max(1e-9);
+    let mut noise = BTreeMap::new();
+    for column in [Column::V1V, Column::V2V, Column::V3V] {
+        let is_tap = column != Column::V3V;
+        if !is_tap || model.taps.is_some() {
+            noise.insert(column.name().to_string(), voltage);
+        }
+    }
+    noise.insert(Column::ForceN.name().to_string(), spec.force_noise_n.max(1e-9));
+    noise
+}
+
+/// The rig as a recording of the machine sees it: a current heats channel `channel`, the cross-head moves its end. The
+/// rig's own noise is kept where it is given.
+pub fn rig_in_machine(rig: &Rig, channel: usize) -> Rig {
+    let mut mounted = rig.clone();
+    let machine = mounted.machine;
+    let Some(wire) = mounted.channels.get_mut(channel) else { return mounted };
+    wire.model.drive.kind = DriveKind::Current;
+    wire.model.load = Load::ImposedPosition;
+    for (column, sigma) in noise(&wire.model, &machine) {
+        wire.noise.entry(column).or_insert(sigma);
+    }
+    mounted
+}
