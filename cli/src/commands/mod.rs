@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod bench_control;
+pub mod characterise;
 pub mod design;
 pub mod diagnose;
 pub mod doctor;
@@ -18,6 +19,7 @@ pub mod run;
 pub mod set;
 pub mod simulate;
 pub mod status;
+pub mod test;
 pub mod tune;
 
 use std::path::Path;
