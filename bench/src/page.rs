@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use sinew_plot::quantity::{NONE, fixed};
-use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet, sample};
+use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet, TWO_IN_A_ROW, sample};
 
 use crate::answer::Answer;
 use crate::findings::Finding;
@@ -60,16 +60,22 @@ pub fn pictures(answer: &Answer, ran: &[Ran]) -> Vec<(&'static str, String)> {
     };
     let drawn = &laws[..laws.len().min(DRAWN)];
     let steps = Panels {
+        title: String::new(),
+        row: TWO_IN_A_ROW,
         legend: [(Ink::Measured, "reference".to_owned())].into_iter().chain(legend(drawn)).collect(),
         panels: view.step_plots(drawn, HALF),
     };
     let reach = [(Ink::Measured, REACHABLE.to_owned())].into_iter().filter(|_| !view.reachable.0.is_empty());
     let sines = Panels {
+        title: String::new(),
+        row: TWO_IN_A_ROW,
         legend: reach.chain(legend(&laws)).collect(),
         panels: vec![("Error on sines".into(), view.sine_plot(&laws, WIDE))],
     };
     let estimators = view.estimators(view.indifferent());
     let draughts = Panels {
+        title: String::new(),
+        row: TWO_IN_A_ROW,
         legend: [(Ink::Measured, "true temperature".to_owned())]
             .into_iter()
             .chain(estimators.iter().enumerate().map(|(i, row)| (Ink::Series(i as u8), words(&row.estimator))))

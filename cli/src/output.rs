@@ -53,8 +53,8 @@ pub fn has_place(path: &Path) -> Outcome {
     }
 }
 
-/// Writes a text whole or not at all, by way of a file beside it.
-pub fn write_file(path: &Path, text: &str) -> Outcome {
+/// Writes a file whole or not at all, by way of one beside it.
+pub fn write_file(path: &Path, text: impl AsRef<[u8]>) -> Outcome {
     let failed = |error: io::Error| {
         Failure::own(format!("{}: cannot be written: {error}", path.display()))
             .hint("check the folder, its free space and that you may write there")

@@ -5,11 +5,14 @@
 //! are given: no clock, no randomness, the same bytes for the same data.
 #![forbid(unsafe_code)]
 
+mod field;
 mod panels;
 mod plot;
 pub mod quantity;
 mod sheet;
+pub mod web;
 
-pub use panels::{Panels, sample};
+pub use field::Field;
+pub use panels::{Panels, TWO_IN_A_ROW, sample};
 pub use plot::{Axis, Band, Heat, Ink, Line, Plot, extent, heat_scale};
 pub use sheet::{Section, Sheet};

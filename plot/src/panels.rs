@@ -12,38 +12,66 @@ const LEGEND: f64 = 26.0;
 /// Width of the legend's sample of a line, and of a letter beside it, px.
 const SAMPLE: f64 = 34.0;
 const LETTER: f64 = 6.6;
+/// Room for the title, px.
+const TITLE: f64 = 30.0;
+const HEADING: &str = "font-family: sans-serif; font-size: 17px; fill: #1b2430";
 const FONT: &str = "font-family: sans-serif; font-size: 13px; fill: #1b2430";
 
-/// A legend, and plots with their captions, two in a row.
+/// A title, a legend, and plots with their captions: beside one another where there is room, as the words of a text.
 pub struct Panels<'a> {
+    /// On top; nothing where it is empty.
+    pub title: String,
     /// What the inks stand for.
     pub legend: Vec<(Ink, String)>,
-    /// Plots of one size.
+    /// Room for a row of plots, px; the picture is no wider than its plots are.
+    pub row: f64,
+    /// The plots.
     pub panels: Vec<(String, Plot<'a>)>,
 }
+
+/// A row that takes two of the plots that stand two beside one another in this project's pictures, px.
+pub const TWO_IN_A_ROW: f64 = 2.0 * 460.0 + GAP;
 
 impl Panels<'_> {
     /// A standalone SVG.
     pub fn draw(&self) -> Markup {
-        let (wide, high) = self.panels.first().map_or((0.0, 0.0), |(_, plot)| plot.size);
-        let across = self.panels.len().clamp(1, 2);
-        let width = GAP + across as f64 * (wide + GAP);
+        let (places, inside, below) = self.places();
+        let width = inside + 2.0 * GAP;
         let (legend, lines) = self.legend(width);
-        let top = LEGEND * lines as f64;
-        let height = top + self.panels.len().div_ceil(across) as f64 * (CAPTION + high + GAP) + GAP;
+        let title = if self.title.is_empty() { 0.0 } else { TITLE };
+        let top = title + LEGEND * lines as f64;
+        let height = top + below + GAP;
         html! {
             svg xmlns="http://www.w3.org/2000/svg" viewBox={ "0 0 " (width) " " (height) } width=(width) height=(height) {
                 style { (PreEscaped(DASHES)) }
                 rect width=(width) height=(height) fill="#ffffff" {}
-                (legend)
-                @for (i, (caption, plot)) in self.panels.iter().enumerate() {
-                    @let x = GAP + (i % across) as f64 * (wide + GAP);
-                    @let y = top + (i / across) as f64 * (CAPTION + high + GAP);
+                @if !self.title.is_empty() { text x=(GAP) y="22" style=(HEADING) { (self.title) } }
+                g transform={ "translate(0 " (title) ")" } { (legend) }
+                @for ((caption, plot), (x, y)) in self.panels.iter().zip(places) {
+                    @let (wide, high) = plot.size;
+                    @let (x, y) = (GAP + x, top + y);
                     text x=(x) y=(y + 15.0) style=(FONT) { (caption) }
                     svg x=(x) y=(y + CAPTION) width=(wide) height=(high) { (plot.draw()) }
                 }
             }
         }
+    }
+
+    /// Where each plot stands, how wide their rows are, and how high all of them.
+    fn places(&self) -> (Vec<(f64, f64)>, f64, f64) {
+        let (mut x, mut y, mut row, mut widest) = (0.0, 0.0, 0.0f64, 0.0f64);
+        let mut places = Vec::with_capacity(self.panels.len());
+        for (_, plot) in &self.panels {
+            let (wide, high) = plot.size;
+            if x > 0.0 && x + wide > self.row + 0.5 {
+                (x, y, row) = (0.0, y + row, 0.0);
+            }
+            places.push((x, y));
+            widest = widest.max(x + wide);
+            x += wide + GAP;
+            row = row.max(CAPTION + high + GAP);
+        }
+        (places, widest, y + row)
     }
 
     /// The legend in as many lines as it takes, and how many those are.

@@ -211,6 +211,11 @@ impl Axis {
         Axis { scale, prefix: Prefix::NONE, low, high, ..Axis::spanning(name, "1", low, high) }
     }
 
+    /// The same axis for values in another unit: one of its units is `of` theirs, as µs are 1e-6 for values in s.
+    pub fn scaled(self, of: f64) -> Axis {
+        Axis { prefix: Prefix { factor: of, ..self.prefix }, ..self }
+    }
+
     /// Name and unit, as in "Elongation, mm".
     pub fn title(&self) -> String {
         if self.unit().is_empty() { self.name.clone() } else { format!("{}, {}", self.name, self.unit()) }
@@ -383,7 +388,7 @@ impl Plot<'_> {
             let name = self.names_x.then(|| self.x.title());
             let mut chart = chart(area, x, y, |chart| self.bands(chart), name)?;
             for line in &self.lines {
-                for run in runs(line, self.points, &self.x, &self.y) {
+                for run in runs(line, self.points, &self.x, &self.y, self.size) {
                     draw_run(&mut chart, run, line.ink)?;
                 }
             }
@@ -595,14 +600,28 @@ pub(crate) fn thinned(y: &[f64], most: usize) -> Vec<usize> {
 }
 
 /// A line's points as they are drawn, cut at its gaps.
-fn runs(line: &Line<'_>, most: usize, x: &Axis, y: &Axis) -> Vec<Vec<(f64, f64)>> {
+fn runs(line: &Line<'_>, most: usize, x: &Axis, y: &Axis, size: (f64, f64)) -> Vec<Vec<(f64, f64)>> {
     let length = line.x.len().min(line.y.len());
     let (xs, ys) = (&line.x[..length], &line.y[..length]);
     let mut runs: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
+    // points that fall on one another are one, or a line of them would have no direction to be drawn in
+    let place = |x_value, y_value| {
+        [(x, x_value, size.0), (y, y_value, size.1)].map(|(axis, v, s)| (FINE * s * axis.fraction(v)).round())
+    };
+    let mut before = None;
     for i in thinned(ys, most) {
         match (x.place(xs[i]), y.place(ys[i])) {
-            (Some(x), Some(y)) => runs.last_mut().into_iter().for_each(|run| run.push((x, y))),
-            _ => runs.push(Vec::new()),
+            (Some(x), Some(y)) => {
+                let here = Some(place(x, y));
+                if before != here {
+                    runs.last_mut().into_iter().for_each(|run| run.push((x, y)));
+                    before = here;
+                }
+            }
+            _ => {
+                runs.push(Vec::new());
+                before = None;
+            }
         }
     }
     runs.retain(|run| !run.is_empty());

@@ -89,7 +89,7 @@ pub fn shown_unit(unit: &str) -> &str {
 pub(crate) struct Prefix {
     /// What one of it is worth in the unit itself.
     pub(crate) factor: f64,
-    letter: Option<&'static str>,
+    pub(crate) letter: Option<&'static str>,
 }
 
 impl Prefix {
@@ -102,7 +102,7 @@ impl Prefix {
         let exponent =
             if is_sane(magnitude) && magnitude > 0.0 { (magnitude.log10() / 3.0 + 1e-4).floor() } else { 0.0 };
         match unit {
-            "m" | "s" => Prefix::letter(LETTERS, exponent.clamp(-3.0, 0.0)),
+            "m" | "s" | "m/s" | "m/s²" => Prefix::letter(LETTERS, exponent.clamp(-3.0, 0.0)),
             "V" | "A" | "N" | "W" | "Ω" | "ohm" | "J" | "Pa" => Prefix::letter(LETTERS, exponent.clamp(-3.0, 2.0)),
             _ => Prefix::NONE,
         }

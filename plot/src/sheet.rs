@@ -3,6 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::plot::DASHES;
+use crate::web::INKS;
 
 /// Styles, and nothing else: nothing is run, nothing is fetched.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
@@ -49,7 +50,7 @@ impl Sheet {
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta http-equiv="Content-Security-Policy" content=(POLICY);
                     title { (self.title) }
-                    style { (PreEscaped(include_str!("style.css"))) (PreEscaped(DASHES)) }
+                    style { (PreEscaped(INKS)) (PreEscaped(include_str!("style.css"))) (PreEscaped(DASHES)) }
                 }
                 body class=(self.class) {
                     header {

@@ -2,7 +2,7 @@
 
 use maud::Markup;
 use sinew_diagnosis::{Diagnosis, Figures, SensorTrace, Traces};
-use sinew_plot::{Axis, Ink, Line, Panels, Plot};
+use sinew_plot::{Axis, Ink, Line, Panels, Plot, TWO_IN_A_ROW};
 use sinew_recording::Column;
 
 use crate::figures::{Stages, kept_back, time_axis, worst_first};
@@ -27,6 +27,8 @@ pub(crate) fn picture(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
     let before = stages.before.map(|(_, name)| (Ink::Before, name));
     let legend = [Some((Ink::Measured, "measured")), before, Some((Ink::After, stages.after.1))];
     Panels {
+        title: String::new(),
+        row: TWO_IN_A_ROW,
         legend: legend.into_iter().flatten().map(|(ink, name)| (ink, name.to_owned())).collect(),
         panels: panels.into_iter().map(|(recording, sensor)| panel(&stages, recording, sensor)).collect(),
     }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use sinew_control::{Holding, Limits, Reach, ReachConfig, default_lambda};
 use sinew_physics::{DriveKind, Load};
-use sinew_rig::{Algorithm, Channel, Rig};
+use sinew_rig::{Algorithm, Rig};
 
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -32,7 +32,7 @@ pub fn tune(args: &args::Tune) -> Outcome {
             }
         }
         if !written.is_empty() {
-            output::write_file(&args.rig, &rig.to_toml())?;
+            output::write_file(&args.rig, rig.to_toml())?;
         }
     }
     match args.json {
@@ -142,7 +142,7 @@ impl Tuned {
         let shares = lambda_per_s.map(|lambda| reach.shares(lambda));
         let algorithm = sinew_rig::word(channel, "channel.control", "algorithm").unwrap_or_default();
         let uses_lambda = !matches!(channel.control.algorithm, Algorithm::Relay | Algorithm::Pi | Algorithm::Pid);
-        let default = default_lambda(&model, limits.max_power_w.min(limits.max_duty * full_power_w(channel))).value;
+        let default = default_lambda(&model, limits.max_power_w.min(limits.max_duty * channel.full_power_w())).value;
         let mut tuned = Tuned {
             name: channel.name.clone(),
             algorithm,
@@ -193,16 +193,6 @@ impl Tuned {
     fn to_write(&self) -> Option<f64> {
         self.lambda_per_s.filter(|_| self.uses_lambda)
     }
-}
-
-/// Power in the on-phase with the wire at its most conductive, W: what bounds a duty of 1.
-fn full_power_w(channel: &Channel) -> f64 {
-    let drive = &channel.model.drive;
-    let m = &channel.model.material;
-    let ohm = m.martensite_resistivity_ohm_m.min(m.austenite_resistivity_ohm_m) * channel.model.geometry.length_m
-        / channel.model.geometry.area_m2();
-    let current_a = drive.supply_v / (ohm + drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm);
-    current_a * current_a * ohm
 }
 
 /// Two digits, never more than the value.
