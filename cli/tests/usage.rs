@@ -29,12 +29,6 @@ fn help_goes_to_stdout_and_is_no_error() {
 }
 
 #[test]
-fn what_is_not_built_is_not_offered() {
-    let help = Scratch::new().sinew(["--help"]).done();
-    assert!(!help.contains("\n  scope"), "{help}");
-}
-
-#[test]
 fn setpoints_are_judged_before_a_driver_is_looked_for() {
     let scratch = Scratch::new();
     let set = |setpoint: &'static str| scratch.sinew(["set", "wire", setpoint]);

@@ -3,6 +3,8 @@
 //! Every test has its own folder and its own rig name, so that all of them run at the same time, beside whatever else runs
 //! on the machine. Nothing here asserts how fast something is: [`PATIENCE`] is only where waiting becomes a failure.
 
+pub mod browser;
+
 use serde_json::Value;
 use sinew_ipc::{Client, ClientOptions, DriverHealth};
 use std::ffi::OsStr;

@@ -2,7 +2,6 @@
 
 pub mod bench;
 pub mod bench_control;
-pub mod characterise;
 pub mod design;
 pub mod diagnose;
 pub mod doctor;
@@ -12,14 +11,15 @@ pub mod identify;
 pub mod import;
 pub mod live;
 pub mod monitor;
+pub mod plot;
 pub mod record;
 pub mod recording;
 pub mod replay;
 pub mod run;
+pub mod scope;
 pub mod set;
 pub mod simulate;
 pub mod status;
-pub mod test;
 pub mod tune;
 
 use std::path::Path;

@@ -1,0 +1,98 @@
+//! Looking: at a running driver in a browser, at recordings in figures.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{Target, seconds};
+
+/// `sinew scope`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew scope                          prints the page's address; open it in a browser of this machine
+  sinew scope --port 8750 --rig hexapod
+  sinew scope --no-commands            a page that only watches
+  ssh -L 8750:127.0.0.1:8750 robot     then `sinew scope --port 8750` there and the address here
+
+The page listens on 127.0.0.1 only. Whoever has the address may watch; commanding and recording take the token behind
+its #, which is new at every start. Ctrl-C ends it.")]
+pub struct Scope {
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+    /// Port of 127.0.0.1; 0 = any that is free.
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub port: u16,
+    /// Folder for the recordings made by the page's button.
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub record_dir: PathBuf,
+    /// Watch only: nobody may command or record through the page.
+    #[arg(long)]
+    pub no_commands: bool,
+    /// Stop after so many seconds.
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub duration_s: Option<f64>,
+}
+
+/// `sinew plot`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew plot walk.mcap -o walk.svg                       the usual quantities of the first channels over time
+  sinew plot walk.mcap -o walk.html --channel front_left_femur --kind all
+  sinew plot before.mcap after.mcap -o both.png --channel front_left_femur --quantity length --from 2 --to 6
+  sinew plot furnace.csv.gz -o loop.png --kind hysteresis
+  sinew plot walk.mcap -o phase.svg --kind phase --channel front_left_femur
+
+Recordings are sessions (MCAP) and CSV files with the contract's columns; several are drawn over one another. The file's
+ending says what it becomes: .svg, .png, or .html, a page to zoom into that needs no network.
+Times are seconds from the start of each recording.")]
+pub struct Plot {
+    /// Recordings.
+    #[arg(required = true, value_name = "RECORDING")]
+    pub recordings: Vec<PathBuf>,
+    /// Where the figure goes.
+    #[arg(short, long, value_name = "FIGURE")]
+    pub output: PathBuf,
+    /// What kinds of figure; `all` takes whatever the recordings have.
+    #[arg(long, value_name = "KIND", value_enum, default_value = "time")]
+    pub kind: Vec<PlotKind>,
+    /// Only these channels; otherwise the first six.
+    #[arg(long, value_name = "NAME")]
+    pub channel: Vec<String>,
+    /// Only these quantities over time, with or without their unit.
+    #[arg(long, value_name = "NAME")]
+    pub quantity: Vec<String>,
+    /// From this time, s.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// To this time, s.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Title; otherwise the recordings' names.
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// Pass over columns of CSV that the contract does not know.
+    #[arg(long)]
+    pub ignore_columns: bool,
+}
+
+/// Kinds of figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PlotKind {
+    /// Quantities over time.
+    Time,
+    /// Length against temperature.
+    Hysteresis,
+    /// Resistance against length.
+    Resistance,
+    /// Tension against length.
+    Tension,
+    /// Speed over control error, and the sliding surface.
+    Phase,
+    /// Histograms of how late the loop was woken and how long its cycles took.
+    Lateness,
+    /// All of these that the recordings have.
+    All,
+}

@@ -1,0 +1,166 @@
+//! A figure as a page that can be zoomed into: one file with the curves, the plotting library and its hands inside, which
+//! needs no network and sends nothing anywhere.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde::Serialize;
+use sinew_plot::Ink;
+use sinew_plot::web::{CHART, INKS, UPLOT, UPLOT_LICENSE, UPLOT_STYLE};
+
+use crate::Kind;
+use crate::figure::Figure;
+
+/// The page's own script and styles, which are in it; nothing is fetched.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+#[derive(Serialize)]
+struct Data<'a> {
+    legend: Vec<Entry<'a>>,
+    panels: Vec<PanelData<'a>>,
+}
+
+#[derive(Serialize)]
+struct Entry<'a> {
+    name: &'a str,
+    ink: i32,
+}
+
+#[derive(Serialize)]
+struct PanelData<'a> {
+    kind: &'static str,
+    caption: &'a str,
+    x_title: &'a str,
+    x_unit: &'a str,
+    y_title: &'a str,
+    y_unit: &'a str,
+    curves: Vec<CurveData>,
+}
+
+#[derive(Serialize)]
+struct CurveData {
+    ink: i32,
+    /// Points: all of one coordinate as little-endian f32 in base64, then all of the other.
+    points: String,
+}
+
+/// The page knows inks by number: those of a series by their place, the pale one of what was asked for, the plain one.
+fn number(ink: Ink) -> i32 {
+    match ink {
+        Ink::Series(place) => place.into(),
+        Ink::Measured => -1,
+        _ => -2,
+    }
+}
+
+impl Figure {
+    /// The page.
+    pub fn html(&self) -> String {
+        self.page().into_string()
+    }
+
+    fn page(&self) -> Markup {
+        let panels = self.panels.iter().map(|panel| PanelData {
+            kind: panel.kind.name(),
+            caption: &panel.caption,
+            x_title: &panel.x.title,
+            x_unit: panel.x.unit,
+            y_title: &panel.y.title,
+            y_unit: panel.y.unit,
+            curves: panel
+                .curves
+                .iter()
+                .map(|curve| CurveData { ink: number(curve.ink), points: packed(&curve.x, &curve.y) })
+                .collect(),
+        });
+        let legend = self.legend.iter().map(|(ink, name)| Entry { name, ink: number(*ink) });
+        let data = Data { legend: legend.collect(), panels: panels.collect() };
+        // "<" would end the script at "</script>", or begin a comment in it
+        let json = serde_json::to_string(&data).unwrap_or_else(|_| "{}".into()).replace('<', "\\u003c");
+        let over_time = self.panels.iter().any(|panel| panel.kind == Kind::Time);
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    title { (self.title) }
+                    style {
+                        (PreEscaped(UPLOT_STYLE)) (PreEscaped(INKS)) (PreEscaped(include_str!("../page/figure.css")))
+                    }
+                }
+                body {
+                    header {
+                        h1 { (self.title) }
+                        div id="legend" role="group" aria-label="Curves" {}
+                    }
+                    main id="panels" {}
+                    p id="hint" {
+                        "Drag to zoom, turn the wheel over a curve, double-click for all of it"
+                        @if over_time { "; panels over time move together" }
+                        ". Click a name to hide its curves. " span id="cursor" {}
+                    }
+                    noscript { "This page draws its curves with a script of its own, which is switched off here." }
+                    script { (PreEscaped("/*\n")) (PreEscaped(UPLOT_LICENSE)) (PreEscaped("*/\n")) (PreEscaped(UPLOT)) }
+                    script { (PreEscaped(CHART)) }
+                    script type="application/json" id="data" { (PreEscaped(json)) }
+                    script { (PreEscaped(include_str!("../page/figure.js"))) }
+                }
+            }
+        }
+    }
+}
+
+/// Both coordinates as f32 in base64: an f32 has seven digits, more than a screen can show.
+fn packed(x: &[f64], y: &[f64]) -> String {
+    let bytes: Vec<u8> = x.iter().chain(y).flat_map(|v| (*v as f32).to_le_bytes()).collect();
+    base64(&bytes)
+}
+
+/// Base64 with padding (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let bits = u32::from(chunk[0]) << 16
+            | u32::from(chunk.get(1).copied().unwrap_or(0)) << 8
+            | u32::from(chunk.get(2).copied().unwrap_or(0));
+        for i in 0..4 {
+            text.push(if i <= chunk.len() { LETTERS[(bits >> (18 - 6 * i) & 63) as usize] as char } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Curve, Panel};
+    use sinew_plot::Field;
+
+    #[test]
+    fn base64_is_that_of_the_rfc() {
+        for (plain, coded) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
+
+    #[test]
+    fn a_page_stands_alone_and_cannot_be_broken_out_of() {
+        let name = "</script><script>alert(1)</script><!--";
+        let curve = Curve { ink: Ink::Series(0), name: name.into(), x: vec![0.0, 1.0], y: vec![1.0, f64::NAN] };
+        let y = Field { title: name.into(), unit: "1" };
+        let panel = Panel { kind: Kind::Time, caption: name.into(), x: Field::of("time_s"), y, curves: vec![curve] };
+        let figure = Figure {
+            title: name.into(),
+            legend: vec![(Ink::Series(0), name.into())],
+            panels: vec![panel],
+            notes: vec![],
+        };
+        let page = figure.html();
+        assert_eq!(page.matches("<script").count(), 4);
+        assert_eq!(page.matches("</script>").count(), 4);
+        assert!(!page.contains("alert(1)<") && !page.contains("src=") && !page.contains("href="));
+    }
+}

@@ -1,0 +1,538 @@
+// The page of `sinew scope`: what the driver does, as it does it.
+//
+// Curves come over a WebSocket in binary frames (data.js), everything else as JSON: `hello` (the rig), `status` (modes,
+// faults, the loop), `may` (whether this page may command) and `answer` (what became of a request). Curves are drawn once
+// a screen frame, from what is there by then.
+"use strict";
+
+const $ = (id) => document.getElementById(id);
+const WINDOWS = [0.5, 1, 2, 5, 10, 20, 30, 60];
+const FIRST = ["length_m", "duty"];
+// A setpoint that is held is renewed so often, and lasts so long without, s. In a tab in the background a browser wakes a
+// page once a second, after some minutes once a minute: then the lease runs out, which is what it is for.
+const RENEW_S = 0.4, HOLD_S = 1.5;
+// Curves run so far behind the newest bin, s: the driver sends in batches, and a curve that stops and jumps is hard to read.
+const BEHIND_S = 0.08;
+// Above so many channels dashes only clutter, and cost time to draw.
+const DASHED_UP_TO = 6;
+
+const page = {
+  socket: null, rig: null, status: null, may: false,
+  shown: new Set(), quantities: [...FIRST], selected: 0, focus: FIRST[0],
+  generation: 0, curves: null, series: new Map(), lost: 0,
+  window: 10, frozen: null, cursor: null,
+  clock: null, panels: [], built: 0, dirty: true, held: new Map(), asked: new Map(), ids: 0,
+};
+
+// ——— the line to the server ———
+
+function connect() {
+  const socket = new WebSocket(`ws://${location.host}/live`);
+  socket.binaryType = "arraybuffer";
+  page.socket = socket;
+  socket.onopen = () => {
+    const token = location.hash.slice(1);
+    if (token) send({ do: "token", token });
+    page.rig = null;
+  };
+  socket.onmessage = ({ data }) => (typeof data === "string" ? told(JSON.parse(data)) : received(data));
+  socket.onclose = () => {
+    page.status = null;
+    page.may = false;
+    page.held.clear();
+    banner("The scope has ended, or its computer is out of reach. This page tries again every second.");
+    state("no scope", "bad");
+    card();
+    setTimeout(connect, 1000);
+  };
+}
+
+function send(message) {
+  if (page.socket?.readyState === WebSocket.OPEN) page.socket.send(JSON.stringify(message));
+}
+
+// Asks something of the driver or the recorder; answers with { ok, message }.
+function ask(what) {
+  return new Promise((resolve) => {
+    if (page.socket?.readyState !== WebSocket.OPEN) return resolve({ ok: false, message: "there is no connection" });
+    const id = ++page.ids;
+    page.asked.set(id, resolve);
+    send({ do: "ask", id, what });
+  });
+}
+
+function told(message) {
+  if (message.kind === "hello") hello(message);
+  else if (message.kind === "status") status(message);
+  else if (message.kind === "may") { page.may = message.command; $("record").hidden = !page.may; card(); }
+  else if (message.kind === "answer") { page.asked.get(message.id)?.(message); page.asked.delete(message.id); }
+}
+
+function hello(rig) {
+  const same = page.rig?.channels.map((c) => c.name).join() === rig.channels.map((c) => c.name).join();
+  const first = !page.names;
+  page.rig = rig;
+  document.title = `${rig.rig} · sinew scope`;
+  $("rig").textContent = rig.rig;
+  $("simulated").hidden = !rig.simulated;
+  const names = rig.channels.map((c) => c.name);
+  if (first || page.names.join() !== names.join()) {
+    page.names = names;
+    page.selected = 0;
+    page.shown = new Set(names.map((_, i) => i).slice(0, names.length <= 6 ? 6 : 3));
+    channels();
+    quantities();
+    windows();
+  }
+  if (!same) card();
+  show();
+}
+
+// Tells the server which curves are shown; it sends them from as far back as it has them.
+function show() {
+  const rig = page.rig;
+  if (!rig) return;
+  const place = new Map(rig.quantities.map((q, i) => [q.name, i]));
+  const wanted = new Set(page.quantities);
+  if (wanted.has("length_m") || wanted.has("observed_length_m")) wanted.add("target_m");
+  page.series = new Map();
+  const series = [];
+  for (const quantity of wanted) {
+    for (const channel of [...page.shown].sort((a, b) => a - b)) {
+      page.series.set(`${quantity} ${channel}`, series.length);
+      series.push([channel, place.get(quantity)]);
+    }
+  }
+  page.generation += 1;
+  page.waiting = new Curves(series.length, rig.values, rig.capacity);
+  send({ do: "show", generation: page.generation, series });
+  if (!series.length) page.curves = page.waiting;
+  panels();
+}
+
+function received(buffer) {
+  const frame = readFrame(buffer);
+  send({ do: "seen", frame: frame.number });
+  if (frame.generation !== page.generation) return;
+  if (page.waiting) {
+    // the old curves stay on the screen until the new ones are here
+    page.curves = page.waiting;
+    page.waiting = null;
+    build();
+  }
+  page.lost = frame.lost;
+  page.curves.append(frame.bins, frame.time, frame.floats);
+  const now = performance.now() / 1000, offset = now - page.curves.last;
+  // the page's clock against the driver's: the quickest frame tells it best; it creeps, so that neither may drift
+  if (page.clock === null || Math.abs(offset - page.clock) > 1) page.clock = offset;
+  page.clock = Math.min(page.clock + 1e-5, offset);
+  page.dirty = true;
+}
+
+// ——— what does not move ———
+
+function state(words, how = "") { $("driver").textContent = words; $("driver").className = "state " + how; }
+function banner(words) { $("banner").hidden = !words; if ($("banner").textContent !== words) $("banner").textContent = words; }
+
+let silence;
+function say(answer) {
+  $("said").textContent = answer.message;
+  $("said").className = answer.ok ? "" : "refused";
+  clearTimeout(silence);
+  silence = setTimeout(() => { $("said").textContent = ""; }, answer.ok ? 2500 : 8000);
+}
+
+const BANNERS = {
+  gone: "The driver has stopped. This page waits for it and goes on by itself.",
+  stopped: "The driver has stopped. This page waits for it and goes on by itself.",
+  died: "The driver has died without stopping: switch the supply off. This page waits for another one.",
+  stalled: "The driver's loop stands still.",
+};
+
+function status(now) {
+  const before = page.status;
+  page.status = now;
+  state(now.driver, { running: "running", starting: "" }[now.driver] ?? "bad");
+  banner(BANNERS[now.driver] ?? "");
+  if (now.driver === "gone") { page.held.clear(); card(); return; }
+  const us = (v) => (v >= 1000 ? (v / 1000).toFixed(1) + " ms" : v.toFixed(0) + " µs");
+  $("rate").textContent = now.rate_hz === null ? "–" : now.rate_hz.toFixed(0) + " Hz";
+  $("missed").textContent = now.missed;
+  $("missed").className = now.missed > 0 ? "bad" : "";
+  $("late").textContent = `${us(now.lateness_us.p99)} / ${us(now.lateness_us.max)}`;
+  $("cycle").textContent = us(now.cycle_us.p99);
+  const lost = now.lost + page.lost;
+  $("lost").textContent = lost;
+  $("lost").className = lost > 0 ? "bad" : "";
+  const recording = now.recording;
+  $("record").setAttribute("aria-pressed", String(!!recording));
+  $("recording").textContent = recording ? recorded(recording) : "Record";
+  $("record").title = recording ? `${recording.file}; click to end` : "Record every cycle of every channel";
+  now.channels.forEach((channel, i) => {
+    const row = page.rows?.[i];
+    if (!row) return;
+    const odd = channel.health && !channel.fault;
+    const words = channel.fault ? channel.fault.flag : odd ? channel.health : page.held.has(i) ? "held" : channel.mode;
+    row.mode.textContent = words;
+    row.mode.className = "mode" + (channel.fault ? " fault" : odd ? " odd" : page.held.has(i) ? " held" : "");
+    row.mode.title = channel.fault ? `${channel.fault.cause}. ${channel.fault.remedy}` : "";
+  });
+  const faulted = (s) => s?.channels?.[page.selected]?.fault?.flag;
+  if (faulted(before) !== faulted(now) || before?.channels?.[page.selected]?.mode !== now.channels[page.selected]?.mode) card();
+}
+
+function recorded({ seconds, bytes, lost }) {
+  const size = bytes >= 1e9 ? (bytes / 1e9).toFixed(2) + " GB" : (bytes / 1e6).toFixed(1) + " MB";
+  return `${seconds.toFixed(0)} s, ${size}${lost ? `, ${lost} lost` : ""}`;
+}
+
+function channels() {
+  page.rows = page.names.map((name, i) => {
+    const li = document.createElement("li");
+    const shows = button("", "shows", () => toggle(i));
+    shows.setAttribute("aria-label", `show ${name}`);
+    const of = button(name, "name", () => { page.selected = i; mark(); card(); });
+    of.title = name;
+    const mode = document.createElement("span"), value = document.createElement("span");
+    mode.className = "mode";
+    value.className = "value";
+    li.append(shows, of, mode, value);
+    return { li, shows, mode, value };
+  });
+  $("channels").replaceChildren(...page.rows.map((row) => row.li));
+  mark();
+}
+
+function button(words, classes, act) {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.textContent = words;
+  made.className = classes;
+  made.onclick = act;
+  return made;
+}
+
+// Marks which channels are shown and which one is selected.
+function mark() {
+  const dashed = page.shown.size <= DASHED_UP_TO;
+  page.rows.forEach((row, i) => {
+    row.li.classList.toggle("selected", i === page.selected);
+    row.shows.setAttribute("aria-pressed", String(page.shown.has(i)));
+    row.shows.replaceChildren(Chart.sample(i, dashed));
+  });
+  $("all").textContent = page.shown.size === page.names.length ? "one" : "all";
+}
+
+function toggle(i) {
+  if (!page.shown.delete(i)) page.shown.add(i);
+  mark();
+  show();
+}
+
+$("all").onclick = () => {
+  const all = page.shown.size === page.names.length;
+  page.shown = new Set(all ? [page.selected] : page.names.map((_, i) => i));
+  mark();
+  show();
+};
+
+function quantities() {
+  const chips = page.rig.quantities.filter((q) => q.name !== "target_m").map((q) => {
+    const chip = button(q.title, "", () => {
+      const on = page.quantities.includes(q.name);
+      page.quantities = on ? page.quantities.filter((name) => name !== q.name) : [...page.quantities, q.name];
+      chip.setAttribute("aria-pressed", String(!on));
+      if (!page.quantities.includes(page.focus)) page.focus = page.quantities[0];
+      show();
+    });
+    chip.setAttribute("aria-pressed", String(page.quantities.includes(q.name)));
+    return chip;
+  });
+  $("quantities").replaceChildren(...chips);
+}
+
+function windows() {
+  const longest = page.rig.span_s;
+  $("window").replaceChildren(...WINDOWS.filter((w) => w <= longest * 1.01).map((w) => new Option(`${w} s`, w, false, w === page.window)));
+}
+
+$("window").onchange = () => { page.window = Number($("window").value); page.frozen = null; paused(); };
+
+// ——— pause and zoom: a stretch of time that stands still ———
+
+function paused() {
+  const still = !!page.frozen;
+  $("pause").setAttribute("aria-pressed", String(still));
+  $("pause").textContent = still ? "Paused" : "Pause";
+  $("live").hidden = !still;
+  page.dirty = true;
+}
+
+function now() {
+  if (!page.curves?.length || page.clock === null) return 0;
+  return Math.min(page.curves.last, performance.now() / 1000 - page.clock - BEHIND_S);
+}
+
+function span() { return page.frozen ?? { from: now() - page.window, to: now() }; }
+function live() { page.frozen = null; paused(); }
+$("pause").onclick = () => { page.frozen = page.frozen ? null : span(); paused(); };
+$("live").onclick = live;
+document.addEventListener("keydown", (event) => {
+  if (event.target.closest("input, select, button, textarea")) return;
+  if (event.key === " ") { event.preventDefault(); $("pause").click(); }
+  if (event.key === "Escape") live();
+});
+
+const hands = {
+  zoom: (from, to) => { if (to - from > 1e-4) { page.frozen = { from, to }; paused(); } },
+  reset: live,
+  wheel: (factor, at) => {
+    if (page.frozen) {
+      const { from, to } = page.frozen;
+      const width = Math.min(page.rig.span_s, Math.max(1e-3, (to - from) * factor)), share = (at - from) / (to - from);
+      page.frozen = { from: at - share * width, to: at + (1 - share) * width };
+      page.dirty = true;
+    } else {
+      // the live width takes the listed steps
+      const options = [...$("window").options].map((o) => Number(o.value)), i = options.indexOf(page.window);
+      turned += Math.log(factor);
+      if (Math.abs(turned) < 0.3) return;
+      page.window = options[Math.max(0, Math.min(options.length - 1, i + Math.sign(turned)))];
+      turned = 0;
+      $("window").value = page.window;
+    }
+  },
+  cursor: (at) => { page.cursor = at; },
+};
+let turned = 0;
+
+// ——— the panels ———
+
+function panels() {
+  if (!page.curves) build();
+}
+
+// Makes the charts anew: for other channels, quantities, sizes or colours.
+function build() {
+  for (const panel of page.panels) panel.chart.destroy();
+  $("panels").replaceChildren();
+  const rig = page.rig;
+  if (!rig) return;
+  const shown = [...page.shown].sort((a, b) => a - b), count = page.quantities.length;
+  const room = $("panels").clientHeight, width = $("panels").clientWidth;
+  const colours = Chart.inks(), inks = colours.series.map(Chart.rgb), pale = Chart.rgb(colours.pale);
+  page.panels = page.quantities.map((name) => {
+    const quantity = rig.quantities.find((q) => q.name === name);
+    const section = document.createElement("section"), title = document.createElement("h2"), unit = document.createElement("span");
+    section.className = "panel";
+    title.append(quantity.title + " ", unit);
+    section.append(title);
+    section.addEventListener("pointerenter", () => { page.focus = name; });
+    $("panels").append(section);
+    const targets = name === "length_m" || name === "observed_length_m" ? shown : [];
+    const dashed = shown.length <= DASHED_UP_TO, ratio = devicePixelRatio;
+    const line = (channel) => ({
+      series: page.series.get(`${name} ${channel}`), ink: inks[channel % inks.length], width: (dashed ? 1.5 : 1.2) * ratio,
+      dash: dashed ? Chart.dash(channel) : null,
+    });
+    const target = (channel) => ({ series: page.series.get(`target_m ${channel}`), ink: pale, width: 3 * ratio });
+    const panel = {
+      name, range: null, ranged: 0, raster: new Chart.Raster(), lines: [...targets.map(target), ...shown.map(line)],
+      chart: Chart.make(section, {
+        width, height: Math.max(150, Math.floor(room / Math.max(1, count)) - 26), unit: quantity.unit, sync: "scope", hands,
+        heading: (text) => { unit.textContent = text; },
+        paint: (u) => u.ctx.drawImage(panel.raster.canvas, u.bbox.left, u.bbox.top),
+      }),
+    };
+    return panel;
+  });
+  page.built += 1;
+  page.dirty = true;
+}
+
+function draw() {
+  const curves = page.curves;
+  if (!curves) return;
+  const { from: asked, to: until } = span(), at = performance.now();
+  for (const panel of page.panels) {
+    const { width, height } = panel.chart.bbox;
+    // whole columns on a grid of their own, so that a curve that moves is the same curve shifted
+    const column = (until - asked) / width, from = Math.floor(asked / column) * column, to = from + width * column;
+    const series = panel.lines.map((line) => line.series);
+    // the range is looked at as a whole now and then, and by what is new every time
+    const whole = panel.range === null || page.frozen || at - panel.ranged > 500;
+    const [low, high] = curves.extent(series, whole ? from : Math.max(from, to - 0.3), to);
+    if (whole) { panel.range = Chart.steady(panel.range, low, high); panel.ranged = at; }
+    else if (low < panel.range[0] || high > panel.range[1]) panel.range = Chart.steady(panel.range, ...curves.extent(series, from, to));
+    const view = { width, height, column, from, low: panel.range[0], high: panel.range[1] };
+    const lines = panel.lines.map((line) => ({ ...line, ...curves.curve(line.series, from, to) }));
+    panel.raster.paint(view, lines, `${page.built} ${page.generation}`);
+    Chart.look(panel.chart, from, to, ...panel.range);
+  }
+}
+
+// The values at the cursor, or the latest ones, beside the channels' names.
+function values() {
+  const { rig, curves } = page;
+  if (!rig || !curves) return;
+  const quantity = rig.quantities.find((q) => q.name === page.focus);
+  const { to } = span(), at = page.cursor ?? to;
+  $("valued").textContent = quantity ? `${quantity.title} ${page.cursor === null ? (page.frozen ? "at the end" : "now") : "at the cursor"}` : "";
+  $("cursor").textContent = page.cursor === null ? "" : `Cursor at ${Chart.quantity(at - to, "1", 4)} s`;
+  page.rows.forEach((row, i) => {
+    const series = page.series.get(`${page.focus} ${i}`);
+    const value = series === undefined || page.waiting ? null : curves.at(series, at);
+    row.value.textContent = value === null ? "" : Chart.quantity(value, quantity.unit);
+  });
+}
+
+// ——— the selected channel: its state, and commands ———
+
+const entry = { kind: "stroke", value: 0.3 };
+
+function limits(kind, channel) {
+  return {
+    stroke: { low: 0, high: 1, factor: 100, unit: "%", step: 1 },
+    length: { low: channel.min_length_m ?? channel.hot_m, high: channel.max_length_m ?? channel.cold_m, factor: 1000, unit: "mm", step: 0.01 },
+    duty: { low: 0, high: channel.max_duty ?? 1, factor: 100, unit: "%", step: 0.5 },
+    force: { low: 0, high: 10, factor: 1, unit: "N", step: 0.05 },
+  }[kind];
+}
+
+function card() {
+  const host = $("card"), channel = page.rig?.channels[page.selected], state = page.status?.channels?.[page.selected];
+  if (!channel) return host.replaceChildren();
+  const parts = [];
+  const add = (tag, words, classes = "") => { const e = document.createElement(tag); e.textContent = words; e.className = classes; parts.push(e); return e; };
+  const title = add("h2", channel.name);
+  const small = document.createElement("small");
+  small.textContent = state ? state.mode : "";
+  title.append(small);
+  if (state?.fault) {
+    const fault = add("p", "", "fault"), name = document.createElement("b");
+    name.textContent = state.fault.flag;
+    fault.append(name, `: ${state.fault.cause}. Remedy: ${state.fault.remedy}.`);
+  }
+  if (!page.may) {
+    add("p", page.rig.commands
+      ? "This page only watches. To command, open the address that `sinew scope` printed, with its token."
+      : "This scope only watches: it was started with --no-commands.", "note");
+    return host.replaceChildren(...parts);
+  }
+  const held = page.held.get(page.selected);
+  const { low, high, factor, unit, step } = limits(entry.kind, channel);
+  const clamp = (v) => Math.min(high, Math.max(low, v));
+  const kinds = add("div", "", "chips");
+  for (const kind of ["stroke", "length", "duty", "force"]) {
+    const chip = button(kind, "", () => {
+      entry.kind = kind;
+      const of = limits(kind, channel);
+      entry.value = kind === "stroke" ? 0.3 : kind === "duty" ? 0 : kind === "length" ? (of.low + of.high) / 2 : 1;
+      release(page.selected);
+      card();
+    });
+    chip.setAttribute("aria-pressed", String(kind === entry.kind));
+    kinds.append(chip);
+  }
+  entry.value = clamp(entry.value);
+  const row = add("div", "", "entry");
+  const slider = document.createElement("input"), number = document.createElement("input"), of = document.createElement("span");
+  for (const input of [slider, number]) {
+    input.min = low * factor; input.max = high * factor; input.step = step;
+    input.setAttribute("aria-label", `${entry.kind} in ${unit}`);
+  }
+  slider.type = "range"; number.type = "number"; number.id = "value";
+  const write = () => { slider.value = entry.value * factor; number.value = +(entry.value * factor).toFixed(3); };
+  const changed = (text) => {
+    if (text === "" || !isFinite(Number(text))) return;
+    entry.value = clamp(Number(text) / factor);
+    if (page.held.has(page.selected)) { page.held.set(page.selected, { ...entry }); renew(page.selected); }
+  };
+  slider.oninput = () => { changed(slider.value); write(); };
+  number.oninput = () => { changed(number.value); slider.value = entry.value * factor; };
+  number.onchange = write;
+  write();
+  of.textContent = unit;
+  row.append(slider, number, of);
+  const acts = add("div", "", "chips");
+  const hold = button(held ? "Holding: release" : "Hold", "hold", () => (page.held.has(page.selected) ? release(page.selected) : take(page.selected)));
+  hold.id = "hold";
+  hold.setAttribute("aria-pressed", String(!!held));
+  hold.title = "The setpoint is renewed while this is pressed; release it, or close the page, and its lease runs out";
+  acts.append(hold, button("Off", "", () => { page.held.delete(page.selected); card(); set(page.selected, "off", 0).then(say); }));
+  acts.append(button("All off", "", () => { page.held.clear(); card(); ask("all_off").then(say); }));
+  if (state?.fault) acts.append(button("Reset", "", () => ask({ reset: { channel: page.selected } }).then(say)));
+  host.replaceChildren(...parts);
+}
+
+const set = (channel, kind, value) => ask({ set: { channel, kind, value, hold_s: HOLD_S } });
+
+async function renew(channel) {
+  const held = page.held.get(channel);
+  if (!held || held.busy) return;
+  held.busy = true;
+  const answer = await set(channel, held.kind, held.value);
+  held.busy = false;
+  if (!answer.ok && page.held.has(channel)) {
+    page.held.delete(channel);
+    card();
+    say(answer);
+  }
+}
+
+function take(channel) { page.held.set(channel, { ...entry }); card(); renew(channel); }
+function release(channel) { if (page.held.delete(channel)) card(); }
+setInterval(() => { for (const channel of page.held.keys()) renew(channel); }, RENEW_S * 1000);
+
+$("record").onclick = async () => {
+  const on = $("record").getAttribute("aria-pressed") !== "true";
+  $("record").disabled = true;
+  say(await ask({ record: { on } }));
+  $("record").disabled = false;
+};
+
+// ——— once a screen frame ———
+
+// How smoothly this page runs: read by whoever measures it, as `scope.statistics()`.
+const pace = { frames: 0, since: performance.now(), last: 0, gaps: [], drawn: [] };
+
+function frame(at) {
+  if (pace.last) { pace.frames += 1; pace.gaps.push(at - pace.last); if (pace.gaps.length > 6000) pace.gaps.shift(); }
+  pace.last = at;
+  if (page.curves && (page.dirty || !page.frozen)) {
+    const began = performance.now();
+    page.dirty = false;
+    draw();
+    pace.drawn.push(performance.now() - began);
+    if (pace.drawn.length > 6000) pace.drawn.shift();
+  }
+  requestAnimationFrame(frame);
+}
+
+function quantile(of, q) { const sorted = Float64Array.from(of).sort(); return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))] : NaN; }
+
+const scope = {
+  statistics: () => ({
+    seconds: (performance.now() - pace.since) / 1000, frames: pace.frames,
+    fps: pace.frames / ((performance.now() - pace.since) / 1000),
+    gap_ms: { p50: quantile(pace.gaps, 0.5), p99: quantile(pace.gaps, 0.99), max: quantile(pace.gaps, 1) },
+    draw_ms: { p50: quantile(pace.drawn, 0.5), p99: quantile(pace.drawn, 0.99) },
+    bins: page.curves?.length ?? 0, series: page.curves?.series ?? 0, lost: (page.status?.lost ?? 0) + page.lost,
+    span: span(), last: page.curves?.last ?? null,
+  }),
+  restart: () => { Object.assign(pace, { frames: 0, since: performance.now(), last: 0, gaps: [], drawn: [] }); },
+};
+
+let counted = { frames: 0, at: performance.now() };
+setInterval(() => {
+  values();
+}, 100);
+setInterval(() => {
+  const at = performance.now(), frames = pace.frames - counted.frames;
+  if (frames >= 0) $("fps").textContent = (frames / ((at - counted.at) / 1000)).toFixed(0) + "/s";
+  counted = { frames: pace.frames, at };
+}, 1000);
+new ResizeObserver(() => { if (page.curves && page.rig) build(); }).observe($("panels"));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { if (page.curves && page.rig) build(); });
+connect();
+requestAnimationFrame(frame);

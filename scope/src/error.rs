@@ -1,0 +1,40 @@
+//! What can go wrong before the page is there. Later there is somebody to tell: the page says it.
+
+use std::fmt;
+
+/// Why there is no scope.
+#[derive(Debug)]
+pub enum Error {
+    /// The driver cannot be watched.
+    Driver(sinew_ipc::Error),
+    /// The port cannot be had.
+    Port {
+        /// The one asked for.
+        port: u16,
+        /// In the system's words.
+        reason: String,
+    },
+    /// The system has no random bits for the token.
+    Random {
+        /// In the system's words.
+        reason: String,
+    },
+    /// No thread, or no event loop.
+    System {
+        /// In the system's words.
+        reason: String,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Driver(error) => write!(f, "{}", error.message()),
+            Error::Port { port, reason } => write!(f, "port {port} of 127.0.0.1 cannot be had: {reason}"),
+            Error::Random { reason } => write!(f, "no random bits for the token: {reason}"),
+            Error::System { reason } => write!(f, "the server cannot be started: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,238 @@
+//! The last while of every quantity of every channel, as thin as a screen can show: a ring of bins.
+//!
+//! Up to 1 kHz a bin is a cycle, and every sample is shown. A faster loop's bins are 1 ms with the least and the largest
+//! value of each, so that no spike is lost and a page's work does not grow with the rate.
+
+use sinew_ipc::ChannelState;
+
+use crate::quantity::{self, COUNT};
+
+/// Most bins a second.
+const FINEST_HZ: f64 = 1000.0;
+/// Bytes all bins together may take, and for how long at most they reach back, s.
+const BUDGET_BYTES: usize = 80 << 20;
+const LONGEST_S: f64 = 60.0;
+
+/// What distinguishes one driver's bins from another's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// Number of channels.
+    pub channels: usize,
+    /// Rate of the loop, Hz.
+    pub rate_hz: f64,
+}
+
+impl Shape {
+    /// Values of a bin for one series: itself, or the least and the largest.
+    pub fn values(&self) -> usize {
+        if self.rate_hz > 1.01 * FINEST_HZ { 2 } else { 1 }
+    }
+
+    /// Values of all series of a bin.
+    fn stride(&self) -> usize {
+        self.channels * COUNT * self.values()
+    }
+
+    /// Bins that are kept.
+    pub fn capacity(&self) -> usize {
+        let bytes = self.stride().max(1) * size_of::<f32>() + size_of::<f64>();
+        let longest = LONGEST_S * self.rate_hz.clamp(1.0, FINEST_HZ);
+        (BUDGET_BYTES / bytes).min(longest as usize).max(64)
+    }
+
+    /// How far back that is, s.
+    pub fn span_s(&self) -> f64 {
+        self.capacity() as f64 / self.rate_hz.clamp(1.0, FINEST_HZ)
+    }
+}
+
+/// One channel's quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Series {
+    /// Number of the channel.
+    pub channel: usize,
+    /// Its number, of [`quantity::names`].
+    pub quantity: usize,
+}
+
+/// The ring.
+#[derive(Debug)]
+pub struct History {
+    shape: Shape,
+    /// Time of each bin, s.
+    time: Vec<f64>,
+    /// Bin after bin: `[series][value]`.
+    values: Vec<f32>,
+    /// Number of the next bin, counted from 0.
+    next: u64,
+    /// The bin that is being filled, and when it ends, s.
+    open: Vec<f32>,
+    open_until: f64,
+    open_at: f64,
+    empty: bool,
+}
+
+impl History {
+    /// Without any bins yet.
+    pub fn new(shape: Shape) -> History {
+        let (capacity, stride) = (shape.capacity(), shape.stride());
+        History {
+            time: vec![0.0; capacity],
+            values: vec![f32::NAN; capacity * stride],
+            next: 0,
+            open: vec![f32::NAN; stride],
+            open_until: f64::NEG_INFINITY,
+            open_at: 0.0,
+            empty: true,
+            shape,
+        }
+    }
+
+    /// What it was made for.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Number of the bin that comes next.
+    pub fn next(&self) -> u64 {
+        self.next
+    }
+
+    /// Number of the oldest bin that is still there.
+    pub fn first(&self) -> u64 {
+        self.next.saturating_sub(self.time.len() as u64)
+    }
+
+    /// Takes a cycle in. Channels beyond the shape's are not looked at, missing ones are unknown.
+    pub fn push(&mut self, time_s: f64, channels: &[ChannelState]) {
+        if self.shape.values() == 1 {
+            let known = channels.iter().take(self.shape.channels);
+            self.open.fill(f32::NAN);
+            for (state, of) in known.zip(self.open.chunks_exact_mut(COUNT)) {
+                of.copy_from_slice(&quantity::values(state));
+            }
+            self.keep(time_s);
+            return;
+        }
+        if time_s >= self.open_until {
+            self.close();
+            self.open_at = time_s;
+            // on a grid, so that bins are of one width however the cycles fall
+            self.open_until = ((time_s * FINEST_HZ).floor() + 1.0) / FINEST_HZ;
+        }
+        self.empty = false;
+        for (state, of) in channels.iter().take(self.shape.channels).zip(self.open.chunks_exact_mut(2 * COUNT)) {
+            for (pair, value) in of.chunks_exact_mut(2).zip(quantity::values(state)) {
+                // f32::min and max pass over what is not a number
+                pair[0] = pair[0].min(value);
+                pair[1] = pair[1].max(value);
+            }
+        }
+    }
+
+    /// Marks that something is missing before what comes next: nothing is drawn across it.
+    pub fn gap(&mut self, time_s: f64) {
+        self.close();
+        self.open.fill(f32::NAN);
+        self.keep(time_s);
+    }
+
+    /// Files the bin that is being filled.
+    fn close(&mut self) {
+        if !self.empty {
+            self.keep(self.open_at);
+            self.open.fill(f32::NAN);
+            self.empty = true;
+        }
+    }
+
+    fn keep(&mut self, time_s: f64) {
+        let (at, stride) = ((self.next % self.time.len() as u64) as usize, self.open.len());
+        self.time[at] = time_s;
+        self.values[at * stride..][..stride].copy_from_slice(&self.open);
+        self.next += 1;
+    }
+
+    /// The bins from `from` on, of these series, as a page takes them: all times (f64), then for each series all its
+    /// values (f32), the least of every bin before the largest; little endian. Returns how many bins.
+    pub fn write(&self, from: u64, series: &[Series], out: &mut Vec<u8>) -> usize {
+        let bins = from.max(self.first())..self.next;
+        let ring = self.time.len() as u64;
+        let (each, stride) = (self.shape.values(), self.open.len());
+        let count = (bins.end - bins.start.min(bins.end)) as usize;
+        out.reserve(count * (size_of::<f64>() + series.len() * each * size_of::<f32>()));
+        for bin in bins.clone() {
+            out.extend_from_slice(&self.time[(bin % ring) as usize].to_le_bytes());
+        }
+        for series in series {
+            for value in 0..each {
+                let place = (series.channel * COUNT + series.quantity) * each + value;
+                for bin in bins.clone() {
+                    let at = (bin % ring) as usize * stride + place;
+                    out.extend_from_slice(&self.values.get(at).copied().unwrap_or(f32::NAN).to_le_bytes());
+                }
+            }
+        }
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LENGTH: Series = Series { channel: 1, quantity: 0 };
+
+    fn cycle(length_m: f64) -> [ChannelState; 2] {
+        [ChannelState::UNKNOWN, ChannelState { length_m, ..ChannelState::UNKNOWN }]
+    }
+
+    fn read(history: &History, from: u64) -> (Vec<f64>, Vec<f32>) {
+        let mut bytes = Vec::new();
+        let bins = history.write(from, &[LENGTH], &mut bytes);
+        let (times, values) = bytes.split_at(8 * bins);
+        let f64s = times.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        (f64s, values.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+    }
+
+    #[test]
+    fn a_slow_loop_keeps_every_cycle_and_forgets_the_oldest() {
+        assert_eq!(quantity::names().next(), Some("length_m"));
+        let mut history = History::new(Shape { channels: 2, rate_hz: 1000.0 });
+        let capacity = history.shape().capacity() as u64;
+        assert_eq!(capacity, 60_000);
+        for i in 0..capacity + 10 {
+            history.push(i as f64 * 1e-3, &cycle(i as f64));
+        }
+        assert_eq!((history.first(), history.next()), (10, capacity + 10));
+        assert_eq!(read(&history, capacity + 7).1, [7.0, 8.0, 9.0].map(|i| capacity as f32 + i));
+        assert_eq!(read(&history, 0).0.len(), capacity as usize, "what has gone is not sent");
+        assert_eq!(read(&history, 0).0[0], 0.010);
+        assert_eq!(read(&history, u64::MAX).0.len(), 0);
+    }
+
+    #[test]
+    fn a_fast_loop_keeps_the_least_and_the_largest_of_each_millisecond() {
+        let mut history = History::new(Shape { channels: 2, rate_hz: 5000.0 });
+        for i in 0..20 {
+            let spike = if i == 7 { 100.0 } else { f64::from(i) };
+            history.push(1.0 + 1e-9 + f64::from(i) * 2e-4, &cycle(spike));
+        }
+        history.gap(1.1);
+        let (times, values) = read(&history, 0);
+        assert_eq!(times.len(), 5);
+        assert_eq!(values[..4], [0.0, 5.0, 10.0, 15.0]);
+        assert_eq!(values[5..9], [4.0, 100.0, 14.0, 19.0]);
+        assert!(values[4].is_nan() && values[9].is_nan(), "the gap");
+        assert_eq!(times[4], 1.1);
+    }
+
+    #[test]
+    fn the_largest_rig_keeps_within_the_budget() {
+        let shape = Shape { channels: 64, rate_hz: 5000.0 };
+        assert!(shape.capacity() * shape.stride() * 4 <= BUDGET_BYTES);
+        assert!(shape.span_s() > 5.0, "{}", shape.span_s());
+        let odd = Shape { channels: 0, rate_hz: 0.0 };
+        History::new(odd).push(0.0, &[]);
+    }
+}

@@ -1,0 +1,166 @@
+//! `sinew scope` in a real browser: a page that shows a running driver, commands it with the token and not without.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::process::Command;
+
+use sinew_ipc::Mode;
+use sinew_tests::browser::Browser;
+use sinew_tests::{Driver, Process, Rig, checkout, entries, run, sinew, wait_for, wait_until};
+
+/// The built-in hexapod's eighteen wires under a name of the test's own.
+fn hexapod() -> Rig {
+    Rig::named(|name| {
+        let text = std::fs::read_to_string(checkout().join("examples/hexapod.toml")).expect("it is in the checkout");
+        text.replacen("name = \"hexapod\"", &format!("name = \"{name}\""), 1).replacen("1000.0", "500.0", 1)
+    })
+}
+
+/// A scope of this rig, and its address with the token.
+fn scope(rig: &Rig, more: &[&str]) -> (Process, String) {
+    let mut scope = Process::start(Command::new(sinew()).args(["scope", "--rig", &rig.name]).args(more));
+    scope.wait_for_word("http://");
+    let url = wait_for("the address", || scope.stdout().lines().next().map(str::to_owned));
+    (scope, url)
+}
+
+#[test]
+fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
+    let Some(mut browser) = Browser::start(1400, 900) else { return };
+    let rig = hexapod();
+    let (driver, client) = Driver::ready(&rig);
+    let folder = rig.file("recordings");
+    std::fs::create_dir(&folder).expect("the folder is writable");
+    let (scope, url) = scope(&rig, &["--record-dir", folder.to_str().expect("a plain path")]);
+
+    // data flow, on a page whose policy let everything it needs through
+    browser.open(&url);
+    browser.wait("page.curves && page.curves.length > 200 && page.status?.driver === 'running'");
+    assert_eq!(browser.eval("document.querySelectorAll('#channels li').length"), 18);
+    let before = browser.eval("page.curves.last").as_f64().expect("a time");
+    browser.wait(&format!("page.curves.last > {before} + 0.2"));
+    let drawn = "(() => { const c = page.panels[0].raster.canvas; \
+                 return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v) => v > 0); })()";
+    browser.wait(drawn);
+
+    // channels: the ones chosen are drawn, with what was before they were
+    browser.eval("$('all').click()");
+    browser.wait("page.curves.series >= 36 && page.curves.length > 200 && page.shown.size === 18");
+    browser.eval("page.rows[4].shows.click()");
+    browser.wait("page.panels[1].lines.length === 17 && page.curves.series === 51");
+    browser.eval("[...document.querySelectorAll('#quantities button')].find((b) => b.textContent === 'Wire temperature').click()");
+    browser.wait("page.panels.length === 3 && page.panels[2].name === 'temperature_c' && page.panels[2].range");
+
+    // pause: the time stands still while data go on coming; zoom: by a drag over the curve; and back
+    browser.eval("$('pause').click()");
+    let paused = browser.eval("JSON.stringify(span())");
+    let came = browser.eval("page.curves.last").as_f64().expect("a time");
+    browser.wait(&format!("page.curves.last > {came} + 0.1"));
+    assert_eq!(browser.eval("JSON.stringify(span())"), paused);
+    let place = |browser: &mut Browser, key: &str| {
+        browser.eval(&format!("page.panels[0].chart.over.getBoundingClientRect().{key}")).as_f64().expect("px")
+    };
+    let [left, top, width] = ["left", "top", "width"].map(|key| place(&mut browser, key));
+    let width_before = browser.eval("span().to - span().from").as_f64().expect("s");
+    browser.drag((left + 0.25 * width, top + 40.0), (left + 0.5 * width, top + 45.0));
+    browser.wait(&format!("Math.abs((span().to - span().from) / {width_before} - 0.25) < 0.02"));
+    browser.eval("$('live').click()");
+    browser.wait("!page.frozen");
+
+    // a setpoint is held by a lease the page renews, and runs out with the page
+    browser.eval("page.selected = 2; entry.kind = 'stroke'; entry.value = 0.4; card(); $('hold').click()");
+    let state = || client.latest().channels()[2];
+    wait_until("the setpoint", || state().mode() == Mode::Length);
+    let info = client.channels()[2];
+    assert!((state().target_m - info.length_at_stroke(0.4)).abs() < 1e-6, "{:?}", state());
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    assert_eq!(state().mode(), Mode::Length, "renewed beyond its first lease");
+
+    // the record button: a session of all channels, which `plot` can draw
+    browser.eval("$('record').click()");
+    browser.wait("page.status?.recording?.seconds > 1");
+    browser.eval("$('record').click()");
+    browser.wait("page.status && !page.status.recording");
+    let files = entries(&folder);
+    assert_eq!(files.len(), 1, "{files:?}");
+    let file = folder.join(&files[0]);
+    let (file, drawn) = (file.to_str().expect("a plain path"), rig.file("all.svg"));
+    let name = client.channels()[2].name.to_string();
+    let out = drawn.to_str().expect("a plain path");
+    run(["plot", file, "-o", out, "--kind", "all", "--channel", &name]).expect(0);
+    let svg = std::fs::read_to_string(&drawn).expect("it was drawn");
+    for what in ["Wire length, mm", "against wire temperature", "surface: ė = −λe", "share of cycles"] {
+        assert!(svg.contains(what), "{what}");
+    }
+
+    browser.open("about:blank");
+    wait_until("the lease to run out", || state().mode() != Mode::Length);
+
+    // without the token a page shows the same and is refused
+    let bare = url.split('#').next().expect("an address");
+    browser.open(bare);
+    browser.wait("page.curves && page.curves.length > 20");
+    assert_eq!(browser.eval("page.may"), false);
+    assert_eq!(browser.eval("!!$('hold')"), false);
+    let answer = browser.eval("set(2, 'duty', 0.1)");
+    assert_eq!(answer["ok"], false);
+    assert!(answer["message"].as_str().is_some_and(|said| said.contains("token")), "{answer}");
+    assert_ne!(state().mode(), Mode::Duty);
+    browser.open("about:blank");
+    browser.open(&format!("{bare}#{}", "0".repeat(32)));
+    browser.wait("page.curves && page.curves.length > 20");
+    assert_eq!(browser.eval("set(2, 'duty', 0.1)")["ok"], false, "another token is none");
+
+    // the driver goes and comes back: the page says so and goes on by itself
+    let stopped = driver.stop();
+    assert_eq!(stopped["faults_not_listed"], 0);
+    browser.wait("page.status?.driver === 'gone' && !$('banner').hidden");
+    let last = browser.eval("page.curves.last").as_f64().expect("a time");
+    let (_driver, _client) = Driver::ready(&rig);
+    browser
+        .wait(&format!("page.status?.driver === 'running' && page.curves.last > {last} + 0.1 && $('banner').hidden"));
+    scope.signal(libc::SIGTERM);
+    scope.finish().expect(0);
+    browser.wait("$('driver').textContent === 'no scope'");
+}
+
+/// The first line of the answer to a request with these headers.
+fn answer(port: &str, headers: &str) -> String {
+    let mut line = TcpStream::connect(format!("127.0.0.1:{port}")).expect("the scope listens");
+    write!(line, "{headers}\r\nConnection: close\r\n\r\n").expect("it takes a request");
+    let mut said = Vec::new();
+    line.read_to_end(&mut said).expect("it answers");
+    String::from_utf8_lossy(&said).into_owned()
+}
+
+#[test]
+fn foreign_pages_do_not_come_in() {
+    let rig = Rig::bench(&["wire"], "");
+    let (_driver, _client) = Driver::ready(&rig);
+    let (scope, url) = scope(&rig, &["--no-commands"]);
+    assert!(!url.contains('#'), "nothing to command with: {url}");
+    let port = url.trim_end_matches('/').rsplit(':').next().expect("a port");
+    let own = format!("127.0.0.1:{port}");
+    let page = answer(port, &format!("GET / HTTP/1.1\r\nHost: {own}"));
+    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    assert!(page.contains("content-security-policy: default-src 'none'; script-src 'self'"), "{page}");
+    assert!(page.contains("frame-ancestors 'none'"));
+    assert!(answer(port, "GET / HTTP/1.1\r\nHost: evil.example").starts_with("HTTP/1.1 421"));
+    let socket = |host: &str, origin: &str| {
+        let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+        let request = format!("GET /live HTTP/1.1\r\nHost: {host}\r\n{origin}{upgrade}\r\nConnection: Upgrade\r\n\r\n");
+        let mut line = TcpStream::connect(&own).expect("the scope listens");
+        line.write_all(request.as_bytes()).expect("it takes a request");
+        let mut said = [0; 12];
+        line.read_exact(&mut said).expect("it answers");
+        String::from_utf8_lossy(&said).into_owned()
+    };
+    assert_eq!(socket(&own, &format!("Origin: http://{own}\r\n")), "HTTP/1.1 101");
+    assert_eq!(socket(&own, "Origin: http://evil.example\r\n"), "HTTP/1.1 403");
+    assert_eq!(socket(&own, ""), "HTTP/1.1 403");
+    assert_eq!(socket("evil.example", "Origin: http://evil.example\r\n"), "HTTP/1.1 421");
+    let taken = run(["scope", "--rig", &rig.name, "--port", port]);
+    taken.refused(&[&format!("port {port} of 127.0.0.1"), "--port"]);
+    scope.signal(libc::SIGTERM);
+    scope.finish().expect(0);
+}
