@@ -14,7 +14,7 @@ use crate::blocks::{Outlet, buffer};
 use crate::drain::drain;
 use crate::error::Error;
 use crate::state::layout;
-use crate::writer::{Writer, Written, extra};
+use crate::writer::{Writer, Written};
 
 /// The buffer holds so much time, s, and at least so many bytes.
 const BUFFER_S: f64 = 5.0;
@@ -194,7 +194,9 @@ impl Recorder {
             started_unix_ns: unix_ns(from_ns),
             started_monotonic_ns: from_ns,
             rig_toml: client.rig_text()?,
-            extra: extra(&client),
+            extra: [("protocol", info.protocol.to_string()), ("driver_pid", info.pid.to_string())]
+                .map(|(key, value)| (key.to_string(), value))
+                .into(),
         };
         let bytes_per_s = layout.bytes() as f64 * info.rate_hz;
         let limit = options.buffer_bytes.unwrap_or(BUFFER_BYTES.max((BUFFER_S * bytes_per_s) as u64));
@@ -258,20 +260,21 @@ impl Recorder {
         });
         let (first, last) = (written.first.unwrap_or_default(), written.last.unwrap_or_default());
         let total = written.total;
-        let accounted = total.cycles + self.shared.dropped.load(Ordering::Relaxed);
+        let dropped = self.shared.dropped.load(Ordering::Relaxed);
         let received = self.shared.received.load(Ordering::Relaxed);
         let failure = written.failure.or(failure);
         Report {
             files: written.files,
             ended: written.ended.unwrap_or(Ended::Unwritable),
             cycles: total.cycles,
-            lost: total.lost,
+            // where nothing at all was written there is no gap to be seen
+            lost: total.lost.max(dropped),
             gaps: total.gaps,
             missed: last.missed.saturating_sub(first.missed),
             seconds: last.monotonic_ns.saturating_sub(first.monotonic_ns) as f64 * 1e-9,
             bytes: written.bytes,
             payload: written.payload,
-            not_written: received.saturating_sub(accounted),
+            not_written: received.saturating_sub(total.cycles + dropped),
             failure,
         }
     }

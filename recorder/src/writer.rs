@@ -1,6 +1,5 @@
 //! The thread that writes: cycles out of the buffer into files, one after the other.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::mem::offset_of;
 use std::path::PathBuf;
@@ -278,12 +277,4 @@ fn tell_faults(faults: &mut [u32], layout: &Layout, part: &mut Part, head: &Head
         })?;
     }
     Ok(())
-}
-
-/// What goes into a recording's metadata beside what every recording has.
-pub(crate) fn extra(client: &sinew_ipc::Client) -> BTreeMap<String, String> {
-    let info = client.info();
-    [("protocol", info.protocol.to_string()), ("driver_pid", info.pid.to_string())]
-        .map(|(key, value)| (key.to_string(), value))
-        .into()
 }

@@ -12,6 +12,7 @@ use std::path::Path;
 use mcap::records::{self, Record, op};
 
 use super::Compression;
+use super::about::{ABOUT, ENDING, RIG_FILE};
 use super::error::Trouble;
 use super::message::damaged;
 use crate::error::{Error, What};
@@ -22,6 +23,9 @@ pub const MAX_CHUNK: u64 = 64 << 20;
 pub(super) const MAX_RECORD: u64 = 16 << 20;
 /// Most chunks of a file.
 const MAX_CHUNKS: usize = 1 << 20;
+/// Most topics, and most bytes of all their schemas and names.
+const MAX_TOPICS: usize = 256;
+const MAX_DESCRIPTION: usize = 4 << 20;
 /// Opcode and length before every record.
 pub(super) const RECORD_HEAD: u64 = 9;
 /// Footer record and the magic at the end.
@@ -367,6 +371,8 @@ pub(super) struct Contents {
     pub(super) summary: bool,
     /// Where the data end: complete records up to here.
     pub(super) data_end: u64,
+    /// Bytes of schemas and topics so far.
+    description: usize,
 }
 
 impl Contents {
@@ -414,11 +420,11 @@ impl Contents {
                 }
                 Record::MetadataIndex(index) => {
                     let at = source.record_at(index.offset, op::METADATA).ok()?;
-                    contents.metadata.push((at, index.name));
+                    contents.beside(at, index.name);
                 }
                 Record::AttachmentIndex(index) => {
                     let at = source.record_at(index.offset, op::ATTACHMENT).ok()?;
-                    contents.attachments.push((at, index.name));
+                    contents.beside(at, index.name);
                 }
                 Record::Statistics(statistics) => contents.messages = statistics.channel_message_counts,
                 other => contents.describe(&other),
@@ -476,7 +482,9 @@ impl Contents {
                         (source.record(&at), contents.chunks.last_mut())
                     {
                         let messages = index.records.len() as u64;
-                        chunk.indexes.push((index.channel_id, at.offset, messages));
+                        if chunk.indexes.len() < MAX_TOPICS {
+                            chunk.indexes.push((index.channel_id, at.offset, messages));
+                        }
                         *contents.messages.entry(index.channel_id).or_default() += messages;
                     }
                 }
@@ -487,12 +495,12 @@ impl Contents {
                 }
                 op::METADATA => {
                     if let Ok(Record::Metadata(metadata)) = source.record(&at) {
-                        contents.metadata.push((at, metadata.name));
+                        contents.beside(at, metadata.name);
                     }
                 }
                 op::ATTACHMENT => {
                     if let Ok(Record::Attachment { header, .. }) = source.record(&at) {
-                        contents.attachments.push((at, header.name));
+                        contents.beside(at, header.name);
                     }
                 }
                 _ => {}
@@ -500,6 +508,14 @@ impl Contents {
             contents.data_end = at.end();
         }
         Ok(contents)
+    }
+
+    /// Takes note of metadata and attachments, those that mean something here.
+    fn beside(&mut self, at: RecordAt, name: String) {
+        let list = if at.op == op::METADATA { &mut self.metadata } else { &mut self.attachments };
+        if [ABOUT, ENDING, RIG_FILE].contains(&name.as_str()) && list.len() < MAX_TOPICS {
+            list.push((at, name));
+        }
     }
 
     /// Takes schemas and topics out of a chunk's records.
@@ -516,6 +532,16 @@ impl Contents {
     }
 
     fn describe(&mut self, record: &Record<'_>) {
+        // what a hostile file has too much of is passed over
+        let bytes = match record {
+            Record::Schema { header, data } => header.name.len() + header.encoding.len() + data.len(),
+            Record::Channel(channel) => channel.topic.len() + channel.message_encoding.len(),
+            _ => return,
+        };
+        self.description += bytes;
+        if self.description > MAX_DESCRIPTION || self.topics.len().max(self.schemas.len()) >= MAX_TOPICS {
+            return;
+        }
         match record {
             Record::Schema { header, data } => {
                 let schema =
