@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use rtrb::RingBuffer;
-use sinew_ipc::{ChannelInfo, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
+use sinew_ipc::{ChannelInfo, ChannelState, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
 use sinew_rig::{RealtimeMode, Rig};
 
 use crate::allocations;
@@ -26,9 +26,11 @@ use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunRe
 const ORDERS: usize = 512;
 /// Events that may be on their way out of it.
 const EVENTS: usize = 8192;
-/// The ring to the publisher holds so much time, s, and at least so many cycles.
-const RING_S: f64 = 0.5;
+/// The ring to the publisher holds so much time, s, and at least so many cycles, but no more than so many bytes: on a busy machine an
+/// ordinary thread may not run for a second.
+const RING_S: f64 = 2.0;
 const RING_CYCLES: usize = 256;
+const RING_BYTES: usize = 64 << 20;
 
 /// How to run, beyond what the rig file says.
 #[derive(Debug, Clone, Default)]
@@ -149,7 +151,8 @@ impl Driver {
         // After the services, so that their memory is locked with the rest.
         let (held, realtime) = realtime::prepare_process(&wish);
         let period_ns = (1e9 / rig.rate_hz).round() as u64;
-        let ring = ((RING_S * rig.rate_hz) as usize).max(RING_CYCLES);
+        let fitting = RING_BYTES / (channels * size_of::<ChannelState>());
+        let ring = ((RING_S * rig.rate_hz) as usize).min(fitting).max(RING_CYCLES);
         let (orders_in, orders) = RingBuffer::new(ORDERS);
         let (events, events_out) = RingBuffer::new(EVENTS);
         let (heads, heads_out) = RingBuffer::new(ring);
@@ -193,6 +196,7 @@ impl Driver {
         let publisher = {
             let shared = shared.clone();
             spawn("publisher", 0, move || {
+                realtime::go_first(&wish);
                 guarded(&shared, || publish::publish(heads_out, states_out, channels, cycles, &shared));
             })
         };
