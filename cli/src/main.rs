@@ -47,6 +47,7 @@ fn main() -> ExitCode {
         Command::Import(args) => commands::import::import(args),
         Command::Replay(args) => commands::replay::replay(args),
         Command::Design(args) => commands::design::design(args),
+        Command::Test(args) => commands::test::test(args),
         Command::Doctor(args) => commands::doctor::doctor(args),
         Command::Run(args) => commands::run::run(args),
         Command::Bench(bench) => match &bench.what {

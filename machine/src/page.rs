@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use sinew_plot::quantity::{fixed, number, shown_unit};
-use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet};
+use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet, TWO_IN_A_ROW};
 
 use crate::analysis::loops::level_name;
 use crate::analysis::sweep::{Response, responses};
@@ -13,7 +13,7 @@ use crate::run::Row;
 use crate::stage::Part;
 
 /// Size of a plot, px.
-const SIZE: (f64, f64) = (500.0, 300.0);
+const SIZE: (f64, f64) = (480.0, 290.0);
 /// Most points of a line.
 const POINTS: usize = 3000;
 
@@ -176,14 +176,14 @@ fn over_time(run: &Run<'_>) -> (Vec<(Ink, String)>, Vec<Drawing>) {
 pub fn picture(run: &Run<'_>) -> String {
     let (legend, drawings) = drawings(run);
     let panels = drawings.iter().map(Drawing::plot).collect();
-    Panels { legend, panels }.draw().into_string()
+    Panels { title: String::new(), row: TWO_IN_A_ROW, legend, panels }.draw().into_string()
 }
 
 /// The page: `report.html`.
 pub fn page(run: &Run<'_>, report: &Report) -> String {
     let (legend, drawings) = drawings(run);
     let panels = drawings.iter().map(Drawing::plot).collect();
-    let plots = Panels { legend, panels }.draw();
+    let plots = Panels { title: String::new(), row: TWO_IN_A_ROW, legend, panels }.draw();
     Sheet {
         title: format!("{}: {}", report.about.rig, report.routine),
         class: "agrees",

@@ -211,7 +211,7 @@ impl Options {
             options.strains = strokes(model, &options.plant, 3.0 * hot_w, &[0.3, 0.7]);
             options.frequencies_hz = match kind {
                 RoutineKind::PositionTracking => vec![0.05 / time_s],
-                _ => spaced(0.02 / time_s, 0.5 / time_s, 6),
+                _ => spaced(0.05 / time_s, 3.0 / time_s, 7),
             };
             options.hold_s = 10.0 * time_s;
         }

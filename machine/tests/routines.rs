@@ -155,6 +155,25 @@ fn the_hanging_mass_moves_as_a_mass_does() {
     assert!((found / 20.0 - 1.0).abs() < 0.03, "{found} rad/s");
 }
 
+/// The default law settles without a steady error, and follows faster than the wire follows the heater by itself.
+#[test]
+fn a_law_settles_and_is_faster_than_no_law() {
+    let rig = rig();
+    let run = |kind: RoutineKind| findings(&rig, kind, &options(&rig, kind));
+    let held = run(RoutineKind::PositionRegulation);
+    for of in 0..2 {
+        let settling = find(&held, "settling_s", of).value.expect("it settles");
+        assert!(settling < 3.0, "{settling} s");
+        // 0.5 % of the way
+        let error = find(&held, "steady_error_um", of).value.expect("a mean");
+        assert!(error.abs() < 25.0, "{error} µm");
+    }
+    let bandwidth = |kind: RoutineKind, key: &str| find(&run(kind), key, 0).value.expect("a bandwidth");
+    let open = bandwidth(RoutineKind::ConstantForceSweep, "open_loop_bandwidth_hz");
+    let closed = bandwidth(RoutineKind::TrackingSweep, "closed_loop_bandwidth_hz");
+    assert!(closed > 2.0 * open, "{closed} Hz closed, {open} Hz open");
+}
+
 #[test]
 fn a_limit_ends_a_routine_at_zero_output_and_what_was_completed_counts() {
     let mut rig = rig();

@@ -489,8 +489,8 @@ pub(crate) static MACHINE: Section<Rig> = Section {
             "Hz",
             SAME,
             10.0..1000.0,
-            Default::Number(80.0),
-            "Rate of the machine's own loop and of its recordings. The load cell's, or a multiple of it, gives every conversion a row of its own",
+            Default::Number(160.0),
+            "Rate of the machine's own loop and of its recordings. A multiple of the load cell's gives every conversion a row of its own",
             r.machine.rate_hz
         ),
         number!(

@@ -4,6 +4,7 @@ mod design;
 mod exchange;
 mod look;
 mod recording;
+mod test;
 
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ pub use design::Design;
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
 pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};
+pub use test::*;
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
@@ -71,6 +73,8 @@ pub enum Command {
     Tune(Tune),
     /// Size a wire from the force, the stroke and the speed it is to have.
     Design(Design),
+    /// Run a routine of the test machine: pull, heat, regulate a wire, and report the numbers it is run for.
+    Test(Box<Test>),
     /// What this machine lacks for real time and for the rig, and what to type.
     Doctor(Doctor),
     /// Measure this machine beside a bare timer loop.

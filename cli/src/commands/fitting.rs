@@ -101,7 +101,7 @@ pub fn work<T>(args: &args::Fitting, work: impl FnOnce(&Settings<'_>) -> Result<
 }
 
 /// Why there is no answer, with the remedy.
-fn diagnosis_failure(error: &Error) -> Failure {
+pub fn diagnosis_failure(error: &Error) -> Failure {
     match error {
         Error::Rig(error) => rig_failure(error),
         _ if error.is_bad_input() => Failure::input(error.message()).hint(error.hint()),

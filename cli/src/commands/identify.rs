@@ -1,7 +1,6 @@
 //! `sinew identify`: the same physics with the parameters that fit best, each with its interval.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
@@ -75,6 +74,11 @@ impl<'a> Answer<'a> {
 
 /// The parameters with their intervals, then how well each sensor is met.
 fn table(identified: &Identified) -> String {
+    format!("{}\n{}", parameters_table(identified), sensors_table(identified))
+}
+
+/// The parameters with their intervals.
+pub fn parameters_table(identified: &Identified) -> String {
     let rows = identified.parameters.iter().map(|(key, p)| {
         let sigmas = (p.value - p.given) / p.prior_sigma;
         let far = if sigmas.abs() > FAR_SIGMA { " !" } else { "" };
@@ -83,7 +87,11 @@ fn table(identified: &Identified) -> String {
         [key.clone(), number(p.given), number(p.value), interval, number(p.prior_sigma), moved, p.unit.clone()]
     });
     let head = ["parameter", "given", "fitted", "90 % interval", "prior 1 σ", "moved, σ", "unit"];
-    let mut text = columns(std::iter::once(head.map(String::from)).chain(rows).collect());
+    columns(std::iter::once(head.map(String::from)).chain(rows).collect())
+}
+
+/// How well each sensor is met.
+fn sensors_table(identified: &Identified) -> String {
     let (given, fitted) = (&identified.fit.as_given, &identified.fit.recalibrated);
     let rows = fitted.iter().map(|(column, after)| {
         let before = given.get(column);
@@ -92,12 +100,11 @@ fn table(identified: &Identified) -> String {
         [column.clone(), of(before.map(|m| m.chi)), of(Some(after.chi)), number(after.rmse), number(noise)]
     });
     let head = ["sensor", "chi as given", "chi fitted", "error, RMS", "noise, RMS"];
-    let _ = write!(text, "\n{}", columns(std::iter::once(head.map(String::from)).chain(rows).collect()));
-    text
+    columns(std::iter::once(head.map(String::from)).chain(rows).collect())
 }
 
 /// Rows of cells as lines, the first column to the left, the last as it is, the others to the right.
-fn columns<const N: usize>(rows: Vec<[String; N]>) -> String {
+pub fn columns<const N: usize>(rows: Vec<[String; N]>) -> String {
     let widths: [usize; N] = std::array::from_fn(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0));
     let mut text = String::new();
     for row in &rows {

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod bench_control;
+pub mod characterise;
 pub mod design;
 pub mod diagnose;
 pub mod doctor;
@@ -20,6 +21,7 @@ pub mod scope;
 pub mod set;
 pub mod simulate;
 pub mod status;
+pub mod test;
 pub mod tune;
 
 use std::path::Path;

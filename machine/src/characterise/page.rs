@@ -2,7 +2,7 @@
 
 use maud::html;
 use sinew_plot::quantity::{fixed, number, shown_unit};
-use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet};
+use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet, TWO_IN_A_ROW};
 use sinew_recording::Column;
 
 use super::{Characterised, Foretold, Recorded};
@@ -12,7 +12,7 @@ use crate::report::About;
 pub type Unseen<'a> = (&'a Recorded, Foretold, Foretold);
 
 /// Size of a plot, px, and most points of a line.
-const SIZE: (f64, f64) = (520.0, 300.0);
+const SIZE: (f64, f64) = (480.0, 290.0);
 const POINTS: usize = 2500;
 
 /// The page: parameters, how every recording is met, and what no fit saw as it was measured and foretold.
@@ -54,7 +54,7 @@ pub fn page(judged: &Characterised, about: &About, unseen: &[Unseen<'_>]) -> Str
             (format!("{}, N ({})", recorded.task.name, recorded.task.kind.word()), plot)
         })
         .collect();
-    let plots = Panels { legend, panels }.draw();
+    let plots = Panels { title: String::new(), row: TWO_IN_A_ROW, legend, panels }.draw();
     Sheet {
         title: format!("{}: characterised", about.rig),
         class: "agrees",

@@ -1,0 +1,124 @@
+//! `sinew test characterise`: from an unknown wire to a fitted rig file.
+
+use std::fmt::Write as _;
+use std::sync::atomic::Ordering;
+
+use sinew_diagnosis::Settings;
+use sinew_machine::characterise::{Characterised, Recorded, fit, fitted_rig, foretell, judge, tasks};
+use sinew_machine::{Ending, analysis, record};
+
+use super::diagnose::{can_become_folder, write_all};
+use super::fitting::{Progress, diagnosis_failure, warn};
+use super::identify::{columns, parameters_table};
+use super::monitor::signals;
+use super::simulate::recording_failure;
+use super::test::{Bench, Done, Task};
+use crate::args;
+use crate::failure::{Failure, Outcome};
+use crate::output;
+
+/// Runs the command.
+pub fn characterise(args: &args::Characterise) -> Outcome {
+    let bench = Bench::read(&args.rig, args.channel.as_deref(), args.truth.as_deref())?;
+    can_become_folder(&args.out)?;
+    let (model, spec) = (&bench.wire().model, &bench.rig.machine);
+    let asked = signals()?;
+    let mut recorded = Vec::new();
+    let mut pages = Vec::new();
+    for (number, task) in tasks(model, spec).into_iter().enumerate() {
+        let one = Task {
+            kind: task.kind,
+            options: &task.options,
+            seed: number as u64,
+            name: task.name,
+            out: Some(&args.out),
+            real_time: false,
+        };
+        let Done { ran, routine, simulated } = bench.run(&one, &asked)?;
+        let run = analysis::Run {
+            kind: task.kind,
+            options: &task.options,
+            stages: routine.stages(),
+            rows: &ran.rows,
+            model,
+            spec,
+        };
+        let report = sinew_machine::Report::of(&run, &ran, simulated, bench.about(), Vec::new());
+        pages.push((format!("{}.html", task.name), sinew_machine::page(&run, &report)));
+        match &ran.ending {
+            Ending::Complete => {}
+            Ending::Stopped => {
+                output::note(format_args!(
+                    "stopped in {}: nothing was fitted; {} has what was recorded",
+                    task.name,
+                    args.out.display()
+                ));
+                return Ok(());
+            }
+            ending => {
+                return Err(Failure::own(format!("{}: {ending}", task.name))
+                    .hint("the rig file's beliefs may be far off, or its limits too narrow for this wire"));
+            }
+        }
+        let recording = record::recording(task.name, &ran.rows).map_err(recording_failure)?;
+        recorded.push(Recorded { task, recording });
+    }
+    let progress = Progress::new();
+    let tell = |stage: &str, share: f64| progress.tell(stage, share);
+    let settings = Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), progress: &tell };
+    let identified = fit(&bench.rig, bench.channel, &recorded, &settings);
+    progress.clear();
+    let identified = identified.map_err(|error| diagnosis_failure(&error))?;
+    let judged = judge(&bench.rig, bench.channel, &identified, &recorded).map_err(recording_failure)?;
+    let json = output::json(&judged)? + "\n";
+    let text = format!("{}\n{}", parameters_table(&identified), table(&judged));
+    let rigs = [
+        ("fitted.toml", fitted_rig(&bench.rig, bench.channel, &identified).to_toml()),
+        ("rig.toml", record::rig_in_machine(&bench.rig, bench.channel).to_toml()),
+        ("characterise.json", json.clone()),
+    ];
+    let unseen: Vec<_> = recorded.iter().filter(|r| !r.task.is_fitted).collect();
+    let foretold = unseen
+        .iter()
+        .map(|r| {
+            Ok((
+                *r,
+                foretell(&bench_in_machine(&bench), bench.channel, &r.recording)?,
+                foretell(&identified.rig, bench.channel, &r.recording)?,
+            ))
+        })
+        .collect::<Result<Vec<_>, sinew_recording::Error>>()
+        .map_err(recording_failure)?;
+    pages.push(("report.html".into(), sinew_machine::characterise::page(&judged, &bench.about(), &foretold)));
+    let files: Vec<(&str, &str)> = rigs
+        .iter()
+        .map(|(name, text)| (*name, text.as_str()))
+        .chain(pages.iter().map(|(name, text)| (name.as_str(), text.as_str())))
+        .collect();
+    write_all(&args.out, &files)?;
+    warn(&judged.warnings);
+    output::note(format_args!("written: {}", args.out.display()));
+    asked.store(false, Ordering::Relaxed);
+    if args.json { output::print(json) } else { output::print(text) }
+}
+
+fn bench_in_machine(bench: &Bench) -> sinew_rig::Rig {
+    record::rig_in_machine(&bench.rig, bench.channel)
+}
+
+/// How every recording is met, before and after.
+fn table(judged: &Characterised) -> String {
+    let head = ["recording", "routine", "chi as believed", "chi fitted", "the fit saw it"].map(String::from);
+    let rows = judged.recordings.iter().map(|met| {
+        [
+            met.recording.clone(),
+            met.routine.to_string(),
+            format!("{:.2}", met.chi_as_believed),
+            format!("{:.3}", met.chi),
+            if met.fitted { "yes" } else { "no" }.to_string(),
+        ]
+    });
+    let mut text = columns(std::iter::once(head).chain(rows).collect());
+    let _ = writeln!(text, "\nchi of what no fit saw: {:.3}", judged.chi_unseen);
+    text
+}

@@ -1,0 +1,411 @@
+//! `sinew test`: the routines of the test machine, on a simulated one, with their recordings and reports.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use serde::Serialize;
+use sinew_machine::hanging::{DAMPING_NOTE, playable};
+use sinew_machine::plan::{self, DAMPING, spaced, strokes};
+use sinew_machine::record::RecordingFile;
+use sinew_machine::{
+    About, Machine, Options, Ran, Report, Routine, RoutineKind, Row, SimulatedMachine, Watch, analysis, record, run,
+};
+use sinew_recording::session;
+use sinew_rig::{Channel, Rig};
+
+use super::diagnose::{can_become_folder, write_all};
+use super::fitting::{Progress, command};
+use super::monitor::signals;
+use super::simulate::recording_failure;
+use super::{choose_channel, load_rig};
+use crate::args::{self, TestRoutine};
+use crate::failure::{Failure, Outcome};
+use crate::output;
+
+/// Frequencies of a range.
+const SPACED: usize = 7;
+
+/// Runs the command.
+pub fn test(args: &args::Test) -> Outcome {
+    match &args.routine {
+        TestRoutine::List(args) => list(args.json),
+        TestRoutine::Characterise(args) => super::characterise::characterise(args),
+        TestRoutine::DirectStrain(args) => routine(RoutineKind::DirectStrain, &args.mounted, &|options, _| {
+            direct(options, &args.direct);
+            set(&mut options.strains, args.strain.as_ref());
+        }),
+        TestRoutine::DirectLoad(args) => routine(RoutineKind::DirectLoad, &args.mounted, &|options, _| {
+            direct(options, &args.direct);
+            set(&mut options.loads_n, args.load.as_ref());
+        }),
+        TestRoutine::ConstantForceSweep(args) => {
+            routine(RoutineKind::ConstantForceSweep, &args.mounted, &|options, _| {
+                sweep(options, &args.sweep);
+                set(&mut options.loads_n, args.load.as_ref());
+            })
+        }
+        TestRoutine::ConstantStrainSweep(args) => {
+            routine(RoutineKind::ConstantStrainSweep, &args.mounted, &|options, _| {
+                sweep(options, &args.sweep);
+                set(&mut options.strains, args.strain.as_ref());
+            })
+        }
+        TestRoutine::PositionRegulation(args) => {
+            routine(RoutineKind::PositionRegulation, &args.mounted, &|options, bench| {
+                hanging(options, &args.hanging, bench);
+                cycles(options, args.cycles);
+                options.hold_s = args.hold.unwrap_or(options.hold_s);
+            })
+        }
+        TestRoutine::PositionTracking(args) => {
+            routine(RoutineKind::PositionTracking, &args.mounted, &|options, bench| {
+                hanging(options, &args.hanging, bench);
+                cycles(options, args.cycles);
+                frequencies(options, args.frequency.as_ref());
+                options.shape = args.wave.unwrap_or(options.shape);
+            })
+        }
+        TestRoutine::TrackingSweep(args) => routine(RoutineKind::TrackingSweep, &args.mounted, &|options, bench| {
+            hanging(options, &args.hanging, bench);
+            cycles(options, args.cycles);
+            frequencies(options, args.frequencies.as_ref());
+        }),
+    }
+}
+
+/// What there is.
+fn list(json: bool) -> Outcome {
+    #[derive(Serialize)]
+    struct Entry {
+        name: &'static str,
+        about: &'static str,
+    }
+    let all = RoutineKind::ALL.map(|kind| (kind.word(), kind.about()));
+    let last = (
+        "characterise",
+        "all that a new wire needs, the fit to it, and how well that foretells what it was not fitted to",
+    );
+    let entries = all.into_iter().chain([last]).map(|(name, about)| Entry { name, about });
+    if json {
+        return output::print_json(&entries.collect::<Vec<_>>());
+    }
+    let text: String = entries.map(|Entry { name, about }| format!("{name:<22}  {about}\n")).collect();
+    output::print(text)
+}
+
+/// One run of a routine.
+pub struct Task<'a> {
+    /// Which.
+    pub kind: RoutineKind,
+    /// With which numbers.
+    pub options: &'a Options,
+    /// Added to the seed of the machine's noise.
+    pub seed: u64,
+    /// What it is called, and its file.
+    pub name: &'a str,
+    /// The folder of its file, where it has one.
+    pub out: Option<&'a Path>,
+    /// Whether it keeps to the clock.
+    pub real_time: bool,
+}
+
+/// What a run leaves.
+pub struct Done {
+    /// Its rows and its end.
+    pub ran: Ran,
+    /// With its stages.
+    pub routine: Routine,
+    /// Whether the machine was computed.
+    pub simulated: bool,
+}
+
+/// A wire in a machine: what is believed of it, and the rig that is really there.
+pub struct Bench {
+    /// What is believed.
+    pub rig: Rig,
+    /// Index of the channel.
+    pub channel: usize,
+    /// What is simulated.
+    pub truth: Rig,
+    truth_channel: usize,
+}
+
+impl Bench {
+    /// Reads the rig files.
+    pub fn read(rig: &Path, channel: Option<&str>, truth: Option<&Path>) -> Result<Bench, Failure> {
+        let rig = load_rig(Some(rig))?;
+        let name = choose_channel(&rig, channel)?.name.clone();
+        let (channel, _) = rig.channel(&name).ok_or_else(|| Failure::own("the channel that was just there is gone"))?;
+        let truth = match truth {
+            Some(path) => load_rig(Some(path))?,
+            None => rig.clone(),
+        };
+        let wanted = if truth.channels.len() == 1 { None } else { Some(name.as_str()) };
+        let there = choose_channel(&truth, wanted)?.name.clone();
+        let truth_channel = truth.channel(&there).map_or(0, |(index, _)| index);
+        Ok(Bench { rig, channel, truth, truth_channel })
+    }
+
+    /// What is believed of the wire.
+    pub fn wire(&self) -> &Channel {
+        &self.rig.channels[self.channel]
+    }
+
+    /// Mounts a fresh wire.
+    pub fn machine(&self, seed: u64) -> Result<SimulatedMachine, Failure> {
+        let model = &self.truth.channels[self.truth_channel].model;
+        let seed = self.truth.simulation.seed.wrapping_add(seed);
+        SimulatedMachine::new(model, &self.rig.machine, seed)
+            .map_err(|error| Failure::input(format!("{}: {error}", self.truth.file())).hint("mend the rig file"))
+    }
+
+    /// Runs a routine on a fresh wire until it ends or a signal asks for its end; its rows go into a file as they come.
+    pub fn run(&self, task: &Task<'_>, asked: &AtomicBool) -> Result<Done, Failure> {
+        let mut machine = self.machine(task.seed)?;
+        let wire = self.wire();
+        let mut routine = plan::routine(task.kind, &wire.model, &self.rig.machine, task.options);
+        let mut watch = Watch::new(&wire.model, &wire.limits, &self.rig.machine);
+        let mut file = match task.out {
+            Some(out) => Some(self.file(&out.join(format!("{}.mcap", task.name)), task, machine.is_simulated())?),
+            None => None,
+        };
+        let mut unwritable = None;
+        let progress = Progress::new();
+        let started = Instant::now();
+        let mut go_on = |row: &Row, is_recorded: bool, share: f64| {
+            progress.tell(task.name, share);
+            if let Some(file) = file.as_mut().filter(|_| is_recorded)
+                && let Err(error) = file.row(row)
+            {
+                unwritable = Some(error);
+                return false;
+            }
+            if task.real_time {
+                let due = started + Duration::from_secs_f64(row.reading.time_s.max(0.0));
+                std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            }
+            !asked.load(Ordering::Relaxed)
+        };
+        let ran = run::run(&mut machine, &mut routine, &mut watch, &mut go_on);
+        progress.clear();
+        if let Some(error) = unwritable {
+            return Err(recording_failure(error));
+        }
+        if let Some(file) = file {
+            file.finish(&ran.ending).map_err(recording_failure)?;
+        }
+        Ok(Done { ran, routine, simulated: machine.is_simulated() })
+    }
+
+    /// The file of a recording.
+    fn file(&self, path: &Path, task: &Task<'_>, simulated: bool) -> Result<RecordingFile<BufWriter<File>>, Failure> {
+        let failed = |error: std::io::Error| {
+            Failure::own(format!("{}: cannot be written: {error}", path.display()))
+                .hint("check the folder, its free space and that you may write there")
+        };
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(failed)?;
+        }
+        let sink = BufWriter::new(File::create(path).map_err(failed)?);
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64);
+        let extra = [("routine", task.kind.word().to_string()), ("command", command())];
+        let about = session::About {
+            rig: self.rig.name.clone(),
+            rate_hz: self.rig.machine.rate_hz,
+            software: format!("sinew {}", env!("CARGO_PKG_VERSION")),
+            kind: String::new(),
+            simulated,
+            started_unix_ns: now,
+            started_monotonic_ns: 0,
+            rig_toml: None,
+            extra: extra.map(|(key, value)| (key.to_string(), value)).into(),
+        };
+        let disturbed = task.kind.is_closed_loop();
+        RecordingFile::create(sink, &path.display().to_string(), &self.rig, self.channel, disturbed, about)
+            .map_err(recording_failure)
+    }
+
+    /// What a report says of where it comes from.
+    pub fn about(&self) -> About {
+        About {
+            rig: self.rig.name.clone(),
+            channel: self.wire().name.clone(),
+            command: command(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        }
+    }
+}
+
+/// Runs a routine and says what it came to.
+fn routine(kind: RoutineKind, mounted: &args::Mounted, choose: &dyn Fn(&mut Options, &Bench)) -> Outcome {
+    let bench = Bench::read(&mounted.rig, mounted.channel.as_deref(), mounted.truth.as_deref())?;
+    if let Some(out) = &mounted.out {
+        can_become_folder(out)?;
+    }
+    let (model, spec) = (&bench.wire().model, &bench.rig.machine);
+    let mut options = Options::default_for(kind, model, spec);
+    options.chamber_c = mounted.chamber;
+    choose(&mut options, &bench);
+    check(kind, &options, &bench)?;
+    let asked = signals()?;
+    let task = Task {
+        kind,
+        options: &options,
+        seed: 0,
+        name: kind.word(),
+        out: mounted.out.as_deref(),
+        real_time: mounted.real_time,
+    };
+    let Done { ran, routine, simulated } = bench.run(&task, &asked)?;
+    let run = analysis::Run { kind, options: &options, stages: routine.stages(), rows: &ran.rows, model, spec };
+    let report = Report::of(&run, &ran, simulated, bench.about(), notes(kind, &options, &bench));
+    let json = output::json(&report)? + "\n";
+    if let Some(out) = &mounted.out {
+        let mounted_rig = record::rig_in_machine(&bench.rig, bench.channel).to_toml();
+        let (page, picture) = (sinew_machine::page(&run, &report), sinew_machine::picture(&run));
+        let files =
+            [("report.html", page), ("report.json", json.clone()), ("picture.svg", picture), ("rig.toml", mounted_rig)];
+        let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+        write_all(out, &files)?;
+        output::note(format_args!("written: {}", out.display()));
+    }
+    if mounted.json { output::print(json) } else { output::print(report.text()) }
+}
+
+fn set(values: &mut Vec<f64>, typed: Option<&args::Values>) {
+    if let Some(typed) = typed {
+        values.clone_from(&typed.values);
+    }
+}
+
+fn cycles(options: &mut Options, typed: Option<u16>) {
+    options.cycles = typed.map_or(options.cycles, usize::from);
+}
+
+fn heating(options: &mut Options, typed: Option<&args::Heating>) {
+    if let Some(typed) = typed {
+        options.quantity = typed.quantity;
+        options.heating.clone_from(&typed.values.values);
+    }
+}
+
+fn frequencies(options: &mut Options, typed: Option<&args::Values>) {
+    match typed {
+        Some(typed) if typed.is_range => {
+            options.frequencies_hz = spaced(typed.values[0], typed.values[1], SPACED);
+        }
+        typed => set(&mut options.frequencies_hz, typed),
+    }
+}
+
+fn direct(options: &mut Options, typed: &args::Direct) {
+    heating(options, typed.heating.as_ref());
+    cycles(options, typed.cycles);
+    options.speed_m_s = typed.rate.unwrap_or(options.speed_m_s);
+    if typed.no_reset {
+        options.reset_w = None;
+    }
+}
+
+fn sweep(options: &mut Options, typed: &args::Sweep) {
+    heating(options, typed.heating.as_ref());
+    cycles(options, typed.cycles);
+    frequencies(options, typed.frequencies.as_ref());
+    options.shape = typed.wave.unwrap_or(options.shape);
+}
+
+fn hanging(options: &mut Options, typed: &args::Hanging, bench: &Bench) {
+    let (model, spec) = (&bench.wire().model, &bench.rig.machine);
+    heating(options, typed.heating.as_ref());
+    let load_n = typed.load.as_ref().and_then(|load| load.values.first().copied()).unwrap_or(options.plant.load_n);
+    options.plant = playable(model, load_n, typed.damping.unwrap_or(DAMPING), typed.mass, spec);
+    let full_power_w = options.heating.iter().copied().fold(0.0, f64::max);
+    let shares: &[f64] = &[0.3, 0.7];
+    options.strains = strokes(model, &options.plant, full_power_w, shares);
+    set(&mut options.strains, typed.places.as_ref());
+    options.law = typed.controller;
+    options.estimator = typed.estimator;
+    options.settings.lambda_per_s = typed.lambda;
+    options.settings.pid = typed.gains;
+    if typed.switched {
+        options.settings.modulation = sinew_control::Modulation::WholePeriods;
+    }
+    options.disturbances.clone_from(&typed.disturb);
+}
+
+/// What no routine can be run with.
+fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
+    let (spec, geometry) = (&bench.rig.machine, &bench.wire().model.geometry);
+    let refuse = |what: String, hint: String| Err(Failure::input(what).hint(hint));
+    let most_strain = options.strains.iter().copied().fold(0.0, f64::max);
+    if most_strain > spec.max_strain {
+        let hint = format!("at most {:.3} % (machine.max_strain)", spec.max_strain * 100.0);
+        return refuse(format!("a strain of {:.3} % is beyond the machine's limit", most_strain * 100.0), hint);
+    }
+    if most_strain * geometry.length_m > 0.5 * spec.travel_m {
+        let hint = "a shorter wire, a smaller strain, or machine.travel_mm".into();
+        return refuse(format!("a strain of {:.3} % is beyond the cross-head's travel", most_strain * 100.0), hint);
+    }
+    let most_n = options.loads_n.iter().copied().chain([options.plant.load_n]).fold(0.0, f64::max);
+    if most_n > spec.max_force_n {
+        let hint = format!("at most {} N (machine.max_force_n)", spec.max_force_n);
+        return refuse(format!("a load of {most_n} N is beyond the load cell's"), hint);
+    }
+    if kind == RoutineKind::DirectStrain && options.strains.len() != 2 {
+        return refuse("--strain: takes two ends".into(), "write --strain 0-4%".into());
+    }
+    if kind == RoutineKind::DirectLoad && options.loads_n.len() != 2 {
+        return refuse("--load: takes two ends".into(), "write --load 0.1-3N".into());
+    }
+    if kind.is_closed_loop() {
+        if options.strains.len() < 2 {
+            return refuse("--places: takes two or more".into(), "write --places 1,3%".into());
+        }
+        if options.quantity != sinew_machine::Quantity::Power {
+            return refuse(
+                "--heating: a law sets a power".into(),
+                "write --heating power=4W: the power at duty 1".into(),
+            );
+        }
+    } else if matches!(kind, RoutineKind::ConstantForceSweep | RoutineKind::ConstantStrainSweep)
+        && options.heating.len() > 2
+    {
+        return refuse("--heating: a sweep has two ends".into(), "write --heating power=0-1.3W".into());
+    }
+    if let Some(chamber_c) = options.chamber_c
+        && !(spec.chamber_min_c..=spec.chamber_max_c).contains(&chamber_c)
+    {
+        let hint = format!(
+            "{} to {} °C (machine.chamber_min_c, machine.chamber_max_c)",
+            spec.chamber_min_c, spec.chamber_max_c
+        );
+        return refuse(format!("--chamber: {chamber_c} °C is beyond the chamber's range"), hint);
+    }
+    let most_hz = options.frequencies_hz.iter().copied().fold(0.0, f64::max);
+    if !matches!(kind, RoutineKind::DirectStrain | RoutineKind::DirectLoad | RoutineKind::PositionRegulation)
+        && most_hz > 0.1 * spec.rate_hz
+    {
+        let hint = format!("at most {} Hz: a tenth of machine.rate_hz", 0.1 * spec.rate_hz);
+        return refuse(format!("a frequency of {most_hz} Hz is too fast for the machine"), hint);
+    }
+    Ok(())
+}
+
+/// What a reader must know of how a routine was run.
+fn notes(kind: RoutineKind, options: &Options, bench: &Bench) -> Vec<String> {
+    let mut notes = Vec::new();
+    let weighs_kg = options.plant.load_n / sinew_machine::hanging::STANDARD_GRAVITY;
+    if kind.is_closed_loop() && options.plant.mass_kg > 1.001 * weighs_kg {
+        notes.push(format!(
+            "the mass is played as {:.3} kg, the load as {:.3} N: {DAMPING_NOTE}",
+            options.plant.mass_kg, options.plant.load_n
+        ));
+    }
+    if bench.rig != bench.truth {
+        notes.push(format!("the wire in the machine is that of {}", bench.truth.file()));
+    }
+    notes
+}
