@@ -41,6 +41,67 @@ pub(super) struct Source {
     pub(super) size: u64,
 }
 
+/// What a record is made of, as far as its texts: they are what lies about its length.
+enum Piece {
+    /// So many bytes.
+    Bytes(usize),
+    /// A text behind its length.
+    Text,
+    /// Pairs of whatever size behind their length in bytes.
+    Pairs,
+    /// Pairs of texts behind their length in bytes.
+    Texts,
+}
+
+/// Takes a record that is no chunk apart. The parser underneath makes room for a text as long as it says it is, up to 4 GiB,
+/// before it looks for it; so that is looked at first.
+fn parse(op: u8, body: &[u8]) -> Result<Record<'_>, String> {
+    use Piece::{Bytes, Pairs, Text, Texts};
+    let pieces: &[Piece] = match op {
+        op::HEADER => &[Text, Text],
+        op::SCHEMA => &[Bytes(2), Text, Text],
+        op::CHANNEL => &[Bytes(4), Text, Text, Texts],
+        op::CHUNK => &[Bytes(28), Text],
+        op::CHUNK_INDEX => &[Bytes(32), Pairs, Bytes(8), Text],
+        op::ATTACHMENT => &[Bytes(16), Text, Text],
+        op::ATTACHMENT_INDEX => &[Bytes(40), Text, Text],
+        op::METADATA => &[Text, Texts],
+        op::METADATA_INDEX => &[Bytes(16), Text],
+        _ => &[],
+    };
+    if !texts_fit(pieces, body) {
+        return Err("a text in it is longer than the record".into());
+    }
+    mcap::parse_record(op, body).map_err(|error| error.to_string())
+}
+
+/// Whether every text lies within the record.
+fn texts_fit(pieces: &[Piece], body: &[u8]) -> bool {
+    fn skip(rest: &mut &[u8], bytes: usize) -> bool {
+        rest.split_at_checked(bytes).map(|(_, behind)| *rest = behind).is_some()
+    }
+    fn length(rest: &mut &[u8]) -> Option<usize> {
+        let (bytes, behind) = rest.split_first_chunk()?;
+        *rest = behind;
+        Some(u32::from_le_bytes(*bytes) as usize)
+    }
+    let mut rest = body;
+    pieces.iter().all(|piece| match piece {
+        Piece::Bytes(bytes) => skip(&mut rest, *bytes),
+        Piece::Text | Piece::Pairs => length(&mut rest).is_some_and(|bytes| skip(&mut rest, bytes)),
+        Piece::Texts => {
+            let Some(bytes) = length(&mut rest).filter(|bytes| *bytes <= rest.len()) else { return false };
+            let end = rest.len() - bytes;
+            while rest.len() > end {
+                if !length(&mut rest).is_some_and(|bytes| skip(&mut rest, bytes)) {
+                    return false;
+                }
+            }
+            true
+        }
+    })
+}
+
 /// Where a record stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct RecordAt {
@@ -113,9 +174,7 @@ impl Source {
     pub(super) fn record(&self, at: &RecordAt) -> Result<Record<'static>, Error> {
         let mut body = Vec::new();
         self.body(at, &mut body)?;
-        mcap::parse_record(at.op, &body)
-            .map(Record::into_owned)
-            .map_err(|error| self.trouble(damaged(at.offset, &error.to_string())))
+        parse(at.op, &body).map(Record::into_owned).map_err(|reason| self.trouble(damaged(at.offset, &reason)))
     }
 
     /// The record that begins here, which has to be one of these.
@@ -524,7 +583,7 @@ impl Contents {
         while let Some(Ok((op, body))) = inner(records, at) {
             at = body.end;
             if matches!(op, op::SCHEMA | op::CHANNEL)
-                && let Ok(record) = mcap::parse_record(op, &records[body])
+                && let Ok(record) = parse(op, &records[body])
             {
                 self.describe(&record);
             }
@@ -595,5 +654,32 @@ pub(super) fn footer(source: &Source) -> Option<records::Footer> {
     match mcap::parse_record(op::FOOTER, &tail[RECORD_HEAD as usize..TAIL as usize - 8]) {
         Ok(Record::Footer(footer)) => Some(footer),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_that_claims_to_be_longer_than_its_record_gets_no_room() {
+        let lies = [0xf2, 0x73, 0x20, 0x6e, b'x'];
+        for (op, before) in [
+            (op::HEADER, 0),
+            (op::SCHEMA, 2),
+            (op::CHANNEL, 4),
+            (op::ATTACHMENT, 16),
+            (op::ATTACHMENT_INDEX, 40),
+            (op::METADATA, 0),
+            (op::METADATA_INDEX, 16),
+        ] {
+            let body = [&vec![0; before][..], &lies].concat();
+            assert_eq!(parse(op, &body).unwrap_err(), "a text in it is longer than the record", "{op}");
+        }
+        // the first text of a pair is good, the second lies
+        let pair = [&[0, 0, 0, 0, 14, 0, 0, 0, 1, 0, 0, 0, b'a'][..], &lies, &[0; 4]].concat();
+        assert!(parse(op::METADATA, &pair).is_err());
+        let good = [1, 0, 0, 0, b'n', 10, 0, 0, 0, 1, 0, 0, 0, b'a', 1, 0, 0, 0, b'b'];
+        assert!(matches!(parse(op::METADATA, &good), Ok(Record::Metadata(m)) if m.metadata["a"] == "b"));
     }
 }
