@@ -79,6 +79,8 @@ impl Thin {
             self.missing += 1.0;
             return;
         }
+        // a gap narrower than a stretch is narrower than can be seen
+        let wide = self.each <= 64 || self.missing >= self.each as f64;
         if self.missing > 0.0 {
             self.broken |= self.missing > GAP * self.usual;
             // one long gap does not make long gaps usual
@@ -89,8 +91,7 @@ impl Thin {
         self.number += 1;
         let new = Stretch::of(point, self.broken);
         match self.stretches.last_mut() {
-            // a stretch ends where the curve is broken, as long as that does not make too many of them
-            Some(last) if self.filled < self.each && (!self.broken || self.each > 64) => {
+            Some(last) if self.filled < self.each && !(self.broken && wide) => {
                 last.take(&new);
                 self.filled += 1;
             }
@@ -110,14 +111,25 @@ impl Thin {
         self.broken = true;
     }
 
-    /// Joins every two neighbours.
+    /// Joins every two neighbours, but not across a gap: unless there are so many that nothing would be gained.
     fn join(&mut self) {
-        let pairs = self.stretches.chunks(2).map(|pair| {
-            let mut joined = pair[0];
-            pair[1..].iter().for_each(|other| joined.take(other));
-            joined
-        });
-        self.stretches = pairs.collect();
+        let gaps = self.stretches.iter().filter(|stretch| stretch.broken).count();
+        let keep = gaps <= self.most / 4;
+        let mut joined: Vec<Stretch> = Vec::with_capacity(self.most);
+        let mut open = false;
+        for stretch in &self.stretches {
+            match joined.last_mut() {
+                Some(last) if open && !(keep && stretch.broken) => {
+                    last.take(stretch);
+                    open = false;
+                }
+                _ => {
+                    joined.push(*stretch);
+                    open = true;
+                }
+            }
+        }
+        self.stretches = joined;
         self.each *= 2;
     }
 
@@ -158,7 +170,7 @@ mod tests {
         let mut thin = Thin::new(500);
         for i in 0..1_000_000u32 {
             let y = if i == 654_321 { 1e3 } else { f64::from(i % 7) };
-            if (400_000..401_000).contains(&i) {
+            if (400_000..410_000).contains(&i) {
                 thin.push(f64::from(i), f64::NAN);
                 continue;
             }

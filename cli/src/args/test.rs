@@ -48,6 +48,10 @@ pub enum TestRoutine {
 
 /// `sinew test list`.
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew test list
+  sinew test list --json")]
 pub struct TestList {
     /// As JSON.
     #[arg(long)]
