@@ -13,7 +13,7 @@ use crate::run::Row;
 use crate::stage::Part;
 
 /// Size of a plot, px.
-const SIZE: (f64, f64) = (480.0, 290.0);
+const SIZE: (f64, f64) = (460.0, 280.0);
 /// Most points of a line.
 const POINTS: usize = 3000;
 

@@ -12,7 +12,7 @@ use crate::report::About;
 pub type Unseen<'a> = (&'a Recorded, Foretold, Foretold);
 
 /// Size of a plot, px, and most points of a line.
-const SIZE: (f64, f64) = (480.0, 290.0);
+const SIZE: (f64, f64) = (460.0, 280.0);
 const POINTS: usize = 2500;
 
 /// The page: parameters, how every recording is met, and what no fit saw as it was measured and foretold.
