@@ -25,7 +25,7 @@ fn recordings_become_pictures_and_pages() {
     furnace(&scratch, "two.csv", 1.5);
     scratch.sinew(["plot", "one.csv", "-o", "time.svg"]).done();
     let svg = fs::read_to_string(scratch.path("time.svg")).unwrap();
-    for title in [">one<", ">Elongation, mm<", ">Tension, N<", ">Wire temperature, °C<", ">Time, s<"] {
+    for title in [">one<", ">Elongation, mm<", ">Tension, N<", ">Wire temperature, °C<", "\nTime, s\n"] {
         assert!(svg.contains(title), "{title}");
     }
     scratch.sinew(["plot", "one.csv", "two.csv", "-o", "loop.png", "--kind", "hysteresis"]).done();
