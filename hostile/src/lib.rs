@@ -2,10 +2,11 @@
 //!
 //! One function a format takes any bytes at all, lets the reader have them and holds it to its promises: no panic, an
 //! error that names the file and has a remedy, and what was accepted is consistent and survives being written and read
-//! again. The fuzzer (`fuzz/`) looks for bytes that break one; `tests/mutated.rs` tries a few thousand damaged files on
-//! every run of the tests.
+//! again. The fuzzer (`fuzz/`) looks for bytes that break one; [`damaged`] makes damaged files from
+//! good ones, a few thousand on every run of the tests.
 #![forbid(unsafe_code)]
 
+mod damaged;
 mod mcap;
 mod mutate;
 pub mod seed;
@@ -15,6 +16,7 @@ use std::sync::LazyLock;
 use sinew_recording::{Options, Recording, read_from, write_to};
 use sinew_rig::Rig;
 
+pub use damaged::{Format, damaged};
 pub use mcap::mcap;
 pub use mutate::Mutator;
 

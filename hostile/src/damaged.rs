@@ -1,0 +1,114 @@
+//! As many damaged files of a format as one likes, the same ones for the same seed.
+
+use sinew_recording::session::Compression;
+
+use crate::{Mutator, csv, mcap, rig, seed};
+
+/// A format with a reader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Recordings as CSV.
+    Csv,
+    /// Recordings of many channels, MCAP.
+    Mcap,
+    /// Rig files.
+    Rig,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Format; 3] = [Format::Csv, Format::Mcap, Format::Rig];
+
+    /// Its name, that of its fuzzing target.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Format::Csv => "csv",
+            Format::Mcap => "mcap",
+            Format::Rig => "rig",
+        }
+    }
+
+    /// The good files that are damaged, as its reader's function takes them.
+    fn good(self) -> Vec<Vec<u8>> {
+        match self {
+            Format::Csv => vec![[b"\x01", seed::CSV].concat()],
+            Format::Rig => vec![HEXAPOD.to_vec(), seed::RIG.to_vec()],
+            Format::Mcap => [Compression::None, Compression::Lz4, Compression::Zstd]
+                .into_iter()
+                .flat_map(|compression| {
+                    let session = move |driver| seed::session(compression, driver);
+                    [(2, true), (3, true), (3, false), (7, false)]
+                        .map(|(choice, driver)| [&[choice], &session(driver)[..]].concat())
+                })
+                .collect(),
+        }
+    }
+
+    /// What is strewn in.
+    const fn words(self) -> &'static [&'static [u8]] {
+        match self {
+            Format::Csv => &CSV_WORDS,
+            Format::Rig => &RIG_WORDS,
+            Format::Mcap => &[],
+        }
+    }
+
+    fn read(self, bytes: &[u8]) {
+        match self {
+            Format::Csv => csv(bytes),
+            Format::Mcap => mcap(bytes),
+            Format::Rig => rig(bytes),
+        }
+    }
+}
+
+/// Gives a format's reader the good files, then so many damaged ones.
+///
+/// # Panics
+/// Where it breaks a promise.
+pub fn damaged(format: Format, seed: u64, files: u64) {
+    let good = format.good();
+    good.iter().for_each(|file| format.read(file));
+    let mut mutator = Mutator::new(seed);
+    for (_, file) in (0..files).zip(good.iter().cycle()) {
+        format.read(&mutator.damage(file, format.words()));
+    }
+}
+
+const HEXAPOD: &[u8] = include_bytes!("../../examples/hexapod.toml");
+
+const CSV_WORDS: [&[u8]; 14] = [
+    b",",
+    b"\n",
+    b"\r\n",
+    b";",
+    b"\"",
+    b"nan",
+    b"inf",
+    b"-",
+    b"1e309",
+    b"time_s",
+    b"duty",
+    b"\xef\xbb\xbf",
+    b"\0",
+    b"0.1",
+];
+
+const RIG_WORDS: [&[u8]; 16] = [
+    b"=",
+    b"\n",
+    b"[",
+    b"]]",
+    b"\"",
+    b"#",
+    b"nan",
+    b"inf",
+    b"-1",
+    b"1e400",
+    b"[[channel]]\n",
+    b"[[joint]]\n",
+    b"[simulation]\n",
+    b"{ }",
+    b"name = \"x\"\n",
+    b"\xc2\xb5",
+];
