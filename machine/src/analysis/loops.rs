@@ -19,6 +19,8 @@ const TAUT_PA: f64 = 2e6;
 const TAUT_SIGMA: f64 = 6.0;
 /// What gets taut at less than this strain began as austenite.
 const AUSTENITE_STRAIN: f64 = 0.004;
+/// Its slope is the modulus only if it is known this well, as a share: one that bends from the first is transformation.
+const STRAIGHT: f64 = 0.1;
 /// A plateau is where the tangent falls below this share of the elastic slope.
 const PLATEAU: f64 = 0.6;
 /// The wire is all martensite where it is as stiff when it is pulled further as when it is let go, within this share.
@@ -180,6 +182,9 @@ pub fn analyse(cycle: &Cycle, noise_pa: f64) -> Loop {
     let austenite = match &up_line {
         None => Err(never.to_string()),
         Some(_) if !starts_austenite => Err("the wire was martensite, or partly so, when it got taut".to_string()),
+        Some(line) if line.slope.sigma > STRAIGHT * line.slope.value => {
+            Err("it began to transform as soon as it was pulled: heat more".to_string())
+        }
         Some(line) => Ok(*line),
     };
     let up_flat = plateau(taut);
