@@ -182,7 +182,8 @@ impl Recorder {
                 what: What::Session(trouble),
             })
         };
-        let layout = layout(client.channels()).map_err(misnamed)?;
+        let layout =
+            layout(client.channels().iter().map(|channel| channel.name.to_string()).collect()).map_err(misnamed)?;
         let from_ns = client.with_latest(|state| state.monotonic_ns);
         let stream = client.stream()?;
         let about = About {

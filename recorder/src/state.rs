@@ -1,27 +1,25 @@
 //! The layout of a driver's recording: a channel's state as the driver publishes it, byte for byte.
 
-use sinew_ipc::{ChannelInfo, ChannelState};
+use sinew_ipc::ChannelState;
 use sinew_recording::session::{Field, Layout, Trouble};
 
-/// These channels, each with all fields of [`ChannelState`] in the order of their bytes.
+/// Channels of these names, each with all fields of [`ChannelState`] in the order of their bytes.
 ///
 /// # Errors
 /// [`Trouble::Layout`] when two channels have one name.
-pub fn layout(channels: &[ChannelInfo]) -> Result<Layout, Trouble> {
+pub fn layout(channels: Vec<String>) -> Result<Layout, Trouble> {
     let floats = ChannelState::FLOATS.iter().map(|(name, unit)| Field::f64(name, unit));
     let codes = ChannelState::CODES.iter().map(|name| Field::u32(name));
-    Layout::new(channels.iter().map(|channel| channel.name.to_string()).collect(), floats.chain(codes).collect())
+    Layout::new(channels, floats.chain(codes).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_ipc::Name;
 
     #[test]
     fn a_channel_is_its_state_byte_for_byte() {
-        let channel = ChannelInfo { name: Name::new("wire").unwrap(), ..ChannelInfo::EMPTY };
-        let layout = layout(&[channel]).unwrap();
+        let layout = layout(vec!["wire".into()]).unwrap();
         assert_eq!(layout.stride(), size_of::<ChannelState>());
         let state =
             ChannelState::from_parts(&std::array::from_fn(|i| i as f64 - 0.5), &std::array::from_fn(|i| i as u32 + 7));

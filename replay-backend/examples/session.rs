@@ -9,8 +9,9 @@ use std::io::BufWriter;
 
 use sinew_driver::{Ask, Backend, Beat, Engine, Order, Sample};
 use sinew_ipc::{DriverState, Snapshot};
+use sinew_recorder::layout;
 use sinew_recording::session::{About, Ended, Head, SessionWriter, WriteOptions};
-use sinew_replay_backend::{encode, layout};
+use sinew_replay_backend::encode;
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 

@@ -22,5 +22,5 @@ pub use backend::ReplayBackend;
 pub use compare::{Comparison, Difference, FIELDS, Field, Place};
 pub use error::Error;
 pub use replay::{Completeness, Replay};
-pub use session::{SessionCycles, SessionSource, encode, layout};
+pub use session::{SessionCycles, SessionSource, encode};
 pub use source::{Cycles, Source};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sinew_ipc::{ChannelState, CycleHeader};
 use sinew_recording::rows::DRIVER;
-use sinew_recording::session::{CycleView, Field, Layout, Session};
+use sinew_recording::session::{CycleView, Layout, Session};
 
 use crate::error::Error;
 use crate::source::{Cycles, Source};
@@ -105,17 +105,7 @@ impl Decoder {
     }
 }
 
-/// The layout of a driver's session of these channels.
-///
-/// # Errors
-/// Names or a number of channels that no session can have.
-pub fn layout(channels: Vec<String>) -> Result<Layout, Error> {
-    let floats = ChannelState::FLOATS.iter().map(|(name, unit)| Field::f64(name, unit));
-    let fields = floats.chain(ChannelState::CODES.iter().map(|name| Field::u32(name))).collect();
-    Layout::new(channels, fields).map_err(|trouble| Error::Lacks { file: "the rig".into(), what: trouble.to_string() })
-}
-
-/// The bytes of channels' states as the layout has them.
+/// The bytes of channels' states as a driver's session has them.
 pub fn encode(states: &[ChannelState], bytes: &mut Vec<u8>) {
     bytes.clear();
     for state in states {

@@ -8,9 +8,10 @@ use std::fs::File;
 use common::{Memory, Turn, record};
 use sinew_driver::{Ask, Order};
 use sinew_physics::{Inputs, Wire};
+use sinew_recorder::layout;
 use sinew_recording::session::{About, Ended, Head, SessionWriter, WriteOptions};
 use sinew_recording::{Column, Options, Recording, read};
-use sinew_replay_backend::{encode, layout};
+use sinew_replay_backend::encode;
 use sinew_rig::Rig;
 
 const RIG: &str = "[rig]\nname = \"bench\"\nrate_hz = 1000.0\n\n[[channel]]\nname = \"wire\"\n\

@@ -6,9 +6,10 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use serde::Serialize;
+use sinew_recorder::layout;
 use sinew_recording::Part;
 use sinew_recording::session::{About, Ended, Head, Session, SessionWriter, WriteOptions};
-use sinew_replay_backend::{Difference, Error, Replay, SessionSource, encode, layout};
+use sinew_replay_backend::{Difference, Error, Replay, SessionSource, encode};
 use sinew_rig::Rig;
 use toml_edit::{DocumentMut, Item, Value};
 
@@ -167,8 +168,8 @@ struct Written {
 impl Written {
     fn create(path: &Path, recording: &Path, session: &Session, rig: &Rig) -> Result<Written, Failure> {
         let unwritable = |error: std::io::Error| Failure::own(format!("{}: {error}", path.display()));
-        let layout =
-            layout(rig.channels.iter().map(|channel| channel.name.clone()).collect()).map_err(replay_failure)?;
+        let layout = layout(rig.channels.iter().map(|channel| channel.name.clone()).collect())
+            .map_err(|trouble| Failure::input(format!("{}: {trouble}", rig.file())))?;
         let mut about = About {
             rig: rig.name.clone(),
             software: concat!("sinew ", env!("CARGO_PKG_VERSION")).into(),
