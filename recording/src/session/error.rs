@@ -78,6 +78,8 @@ impl fmt::Display for Trouble {
     }
 }
 
+impl std::error::Error for Trouble {}
+
 impl Trouble {
     /// What a person can do about it.
     pub(crate) fn hint(&self) -> &'static str {
