@@ -2,7 +2,7 @@
 //! last bit in a field of their own.
 
 use sinew_recording::session::{About, Field, Head, Layout};
-use sinew_recording::{Column, Error, Recording, TIME, What};
+use sinew_recording::{Error, Recording, TIME, What};
 
 use crate::table::{Cycle, Table};
 
@@ -17,26 +17,13 @@ pub struct Imported {
     layout: Layout,
 }
 
-/// Unit of a column.
-const fn unit(column: Column) -> &'static str {
-    match column {
-        Column::Duty => "",
-        Column::PowerW => "W",
-        Column::TemperatureC | Column::AmbientC => "°C",
-        Column::SupplyV | Column::V1V | Column::V2V | Column::V3V => "V",
-        Column::CurrentA => "A",
-        Column::ForceN | Column::DisturbanceN => "N",
-        Column::PositionM => "m",
-    }
-}
-
 impl Imported {
     /// Of a recording of this channel. `about` says where it comes from; its kind becomes [`IMPORT`], its rate that of the rows.
     ///
     /// # Errors
     /// A channel's name that no session can have.
     pub fn new(recording: Recording, channel: &str, about: About) -> Result<Imported, Error> {
-        let columns = recording.columns().map(|(column, _)| Field::f64(column.name(), unit(column)));
+        let columns = recording.columns().map(|(column, _)| Field::f64(column.name(), column.unit()));
         let fields = std::iter::once(Field::f64(TIME, "s")).chain(columns).collect();
         let layout = Layout::new(vec![channel.to_string()], fields).map_err(|trouble| Error {
             file: recording.name().into(),

@@ -88,7 +88,7 @@ impl<W: Write + Seek> RecordingFile<W> {
         let wire = &rig.channels[channel];
         let taps = wire.model.taps.is_some();
         let mut fields = vec![Field::f64(TIME, "s")];
-        fields.extend(columns(taps).map(|(column, _)| Field::f64(column.name(), unit(column))));
+        fields.extend(columns(taps).map(|(column, _)| Field::f64(column.name(), column.unit())));
         if with_disturbance {
             fields.push(Field::f64(Column::DisturbanceN.name(), "N"));
         }
@@ -127,19 +127,6 @@ impl<W: Write + Seek> RecordingFile<W> {
             Ending::Complete => Ended::Complete,
             Ending::Stopped | Ending::Breach(_) | Ending::Failed(_) => Ended::Stopped,
         })
-    }
-}
-
-/// The unit of a column, as its name ends.
-fn unit(column: Column) -> &'static str {
-    match column {
-        Column::Duty => "",
-        Column::PowerW => "W",
-        Column::TemperatureC | Column::AmbientC => "°C",
-        Column::SupplyV | Column::V1V | Column::V2V | Column::V3V => "V",
-        Column::CurrentA => "A",
-        Column::ForceN | Column::DisturbanceN => "N",
-        Column::PositionM => "m",
     }
 }
 

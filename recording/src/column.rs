@@ -54,6 +54,19 @@ impl Column {
         Column::DisturbanceN,
     ];
 
+    /// Its unit; empty for the duty.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Column::Duty => "",
+            Column::PowerW => "W",
+            Column::TemperatureC | Column::AmbientC => "°C",
+            Column::SupplyV | Column::V1V | Column::V2V | Column::V3V => "V",
+            Column::CurrentA => "A",
+            Column::ForceN | Column::DisturbanceN => "N",
+            Column::PositionM => "m",
+        }
+    }
+
     /// Its name in a file, unit included.
     pub const fn name(self) -> &'static str {
         match self {
