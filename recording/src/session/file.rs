@@ -41,7 +41,7 @@ pub(super) struct Source {
     pub(super) size: u64,
 }
 
-/// What a record is made of, as far as its texts: they are what lies about its length.
+/// What a record is made of, as far as its length is at stake: mostly its texts lie about it.
 enum Piece {
     /// So many bytes.
     Bytes(usize),
@@ -63,20 +63,21 @@ fn parse(op: u8, body: &[u8]) -> Result<Record<'_>, String> {
         op::CHANNEL => &[Bytes(4), Text, Text, Texts],
         op::CHUNK => &[Bytes(28), Text],
         op::CHUNK_INDEX => &[Bytes(32), Pairs, Bytes(8), Text],
-        op::ATTACHMENT => &[Bytes(16), Text, Text],
+        // behind them its length and its checksum, which the parser takes for granted
+        op::ATTACHMENT => &[Bytes(16), Text, Text, Bytes(8 + 4)],
         op::ATTACHMENT_INDEX => &[Bytes(40), Text, Text],
         op::METADATA => &[Text, Texts],
         op::METADATA_INDEX => &[Bytes(16), Text],
         _ => &[],
     };
-    if !texts_fit(pieces, body) {
-        return Err("a text in it is longer than the record".into());
+    if !pieces_fit(pieces, body) {
+        return Err("it is too short for what it says it holds".into());
     }
     mcap::parse_record(op, body).map_err(|error| error.to_string())
 }
 
-/// Whether every text lies within the record.
-fn texts_fit(pieces: &[Piece], body: &[u8]) -> bool {
+/// Whether every piece lies within the record.
+fn pieces_fit(pieces: &[Piece], body: &[u8]) -> bool {
     fn skip(rest: &mut &[u8], bytes: usize) -> bool {
         rest.split_at_checked(bytes).map(|(_, behind)| *rest = behind).is_some()
     }
@@ -674,8 +675,11 @@ mod tests {
             (op::METADATA_INDEX, 16),
         ] {
             let body = [&vec![0; before][..], &lies].concat();
-            assert_eq!(parse(op, &body).unwrap_err(), "a text in it is longer than the record", "{op}");
+            assert_eq!(parse(op, &body).unwrap_err(), "it is too short for what it says it holds", "{op}");
         }
+        // an attachment that ends behind its length, where its checksum should be
+        let cut = [&[0; 16][..], &[1, 0, 0, 0, b'n', 0, 0, 0, 0], &[0; 8]].concat();
+        assert_eq!(parse(op::ATTACHMENT, &cut).unwrap_err(), "it is too short for what it says it holds");
         // the first text of a pair is good, the second lies
         let pair = [&[0, 0, 0, 0, 14, 0, 0, 0, 1, 0, 0, 0, b'a'][..], &lies, &[0; 4]].concat();
         assert!(parse(op::METADATA, &pair).is_err());
