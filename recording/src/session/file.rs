@@ -236,8 +236,11 @@ impl ChunkHead {
             |at: usize| body.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes).ok_or_else(short);
         let name_bytes = u32_at(28)? as usize;
         let name = body.get(32..).and_then(|rest| rest.get(..name_bytes)).ok_or_else(short)?;
-        let compression = Compression::of_name(name)
-            .ok_or_else(|| format!("chunks compressed by {:?} are not read", String::from_utf8_lossy(name)))?;
+        let compression = Compression::of_name(name).ok_or_else(|| {
+            // a damaged length may make a name of the whole chunk
+            let name = String::from_utf8_lossy(&name[..name.len().min(16)]);
+            format!("chunks compressed by {name:?} are not read")
+        })?;
         let at = 32 + name_bytes;
         Ok(ChunkHead {
             start_ns: u64_at(0)?,
@@ -661,6 +664,13 @@ pub(super) fn footer(source: &Source) -> Option<records::Footer> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_compression_of_a_long_name_is_refused_in_few_words() {
+        let body = [&[0; 28][..], &500u32.to_le_bytes(), &[b'x'; 600]].concat();
+        let refused = ChunkHead::parse(&body).unwrap_err();
+        assert_eq!(refused, "chunks compressed by \"xxxxxxxxxxxxxxxx\" are not read");
+    }
 
     #[test]
     fn a_text_that_claims_to_be_longer_than_its_record_gets_no_room() {
