@@ -2,6 +2,7 @@
 //! exit code.
 
 mod args;
+mod backend;
 mod commands;
 mod failure;
 mod log;

@@ -62,6 +62,33 @@ pub trait Backend: Send {
     }
 }
 
+impl<B: Backend + ?Sized> Backend for Box<B> {
+    fn channels(&self) -> usize {
+        (**self).channels()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        (**self).start()
+    }
+
+    #[inline]
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        (**self).exchange(duty, samples)
+    }
+
+    fn missed(&mut self, periods: u64) {
+        (**self).missed(periods);
+    }
+
+    fn stop(&mut self) {
+        (**self).stop();
+    }
+
+    fn truth(&self, channel: usize) -> Option<Truth> {
+        (**self).truth(channel)
+    }
+}
+
 /// What a simulated wire is really doing, without converter, noise or estimator in between.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {

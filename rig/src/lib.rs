@@ -24,9 +24,10 @@ pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
 pub use schema::{reference, word, words};
 pub use suggest::nearest;
 pub use types::{
-    Adc, Algorithm, Channel, Column, ColumnMap, Control, Estimator, FaultKind, Joint, Limits, MAX_CHANNEL_NAME,
-    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, PositionZero, RapidHeating,
-    Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SimulatedFault, Simulation,
+    Adc, Algorithm, Backend, BackendKind, Channel, Column, ColumnMap, Control, Estimator, FaultKind, Joint, Limits,
+    MAX_CHANNEL_NAME, MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace,
+    PositionZero, RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine, SimulatedFault,
+    Simulation,
 };
 
 /// The columns a recording can have: the keys of [`ColumnMap`].
@@ -78,6 +79,12 @@ impl Rig {
     /// The channel of this name and its index.
     pub fn channel(&self, name: &str) -> Option<(usize, &Channel)> {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
+    }
+
+    /// Which channel of a serial front-end a channel of the rig is.
+    pub fn front_end_index(&self, channel: usize) -> Option<u32> {
+        let own = self.channels.get(channel)?.front_end_index;
+        own.or(u32::try_from(channel).ok())
     }
 
     /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.

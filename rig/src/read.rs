@@ -10,7 +10,8 @@ use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
 use crate::schema::{
-    self, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION, Section, UNREAD_MACHINE, Value, local,
+    self, BACKEND, BACKEND_SERIAL, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION, Section,
+    UNREAD_MACHINE, Value, local,
 };
 use crate::suggest::nearest;
 use crate::tree::{self, Node, Table, Tree};
@@ -111,7 +112,7 @@ impl Reader<'_> {
     }
 
     fn root(&mut self, root: &Table) -> Option<Rig> {
-        const TABLES: [&str; 6] = ["rig", "channel", "joint", "recording", "simulation", "machine"];
+        const TABLES: [&str; 7] = ["rig", "channel", "joint", "recording", "backend", "simulation", "machine"];
         for (name, node) in root {
             if !TABLES.contains(&name.as_str()) {
                 let hint = unknown_hint(name, "", TABLES);
@@ -126,13 +127,26 @@ impl Reader<'_> {
             channels: Vec::new(),
             joints: Vec::new(),
             columns: ColumnMap::new(),
+            backend: schema::UNREAD_BACKEND,
             simulation: Simulation { seed: 0, pace: Pace::RealTime, faults: Vec::new() },
             machine: UNREAD_MACHINE,
             source: Source::default(),
         };
         let given = self.section(&RIG, root.get("rig"), &[], None, 1, &mut rig);
         self.rig_checks(&rig, &given);
-        self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
+        let backend = root.get("backend");
+        self.section(&BACKEND, backend, &["serial"], None, 1, &mut rig);
+        let header = backend.map_or(1, |node| node.line);
+        let given = self.section(&BACKEND_SERIAL, descend(root, "backend.serial"), &[], None, header, &mut rig);
+        self.backend_checks(&rig, &given, header);
+        let given = self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
+        if rig.backend.kind != BackendKind::Simulated
+            && rig.simulation.pace != Pace::RealTime
+            && let Some(line) = given.get(&("simulation", "pace"))
+        {
+            let message = "makes no sense with wires that are not simulated; take it out".into();
+            self.problem(*line, None, "simulation.pace", What::Contradiction { message });
+        }
         let given = self.section(&MACHINE, root.get("machine"), &[], None, 1, &mut rig);
         self.machine_checks(&rig, &given);
         rig.joints = root.get("joint").map_or_else(Vec::new, |node| self.joints(node));
@@ -141,6 +155,9 @@ impl Reader<'_> {
             self.complete_joints(node, &mut rig);
         }
         self.complete_channels(&read, &mut rig);
+        if let Some(Node { value: Tree::Array(nodes), .. }) = root.get("channel") {
+            self.front_end_places(nodes, &rig);
+        }
         if let Some(node) = root.get("recording") {
             rig.columns = self.recording(node);
         }
@@ -159,6 +176,33 @@ impl Reader<'_> {
                     let message = "makes no sense with realtime = \"off\"; take one of the two out".into();
                     self.problem(*line, None, format!("rig.{key}"), What::Contradiction { message });
                 }
+            }
+        }
+    }
+
+    /// What a kind of backend cannot do without.
+    fn backend_checks(&mut self, rig: &Rig, given: &Given, header: usize) {
+        if rig.backend.kind == BackendKind::Serial && !given.contains_key(&("backend.serial", "port")) {
+            let expected = "the device the front-end is on, such as \"/dev/ttyACM0\"".into();
+            self.problem(header, None, "backend.serial.port", What::Missing { expected });
+        }
+    }
+
+    /// No two channels can be the same one of a front-end.
+    fn front_end_places(&mut self, nodes: &[Node], rig: &Rig) {
+        if rig.backend.kind != BackendKind::Serial {
+            return;
+        }
+        let mut taken: BTreeMap<u32, &str> = BTreeMap::new();
+        for (index, (channel, node)) in rig.channels.iter().zip(nodes).enumerate() {
+            let Some(place) = rig.front_end_index(index) else { continue };
+            if let Some(other) = taken.insert(place, &channel.name) {
+                let message = format!(
+                    "is {place}, where channel \"{other}\" is already; expected a place of its own (without an index it \
+                     is the place in the file, from 0)"
+                );
+                let line = line_in(node, &["front_end", "index"]);
+                self.problem(line, Some(&channel.name), "front_end.index", What::Contradiction { message });
             }
         }
     }
@@ -986,6 +1030,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             current_offset_a: f64::NAN,
             supply_noise_v: f64::NAN,
         },
+        front_end_index: None,
         limits: Limits {
             min_length_m: f64::NAN,
             max_length_m: f64::NAN,
@@ -1053,7 +1098,21 @@ fn value<T>(key: &Key<T>, node: &Node) -> Result<Value, What> {
             }
             other => Err(What::WrongType { found: other.describe(), expected: "a name in quotes".into() }),
         },
+        Kind::Text { what, longest } => match &node.value {
+            Tree::Text(text) if is_text(text, *longest) => Ok(Value::Text(text.clone())),
+            Tree::Text(text) => {
+                let found = text.chars().take(60).flat_map(char::escape_debug).collect();
+                let expected = format!("{what}: text without control characters, 1 to {longest} bytes");
+                Err(What::BadName { found, expected })
+            }
+            other => Err(What::WrongType { found: other.describe(), expected: format!("{what} in quotes") }),
+        },
     }
+}
+
+/// Whether a text can name something of the operating system's.
+fn is_text(text: &str, longest: usize) -> bool {
+    (1..=longest).contains(&text.len()) && !text.chars().any(char::is_control)
 }
 
 /// Whether a text can be a name: it becomes part of service names, columns and commands.

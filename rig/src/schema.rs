@@ -30,11 +30,26 @@ pub(crate) struct Key<T> {
 
 /// What a key takes; ranges are inclusive and in the key's own unit.
 pub(crate) enum Kind {
-    Number { unit: &'static str, scale: Scale, low: f64, high: f64 },
-    Integer { low: i64, high: i64 },
+    Number {
+        unit: &'static str,
+        scale: Scale,
+        low: f64,
+        high: f64,
+    },
+    Integer {
+        low: i64,
+        high: i64,
+    },
     Boolean,
     Choice(&'static [&'static str]),
-    Name { longest: usize },
+    Name {
+        longest: usize,
+    },
+    /// Any text without control characters; the words say what it names.
+    Text {
+        what: &'static str,
+        longest: usize,
+    },
 }
 
 /// What holds where a key is not given.
@@ -238,6 +253,10 @@ macro_rules! noise {
 /// A load whose numbers are still to be read.
 pub(crate) const UNREAD_LOAD: Load =
     Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
+
+/// A backend whose tables are still to be read.
+pub(crate) const UNREAD_BACKEND: Backend =
+    Backend { kind: BackendKind::Simulated, serial: SerialLine { port: None, baud_hz: 0, watchdog_periods: 0 } };
 
 /// A machine whose numbers are still to be read.
 pub(crate) const UNREAD_MACHINE: Machine = Machine {
@@ -476,6 +495,70 @@ pub(crate) static SIMULATION: Section<Rig> = Section {
         ),
     ],
 };
+
+/// Keys of `[backend]`. Another backend is one more word here, a table `[backend.NAME]` below, listed in [`OF_RIG`], and,
+/// where channels have to be told apart, a table `[channel.NAME]` in [`CHANNEL`].
+pub(crate) static BACKEND: Section<Rig> = Section {
+    table: "backend",
+    about: "What powers and measures the wires.",
+    optional: false,
+    keys: &[choice!(
+        "kind",
+        [("simulated", BackendKind::Simulated), ("serial", BackendKind::Serial)],
+        Default::Text("simulated"),
+        "Simulated wires, or a front-end on a serial line: [front-end](front-end.md)",
+        r.backend.kind
+    )],
+};
+
+/// Keys of `[backend.serial]`.
+pub(crate) static BACKEND_SERIAL: Section<Rig> = Section {
+    table: "backend.serial",
+    about: "The line to a front-end, with kind `serial`.",
+    optional: false,
+    keys: &[
+        Key {
+            name: "port",
+            kind: Kind::Text { what: "a device", longest: MAX_PATH },
+            default: Default::Computed("none: **required** with kind `serial`"),
+            about: "The device it is on, such as `/dev/ttyACM0` or, better, its name in `/dev/serial/by-id`",
+            get: |r| r.backend.serial.port.clone().map(Value::Text),
+            set: |r, value| {
+                if let Value::Text(port) = value {
+                    r.backend.serial.port = Some(port);
+                }
+            },
+        },
+        Key {
+            name: "baud_hz",
+            kind: Kind::Integer { low: 9600, high: 12_000_000 },
+            default: Default::Integer(2_000_000),
+            about: "Bits a second of a UART; USB takes no notice of it",
+            get: |r| Some(Value::Integer(r.backend.serial.baud_hz.into())),
+            set: |r, value| {
+                if let Value::Integer(i) = value {
+                    r.backend.serial.baud_hz = i as u32;
+                }
+            },
+        },
+        Key {
+            name: "watchdog_periods",
+            kind: Kind::Integer { low: 2, high: 1000 },
+            default: Default::Integer(5),
+            about: "Periods without a good frame after which the front-end switches its outputs off by itself, and after \
+                    which the driver calls the front-end silent",
+            get: |r| Some(Value::Integer(r.backend.serial.watchdog_periods.into())),
+            set: |r, value| {
+                if let Value::Integer(i) = value {
+                    r.backend.serial.watchdog_periods = i as u32;
+                }
+            },
+        },
+    ],
+};
+
+/// The plain tables of the rig as a whole, but for `[rig]` itself.
+pub(crate) static OF_RIG: [&Section<Rig>; 4] = [&BACKEND, &BACKEND_SERIAL, &SIMULATION, &MACHINE];
 
 /// Keys of `[machine]`.
 pub(crate) static MACHINE: Section<Rig> = Section {
@@ -1230,6 +1313,23 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
         ],
     },
     Section {
+        table: "channel.front_end",
+        about: "Where the channel is on a front-end, with kind `serial` of the backend.",
+        optional: false,
+        keys: &[Key {
+            name: "index",
+            kind: Kind::Integer { low: 0, high: 63 },
+            default: Default::Computed("its place in the file, from 0"),
+            about: "Which of the front-end's channels it is",
+            get: |c| c.front_end_index.map(|index| Value::Integer(index.into())),
+            set: |c, value| {
+                if let Value::Integer(i) = value {
+                    c.front_end_index = Some(i as u32);
+                }
+            },
+        }],
+    },
+    Section {
         table: "channel.limits",
         about: "What the driver's supervisor holds the channel within. Leaving one of them is a fault and switches it off.",
         optional: false,
@@ -1507,8 +1607,9 @@ pub fn reference() -> String {
         describe(&mut out, section, &header);
     }
     describe(&mut out, &JOINT, "[[joint]]");
-    describe(&mut out, &SIMULATION, "[simulation]");
-    describe(&mut out, &MACHINE, "[machine]");
+    for section in OF_RIG {
+        describe(&mut out, section, &format!("[{}]", section.table));
+    }
     out
 }
 
@@ -1528,6 +1629,7 @@ fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
             Kind::Boolean => ("", "`true`, `false`".into()),
             Kind::Choice(words) => ("", words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")),
             Kind::Name { .. } => ("", "a name".into()),
+            Kind::Text { what, .. } => ("", (*what).into()),
         };
         let default = match &key.default {
             Default::Required(_) => "**required**".into(),
@@ -1543,8 +1645,8 @@ fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
 
 /// Every table in which a key of this name lives, as in its header; not the noise of a column of that name.
 pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
-    let rig =
-        [&RIG, &SIMULATION, &MACHINE].into_iter().filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
+    let of_rig = [&RIG].into_iter().chain(OF_RIG);
+    let rig = of_rig.filter(|s| s.keys.iter().any(|k| k.name == name)).map(|s| s.table);
     let channel = CHANNEL.iter().filter(|s| s.table != NOISE && s.keys.iter().any(|k| k.name == name));
     let joint = JOINT.keys.iter().any(|k| k.name == name).then_some(JOINT.table);
     rig.chain(channel.map(|s| s.table)).chain(joint).collect()
@@ -1597,8 +1699,7 @@ mod tests {
             }
         }
         check(&RIG);
-        check(&SIMULATION);
-        check(&MACHINE);
+        OF_RIG.into_iter().for_each(check);
         check(&JOINT);
         CHANNEL.iter().for_each(check);
     }

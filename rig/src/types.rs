@@ -12,6 +12,8 @@ pub const MAX_CHANNELS: usize = 64;
 pub const MAX_CHANNEL_NAME: usize = 32;
 /// Longest name of a rig, in bytes.
 pub const MAX_RIG_NAME: usize = 48;
+/// Longest name of a device or file in a rig file, in bytes.
+pub const MAX_PATH: usize = 255;
 /// Slowest rate the driver runs a rig at, in Hz.
 pub const MIN_DRIVEN_RATE_HZ: f64 = 10.0;
 /// Fastest rate the driver runs a rig at, in Hz.
@@ -38,6 +40,8 @@ pub struct Rig {
     pub joints: Vec<Joint>,
     /// How a recording's foreign columns are named and scaled.
     pub columns: ColumnMap,
+    /// What powers and measures the wires.
+    pub backend: Backend,
     /// The simulated backend.
     pub simulation: Simulation,
     /// The tensile testing machine a wire may be mounted in.
@@ -48,8 +52,19 @@ pub struct Rig {
 impl PartialEq for Rig {
     fn eq(&self, other: &Rig) -> bool {
         // Taken apart so that a new field cannot be forgotten here.
-        let Rig { name, rate_hz, ambient_c, realtime, channels, joints, columns, simulation, machine, source: _ } =
-            self;
+        let Rig {
+            name,
+            rate_hz,
+            ambient_c,
+            realtime,
+            channels,
+            joints,
+            columns,
+            backend,
+            simulation,
+            machine,
+            source: _,
+        } = self;
         *name == other.name
             && *rate_hz == other.rate_hz
             && *ambient_c == other.ambient_c
@@ -57,6 +72,7 @@ impl PartialEq for Rig {
             && *channels == other.channels
             && *joints == other.joints
             && *columns == other.columns
+            && *backend == other.backend
             && *simulation == other.simulation
             && *machine == other.machine
     }
@@ -106,6 +122,8 @@ pub struct Channel {
     pub priors: BTreeMap<String, Prior>,
     /// The converter that measures voltages and current.
     pub adc: Adc,
+    /// Which channel of a serial front-end it is; `None` = its place in the rig.
+    pub front_end_index: Option<u32>,
     /// What the supervisor holds the channel within.
     pub limits: Limits,
     /// The controller.
@@ -399,6 +417,35 @@ pub struct Column {
     pub scale: f64,
     /// Added after scaling, in the contract's unit.
     pub offset: f64,
+}
+
+/// What powers and measures the wires: which kind, and what each kind needs to know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Backend {
+    /// Which of them it is.
+    pub kind: BackendKind,
+    /// A front-end on a serial line.
+    pub serial: SerialLine,
+}
+
+/// The kinds of backend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BackendKind {
+    /// Simulated wires.
+    Simulated,
+    /// A front-end on a serial line.
+    Serial,
+}
+
+/// The line to a front-end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SerialLine {
+    /// The device it is on; `Some` where the kind is [`BackendKind::Serial`].
+    pub port: Option<String>,
+    /// Bits a second of a UART; USB takes no notice of it.
+    pub baud_hz: u32,
+    /// Periods without a good frame after which the front-end switches its outputs off, and the driver calls it silent.
+    pub watchdog_periods: u32,
 }
 
 /// The simulated backend.

@@ -6,7 +6,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike}
 use crate::effects;
 use crate::parameters::{MODEL_TABLES, Prior};
 use crate::read;
-use crate::schema::{CHANNEL, JOINT, Kind, MACHINE, RIG, SIMULATION, Section, Value, local};
+use crate::schema::{CHANNEL, JOINT, Kind, OF_RIG, RIG, Section, Value, local};
 use crate::types::*;
 
 impl Rig {
@@ -24,9 +24,9 @@ impl Rig {
         if base.is_some_and(|base| self == base) {
             return self.source.text.clone();
         }
-        for section in [&RIG, &SIMULATION, &MACHINE] {
-            let path: &[&str] = &[section.table];
-            write_section(document.as_table_mut(), path, section, self, base);
+        for section in [&RIG].into_iter().chain(OF_RIG) {
+            let path: Vec<&str> = section.table.split('.').collect();
+            write_section(document.as_table_mut(), &path, section, self, base);
         }
         self.write_channels(&mut document, base);
         self.write_joints(&mut document, base);

@@ -570,6 +570,35 @@ fn simulated_faults() {
 }
 
 #[test]
+fn backends() {
+    let with = |more: &str, expected: &str| {
+        let found = of(&format!("{GOOD}{more}"));
+        assert!(found.contains(expected), "{found}");
+    };
+    with("[backend]\nkind = \"usb\"", "backend.kind is \"usb\", expected");
+    with(
+        "[backend]\nkind = \"serial\"",
+        "backend.serial.port is missing, expected the device the front-end is on, such as \"/dev/ttyACM0\"",
+    );
+    with(
+        "[backend.serial]\nport = \"\"",
+        "backend.serial.port is \"\", expected a device: text without control characters",
+    );
+    with("[backend.serial]\nwatchdog_periods = 1", "backend.serial.watchdog_periods is 1, expected 2 to 1000");
+    with("[backend.serial]\nbaud = 9600", "backend.serial.baud is unknown; expected port, baud_hz, watchdog_periods");
+    let serial = "[backend]\nkind = \"serial\"\nserial.port = \"/dev/ttyACM0\"\n";
+    with(&format!("{serial}[simulation]\npace = \"as_fast_as_possible\""), "simulation.pace makes no sense with wires");
+
+    let second = GOOD.find("[[channel]]").map(|at| GOOD[at..].replace("\"wire\"", "\"other\"")).unwrap();
+    let both = format!("{GOOD}\n{second}\n{serial}");
+    let rig = Rig::parse(&both, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!([0, 1, 2].map(|channel| rig.front_end_index(channel)), [Some(0), Some(1), None]);
+    let same = both.replacen("[[channel]]", "[[channel]]\nfront_end = { index = 1 }", 1);
+    let error = Rig::parse(&same, "rig.toml").unwrap_err().to_string();
+    assert!(error.contains("front_end.index is 1, where channel \"wire\" is already"), "{error}");
+}
+
+#[test]
 fn all_mistakes_at_once_in_the_order_of_their_lines() {
     let text = GOOD
         .replace("rate_hz = 1000.0", "rate_hz = \"fast\"")

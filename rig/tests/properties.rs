@@ -57,6 +57,9 @@ convection = "natural"
 [channel.adc]
 bits = 12
 
+[channel.front_end]
+index = 4
+
 [channel.limits]
 maximum_power_w = 2.5
 
@@ -101,6 +104,14 @@ inertia_kg_mm2 = 2.5
 
 [recording.columns]
 position_m = { column = "Pos", scale = -1.0, offset = 0.5 }
+
+[backend]
+kind = "simulated"
+
+[backend.serial]
+port = "/dev/serial/by-id/usb-bench" # the left one
+baud_hz = 1000000
+watchdog_periods = 8
 
 [simulation]
 seed = 7

@@ -37,7 +37,7 @@ fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
 }
 
 /// A rig file's mistakes, every one on its line.
-fn rig_failure(error: &sinew_rig::Error) -> Failure {
+pub fn rig_failure(error: &sinew_rig::Error) -> Failure {
     let hint = match error {
         sinew_rig::Error::Unreadable { .. } => "check the path; a rig file is TOML, docs/rig.md describes it".into(),
         sinew_rig::Error::Invalid { problems } if problems.len() > 1 => {

@@ -1,4 +1,4 @@
-//! `sinew run`: the driver with its simulated wires, the monitor or plain lines on top, and the report at the end.
+//! `sinew run`: the driver with the rig's backend, the monitor or plain lines on top, and the report at the end.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,12 +11,12 @@ use sinew_driver::report::Ending;
 use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport};
 use sinew_ipc::Client;
 use sinew_rig::Rig;
-use sinew_sim_backend::SimulatedRig;
 
 use super::live::{self, Live};
+use super::load_rig;
 use super::monitor::{has_screen, lines, signals};
-use super::{load_rig, rig_failure};
 use crate::args;
+use crate::backend::{self, Chosen};
 use crate::failure::{Failure, Outcome};
 use crate::log;
 use crate::output;
@@ -36,16 +36,16 @@ pub fn run(args: &args::Run) -> Outcome {
     // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
     signal_hook::flag::register(SIGTSTP, Arc::clone(&asked))
         .map_err(|error| Failure::own(format!("signal {SIGTSTP} cannot be handled: {error}")))?;
-    let backend = SimulatedRig::new(&rig).map_err(|error| backend_failure(&rig, error))?;
+    let Chosen { backend, simulated, wires } = backend::choose(&rig)?;
     let options = Options {
         duration_s: args.duration_s,
         // only the built-in rig is known to have legs
         program: args.rig.is_none().then(|| Program::tripod(rig.channels.len(), STEP_S)),
-        simulated: true,
+        simulated,
         ..Options::default()
     };
     let driver = Driver::start(&rig, backend, options).map_err(|error| driver_failure(&rig, error))?;
-    let shown = show(args, &rig, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
+    let shown = show(args, &rig, &wires, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
     driver.stop();
     let report = driver.join();
     output::note(summary(&report).trim_end());
@@ -64,7 +64,7 @@ pub fn run(args: &args::Run) -> Outcome {
 }
 
 /// Shows the running driver until `over`.
-fn show(args: &args::Run, rig: &Rig, driver: &DriverHandle, over: &dyn Fn() -> bool) -> Outcome {
+fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &dyn Fn() -> bool) -> Outcome {
     // a client of its own, like anybody's
     let mut live = match Client::connect(&rig.name) {
         Ok(client) => Live::new(client),
@@ -80,20 +80,13 @@ fn show(args: &args::Run, rig: &Rig, driver: &DriverHandle, over: &dyn Fn() -> b
     }
     let info = live.client().info();
     output::note(format_args!(
-        "driving {} ({} simulated wires at {} Hz) as process {}; Ctrl-C or `sinew stop` ends it",
+        "driving {} ({} {wires} at {} Hz) as process {}; Ctrl-C or `sinew stop` ends it",
         info.rig, info.channels, info.rate_hz, info.pid
     ));
     // the report has stdout to itself
     let quiet = args.report.as_deref() == Some(Path::new("-"));
     while lines(&mut live, over, quiet)? {}
     Ok(())
-}
-
-fn backend_failure(rig: &Rig, error: sinew_sim_backend::Error) -> Failure {
-    match error {
-        sinew_sim_backend::Error::NotDrivable(error) => rig_failure(&error),
-        error => Failure::input(format!("{}: {error}", rig.file())),
-    }
 }
 
 /// Why there is no driver, with what to do about it.
