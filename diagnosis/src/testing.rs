@@ -3,7 +3,7 @@
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
-use sinew_physics::{Wire, WireModel};
+use sinew_physics::WireModel;
 use sinew_recording::{Column, Recording};
 use sinew_rig::Rig;
 
@@ -62,14 +62,11 @@ pub(crate) fn recording(model: &WireModel, duty: impl Fn(f64) -> f64, seed: u64)
     let times: Vec<f64> = (0..3000).map(|i| f64::from(i) / 100.0).collect();
     let mut recording = Recording::new("run.csv", times.clone()).expect("times");
     recording.set(Column::Duty, times.iter().map(|t| duty(*t)).collect()).expect("a duty");
-    let mut wire: Option<Wire> = None;
     let mut columns = vec![Vec::new(); NOISE.len()];
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    for (inputs, interval_s) in recording.inputs_for(model).expect("inputs") {
-        let wire = wire.get_or_insert_with(|| Wire::with_inputs(model, &inputs).expect("a wire"));
-        wire.step(&inputs, interval_s);
+    for (_, outputs) in recording.simulated(model).expect("a wire") {
         for ((column, rms), values) in NOISE.iter().zip(&mut columns) {
-            let value = column.of_outputs(&wire.outputs()).expect("an output");
+            let value = column.of_outputs(&outputs).expect("an output");
             values.push(value + rms * random.sample::<f64, _>(StandardNormal));
         }
     }

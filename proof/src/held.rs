@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use sinew_physics::Wire;
 use sinew_recording::Recording;
 use sinew_rig::Rig;
 
@@ -10,12 +9,8 @@ use sinew_rig::Rig;
 /// `None` where the rig cannot be simulated through the recording.
 pub fn chi(rig: &Rig, recording: &Recording, noise: &BTreeMap<String, f64>) -> Option<(BTreeMap<String, f64>, f64)> {
     let model = &rig.channels.first()?.model;
-    let rows: Vec<_> = recording.inputs_for(model).ok()?.collect();
-    let mut wire = Wire::with_inputs(model, &rows.first()?.0).ok()?;
     let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
-    for (i, (inputs, dt_s)) in rows.iter().enumerate() {
-        wire.step(inputs, *dt_s);
-        let seen = wire.outputs();
+    for (i, (_, seen)) in recording.simulated(model).ok()?.enumerate() {
         for (column, values) in recording.columns() {
             let (Some(noise), Some(value)) = (noise.get(column.name()), column.of_outputs(&seen)) else { continue };
             if values[i].is_finite() {

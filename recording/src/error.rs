@@ -144,6 +144,11 @@ pub enum What {
         /// The longest that is taken, s.
         limit_s: f64,
     },
+    /// A model whose parameters no wire can have, so that nothing can be driven by the recording.
+    Impossible {
+        /// Which parameter, and what would be right.
+        error: sinew_physics::Error,
+    },
     /// An input with a hole in it.
     MissingSample {
         /// When, s.
@@ -362,6 +367,7 @@ impl Error {
                     "if the times are milliseconds: [recording.columns] {entry}; otherwise cut it into shorter files"
                 )
             }
+            What::Impossible { .. } => "give the wire a parameter in its range".into(),
             What::MissingSample { .. } => {
                 "an input has to be known at every row: take the row out, or fill it in".into()
             }
@@ -468,6 +474,7 @@ impl fmt::Display for What {
             What::TooLong { found_s, limit_s } => {
                 write!(f, "is {found_s:?} s long at this row, expected at most {limit_s:?} s")
             }
+            What::Impossible { error } => write!(f, "cannot drive this wire: {error}"),
             What::MissingSample { time_s } => write!(f, "has no value at {time_s:?} s, but it is an input"),
             What::DutyOutOfRange { found } => write!(f, "a duty of {found:?} is not in 0 to 1"),
             What::NegativePower { found } => write!(f, "a power of {found:?} W is negative"),

@@ -19,6 +19,7 @@ mod read;
 mod recording;
 pub mod rows;
 pub mod session;
+mod simulated;
 mod smooth;
 mod suggest;
 mod write;

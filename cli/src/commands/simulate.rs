@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-use sinew_physics::{DriveKind, Inputs, Outputs, Wire, WireModel};
+use sinew_physics::{DriveKind, Inputs, Outputs, WireModel};
 use sinew_recording::{Column, Options, Recording, Writer, drive_column, imposed_column};
 
 use super::{choose_channel, load_rig};
@@ -104,19 +104,8 @@ fn rows(
     columns: &[Written],
     mut writer: Writer,
 ) -> Result<(), sinew_recording::Error> {
-    let mut wire: Option<Wire> = None;
     let mut cells = vec![0.0; columns.len()];
-    for ((inputs, dt_s), &time_s) in recording.inputs_for(model)?.zip(recording.time_s()) {
-        let wire = match &mut wire {
-            Some(wire) => wire,
-            // the rig file was checked when it was read: its model can be built
-            none => match Wire::with_inputs(model, &inputs) {
-                Ok(new) => none.insert(new),
-                Err(_) => break,
-            },
-        };
-        wire.step(&inputs, dt_s);
-        let outputs = wire.outputs();
+    for ((inputs, outputs), &time_s) in recording.simulated(model)?.zip(recording.time_s()) {
         for (cell, column) in cells.iter_mut().zip(columns) {
             *cell = value(*column, &inputs, &outputs, model);
         }

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use sinew_diagnosis::{FittedParameter, Identified, Settings};
-use sinew_physics::{Wire, WireModel};
+use sinew_physics::WireModel;
 use sinew_recording::{Column, Recording};
 use sinew_rig::{Machine as Spec, Prior, Rig};
 
@@ -180,18 +180,7 @@ pub fn foretell(rig: &Rig, channel: usize, recording: &Recording) -> Result<Fore
         .collect();
     let mut sums = vec![(0.0, 0usize); columns.len()];
     let mut force_n = Vec::with_capacity(recording.len());
-    let mut simulated: Option<Wire> = None;
-    for (row, (inputs, dt_s)) in recording.inputs_for(model)?.enumerate() {
-        let wire = match &mut simulated {
-            Some(wire) => wire,
-            // the rig was checked when it was read: its model can be built
-            none => match Wire::with_inputs(model, &inputs) {
-                Ok(new) => none.insert(new),
-                Err(_) => break,
-            },
-        };
-        wire.step(&inputs, dt_s);
-        let outputs = wire.outputs();
+    for (row, (inputs, outputs)) in recording.simulated(model)?.enumerate() {
         force_n.push(outputs.force_n);
         for ((column, noise), sum) in columns.iter().zip(&mut sums) {
             let measured = recording.get(*column).map_or(f64::NAN, |values| values[row]);
