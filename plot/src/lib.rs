@@ -15,4 +15,4 @@ pub mod web;
 pub use field::Field;
 pub use panels::{Panels, TWO_IN_A_ROW, sample};
 pub use plot::{Axis, Band, Heat, Ink, Line, Plot, extent, heat_scale};
-pub use sheet::{Section, Sheet};
+pub use sheet::{Section, Sheet, head};

@@ -8,6 +8,19 @@ use crate::web::INKS;
 /// Styles, and nothing else: nothing is run, nothing is fetched.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
 
+/// The head of a page that stands alone: its styles are inside, and what it may do is said by `policy`.
+pub fn head(title: &str, policy: &str, styles: &[&str]) -> Markup {
+    html! {
+        head {
+            meta charset="utf-8";
+            meta name="viewport" content="width=device-width, initial-scale=1";
+            meta http-equiv="Content-Security-Policy" content=(policy);
+            title { (title) }
+            style { @for style in styles { (PreEscaped(style)) } }
+        }
+    }
+}
+
 /// A page.
 pub struct Sheet {
     /// In the window's title.
@@ -45,13 +58,7 @@ impl Sheet {
         html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta http-equiv="Content-Security-Policy" content=(POLICY);
-                    title { (self.title) }
-                    style { (PreEscaped(INKS)) (PreEscaped(include_str!("style.css"))) (PreEscaped(DASHES)) }
-                }
+                (head(&self.title, POLICY, &[INKS, include_str!("style.css"), DASHES]))
                 body class=(self.class) {
                     header {
                         p.rig { (self.heading) }
