@@ -156,6 +156,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let mut woke_before_ns = None;
         let mut missed_since = 0;
         let mut elapsed = 0u64;
+        let mut awake = realtime::Wakefulness::default();
         let allocations_before = allocations::calls_of_this_thread();
 
         let ending = loop {
@@ -183,6 +184,12 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 break Ending::Stopped;
             }
             elapsed += 1 + missed_since;
+
+            // A machine that wakes up must not go on where it fell asleep: the first thing it puts out is nothing.
+            if pace == Pace::RealTime && awake.slept(now_ns, realtime::boottime_ns()) {
+                engine.was_suspended();
+                duty.fill(0.0);
+            }
 
             // Exchange.
             if missed_since > 0 {

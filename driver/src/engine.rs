@@ -104,6 +104,8 @@ pub struct Engine {
     resets: Vec<Option<u64>>,
     program: Option<Program>,
     punctuality: Punctuality,
+    /// Whether the machine was suspended since the last cycle.
+    suspended: bool,
     /// How the last exchange went.
     exchanged: Result<(), BackendError>,
     period_s: f64,
@@ -133,6 +135,7 @@ impl Engine {
             channels,
             program,
             punctuality: Punctuality::default(),
+            suspended: false,
             exchanged: Ok(()),
             period_s: 1.0 / rig.rate_hz,
             start_ns: None,
@@ -165,6 +168,13 @@ impl Engine {
     /// What the channels do while nobody commands them, to be changed between cycles.
     pub fn program_mut(&mut self) -> Option<&mut Program> {
         self.program.as_mut()
+    }
+
+    /// The machine was suspended since the last cycle: the next one switches everything off. Its clock stood still meanwhile, so
+    /// neither leases nor estimates know.
+    #[inline]
+    pub fn was_suspended(&mut self) {
+        self.suspended = true;
     }
 
     /// Takes an order before a cycle at `now_ns`. `None`: the answer comes later, as an event.
@@ -252,6 +262,9 @@ impl Engine {
         let time_s = (beat.now_ns - *self.start_ns.get_or_insert(beat.now_ns)) as f64 * 1e-9;
 
         let mut everything = self.punctuality.lost(beat.missed, dt_s).then_some(Fault::CycleOverrun);
+        if std::mem::take(&mut self.suspended) {
+            everything = Some(Fault::Suspended);
+        }
         let mut failed = None;
         if let Err(error) = exchanged {
             match error {

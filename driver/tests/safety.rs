@@ -422,6 +422,23 @@ fn late_cycles_in_a_row_or_one_long_gap_switch_everything_off() {
 }
 
 #[test]
+fn a_suspended_machine_switches_everything_off_until_reset() {
+    let mut bench = Bench::started(2);
+    for channel in 0..2 {
+        bench.order(channel, Ask::Duty(0.2), 1000.0);
+    }
+    bench.run(10);
+    bench.engine.was_suspended();
+    bench.run(1);
+    assert_eq!(bench.faults().iter().map(|f| f.2).collect::<Vec<_>>(), [Fault::Suspended; 2]);
+    assert_eq!(bench.duty, [0.0; 2]);
+    bench.run(100);
+    assert_eq!(bench.duty, [0.0; 2], "latched, and told once");
+    assert_eq!(bench.faults().len(), 2);
+    assert_eq!(bench.reset(0), Answer::Done);
+}
+
+#[test]
 fn what_still_goes_out_when_the_loop_was_late_is_accounted_for() {
     let mut bench = Bench::started(1);
     bench.order(0, Ask::Duty(0.2), 1000.0);

@@ -49,6 +49,8 @@ pub enum Fault {
     ProbeStuck = 19,
     /// The other wire of its joint has a fault.
     JointPartner = 20,
+    /// The machine slept while it drove.
+    Suspended = 21,
 }
 
 /// What there is to know about one fault.
@@ -67,7 +69,7 @@ pub struct FaultRow {
 }
 
 /// The table, in the order of the codes.
-pub const FAULT_TABLE: [FaultRow; 20] = [
+pub const FAULT_TABLE: [FaultRow; 21] = [
     FaultRow {
         fault: Fault::NoSample,
         flag: "no_sample",
@@ -207,6 +209,13 @@ pub const FAULT_TABLE: [FaultRow; 20] = [
         cause: "the other wire of its joint has a fault",
         reaction: "channel off in the same period as its partner, latched",
         remedy: "mend and reset the other channel of the joint, then reset this one",
+    },
+    FaultRow {
+        fault: Fault::Suspended,
+        flag: "suspended",
+        cause: "the machine was suspended while it drove: nobody watched the wires, and no lease ran out, for an unknown time",
+        reaction: "all channels off in the first cycle after it, latched",
+        remedy: "keep the machine awake while it drives (`systemd-inhibit --what=sleep sinew run ...`), look at the rig, then reset",
     },
 ];
 

@@ -46,6 +46,8 @@ pub struct Replay<S: Source> {
     complete: Completeness,
     /// Number and periods missed of the last cycle.
     before: Option<CycleHeader>,
+    /// Whether the recorded cycle before shows that the machine had been suspended.
+    slept: bool,
 }
 
 impl<S: Source> Replay<S> {
@@ -77,6 +79,7 @@ impl<S: Source> Replay<S> {
             comparison: Comparison::new(found),
             complete: Completeness::default(),
             before: None,
+            slept: false,
         })
     }
 
@@ -94,6 +97,12 @@ impl<S: Source> Replay<S> {
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         self.command(&head);
+        // No sample tells of a suspended machine; the fault it left does.
+        let slept = self.backend.recorded().iter().any(|state| state.fault == Fault::Suspended.code());
+        if slept && !self.slept {
+            self.engine.was_suspended();
+        }
+        self.slept = slept;
         let beat = Beat { now_ns: head.monotonic_ns, missed };
         self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, tell);
         (self.now.cycle, self.now.monotonic_ns, self.now.missed) = (head.cycle, head.monotonic_ns, head.missed);
