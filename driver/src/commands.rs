@@ -16,11 +16,11 @@ use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use rtrb::{Consumer, Producer};
 use sinew_control::{JointLaw, StrokeRange, length_for_force};
 use sinew_ipc::{ALL_CHANNELS, Command, CommandKind, CommandServer, Fault, Outcome, Reply, Request};
 use sinew_physics::WireModel;
 use sinew_rig::Rig;
+use sinew_ring::{Consumer, Producer};
 
 use crate::cycles::Shared;
 use crate::engine::{Answer, Ask, Event, Occurrence, Order};
@@ -233,7 +233,7 @@ impl Desk {
             let ended = shared.ended.load(Ordering::Acquire);
             let stopping = ended || shared.stop.load(Ordering::Relaxed);
 
-            while let Ok(event) = self.events.pop() {
+            while let Some(event) = self.events.pop() {
                 if let Occurrence::Answered { ticket, answer } = event.what {
                     answered(&mut waiting, ticket, event.channel, answer, shared);
                 } else {
@@ -289,7 +289,7 @@ impl Desk {
             _ => return refuse(shared, request, Reply::refused(&command, Outcome::UnknownChannel)),
         };
         let missing = channels.len();
-        if self.orders.slots() < missing {
+        if self.orders.free() < missing {
             return refuse(shared, request, Reply::refused(&command, Outcome::Busy));
         }
         // All are checked before the first is on its way: a command for all is taken by all or by none.
@@ -304,7 +304,7 @@ impl Desk {
             let Ok((ask, granted_s)) = self.rules[channel].check(&command) else { continue };
             let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
             // There is room: asked above, and nobody else pushes.
-            let _ = self.orders.push(Order { ticket, channel, ask, hold_ns });
+            self.orders.push(Order { ticket, channel, ask, hold_ns });
         }
         let reply = Reply::taken(&command, hold_s);
         waiting.insert(ticket, Waiting { request, missing, reply, until: Instant::now() + PATIENCE });

@@ -3,8 +3,8 @@
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rtrb::{Consumer, Producer};
-use sinew_ipc::{ChannelState, CycleHeader, DriverState, LoopStats, Snapshot};
+use sinew_ipc::{DriverState, HeldCycle, LoopStats, Snapshot};
+use sinew_ring::{Consumer, Producer};
 use sinew_sensing::Sample;
 
 use crate::allocations;
@@ -69,9 +69,8 @@ pub(crate) struct Cycles<B, O> {
     pub outlet: O,
     pub orders: Consumer<Order>,
     pub events: Producer<Event>,
-    /// Every cycle's head, and its channels one after the other.
-    pub heads: Producer<CycleHeader>,
-    pub states: Producer<ChannelState>,
+    /// Every cycle, for the publisher.
+    pub published: Producer<HeldCycle>,
     pub period_ns: u64,
     pub pace: Pace,
     /// Cycles (missed ones included) after which to end; `u64::MAX` = never.
@@ -140,7 +139,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
     }
 
     fn cycles(&mut self, shared: &Shared, remains: &mut Remains) -> Ending {
-        let Cycles { backend, engine, outlet, orders, events, heads, states, .. } = self;
+        let Cycles { backend, engine, outlet, orders, events, published, .. } = self;
         let (period_ns, pace) = (self.period_ns, self.pace);
         let channels = engine.channels().len();
         let mut duty = vec![0.0; channels];
@@ -205,16 +204,16 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
 
             // Sense, supervise, control.
             let mut tell = |event: Event| {
-                if events.push(event).is_err() {
+                if !events.push(event) {
                     shared.events_lost.fetch_add(1, Ordering::Relaxed);
                 }
             };
             for _ in 0..ORDERS_A_CYCLE {
                 // A second one for the same channel waits for the next cycle: a recording has room for one.
-                if orders.peek().is_ok_and(|order| engine.has_order(order.channel)) {
+                if orders.peek(|order| engine.has_order(order.channel)) == Some(true) {
                     break;
                 }
-                let Ok(order) = orders.pop() else { break };
+                let Some(order) = orders.pop() else { break };
                 stats.commands += 1;
                 if let Some(answer) = engine.take(&order, now_ns) {
                     let what = Occurrence::Answered { ticket: order.ticket, answer };
@@ -231,7 +230,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             engine.describe(now_ns, DriverState::Running, last);
             outlet.latest(last);
             loop {
-                if push_cycle(heads, states, last) {
+                if published.put(|cycle| cycle.copy_from(last.header(), last.channels())) {
                     break;
                 }
                 if pace == Pace::RealTime || shared.stop.load(Ordering::Relaxed) {
@@ -272,16 +271,4 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         drop(backend);
         ending
     }
-}
-
-/// Hands one cycle to the publisher: its channels, then its head, so that a head is only seen with its channels complete.
-#[inline]
-fn push_cycle(heads: &mut Producer<CycleHeader>, states: &mut Producer<ChannelState>, snapshot: &Snapshot) -> bool {
-    if heads.is_full() {
-        return false;
-    }
-    let channels = snapshot.channels();
-    let Ok(chunk) = states.write_chunk_uninit(channels.len()) else { return false };
-    chunk.fill_from_iter(channels.iter().copied());
-    heads.push(snapshot.header()).is_ok()
 }

@@ -6,19 +6,19 @@ use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use rtrb::RingBuffer;
-use sinew_ipc::{ChannelInfo, ChannelState, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
+use sinew_ipc::{ChannelInfo, ChannelState, HeldCycle, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
 use sinew_rig::{RealtimeMode, Rig};
+use sinew_ring::ring;
 
 use crate::allocations;
 use crate::backend::Backend;
 use crate::baseline;
 use crate::commands::{ChannelRules, Desk, Diary};
 use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
-use crate::engine::Engine;
+use crate::engine::{Engine, Event, Order};
 use crate::error::Error;
 use crate::program::Program;
-use crate::publish;
+use crate::publish::{self, Tap};
 use crate::realtime::{self, Held, Mode, RealtimeReport, Wish};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
 
@@ -123,6 +123,19 @@ impl Driver {
     /// # Errors
     /// Everything that is found out before the first cycle; then nothing is left running and outputs are zero.
     pub fn start<B: Backend + 'static>(rig: &Rig, backend: B, options: Options) -> Result<DriverHandle, Error> {
+        Driver::start_tapped(rig, backend, options, None)
+    }
+
+    /// The same with somebody who sees every cycle, such as a black box.
+    ///
+    /// # Errors
+    /// As [`Driver::start`].
+    pub fn start_tapped<B: Backend + 'static>(
+        rig: &Rig,
+        backend: B,
+        options: Options,
+        tap: Option<Box<dyn Tap>>,
+    ) -> Result<DriverHandle, Error> {
         let engine = Engine::new(rig, options.program.clone())?;
         let channels = engine.channels().len();
         if backend.channels() != channels {
@@ -152,11 +165,10 @@ impl Driver {
         let (held, realtime) = realtime::prepare_process(&wish);
         let period_ns = (1e9 / rig.rate_hz).round() as u64;
         let fitting = RING_BYTES / (channels * size_of::<ChannelState>());
-        let ring = ((RING_S * rig.rate_hz) as usize).min(fitting).max(RING_CYCLES);
-        let (orders_in, orders) = RingBuffer::new(ORDERS);
-        let (events, events_out) = RingBuffer::new(EVENTS);
-        let (heads, heads_out) = RingBuffer::new(ring);
-        let (states, states_out) = RingBuffer::new(ring * channels);
+        let room = ((RING_S * rig.rate_hz) as usize).min(fitting).max(RING_CYCLES);
+        let (orders_in, orders) = ring([Order::NONE; ORDERS]);
+        let (events, events_out) = ring(vec![Event::NONE; EVENTS]);
+        let (published, publishing) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let shared = Arc::new(Shared::default());
         let diary = Arc::new(Mutex::new(Diary::default()));
         let looping = Cycles {
@@ -165,8 +177,7 @@ impl Driver {
             outlet: Blackboard(state),
             orders,
             events,
-            heads,
-            states,
+            published,
             period_ns,
             pace,
             periods: options.duration_s.map_or(u64::MAX, |seconds| (seconds * rig.rate_hz).round().max(0.0) as u64),
@@ -197,7 +208,7 @@ impl Driver {
             let shared = shared.clone();
             spawn("publisher", 0, move || {
                 realtime::go_first(&wish);
-                guarded(&shared, || publish::publish(heads_out, states_out, channels, cycles, &shared));
+                guarded(&shared, || publish::publish(publishing, cycles, tap, &shared));
             })
         };
         let desk = {

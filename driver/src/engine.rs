@@ -42,6 +42,11 @@ pub struct Order {
     pub hold_ns: u64,
 }
 
+impl Order {
+    /// What an empty place in the ring holds; nobody gets to see it.
+    pub(crate) const NONE: Order = Order { ticket: 0, channel: 0, ask: Ask::Off, hold_ns: 0 };
+}
+
 /// The loop's answer to an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Answer {
@@ -62,6 +67,11 @@ pub struct Event {
     pub channel: u32,
     /// What.
     pub what: Occurrence,
+}
+
+impl Event {
+    /// What an empty place in the ring holds; nobody gets to see it.
+    pub(crate) const NONE: Event = Event { at_ns: 0, channel: 0, what: Occurrence::Proved };
 }
 
 /// Kinds of [`Event`].

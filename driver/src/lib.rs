@@ -34,5 +34,6 @@ pub use driver::{Driver, DriverHandle, Options, Stats, wish_of};
 pub use engine::{Answer, Ask, Beat, Engine, Event, Occurrence, Order};
 pub use error::Error;
 pub use program::Program;
+pub use publish::Tap;
 pub use realtime::RealtimeReport;
 pub use report::RunReport;

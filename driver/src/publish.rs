@@ -4,10 +4,17 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use rtrb::Consumer;
-use sinew_ipc::{ChannelState, CycleHeader, CyclePublisher};
+use sinew_ipc::{ChannelState, CycleHeader, CyclePublisher, HeldCycle};
+use sinew_ring::Consumer;
 
 use crate::cycles::Shared;
+
+/// Somebody who looks at every cycle inside the driver's own process, before it is published. Called on an ordinary thread, which
+/// publishes for everybody: nothing in it may take long. Dropped when the loop has ended and every cycle has been seen.
+pub trait Tap: Send {
+    /// A cycle of all channels, in order. A number that is left out was dropped by the ring, see `unpublished` in the report.
+    fn cycle(&mut self, header: &CycleHeader, channels: &[ChannelState]);
+}
 
 /// How often the ring is emptied.
 const PERIOD: Duration = Duration::from_millis(2);
@@ -17,32 +24,31 @@ const BATCH_AGE: Duration = Duration::from_millis(10);
 const RING_SHARE: u32 = 20;
 
 /// Publishes until the loop has ended and its ring is empty. `port` is `None` where nothing is to be published: then the ring is
-/// only emptied.
+/// only emptied. `tap` is dropped at the end, when it has seen every cycle.
 pub(crate) fn publish(
-    mut heads: Consumer<CycleHeader>,
-    mut states: Consumer<ChannelState>,
-    channels: usize,
+    mut cycles: Consumer<HeldCycle>,
     mut port: Option<CyclePublisher>,
+    mut tap: Option<Box<dyn Tap>>,
     shared: &Shared,
 ) {
-    let mut cycle = vec![ChannelState::UNKNOWN; channels];
     let mut next_ring = Instant::now();
     let mut next_flush = Instant::now() + BATCH_AGE;
     loop {
         // Asked before looking, so that the last cycles are not left behind.
         let ended = shared.ended.load(Ordering::Acquire);
         let mut news = false;
-        while let Ok(head) = heads.pop() {
+        while cycles
+            .take(|cycle| {
+                if let Some(tap) = &mut tap {
+                    tap.cycle(&cycle.header, &cycle.channels);
+                }
+                if let Some(port) = &mut port {
+                    port.push(cycle.header, &cycle.channels);
+                }
+            })
+            .is_some()
+        {
             news = true;
-            // The loop pushes a head after its channels, so they are there.
-            let Ok(chunk) = states.read_chunk(channels) else { break };
-            let (first, rest) = chunk.as_slices();
-            cycle[..first.len()].copy_from_slice(first);
-            cycle[first.len()..].copy_from_slice(rest);
-            chunk.commit_all();
-            if let Some(port) = &mut port {
-                port.push(head, &cycle);
-            }
         }
         let now = Instant::now();
         if let Some(port) = &mut port {

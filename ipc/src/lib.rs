@@ -29,8 +29,8 @@ pub use error::{Error, Reason, Refusal};
 pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
 pub use histogram::Histogram;
 pub use messages::{
-    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, DriverState, Info,
-    LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Reply, Snapshot,
+    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, DriverState, HeldCycle,
+    Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Reply, Snapshot,
 };
 pub use run::{MAX_RIG_NAME, RigLock, check_rig_name, running, runtime_dir};
 pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};

@@ -331,6 +331,30 @@ pub struct CycleHeader {
     pub missed: u64,
 }
 
+/// A cycle in memory of its own: on its way through a ring, or kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldCycle {
+    /// Its number and time.
+    pub header: CycleHeader,
+    /// All channels, in the rig's order.
+    pub channels: Box<[ChannelState]>,
+}
+
+impl HeldCycle {
+    /// Room for a cycle of so many channels.
+    pub fn new(channels: usize) -> HeldCycle {
+        HeldCycle { header: CycleHeader::default(), channels: vec![ChannelState::UNKNOWN; channels].into() }
+    }
+
+    /// Makes it a copy of this cycle, as far as there is room for channels. Allocates nothing.
+    #[inline]
+    pub fn copy_from(&mut self, header: CycleHeader, channels: &[ChannelState]) {
+        self.header = header;
+        let channels = &channels[..channels.len().min(self.channels.len())];
+        self.channels[..channels.len()].copy_from_slice(channels);
+    }
+}
+
 /// The latest state of everything: one consistent cycle.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rtrb::{Consumer, Producer, RingBuffer};
 use sinew_driver::{Backend, BackendError, Sample};
-use sinew_ipc::{ChannelState, CycleHeader};
+use sinew_ipc::{ChannelState, CycleHeader, HeldCycle};
+use sinew_ring::{Consumer, Producer, ring};
 
 use crate::error::Error;
 use crate::source::{Cycles, Source};
@@ -19,31 +19,15 @@ const ROOM: Duration = Duration::from_micros(200);
 /// Longest an `exchange` waits for the disk before it gives up. Nothing is heated meanwhile: there is no wire.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What the reader leaves for the loop: a head, once its channels' states are there.
-#[derive(Debug)]
-struct Ahead {
-    heads: Consumer<CycleHeader>,
-    states: Consumer<ChannelState>,
+/// Number of a cycle's period, from the driver's start: cycles that ran and those that were missed.
+fn period(cycle: &HeldCycle) -> u64 {
+    cycle.header.cycle + cycle.header.missed
 }
 
-/// One recorded cycle.
-#[derive(Debug, Clone)]
-struct Recorded {
-    head: CycleHeader,
-    states: Vec<ChannelState>,
-}
-
-impl Recorded {
-    /// Number of its period, from the driver's start: cycles that ran and those that were missed.
-    fn period(&self) -> u64 {
-        self.head.cycle + self.head.missed
-    }
-
-    /// How the backend failed then.
-    fn error(&self) -> Option<BackendError> {
-        let named = |(channel, state): (usize, &ChannelState)| BackendError::from_code(state.backend, channel as u32);
-        self.states.iter().enumerate().find_map(named)
-    }
+/// How the backend failed in a cycle.
+fn error(cycle: &HeldCycle) -> Option<BackendError> {
+    let named = |(channel, state): (usize, &ChannelState)| BackendError::from_code(state.backend, channel as u32);
+    cycle.channels.iter().enumerate().find_map(named)
 }
 
 /// A recording as a backend: it brings back what was sampled then, period by period, whatever duty it is given.
@@ -56,11 +40,12 @@ impl Recorded {
 pub struct ReplayBackend<S: Source> {
     source: S,
     channels: usize,
-    ahead: Option<Ahead>,
+    /// What the reader leaves for the loop.
+    ahead: Option<Consumer<HeldCycle>>,
     /// The first trouble of the reader.
     trouble: Arc<Mutex<Option<Error>>>,
     /// The cycle whose period is present or yet to come.
-    recorded: Recorded,
+    recorded: HeldCycle,
     /// Whether `recorded` holds one.
     is_there: bool,
     /// Number of the present period; `None` before the first exchange.
@@ -79,13 +64,12 @@ impl<S: Source> ReplayBackend<S> {
     /// Of a recording.
     pub fn new(source: S) -> ReplayBackend<S> {
         let channels = source.channels();
-        let head = CycleHeader::default();
         ReplayBackend {
             source,
             channels,
             ahead: None,
             trouble: Arc::default(),
-            recorded: Recorded { head, states: vec![ChannelState::UNKNOWN; channels] },
+            recorded: HeldCycle::new(channels),
             is_there: false,
             period: None,
             missed: 0,
@@ -103,14 +87,14 @@ impl<S: Source> ReplayBackend<S> {
     /// What kept the recording from being read on.
     pub fn advance(&mut self) -> Result<Option<(u64, CycleHeader)>, Error> {
         let at = self.period;
-        if at.is_some_and(|at| self.is_there && self.recorded.period() <= at) {
+        if at.is_some_and(|at| self.is_there && period(&self.recorded) <= at) {
             self.pass();
         }
         if !self.is_there && !self.take() {
             return self.trouble().map_or(Ok(None), Err);
         }
-        let between = at.map_or(0, |at| self.recorded.period().saturating_sub(at + 1));
-        Ok(Some((between, self.recorded.head)))
+        let between = at.map_or(0, |at| period(&self.recorded).saturating_sub(at + 1));
+        Ok(Some((between, self.recorded.header)))
     }
 
     /// What kept the reader from going on, told once.
@@ -120,7 +104,7 @@ impl<S: Source> ReplayBackend<S> {
 
     /// The recorded states of the cycle that [`ReplayBackend::advance`] told of.
     pub fn recorded(&self) -> &[ChannelState] {
-        &self.recorded.states
+        &self.recorded.channels
     }
 
     /// Takes the next recorded cycle from the reader; false at the end of the recording.
@@ -129,15 +113,9 @@ impl<S: Source> ReplayBackend<S> {
         let mut waited_from = None;
         loop {
             // Asked before looking, so that what is read between the two is not lost.
-            let over = ahead.heads.is_abandoned();
-            if let Ok(head) = ahead.heads.pop() {
-                // The reader pushes a head after its states, so they are there.
-                let Ok(chunk) = ahead.states.read_chunk(self.channels) else { return false };
-                let (first, rest) = chunk.as_slices();
-                self.recorded.states[..first.len()].copy_from_slice(first);
-                self.recorded.states[first.len()..].copy_from_slice(rest);
-                chunk.commit_all();
-                self.recorded.head = head;
+            let over = ahead.is_alone();
+            let recorded = &mut self.recorded;
+            if ahead.take(|cycle| std::mem::swap(recorded, cycle)).is_some() {
                 self.is_there = true;
                 return true;
             }
@@ -150,10 +128,10 @@ impl<S: Source> ReplayBackend<S> {
 
     /// Leaves the present recorded cycle behind: what it put out is in force in the period after it.
     fn pass(&mut self) {
-        let head = self.recorded.head;
+        let head = self.recorded.header;
         let follows = head.cycle == self.passed + 1;
-        let whole = self.recorded.error().filter(|error| error.channel().is_none()).is_some();
-        for (channel, state) in self.recorded.states.iter().enumerate() {
+        let whole = error(&self.recorded).filter(|error| error.channel().is_none()).is_some();
+        for (channel, state) in self.recorded.channels.iter().enumerate() {
             let failed = whole || state.backend != 0;
             self.recorded_applied[channel] = match (failed, head.cycle) {
                 (true, _) | (_, 1) => 0.0,
@@ -168,7 +146,7 @@ impl<S: Source> ReplayBackend<S> {
 
     /// Whether the recorded cycle follows the one passed last: only then is it known what was in force in between.
     fn follows(&self) -> bool {
-        self.recorded.head.cycle == self.passed + 1
+        self.recorded.header.cycle == self.passed + 1
     }
 
     fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
@@ -179,22 +157,15 @@ impl<S: Source> ReplayBackend<S> {
 }
 
 /// Reads a recording ahead of the loop until it ends or nobody wants it any more.
-fn read_ahead(
-    cycles: impl Cycles,
-    mut heads: Producer<CycleHeader>,
-    mut states: Producer<ChannelState>,
-    channels: usize,
-) -> Result<(), Error> {
-    cycles.each(&mut |head, cycle| {
-        while heads.is_full() || states.slots() < channels {
-            if heads.is_abandoned() {
+fn read_ahead(cycles: impl Cycles, mut ahead: Producer<HeldCycle>) -> Result<(), Error> {
+    cycles.each(&mut |head, channels| {
+        while !ahead.put(|cycle| cycle.copy_from(*head, channels)) {
+            if ahead.is_alone() {
                 return false;
             }
             thread::sleep(ROOM);
         }
-        let Ok(chunk) = states.write_chunk_uninit(channels) else { return false };
-        chunk.fill_from_iter(cycle.iter().copied());
-        heads.push(*head).is_ok()
+        true
     })
 }
 
@@ -218,17 +189,16 @@ impl<S: Source> Backend for ReplayBackend<S> {
         };
         let (channels, trouble) = (self.channels, self.trouble.clone());
         let room = AHEAD_CYCLES.max(AHEAD_STATES / channels.max(1));
-        let (heads, heads_out) = RingBuffer::new(room);
-        let (states, states_out) = RingBuffer::new(room * channels);
+        let (ahead, ahead_out) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let reader = thread::Builder::new().name("sinew-replay".into()).spawn(move || {
-            if let Err(error) = read_ahead(cycles, heads, states, channels) {
+            if let Err(error) = read_ahead(cycles, ahead) {
                 note(&trouble, error);
             }
         });
         if let Err(error) = reader {
             return Err(BackendError::Unavailable { os_error: error.raw_os_error().unwrap_or(0) });
         }
-        self.ahead = Some(Ahead { heads: heads_out, states: states_out });
+        self.ahead = Some(ahead_out);
         (self.is_there, self.period, self.missed, self.passed) = (false, None, 0, 0);
         self.recorded_applied.fill(f64::NAN);
         self.recorded_next.fill(f64::NAN);
@@ -252,7 +222,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
         let missed = std::mem::take(&mut self.missed);
         let present = self.period.map(|period| period.saturating_add(1 + missed));
         // The first exchange begins the recording, wherever that begins.
-        while !self.is_there || present.is_some_and(|present| self.recorded.period() < present) {
+        while !self.is_there || present.is_some_and(|present| period(&self.recorded) < present) {
             if self.is_there {
                 self.pass();
             }
@@ -260,15 +230,15 @@ impl<S: Source> Backend for ReplayBackend<S> {
                 return self.fail(samples, BackendError::Unavailable { os_error: 0 });
             }
         }
-        let present = present.unwrap_or_else(|| self.recorded.period());
+        let present = present.unwrap_or_else(|| period(&self.recorded));
         self.period = Some(present);
 
-        let is_recorded = self.recorded.period() == present;
-        let known = is_recorded && (self.follows() || self.recorded.head.cycle == 1);
+        let is_recorded = period(&self.recorded) == present;
+        let known = is_recorded && (self.follows() || self.recorded.header.cycle == 1);
         for (channel, sample) in samples.iter_mut().enumerate() {
-            *sample = if is_recorded { sample_of(&self.recorded.states[channel]) } else { Sample::NONE };
+            *sample = if is_recorded { sample_of(&self.recorded.channels[channel]) } else { Sample::NONE };
             let (now, then) = (self.applied[channel] > 0.0, self.recorded_applied[channel]);
-            let driven_then = match self.recorded.head.cycle {
+            let driven_then = match self.recorded.header.cycle {
                 1 => Some(false),
                 _ if known && !then.is_nan() => Some(then > 0.0),
                 _ => None,
@@ -278,7 +248,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
                 *sample = Sample { supply_v: sample.supply_v, ..Sample::NONE };
             }
         }
-        let error = self.recorded.error().filter(|_| is_recorded);
+        let error = error(&self.recorded).filter(|_| is_recorded);
         self.applied.copy_from_slice(duty);
         match error {
             None => Ok(()),
@@ -296,7 +266,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
     }
 
     fn stop(&mut self) {
-        // The reader finds its rings abandoned and ends by itself.
+        // The reader finds itself alone and ends by itself.
         self.ahead = None;
         self.applied.fill(0.0);
     }
