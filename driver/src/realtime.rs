@@ -452,6 +452,15 @@ impl Wakefulness {
     }
 }
 
+/// How often the calling thread has let go of its processor by itself, to wait for something.
+pub fn voluntary_switches() -> u64 {
+    // SAFETY: all zeros are a valid rusage, and getrusage writes into no more than that.
+    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
+    // SAFETY: the pointer is to a live rusage; with RUSAGE_THREAD the call cannot fail.
+    unsafe { libc::getrusage(libc::RUSAGE_THREAD, &mut usage) };
+    usage.ru_nvcsw.unsigned_abs()
+}
+
 /// Sleeps until CLOCK_MONOTONIC shows `at_ns`; returns at once when that has passed. Signals do not shorten the sleep.
 #[inline]
 pub fn sleep_until_ns(at_ns: u64) {

@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use common::{Fake, Mishap, rig};
+use sinew_driver::conformance::{Bench, suite};
 use sinew_driver::report::Ending;
 use sinew_driver::{Backend, BackendError, CountingAllocator, Driver, DriverHandle, Error, Options, Program, Sample};
 use sinew_ipc::{Client, Fault, Mode};
@@ -41,10 +42,21 @@ fn eventually(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
+struct Scripted(Rig);
+
+impl Bench for Scripted {
+    type Backend = Fake;
+
+    fn backend(&mut self) -> Fake {
+        Fake::new(&self.0)
+    }
+}
+
 #[test]
 fn the_scripted_backend_keeps_the_contract() {
     let rig = rig("conformance", 5, 1000.0);
-    assert!(sinew_driver::conformance::suite(|| Fake::new(&rig)), "allocations were counted");
+    let findings = suite(&mut Scripted(rig));
+    assert!(findings.counts_allocations, "{findings:?}");
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{Turn, record};
-use sinew_driver::conformance::suite;
+use common::{Memory, Turn, record};
+use sinew_driver::conformance::{Bench, suite};
 use sinew_driver::{Ask, Backend, BackendError, CountingAllocator, Order, Sample};
 use sinew_replay_backend::ReplayBackend;
 use sinew_rig::{Rig, SamplingCircuit};
@@ -11,13 +11,26 @@ use sinew_rig::{Rig, SamplingCircuit};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
+/// A recording, replayed from its beginning by every backend.
+struct Recorded(Memory);
+
+impl Bench for Recorded {
+    type Backend = ReplayBackend<Memory>;
+
+    fn backend(&mut self) -> ReplayBackend<Memory> {
+        ReplayBackend::new(self.0.clone())
+    }
+}
+
 #[test]
 fn it_keeps_the_contract_of_backends() {
     for circuit in [SamplingCircuit::SeparateTaps, SamplingCircuit::Shared] {
         let mut rig = Rig::hexapod();
         rig.channels.iter_mut().for_each(|channel| channel.adc.circuit = circuit);
         let recording = record(&rig, None, 600, |_, _| Turn::default());
-        assert!(suite(|| ReplayBackend::new(recording.clone())), "allocations have to be counted");
+        let findings = suite(&mut Recorded(recording));
+        assert!(findings.counts_allocations, "{findings:?}");
+        assert_eq!(findings.skipped.len(), 2, "a recording cannot be unplugged, and breaks as it broke then");
     }
 }
 

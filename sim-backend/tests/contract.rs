@@ -1,12 +1,52 @@
 //! The driver's own suite for backends, with every call of the allocator counted.
 
-use sinew_driver::CountingAllocator;
-use sinew_driver::conformance::suite;
-use sinew_rig::{Rig, SamplingCircuit};
-use sinew_sim_backend::SimulatedRig;
+use sinew_driver::conformance::{Bench, suite};
+use sinew_driver::{ChannelFault, CountingAllocator};
+use sinew_rig::{FaultKind, Rig, SamplingCircuit};
+use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// Simulated wires, and the hold on what can break in them.
+struct Simulated {
+    rig: Rig,
+    faults: Option<FaultHandle>,
+}
+
+impl Simulated {
+    fn faults(&self) -> &FaultHandle {
+        self.faults.as_ref().expect("a backend is made before it is broken")
+    }
+}
+
+impl Bench for Simulated {
+    type Backend = SimulatedRig;
+
+    fn backend(&mut self) -> SimulatedRig {
+        let backend = SimulatedRig::new(&self.rig).unwrap_or_else(|e| panic!("{e}"));
+        self.faults = Some(backend.faults());
+        backend
+    }
+
+    fn unplug(&mut self) -> bool {
+        self.faults().set_backend_error(true);
+        true
+    }
+
+    fn plug_in(&mut self) {
+        self.faults().set_backend_error(false);
+    }
+
+    fn break_channel(&mut self, channel: usize) -> Option<ChannelFault> {
+        self.faults().set(channel, FaultKind::BackendError);
+        Some(ChannelFault::Converter)
+    }
+
+    fn mend_channel(&mut self, channel: usize) {
+        self.faults().clear(channel, FaultKind::BackendError);
+    }
+}
 
 #[test]
 fn it_keeps_the_contract_of_backends() {
@@ -17,8 +57,8 @@ fn it_keeps_the_contract_of_backends() {
         }
         for rate_hz in [100.0, 1000.0, 10_000.0] {
             rig.rate_hz = rate_hz;
-            let counted = suite(|| SimulatedRig::new(&rig).unwrap_or_else(|e| panic!("{e}")));
-            assert!(counted, "allocations have to be counted");
+            let findings = suite(&mut Simulated { rig: rig.clone(), faults: None });
+            assert!(findings.counts_allocations && findings.skipped.is_empty(), "{findings:?}");
         }
     }
 }
