@@ -4,6 +4,7 @@
 //! There is one judge of a request, this module; what only the loop can know (a latched fault, whether its cause is gone) comes
 //! back from it as an answer. Rules:
 //!
+//! - Who may only look commands nothing.
 //! - A setpoint needs a channel that exists, finite numbers, a value inside the channel's limits, a hold of one period to
 //!   `max_lease_s` (0 = the channel's default).
 //! - Lengths are taken between the hot and the cold end of the stroke, as far as the rig's limits allow; strokes from 0 to 1; duties
@@ -30,6 +31,8 @@ use crate::report::MAX_FAULTS;
 const IDLE_PERIOD: Duration = Duration::from_millis(1);
 /// How often the loop's answers are looked for while a request is under way.
 const BUSY_PERIOD: Duration = Duration::from_micros(200);
+/// Requests taken in one round.
+const REQUESTS_A_ROUND: usize = 256;
 /// How long the loop may take to answer, besides the time a channel may take to prove itself.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// A duty or stroke this far outside is rounding, not a mistake.
@@ -240,7 +243,9 @@ impl Desk {
                     diary.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
                 }
             }
-            while let Some(request) = self.port.as_mut().and_then(CommandServer::receive) {
+            // So many at a time: a flood of requests does not keep the desk from the loop's answers.
+            for _ in 0..REQUESTS_A_ROUND {
+                let Some(request) = self.port.as_mut().and_then(CommandServer::receive) else { break };
                 tickets += 1;
                 self.take(request, tickets, stopping, &mut waiting, shared);
             }
@@ -272,6 +277,9 @@ impl Desk {
         shared: &Shared,
     ) {
         let command = *request.command();
+        if !request.may_command() {
+            return refuse(shared, request, Reply::refused(&command, Outcome::NotPermitted));
+        }
         if command.kind() == Some(CommandKind::Stop) {
             tracing::info!(client = command.client >> 32, "stop asked for");
             shared.stop.store(true, Ordering::Relaxed);

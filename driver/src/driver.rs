@@ -6,6 +6,7 @@ use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
+use sinew_ipc::gate::{Access, Readers};
 use sinew_ipc::{ChannelInfo, ChannelState, HeldCycle, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
 use sinew_rig::{RealtimeMode, Rig};
 use sinew_ring::ring;
@@ -116,6 +117,16 @@ pub fn wish_of(rig: &Rig) -> Wish {
     }
 }
 
+/// Which other users a rig file lets in.
+fn access_of(rig: &Rig) -> Result<Access, sinew_ipc::Error> {
+    let readers = match rig.access.read_group.as_deref() {
+        None => Readers::Nobody,
+        Some(sinew_rig::Access::EVERYONE) => Readers::Everyone,
+        Some(group) => Readers::Group(group.into()),
+    };
+    Access::new(rig.access.command_group.as_deref(), &readers)
+}
+
 impl Driver {
     /// Starts a driver for a rig on a backend: takes the rig's name, opens the services, starts the backend (outputs zero) and lets
     /// the loop run on a thread of its own. Returns when it runs.
@@ -157,7 +168,11 @@ impl Driver {
             lock.leave_rig_text(rig.text())?;
             let mut info = info(rig, &rules)?;
             info.simulated = options.simulated.into();
-            let parts = Server::create(lock, &info)?.split();
+            let mut server = Server::create(lock, &info)?;
+            if rig.access.is_open() {
+                server.open_gate(&info, &access_of(rig)?, rig.text())?;
+            }
+            let parts = server.split();
             (state, cycles, commands) = (Some(parts.0), Some(parts.1), Some(parts.2));
         }
 

@@ -57,6 +57,9 @@ pub(crate) fn publish(
                 shared.unsent.store(port.unsent(), Ordering::Relaxed);
                 next_flush = now + BATCH_AGE;
             }
+            if news || ended {
+                port.show();
+            }
             if news && now >= next_ring {
                 port.ring();
                 next_ring = now + now.elapsed() * RING_SHARE;

@@ -1,49 +1,21 @@
 //! What a robot program links: find the driver, read what it knows, command it.
 //!
-//! A [`Client`] may be shared between threads, and any number of them (128 in all) may be connected to one driver, from
+//! A [`Client`] may be shared between threads, and any number of them (256 in all) may be connected to one driver, from
 //! one process or many. Reading the latest state never waits for anything. When the driver ends or dies, reading keeps
 //! giving the last state it wrote, [`Client::is_alive`] says no, and commands fail with [`Error::DriverGone`]; connect again for the next one.
+//!
+//! A driver of one's own is reached over iceoryx2's shared memory, another user's through its [gate](crate::gate), where it has one;
+//! nothing else differs.
 
-use crate::run::Attachment;
-use crate::service::{
-    Entry, Ipc, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, Requests, StateReader, TickListener, failed, name, node,
-};
+use crate::link::{Link, Waiter};
 use crate::stream::CycleStream;
 use crate::{
-    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, DriverState, Error, Fault, Info,
-    LoopStats, Outcome, Reason, Refusal, Reply, Snapshot,
+    ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, Outcome, Reason,
+    Refusal, Reply, Snapshot,
 };
-use iceoryx2::service::port_factory::{event, publish_subscribe};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, TryLockError};
 use std::time::{Duration, Instant};
-
-/// What is common to a client, its streams and its waiters. Fields are dropped in this order: the hold on the run's files last.
-pub(crate) struct Link {
-    pub(crate) cycles: publish_subscribe::PortFactory<Ipc, [ChannelState], BatchHeader>,
-    tick: event::PortFactory<Ipc>,
-    snapshot: Entry<Snapshot>,
-    _node: IpcNode,
-    attachment: Attachment,
-}
-
-impl Link {
-    fn driver_lives(&self) -> bool {
-        self.attachment.driver_lives()
-    }
-
-    /// An error when the driver is gone.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        if self.driver_lives() {
-            return Ok(());
-        }
-        Err(Error::DriverGone {
-            rig: self.attachment.rig().into(),
-            pid: self.attachment.pid,
-            stopped: self.snapshot.get().state() == DriverState::Stopped,
-        })
-    }
-}
 
 /// How long a client is willing to wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,9 +53,6 @@ pub enum DriverHealth {
 /// A connection to a running driver.
 pub struct Client {
     info: Info,
-    stats: Entry<LoopStats>,
-    _reader: StateReader,
-    requests: Requests,
     sequence: AtomicU64,
     number: u64,
     options: ClientOptions,
@@ -96,7 +65,7 @@ impl Client {
     ///
     /// # Errors
     /// [`Error::NotRunning`] (with the rigs that are), [`Error::Starting`], [`Error::Protocol`], [`Error::RigName`],
-    /// [`Error::Service`], [`Error::RuntimeDir`].
+    /// [`Error::Full`], [`Error::Service`], [`Error::RuntimeDir`]; at another user's gate [`Error::NotAdmitted`], [`Error::Gate`].
     pub fn connect(rig: &str) -> Result<Client, Error> {
         Client::connect_with(rig, ClientOptions::default())
     }
@@ -106,65 +75,29 @@ impl Client {
     /// # Errors
     /// As [`Client::connect`].
     pub fn connect_with(rig: &str, options: ClientOptions) -> Result<Client, Error> {
-        let end = Instant::now() + options.connect;
-        loop {
-            let left = end.saturating_duration_since(Instant::now());
-            let attachment = Attachment::find(rig, left)?;
-            match Client::open(attachment, options) {
-                Ok(client) => return Ok(client),
-                // A driver that is just ending, or many clients at once: worth another look while there is time.
-                Err(Error::Service { .. }) if !left.is_zero() => std::thread::sleep(Duration::from_millis(10)),
-                Err(e) => return Err(e),
-            }
-        }
-    }
-
-    fn open(attachment: Attachment, options: ClientOptions) -> Result<Client, Error> {
         static CLIENTS: AtomicU64 = AtomicU64::new(1);
-        let node = node(&attachment.run, &attachment.run_dir())?;
-        let state = node.service_builder(&name("state")?).blackboard_opener::<u64>().open().map_err(failed("state"))?;
-        let reader = state.reader_builder().create().map_err(failed("state"))?;
-        let info = *reader.entry::<Info>(&KEY_INFO).map_err(failed("state"))?.get();
-        if info.protocol != crate::PROTOCOL {
-            let rig = attachment.rig().to_string();
-            return Err(Error::Protocol { rig, found: info.protocol, expected: crate::PROTOCOL });
-        }
-        let snapshot = reader.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed("state"))?;
-        let stats = reader.entry::<LoopStats>(&KEY_STATS).map_err(failed("state"))?;
-        let cycles = node
-            .service_builder(&name("cycles")?)
-            .publish_subscribe::<[ChannelState]>()
-            .user_header::<BatchHeader>()
-            .open()
-            .map_err(failed("cycles"))?;
-        let tick = node.service_builder(&name("tick")?).event().open().map_err(failed("tick"))?;
-        let requests = node
-            .service_builder(&name("command")?)
-            .request_response::<Command, Reply>()
-            .open()
-            .map_err(failed("command"))?
-            .client_builder()
-            .create()
-            .map_err(failed("command"))?;
+        let (link, info) = Link::find(rig, options.connect)?;
         Ok(Client {
             info,
-            stats,
-            _reader: reader,
-            requests,
             sequence: AtomicU64::new(1),
             number: u64::from(std::process::id()) << 32 | CLIENTS.fetch_add(1, Ordering::Relaxed) & 0xffff_ffff,
             options,
             sleeper: Mutex::new(None),
-            link: Arc::new(Link { cycles, tick, snapshot, _node: node, attachment }),
+            link: Arc::new(link),
         })
     }
 
-    /// Names of the rigs a driver is running for, sorted.
+    /// Names of the rigs a driver is running for, sorted: the own user's, and those at whose gate somebody stands.
     ///
     /// # Errors
     /// [`Error::RuntimeDir`].
     pub fn discover() -> Result<Vec<String>, Error> {
         crate::run::running()
+    }
+
+    /// Whether the driver is another user's, reached through its gate.
+    pub fn is_foreign(&self) -> bool {
+        self.link.is_foreign()
     }
 
     /// What does not change while the driver runs: rate, channels, limits.
@@ -177,7 +110,7 @@ impl Client {
     /// # Errors
     /// [`Error::RuntimeDir`].
     pub fn rig_text(&self) -> Result<Option<String>, Error> {
-        self.link.attachment.rig_text()
+        self.link.rig_text()
     }
 
     /// The channels, in the rig's order.
@@ -198,29 +131,29 @@ impl Client {
 
     /// The latest state: one whole cycle, never parts of two. Does not wait.
     pub fn latest(&self) -> Snapshot {
-        *self.link.snapshot.get()
+        self.link.with_latest(|latest| *latest)
     }
 
     /// The latest state, into a place of the caller's.
     pub fn latest_into(&self, snapshot: &mut Snapshot) {
-        snapshot.copy_from(&self.link.snapshot.get());
+        self.link.with_latest(|latest| snapshot.copy_from(latest));
     }
 
     /// Looks at the latest state. The copy from shared memory is the only one made: only after copying can it be told that
     /// the driver did not write meanwhile.
     pub fn with_latest<T>(&self, look: impl FnOnce(&Snapshot) -> T) -> T {
-        look(&self.link.snapshot.get())
+        self.link.with_latest(look)
     }
 
     /// How the loop does.
     pub fn loop_stats(&self) -> LoopStats {
-        *self.stats.get()
+        self.link.stats()
     }
 
     /// Every cycle from now on, in order.
     ///
     /// # Errors
-    /// [`Error::Service`], e.g. when 64 streams are open already.
+    /// [`Error::Full`] when 64 streams are open already, [`Error::Service`].
     pub fn stream(&self) -> Result<CycleStream, Error> {
         let latest = self.with_latest(|state| state.cycle);
         CycleStream::new(&self.link, latest)
@@ -245,7 +178,7 @@ impl Client {
     /// A sleeper of one's own.
     ///
     /// # Errors
-    /// [`Error::Service`], e.g. when 128 of them exist already.
+    /// [`Error::Full`] when 256 of them exist already, [`Error::Service`].
     pub fn waiter(&self) -> Result<Waiter, Error> {
         Waiter::new(&self.link)
     }
@@ -373,7 +306,7 @@ impl Client {
             value,
             hold_s: hold.as_secs_f64(),
         };
-        let reply = self.ask(command)?;
+        let reply = self.link.ask(command, self.options.answer)?;
         match self.reason(&reply) {
             None => Ok(reply),
             Some(reason) => {
@@ -384,46 +317,6 @@ impl Client {
                 };
                 Err(Error::Refused(Refusal { channel, kind, value, reason }))
             }
-        }
-    }
-
-    /// Sends a command and waits for its reply.
-    fn ask(&self, command: Command) -> Result<Reply, Error> {
-        self.link.check()?;
-        let started = Instant::now();
-        let no_answer = |waited| match self.link.check() {
-            Err(gone) => gone,
-            Ok(()) => Error::NoAnswer { rig: self.link.attachment.rig().into(), waited },
-        };
-        // All requests this client may have unanswered can be taken, by other threads: theirs will be answered soon.
-        let pending = loop {
-            match self.requests.send_copy(command) {
-                Ok(pending) => break pending,
-                Err(e) if started.elapsed() >= self.options.answer => {
-                    self.link.check()?;
-                    return Err(failed("command")(e));
-                }
-                Err(_) => std::thread::sleep(Duration::from_micros(500)),
-            }
-        };
-        let mut pause = Duration::from_micros(50);
-        let mut next_check = Duration::from_millis(20);
-        loop {
-            if let Ok(Some(reply)) = pending.receive()
-                && reply.sequence == command.sequence
-            {
-                return Ok(*reply);
-            }
-            let waited = started.elapsed();
-            if waited >= self.options.answer {
-                return Err(no_answer(waited));
-            }
-            if waited >= next_check {
-                self.link.check()?;
-                next_check = waited + Duration::from_millis(20);
-            }
-            std::thread::sleep(pause);
-            pause = (pause * 2).min(Duration::from_micros(500));
         }
     }
 
@@ -443,6 +336,7 @@ impl Client {
             Some(Outcome::Unsupported) => Reason::Unsupported,
             Some(Outcome::Busy) => Reason::Busy,
             Some(Outcome::Stopping) => Reason::Stopping,
+            Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.command_group() },
             None => Reason::Unknown(reply.outcome),
         })
     }
@@ -450,48 +344,6 @@ impl Client {
 
 fn age_of(snapshot: &Snapshot) -> Duration {
     Duration::from_nanos(crate::monotonic_ns().saturating_sub(snapshot.monotonic_ns))
-}
-
-/// Sleeps until the driver rings. Made by [`Client::waiter`].
-pub struct Waiter {
-    port: TickListener,
-    link: Arc<Link>,
-}
-
-impl Waiter {
-    pub(crate) fn new(link: &Arc<Link>) -> Result<Waiter, Error> {
-        let port = link.tick.listener_builder().create().map_err(failed("tick"))?;
-        Ok(Waiter { port, link: link.clone() })
-    }
-
-    /// Sleeps until something is new, up to `timeout`; false when nothing came.
-    ///
-    /// # Errors
-    /// [`Error::DriverGone`], [`Error::Service`].
-    pub fn wait(&mut self, timeout: Duration) -> Result<bool, Error> {
-        /// A dead driver does not ring: look after it now and then.
-        const SLICE: Duration = Duration::from_millis(100);
-        const SHORTEST: Duration = Duration::from_micros(10);
-        use iceoryx2::port::listener::ListenerWaitError;
-        let end = Instant::now() + timeout;
-        loop {
-            let left = end.saturating_duration_since(Instant::now());
-            // iceoryx2 hands the time to SO_RCVTIMEO in microseconds, where 0 means "for ever".
-            let woken = match left.min(SLICE) {
-                short if short < SHORTEST => self.port.try_wait(|_| {}),
-                slice => self.port.timed_wait(|_| {}, slice),
-            };
-            match woken {
-                Ok(n) if n > 0 => return Ok(true),
-                Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
-                Err(e) => return Err(failed("tick")(e)),
-            }
-            self.link.check()?;
-            if left.is_zero() {
-                return Ok(false);
-            }
-        }
-    }
 }
 
 /// One change of a channel's fault.

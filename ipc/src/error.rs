@@ -1,6 +1,6 @@
 //! What can go wrong between the driver and its clients, and what to do about it.
 
-use crate::{CommandKind, Fault};
+use crate::{CommandKind, Fault, Name};
 use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -86,6 +86,38 @@ pub enum Error {
         /// Why not.
         reason: String,
     },
+    /// The driver serves no more of something at once.
+    Full {
+        /// The rig's name.
+        rig: String,
+        /// Of what.
+        what: &'static str,
+        /// How many it serves.
+        most: u32,
+    },
+    /// The driver is another user's, and lets only others look.
+    NotAdmitted {
+        /// The rig's name.
+        rig: String,
+        /// Number of the driver's user.
+        user: u32,
+        /// Group whose members may command; empty = nobody's.
+        command_group: String,
+        /// Group whose members may look; empty = nobody's.
+        read_group: String,
+    },
+    /// The gate for other users cannot be opened, or could be anybody's.
+    Gate {
+        /// The folder or the door.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// There is no group of that name.
+    UnknownGroup {
+        /// The name as given.
+        name: String,
+    },
     /// Shared memory could not be set up or opened.
     Service {
         /// Which part.
@@ -144,6 +176,11 @@ pub enum Reason {
     Busy,
     /// The driver is stopping.
     Stopping,
+    /// Who asks may look but not command: that may members of this group (empty: the driver's own user alone).
+    NotPermitted {
+        /// The group.
+        group: Name,
+    },
     /// An answer this library does not know.
     Unknown(u32),
 }
@@ -183,8 +220,24 @@ impl Error {
             Error::RuntimeDir { .. } => {
                 "make it a folder of your own with mode 0700, or name another one in SINEW_RUNTIME_DIR".into()
             }
+            Error::Full { .. } => "end programs that are not needed any more, or try again in a moment".into(),
+            Error::NotAdmitted { command_group, read_group, .. } => {
+                match (command_group.as_str(), read_group.as_str()) {
+                    ("", "") => "name a read_group or command_group in [access] of its rig file".into(),
+                    (group, "") | ("", group) => join(group),
+                    (commanders, readers) => format!("{} (to look: {readers})", join(commanders)),
+                }
+            }
+            Error::Gate { .. } => {
+                "make its folder the driver's user's own with mode 0755 (docs/access.md tells how), or name \
+                                   another one in SINEW_GATE_DIR"
+                    .into()
+            }
+            Error::UnknownGroup { name } => {
+                format!("create it with `sudo groupadd {name}`, or mend [access] in the rig file")
+            }
             Error::Service { .. } => {
-                "check the space left in /dev/shm and the number of programs connected (128 at most)".into()
+                "check the space left in /dev/shm and the number of programs connected (256 at most)".into()
             }
         }
     }
@@ -193,6 +246,7 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Error::RigName { .. } | Error::Name { .. } | Error::Channels { .. } | Error::UnknownChannel { .. } => true,
+            Error::UnknownGroup { .. } => true,
             Error::Refused(refusal) => matches!(
                 refusal.reason,
                 Reason::UnknownChannel
@@ -235,6 +289,14 @@ impl Error {
                 format!("the driver for rig {rig:?} has not answered for {:.1} s", waited.as_secs_f64())
             }
             Error::RuntimeDir { path, reason } => format!("cannot use {}: {reason}", path.display()),
+            Error::Full { rig, what, most } => {
+                format!("the driver for rig {rig:?} serves {most} {what} at once, and all are taken")
+            }
+            Error::NotAdmitted { rig, user, .. } => {
+                format!("the driver for rig {rig:?} belongs to user {user}, and this user may neither look nor command")
+            }
+            Error::Gate { path, reason } => format!("cannot use {}: {reason}", path.display()),
+            Error::UnknownGroup { name } => format!("there is no group {name:?}"),
             Error::Service { what, reason } => format!("shared memory of {what}: {reason}"),
         }
     }
@@ -273,6 +335,12 @@ impl Refusal {
             Reason::Unsupported => format!("{channel} cannot do {name}"),
             Reason::Busy => format!("{channel}: the driver is busy with other commands"),
             Reason::Stopping => format!("{channel}: {}", Fault::Stopping.cause()),
+            Reason::NotPermitted { group } if *group == Name::EMPTY => {
+                format!("{channel}: commands are taken from the driver's own user alone")
+            }
+            Reason::NotPermitted { group } => {
+                format!("{channel}: commands are taken from members of group {group} alone")
+            }
             Reason::Unknown(code) => format!("{channel}: refused for a reason this program does not know ({code})"),
         }
     }
@@ -290,8 +358,17 @@ impl Refusal {
             Reason::Unsupported => "use length, stroke or duty".into(),
             Reason::Busy => "send it again, and less often".into(),
             Reason::Stopping => Fault::Stopping.remedy().into(),
+            Reason::NotPermitted { group } if group == Name::EMPTY => {
+                "name a command_group in [access] of the rig file".into()
+            }
+            Reason::NotPermitted { group } => join(group.as_str()),
         }
     }
+}
+
+/// How to become a member of a group.
+fn join(group: &str) -> String {
+    format!("ask to be added to group {group} (`sudo usermod -aG {group} $USER`), then log in again")
 }
 
 /// The known name closest to a mistyped one, if one is close.

@@ -6,6 +6,7 @@
 //! largest is kept exactly whatever its size.
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Bits of a value that choose the bin inside its octave.
 const SUB_BITS: u32 = 5;
@@ -15,7 +16,7 @@ const OVERFLOW_NS: u64 = 1 << 30;
 const BINS: usize = ((30 - SUB_BITS as usize) << SUB_BITS) + (1 << SUB_BITS);
 
 /// Counts of durations in ns, in fixed log-linear bins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct Histogram {
     count: u64,

@@ -11,12 +11,17 @@
 //! | `command` | request–response | [`Command`] and [`Reply`] | clients; answered by an ordinary thread ([`CommandServer`]) |
 //!
 //! Which driver runs, and where its services are, stands in its lock file: see [`RigLock`].
+//!
+//! All that is the driver's user's alone. Other users come in by the [`gate`], if the rig file opens one.
 #![deny(unsafe_code)]
 
 mod client;
 mod error;
 pub mod fault;
+pub mod gate;
 mod histogram;
+mod link;
+mod memory;
 mod messages;
 mod run;
 mod server;
@@ -24,10 +29,11 @@ mod service;
 mod stream;
 mod sys;
 
-pub use client::{Client, ClientOptions, DriverHealth, FaultChange, FaultWatch, Waiter};
+pub use client::{Client, ClientOptions, DriverHealth, FaultChange, FaultWatch};
 pub use error::{Error, Reason, Refusal};
 pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
 pub use histogram::Histogram;
+pub use link::Waiter;
 pub use messages::{
     ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, DriverState, HeldCycle,
     Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Reply, Snapshot,

@@ -5,6 +5,7 @@
 use crate::{Error, Fault, Histogram};
 use iceoryx2::prelude::ZeroCopySend;
 use std::fmt;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Version of these messages.
 pub const PROTOCOL: u32 = 2;
@@ -76,7 +77,7 @@ impl fmt::Display for Mode {
 }
 
 /// One channel in one cycle. What is not known is NaN.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct ChannelState {
     /// Measured wire length, m, one sample with its noise; NaN while it is not measured.
@@ -263,12 +264,8 @@ impl ChannelState {
     }
 
     /// The bytes of these, one after the other, as they lie in memory: what a recording holds.
-    #[allow(unsafe_code)]
     pub fn bytes_of(channels: &[ChannelState]) -> &[u8] {
-        const { assert!(size_of::<ChannelState>() == 18 * size_of::<f64>() + 6 * size_of::<u32>(), "there is no padding") };
-        // SAFETY: plain numbers without padding, so every byte is initialised; the length is that of the slice, and u8 has no
-        // alignment to keep.
-        unsafe { std::slice::from_raw_parts(channels.as_ptr().cast(), size_of_val(channels)) }
+        channels.as_bytes()
     }
 
     /// The latched fault, if any.
@@ -320,7 +317,7 @@ impl DriverState {
 }
 
 /// What holds for a whole cycle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct CycleHeader {
     /// Number of the cycle, from 1, consecutive over the cycles that ran: a gap in the stream is what the reader lost.
@@ -356,7 +353,7 @@ impl HeldCycle {
 }
 
 /// The latest state of everything: one consistent cycle.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct Snapshot {
     /// Number of the cycle, from 1; 0 before the first.
@@ -423,7 +420,7 @@ impl Default for Snapshot {
 const NAME_BYTES: usize = 64;
 
 /// A name of at most 64 bytes, UTF-8, padded with zeros.
-#[derive(Clone, Copy, PartialEq, Eq, ZeroCopySend)]
+#[derive(Clone, Copy, PartialEq, Eq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct Name {
     bytes: [u8; NAME_BYTES],
@@ -469,7 +466,7 @@ impl fmt::Debug for Name {
 }
 
 /// What does not change about a channel while the driver runs.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct ChannelInfo {
     /// Its name in the rig file.
@@ -525,7 +522,7 @@ impl ChannelInfo {
 }
 
 /// What does not change while the driver runs.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct Info {
     /// Version of the messages: [`PROTOCOL`] of the driver.
@@ -582,7 +579,7 @@ impl Info {
 }
 
 /// How the loop does: filled by the loop, published some times a second.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct LoopStats {
     /// How late the loop woke up, ns.
@@ -724,7 +721,7 @@ impl CommandKind {
 }
 
 /// One request of a client.
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct Command {
     /// Who asks: process id in the upper half, a count inside that process in the lower.
@@ -742,6 +739,12 @@ pub struct Command {
 }
 
 impl Command {
+    /// From bytes as a client may send them: any bits at all are a command, and what it means is judged at the driver's desk.
+    /// `None` where there are not as many as a command has.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Command> {
+        Command::read_from_bytes(bytes).ok()
+    }
+
     /// What is asked for, if this version knows it.
     pub fn kind(&self) -> Option<CommandKind> {
         CommandKind::from_code(self.kind)
@@ -776,6 +779,8 @@ pub enum Outcome {
     Busy = 10,
     /// The driver is stopping.
     Stopping = 11,
+    /// Who asks may look but not command.
+    NotPermitted = 12,
 }
 
 impl Outcome {
@@ -799,13 +804,14 @@ impl Outcome {
             9 => Outcome::Unsupported,
             10 => Outcome::Busy,
             11 => Outcome::Stopping,
+            12 => Outcome::NotPermitted,
             _ => return None,
         })
     }
 }
 
 /// The driver's answer to a [`Command`].
-#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct Reply {
     /// Number of the request this answers.
@@ -861,7 +867,7 @@ impl Reply {
 }
 
 /// Header of one batch of the stream; its payload is the channels of each cycle, one cycle after the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
 pub struct BatchHeader {
     /// Cycles in this batch.
@@ -916,7 +922,7 @@ mod tests {
         }
         assert_eq!((0..64).filter(|c| Mode::from_code(*c).is_some()).count(), 7);
         assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);
-        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 12);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 13);
     }
 
     #[test]

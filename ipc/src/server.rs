@@ -3,13 +3,14 @@
 //! [`Server::create`] makes all of it; [`Server::split`] hands the parts to the threads that use them. The rig's name is
 //! released when the last part is dropped.
 
+use crate::gate::{self, Access, Board, Door, Porter};
 use crate::service::{
-    ActiveRequest, BatchPublisher, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
-    MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, TickNotifier, failed, name, node,
+    ActiveRequest, BatchPublisher, Entry, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
+    MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, StateReader, TickNotifier, failed, name, node,
 };
 use crate::{
-    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, PROTOCOL, Reply, RigLock,
-    Snapshot,
+    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, Outcome, PROTOCOL, Reply,
+    RigLock, Snapshot,
 };
 use iceoryx2::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -17,6 +18,8 @@ use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
+/// How often the loop's figures are put on the board of the gate.
+const STATS_PERIOD: Duration = Duration::from_millis(100);
 /// How often nodes of dead clients are looked for.
 const CLEANUP_PERIOD: Duration = Duration::from_secs(1);
 /// Commands answered in one call, so that a flood of them cannot keep the thread from its other work.
@@ -64,6 +67,20 @@ impl Server {
         Ok(server)
     }
 
+    /// Opens the gate for other users: who may do what, and the rig file's text for them to read.
+    ///
+    /// # Errors
+    /// [`Error::Gate`] when there is no place for its door, or no memory for its board.
+    pub fn open_gate(&mut self, info: &Info, access: &Access, rig_text: &str) -> Result<(), Error> {
+        let board = Board::new(info, rig_text)
+            .map_err(|e| Error::Gate { path: gate::gate_dir(), reason: format!("no memory for its board: {e}") })?;
+        let rig = self.commands.run._lock.rig();
+        let porter = Porter::new(Door::open(rig)?, access, board.glass())?;
+        self.cycles.display = Some(Display::new(board, &self.commands.run)?);
+        self.commands.porter = Some(porter);
+        Ok(())
+    }
+
     /// The parts, for the threads that use them.
     pub fn split(self) -> (StateWriter, CyclePublisher, CommandServer) {
         (self.state, self.cycles, self.commands)
@@ -88,7 +105,7 @@ impl StateWriter {
             .node
             .service_builder(&name(WHAT)?)
             .blackboard_creator::<u64>()
-            .max_readers(MAX_CLIENTS)
+            .max_readers(MAX_CLIENTS + 1)
             .max_nodes(MAX_CLIENTS + 1)
             .add::<Info>(KEY_INFO, *info)
             .add::<Snapshot>(KEY_SNAPSHOT, first)
@@ -147,7 +164,37 @@ pub struct CyclePublisher {
     channels: usize,
     cycles_per_batch: usize,
     unsent: u64,
+    display: Option<Display>,
     _run: Arc<Run>,
+}
+
+/// Keeps the board of the gate in step with the blackboard.
+struct Display {
+    board: Board,
+    snapshot: Entry<Snapshot>,
+    stats: Entry<LoopStats>,
+    /// When the figures are to be copied the next time: they are large, and change some times a second.
+    stats_due: Instant,
+    _reader: StateReader,
+}
+
+impl Display {
+    fn new(board: Board, run: &Run) -> Result<Display, Error> {
+        const WHAT: &str = "state";
+        let service = run.node.service_builder(&name(WHAT)?).blackboard_opener::<u64>().open().map_err(failed(WHAT))?;
+        let reader = service.reader_builder().create().map_err(failed(WHAT))?;
+        let snapshot = reader.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed(WHAT))?;
+        let stats = reader.entry::<LoopStats>(&KEY_STATS).map_err(failed(WHAT))?;
+        Ok(Display { board, snapshot, stats, stats_due: Instant::now(), _reader: reader })
+    }
+
+    fn show(&mut self, now: Instant) {
+        self.board.show(&self.snapshot.get());
+        if now >= self.stats_due {
+            self.board.show_stats(&self.stats.get());
+            self.stats_due = now + STATS_PERIOD;
+        }
+    }
 }
 
 impl CyclePublisher {
@@ -211,6 +258,7 @@ impl CyclePublisher {
             channels,
             cycles_per_batch,
             unsent: 0,
+            display: None,
             _run: run.clone(),
         })
     }
@@ -221,6 +269,9 @@ impl CyclePublisher {
         let n = channels.len().min(self.channels);
         self.states.extend_from_slice(&channels[..n]);
         self.states.resize(self.states.len() + self.channels - n, ChannelState::UNKNOWN);
+        if let Some(display) = &mut self.display {
+            display.board.push(header, &self.states[self.states.len() - self.channels..]);
+        }
         self.batch.cycle[self.batch.cycles as usize] = header;
         self.batch.cycles += 1;
         if self.batch.cycles as usize >= self.cycles_per_batch {
@@ -252,8 +303,18 @@ impl CyclePublisher {
         self.states.clear();
     }
 
+    /// Puts the latest state on the board of the gate, where there is one. Each time there is something new.
+    pub fn show(&mut self) {
+        if let Some(display) = &mut self.display {
+            display.show(Instant::now());
+        }
+    }
+
     /// Wakes the clients that sleep until something is new. 12–18 µs for each of them.
     pub fn ring(&mut self) {
+        if let Some(display) = &self.display {
+            display.board.ring();
+        }
         // A sleeper whose queue of wake-ups is full wakes anyway; one that has died is dropped by iceoryx2.
         let _ = self.tick.notify();
     }
@@ -272,6 +333,10 @@ impl CyclePublisher {
 impl Drop for CyclePublisher {
     fn drop(&mut self) {
         self.flush();
+        if let Some(display) = &mut self.display {
+            display.stats_due = Instant::now();
+        }
+        self.show();
         self.ring();
     }
 }
@@ -296,6 +361,7 @@ fn slots(rate_hz: f64, channels: usize, memory: usize) -> Option<usize> {
 /// Receives commands and sends replies. For an ordinary thread, which calls it some hundred times a second.
 pub struct CommandServer {
     port: Replies,
+    porter: Option<Porter>,
     next_cleanup: Instant,
     run: Arc<Run>,
 }
@@ -321,14 +387,17 @@ impl CommandServer {
             .server_builder()
             .create()
             .map_err(failed(WHAT))?;
-        Ok(CommandServer { port, next_cleanup: Instant::now() + CLEANUP_PERIOD, run: run.clone() })
+        Ok(CommandServer { port, porter: None, next_cleanup: Instant::now() + CLEANUP_PERIOD, run: run.clone() })
     }
 
-    /// The next command that waits, if any.
+    /// The next command that waits, if any: the own user's first, then those that come through the gate.
     pub fn receive(&mut self) -> Option<Request> {
         // A client that died while it was connecting may leave a connection that cannot be opened: its trouble only.
-        let request = self.port.receive().ok().flatten()?;
-        Some(Request { command: *request.payload(), request })
+        if let Ok(Some(request)) = self.port.receive() {
+            return Some(Request { command: *request.payload(), way: Way::Memory(Box::new(request)) });
+        }
+        let (command, answer) = self.porter.as_mut()?.receive()?;
+        Some(Request { command, way: Way::Gate(answer) })
     }
 
     /// Answers every command that waits by `decide`, and now and then clears away what dead clients have left. Returns how many
@@ -338,7 +407,10 @@ impl CommandServer {
         while answered < REQUESTS_PER_CALL
             && let Some(request) = self.receive()
         {
-            let reply = decide(request.command());
+            let reply = match request.may_command() {
+                true => decide(request.command()),
+                false => Reply::refused(request.command(), Outcome::NotPermitted),
+            };
             request.reply(reply);
             answered += 1;
         }
@@ -361,7 +433,13 @@ impl CommandServer {
 /// One command, waiting for its answer. Dropping it without one lets its client wait until its patience ends.
 pub struct Request {
     command: Command,
-    request: ActiveRequest,
+    way: Way,
+}
+
+/// The way its answer goes.
+enum Way {
+    Memory(Box<ActiveRequest>),
+    Gate(gate::Answer),
 }
 
 impl Request {
@@ -370,10 +448,21 @@ impl Request {
         &self.command
     }
 
+    /// Whether whoever asks may command at all; else the answer is [`Outcome::NotPermitted`].
+    pub fn may_command(&self) -> bool {
+        match &self.way {
+            Way::Memory(_) => true,
+            Way::Gate(answer) => answer.may_command(),
+        }
+    }
+
     /// Answers it. A client that has gone meanwhile is nobody's loss.
     pub fn reply(self, mut reply: Reply) {
         reply.sequence = self.command.sequence;
-        let _ = self.request.send_copy(reply);
+        match self.way {
+            Way::Memory(request) => drop(request.send_copy(reply)),
+            Way::Gate(answer) => answer.bring(&reply),
+        }
     }
 }
 

@@ -40,7 +40,7 @@ pub(crate) const KEY_SNAPSHOT: u64 = 1;
 pub(crate) const KEY_STATS: u64 = 2;
 
 /// Programs that may be connected at once.
-pub(crate) const MAX_CLIENTS: usize = 128;
+pub(crate) const MAX_CLIENTS: usize = 256;
 /// Streams that may be read at once.
 pub(crate) const MAX_STREAMS: usize = 64;
 /// Commands one client may have unanswered.

@@ -1,6 +1,7 @@
 //! Every cycle in order, with an exact count of those this reader has lost.
 
-use crate::client::{Link, Waiter};
+use crate::gate::Visit;
+use crate::link::{Link, Waiter};
 use crate::service::{Batch, BatchSubscriber, failed};
 use crate::{ChannelState, CycleHeader, Error};
 use std::sync::Arc;
@@ -22,11 +23,8 @@ pub struct Cycle<'a> {
 /// It buffers about two seconds (less for large and fast rigs: 1.4 s at 64 channels and 5 kHz); a reader that falls behind further loses the oldest
 /// cycles and is told how many.
 pub struct CycleStream {
-    batch: Option<Batch>,
-    port: BatchSubscriber,
+    source: Source,
     waiter: Option<Waiter>,
-    /// Next cycle of `batch`.
-    index: usize,
     /// The latest cycle when the stream was opened: what came before is not its business, though a batch may bring it.
     opened_after: u64,
     /// Number the next cycle should have; 0 before the first.
@@ -36,20 +34,26 @@ pub struct CycleStream {
     link: Arc<Link>,
 }
 
+/// Where the cycles come from.
+enum Source {
+    /// Batches in shared memory, of which one may be held at a time.
+    Memory { port: Box<BatchSubscriber>, batch: Option<Batch>, index: usize },
+    /// The ring on the board of a gate, from which each cycle is copied.
+    Gate { next: u64, copied: bool, header: CycleHeader, channels: Vec<ChannelState> },
+}
+
 impl CycleStream {
     pub(crate) fn new(link: &Arc<Link>, opened_after: u64) -> Result<CycleStream, Error> {
-        let port = link.cycles.subscriber_builder().create().map_err(failed("cycles"))?;
-        Ok(CycleStream {
-            batch: None,
-            port,
-            waiter: None,
-            index: 0,
-            opened_after,
-            expected: 0,
-            received: 0,
-            lost: 0,
-            link: link.clone(),
-        })
+        let source = match &**link {
+            Link::Memory(memory) => Source::Memory { port: Box::new(memory.batches()?), batch: None, index: 0 },
+            Link::Gate(visit) => Source::Gate {
+                next: visit.board.head(),
+                copied: false,
+                header: CycleHeader::default(),
+                channels: vec![ChannelState::UNKNOWN; visit.board.channels()],
+            },
+        };
+        Ok(CycleStream { source, waiter: None, opened_after, expected: 0, received: 0, lost: 0, link: link.clone() })
     }
 
     /// The next cycle, if one is there; never waits.
@@ -59,23 +63,15 @@ impl CycleStream {
     // Not an iterator: a cycle lies in shared memory and must be let go before the next.
     #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Result<Option<Cycle<'_>>, Error> {
-        if !self.take_batch()? {
+        if !self.is_there()? {
             return Ok(None);
         }
-        let Some(batch) = &self.batch else { return Ok(None) };
-        let header = batch.user_header();
-        let channels = header.channels as usize;
-        let i = self.index;
-        let (Some(cycle), Some(states)) = (header.cycle.get(i), batch.payload().get(i * channels..(i + 1) * channels))
-        else {
-            return Ok(None);
-        };
-        let lost = if self.expected == 0 { 0 } else { cycle.cycle.saturating_sub(self.expected) };
-        self.index += 1;
-        self.expected = cycle.cycle + 1;
+        let Some((header, channels)) = self.source.take() else { return Ok(None) };
+        let lost = if self.expected == 0 { 0 } else { header.cycle.saturating_sub(self.expected) };
+        self.expected = header.cycle + 1;
         self.received += 1;
         self.lost += lost;
-        Ok(Some(Cycle { header: cycle, channels: states, lost }))
+        Ok(Some(Cycle { header, channels, lost }))
     }
 
     /// The next cycle, waiting for it up to `timeout`; `None` when none came in time.
@@ -84,7 +80,7 @@ impl CycleStream {
     /// As [`CycleStream::next`].
     pub fn next_within(&mut self, timeout: Duration) -> Result<Option<Cycle<'_>>, Error> {
         let end = Instant::now() + timeout;
-        while !self.take_batch()? {
+        while !self.is_there()? {
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Ok(None);
@@ -98,25 +94,22 @@ impl CycleStream {
         self.next()
     }
 
-    /// Sees to it that `index` points to the next cycle of a batch; false when none is there yet.
-    fn take_batch(&mut self) -> Result<bool, Error> {
+    /// Sees to it that the source has the next cycle ready; false when none is there yet.
+    fn is_there(&mut self) -> Result<bool, Error> {
         loop {
-            if let Some(batch) = &self.batch {
-                let header = batch.user_header();
-                while self.index < cycles_in(batch) && header.cycle[self.index].cycle <= self.opened_after {
-                    self.index += 1;
-                }
-                if self.index < cycles_in(batch) {
+            while let Some(cycle) = self.source.ready() {
+                if cycle > self.opened_after {
                     return Ok(true);
                 }
+                self.source.take();
             }
-            // Let go of the old batch first: only one may be held.
-            self.batch = None;
-            self.index = 0;
             // Asked before looking, so that what is sent between the two is not lost.
             let alive = self.link.check();
-            self.batch = self.port.receive().map_err(failed("cycles"))?;
-            if self.batch.is_none() {
+            let found = match &*self.link {
+                Link::Memory(_) => self.source.receive()?,
+                Link::Gate(visit) => self.source.copy(visit),
+            };
+            if !found {
                 return alive.map(|()| false);
             }
         }
@@ -130,6 +123,56 @@ impl CycleStream {
     /// Cycles lost since the first one received: exactly those the driver ran and this reader did not get.
     pub fn lost(&self) -> u64 {
         self.lost
+    }
+}
+
+impl Source {
+    /// Number of the cycle that is ready, if one is.
+    fn ready(&self) -> Option<u64> {
+        match self {
+            Source::Memory { batch, index, .. } => {
+                let batch = batch.as_ref()?;
+                (*index < cycles_in(batch)).then(|| batch.user_header().cycle[*index].cycle)
+            }
+            Source::Gate { copied, header, .. } => copied.then_some(header.cycle),
+        }
+    }
+
+    /// Gives it away.
+    fn take(&mut self) -> Option<(&CycleHeader, &[ChannelState])> {
+        match self {
+            Source::Memory { batch, index, .. } => {
+                let header = batch.as_ref()?.user_header();
+                let (i, channels) = (*index, header.channels as usize);
+                *index += 1;
+                // What a foreign writer may have put there leads nowhere.
+                let states = i.checked_mul(channels).zip((i + 1).checked_mul(channels));
+                let states = states.and_then(|(from, to)| batch.as_ref()?.payload().get(from..to));
+                Some((header.cycle.get(i)?, states?))
+            }
+            Source::Gate { copied, header, channels, .. } => {
+                std::mem::take(copied).then_some((&*header, channels.as_slice()))
+            }
+        }
+    }
+
+    /// Fetches the next batch; false when none has come.
+    fn receive(&mut self) -> Result<bool, Error> {
+        let Source::Memory { port, batch, index } = self else { return Ok(false) };
+        // Let go of the old batch first: only one may be held.
+        *batch = None;
+        *index = 0;
+        *batch = port.receive().map_err(failed("cycles"))?;
+        Ok(batch.is_some())
+    }
+
+    /// Copies the next cycle off the board; false when it has not come.
+    fn copy(&mut self, visit: &Visit) -> bool {
+        let Source::Gate { next, copied, header, channels } = self else { return false };
+        let found = visit.board.cycle(*next, header, channels);
+        *next = found.map_or(*next, |index| index + 1);
+        *copied = found.is_some();
+        *copied
     }
 }
 

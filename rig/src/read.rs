@@ -10,7 +10,7 @@ use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
 use crate::schema::{
-    self, BACKEND, BACKEND_SERIAL, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION, Section,
+    self, ACCESS, BACKEND, BACKEND_SERIAL, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION, Section,
     UNREAD_MACHINE, Value, local,
 };
 use crate::suggest::nearest;
@@ -112,7 +112,8 @@ impl Reader<'_> {
     }
 
     fn root(&mut self, root: &Table) -> Option<Rig> {
-        const TABLES: [&str; 7] = ["rig", "channel", "joint", "recording", "backend", "simulation", "machine"];
+        const TABLES: [&str; 8] =
+            ["rig", "access", "channel", "joint", "recording", "backend", "simulation", "machine"];
         for (name, node) in root {
             if !TABLES.contains(&name.as_str()) {
                 let hint = unknown_hint(name, "", TABLES);
@@ -124,6 +125,7 @@ impl Reader<'_> {
             rate_hz: f64::NAN,
             ambient_c: f64::NAN,
             realtime: Realtime { mode: RealtimeMode::Try, priority: 0, cpu: None },
+            access: Access::default(),
             channels: Vec::new(),
             joints: Vec::new(),
             columns: ColumnMap::new(),
@@ -134,6 +136,7 @@ impl Reader<'_> {
         };
         let given = self.section(&RIG, root.get("rig"), &[], None, 1, &mut rig);
         self.rig_checks(&rig, &given);
+        self.section(&ACCESS, root.get("access"), &[], None, 1, &mut rig);
         let backend = root.get("backend");
         self.section(&BACKEND, backend, &["serial"], None, 1, &mut rig);
         let header = backend.map_or(1, |node| node.line);

@@ -468,6 +468,44 @@ pub(crate) static JOINT: Section<Joint> = Section {
     ],
 };
 
+macro_rules! group {
+    ($name:literal, $field:ident, $default:literal, $about:literal) => {
+        Key {
+            name: $name,
+            kind: Kind::Name { longest: MAX_GROUP_NAME },
+            default: Default::Computed($default),
+            about: $about,
+            get: |r| r.access.$field.clone().map(Value::Text),
+            set: |r, value| {
+                if let Value::Text(name) = value {
+                    r.access.$field = Some(name);
+                }
+            },
+        }
+    };
+}
+
+/// Keys of `[access]`.
+pub(crate) static ACCESS: Section<Rig> = Section {
+    table: "access",
+    about: "Which users besides the driver's own may look and command: see [access.md](access.md).",
+    optional: false,
+    keys: &[
+        group!(
+            "command_group",
+            command_group,
+            "nobody's",
+            "Unix group whose members may command and look: its name or number"
+        ),
+        group!(
+            "read_group",
+            read_group,
+            "those of `command_group`",
+            "Unix group whose members may look, or `everyone`"
+        ),
+    ],
+};
+
 /// Keys of `[simulation]`; its faults are read apart.
 pub(crate) static SIMULATION: Section<Rig> = Section {
     table: "simulation",
@@ -558,7 +596,7 @@ pub(crate) static BACKEND_SERIAL: Section<Rig> = Section {
 };
 
 /// The plain tables of the rig as a whole, but for `[rig]` itself.
-pub(crate) static OF_RIG: [&Section<Rig>; 4] = [&BACKEND, &BACKEND_SERIAL, &SIMULATION, &MACHINE];
+pub(crate) static OF_RIG: [&Section<Rig>; 5] = [&ACCESS, &BACKEND, &BACKEND_SERIAL, &SIMULATION, &MACHINE];
 
 /// Keys of `[machine]`.
 pub(crate) static MACHINE: Section<Rig> = Section {

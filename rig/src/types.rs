@@ -14,6 +14,8 @@ pub const MAX_CHANNEL_NAME: usize = 32;
 pub const MAX_RIG_NAME: usize = 48;
 /// Longest name of a device or file in a rig file, in bytes.
 pub const MAX_PATH: usize = 255;
+/// Longest name of a Unix group, in bytes.
+pub const MAX_GROUP_NAME: usize = 32;
 /// Slowest rate the driver runs a rig at, in Hz.
 pub const MIN_DRIVEN_RATE_HZ: f64 = 10.0;
 /// Fastest rate the driver runs a rig at, in Hz.
@@ -34,6 +36,8 @@ pub struct Rig {
     pub ambient_c: f64,
     /// How hard the driver tries for real time.
     pub realtime: Realtime,
+    /// Which other users may look and command.
+    pub access: Access,
     /// The wires, in the order of the file; at most [`MAX_CHANNELS`].
     pub channels: Vec<Channel>,
     /// The joints that pairs of channels turn, in the order of the file.
@@ -57,6 +61,7 @@ impl PartialEq for Rig {
             rate_hz,
             ambient_c,
             realtime,
+            access,
             channels,
             joints,
             columns,
@@ -69,6 +74,7 @@ impl PartialEq for Rig {
             && *rate_hz == other.rate_hz
             && *ambient_c == other.ambient_c
             && *realtime == other.realtime
+            && *access == other.access
             && *channels == other.channels
             && *joints == other.joints
             && *columns == other.columns
@@ -94,6 +100,25 @@ pub struct Realtime {
     pub priority: u32,
     /// Core the loop is pinned to; `None` = the driver chooses.
     pub cpu: Option<u32>,
+}
+
+/// Which users besides the driver's own may do what.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Access {
+    /// Group whose members may command; `None` = nobody's.
+    pub command_group: Option<String>,
+    /// Group whose members may look, or [`Access::EVERYONE`]; `None` = those who may command.
+    pub read_group: Option<String>,
+}
+
+impl Access {
+    /// The word that lets every user look.
+    pub const EVERYONE: &str = "everyone";
+
+    /// Whether any other user may do anything.
+    pub fn is_open(&self) -> bool {
+        self.command_group.is_some() || self.read_group.is_some()
+    }
 }
 
 /// What a refusal of real-time scheduling by the system means.

@@ -1,0 +1,37 @@
+//! How other users reach a driver: a door with a porter, and a board behind glass.
+//!
+//! What iceoryx2 keeps is the driver's user's alone (mode 0600), because whoever may map it may also write to it. Others
+//! come by the gate, which exists only where the rig file has `[access]`:
+//!
+//! - the **door** is a Unix socket `RIG.sock` in the gate's folder ([`gate_dir`]). The kernel says who knocks (user, groups); the
+//!   [`Access`] of the rig decides what he may do;
+//! - the **board** is shared memory with the latest state and the last two seconds of cycles. It is sealed before it is handed
+//!   out: the kernel refuses every way of writing to it but the driver's own mapping;
+//! - **commands** travel over the socket, each a message of fixed size, and are judged at the same desk as everybody's.
+//!
+//! A visitor costs the driver one descriptor and one entry of a `poll`. There is no thread for him, nothing waits for him, and
+//! who sends rubbish or does not read his answers is shown out.
+//!
+//! The loop knows nothing of this: the board is written by the publisher's thread, the porter stands at the desk's.
+
+mod access;
+mod board;
+mod messages;
+mod pages;
+mod peer;
+mod place;
+mod porter;
+mod visit;
+
+pub use access::{Access, Readers};
+pub use place::gate_dir;
+
+pub(crate) use board::{Board, Follower};
+pub(crate) use place::{Door, open_doors};
+pub(crate) use porter::{Answer, Porter};
+pub(crate) use visit::Visit;
+
+/// Visitors at once, of all users.
+pub(crate) const MAX_VISITORS: usize = 384;
+/// Visitors at once of one user, so that nobody can keep the others out.
+pub(crate) const MAX_VISITORS_OF_A_USER: usize = 256;

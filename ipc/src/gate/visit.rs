@@ -1,0 +1,203 @@
+//! The visitor's side: a client of another user's driver.
+
+use super::board::Follower;
+use super::messages::{ASK, Ask, Verdict, WELCOME, Welcome};
+use super::place::{self, Found};
+use crate::{Command, DriverState, Error, Info, Name, PROTOCOL, Reply, monotonic_ns};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::net::{RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendFlags, recv, recvmsg, send};
+use std::io::IoSliceMut;
+use std::mem::MaybeUninit;
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use zerocopy::{FromBytes, FromZeros, IntoBytes};
+
+/// Answers that may wait for threads which have not looked yet; older ones are nobody's any more.
+const KEPT_ANSWERS: usize = 64;
+
+/// A connection through the gate.
+pub(crate) struct Visit {
+    socket: OwnedFd,
+    /// The driver's board.
+    pub board: Follower,
+    rig: String,
+    /// Process id of the driver.
+    pub pid: u32,
+    command_group: Name,
+    /// Answers read by one thread for another.
+    answers: Mutex<Vec<Reply>>,
+}
+
+impl Visit {
+    /// Knocks at a rig's door; `None` when nobody is there. Waits to be let in up to `patience`.
+    ///
+    /// # Errors
+    /// [`Error::Gate`], [`Error::NotAdmitted`], [`Error::Full`], [`Error::Protocol`], [`Error::NoAnswer`].
+    pub fn find(rig: &str, patience: Duration) -> Result<Option<Visit>, Error> {
+        Visit::find_in(&place::gate_dir(), rig, patience)
+    }
+
+    pub(super) fn find_in(dir: &Path, rig: &str, patience: Duration) -> Result<Option<Visit>, Error> {
+        let started = Instant::now();
+        loop {
+            match place::find(dir, rig)? {
+                Found::Nobody => return Ok(None),
+                Found::Driver(socket, driver) => {
+                    let left = patience.saturating_sub(started.elapsed());
+                    let Some((welcome, board)) = greeting(&socket, rig, left)? else {
+                        // It ended this instant, or whoever it is does not want to speak.
+                        if started.elapsed() < patience {
+                            std::thread::sleep(Duration::from_millis(2));
+                            continue;
+                        }
+                        return Ok(None);
+                    };
+                    return Visit::of(rig, socket, driver.user, &welcome, board).map(Some);
+                }
+                Found::Busy if started.elapsed() < patience => std::thread::sleep(Duration::from_millis(2)),
+                Found::Busy => return Err(Error::NoAnswer { rig: rig.into(), waited: started.elapsed() }),
+            }
+        }
+    }
+
+    fn of(rig: &str, socket: OwnedFd, user: u32, welcome: &Welcome, board: Option<OwnedFd>) -> Result<Visit, Error> {
+        if welcome.protocol != PROTOCOL {
+            return Err(Error::Protocol { rig: rig.into(), found: welcome.protocol, expected: PROTOCOL });
+        }
+        let wrong = |reason: String| Error::Gate { path: PathBuf::from(format!("the gate of rig {rig:?}")), reason };
+        match Verdict::from_code(welcome.verdict) {
+            Some(Verdict::Commander | Verdict::Reader) => {}
+            Some(Verdict::Full) => {
+                return Err(Error::Full { rig: rig.into(), what: "clients through its gate", most: welcome.most });
+            }
+            _ => {
+                return Err(Error::NotAdmitted {
+                    rig: rig.into(),
+                    user,
+                    command_group: welcome.command_group.to_string(),
+                    read_group: welcome.read_group.to_string(),
+                });
+            }
+        }
+        let board = board.ok_or_else(|| wrong("it handed no memory over".into()))?;
+        Ok(Visit {
+            socket,
+            board: Follower::new(board).map_err(|e| wrong(e.to_string()))?,
+            rig: rig.into(),
+            pid: welcome.pid,
+            command_group: welcome.command_group,
+            answers: Mutex::new(Vec::new()),
+        })
+    }
+
+    /// The group whose members may command.
+    pub fn command_group(&self) -> Name {
+        self.command_group
+    }
+
+    pub fn info(&self) -> Info {
+        self.board.info()
+    }
+
+    /// Whether the driver's end of the socket is open: the kernel closes it however the driver ends.
+    pub fn driver_lives(&self) -> bool {
+        let mut watched = [PollFd::new(&self.socket, PollFlags::IN)];
+        match poll(&mut watched, Some(&Timespec::default())) {
+            Ok(_) => !watched[0].revents().intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL),
+            Err(e) => e == Errno::INTR,
+        }
+    }
+
+    /// An error when the driver is gone.
+    pub fn check(&self) -> Result<(), Error> {
+        if self.driver_lives() {
+            return Ok(());
+        }
+        let stopped = self.board.latest().state() == DriverState::Stopped;
+        Err(Error::DriverGone { rig: self.rig.clone(), pid: self.pid, stopped })
+    }
+
+    /// Sends a command and waits for its reply.
+    pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, Error> {
+        self.check()?;
+        let started = Instant::now();
+        let until_ns = monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX));
+        let ask = Ask { magic: ASK, until_ns, command };
+        let no_answer = || Error::NoAnswer { rig: self.rig.clone(), waited: started.elapsed() };
+        loop {
+            match send(&self.socket, ask.as_bytes(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+                Ok(_) => break,
+                Err(Errno::AGAIN | Errno::INTR) if started.elapsed() < patience => {
+                    std::thread::sleep(Duration::from_micros(500));
+                }
+                Err(Errno::AGAIN) => return Err(no_answer()),
+                Err(e) => {
+                    self.check()?;
+                    return Err(Error::Service { what: "command", reason: e.to_string() });
+                }
+            }
+        }
+        let mut pause = Duration::from_micros(50);
+        loop {
+            if let Some(reply) = self.answer(command.sequence) {
+                return Ok(reply);
+            }
+            self.check()?;
+            if started.elapsed() >= patience {
+                return Err(no_answer());
+            }
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_micros(500));
+        }
+    }
+
+    /// The answer to the request of this number, if it has come. What has come for other threads is kept for them.
+    fn answer(&self, sequence: u64) -> Option<Reply> {
+        let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut reply = Reply::new_zeroed();
+        while let Ok((_, length)) = recv(&self.socket, reply.as_mut_bytes(), RecvFlags::DONTWAIT) {
+            if length != size_of::<Reply>() {
+                break;
+            }
+            answers.push(reply);
+        }
+        let found = answers.iter().position(|reply| reply.sequence == sequence).map(|at| answers.remove(at));
+        let excess = answers.len().saturating_sub(KEPT_ANSWERS);
+        answers.drain(..excess);
+        found
+    }
+}
+
+/// The driver's first words, and the board; `None` when it has hung up without any.
+fn greeting(socket: &OwnedFd, rig: &str, patience: Duration) -> Result<Option<(Welcome, Option<OwnedFd>)>, Error> {
+    let started = Instant::now();
+    loop {
+        let mut bytes = [0; size_of::<Welcome>()];
+        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+        let mut beside = RecvAncillaryBuffer::new(&mut space);
+        let flags = RecvFlags::DONTWAIT | RecvFlags::CMSG_CLOEXEC;
+        match recvmsg(socket, &mut [IoSliceMut::new(&mut bytes)], &mut beside, flags) {
+            Ok(message) if message.bytes == bytes.len() => {
+                let board = beside.drain().find_map(|message| match message {
+                    RecvAncillaryMessage::ScmRights(mut descriptors) => descriptors.next(),
+                    _ => None,
+                });
+                let welcome = Welcome::read_from_bytes(&bytes).ok().filter(|welcome| welcome.magic == WELCOME);
+                return Ok(welcome.map(|welcome| (welcome, board)));
+            }
+            Ok(_) => return Ok(None),
+            Err(Errno::AGAIN | Errno::INTR) => {
+                let left = patience.saturating_sub(started.elapsed());
+                if left.is_zero() {
+                    return Err(Error::NoAnswer { rig: rig.into(), waited: started.elapsed() });
+                }
+                let left = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+                let _ = poll(&mut [PollFd::new(socket, PollFlags::IN)], Some(&left));
+            }
+            Err(_) => return Ok(None),
+        }
+    }
+}

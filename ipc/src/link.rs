@@ -1,0 +1,160 @@
+//! A connection to a driver, whichever way: what is common to a client, its streams and its waiters.
+
+use crate::gate::{Follower, Visit};
+use crate::memory::{self, Memory};
+use crate::run::Attachment;
+use crate::service::TickListener;
+use crate::{Command, Error, Info, LoopStats, Name, PROTOCOL, Reply, Snapshot};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The two ways to a driver.
+pub(crate) enum Link {
+    /// The own user's.
+    Memory(Box<Memory>),
+    /// Another user's.
+    Gate(Box<Visit>),
+}
+
+impl Link {
+    /// Finds a rig's driver: the own user's first, then at the gate.
+    pub fn find(rig: &str, patience: Duration) -> Result<(Link, Info), Error> {
+        let own = own(rig, patience);
+        // A driver of one's own that is starting or ailing is not passed over for somebody else's.
+        let Err(none @ (Error::NotRunning { .. } | Error::RuntimeDir { .. })) = own else { return own };
+        let Some(visit) = Visit::find(rig, patience)? else { return Err(none) };
+        let info = visit.info();
+        if info.protocol != PROTOCOL {
+            return Err(Error::Protocol { rig: rig.into(), found: info.protocol, expected: PROTOCOL });
+        }
+        Ok((Link::Gate(Box::new(visit)), info))
+    }
+
+    pub fn driver_lives(&self) -> bool {
+        match self {
+            Link::Memory(memory) => memory.driver_lives(),
+            Link::Gate(visit) => visit.driver_lives(),
+        }
+    }
+
+    /// An error when the driver is gone.
+    pub fn check(&self) -> Result<(), Error> {
+        match self {
+            Link::Memory(memory) => memory.check(),
+            Link::Gate(visit) => visit.check(),
+        }
+    }
+
+    pub fn with_latest<T>(&self, look: impl FnOnce(&Snapshot) -> T) -> T {
+        match self {
+            Link::Memory(memory) => memory.with_latest(look),
+            Link::Gate(visit) => look(&visit.board.latest()),
+        }
+    }
+
+    pub fn stats(&self) -> LoopStats {
+        match self {
+            Link::Memory(memory) => memory.stats(),
+            Link::Gate(visit) => visit.board.stats(),
+        }
+    }
+
+    pub fn rig_text(&self) -> Result<Option<String>, Error> {
+        match self {
+            Link::Memory(memory) => memory.rig_text(),
+            Link::Gate(visit) => Ok(visit.board.text()),
+        }
+    }
+
+    /// Sends a command and waits for its reply.
+    pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, Error> {
+        match self {
+            Link::Memory(memory) => memory.ask(command, patience),
+            Link::Gate(visit) => visit.ask(command, patience),
+        }
+    }
+
+    /// The group whose members may command this driver from other accounts; empty where that does not matter.
+    pub fn command_group(&self) -> Name {
+        match self {
+            Link::Memory(_) => Name::EMPTY,
+            Link::Gate(visit) => visit.command_group(),
+        }
+    }
+
+    /// Whether the driver is another user's.
+    pub fn is_foreign(&self) -> bool {
+        matches!(self, Link::Gate(_))
+    }
+}
+
+fn own(rig: &str, patience: Duration) -> Result<(Link, Info), Error> {
+    let end = Instant::now() + patience;
+    loop {
+        let left = end.saturating_duration_since(Instant::now());
+        let attachment = Attachment::find(rig, left)?;
+        match Memory::open(attachment) {
+            Ok((memory, info)) => return Ok((Link::Memory(Box::new(memory)), info)),
+            // A driver that is just ending, or many clients at once: worth another look while there is time.
+            Err(Error::Service { .. } | Error::Full { .. }) if !left.is_zero() => {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            Err(e) => return Err(e),
+        }
+    }
+}
+
+/// Sleeps until the driver rings. Made by [`crate::Client::waiter`].
+pub struct Waiter {
+    ear: Ear,
+    link: Arc<Link>,
+}
+
+enum Ear {
+    Memory(Box<TickListener>),
+    /// How often the bell had rung when it was heard last.
+    Gate(u32),
+}
+
+impl Waiter {
+    pub(crate) fn new(link: &Arc<Link>) -> Result<Waiter, Error> {
+        let ear = match &**link {
+            Link::Memory(memory) => Ear::Memory(Box::new(memory.listener()?)),
+            Link::Gate(visit) => Ear::Gate(visit.board.rings()),
+        };
+        Ok(Waiter { ear, link: link.clone() })
+    }
+
+    /// Sleeps until something is new, up to `timeout`; false when nothing came.
+    ///
+    /// # Errors
+    /// [`Error::DriverGone`], [`Error::Service`].
+    pub fn wait(&mut self, timeout: Duration) -> Result<bool, Error> {
+        /// A dead driver does not ring: look after it now and then.
+        const SLICE: Duration = Duration::from_millis(100);
+        let end = Instant::now() + timeout;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let woken = match (&mut self.ear, &*self.link) {
+                (Ear::Memory(port), _) => memory::listen(port, left.min(SLICE))? > 0,
+                (Ear::Gate(heard), Link::Gate(visit)) => listen(&visit.board, heard, left.min(SLICE)),
+                (Ear::Gate(_), Link::Memory(_)) => false,
+            };
+            if woken {
+                return Ok(true);
+            }
+            self.link.check()?;
+            if left.is_zero() {
+                return Ok(false);
+            }
+        }
+    }
+}
+
+fn listen(board: &Follower, heard: &mut u32, timeout: Duration) -> bool {
+    if board.rings() == *heard && !timeout.is_zero() {
+        board.sleep(*heard, timeout);
+    }
+    let rings = board.rings();
+    std::mem::replace(heard, rings) != rings
+}
