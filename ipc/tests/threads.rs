@@ -171,7 +171,7 @@ fn as_many_streams_as_promised_all_of_them_slow() {
     let (_state, mut cycles, _commands) = server.split();
     let client = Client::connect(&rig).unwrap();
     let mut streams: Vec<_> = (0..64).map(|_| client.stream().unwrap()).collect();
-    assert!(matches!(client.stream(), Err(Error::Service { .. })));
+    assert!(matches!(client.stream(), Err(Error::Full { what: "streams", most: 64, .. })));
     // Each holds another batch while the buffers run over many times.
     for (i, stream) in streams.iter_mut().enumerate() {
         for cycle in 0..10 {

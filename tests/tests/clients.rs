@@ -58,7 +58,7 @@ fn more_clients_may_be_killed_than_may_be_connected_at_once() {
             return reader;
         }
         let why = reader.finish().expect(1).stderr;
-        assert!(why.contains("ExceedsMax"), "{why}");
+        assert!(why.contains("serves 64 streams at once") || why.contains("serves 256 clients at once"), "{why}");
         turned_away += 1;
         assert!(turned_away < 1000, "nobody clears away the dead");
         std::thread::sleep(Duration::from_millis(20));
