@@ -1,0 +1,248 @@
+//! The backend itself: outputs, converters and guard behind the calls of the contract.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use rustix::io::Errno;
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
+
+use crate::Error;
+use crate::guard::{self, Guard, Watch};
+use crate::iio::{self, Device};
+use crate::pwm::{self, Chip, Output};
+use crate::sampler::Sampler;
+use crate::settings::Settings;
+
+/// The guard bears the silence of at least so many periods, whatever the rig file says.
+const LEAST_PERIODS: f64 = 4.0;
+
+/// A rig whose power stages hang on Linux's PWM outputs and whose converters are IIO devices.
+#[derive(Debug)]
+pub struct LinuxRig {
+    settings: Settings,
+    outputs: Vec<(Chip, u32)>,
+    devices: Vec<Device>,
+    silence: Duration,
+    /// Periods from one beat to the next.
+    beat_every: u64,
+    running: Option<Running>,
+}
+
+/// What is open between start and stop.
+#[derive(Debug)]
+struct Running {
+    outputs: Vec<Output>,
+    /// Whether each channel was given a duty in the period just past.
+    driven: Vec<bool>,
+    sampler: Sampler,
+    /// Periods until the next beat.
+    beat_in: u64,
+    /// Last, so that it is let go when everything else is closed.
+    guard: Guard,
+}
+
+impl LinuxRig {
+    /// Finds the outputs and inputs that the settings name. Nothing is put out, nothing is exported yet.
+    ///
+    /// # Errors
+    /// A name that nothing here bears, with what there is.
+    pub fn new(settings: Settings) -> Result<LinuxRig, Error> {
+        let chips = pwm::chips(&settings.root);
+        let devices = iio::devices(&settings.root);
+        let mut outputs: Vec<(Chip, u32)> = Vec::new();
+        for channel in &settings.channels {
+            let found = pwm::find(&chips, &channel.pwm);
+            let output = found.map_err(|reason| Error::name(&channel.name, "pwm", &channel.pwm, reason))?;
+            if let Some(other) = outputs.iter().position(|taken| *taken == output) {
+                let reason = format!("channel \"{}\" has that output already", settings.channels[other].name);
+                return Err(Error::name(&channel.name, "pwm", &channel.pwm, reason));
+            }
+            outputs.push(output);
+            for (key, input) in ["v1", "v2", "v3", "current", "supply"].into_iter().zip(channel.inputs.as_array()) {
+                match input {
+                    Some(input) => drop(
+                        iio::find(&devices, &input.name)
+                            .map_err(|reason| Error::name(&channel.name, key, &input.name, reason))?,
+                    ),
+                    None if key == "current" => {
+                        let reason =
+                            "without the current nothing can be told of the wire, expected an input".to_string();
+                        return Err(Error::name(&channel.name, key, "", reason));
+                    }
+                    None => {}
+                }
+            }
+        }
+        if let Some(trigger) = &settings.trigger {
+            let there = iio::triggers(&settings.root);
+            if !there.contains(trigger) {
+                let there = if there.is_empty() { "none".into() } else { there.join(", ") };
+                return Err(Error::name("", "trigger", trigger, format!("there is no such trigger; there is {there}")));
+            }
+        }
+        let silence_s = settings.guard_s.max(LEAST_PERIODS / settings.rate_hz);
+        let beat_every = (silence_s * settings.rate_hz / f64::from(guard::BEATS)) as u64;
+        Ok(LinuxRig {
+            outputs,
+            devices,
+            silence: Duration::from_secs_f64(silence_s),
+            beat_every: beat_every.max(1),
+            running: None,
+            settings,
+        })
+    }
+
+    /// Brings everything up, as [`Backend::start`] does, with the reason in words where that fails.
+    ///
+    /// # Errors
+    /// What a file of the kernel, or the guard, has to say.
+    pub fn bring_up(&mut self) -> Result<(), Error> {
+        self.stop();
+        let period_ns = (1e9 / self.settings.rate_hz).round() as u64;
+        let exported = self.outputs.iter().map(|(chip, number)| pwm::export(chip, *number));
+        let folders: Vec<PathBuf> = exported.collect::<Result<_, Error>>()?;
+        // Before anything is changed, the outputs have to be ours.
+        let held: Vec<PathBuf> = folders.iter().map(|folder| folder.join("duty_cycle")).collect();
+        let guard = Guard::start(&self.settings.guard, self.silence, &held)?;
+        let set_up = folders.iter().zip(&self.settings.channels);
+        let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inverted));
+        let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
+        let Settings { sampling, trigger, phase, channels, .. } = &self.settings;
+        let sampler = Sampler::open(&self.devices, channels, *sampling, trigger.as_deref(), *phase)?;
+        self.running = Some(Running { driven: vec![false; outputs.len()], outputs, sampler, beat_in: 0, guard });
+        Ok(())
+    }
+
+    /// The process that watches over the outputs, while the backend is started.
+    pub fn guard_process(&self) -> Option<u32> {
+        self.running.as_ref().map(|running| running.guard.id())
+    }
+
+    /// How long the guard bears the driver's silence.
+    pub fn silence(&self) -> Duration {
+        self.silence
+    }
+}
+
+impl Running {
+    /// All outputs to zero, as far as they can be written; the guard does it again.
+    fn zero(&mut self) {
+        for (output, driven) in self.outputs.iter_mut().zip(&mut self.driven) {
+            let _ = output.put(0.0);
+            *driven = false;
+        }
+    }
+
+    fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
+        self.zero();
+        samples.fill(Sample::NONE);
+        Err(error)
+    }
+
+    /// What the guard has to say, when it is time to ask.
+    #[inline]
+    fn watch(&mut self, every: u64) -> Watch {
+        if let Some(left) = self.beat_in.checked_sub(1) {
+            self.beat_in = left;
+            return Watch::Good;
+        }
+        self.beat_in = every - 1;
+        self.guard.beat()
+    }
+
+    /// Samples and duties of all channels. What went wrong is told of the lowest channel, or of all where all failed.
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        let mut failed: Option<(usize, ChannelFault, Errno)> = None;
+        let mut failures = 0;
+        // Reading first: what is converted on demand is then still of the period just past.
+        self.sampler.fetch();
+        for (channel, sample) in samples.iter_mut().enumerate() {
+            let sampled = self.sampler.sample(channel, self.driven[channel]);
+            *sample = sampled.unwrap_or(Sample::NONE);
+            let asked = if sampled.is_ok() { duty[channel] } else { 0.0 };
+            let put = self.outputs[channel].put(asked);
+            self.driven[channel] = asked > 0.0 && put.is_ok();
+            let trouble = match (sampled, put) {
+                (Ok(_), Ok(())) => continue,
+                (Err(errno), _) => (channel, ChannelFault::Converter, errno),
+                (Ok(_), Err(errno)) => {
+                    // It may have taken part of it; and a duty that stays must not be thought to be another.
+                    let _ = self.outputs[channel].put(0.0);
+                    *sample = Sample::NONE;
+                    (channel, ChannelFault::Stage, errno)
+                }
+            };
+            failures += 1;
+            failed = failed.or(Some(trouble));
+        }
+        let Some((channel, fault, errno)) = failed else { return Ok(()) };
+        if failures < samples.len() {
+            return Err(BackendError::Channel { channel: channel as u32, fault });
+        }
+        let os_error = errno.raw_os_error();
+        let gone = matches!(errno, Errno::NODEV | Errno::NXIO | Errno::NOENT);
+        self.fail(samples, if gone { BackendError::Unavailable { os_error } } else { BackendError::Io { os_error } })
+    }
+}
+
+impl Backend for LinuxRig {
+    fn channels(&self) -> usize {
+        self.settings.channels.len()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        self.bring_up().map_err(|error| {
+            // The loop does not run yet, and a number says little.
+            tracing::error!("{error}; {}", error.remedy());
+            BackendError::Unavailable { os_error: error.os_error() }
+        })
+    }
+
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        let expected = self.settings.channels.len();
+        let Some(running) = &mut self.running else { return Err(BackendError::NotStarted) };
+        for found in [duty.len(), samples.len()] {
+            if found != expected {
+                let (expected, found) = (expected as u32, found as u32);
+                return running.fail(samples, BackendError::WrongCount { expected, found });
+            }
+        }
+        if let Some(bad) = duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
+            return running.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        }
+        // First of all, so that the guard watches before the first duty goes out.
+        match running.watch(self.beat_every) {
+            Watch::Good => running.exchange(duty, samples),
+            Watch::Zeroed => {
+                running.outputs.iter_mut().for_each(Output::forget);
+                let waited_us = self.silence.as_micros().min(u128::from(u32::MAX)) as u32;
+                running.fail(samples, BackendError::Timeout { waited_us })
+            }
+            Watch::Lost => {
+                // Asked again in the next period, and until it answers nothing is put out.
+                running.beat_in = 0;
+                running.outputs.iter_mut().for_each(Output::forget);
+                running.fail(samples, BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() })
+            }
+        }
+    }
+
+    fn missed(&mut self, periods: u64) {
+        if let Some(running) = &mut self.running {
+            running.beat_in = running.beat_in.saturating_sub(periods);
+        }
+    }
+
+    fn stop(&mut self) {
+        if let Some(mut running) = self.running.take() {
+            running.zero();
+            // And here the guard does it again, and ends.
+        }
+    }
+}
+
+impl Drop for LinuxRig {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}

@@ -1,0 +1,279 @@
+//! The guard: a second, tiny process that puts the outputs to zero when the driver cannot.
+//!
+//! The kernel goes on making PWM whatever becomes of the program that asked for it. So the outputs belong to the guard: it
+//! opens them, locks them against other drivers, and watches a socket to the driver.
+//!
+//! - The socket closes (the driver ended, was killed, ran out of memory): zero, at once, until it has worked.
+//! - No beat for the agreed time (the driver is stopped, hangs, starves): zero, again and again until a beat comes. A write of
+//!   the driver's that was stuck in the kernel all the while does not stay in force.
+//! - The guard itself dies or hangs: the driver finds its echo missing, fails its exchange and puts the outputs to zero.
+//!
+//! One byte goes each way: the driver's beat is answered by an echo, and [`ZEROED`] tells it that the outputs were taken away.
+//! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, holds its memory, and has nothing
+//! else to do. Both killed at once leave the outputs as they are: against that helps only hardware (docs/linux-backend.md).
+
+use std::env;
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
+use rustix::net::{RecvFlags, SendFlags, recv, send};
+use sinew_driver::realtime::{self, Held, Mode, Wish};
+
+use crate::Error;
+use crate::sysfs::Attribute;
+
+/// The word that makes a program a guard: its first argument.
+pub const WORD: &str = "pwm-guard";
+
+const READY: u8 = b'r';
+const BEAT: u8 = b'b';
+/// The guard has put the outputs to zero because the driver was silent.
+const ZEROED: u8 = b'z';
+/// So many beats in the time of silence the guard bears, and so many times that without an echo until it is given up.
+pub(crate) const BEATS: u32 = 5;
+const ECHOES: u32 = 2 * BEATS;
+/// How long the predecessor's guard may take to let go of the outputs, and a new one to get ready.
+const HANDOVER: Duration = Duration::from_secs(2);
+const START: Duration = Duration::from_secs(5);
+/// How often and for how long an output that cannot be written is tried again once the driver is gone.
+const AGAIN: Duration = Duration::from_millis(10);
+const GIVE_UP: Duration = Duration::from_secs(30);
+/// SCHED_FIFO: above any loop (99 belongs to the kernel).
+const PRIORITY: u8 = 98;
+
+/// The driver's end.
+#[derive(Debug)]
+pub(crate) struct Guard {
+    child: Child,
+    /// Dropped first when it ends, so that the child sees it.
+    line: Option<UnixStream>,
+    unanswered: u32,
+}
+
+/// What the guard has to say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Watch {
+    /// It watches.
+    Good,
+    /// It has put the outputs to zero, since the driver was silent.
+    Zeroed,
+    /// It does not answer, or is gone.
+    Lost,
+}
+
+impl Guard {
+    /// Starts the guard over these outputs (`duty_cycle` files) and waits until it holds them.
+    pub fn start(program: &(PathBuf, Vec<String>), silence: Duration, outputs: &[PathBuf]) -> Result<Guard, Error> {
+        let failed = |reason: String| Error::Guard { reason };
+        let io = |what: &str| {
+            let what = what.to_string();
+            move |error: io::Error| Error::Guard { reason: format!("{what}: {error}") }
+        };
+        let (line, other) = UnixStream::pair().map_err(io("socket"))?;
+        let child = Command::new(&program.0)
+            .args(&program.1)
+            .arg(silence.as_micros().to_string())
+            .args(outputs)
+            .stdin(Stdio::from(OwnedFd::from(other)))
+            .stdout(Stdio::null())
+            // A Ctrl-C in the terminal is for the driver; the guard ends when that has.
+            .process_group(0)
+            .spawn()
+            .map_err(io(&format!("{}", program.0.display())))?;
+        let guard = Guard { child, line: Some(line), unanswered: 0 };
+        let line = guard.line.as_ref().ok_or_else(|| failed("no line".into()))?;
+        // Its first byte says that it is ready, anything else is a message, which ends with its end.
+        line.set_read_timeout(Some(START)).map_err(io("socket"))?;
+        let mut said = Vec::new();
+        let mut buffer = [0u8; 256];
+        loop {
+            match recv(line, &mut buffer, RecvFlags::empty()) {
+                Ok((_, 1)) if said.is_empty() && buffer[0] == READY => break,
+                Ok((_, 0)) | Err(Errno::CONNRESET) => {
+                    let words = String::from_utf8_lossy(&said).trim().to_string();
+                    let nothing = format!("{} ended without a word", program.0.display());
+                    return Err(failed(if words.is_empty() { nothing } else { words }));
+                }
+                Ok((_, count)) => said.extend_from_slice(&buffer[..count]),
+                Err(Errno::INTR) => {}
+                Err(errno) => return Err(failed(format!("no answer within {START:?} ({errno})"))),
+            }
+        }
+        line.set_nonblocking(true).map_err(io("socket"))?;
+        Ok(guard)
+    }
+
+    /// Sends a beat and reads what has been said since the last one.
+    #[inline]
+    pub fn beat(&mut self) -> Watch {
+        let Some(line) = &self.line else { return Watch::Lost };
+        let mut said = [0u8; 64];
+        let mut watch = Watch::Good;
+        match recv(line, &mut said[..], RecvFlags::DONTWAIT) {
+            Ok((_, 0)) => watch = Watch::Lost,
+            Ok((count, _)) => {
+                for byte in &said[..count] {
+                    match *byte {
+                        BEAT => self.unanswered = self.unanswered.saturating_sub(1),
+                        ZEROED => watch = Watch::Zeroed,
+                        _ => {}
+                    }
+                }
+            }
+            Err(Errno::AGAIN | Errno::INTR) => {}
+            Err(_) => watch = Watch::Lost,
+        }
+        if self.unanswered >= ECHOES || send(line, &[BEAT], SendFlags::DONTWAIT | SendFlags::NOSIGNAL).is_err() {
+            return Watch::Lost;
+        }
+        self.unanswered += 1;
+        watch
+    }
+
+    /// The guard's process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        // The end of the line: the guard puts everything to zero once more and ends.
+        self.line = None;
+        let _ = self.child.wait();
+    }
+}
+
+/// The guard's whole life: `arguments` are the time of silence in µs and the outputs' `duty_cycle` files, standard input is the
+/// socket to the driver. A program that is to be its own guard calls this first thing in `main` when its first argument is
+/// [`WORD`].
+pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+    let line = io::stdin();
+    let line = line.as_fd();
+    match watch(line, arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            let _ = send(line, reason.as_bytes(), SendFlags::NOSIGNAL);
+            let _ = writeln!(io::stderr(), "sinew pwm-guard: {reason}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn watch(line: impl AsFd, mut arguments: impl Iterator<Item = OsString>) -> Result<(), String> {
+    let silence = arguments.next().and_then(|text| text.to_str()?.parse().ok()).map(Duration::from_micros);
+    let Some(silence) = silence.filter(|silence| !silence.is_zero()) else {
+        return Err("this is a part of `sinew run`, which starts it by itself".into());
+    };
+    let open = |path: OsString| Attribute::to_write(path.into()).map_err(|error| error.to_string());
+    let outputs: Vec<Attribute> = arguments.map(open).collect::<Result<_, String>>()?;
+    for output in &outputs {
+        own(output)?;
+    }
+    let _held = last_long();
+    send(&line, &[READY], SendFlags::NOSIGNAL).map_err(|errno| format!("the driver is gone: {errno}"))?;
+
+    // Nothing can be put out before the first beat: the driver sends it before its first duty.
+    let mut last_beat: Option<Instant> = None;
+    let mut told = false;
+    let mut said = [0u8; 64];
+    loop {
+        let patience = last_beat.map(|beat| silence.saturating_sub(beat.elapsed()));
+        let timeout =
+            patience.map(|time| Timespec { tv_sec: time.as_secs() as i64, tv_nsec: time.subsec_nanos().into() });
+        let mut lines = [PollFd::new(&line, PollFlags::IN)];
+        match poll(&mut lines, timeout.as_ref()) {
+            Ok(0) => {}
+            Ok(_) => match recv(&line, &mut said[..], RecvFlags::DONTWAIT) {
+                Ok((0, _)) => break,
+                Ok((count, _)) => {
+                    last_beat = Some(Instant::now());
+                    told = false;
+                    // An echo that does not fit is missed by the driver, as it should be.
+                    let _ = send(&line, &said[..count], SendFlags::DONTWAIT | SendFlags::NOSIGNAL);
+                    continue;
+                }
+                Err(Errno::AGAIN | Errno::INTR) => continue,
+                Err(_) => break,
+            },
+            Err(Errno::INTR) => continue,
+            Err(_) => break,
+        }
+        if last_beat.is_some_and(|beat| beat.elapsed() >= silence) {
+            zero(&outputs);
+            if !told {
+                told = send(&line, &[ZEROED], SendFlags::DONTWAIT | SendFlags::NOSIGNAL).is_ok();
+            }
+            // Once more after the same time: a write of the driver's may still have been on its way.
+            last_beat = Some(Instant::now());
+        }
+    }
+    let since = Instant::now();
+    while !zero(&outputs) {
+        if since.elapsed() > GIVE_UP {
+            return Err("some outputs could not be put to zero; take the supply away".into());
+        }
+        thread::sleep(AGAIN);
+    }
+    Ok(())
+}
+
+/// All outputs to zero; whether that worked, or there is nothing left to be put to zero.
+fn zero(outputs: &[Attribute]) -> bool {
+    let zeroed =
+        |output: &Attribute| matches!(output.write(0), Ok(()) | Err(Errno::NODEV | Errno::NXIO | Errno::NOENT));
+    // every one of them, whatever became of those before
+    outputs.iter().map(zeroed).fold(true, |all, one| all & one)
+}
+
+/// Takes an output for this driver alone.
+fn own(output: &Attribute) -> Result<(), String> {
+    let since = Instant::now();
+    loop {
+        match flock(output.file(), FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => return Ok(()),
+            Err(Errno::WOULDBLOCK) if since.elapsed() < HANDOVER => thread::sleep(AGAIN),
+            Err(Errno::WOULDBLOCK) => {
+                return Err(format!("{} belongs to another driver that still runs", output.path().display()));
+            }
+            Err(errno) => return Err(format!("{}: lock: {errno}", output.path().display())),
+        }
+    }
+}
+
+/// Sees to it that the guard outlives and outruns what it guards, as far as it is allowed.
+fn last_long() -> Held {
+    use rustix::thread::{CpuSet, sched_setaffinity};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
+
+    // Whoever ends the driver by a signal to the whole family is not to end the guard before it.
+    for signal in [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP] {
+        let _ = signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)));
+    }
+    // The driver's loop keeps to one core, which its child inherits; the guard may use any.
+    let mut all = CpuSet::new();
+    (0..CpuSet::MAX_CPU).for_each(|cpu| all.set(cpu));
+    let _ = sched_setaffinity(None, &all);
+    let wish = Wish { mode: Mode::Try, priority: PRIORITY, cpu: realtime::allowed_cores().first().copied() };
+    let (held, mut report) = realtime::prepare_process(&wish);
+    realtime::prepare_thread(&wish, &mut report);
+    held
+}
+
+/// The program that is running, as its own guard.
+pub fn this_program() -> (PathBuf, Vec<String>) {
+    let program = env::current_exe().unwrap_or_else(|_| PathBuf::from("/proc/self/exe"));
+    (program, vec![WORD.into()])
+}

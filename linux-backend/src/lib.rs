@@ -1,0 +1,20 @@
+//! Wires on Linux's own interfaces: PWM by sysfs for the power stages, IIO for the converters.
+//!
+//! [`LinuxRig`] is the backend. [`pwm`] and [`iio`] know what the kernel has to offer and find it by name, [`scan`] is the layout
+//! of IIO's buffers, [`guard`] the process that puts the outputs to zero when the driver cannot. `docs/linux-backend.md` says
+//! how to wire it, what it costs, and what was tried on which hardware.
+#![forbid(unsafe_code)]
+
+mod backend;
+mod error;
+pub mod guard;
+pub mod iio;
+pub mod pwm;
+mod sampler;
+pub mod scan;
+mod settings;
+mod sysfs;
+
+pub use backend::LinuxRig;
+pub use error::Error;
+pub use settings::{ChannelSettings, InputSettings, Inputs, Phase, Sampling, Settings};
