@@ -40,7 +40,11 @@ impl Input {
         let value = if value.is_finite() { value } else { 0.0 };
         let steps = (value * 1e3 / self.scale).round() as i64 - self.offset;
         let bits = self.bits.0;
-        if self.signed { steps.clamp(-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { steps.clamp(0, (1 << bits) - 1) }
+        if self.signed {
+            steps.clamp(-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+        } else {
+            steps.clamp(0, (1 << bits) - 1)
+        }
     }
 
     fn bytes(&self) -> usize {

@@ -144,6 +144,14 @@ impl SimulatedRig {
         }
     }
 
+    /// Changes the duties within the period that passes, as a power stage does whose outputs can be set at any moment. Values
+    /// outside of 0 ..= 1 are taken as the nearest one inside, NaN as 0.
+    pub fn put_out(&mut self, duty: &[f64]) {
+        for (channel, duty) in self.channels.iter_mut().zip(duty) {
+            channel.duty = if duty.is_nan() { 0.0 } else { duty.clamp(0.0, 1.0) };
+        }
+    }
+
     /// What acts on a wire now, with nothing driven: what its clone has to be stepped with to go on alone.
     pub fn inputs(&self, channel: usize) -> Option<Inputs> {
         Some(self.channels.get(channel)?.inputs())

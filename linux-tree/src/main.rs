@@ -1,0 +1,49 @@
+//! Shows a rig file's wires as Linux would, until Ctrl-C: `sinew-linux-tree RIG.toml FOLDER [SCANS]`.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::thread;
+
+use sinew_linux_tree::{Scans, Tree};
+use sinew_rig::Rig;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (rig, folder, scans) = match &arguments[..] {
+        [rig, folder] => (rig, folder, Scans::OnPhase),
+        [rig, folder, scans] => match scans.parse() {
+            Ok(scans @ 1..) => (rig, folder, Scans::Free(scans)),
+            _ => return usage(),
+        },
+        _ => return usage(),
+    };
+    let rig = match Rig::load(Path::new(rig)) {
+        Ok(rig) => rig,
+        Err(error) => {
+            eprintln!("{error}");
+            return ExitCode::from(2);
+        }
+    };
+    match Tree::mount(&rig, scans, Path::new(folder)) {
+        Ok(mut tree) => {
+            tree.run();
+            eprintln!("{} is shown under {folder}; Ctrl-C ends it", rig.name);
+            loop {
+                thread::park();
+            }
+        }
+        Err(error) => {
+            eprintln!("{folder}: {error}; it takes /dev/fuse and root (or fusermount3)");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn usage() -> ExitCode {
+    eprintln!(
+        "usage: sinew-linux-tree RIG.toml FOLDER [SCANS]\n\nShows the rig's simulated wires as PWM and IIO files under FOLDER. \
+         Converters convert once in each on-phase, or SCANS times a period at any moment.\n\nexample: \
+         sinew-linux-tree rig.toml /tmp/root 32"
+    );
+    ExitCode::from(2)
+}
