@@ -58,20 +58,16 @@ impl LinuxRig {
                 return Err(Error::name(&channel.name, "pwm", &channel.pwm, reason));
             }
             outputs.push(output);
-            for (key, input) in ["v1", "v2", "v3", "current", "supply"].into_iter().zip(channel.inputs.as_array()) {
-                match input {
-                    Some(input) => drop(
-                        iio::find(&devices, &input.name)
-                            .map_err(|reason| Error::name(&channel.name, key, &input.name, reason))?,
-                    ),
-                    None if key == "current" => {
-                        let reason =
-                            "without the current nothing can be told of the wire, expected an input".to_string();
-                        return Err(Error::name(&channel.name, key, "", reason));
-                    }
-                    None => {}
+            channel.inputs.try_map(|key, input| match &input.name {
+                Some(name) => iio::find(&devices, name)
+                    .map(|_| ())
+                    .map_err(|reason| Error::name(&channel.name, key, name, reason)),
+                None if key == "current" => {
+                    let reason = "without the current nothing can be told of the wire, expected an input";
+                    Err(Error::name(&channel.name, key, "", reason))
                 }
-            }
+                None => Ok(()),
+            })?;
         }
         if let Some(trigger) = &settings.trigger {
             let there = iio::triggers(&settings.root);
@@ -105,7 +101,7 @@ impl LinuxRig {
         let held: Vec<PathBuf> = folders.iter().map(|folder| folder.join("duty_cycle")).collect();
         let guard = Guard::start(&self.settings.guard, self.silence, &held)?;
         let set_up = folders.iter().zip(&self.settings.channels);
-        let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inverted));
+        let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inversed));
         let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
         let Settings { sampling, trigger, phase, channels, .. } = &self.settings;
         let sampler = Sampler::open(&self.devices, channels, *sampling, trigger.as_deref(), *phase)?;

@@ -17,4 +17,4 @@ mod sysfs;
 
 pub use backend::LinuxRig;
 pub use error::Error;
-pub use settings::{ChannelSettings, InputSettings, Inputs, Phase, Sampling, Settings};
+pub use settings::{ChannelSettings, Inputs, Settings};

@@ -109,7 +109,7 @@ pub(crate) struct Output {
 
 impl Output {
     /// Sets an output up: zero, polarity, period, enabled.
-    pub fn set_up(folder: &Path, period_ns: u64, inverted: bool) -> Result<Output, Error> {
+    pub fn set_up(folder: &Path, period_ns: u64, inversed: bool) -> Result<Output, Error> {
         let duty = Attribute::to_write(folder.join("duty_cycle"))?;
         let period = Attribute::to_write(folder.join("period"))?;
         let enable = Attribute::to_write(folder.join("enable"))?;
@@ -121,9 +121,9 @@ impl Output {
             set(&duty, 0)?;
         }
         let polarity = folder.join("polarity");
-        let wanted = if inverted { "inversed" } else { "normal" };
+        let wanted = if inversed { "inversed" } else { "normal" };
         // Chips that know one polarity only have no such file, or refuse to write to it: read first.
-        if sysfs::text(&polarity).map_or(inverted, |found| found != wanted) {
+        if sysfs::text(&polarity).map_or(inversed, |found| found != wanted) {
             // It can only be changed with a period, and on many chips only while disabled.
             set(&enable, 0)?;
             set(&period, period_ns)?;

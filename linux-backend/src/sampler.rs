@@ -5,11 +5,12 @@ use std::os::unix::fs::OpenOptionsExt;
 
 use rustix::io::Errno;
 use sinew_driver::Sample;
+use sinew_rig::{LinuxInput, LinuxPhase, LinuxSampling};
 
 use crate::Error;
 use crate::iio::{Device, Scale};
 use crate::scan::{Format, Layout};
-use crate::settings::{ChannelSettings, InputSettings, Inputs, Phase, Sampling};
+use crate::settings::{ChannelSettings, Inputs};
 use crate::sysfs::{self, Attribute};
 
 /// Scans the kernel keeps for us. A power of two, because it would be rounded up to one. When it is full the newest are dropped.
@@ -20,7 +21,7 @@ const KEPT: usize = 256;
 pub(crate) struct Sampler {
     readers: Vec<Reader>,
     channels: Vec<Wired>,
-    phase: Phase,
+    phase: LinuxPhase,
 }
 
 /// One device, open.
@@ -68,20 +69,20 @@ impl Sampler {
     pub fn open(
         devices: &[Device],
         channels: &[ChannelSettings],
-        sampling: Sampling,
+        sampling: LinuxSampling,
         trigger: Option<&str>,
-        phase: Phase,
+        phase: LinuxPhase,
     ) -> Result<Sampler, Error> {
         let mut wanted: Vec<Wanted> = devices.iter().map(|_| Wanted::default()).collect();
         let mut wired = Vec::new();
         for channel in channels {
-            let mut find = |key, input: Option<InputSettings>| {
-                let Some(input) = input else { return Ok(None) };
-                let named = crate::iio::find(devices, &input.name);
-                let (device, name) = named.map_err(|reason| Error::name(&channel.name, key, &input.name, reason))?;
+            let mut find = |key, input: &LinuxInput| {
+                let Some(wished) = &input.name else { return Ok(None) };
+                let named = crate::iio::find(devices, wished);
+                let (device, name) = named.map_err(|reason| Error::name(&channel.name, key, wished, reason))?;
                 let scale = match sampling {
-                    Sampling::Buffer => devices[device].scale(&name)?,
-                    Sampling::Sysfs => devices[device].direct(&name)?.1,
+                    LinuxSampling::Buffer => devices[device].scale(&name)?,
+                    LinuxSampling::Sysfs => devices[device].direct(&name)?.1,
                 };
                 let scale = Scale { gain: scale.gain * input.gain, offset: scale.offset * input.gain + input.offset };
                 let inputs = &mut wanted[device].inputs;
@@ -91,8 +92,8 @@ impl Sampler {
                 });
                 Ok(Some(Input { reader: device, element, scale }))
             };
-            let inputs = channel.inputs.clone().try_map(&mut find)?;
-            if phase == Phase::Free {
+            let inputs = channel.inputs.try_map(&mut find)?;
+            if phase == LinuxPhase::Free {
                 one_device(channel, &inputs, devices)?;
             }
             let (on_voltage_v, on_current_a) = (channel.on_voltage_v, channel.on_current_a);
@@ -103,8 +104,8 @@ impl Sampler {
             readers.push(match sampling {
                 // of a device nobody wants anything of
                 _ if wanted.inputs.is_empty() => Reader::Sysfs(Vec::new()),
-                Sampling::Buffer => Reader::Buffer(Buffer::open(device, &wanted.inputs, trigger)?),
-                Sampling::Sysfs => {
+                LinuxSampling::Buffer => Reader::Buffer(Buffer::open(device, &wanted.inputs, trigger)?),
+                LinuxSampling::Sysfs => {
                     let open = |input: &String| Attribute::to_read(device.direct(input)?.0);
                     Reader::Sysfs(wanted.inputs.iter().map(open).collect::<Result<_, Error>>()?)
                 }
@@ -128,7 +129,7 @@ impl Sampler {
             return Err(Errno::INVAL);
         };
         let Some(current) = inputs.current else { return Err(Errno::INVAL) };
-        let held = self.phase == Phase::Synchronised && matches!(self.readers[current.reader], Reader::Sysfs(_));
+        let held = self.phase == LinuxPhase::Synchronised && matches!(self.readers[current.reader], Reader::Sysfs(_));
         if held && !driven {
             // What a sample-and-hold still holds is of an earlier period.
             return Ok(Sample::NONE);
@@ -148,7 +149,7 @@ impl Sampler {
             };
             let supply_v = read(inputs.supply, 0)?.unwrap_or(f64::NAN);
             let sample = Sample { v1_v, v2_v, v3_v, current_a, supply_v };
-            if self.phase == Phase::Synchronised || on_phase(&sample) {
+            if self.phase == LinuxPhase::Synchronised || on_phase(&sample) {
                 return Ok(sample);
             }
             if matches!(self.readers[current.reader], Reader::Sysfs(_)) {
@@ -181,14 +182,14 @@ fn one_device(channel: &ChannelSettings, inputs: &Inputs<Option<Input>>, devices
         ("v3", inputs.v3, &channel.inputs.v3),
     ];
     for (key, input, settings) in keys {
-        if let (Some(input), Some(settings)) = (input, settings)
+        if let (Some(input), Some(name)) = (input, &settings.name)
             && input.reader != current.reader
         {
             let reason = format!(
                 "with phase = \"free\" it has to be on the converter of the current, {}, to be of the same moment",
                 devices[current.reader].number
             );
-            return Err(Error::name(&channel.name, key, &settings.name, reason));
+            return Err(Error::name(&channel.name, key, name, reason));
         }
     }
     Ok(())

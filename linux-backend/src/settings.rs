@@ -2,6 +2,13 @@
 
 use std::path::PathBuf;
 
+use sinew_rig::{LinuxInput, LinuxPhase, LinuxSampling, Polarity, Rig};
+
+use crate::guard;
+
+/// With free phase, a scan with this share of the supply or of the largest current is of the on-phase.
+const ON: f64 = 0.25;
+
 /// The whole backend. [`Settings::of_rig`] makes it from a rig file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -10,35 +17,17 @@ pub struct Settings {
     /// Rate of the loop and of the PWM, Hz.
     pub rate_hz: f64,
     /// How the converters are read.
-    pub sampling: Sampling,
+    pub sampling: LinuxSampling,
     /// Name of the trigger that buffered devices are set to; `None` leaves each with the one it has (or needs none).
     pub trigger: Option<String>,
-    /// What a scan is a sample of.
-    pub phase: Phase,
+    /// What moment of a period a conversion is of.
+    pub phase: LinuxPhase,
     /// How long the guard bears the driver's silence before it puts all outputs to zero, s.
     pub guard_s: f64,
-    /// The program that is started as guard, and its first argument: one whose `main` calls [`crate::guard::main`].
+    /// The program that is started as guard and what it is told first; its `main` calls [`guard::main`].
     pub guard: (PathBuf, Vec<String>),
     /// The channels, in the rig's order.
     pub channels: Vec<ChannelSettings>,
-}
-
-/// How the converters are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sampling {
-    /// From `/dev/iio:deviceN`: the converter runs by itself and the newest scan is taken.
-    Buffer,
-    /// From `in_…_raw` (or `_input`) in sysfs: each input is converted when it is read, within the cycle.
-    Sysfs,
-}
-
-/// What a scan is a sample of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
-    /// The hardware sees to it that it is of an on-phase: a trigger from the PWM, or a sample-and-hold gated by it.
-    Synchronised,
-    /// It may be of any moment: the newest whose voltage or current shows the on-phase is taken.
-    Free,
 }
 
 /// One channel.
@@ -49,10 +38,10 @@ pub struct ChannelSettings {
     /// Its output: `chip/number`, the chip by its number (`pwmchip0`) or its device's name (`1-0040`).
     pub pwm: String,
     /// Whether the power stage heats while the output is low.
-    pub inverted: bool,
-    /// Its inputs; the voltages of the taps, the moving end and the supply may be missing, the current may not.
-    pub inputs: Inputs<Option<InputSettings>>,
-    /// With [`Phase::Free`]: V3 from which on a scan is of the on-phase, V.
+    pub inversed: bool,
+    /// Its inputs.
+    pub inputs: Inputs<LinuxInput>,
+    /// With [`LinuxPhase::Free`]: V3 from which on a scan is of the on-phase, V.
     pub on_voltage_v: f64,
     /// The same of the current, A: a shorted wire has no voltage.
     pub on_current_a: f64,
@@ -75,30 +64,50 @@ pub struct Inputs<T> {
 
 impl<T> Inputs<T> {
     /// What `make` makes of each, with the input's key in the rig file.
-    pub fn try_map<U, E>(self, mut make: impl FnMut(&'static str, T) -> Result<U, E>) -> Result<Inputs<U>, E> {
+    pub fn try_map<'a, U, E>(
+        &'a self,
+        mut make: impl FnMut(&'static str, &'a T) -> Result<U, E>,
+    ) -> Result<Inputs<U>, E> {
         Ok(Inputs {
-            v1: make("v1", self.v1)?,
-            v2: make("v2", self.v2)?,
-            v3: make("v3", self.v3)?,
-            current: make("current", self.current)?,
-            supply: make("supply", self.supply)?,
+            v1: make("v1", &self.v1)?,
+            v2: make("v2", &self.v2)?,
+            v3: make("v3", &self.v3)?,
+            current: make("current", &self.current)?,
+            supply: make("supply", &self.supply)?,
         })
-    }
-
-    /// All five, in this order.
-    pub fn as_array(&self) -> [&T; 5] {
-        [&self.v1, &self.v2, &self.v3, &self.current, &self.supply]
     }
 }
 
-/// One input: value = `gain` · what the kernel's scaled value is in V (or A) + `offset`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InputSettings {
-    /// `device:input`, the device by its number (`iio:device0`), name (`ina219`), label or its parent's name (`1-0041`), the
-    /// input as IIO calls it (`in_voltage0`).
-    pub name: String,
-    /// Of the divider or shunt before the input: V/V, or A/V for a voltage across a shunt.
-    pub gain: f64,
-    /// Added after it, V or A.
-    pub offset: f64,
+impl Settings {
+    /// What a rig file says, with the program that runs as its own guard.
+    pub fn of_rig(rig: &Rig) -> Settings {
+        let linux = &rig.backend.linux;
+        let channels = rig.channels.iter().map(|channel| {
+            let places = channel.linux.clone();
+            ChannelSettings {
+                name: channel.name.clone(),
+                pwm: places.pwm.unwrap_or_default(),
+                inversed: places.polarity == Polarity::Inversed,
+                inputs: Inputs {
+                    v1: places.v1,
+                    v2: places.v2,
+                    v3: places.v3,
+                    current: places.current,
+                    supply: places.supply,
+                },
+                on_voltage_v: ON * channel.model.drive.supply_v,
+                on_current_a: ON * channel.limits.max_current_a,
+            }
+        });
+        Settings {
+            root: PathBuf::from(&linux.root),
+            rate_hz: rig.rate_hz,
+            sampling: linux.sampling,
+            trigger: linux.trigger.clone(),
+            phase: linux.phase,
+            guard_s: f64::from(linux.guard_ms) * 1e-3,
+            guard: guard::this_program(),
+            channels: channels.collect(),
+        }
+    }
 }

@@ -25,9 +25,9 @@ pub use schema::{reference, word, words};
 pub use suggest::nearest;
 pub use types::{
     Access, Adc, Algorithm, Backend, BackendKind, Channel, Column, ColumnMap, Control, Estimator, FaultKind, Joint,
-    Limits, MAX_CHANNEL_NAME, MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine,
-    Pace, PositionZero, RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine,
-    SimulatedFault, Simulation,
+    Limits, LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, MAX_CHANNEL_NAME, MAX_CHANNELS,
+    MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, Polarity, PositionZero,
+    RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine, SimulatedFault, Simulation,
 };
 
 /// The columns a recording can have: the keys of [`ColumnMap`].

@@ -10,8 +10,8 @@ use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
 use crate::schema::{
-    self, ACCESS, BACKEND, BACKEND_SERIAL, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION, Section,
-    UNREAD_MACHINE, Value, local,
+    self, ACCESS, BACKEND, BACKEND_LINUX, BACKEND_SERIAL, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION,
+    Section, UNREAD_MACHINE, Value, local,
 };
 use crate::suggest::nearest;
 use crate::tree::{self, Node, Table, Tree};
@@ -138,10 +138,11 @@ impl Reader<'_> {
         self.rig_checks(&rig, &given);
         self.section(&ACCESS, root.get("access"), &[], None, 1, &mut rig);
         let backend = root.get("backend");
-        self.section(&BACKEND, backend, &["serial"], None, 1, &mut rig);
+        self.section(&BACKEND, backend, &["serial", "linux"], None, 1, &mut rig);
         let header = backend.map_or(1, |node| node.line);
         let given = self.section(&BACKEND_SERIAL, descend(root, "backend.serial"), &[], None, header, &mut rig);
         self.backend_checks(&rig, &given, header);
+        self.section(&BACKEND_LINUX, descend(root, "backend.linux"), &[], None, header, &mut rig);
         let given = self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
         if rig.backend.kind != BackendKind::Simulated
             && rig.simulation.pace != Pace::RealTime
@@ -160,6 +161,7 @@ impl Reader<'_> {
         self.complete_channels(&read, &mut rig);
         if let Some(Node { value: Tree::Array(nodes), .. }) = root.get("channel") {
             self.front_end_places(nodes, &rig);
+            self.linux_places(nodes, &rig);
         }
         if let Some(node) = root.get("recording") {
             rig.columns = self.recording(node);
@@ -206,6 +208,54 @@ impl Reader<'_> {
                 );
                 let line = line_in(node, &["front_end", "index"]);
                 self.problem(line, Some(&channel.name), "front_end.index", What::Contradiction { message });
+            }
+        }
+    }
+
+    /// What a channel on Linux's own interfaces cannot do without, and what these cannot do.
+    fn linux_places(&mut self, nodes: &[Node], rig: &Rig) {
+        for (channel, node) in rig.channels.iter().zip(nodes) {
+            let linux = &channel.linux;
+            for (key, input) in [("v1_gain", &linux.v1), ("v2_gain", &linux.v2), ("v3_gain", &linux.v3)]
+                .into_iter()
+                .chain([("current_gain", &linux.current), ("supply_gain", &linux.supply)])
+            {
+                if input.gain == 0.0 {
+                    let message =
+                        "is 0: nothing could be measured; expected what one volt at the converter stands for".into();
+                    let line = line_in(node, &["linux", key]);
+                    self.problem(line, Some(&channel.name), format!("linux.{key}"), What::Contradiction { message });
+                }
+            }
+            if rig.backend.kind != BackendKind::Linux {
+                continue;
+            }
+            let line = line_in(node, &["linux"]);
+            let mut needed = vec![
+                ("pwm", &linux.pwm, "the output, such as \"pwmchip0/1\""),
+                ("v3", &linux.v3.name, "the moving end's input, such as \"1-0048:in_voltage2\""),
+                ("current", &linux.current.name, "the current's input, such as \"1-0048:in_current0\""),
+            ];
+            if channel.control.sensing == Sensing::Dual && channel.model.taps.is_some() {
+                needed.push(("v1", &linux.v1.name, "the first tap's input, such as \"1-0048:in_voltage0\""));
+                needed.push(("v2", &linux.v2.name, "the second tap's input, such as \"1-0048:in_voltage1\""));
+            }
+            for (key, value, expected) in needed {
+                if value.is_none() {
+                    self.problem(
+                        line,
+                        Some(&channel.name),
+                        format!("linux.{key}"),
+                        What::Missing { expected: expected.into() },
+                    );
+                }
+            }
+            if channel.adc.circuit == SamplingCircuit::Shared {
+                let message =
+                    "cannot be sampled by backend \"linux\", which knows no off-phase; expected \"separate_taps\""
+                        .into();
+                let line = line_in(node, &["adc", "circuit"]);
+                self.problem(line, Some(&channel.name), "adc.circuit", What::Contradiction { message });
             }
         }
     }
@@ -1034,6 +1084,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             supply_noise_v: f64::NAN,
         },
         front_end_index: None,
+        linux: schema::UNREAD_LINUX,
         limits: Limits {
             min_length_m: f64::NAN,
             max_length_m: f64::NAN,

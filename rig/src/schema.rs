@@ -233,6 +233,36 @@ macro_rules! skew {
     };
 }
 
+/// Where a channel's input is: its name, the gain before it, the offset after that.
+macro_rules! linux_input {
+    ($name:literal, $gain:literal, $offset:literal, $per:literal, $unit:literal, $default:literal, $about:literal, $field:ident) => {
+        [
+            Key {
+                name: $name,
+                kind: Kind::Text { what: "a converter and its input", longest: MAX_PATH },
+                default: Default::Computed($default),
+                about: $about,
+                get: |c: &Channel| c.linux.$field.name.clone().map(Value::Text),
+                set: |c: &mut Channel, value| {
+                    if let Value::Text(name) = value {
+                        c.linux.$field.name = Some(name);
+                    }
+                },
+            },
+            number!(
+                $gain,
+                $per,
+                SAME,
+                -1e6..1e6,
+                Default::Number(1.0),
+                "What a volt or ampere at the converter stands for: the divider, amplifier or shunt before it",
+                c.linux.$field.gain
+            ),
+            number!($offset, $unit, SAME, -1e3..1e3, Default::Number(0.0), "Added to that", c.linux.$field.offset),
+        ]
+    };
+}
+
 macro_rules! noise {
     ($name:literal, $unit:literal, $about:literal) => {
         Key {
@@ -255,8 +285,31 @@ pub(crate) const UNREAD_LOAD: Load =
     Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
 
 /// A backend whose tables are still to be read.
-pub(crate) const UNREAD_BACKEND: Backend =
-    Backend { kind: BackendKind::Simulated, serial: SerialLine { port: None, baud_hz: 0, watchdog_periods: 0 } };
+pub(crate) const UNREAD_BACKEND: Backend = Backend {
+    kind: BackendKind::Simulated,
+    serial: SerialLine { port: None, baud_hz: 0, watchdog_periods: 0 },
+    linux: LinuxInterfaces {
+        root: String::new(),
+        sampling: LinuxSampling::Buffer,
+        trigger: None,
+        phase: LinuxPhase::Synchronised,
+        guard_ms: 0,
+    },
+};
+
+/// The place of a channel among Linux's outputs and inputs that is still to be read.
+pub(crate) const UNREAD_LINUX: LinuxChannel = {
+    const UNREAD: LinuxInput = LinuxInput { name: None, gain: f64::NAN, offset: f64::NAN };
+    LinuxChannel {
+        pwm: None,
+        polarity: Polarity::Normal,
+        v1: UNREAD,
+        v2: UNREAD,
+        v3: UNREAD,
+        current: UNREAD,
+        supply: UNREAD,
+    }
+};
 
 /// A machine whose numbers are still to be read.
 pub(crate) const UNREAD_MACHINE: Machine = Machine {
@@ -542,9 +595,10 @@ pub(crate) static BACKEND: Section<Rig> = Section {
     optional: false,
     keys: &[choice!(
         "kind",
-        [("simulated", BackendKind::Simulated), ("serial", BackendKind::Serial)],
+        [("simulated", BackendKind::Simulated), ("serial", BackendKind::Serial), ("linux", BackendKind::Linux)],
         Default::Text("simulated"),
-        "Simulated wires, or a front-end on a serial line: [front-end](front-end.md)",
+        "Simulated wires, a front-end on a serial line: [front-end](front-end.md), or Linux's own PWM outputs and converters: \
+         [Linux](linux-backend.md)",
         r.backend.kind
     )],
 };
@@ -595,8 +649,152 @@ pub(crate) static BACKEND_SERIAL: Section<Rig> = Section {
     ],
 };
 
+/// Keys of `[backend.linux]`.
+pub(crate) static BACKEND_LINUX: Section<Rig> = Section {
+    table: "backend.linux",
+    about: "Linux's own PWM outputs and converters, with kind `linux`: [Linux](linux-backend.md).",
+    optional: false,
+    keys: &[
+        choice!(
+            "sampling",
+            [("buffer", LinuxSampling::Buffer), ("sysfs", LinuxSampling::Sysfs)],
+            Default::Text("buffer"),
+            "From `/dev/iio:deviceN`, which the converter fills by itself, or input by input from sysfs within the cycle",
+            r.backend.linux.sampling
+        ),
+        choice!(
+            "phase",
+            [("synchronised", LinuxPhase::Synchronised), ("free", LinuxPhase::Free)],
+            Default::Text("synchronised"),
+            "What moment a conversion is of: hardware sees to it that it is of an on-phase (a trigger from the PWM, a \
+             sample-and-hold gated by it), or any, and the newest that shows the on-phase is taken",
+            r.backend.linux.phase
+        ),
+        Key {
+            name: "trigger",
+            kind: Kind::Text { what: "a trigger's name", longest: MAX_PATH },
+            default: Default::Computed("the one the converter has, or none"),
+            about: "Name of the IIO trigger that the converters are set to",
+            get: |r| r.backend.linux.trigger.clone().map(Value::Text),
+            set: |r, value| {
+                if let Value::Text(trigger) = value {
+                    r.backend.linux.trigger = Some(trigger);
+                }
+            },
+        },
+        Key {
+            name: "guard_ms",
+            kind: Kind::Integer { low: 20, high: 1000 },
+            default: Default::Integer(100),
+            about: "The driver's silence, in ms, after which the guard puts all outputs to zero; at least 4 periods. A driver \
+                    that is gone is noticed at once",
+            get: |r| Some(Value::Integer(r.backend.linux.guard_ms.into())),
+            set: |r, value| {
+                if let Value::Integer(i) = value {
+                    r.backend.linux.guard_ms = i as u32;
+                }
+            },
+        },
+        Key {
+            name: "root",
+            kind: Kind::Text { what: "a folder", longest: MAX_PATH },
+            default: Default::Text("/"),
+            about: "The folder `sys` and `dev` are in: another one for tests",
+            get: |r| Some(Value::Text(r.backend.linux.root.clone())),
+            set: |r, value| {
+                if let Value::Text(root) = value {
+                    r.backend.linux.root = root;
+                }
+            },
+        },
+    ],
+};
+
 /// The plain tables of the rig as a whole, but for `[rig]` itself.
-pub(crate) static OF_RIG: [&Section<Rig>; 5] = [&ACCESS, &BACKEND, &BACKEND_SERIAL, &SIMULATION, &MACHINE];
+pub(crate) static OF_RIG: [&Section<Rig>; 6] =
+    [&ACCESS, &BACKEND, &BACKEND_SERIAL, &BACKEND_LINUX, &SIMULATION, &MACHINE];
+
+/// Keys of `[channel.linux]`.
+static LINUX_PLACES: [Key<Channel>; 17] = {
+    let [v1, v1_gain, v1_offset] = linux_input!(
+        "v1",
+        "v1_gain",
+        "v1_offset_v",
+        "V/V",
+        "V",
+        "none: **required** with kind `linux` and taps",
+        "The first tap's input, such as `1-0048:in_voltage0`",
+        v1
+    );
+    let [v2, v2_gain, v2_offset] = linux_input!(
+        "v2",
+        "v2_gain",
+        "v2_offset_v",
+        "V/V",
+        "V",
+        "none: **required** with kind `linux` and taps",
+        "The second tap's",
+        v2
+    );
+    let [v3, v3_gain, v3_offset] = linux_input!(
+        "v3",
+        "v3_gain",
+        "v3_offset_v",
+        "V/V",
+        "V",
+        "none: **required** with kind `linux`",
+        "The moving end's",
+        v3
+    );
+    let [current, current_gain, current_offset] = linux_input!(
+        "current",
+        "current_gain",
+        "current_offset_a",
+        "A/V or A/A",
+        "A",
+        "none: **required** with kind `linux`",
+        "The current's: a current, or the voltage across a shunt with 1/Ω as its gain",
+        current
+    );
+    let [supply, supply_gain, supply_offset] =
+        linux_input!("supply", "supply_gain", "supply_offset_v", "V/V", "V", "not measured", "The supply's", supply);
+    [
+        Key {
+            name: "pwm",
+            kind: Kind::Text { what: "a chip and its output", longest: MAX_PATH },
+            default: Default::Computed("none: **required** with kind `linux`"),
+            about: "Its output: the chip, a slash, and the output's number, such as `pwmchip0/1` or `1-0040/1`",
+            get: |c| c.linux.pwm.clone().map(Value::Text),
+            set: |c, value| {
+                if let Value::Text(pwm) = value {
+                    c.linux.pwm = Some(pwm);
+                }
+            },
+        },
+        choice!(
+            "polarity",
+            [("normal", Polarity::Normal), ("inversed", Polarity::Inversed)],
+            Default::Text("normal"),
+            "Which level heats: high, or low",
+            c.linux.polarity
+        ),
+        v1,
+        v1_gain,
+        v1_offset,
+        v2,
+        v2_gain,
+        v2_offset,
+        v3,
+        v3_gain,
+        v3_offset,
+        current,
+        current_gain,
+        current_offset,
+        supply,
+        supply_gain,
+        supply_offset,
+    ]
+};
 
 /// Keys of `[machine]`.
 pub(crate) static MACHINE: Section<Rig> = Section {
@@ -1366,6 +1564,14 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 }
             },
         }],
+    },
+    Section {
+        table: "channel.linux",
+        about: "Where the channel is among Linux's outputs and inputs, with kind `linux` of the backend. A converter goes by its \
+                number (`iio:device0`), its name or label where no other has it, or its place on the bus (`1-0041`), a chip by \
+                its number (`pwmchip0`) or its place; `sinew doctor` lists them.",
+        optional: false,
+        keys: &LINUX_PLACES,
     },
     Section {
         table: "channel.limits",

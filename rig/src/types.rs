@@ -149,6 +149,8 @@ pub struct Channel {
     pub adc: Adc,
     /// Which channel of a serial front-end it is; `None` = its place in the rig.
     pub front_end_index: Option<u32>,
+    /// Where it is among Linux's own outputs and inputs.
+    pub linux: LinuxChannel,
     /// What the supervisor holds the channel within.
     pub limits: Limits,
     /// The controller.
@@ -451,6 +453,8 @@ pub struct Backend {
     pub kind: BackendKind,
     /// A front-end on a serial line.
     pub serial: SerialLine,
+    /// Linux's own interfaces.
+    pub linux: LinuxInterfaces,
 }
 
 /// The kinds of backend.
@@ -460,6 +464,8 @@ pub enum BackendKind {
     Simulated,
     /// A front-end on a serial line.
     Serial,
+    /// Linux's own interfaces: PWM by sysfs, converters by IIO.
+    Linux,
 }
 
 /// The line to a front-end.
@@ -471,6 +477,78 @@ pub struct SerialLine {
     pub baud_hz: u32,
     /// Periods without a good frame after which the front-end switches its outputs off, and the driver calls it silent.
     pub watchdog_periods: u32,
+}
+
+/// Linux's own interfaces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinuxInterfaces {
+    /// The folder `sys` and `dev` are in.
+    pub root: String,
+    /// How the converters are read.
+    pub sampling: LinuxSampling,
+    /// The trigger the converters are set to; `None` = the one they have, or need none.
+    pub trigger: Option<String>,
+    /// What moment of a period a conversion is of.
+    pub phase: LinuxPhase,
+    /// How long the guard bears the driver's silence before it puts the outputs to zero, in ms.
+    pub guard_ms: u32,
+}
+
+/// How converters are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LinuxSampling {
+    /// From `/dev/iio:deviceN`: the converter runs by itself and the newest scan is taken.
+    Buffer,
+    /// From `in_…_raw` or `in_…_input` in sysfs: each input is converted when it is read, within the cycle.
+    Sysfs,
+}
+
+/// What moment of a period a conversion is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LinuxPhase {
+    /// The hardware sees to it that it is of an on-phase: a trigger from the PWM, or a sample-and-hold gated by it.
+    Synchronised,
+    /// Any: the newest whose voltage or current shows the on-phase is taken.
+    Free,
+}
+
+/// Where a channel is among Linux's own outputs and inputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinuxChannel {
+    /// Its output, `chip/number`; `Some` where the kind is [`BackendKind::Linux`].
+    pub pwm: Option<String>,
+    /// Which level heats.
+    pub polarity: Polarity,
+    /// First tap.
+    pub v1: LinuxInput,
+    /// Second tap.
+    pub v2: LinuxInput,
+    /// Moving end.
+    pub v3: LinuxInput,
+    /// Current.
+    pub current: LinuxInput,
+    /// Supply.
+    pub supply: LinuxInput,
+}
+
+/// The level of an output that heats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Polarity {
+    /// High.
+    Normal,
+    /// Low.
+    Inversed,
+}
+
+/// An input of a converter: value = `gain` · what the kernel makes of it, in V or A, + `offset`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinuxInput {
+    /// `device:input`; `None` = not measured.
+    pub name: Option<String>,
+    /// Of the divider or shunt before it, V/V or A/V; never 0.
+    pub gain: f64,
+    /// Added after it, in V or A.
+    pub offset: f64,
 }
 
 /// The simulated backend.

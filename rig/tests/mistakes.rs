@@ -589,6 +589,19 @@ fn backends() {
     let serial = "[backend]\nkind = \"serial\"\nserial.port = \"/dev/ttyACM0\"\n";
     with(&format!("{serial}[simulation]\npace = \"as_fast_as_possible\""), "simulation.pace makes no sense with wires");
 
+    let linux = "[backend]\nkind = \"linux\"\n";
+    with(linux, "channel \"wire\": linux.pwm is missing, expected the output, such as \"pwmchip0/1\"");
+    with(linux, "linux.current is missing");
+    with("[backend.linux]\nguard_ms = 5", "backend.linux.guard_ms is 5, expected 20 to 1000");
+    let places = "linux = { pwm = \"pwmchip0/1\", v3 = \"1-0048:in_voltage2\", current = \"1-0048:in_current0\", \
+                  v1 = \"1-0048:in_voltage0\", v2 = \"1-0048:in_voltage1\" }";
+    let placed = GOOD.replacen("[[channel]]", &format!("[[channel]]\n{places}"), 1) + "\n" + linux;
+    let rig = Rig::parse(&placed, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(rig.channels[0].linux.current.name.as_deref(), Some("1-0048:in_current0"));
+    assert_eq!((rig.channels[0].linux.v1.gain, rig.channels[0].linux.supply.name.as_ref()), (1.0, None));
+    let nothing = placed.replacen("pwmchip0/1\"", "pwmchip0/1\", v2_gain = 0.0", 1);
+    assert!(of(&nothing).contains("linux.v2_gain is 0: nothing could be measured"), "{}", of(&nothing));
+
     let second = GOOD.find("[[channel]]").map(|at| GOOD[at..].replace("\"wire\"", "\"other\"")).unwrap();
     let both = format!("{GOOD}\n{second}\n{serial}");
     let rig = Rig::parse(&both, "rig.toml").unwrap_or_else(|e| panic!("{e}"));

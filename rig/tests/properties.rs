@@ -60,6 +60,15 @@ bits = 12
 [channel.front_end]
 index = 4
 
+[channel.linux]
+pwm = "1-0040/3" # beside the green one
+polarity = "inversed"
+v1 = "1-0048:in_voltage0"
+v1_gain = 2.5
+supply_offset_v = -0.25
+current = "ina219:in_voltage0"
+current_gain = 10.0
+
 [channel.limits]
 maximum_power_w = 2.5
 
@@ -112,6 +121,13 @@ kind = "simulated"
 port = "/dev/serial/by-id/usb-bench" # the left one
 baud_hz = 1000000
 watchdog_periods = 8
+
+[backend.linux]
+sampling = "sysfs"
+phase = "free"
+trigger = "timer"
+guard_ms = 50
+root = "/tmp/root"
 
 [simulation]
 seed = 7
