@@ -37,6 +37,9 @@ struct Running {
     sampler: Sampler,
     /// Periods until the next beat.
     beat_in: u64,
+    /// The output that is written at the next beat whether its duty changes or not: so it is noticed when a chip is gone, or when
+    /// somebody else has written to it.
+    refresh: usize,
     /// Last, so that it is let go when everything else is closed.
     guard: Guard,
 }
@@ -105,7 +108,8 @@ impl LinuxRig {
         let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
         let Settings { sampling, trigger, phase, channels, .. } = &self.settings;
         let sampler = Sampler::open(&self.devices, channels, *sampling, trigger.as_deref(), *phase)?;
-        self.running = Some(Running { driven: vec![false; outputs.len()], outputs, sampler, beat_in: 0, guard });
+        self.running =
+            Some(Running { driven: vec![false; outputs.len()], outputs, sampler, beat_in: 0, refresh: 0, guard });
         Ok(())
     }
 
@@ -143,6 +147,10 @@ impl Running {
             return Watch::Good;
         }
         self.beat_in = every - 1;
+        if let Some(output) = self.outputs.get_mut(self.refresh) {
+            output.forget();
+        }
+        self.refresh = (self.refresh + 1) % self.outputs.len().max(1);
         self.guard.beat()
     }
 

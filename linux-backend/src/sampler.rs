@@ -13,8 +13,9 @@ use crate::scan::{Format, Layout};
 use crate::settings::{ChannelSettings, Inputs};
 use crate::sysfs::{self, Attribute};
 
-/// Scans the kernel keeps for us. A power of two, because it would be rounded up to one. When it is full the newest are dropped.
-const KEPT: usize = 256;
+/// Scans the kernel keeps for us: enough for a loop that is late by many periods. A power of two, because it would be rounded up
+/// to one. When it is full the newest are dropped.
+const KEPT: usize = 4096;
 
 /// All converters of a rig and what each channel takes from them.
 #[derive(Debug)]

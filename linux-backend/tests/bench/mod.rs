@@ -1,0 +1,140 @@
+//! What the tests share: a rig on a simulated kernel, and a backend whose periods pass when it is called.
+#![allow(dead_code, reason = "each test uses its part")]
+
+use std::path::PathBuf;
+use std::sync::{Arc, Barrier};
+use std::thread;
+
+use sinew_driver::{Backend, BackendError, Sample, Truth};
+use sinew_linux_backend::{LinuxRig, Settings};
+use sinew_linux_tree::{Scans, TRIGGER, Tree};
+use sinew_rig::{BackendKind, LinuxInput, LinuxPhase, LinuxSampling, Rig};
+use tempfile::TempDir;
+
+/// A rig of a few wires wired to a simulated kernel, mounted in a folder of its own.
+pub struct Bench {
+    pub tree: Arc<Tree>,
+    pub rig: Rig,
+    // Last: it can only go when nothing is mounted there.
+    _folder: TempDir,
+}
+
+/// `None`, with a word about it, where there is no FUSE.
+pub fn bench(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSampling) -> Option<Bench> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = wired(channels, rate_hz, scans, sampling, folder.path().to_str().expect("a plain name"));
+    match Tree::mount(&rig, scans, folder.path()) {
+        Ok(tree) => Some(Bench { tree: Arc::new(tree), rig, _folder: folder }),
+        Err(error) => {
+            eprintln!("skipped: no FUSE here ({error})");
+            None
+        }
+    }
+}
+
+/// A rig as its file would say it, its channels in the places the tree gives them.
+pub fn wired(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSampling, root: &str) -> Rig {
+    let mut rig = Rig::hexapod();
+    rig.name = format!("linux-{}-{:x}", std::process::id(), root.len() + channels);
+    rig.rate_hz = rate_hz;
+    rig.channels.truncate(channels);
+    rig.joints.clear();
+    rig.backend.kind = BackendKind::Linux;
+    let linux = &mut rig.backend.linux;
+    linux.root = root.into();
+    linux.sampling = sampling;
+    (linux.phase, linux.trigger) = match scans {
+        Scans::OnPhase => (LinuxPhase::Synchronised, Some(TRIGGER.to_string())),
+        Scans::Free(_) => (LinuxPhase::Free, None),
+    };
+    for (index, channel) in rig.channels.iter_mut().enumerate() {
+        let input =
+            |name: &str| LinuxInput { name: Some(format!("2-00{:02x}:{name}", 0x48 + index)), gain: 1.0, offset: 0.0 };
+        channel.linux.pwm = Some(format!("pwmchip{}/{}", index / 16 * 16, index % 16));
+        channel.linux.v1 = input("in_voltage0");
+        channel.linux.v2 = input("in_voltage1");
+        channel.linux.v3 = input("in_voltage2");
+        channel.linux.supply = input("in_voltage3");
+        channel.linux.current = input("in_current0");
+    }
+    // computed limits and ranges follow
+    rig.refreshed().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The guard of the tests: a test is no program of its own.
+pub fn guarded(rig: &Rig) -> Settings {
+    Settings { guard: (PathBuf::from(env!("CARGO_BIN_EXE_sinew-pwm-guard")), Vec::new()), ..Settings::of_rig(rig) }
+}
+
+impl Bench {
+    pub fn backend(&self) -> LinuxRig {
+        LinuxRig::new(guarded(&self.rig)).unwrap_or_else(|error| panic!("{error}; {}", error.remedy()))
+    }
+
+    /// A backend for which a period passes with each exchange, however fast they come.
+    pub fn paced(&self) -> Paced {
+        let [begin, end] = [(); 2].map(|()| Arc::new(Barrier::new(2)));
+        let (tree, start, done) = (Arc::downgrade(&self.tree), begin.clone(), end.clone());
+        // On a thread of its own, so that what the simulated kernel allocates is not put down to the backend.
+        thread::spawn(move || {
+            loop {
+                start.wait();
+                match tree.upgrade() {
+                    Some(tree) => tree.pass(),
+                    None => return,
+                }
+                done.wait();
+            }
+        });
+        Paced { inner: self.backend(), tree: self.tree.clone(), begin, end }
+    }
+
+    /// What is put out now.
+    pub fn duties(&self) -> Vec<f64> {
+        let kernel = self.tree.kernel();
+        (0..self.rig.channels.len()).map(|channel| kernel.output(channel).duty()).collect()
+    }
+}
+
+pub struct Paced {
+    inner: LinuxRig,
+    tree: Arc<Tree>,
+    begin: Arc<Barrier>,
+    end: Arc<Barrier>,
+}
+
+impl Paced {
+    fn pass(&self) {
+        self.begin.wait();
+        self.end.wait();
+    }
+}
+
+impl Backend for Paced {
+    fn channels(&self) -> usize {
+        self.inner.channels()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        self.inner.start()
+    }
+
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        self.pass();
+        self.inner.exchange(duty, samples)
+    }
+
+    fn missed(&mut self, periods: u64) {
+        (0..periods).for_each(|_| self.pass());
+        self.inner.missed(periods);
+    }
+
+    fn stop(&mut self) {
+        self.inner.stop();
+        self.pass();
+    }
+
+    fn truth(&self, channel: usize) -> Option<Truth> {
+        self.tree.kernel().rig().truth(channel)
+    }
+}
