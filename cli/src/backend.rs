@@ -1,6 +1,7 @@
 //! Which backend drives a rig: the one place that knows all of them.
 
 use sinew_driver::Backend;
+use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_rig::{BackendKind, Rig};
 use sinew_sim_backend::SimulatedRig;
 
@@ -26,6 +27,13 @@ pub fn choose(rig: &Rig) -> Result<Chosen, Failure> {
                 error => Failure::input(format!("{}: {error}", rig.file())),
             })?;
             Ok(Chosen { backend: Box::new(backend), simulated: true, wires: "simulated wires".into() })
+        }
+        BackendKind::Linux => {
+            let backend = LinuxRig::new(Settings::of_rig(rig)).map_err(|error| {
+                let remedy = error.remedy();
+                Failure::input(format!("{}: {error}", rig.file())).hint(remedy)
+            })?;
+            Ok(Chosen { backend: Box::new(backend), simulated: false, wires: "wires on Linux's own outputs".into() })
         }
         BackendKind::Serial => Err(Failure::input(format!("{}: backend.kind is \"serial\"", rig.file()))
             .hint("this version has no serial backend yet; \"simulated\" drives simulated wires")),

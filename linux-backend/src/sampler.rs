@@ -132,8 +132,8 @@ impl Sampler {
         let Some(current) = inputs.current else { return Err(Errno::INVAL) };
         let held = self.phase == LinuxPhase::Synchronised && matches!(self.readers[current.reader], Reader::Sysfs(_));
         if held && !driven {
-            // What a sample-and-hold still holds is of an earlier period.
-            return Ok(Sample::NONE);
+            // What a sample-and-hold still holds is of an earlier period; but a converter that fails is to be known.
+            return self.read(current, 0).map(|_| Sample::NONE);
         }
         let on_phase = |sample: &Sample| sample.v3_v >= *on_voltage_v || sample.current_a >= *on_current_a;
         let mut age = 0;

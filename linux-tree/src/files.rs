@@ -153,7 +153,7 @@ impl Filesystem for Files {
     fn open(&self, _: &Request, inode: INodeNo, _: OpenFlags, reply: ReplyOpen) {
         let opened = self.kernel().open(&self.path(inode));
         match opened {
-            Ok(()) => reply.opened(FileHandle(0), FopenFlags::FOPEN_DIRECT_IO),
+            Ok(handle) => reply.opened(FileHandle(handle), FopenFlags::FOPEN_DIRECT_IO),
             Err(errno) => reply.error(errno),
         }
     }
@@ -162,13 +162,13 @@ impl Filesystem for Files {
         &self,
         _: &Request,
         inode: INodeNo,
-        _: FileHandle,
+        handle: FileHandle,
         _: OpenFlags,
         _: Option<LockOwner>,
         _: bool,
         reply: ReplyEmpty,
     ) {
-        self.kernel().close(&self.path(inode));
+        self.kernel().close(&self.path(inode), handle.0);
         reply.ok();
     }
 
@@ -176,14 +176,14 @@ impl Filesystem for Files {
         &self,
         _: &Request,
         inode: INodeNo,
-        _: FileHandle,
+        handle: FileHandle,
         offset: u64,
         size: u32,
         _: OpenFlags,
         _: Option<LockOwner>,
         reply: ReplyData,
     ) {
-        let read = self.kernel().read(&self.path(inode), offset as usize, size as usize);
+        let read = self.kernel().read(&self.path(inode), handle.0, offset as usize, size as usize);
         match read {
             Ok(bytes) => reply.data(&bytes),
             Err(errno) => reply.error(errno),
@@ -194,7 +194,7 @@ impl Filesystem for Files {
         &self,
         _: &Request,
         inode: INodeNo,
-        _: FileHandle,
+        handle: FileHandle,
         _: u64,
         data: &[u8],
         _: WriteFlags,
@@ -205,7 +205,7 @@ impl Filesystem for Files {
         let text = String::from_utf8_lossy(data);
         // sysfs forgives one newline
         let text = text.strip_suffix('\n').unwrap_or(&text);
-        let written = self.kernel().write(&self.path(inode), text);
+        let written = self.kernel().write(&self.path(inode), handle.0, text);
         match written {
             Ok(()) => reply.written(data.len() as u32),
             Err(errno) => reply.error(errno),

@@ -85,6 +85,8 @@ pub struct Converter {
     pub open: bool,
     /// Whether it is no longer there.
     pub gone: bool,
+    /// Whether its bus fails: EIO for every conversion.
+    pub broken: bool,
     /// Scans that found no room.
     pub dropped: u64,
     waiting: VecDeque<Vec<u8>>,
@@ -104,9 +106,17 @@ impl Converter {
             trigger: trigger.then(String::new),
             open: false,
             gone: false,
+            broken: false,
             dropped: 0,
             waiting: VecDeque::new(),
         }
+    }
+
+    /// As it is when its driver has just found it.
+    pub fn reset(&mut self) {
+        let (inputs, trigger) = (std::mem::take(&mut self.inputs), self.trigger.is_some());
+        let inputs = inputs.into_iter().map(|input| Input { enabled: false, ..input }).collect();
+        *self = Converter::new(&self.name, &self.parent, inputs, trigger);
     }
 
     /// A scan is complete: it waits for a reader, or is dropped where there is no room. The newest is dropped, as the kernel does.
@@ -138,6 +148,9 @@ impl Converter {
 
     /// A read of `/dev/iio:deviceN` that does not block.
     pub fn read(&mut self, size: usize) -> Result<Vec<u8>, Errno> {
+        if self.broken {
+            return Err(Errno::EIO);
+        }
         let Some(scan) = self.waiting.front().map(Vec::len) else { return Err(Errno::EAGAIN) };
         if size < scan {
             return Err(Errno::EINVAL);
@@ -156,6 +169,9 @@ impl Converter {
                 if let Some(input) = input("_raw") {
                     if self.enabled {
                         return Err(Errno::EBUSY);
+                    }
+                    if self.broken {
+                        return Err(Errno::EIO);
                     }
                     Some(input.raw.to_string())
                 } else if let Some(input) = input("_scale") {

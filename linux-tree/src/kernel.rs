@@ -44,7 +44,9 @@ pub struct Kernel {
     /// What each write to a duty takes, as on a slow bus.
     pub write_takes: Duration,
     /// Whether the chips are no longer there.
-    pub unplugged: bool,
+    unplugged: bool,
+    /// How often everything was plugged in: what was opened before answers ENODEV for good.
+    plugged: u64,
     /// Wires, and what their converters make of their samples.
     rig: SimulatedRig,
     scans: Scans,
@@ -92,6 +94,7 @@ impl Kernel {
             converters: rig.channels.iter().enumerate().map(converter).collect(),
             write_takes: Duration::ZERO,
             unplugged: false,
+            plugged: 0,
             rig: simulated,
             scans,
             supply_v: rig.channels.iter().map(|channel| channel.model.drive.supply_v).collect(),
@@ -114,6 +117,26 @@ impl Kernel {
     /// What breaks the simulated wires.
     pub fn faults(&self) -> FaultHandle {
         self.rig.faults()
+    }
+
+    /// Takes chips and converters away: their files vanish, what is open answers ENODEV, nothing is put out.
+    pub fn unplug(&mut self) {
+        self.unplugged = true;
+        for converter in &mut self.converters {
+            converter.gone = true;
+        }
+        for output in self.chips.iter_mut().flat_map(|chip| &mut chip.outputs) {
+            *output = Output { changed: Some(std::time::Instant::now()), ..Output::default() };
+        }
+    }
+
+    /// Brings them back, as after a reset: nothing is exported, no buffer runs.
+    pub fn plug_in(&mut self) {
+        self.unplugged = false;
+        self.plugged += 1;
+        for converter in &mut self.converters {
+            converter.reset();
+        }
     }
 
     /// One period of PWM passes with the duties that are put out, and the converters convert.
@@ -285,7 +308,8 @@ impl Kernel {
         }
     }
 
-    pub(crate) fn open(&mut self, path: &str) -> Result<(), Errno> {
+    /// Opens a file; what comes back goes with each read and write of it.
+    pub(crate) fn open(&mut self, path: &str) -> Result<u64, Errno> {
         match self.node(path) {
             Some(Node::Device(device)) => {
                 let converter = &mut self.converters[device];
@@ -293,22 +317,26 @@ impl Kernel {
                     return Err(Errno::EBUSY);
                 }
                 converter.open = true;
-                Ok(())
+                Ok(self.plugged)
             }
-            Some(_) => Ok(()),
+            Some(_) => Ok(self.plugged),
             None => Err(Errno::ENODEV),
         }
     }
 
-    pub(crate) fn close(&mut self, path: &str) {
-        if let Some(device) = path.strip_prefix("dev/iio:device").and_then(|number| number.parse::<usize>().ok())
+    pub(crate) fn close(&mut self, path: &str, handle: u64) {
+        if handle == self.plugged
+            && let Some(device) = path.strip_prefix("dev/iio:device").and_then(|number| number.parse::<usize>().ok())
             && let Some(converter) = self.converters.get_mut(device)
         {
             converter.open = false;
         }
     }
 
-    pub(crate) fn read(&mut self, path: &str, offset: usize, size: usize) -> Result<Vec<u8>, Errno> {
+    pub(crate) fn read(&mut self, path: &str, handle: u64, offset: usize, size: usize) -> Result<Vec<u8>, Errno> {
+        if handle != self.plugged {
+            return Err(Errno::ENODEV);
+        }
         if let Some(Node::Device(device)) = self.node(path) {
             return self.converters[device].read(size);
         }
@@ -326,7 +354,10 @@ impl Kernel {
         Ok(bytes[offset.min(bytes.len())..bytes.len().min(offset + size)].to_vec())
     }
 
-    pub(crate) fn write(&mut self, path: &str, text: &str) -> Result<(), Errno> {
+    pub(crate) fn write(&mut self, path: &str, handle: u64, text: &str) -> Result<(), Errno> {
+        if handle != self.plugged {
+            return Err(Errno::ENODEV);
+        }
         match self.place(path).ok_or(Errno::ENODEV)? {
             Place::Trigger => Err(Errno::EACCES),
             Place::Chip(chip, file) => self.chips[chip].store(file, text),

@@ -1937,6 +1937,7 @@ mod tests {
                         assert!((low..=high).contains(&i), "{}", key.name);
                     }
                     (Default::Text(t), Kind::Choice(words)) => assert!(words.contains(t), "{}", key.name),
+                    (Default::Text(t), Kind::Text { longest, .. }) => assert!(t.len() <= *longest, "{}", key.name),
                     (Default::Required(_) | Default::Computed(_), _) => {}
                     _ => panic!("{}: the default is of another kind than the key", key.name),
                 }

@@ -2,10 +2,9 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 use std::path::PathBuf;
-use std::sync::{Arc, Barrier};
-use std::thread;
 
-use sinew_driver::{Backend, BackendError, Sample, Truth};
+use sinew_driver::ChannelFault;
+use sinew_driver::conformance;
 use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_linux_tree::{Scans, TRIGGER, Tree};
 use sinew_rig::{BackendKind, LinuxInput, LinuxPhase, LinuxSampling, Rig};
@@ -13,7 +12,7 @@ use tempfile::TempDir;
 
 /// A rig of a few wires wired to a simulated kernel, mounted in a folder of its own.
 pub struct Bench {
-    pub tree: Arc<Tree>,
+    pub tree: Tree,
     pub rig: Rig,
     // Last: it can only go when nothing is mounted there.
     _folder: TempDir,
@@ -24,7 +23,7 @@ pub fn bench(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
     let folder = tempfile::tempdir().expect("a folder");
     let rig = wired(channels, rate_hz, scans, sampling, folder.path().to_str().expect("a plain name"));
     match Tree::mount(&rig, scans, folder.path()) {
-        Ok(tree) => Some(Bench { tree: Arc::new(tree), rig, _folder: folder }),
+        Ok(tree) => Some(Bench { tree: tree, rig, _folder: folder }),
         Err(error) => {
             eprintln!("skipped: no FUSE here ({error})");
             None
@@ -71,24 +70,6 @@ impl Bench {
         LinuxRig::new(guarded(&self.rig)).unwrap_or_else(|error| panic!("{error}; {}", error.remedy()))
     }
 
-    /// A backend for which a period passes with each exchange, however fast they come.
-    pub fn paced(&self) -> Paced {
-        let [begin, end] = [(); 2].map(|()| Arc::new(Barrier::new(2)));
-        let (tree, start, done) = (Arc::downgrade(&self.tree), begin.clone(), end.clone());
-        // On a thread of its own, so that what the simulated kernel allocates is not put down to the backend.
-        thread::spawn(move || {
-            loop {
-                start.wait();
-                match tree.upgrade() {
-                    Some(tree) => tree.pass(),
-                    None => return,
-                }
-                done.wait();
-            }
-        });
-        Paced { inner: self.backend(), tree: self.tree.clone(), begin, end }
-    }
-
     /// What is put out now.
     pub fn duties(&self) -> Vec<f64> {
         let kernel = self.tree.kernel();
@@ -96,45 +77,33 @@ impl Bench {
     }
 }
 
-pub struct Paced {
-    inner: LinuxRig,
-    tree: Arc<Tree>,
-    begin: Arc<Barrier>,
-    end: Arc<Barrier>,
-}
+/// A period passes when the suite says so.
+impl conformance::Bench for Bench {
+    type Backend = LinuxRig;
 
-impl Paced {
-    fn pass(&self) {
-        self.begin.wait();
-        self.end.wait();
-    }
-}
-
-impl Backend for Paced {
-    fn channels(&self) -> usize {
-        self.inner.channels()
+    fn backend(&mut self) -> LinuxRig {
+        Bench::backend(self)
     }
 
-    fn start(&mut self) -> Result<(), BackendError> {
-        self.inner.start()
+    fn pace(&mut self) {
+        self.tree.pass();
     }
 
-    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
-        self.pass();
-        self.inner.exchange(duty, samples)
+    fn put_out(&mut self, channel: usize) -> Option<f64> {
+        Some(self.tree.kernel().output(channel).duty())
     }
 
-    fn missed(&mut self, periods: u64) {
-        (0..periods).for_each(|_| self.pass());
-        self.inner.missed(periods);
+    /// Here the kernel is another thread.
+    fn hardware_waits(&self) -> bool {
+        true
     }
 
-    fn stop(&mut self) {
-        self.inner.stop();
-        self.pass();
+    fn break_channel(&mut self, channel: usize) -> Option<ChannelFault> {
+        self.tree.kernel().converters[channel].broken = true;
+        Some(ChannelFault::Converter)
     }
 
-    fn truth(&self, channel: usize) -> Option<Truth> {
-        self.tree.kernel().rig().truth(channel)
+    fn mend_channel(&mut self, channel: usize) {
+        self.tree.kernel().converters[channel].broken = false;
     }
 }
