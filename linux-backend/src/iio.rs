@@ -5,6 +5,7 @@
 //! (`in_voltage0_scale`) or its type's (`in_voltage_scale`).
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::Error;
@@ -102,6 +103,14 @@ pub(crate) struct Scale {
 }
 
 impl Device {
+    /// Whether this user may set its buffer up and read it. A node that somebody else has open is no obstacle of rights.
+    pub fn is_open(&self) -> bool {
+        let node =
+            fs::File::open(&self.node).map_or_else(|error| error.kind() != ErrorKind::PermissionDenied, |_| true);
+        let enable = self.path.join("buffer/enable");
+        node && fs::OpenOptions::new().write(true).open(enable).is_ok()
+    }
+
     /// The scale of an input's raw values.
     pub(crate) fn scale(&self, input: &str) -> Result<Scale, Error> {
         let scale: f64 = self.of_input(input, "scale")?.unwrap_or(1.0);

@@ -49,6 +49,13 @@ pub fn chips(root: &Path) -> Vec<Chip> {
     sysfs::names(&class).into_iter().filter_map(chip).collect()
 }
 
+impl Chip {
+    /// Whether this user may export its outputs.
+    pub fn is_open(&self) -> bool {
+        fs::OpenOptions::new().write(true).open(self.path.join("export")).is_ok()
+    }
+}
+
 /// Finds `chip/number` among the chips.
 ///
 /// # Errors

@@ -1,4 +1,5 @@
-//! `sinew doctor`: what this machine lacks for real time and for the rig, what that costs, and what to type.
+//! `sinew doctor`: what this machine lacks for real time and for the rig, what is attached to it, what that costs, and what to
+//! type.
 
 use std::ffi::CString;
 use std::fmt::Write as _;
@@ -12,7 +13,7 @@ use sinew_driver::report::BareLoop;
 use sinew_driver::wish_of;
 use sinew_rig::{RealtimeMode, Rig};
 
-use super::load_rig;
+use super::{attached, load_rig};
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
@@ -26,7 +27,7 @@ const WATCH_S: f64 = 1.0;
 /// How a check came out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Verdict {
+pub(super) enum Verdict {
     /// As it should be.
     Good,
     /// Works without, but not as well.
@@ -37,18 +38,18 @@ enum Verdict {
 
 /// One thing looked at.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-struct Check {
+pub(super) struct Check {
     /// Short name, stable for programs.
-    id: &'static str,
-    verdict: Verdict,
+    pub id: &'static str,
+    pub verdict: Verdict,
     /// What is wanted.
-    wanted: String,
+    pub wanted: String,
     /// What was found.
-    found: String,
+    pub found: String,
     /// What it costs to do without; empty when good.
-    cost: String,
+    pub cost: String,
     /// What to type or to change; empty when good.
-    remedy: String,
+    pub remedy: String,
 }
 
 /// What `--json` prints.
@@ -77,6 +78,7 @@ pub fn doctor(args: &args::Doctor) -> Outcome {
     checks.push(shared_memory());
     checks.push(runtime_folder());
     checks.push(drivable(&rig));
+    checks.extend(attached::attached(&rig));
     let watched = baseline::bare_loop_with(&wish, rig.rate_hz, WATCH_S);
     checks.push(punctuality(&rig, &watched));
 
@@ -126,7 +128,12 @@ fn of_realtime(row: realtime::Row) -> Check {
 }
 
 /// A check that is good, or else of the given verdict with its cost and remedy.
-fn check(id: &'static str, wanted: &str, found: String, otherwise: Option<(Verdict, &str, String)>) -> Check {
+pub(super) fn check(
+    id: &'static str,
+    wanted: &str,
+    found: String,
+    otherwise: Option<(Verdict, &str, String)>,
+) -> Check {
     let wanted = wanted.to_string();
     match otherwise {
         None => Check { id, verdict: Verdict::Good, wanted, found, cost: String::new(), remedy: String::new() },

@@ -23,7 +23,7 @@ pub fn bench(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
     let folder = tempfile::tempdir().expect("a folder");
     let rig = wired(channels, rate_hz, scans, sampling, folder.path().to_str().expect("a plain name"));
     match Tree::mount(&rig, scans, folder.path()) {
-        Ok(tree) => Some(Bench { tree: tree, rig, _folder: folder }),
+        Ok(tree) => Some(Bench { tree, rig, _folder: folder }),
         Err(error) => {
             eprintln!("skipped: no FUSE here ({error})");
             None

@@ -1,0 +1,131 @@
+//! What `sinew doctor` finds attached: PWM chips, converters, serial ports; and whether the rig's places among them are there.
+
+use std::fs::{self, OpenOptions};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use sinew_linux_backend::{LinuxRig, Settings, iio, pwm};
+use sinew_rig::{BackendKind, Rig};
+
+use super::doctor::{Check, Verdict, check};
+
+/// Everything attached, and what the rig misses of it.
+pub(super) fn attached(rig: &Rig) -> Vec<Check> {
+    let root = match rig.backend.kind {
+        BackendKind::Linux => PathBuf::from(&rig.backend.linux.root),
+        _ => PathBuf::from("/"),
+    };
+    let wanted = |kind| rig.backend.kind == kind;
+    let mut checks = vec![outputs(&root, wanted(BackendKind::Linux)), converters(&root, wanted(BackendKind::Linux))];
+    if wanted(BackendKind::Linux) {
+        checks.push(places(rig));
+    }
+    checks.push(serial_ports(rig));
+    checks
+}
+
+fn outputs(root: &Path, needed: bool) -> Check {
+    let chips = pwm::chips(root);
+    let each = |chip: &pwm::Chip| {
+        let exported = chip.exported.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
+        let exported = if exported.is_empty() { String::new() } else { format!(", {exported} exported") };
+        format!("{} ({}, {} outputs{exported})", chip.name, chip.device, chip.outputs)
+    };
+    let trouble = if !needed {
+        None
+    } else if chips.is_empty() {
+        let remedy = "load the chip's driver (`sudo modprobe pwm-pca9685`) or switch the board's outputs on in its device tree \
+                      (`dtoverlay=pwm-2chan` in config.txt of a Raspberry Pi); `dmesg | grep -i pwm`";
+        Some((Verdict::Lacking, "nothing can be heated", remedy.to_string()))
+    } else {
+        chips.iter().find(|chip| !chip.is_open()).map(|chip| {
+            let remedy =
+                format!("put the udev rules of docs/linux-backend.md in place: {} is not open to this user", chip.name);
+            (Verdict::Lacking, "the driver cannot take its outputs", remedy)
+        })
+    };
+    let what = if needed { "PWM outputs of Linux's own, open to this user" } else { "PWM outputs of Linux's own" };
+    check("outputs", what, listed(chips.iter().map(each)), trouble)
+}
+
+fn converters(root: &Path, needed: bool) -> Check {
+    let devices = iio::devices(root);
+    let each = |device: &iio::Device| {
+        let buffered = if device.buffered { "" } else { ", without a buffer" };
+        format!("{} ({} at {}: {}{buffered})", device.number, device.name, device.parent, device.inputs.join(" "))
+    };
+    let trouble = if !needed {
+        None
+    } else if devices.is_empty() {
+        let remedy = "load the converter's driver (`sudo modprobe ina2xx-adc`) and tell the bus of it \
+                      (`echo ina219 0x41 | sudo tee /sys/bus/i2c/devices/i2c-1/new_device`, or a device tree overlay); \
+                      `dmesg | grep -i iio`";
+        Some((Verdict::Lacking, "nothing can be measured, so nothing is heated", remedy.to_string()))
+    } else {
+        devices.iter().find(|device| device.buffered && !device.is_open()).map(|device| {
+            let remedy = format!(
+                "put the udev rules of docs/linux-backend.md in place: {} is not open to this user",
+                device.number
+            );
+            (Verdict::Lacking, "the driver cannot read its converters", remedy)
+        })
+    };
+    let what = if needed { "IIO converters, open to this user" } else { "IIO converters" };
+    check("converters", what, listed(devices.iter().map(each)), trouble)
+}
+
+/// Whether the names of the rig file are borne by what is there.
+fn places(rig: &Rig) -> Check {
+    let wanted = "every channel's output and inputs are there";
+    match LinuxRig::new(Settings::of_rig(rig)) {
+        Ok(_) => check("places", wanted, "yes".into(), None),
+        Err(error) => {
+            let remedy = format!("name what is there in {}", rig.file());
+            check("places", wanted, error.to_string(), Some((Verdict::Lacking, "the driver does not start", remedy)))
+        }
+    }
+}
+
+/// Serial ports a front-end may be on: those of USB, by the name that stays, and the rig's own.
+fn serial_ports(rig: &Rig) -> Check {
+    let own = match rig.backend.kind {
+        BackendKind::Serial => rig.backend.serial.port.as_ref().map(PathBuf::from),
+        _ => None,
+    };
+    let mut ports = in_folder("/dev/serial/by-id", "");
+    if ports.is_empty() {
+        ports = ["ttyACM", "ttyUSB"].into_iter().flat_map(|prefix| in_folder("/dev", prefix)).collect();
+    }
+    let trouble = own.as_deref().and_then(|port| match OpenOptions::new().read(true).write(true).open(port) {
+        Ok(_) => None,
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
+            let remedy = "sudo usermod -aG dialout $USER   (then log in anew)".to_string();
+            Some((Verdict::Lacking, "the driver cannot reach its front-end", remedy))
+        }
+        Err(error) => {
+            let remedy =
+                format!("plug the front-end in, or name its port in the rig file ({}: {error})", port.display());
+            Some((Verdict::Lacking, "the driver cannot reach its front-end", remedy))
+        }
+    });
+    let wanted = match &own {
+        Some(port) => format!("the front-end's port {}, open to this user", port.display()),
+        None => "serial ports a front-end may be on".into(),
+    };
+    check("serial_ports", &wanted, listed(ports.iter().map(|port| port.display().to_string())), trouble)
+}
+
+/// What lies in a folder under names that begin so, sorted.
+fn in_folder(folder: &str, prefix: &str) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let begins =
+        |path: &PathBuf| path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(prefix));
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(begins).collect();
+    paths.sort_unstable();
+    paths
+}
+
+fn listed(all: impl Iterator<Item = String>) -> String {
+    let all = all.collect::<Vec<_>>().join("; ");
+    if all.is_empty() { "none".into() } else { all }
+}
