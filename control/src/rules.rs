@@ -6,6 +6,8 @@
 
 use std::f64::consts::PI;
 
+use sinew_physics::Geometry;
+
 /// Stress a wire pulls with for 100 000 cycles, Pa (eq. 2).
 const PULL_PA: f64 = 170e6;
 /// Stress that stretches it again as it cools, Pa (eq. 3).
@@ -74,7 +76,7 @@ impl WireRules {
 
     /// Current it bears for good, A: 20 A per mm² and 40 mA on top (eq. 8).
     pub fn safe_current_a(&self) -> f64 {
-        20.0 * self.area_m2() * 1e6 + 0.04
+        Geometry { diameter_m: self.diameter_m, length_m: self.length_m }.safe_current_a()
     }
 
     /// Voltage it bears for good, V (eq. 9).

@@ -18,6 +18,10 @@
 //! (`circuit = "shared"` in the rig file), V3 is NaN, the supply is what that input saw in the off-phase of the same
 //! period (NaN where duty 1 leaves none), the current is what it saw in the on-phase, over shunt and switch.
 //!
+//! **Dark.** With duty 0 a backend that can samples all the same, with the gate closed: a current there is the one sign by which
+//! a power stage that conducts on its own can be told ([`crate::stage`]). A backend that cannot look leaves NaN, and reports such a
+//! stage as [`ChannelFault::Stage`] if its hardware can tell.
+//!
 //! **Zero.** Outputs are zero after [`Backend::start`], after [`Backend::stop`], after a failed `exchange` and after drop.
 
 use std::fmt;
@@ -49,6 +53,14 @@ pub trait Backend: Send {
     /// Called right before `exchange`, under the same rules.
     fn missed(&mut self, periods: u64) {
         let _ = periods;
+    }
+
+    /// Takes the supply from all power stages together, by whatever is there for it beside their own gates (a master switch,
+    /// an enable line), until the next [`Backend::start`]: the answer to a stage that conducts although it is given no duty.
+    /// Called under the rules of `exchange`, which goes on being called and may go on sampling; idempotent. Returns whether there
+    /// is such a thing; where there is not, which is the default, only a hand at the plug is left.
+    fn cut(&mut self) -> bool {
+        false
     }
 
     /// All outputs to zero, now. Idempotent, callable in any state (also before `start`), never fails, never unwinds: it is

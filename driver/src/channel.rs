@@ -15,8 +15,11 @@ use sinew_sensing::{
     Reading, ResistanceLine, Sample, SlideConfig, SlideWatch,
 };
 
+use crate::budget::Budgets;
 use crate::engine::Ask;
 use crate::error::Error;
+use crate::stage::StageWatch;
+use crate::standstill::Standstill;
 use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};
 
 /// How far above its limit a current must read to be more than noise, in standard deviations of the converter.
@@ -71,8 +74,14 @@ pub struct Channel {
     /// Value of the last setpoint a client asked for.
     asked: f64,
     sensor: LengthSensor,
+    /// What its output stage does.
+    stage: StageWatch,
     /// Where the length comes from taps and the load says how far the wire is pulled.
     slide: Option<SlideWatch>,
+    /// The same, while it is derated.
+    standstill: Option<Standstill>,
+    /// And it does stand still.
+    held: bool,
     /// What the last sample said.
     pub(crate) reading: Reading,
     observer: MotionObserver,
@@ -170,28 +179,46 @@ impl Channel {
         let limits = &channel.limits;
         let settings = settings(channel);
         let estimator = estimator(channel);
+        // Where something else than its own load can hold it, standing proves nothing.
+        let slide = slide_watch(channel, model, &stroke);
+        let standstill = slide.is_some().then(|| Standstill::new(&stroke));
         let noise_a = sensor.config().converter.current_sigma_a();
+        let drive = &model.drive;
+        let series_ohm = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
+        let max_current_a = limits.max_current_a + CURRENT_GUARD * noise_a;
+        let full_w = cold.power_w().max(hot.power_w());
+        let heat_capacity_j_per_k =
+            model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
         Ok(Channel {
             applied_duty: 0.0,
             sample: Sample::NONE,
             ordered: 0,
             order: 0,
             asked: f64::NAN,
-            slide: slide_watch(channel, model, &stroke),
+            slide,
+            standstill,
+            held: false,
+            stage: StageWatch::new(sensor.config(), drive.supply_v, series_ohm, max_current_a, &stroke),
             sensor,
             reading: Reading::none(Default::default()),
             observer,
             motion: Motion { length_m: f64::NAN, velocity_m_s: f64::NAN, acceleration_m_s2: f64::NAN },
-            on_power_w: cold.power_w().max(hot.power_w()),
+            on_power_w: full_w,
             power_w: 0.0,
             estimator: StateEstimator::new(model, estimator),
             protector: (!estimator.is_protective()).then(|| EnthalpyObserver::new(model)),
             estimate: Estimate::UNKNOWN,
             guard: Guard::new(GuardLimits {
-                max_current_a: limits.max_current_a + CURRENT_GUARD * noise_a,
-                max_temperature_c: limits.max_temperature_c,
-                energy_budget_j: limits.energy_budget_j,
-                energy_drain_w: limits.energy_drain_w,
+                max_current_a,
+                budgets: Budgets {
+                    energy_j: limits.energy_budget_j,
+                    drain_w: limits.energy_drain_w,
+                    temperature_c: limits.max_temperature_c,
+                    ambient_c: model.ambient_c,
+                    full_w: (limits.max_duty * full_w).min(limits.max_power_w),
+                    full_k_per_s: full_w / heat_capacity_j_per_k,
+                    period_s: 1.0 / rig.rate_hz,
+                },
             }),
             target: Target::Idle,
             source: Source::Nobody,
@@ -222,7 +249,7 @@ impl Channel {
         let (permit, change) = self.supervise(sample, temperature_c, tick);
         let lapsed = self.put_in_charge(permit, tick, program);
         let duty = self.regulate(permit, tick);
-        self.put_out(duty);
+        self.put_out(duty, permit, tick);
         Happened { change, lapsed }
     }
 
@@ -238,9 +265,8 @@ impl Channel {
             self.on_power_w = sample.current_a * sample.current_a * self.reading.resistance_ohm;
         }
         self.power_w = self.applied_duty * self.on_power_w;
-        if let Some(slide) = &mut self.slide
-            && slide.sticks(&self.reading, self.power_w, tick.dt_s)
-        {
+        let sticks = self.slide.as_mut().is_some_and(|slide| slide.sticks(&self.reading, self.power_w, tick.dt_s));
+        if sticks || (self.held && self.reading.health.is_ok()) {
             self.reading = Reading { resistance_ohm: self.reading.resistance_ohm, ..Reading::none(Health::ProbeStuck) };
         }
         self.motion = self.observer.update_weighted(self.reading.length(), self.reading.length_sigma_m, tick.dt_s);
@@ -258,9 +284,11 @@ impl Channel {
     /// Supervisor: whether the wire may be powered.
     #[inline]
     pub(crate) fn supervise(&mut self, sample: &Sample, temperature_c: f64, tick: &Tick) -> (Permit, Option<Change>) {
+        let driven = self.applied_duty > 0.0;
         let (permit, change) = self.guard.judge(&Evidence {
-            driven: self.applied_duty > 0.0,
+            driven,
             health: self.reading.health,
+            stage: self.stage.fault(sample, &self.reading, driven),
             current_a: sample.current_a,
             power_w: self.power_w,
             temperature_c,
@@ -268,6 +296,7 @@ impl Channel {
         });
         if let Some(Change::Tripped(_)) = change {
             self.forget_target();
+            self.held = false;
         }
         (permit, change)
     }
@@ -345,7 +374,7 @@ impl Channel {
 
     /// Puts a duty out, within what the wire may have.
     #[inline]
-    pub(crate) fn put_out(&mut self, wanted: f64) {
+    pub(crate) fn put_out(&mut self, wanted: f64, permit: Permit, tick: &Tick) {
         // What was put out at this tick is what the next sample comes from.
         self.applied_duty = self.duty;
         self.observer.set_duty(self.applied_duty);
@@ -360,8 +389,36 @@ impl Channel {
             let off_target_m = (self.motion.length_m - self.target_m()).abs();
             self.flags |= if off_target_m <= self.settled_m { ChannelState::FLAG_SETTLED } else { 0 };
         }
+        if permit == Permit::Power {
+            self.hold_down();
+        }
         let limited = self.target != Target::Idle && self.tension.as_ref().is_some_and(TensionLimits::is_limited);
         self.flags |= if self.duty < wanted || limited { ChannelState::FLAG_LIMITED } else { 0 };
+        if permit == Permit::Power {
+            let low = self.duty <= self.min_duty;
+            let derated = self.flags & (ChannelState::FLAG_HEAT_BUDGET | ChannelState::FLAG_TEMPERATURE_BUDGET) != 0;
+            let target_m = self.target_m();
+            if let Some(standstill) = &mut self.standstill {
+                let (filled, length_m) = (self.guard.filled(), self.motion.length_m);
+                self.held = standstill.is_held(filled, derated, length_m, target_m, tick.dt_s);
+            }
+            if self.stage.wants_dark(low, derated, &self.motion, tick.dt_s) {
+                self.duty = 0.0;
+                self.flags |= ChannelState::FLAG_DARK;
+            }
+        }
+    }
+
+    /// Derates the duty to what keeps the wire's budgets. The sensing pulse always goes out: a wire that is not measured
+    /// is no safer.
+    #[inline]
+    fn hold_down(&mut self) {
+        let allowance = self.guard.allowance();
+        let allowed = (allowance.power_w / self.on_power_w).max(self.min_duty);
+        if self.duty > allowed {
+            self.duty = allowed;
+            self.flags |= allowance.flag;
+        }
     }
 
     /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
@@ -375,6 +432,15 @@ impl Channel {
         self.regulating = false;
         self.forget_target();
         self.guard.trip(fault)
+    }
+
+    /// Switches it off in the present cycle, after its duty was put out: its supply is gone.
+    #[inline]
+    pub(crate) fn cut_off(&mut self) -> Option<Change> {
+        self.duty = 0.0;
+        self.regulating = false;
+        self.forget_target();
+        self.guard.trip(Fault::SupplyCut)
     }
 
     /// The length it is told to keep, or else the one it has, m.

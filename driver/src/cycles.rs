@@ -221,6 +221,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 }
             }
             engine.cycle(Beat { now_ns, missed: missed_since }, exchanged, &samples, &mut duty, tell);
+            if engine.must_cut() {
+                backend.0.cut();
+            }
 
             // Publish.
             stats.cycles += 1;

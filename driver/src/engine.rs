@@ -116,6 +116,10 @@ pub struct Engine {
     punctuality: Punctuality,
     /// Whether the machine was suspended since the last cycle.
     suspended: bool,
+    /// The channel whose fault was the first of those that are latched.
+    first: Option<usize>,
+    /// An output stage cannot be switched off: everything stays off until the driver is started anew.
+    cut: bool,
     /// How the last exchange went.
     exchanged: Result<(), BackendError>,
     period_s: f64,
@@ -146,6 +150,8 @@ impl Engine {
             program,
             punctuality: Punctuality::default(),
             suspended: false,
+            first: None,
+            cut: false,
             exchanged: Ok(()),
             period_s: 1.0 / rig.rate_hz,
             start_ns: None,
@@ -173,6 +179,19 @@ impl Engine {
     #[inline]
     pub fn has_order(&self, channel: usize) -> bool {
         self.channels.get(channel).is_some_and(Channel::has_order)
+    }
+
+    /// Whether an output stage conducts with its gate closed, so that its supply has to be taken from it: the backend is to be
+    /// told so, see [`Backend::cut`](crate::Backend::cut).
+    #[inline]
+    pub fn must_cut(&self) -> bool {
+        self.cut
+    }
+
+    /// The channel whose fault was the first of those that are latched now; of several in the same cycle the lowest, and none
+    /// that only follows from another's.
+    pub fn first_to_fail(&self) -> Option<usize> {
+        self.first
     }
 
     /// What the channels do while nobody commands them, to be changed between cycles.
@@ -209,6 +228,11 @@ impl Engine {
                     && matches!(fault, Fault::Backend | Fault::CycleOverrun)
                 {
                     return Some(Answer::CauseRemains(fault));
+                }
+                // With the supply gone, no channel can prove itself.
+                if self.cut && channel.guard.fault().is_some() {
+                    let stuck = channel.guard.must_cut();
+                    return Some(Answer::CauseRemains(if stuck { Fault::StageOn } else { Fault::SupplyCut }));
                 }
                 // What its partner suffers from is the cause.
                 if let Some(fault @ Fault::JointPartner) = channel.guard.fault()
@@ -298,6 +322,11 @@ impl Engine {
         let outside = |index: usize| everything.or((failed == Some(index)).then_some(Fault::Backend));
         let program = |index: usize| self.program.as_ref().and_then(|program| program.stroke(index, time_s));
         let resets = &mut self.resets;
+        if self.first.is_some_and(|index| self.channels[index].guard.fault().is_none()) {
+            self.first = None;
+        }
+        let none_latched = self.first.is_none() && self.channels.iter().all(|channel| channel.guard.fault().is_none());
+        let mut first = self.first;
         let mut report = |index: usize, before: Option<Change>, happened: Happened| {
             let event = |what| Event { at_ns: beat.now_ns, channel: index as u32, what };
             if happened.lapsed {
@@ -305,7 +334,12 @@ impl Engine {
             }
             let (what, answer) = match before.or(happened.change) {
                 None => return,
-                Some(Change::Tripped(fault)) => (Occurrence::Tripped(fault), Answer::CauseRemains(fault)),
+                Some(Change::Tripped(fault)) => {
+                    if none_latched && !fault.follows_another() {
+                        first = Some(first.map_or(index, |first: usize| first.min(index)));
+                    }
+                    (Occurrence::Tripped(fault), Answer::CauseRemains(fault))
+                }
                 Some(Change::Proved) => (Occurrence::Proved, Answer::Done),
             };
             tell(event(what));
@@ -338,6 +372,15 @@ impl Engine {
                 report(index, before[side], happened[side]);
             }
         }
+        if self.cut || self.channels.iter().any(|channel| channel.guard.must_cut()) {
+            self.cut = true;
+            for (index, channel) in self.channels.iter_mut().enumerate() {
+                let change = channel.cut_off();
+                duty[index] = 0.0;
+                report(index, None, Happened { change, lapsed: false });
+            }
+        }
+        self.first = first;
     }
 
     /// Writes the state after a cycle into a snapshot: copies, no allocation. Its cycle number, time and count of missed periods
@@ -353,6 +396,7 @@ impl Engine {
         };
         for (index, (channel, state)) in self.channels.iter().zip(&mut snapshot.channel).enumerate() {
             channel.describe(now_ns, state);
+            state.flags |= if self.first == Some(index) { ChannelState::FLAG_FIRST } else { 0 };
             state.backend = if whom.is_none_or(|whom| whom == index) { code } else { 0 };
         }
     }

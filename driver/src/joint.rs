@@ -132,7 +132,7 @@ impl Joint {
         self.regulating = duties[0].is_some();
         for side in [0, 1] {
             let duty = wires[side].regulate_in_joint(permits[side], duties[side]);
-            wires[side].put_out(duty);
+            wires[side].put_out(duty, permits[side], tick);
             if self.regulating && self.law.is_limited() {
                 wires[side].flags |= ChannelState::FLAG_LIMITED;
             }

@@ -12,6 +12,7 @@
 mod allocations;
 mod backend;
 pub mod baseline;
+pub mod budget;
 pub mod channel;
 pub mod commands;
 pub mod conformance;
@@ -25,6 +26,8 @@ mod publish;
 #[allow(unsafe_code)]
 pub mod realtime;
 pub mod report;
+pub mod stage;
+pub mod standstill;
 pub mod supervisor;
 
 pub use allocations::{CountingAllocator, calls_of_this_thread, is_counting};

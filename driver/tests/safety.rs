@@ -7,7 +7,7 @@ use sinew_driver::{
     Answer, Ask, Backend, BackendError, Beat, ChannelFault, Engine, Error, Event, Occurrence, Order, Program, Sample,
     supervisor,
 };
-use sinew_ipc::{CommandKind, DriverState, Fault, Mode, Snapshot};
+use sinew_ipc::{ChannelState, CommandKind, DriverState, Fault, Mode, Snapshot};
 use sinew_rig::{Estimator, Rig};
 
 const RATE_HZ: f64 = 1000.0;
@@ -64,6 +64,9 @@ impl Bench {
         let events = &mut self.events;
         let tell = |event: Event| events.push((period, event.channel, event.what));
         self.engine.cycle(Beat { now_ns, missed }, exchanged, &self.samples, &mut self.duty, tell);
+        if self.engine.must_cut() {
+            self.fake.cut();
+        }
         self.engine.describe(now_ns, DriverState::Running, &mut self.state);
     }
 
@@ -209,6 +212,9 @@ fn electrical_faults_are_off_within_two_periods_and_latched() {
         (Mishap::ProbeLost, Fault::ProbeLost),
         (Mishap::SupplyDip, Fault::SupplyDip),
         (Mishap::OverCurrent, Fault::OverCurrent),
+        (Mishap::SupplyHigh, Fault::SupplyHigh),
+        (Mishap::StageOff, Fault::StageWeak),
+        (Mishap::StageWeak, Fault::StageWeak),
     ];
     for (mishap, fault) in cases {
         let mut bench = Bench::started(2);
@@ -308,30 +314,57 @@ fn a_channel_the_backend_gives_up_is_off_alone_and_a_backend_that_fails_takes_al
     assert_eq!(bench.duty, [MIN_DUTY; 3]);
 }
 
+/// Flags of a channel that is derated.
+const DERATED: u32 = ChannelState::FLAG_HEAT_BUDGET | ChannelState::FLAG_TEMPERATURE_BUDGET;
+
 #[test]
-fn too_much_heat_is_off_by_the_energy_account_or_the_estimate_and_needs_to_cool() {
+fn who_asks_for_too_much_is_held_at_the_limit_and_told_so() {
+    let rig = rig("safety", 1, RATE_HZ);
+    let limit_c = rig.channels[0].limits.max_temperature_c;
     let mut bench = Bench::started(1);
     bench.order(0, Ask::Duty(1.0), 1000.0);
-    bench.run(4000);
+    let mut hottest_c: f64 = 0.0;
+    for _ in 0..30_000 {
+        bench.run(1);
+        hottest_c = hottest_c.max(bench.fake.truth(0).unwrap().temperature_c);
+    }
+    assert_eq!(bench.faults(), [], "nothing trips");
+    let state = bench.state.channel[0];
+    assert!(state.flags & ChannelState::FLAG_LIMITED != 0 && state.flags & DERATED != 0, "{:b}", state.flags);
+    assert!(state.duty > 0.1 && state.duty < 0.5, "it is held, not let go: {}", state.duty);
+    // The scripted wire is not the modelled one: 10 % more heat capacity, and less loss.
+    assert!(hottest_c < limit_c + 10.0, "{hottest_c} °C, limit {limit_c} °C");
+    // Who asks for less is not.
+    bench.order(0, Ask::Duty(0.05), 1000.0);
+    bench.run(5000);
+    assert_eq!(bench.state.channel[0].flags & (DERATED | ChannelState::FLAG_LIMITED), 0);
+}
+
+#[test]
+fn too_much_heat_is_off_where_derating_comes_too_late_and_needs_to_cool() {
+    let mut bench = Bench::started(1);
+    bench.order(0, Ask::Duty(1.0), 1000.0);
+    // Eight cycles a second, by twos.
+    let mut left = 100;
+    while bench.faults().is_empty() && left > 0 {
+        bench.cycle_after(240);
+        bench.run(1);
+        left -= 1;
+    }
     let fault = bench.state.channel[0].fault();
     assert!(matches!(fault, Some(Fault::EnergyBudget | Fault::OverTemperature)), "{fault:?}");
-    assert!(bench.fake.truth(0).unwrap().temperature_c < 400.0);
-    let hot = bench.faults()[0].0;
-    // Right away it is refused, whatever the sample looks like.
-    let mut early = Bench::started(1);
-    early.order(0, Ask::Duty(1.0), 1000.0);
-    early.run(hot + 1 - early.period);
-    assert_eq!(early.mode(0), Mode::Fault);
-    assert!(matches!(early.reset(0), Answer::CauseRemains(_)));
+    // Right away a reset is refused, whatever the sample looks like.
+    assert_eq!(bench.mode(0), Mode::Fault);
+    assert!(matches!(bench.reset(0), Answer::CauseRemains(_)));
     // Seconds later it has cooled.
-    early.run(20_000);
-    assert_eq!(early.reset(0), Answer::Done);
+    bench.run(20_000);
+    assert_eq!(bench.reset(0), Answer::Done);
 }
 
 /// Chapter 9's estimators are tens of kelvins off while a wire moves: the supervisor has a temperature of its own.
 #[test]
 fn too_much_heat_is_found_alike_whatever_the_estimator() {
-    let tripped = |estimator| {
+    let derated = |estimator| {
         let mut rig = rig("safety", 1, RATE_HZ);
         rig.channels[0].control.estimator = estimator;
         // the estimate alone
@@ -339,14 +372,66 @@ fn too_much_heat_is_found_alike_whatever_the_estimator() {
         let mut bench = Bench::of(&rig, None);
         bench.run(20);
         bench.order(0, Ask::Duty(1.0), 1000.0);
-        bench.run(8000);
-        let (period, _, fault) = bench.faults()[0];
-        assert_eq!(fault, Fault::OverTemperature);
-        period
+        while bench.state.channel[0].flags & ChannelState::FLAG_TEMPERATURE_BUDGET == 0 {
+            bench.run(1);
+            assert!(bench.period < 8000);
+        }
+        bench.period
     };
-    let enthalpy = tripped(Estimator::Enthalpy);
-    assert_eq!(tripped(Estimator::Luenberger), enthalpy);
-    assert_eq!(tripped(Estimator::LuenbergerScheduled), enthalpy);
+    let enthalpy = derated(Estimator::Enthalpy);
+    assert_eq!(derated(Estimator::Luenberger), enthalpy);
+    assert_eq!(derated(Estimator::LuenbergerScheduled), enthalpy);
+}
+
+#[test]
+fn a_stage_that_cannot_be_switched_off_takes_the_supply_from_all_for_good() {
+    let mut bench = Bench::started(3);
+    for channel in 0..3 {
+        bench.order(channel, Ask::Off, 1000.0);
+    }
+    // On from before the first dark look on: a fault elsewhere switches it off, and it is not.
+    bench.fake.script = vec![(40..u64::MAX, 1, Mishap::StageOn), (50..60, 1, Mishap::NanVoltage)];
+    bench.fake.script.swap(0, 1);
+    bench.run(100);
+    let faults = bench.faults();
+    assert_eq!(faults[0].1..=faults[0].1, 1..=1, "{faults:?}");
+    assert_eq!(faults[0].2, Fault::NotFinite);
+    let stuck = faults.iter().find(|fault| fault.2 == Fault::StageOn).expect("found in the dark");
+    // The samples of the ten periods in which the converter failed show nothing.
+    assert_eq!((stuck.0, stuck.1), (61, 1), "{faults:?}");
+    let cut: Vec<_> = faults.iter().filter(|fault| fault.2 == Fault::SupplyCut).map(|f| (f.0, f.1)).collect();
+    assert_eq!(cut, [(61, 0), (61, 2)]);
+    assert!(bench.engine.must_cut() && bench.fake.cut);
+    assert_eq!(bench.duty, [0.0; 3]);
+    for (channel, fault) in [(0, Fault::SupplyCut), (1, Fault::StageOn), (2, Fault::SupplyCut)] {
+        assert_eq!(bench.state.channel[channel].fault(), Some(fault));
+        assert_eq!(bench.reset(channel), Answer::CauseRemains(fault), "only a new start");
+        let first = bench.state.channel[channel].flags & ChannelState::FLAG_FIRST != 0;
+        assert_eq!(first, channel == 1, "the first cause");
+    }
+}
+
+#[test]
+fn the_first_to_fail_is_told_from_those_that_followed() {
+    let mut bench = Bench::started(3);
+    bench.fake.script = vec![(30..40, 2, Mishap::OpenWire), (33..40, 0, Mishap::NoSample)];
+    bench.run(40);
+    assert_eq!(bench.engine.first_to_fail(), Some(2));
+    let first = |bench: &Bench| {
+        let flags = bench.state.channel.iter().map(|state| state.flags & ChannelState::FLAG_FIRST != 0);
+        flags.take(3).collect::<Vec<_>>()
+    };
+    assert_eq!(first(&bench), [false, false, true]);
+    // Mended, it is nobody's: the other one was not the first.
+    assert_eq!(bench.reset(2), Answer::Done);
+    bench.run(2);
+    assert_eq!((bench.engine.first_to_fail(), first(&bench)), (None, vec![false; 3]));
+    assert_eq!(bench.order(0, Ask::Reset, 0.0), None);
+    bench.run(20);
+    assert_eq!(bench.state.channel[0].fault(), None);
+    bench.fake.script = vec![(bench.period + 2..u64::MAX, 0, Mishap::OpenWire)];
+    bench.run(10);
+    assert_eq!(first(&bench), [true, false, false], "{:?}", bench.faults());
 }
 
 #[test]

@@ -139,6 +139,14 @@ impl ChannelState {
     pub const FLAG_SETTLED: u32 = 1 << 1;
     /// A limit of power, duty or tension holds the duty from what the controller asks for.
     pub const FLAG_LIMITED: u32 = 1 << 2;
+    /// And that limit is the heat budget: the duty is derated, so that the wire takes no more than it can give off.
+    pub const FLAG_HEAT_BUDGET: u32 = 1 << 3;
+    /// And that limit is the estimated temperature: the duty is derated, so that it stays below its maximum.
+    pub const FLAG_TEMPERATURE_BUDGET: u32 = 1 << 4;
+    /// The fault that is latched was the first of those latched now on any channel.
+    pub const FLAG_FIRST: u32 = 1 << 5;
+    /// The period ahead is dark: no duty, so that it shows whether the output stage switches off. Its sample has no length.
+    pub const FLAG_DARK: u32 = 1 << 6;
 
     /// Of a channel nothing is known about.
     pub const UNKNOWN: ChannelState = ChannelState {

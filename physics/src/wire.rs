@@ -21,6 +21,8 @@ const THETA_TOLERANCE_K: f64 = 1e-7;
 const THETA_TOLERANCE: f64 = 1e-3;
 /// More than Newton inside a bracket ever needs; bisection alone would reach the tolerance from 10⁴ K in 37.
 const MOST_ITERATIONS: u32 = 60;
+/// A load that no wire moves, kg: what jams one.
+const JAMMED_KG: f64 = 1e12;
 
 /// A wire in its load and circuit. Cloning it forks the simulation.
 #[derive(Debug, Clone)]
@@ -42,6 +44,8 @@ pub struct Wire {
     /// Time since the start, s.
     elapsed: f64,
     energy: EnergyBalance,
+    /// Mass of the load where that is jammed now, kg.
+    free_mass_kg: Option<f64>,
 }
 
 impl Wire {
@@ -80,6 +84,7 @@ impl Wire {
             started: state,
             elapsed: 0.0,
             energy: EnergyBalance::default(),
+            free_mass_kg: None,
         };
         wire.current = wire.balance.current(first, state.resistance);
         let seen = wire.seen();
@@ -115,6 +120,20 @@ impl Wire {
                 terms.stirred = stirred;
                 self.balance.terms = Some(terms);
             }
+        }
+    }
+
+    /// Jams the load where it is, so that it stands still however the wire pulls, or frees it again. A length that is imposed
+    /// is nobody's to jam.
+    pub fn set_jammed(&mut self, jammed: bool) {
+        let Motion::Dynamic { mass, .. } = &mut self.balance.motion else { return };
+        match (jammed, self.free_mass_kg) {
+            (true, None) => {
+                self.free_mass_kg = Some(std::mem::replace(mass, JAMMED_KG));
+                self.state.velocity = 0.0;
+            }
+            (false, Some(free_kg)) => (*mass, self.free_mass_kg) = (free_kg, None),
+            _ => {}
         }
     }
 

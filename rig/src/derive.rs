@@ -9,6 +9,8 @@ use crate::types::{Channel, Joint, SamplingCircuit, Sensing};
 const GRAVITY: f64 = 9.80665;
 /// How far above A the wire counts as wholly austenite, in K.
 const FULLY_HOT_K: f64 = 40.0;
+/// How far above A, at its stress, the wire may be by default, in K.
+const HOTTEST_K: f64 = 60.0;
 /// What an unpowered or unknown drive is given as full-on current (A) and power (W): no rig is driven with it.
 const UNKNOWN: f64 = 1.0;
 
@@ -95,6 +97,22 @@ fn loss_w(model: &WireModel, temperature_c: f64) -> f64 {
     h * model.geometry.surface_m2() * above
 }
 
+/// Current (A, rms) the wire bears for good: the thesis' rule of thumb (eq. 8) between what the model says of two
+/// temperatures. That rule grows with the area, the heat that the air takes from a hot wire only with the diameter: it says less
+/// than what keeps a wire of 0.1 mm contracted, and what takes one of 0.5 mm far beyond its limit.
+fn continuous_current_a(model: &WireModel, contracted_c: f64, hottest_c: f64, hot_ohm: f64) -> f64 {
+    let holds = |temperature_c: f64| (loss_w(model, temperature_c) / hot_ohm).sqrt();
+    model.geometry.safe_current_a().max(holds(contracted_c)).min(holds(hottest_c)).max(1e-6)
+}
+
+/// Resistance (Ω) of the wholly austenite wire at a temperature.
+fn hot_ohm(model: &WireModel, hot_m: f64, temperature_c: f64) -> f64 {
+    let m = &model.material;
+    let warm_k = temperature_c - m.reference_temperature_c;
+    let resistivity = m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm_k;
+    resistivity.max(1e-9) * hot_m / model.geometry.area_m2()
+}
+
 /// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.
 fn heat_j(model: &WireModel, temperature_c: f64) -> f64 {
     let Material { density_kg_per_m3, specific_heat_j_per_kg_k, latent_heat_j_per_kg, .. } = model.material;
@@ -156,13 +174,18 @@ pub(crate) fn fill(channel: &mut Channel, joint: Option<&Joint>, given: &dyn Fn(
     if !given("limits", "maximum_length_mm") {
         limits.max_length_m = hot.max(cold) + margin;
     }
+    let m = &model.material;
+    let stressed_c = m.austenite_temperature_c + m.stress_shift_k_per_pa * hot_stress;
     if !given("limits", "maximum_temperature_c") {
-        let m = &model.material;
-        limits.max_temperature_c = m.austenite_temperature_c + 60.0 + m.stress_shift_k_per_pa * hot_stress;
+        limits.max_temperature_c = stressed_c + HOTTEST_K;
     }
     let hottest = limits.max_temperature_c;
+    let hot_ohm = hot_ohm(model, hot, hottest);
+    if !given("limits", "continuous_current_a") {
+        limits.continuous_current_a = continuous_current_a(model, stressed_c + FULLY_HOT_K, hottest, hot_ohm);
+    }
     if !given("limits", "energy_drain_w") {
-        limits.energy_drain_w = loss_w(model, hottest);
+        limits.energy_drain_w = limits.continuous_current_a.powi(2) * hot_ohm;
     }
     if !given("limits", "energy_budget_j") {
         limits.energy_budget_j = (1.25 * heat_j(model, hottest)).max(1e-9);

@@ -1092,6 +1092,7 @@ fn blank_channel(ambient_c: f64) -> Channel {
             max_power_w: f64::NAN,
             max_current_a: f64::NAN,
             max_temperature_c: f64::NAN,
+            continuous_current_a: f64::NAN,
             energy_budget_j: f64::NAN,
             energy_drain_w: f64::NAN,
             lease_s: f64::NAN,

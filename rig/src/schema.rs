@@ -1635,12 +1635,23 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 c.limits.max_temperature_c
             ),
             number!(
+                "continuous_current_a",
+                "A",
+                SAME,
+                1e-6..1e5,
+                Default::Computed(
+                    "20 A/mm² + 40 mA (eq. 8), but no less than holds the contracted wire and no more than holds it at `maximum_temperature_c`"
+                ),
+                "Current the wire bears for good, RMS over on- and off-phases; read where `energy_drain_w` is not given",
+                c.limits.continuous_current_a
+            ),
+            number!(
                 "energy_budget_j",
                 "J",
                 SAME,
                 1e-9..1e9,
                 Default::Computed("1.25 × the heat from ambient to `maximum_temperature_c`, latent heat included"),
-                "Heat taken in beyond `energy_drain_w` that is still safe",
+                "Heat that fills the wire's account; from 80 % of it on the duty is derated",
                 c.limits.energy_budget_j
             ),
             number!(
@@ -1648,8 +1659,8 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                 "W",
                 SAME,
                 0.0..1e6,
-                Default::Computed("the loss to the air at `maximum_temperature_c`"),
-                "Rate at which the energy account empties",
+                Default::Computed("what `continuous_current_a` heats the hot wire with"),
+                "Rate at which a full account drains; in proportion where it is less full",
                 c.limits.energy_drain_w
             ),
             optional_number!(

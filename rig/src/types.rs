@@ -265,9 +265,11 @@ pub struct Limits {
     pub max_current_a: f64,
     /// Highest estimated wire temperature, in °C.
     pub max_temperature_c: f64,
-    /// Heat the wire may have taken beyond what drains at [`Limits::energy_drain_w`], in J.
+    /// Current the wire bears for good, in A, rms over on- and off-phases.
+    pub continuous_current_a: f64,
+    /// Heat the wire may hold beyond what drains, in J: its account is full then.
     pub energy_budget_j: f64,
-    /// The rate at which the energy account empties, in W.
+    /// The rate at which a full account drains, in W; in proportion where it is less full.
     pub energy_drain_w: f64,
     /// Tension, reckoned from the load, below which the wire is heated, in N; `None` = no limit.
     pub min_force_n: Option<f64>,
@@ -661,6 +663,14 @@ pub enum FaultKind {
     ProbeStuck,
     /// The supply falls to the fraction `value` of itself.
     SupplyDip,
+    /// The supply rises to `value` times itself.
+    SupplyHigh,
+    /// The output stage conducts through the whole period, whatever its duty.
+    StageOn,
+    /// The output stage conducts only through `value` Ω more; by default so many that it does not conduct.
+    StageWeak,
+    /// The load stands still, however the wire pulls; not in a joint.
+    Jammed,
     /// Every sample repeats the last one.
     AdcStuck,
     /// Every sample is at full scale.
@@ -673,13 +683,17 @@ pub enum FaultKind {
 
 impl FaultKind {
     /// Every kind with its word in the rig file.
-    pub const ALL: [(&'static str, FaultKind); 10] = [
+    pub const ALL: [(&'static str, FaultKind); 14] = [
         ("open_wire", FaultKind::OpenWire),
         ("shorted_wire", FaultKind::ShortedWire),
         ("probe_lost", FaultKind::ProbeLost),
         ("contact_resistance", FaultKind::ContactResistance),
         ("probe_stuck", FaultKind::ProbeStuck),
         ("supply_dip", FaultKind::SupplyDip),
+        ("supply_high", FaultKind::SupplyHigh),
+        ("stage_on", FaultKind::StageOn),
+        ("stage_weak", FaultKind::StageWeak),
+        ("jammed", FaultKind::Jammed),
         ("adc_stuck", FaultKind::AdcStuck),
         ("adc_saturated", FaultKind::AdcSaturated),
         ("adc_nan", FaultKind::AdcNan),
@@ -694,6 +708,8 @@ impl FaultKind {
             FaultKind::ContactResistance => Some("Ω inside V_3"),
             FaultKind::ProbeStuck => Some("the tap: 1 or 2"),
             FaultKind::SupplyDip => Some("fraction of the supply that is left"),
+            FaultKind::SupplyHigh => Some("the supply as a multiple of itself"),
+            FaultKind::StageWeak => Some("Ω more in the output stage"),
             _ => None,
         }
     }
@@ -706,6 +722,8 @@ impl FaultKind {
             FaultKind::ContactResistance => Some((0.0, 1000.0, 0.5)),
             FaultKind::ProbeStuck => Some((1.0, 2.0, 2.0)),
             FaultKind::SupplyDip => Some((0.0, 1.0, 0.5)),
+            FaultKind::SupplyHigh => Some((1.0, 3.0, 1.4)),
+            FaultKind::StageWeak => Some((0.0, 1e6, 1e6)),
             _ => None,
         }
     }

@@ -206,7 +206,14 @@ fn read(text: &str) {
                 let l = &channel.limits;
                 let numbers = [l.min_length_m, l.max_length_m, l.max_duty, l.max_power_w, l.max_current_a]
                     .into_iter()
-                    .chain([l.max_temperature_c, l.energy_budget_j, l.energy_drain_w, l.lease_s, l.max_lease_s])
+                    .chain([
+                        l.max_temperature_c,
+                        l.continuous_current_a,
+                        l.energy_budget_j,
+                        l.energy_drain_w,
+                        l.lease_s,
+                        l.max_lease_s,
+                    ])
                     .chain([channel.adc.voltage_range_v, channel.adc.current_range_a, channel.control.minimum_duty])
                     .chain([channel.control.pi_proportional_per_m, channel.control.pi_integral_per_m_s])
                     .chain([channel.control.pid_derivative_s_per_m]);
@@ -392,6 +399,7 @@ proptest! {
         let again = Rig::parse(&text, "rig.toml").unwrap();
         // What was not written follows what was; all the rest is as it was set.
         rig.channels[0].limits.energy_budget_j = again.channels[0].limits.energy_budget_j;
+        rig.channels[0].limits.continuous_current_a = again.channels[0].limits.continuous_current_a;
         rig.channels[0].limits.energy_drain_w = again.channels[0].limits.energy_drain_w;
         let (l, a) = (&mut rig.channels[0], &again.channels[0]);
         for (was, is) in [

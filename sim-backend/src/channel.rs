@@ -68,6 +68,8 @@ pub(crate) struct Channel {
     heat_before_j: f64,
     past_s: f64,
     past_duty: f64,
+    /// What it should have been: another where the stage conducts on its own.
+    past_asked: f64,
     last: Sample,
     /// Wander of a floating input, in standard deviations.
     floating: f64,
@@ -103,6 +105,7 @@ impl Channel {
             heat_before_j: 0.0,
             past_s: 0.0,
             past_duty: 0.0,
+            past_asked: 0.0,
             last: Sample::NONE,
             floating: 0.0,
             length_m: model.geometry.length_m,
@@ -124,11 +127,17 @@ impl Channel {
         Inputs { drive: 0.0, supply_v: self.supply_v, ..self.inputs }
     }
 
-    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes.
+    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes. `live`: the stage has a supply.
     #[inline]
-    pub fn begin(&mut self, period_s: f64, acting: &Acting) {
+    pub fn begin(&mut self, period_s: f64, acting: &Acting, live: bool) {
         let supply_v = self.supply_v * acting.supply();
-        self.inputs.drive = self.duty;
+        let duty = match (live, acting.has(FaultKind::StageOn)) {
+            (false, _) => 0.0,
+            (true, true) => 1.0,
+            (true, false) => self.duty,
+        };
+        self.wire.set_jammed(acting.has(FaultKind::Jammed));
+        self.inputs.drive = duty;
         self.inputs.supply_v = if acting.is_none() {
             supply_v
         } else {
@@ -137,7 +146,7 @@ impl Channel {
             let flow = flow(supply_v, self.series_ohm, ohm, &self.defects(acting));
             flow.wire_a * (ohm + self.series_ohm + self.contact_ohm)
         };
-        self.past_duty = self.duty;
+        (self.past_duty, self.past_asked) = (duty, self.duty);
         self.past_s = period_s;
         self.heat_before_j = self.wire.energy().heat_in_j;
     }
@@ -181,7 +190,7 @@ impl Channel {
         if acting.is_none() {
             self.stuck = [None; 2];
             if let Some(low_ohm) = self.low_ohm {
-                self.share(&mut pins, low_ohm, (on, off), false);
+                self.share(&mut pins, low_ohm, (on, off), acting);
             }
             self.last = self.converter.sample(&pins);
             return self.last;
@@ -191,7 +200,9 @@ impl Channel {
             self.broken_circuit(&mut pins, outputs.resistance_ohm, &self.defects(acting));
         }
         if let Some(low_ohm) = self.low_ohm {
-            self.share(&mut pins, low_ohm, (on, off), acting.has(FaultKind::OpenWire));
+            // the converter keeps to the duty that was asked for, whatever the stage makes of it
+            let phases = (lasts(self.past_asked), lasts(1.0 - self.past_asked));
+            self.share(&mut pins, low_ohm, phases, acting);
         }
         if let Some(tap) = acting.get(FaultKind::ProbeLost) {
             self.lose_probe(&mut pins, tap, period_s);
@@ -213,13 +224,22 @@ impl Channel {
     /// on their voltage, and the supply is seen through the wire while the switch is open, by the amplifier that is V_3's in
     /// the other circuit. Without an on-phase (`phases.0`) nothing but the supply is sampled, without an off-phase
     /// (`phases.1`) not the supply.
-    fn share(&self, pins: &mut Pins, low_ohm: f64, (on, off): (bool, bool), open: bool) {
+    fn share(&self, pins: &mut Pins, low_ohm: f64, (on, off): (bool, bool), acting: &Acting) {
         pins.v3_v = f64::NAN;
-        let seen_v = if open { 0.0 } else { pins.supply_v };
+        // what a stage that conducts badly adds below the input
+        let low_ohm_now = low_ohm + acting.get(FaultKind::StageWeak).unwrap_or(0.0);
+        let low_v = low_ohm_now * self.unamplified(pins.current_a);
+        let seen_v = if acting.has(FaultKind::StageOn) && self.past_duty > 0.0 {
+            low_v
+        } else if acting.has(FaultKind::OpenWire) {
+            0.0
+        } else {
+            pins.supply_v
+        };
         pins.supply_v = if off { self.gain.v3 * seen_v + self.offset.v3_v } else { f64::NAN };
         if on {
-            let low_v = low_ohm * self.unamplified(pins.current_a);
             pins.taps = pins.taps.map(|taps| taps.map(|tap| tap + low_v));
+            pins.current_a *= low_ohm_now / low_ohm;
         } else {
             // the converter waits for the on-phase
             pins.current_a = f64::NAN;
@@ -285,7 +305,7 @@ impl Channel {
     /// Nothing flows, and nothing has: after stop.
     pub fn at_rest(&mut self) {
         self.duty = 0.0;
-        self.past_duty = 0.0;
+        (self.past_duty, self.past_asked) = (0.0, 0.0);
         self.past_s = 0.0;
     }
 

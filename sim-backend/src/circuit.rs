@@ -10,6 +10,8 @@ pub(crate) struct Defects {
     pub bridge_ohm: Option<f64>,
     /// Ω at the moving end, inside V_3.
     pub contact_ohm: f64,
+    /// Ω in the output stage beyond what it has when it conducts well.
+    pub stage_ohm: f64,
 }
 
 /// Currents and voltages of the on-phase.
@@ -37,7 +39,7 @@ pub(crate) fn flow(supply_v: f64, series_ohm: f64, wire_ohm: f64, defects: &Defe
         Some(bridge) => wire_ohm * bridge / (wire_ohm + bridge).max(LEAST_OHM),
         None => wire_ohm,
     };
-    let total_a = supply_v / (series_ohm + defects.contact_ohm + bridged_ohm).max(LEAST_OHM);
+    let total_a = supply_v / (series_ohm + defects.stage_ohm + defects.contact_ohm + bridged_ohm).max(LEAST_OHM);
     Flow {
         total_a,
         wire_a: total_a * bridged_ohm / wire_ohm.max(LEAST_OHM),
@@ -49,7 +51,7 @@ pub(crate) fn flow(supply_v: f64, series_ohm: f64, wire_ohm: f64, defects: &Defe
 mod tests {
     use super::*;
 
-    const WHOLE: Defects = Defects { open: false, bridge_ohm: None, contact_ohm: 0.0 };
+    const WHOLE: Defects = Defects { open: false, bridge_ohm: None, contact_ohm: 0.0, stage_ohm: 0.0 };
 
     #[test]
     fn ohms_law_holds_in_every_state() {
@@ -59,6 +61,9 @@ mod tests {
 
         let f = flow(6.0, 0.12, 10.0, &Defects { contact_ohm: 0.5, ..WHOLE });
         assert!((f.v3_v - 6.0 * 10.5 / 10.62).abs() < 1e-12, "contact lies inside V_3: {f:?}");
+
+        let f = flow(6.0, 0.12, 10.0, &Defects { stage_ohm: 5.0, ..WHOLE });
+        assert!((f.total_a - 6.0 / 15.12).abs() < 1e-12 && (f.v3_v - f.total_a * 10.0).abs() < 1e-12, "{f:?}");
 
         let f = flow(6.0, 0.12, 10.0, &Defects { bridge_ohm: Some(10.0), ..WHOLE });
         assert!((f.total_a - 6.0 / 5.12).abs() < 1e-12 && (f.wire_a - 0.5 * f.total_a).abs() < 1e-12);

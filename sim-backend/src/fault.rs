@@ -50,12 +50,13 @@ impl Acting {
             open: self.has(FaultKind::OpenWire),
             bridge_ohm: self.get(FaultKind::ShortedWire),
             contact_ohm: self.get(FaultKind::ContactResistance).unwrap_or(0.0),
+            stage_ohm: self.get(FaultKind::StageWeak).unwrap_or(0.0),
         }
     }
 
-    /// The share of the supply that is left.
+    /// The supply there is, as a share of what it should be.
     pub fn supply(&self) -> f64 {
-        self.get(FaultKind::SupplyDip).unwrap_or(1.0)
+        self.get(FaultKind::SupplyDip).unwrap_or(1.0) * self.get(FaultKind::SupplyHigh).unwrap_or(1.0)
     }
 }
 

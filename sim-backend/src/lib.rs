@@ -23,9 +23,11 @@ mod channel;
 mod circuit;
 mod converter;
 mod fault;
+mod lockstep;
 mod rig;
 
 pub use channel::World;
 pub use converter::MIN_ON_TIME_S;
 pub use fault::FaultHandle;
+pub use lockstep::{Lockstep, LockstepError, Trip};
 pub use rig::{Error, SimulatedRig};

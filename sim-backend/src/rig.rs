@@ -82,6 +82,8 @@ pub struct SimulatedRig {
     /// Periods that have passed.
     periods: u64,
     started: bool,
+    /// The supply is cut off, until the next start.
+    cut: bool,
     faults: FaultHandle,
     schedule: Schedule,
 }
@@ -126,6 +128,7 @@ impl SimulatedRig {
             period_s: 1.0 / rig.rate_hz,
             periods: 0,
             started: false,
+            cut: false,
             faults: FaultHandle::new(rig.channels.len()),
             schedule: Schedule::of_backend(scheduled),
         })
@@ -196,7 +199,7 @@ impl SimulatedRig {
         self.warm_neighbours();
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
-            channel.begin(self.period_s, &acting);
+            channel.begin(self.period_s, &acting, self.started && !self.cut);
             if self.alone[index] {
                 channel.pass();
             }
@@ -229,7 +232,7 @@ impl Backend for SimulatedRig {
 
     fn start(&mut self) -> Result<(), BackendError> {
         self.channels.iter_mut().for_each(Channel::at_rest);
-        self.started = true;
+        (self.started, self.cut) = (true, false);
         Ok(())
     }
 
@@ -275,6 +278,11 @@ impl Backend for SimulatedRig {
                 self.pass();
             }
         }
+    }
+
+    fn cut(&mut self) -> bool {
+        self.cut = true;
+        true
     }
 
     fn stop(&mut self) {

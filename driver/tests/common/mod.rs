@@ -38,8 +38,15 @@ pub enum Mishap {
     ShortedWire,
     ProbeLost,
     SupplyDip,
-    /// A supply too high: more current than allowed.
+    /// A wire partly bridged: more current than allowed.
     OverCurrent,
+    SupplyHigh,
+    /// Nothing comes out of the output stage.
+    StageOff,
+    /// The output stage conducts at half the supply's voltage.
+    StageWeak,
+    /// The output stage conducts whatever it is told.
+    StageOn,
     /// The converter repeats its last codes.
     Stuck,
     /// The backend says that this channel has failed.
@@ -71,6 +78,8 @@ pub struct Fake {
     period_s: f64,
     period: u64,
     running: bool,
+    /// The supply was cut.
+    pub cut: bool,
     noise: u64,
     pub script: Script,
     pub watch: Arc<Watch>,
@@ -91,6 +100,7 @@ impl Fake {
             period_s: 1.0 / rig.rate_hz,
             period: 0,
             running: false,
+            cut: false,
             noise: 0x9e37_79b9_7f4a_7c15,
             script: Vec::new(),
             watch: Arc::new(Watch { panic_at: AtomicU64::new(u64::MAX), ..Watch::default() }),
@@ -137,20 +147,26 @@ impl Fake {
 
     fn sample(&mut self, channel: usize, mishap: Option<Mishap>) -> Sample {
         let wire = self.wires[channel];
-        if wire.duty == 0.0 {
+        if wire.duty == 0.0 && (mishap != Some(Mishap::StageOn) || self.cut) {
             return Sample::NONE;
         }
         let supply_v = match mishap {
             Some(Mishap::SupplyDip) => 0.5 * SUPPLY_V,
-            Some(Mishap::OverCurrent) => 1.35 * SUPPLY_V,
+            Some(Mishap::SupplyHigh) => 1.35 * SUPPLY_V,
             _ => SUPPLY_V,
         };
         let r = match mishap {
             Some(Mishap::ShortedWire) => 0.05,
             Some(Mishap::OpenWire) => 1e7,
+            Some(Mishap::OverCurrent) => 0.74 * Self::resistance_ohm(&wire),
             _ => Self::resistance_ohm(&wire),
         };
-        let current_a = supply_v / (r + SERIES_OHM);
+        let stage_ohm = match mishap {
+            Some(Mishap::StageOff) => 1e9,
+            Some(Mishap::StageWeak) => r,
+            _ => 0.0,
+        };
+        let current_a = supply_v / (r + SERIES_OHM + stage_ohm);
         let v3_v = current_a * r;
         let v2_v = v3_v * 0.150 / Self::length_m(&wire);
         let mut sample = Sample {
@@ -223,6 +239,11 @@ impl Backend for Fake {
             self.log.push(duty.to_vec());
         }
         answer
+    }
+
+    fn cut(&mut self) -> bool {
+        self.cut = true;
+        true
     }
 
     fn missed(&mut self, periods: u64) {

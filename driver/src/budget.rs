@@ -1,0 +1,150 @@
+//! How much power keeps a wire within its budgets, before one of them has to switch it off.
+//!
+//! Two budgets, one shape: from 80 % of a budget on the power that is allowed falls in a straight line, to what holds the
+//! budget just short of full. A demand that lasts is so held at the limit instead of tripping it, and a short one passes
+//! as if there were none. What trips is only what derating cannot help.
+//!
+//! **Heat.** The thesis' rule for the current a wire bears for good (eq. 8, 9) as a thermal image of the wire, like the I²t of a motor's
+//! protection relay: heat goes in with I²R as measured, and drains in proportion to how full the account is, with
+//! `energy_drain_w` where it is full. The time constant is so `energy_budget_j / energy_drain_w`; a pulse may fill what is empty, a
+//! lasting power never more than drains. It knows current and voltage, and nothing of the wire's state.
+//!
+//! **Temperature.** The estimate, which knows the wire's model, its length and its resistance.
+
+use sinew_ipc::ChannelState;
+
+/// Share of a budget from which on the power is derated.
+pub const DERATED_FROM: f64 = 0.8;
+/// Share of the heat budget at which no more is allowed than drains.
+pub const HEAT_KEPT: f64 = 0.95;
+/// Share of the temperature's rise at which nothing is allowed.
+pub const RISE_KEPT: f64 = 0.98;
+/// A budget must not be passed in fewer periods than this, however strong the supply or slow the loop.
+const FEWEST_PERIODS: f64 = 6.0;
+
+/// What a wire may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budgets {
+    /// Heat it may hold beyond what drains, J.
+    pub energy_j: f64,
+    /// Rate at which a full account drains, W.
+    pub drain_w: f64,
+    /// Highest temperature, °C.
+    pub temperature_c: f64,
+    /// Air, °C: where the rise is counted from.
+    pub ambient_c: f64,
+    /// Largest power there is, W.
+    pub full_w: f64,
+    /// How fast that heats the wire, K/s.
+    pub full_k_per_s: f64,
+    /// The loop's period, s.
+    pub period_s: f64,
+}
+
+/// How the power is to be derated: the budgets with everything worked out that does not change.
+#[derive(Debug, Clone, Copy)]
+pub struct Derating {
+    leak_per_s: f64,
+    kept_j: f64,
+    per_release_s: f64,
+    kept_c: f64,
+    w_per_k: f64,
+}
+
+/// The power that is allowed, and what keeps it down where it is kept down: `ChannelState::FLAG_…`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Allowance {
+    /// Mean power, W; may be negative or NaN, which both mean none.
+    pub power_w: f64,
+    /// The budget it comes from.
+    pub flag: u32,
+}
+
+impl Derating {
+    /// Derates so that these budgets hold.
+    pub fn new(b: &Budgets) -> Derating {
+        let period_s = FEWEST_PERIODS * b.period_s;
+        // Full power is just allowed at the share from which on it is derated.
+        let spare_w = b.full_w - DERATED_FROM * b.drain_w;
+        let release_s = ((HEAT_KEPT - DERATED_FROM) * b.energy_j / spare_w.max(1e-12)).max(period_s);
+        let rise_k = (b.temperature_c - b.ambient_c).max(1.0);
+        let band_k = ((RISE_KEPT - DERATED_FROM) * rise_k).max(period_s * b.full_k_per_s);
+        Derating {
+            leak_per_s: b.drain_w / b.energy_j,
+            kept_j: HEAT_KEPT * b.energy_j,
+            per_release_s: 1.0 / release_s,
+            kept_c: b.temperature_c - (1.0 - RISE_KEPT) * rise_k,
+            w_per_k: b.full_w / band_k,
+        }
+    }
+
+    /// What drains of an account that stands at this, W.
+    #[inline]
+    pub fn drains_w(&self, energy_j: f64) -> f64 {
+        self.leak_per_s * energy_j
+    }
+
+    /// The power that keeps both budgets.
+    #[inline]
+    pub fn allowance(&self, energy_j: f64, temperature_c: f64) -> Allowance {
+        let by_heat_w = self.drains_w(energy_j) + (self.kept_j - energy_j) * self.per_release_s;
+        let by_temperature_w = (self.kept_c - temperature_c) * self.w_per_k;
+        if by_heat_w < by_temperature_w {
+            Allowance { power_w: by_heat_w, flag: ChannelState::FLAG_HEAT_BUDGET }
+        } else {
+            Allowance { power_w: by_temperature_w, flag: ChannelState::FLAG_TEMPERATURE_BUDGET }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const BUDGETS: Budgets = Budgets {
+        energy_j: 2.0,
+        drain_w: 1.0,
+        temperature_c: 150.0,
+        ambient_c: 25.0,
+        full_w: 3.0,
+        full_k_per_s: 200.0,
+        period_s: 1e-3,
+    };
+
+    #[test]
+    fn full_power_passes_up_to_four_fifths_and_what_drains_at_the_end() {
+        let derating = Derating::new(&BUDGETS);
+        let at = |share: f64| derating.allowance(share * 2.0, 25.0);
+        assert!(at(0.0).power_w > 3.0 && at(0.79).power_w > 3.0);
+        assert!((at(0.8).power_w - 3.0).abs() < 1e-9, "{:?}", at(0.8));
+        assert!((at(HEAT_KEPT).power_w - HEAT_KEPT).abs() < 1e-9 && at(1.0).power_w < 1.0);
+        assert_eq!(at(0.9).flag, ChannelState::FLAG_HEAT_BUDGET);
+
+        let at = |share: f64| derating.allowance(0.0, 25.0 + share * 125.0);
+        assert!((at(0.8).power_w - 3.0).abs() < 1e-9 && at(RISE_KEPT).power_w.abs() < 1e-9);
+        assert_eq!(at(0.9).flag, ChannelState::FLAG_TEMPERATURE_BUDGET);
+        assert!(derating.allowance(0.0, f64::NAN).power_w.is_nan(), "a temperature nobody knows allows nothing");
+    }
+
+    proptest! {
+        /// Whoever asks for everything for good never fills the account, whatever the wire, the supply and the loop.
+        #[test]
+        fn what_is_derated_never_fills_the_account(
+            energy_j in 1e-3..100.0f64, drain_w in 1e-3..50.0f64, over in 0.2..50.0f64, period_s in 1e-4..0.02f64,
+        ) {
+            let budgets = Budgets { energy_j, drain_w, full_w: over * drain_w, period_s, ..BUDGETS };
+            // A supply that fills the account in a few periods is no wire's.
+            prop_assume!(budgets.full_w * period_s < 0.05 * energy_j);
+            let derating = Derating::new(&budgets);
+            let (mut account_j, mut given_w) = (0.0f64, 0.0);
+            for _ in 0..20_000 {
+                account_j = (account_j + (given_w - derating.drains_w(account_j)) * period_s).max(0.0);
+                prop_assert!(account_j < energy_j);
+                given_w = derating.allowance(account_j, 25.0).power_w.clamp(0.0, budgets.full_w);
+            }
+            let expected = if over > 1.0 { HEAT_KEPT.min(over) } else { over };
+            prop_assert!(account_j <= energy_j * expected + 1e-9);
+        }
+    }
+}

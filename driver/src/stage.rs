@@ -1,0 +1,190 @@
+//! Does the output stage do what its gate is told?
+//!
+//! A transistor that fails mostly fails closed: it heats its wire at full power whatever duty it is given, and the on-phase, in
+//! which everything is measured, looks as always. What tells is the off-phase.
+//!
+//! - Where supply and current share an input, the off-phase is seen in every period: an input that shows the same in both
+//!   phases has a switch that does nothing, conducting (a current) or not (the supply).
+//! - With inputs of their own a period has to be *dark*, without any duty, to show it. A dark period costs a length, so it is
+//!   laid only where something is odd: the channel is given no more than the sensing pulse, and the wire shortens all the same,
+//!   or it is not at its cold end and does not lengthen; or its duty is derated and it stays hot. Suspicion alone trips nothing (somebody may
+//!   have pulled at the wire): the current in the dark does, see [`crate::supervisor`].
+//!
+//! A stage that conducts badly shows as voltage that neither the wire nor the known resistances take.
+
+use sinew_ipc::Fault;
+use sinew_sensing::{Circuit, Health, LengthSensorConfig, Motion, Reading, Sample};
+
+/// More than this share of the nominal supply left in stage and leads, beyond what their resistances take, is a weak stage.
+const WEAK: f64 = 0.25;
+/// More than this share of the nominal supply is too much.
+const HIGH: f64 = 1.25;
+/// A shared input that shows the same in both phases, to this share of what it shows and this many standard deviations.
+const SAME: f64 = 0.1;
+const GUARD: f64 = 8.0;
+/// The load's swing is over so long after the heat has gone, s.
+const SWING_S: f64 = 0.02;
+/// Between two looks at where the wire has gone, s.
+const LOOK_S: f64 = 0.05;
+/// Longest between two dark periods of a wire that stands where it is not cold, s: each one that shows nothing doubles it.
+const LONGEST_S: f64 = 1.0;
+/// Between two dark periods while the duty is derated, s.
+const DERATED_S: f64 = 0.1;
+/// Share of the stroke that is motion, and not noise or the load's swing.
+const MOVED: f64 = 0.01;
+/// Within this share of the stroke from the cold end the wire has nowhere to lengthen to.
+const COLD_END: f64 = 0.15;
+/// Fewest periods between two dark ones: on a slow loop they must not take the length away.
+const FEWEST_PERIODS: f64 = 20.0;
+
+/// Watches the output stage of one channel.
+#[derive(Debug, Clone)]
+pub struct StageWatch {
+    nominal_v: f64,
+    /// Everything between supply and wire that is known, Ω.
+    series_ohm: f64,
+    /// Switch and shunt below a shared input, Ω.
+    low_ohm: Option<f64>,
+    /// What counts as a current, A, and what no wire of this kind carries.
+    least_a: f64,
+    most_a: f64,
+    sigma_v: f64,
+    /// The end of the converter's range, V.
+    full_v: f64,
+    cold_m: f64,
+    stroke_m: f64,
+    /// How long no more than the sensing pulse was given, s, and since the last look.
+    low_s: f64,
+    since_look_s: f64,
+    look_every_s: f64,
+    /// Where the wire was then.
+    looked_m: f64,
+    /// How long it was derated since the last dark period, s.
+    derated_s: f64,
+}
+
+impl StageWatch {
+    /// A watch of the stage before a wire that is measured so. `most_a` is the largest current it may carry.
+    pub fn new(
+        config: &LengthSensorConfig,
+        nominal_v: f64,
+        series_ohm: f64,
+        most_a: f64,
+        stroke: &sinew_control::StrokeRange,
+    ) -> StageWatch {
+        StageWatch {
+            nominal_v,
+            series_ohm,
+            low_ohm: match config.circuit {
+                Circuit::Separate => None,
+                Circuit::Shared { low_ohm, .. } => Some(low_ohm),
+            },
+            least_a: config.min_current_a,
+            most_a,
+            sigma_v: config.converter.voltage_sigma_v(),
+            full_v: 0.999 * config.converter.voltage_range_v,
+            cold_m: stroke.cold_m,
+            stroke_m: stroke.stroke_m().abs(),
+            low_s: 0.0,
+            since_look_s: 0.0,
+            look_every_s: LOOK_S,
+            looked_m: f64::NAN,
+            derated_s: 0.0,
+        }
+    }
+
+    /// What a sample shows of the stage, `driven` or in the dark. NaN shows nothing.
+    #[inline]
+    pub fn fault(&self, sample: &Sample, reading: &Reading, driven: bool) -> Option<Fault> {
+        let Sample { v3_v, current_a, supply_v, .. } = *sample;
+        if let Some(low_ohm) = self.low_ohm {
+            return self.fault_of_shared(current_a * low_ohm, supply_v, low_ohm, driven);
+        }
+        if !driven {
+            return (current_a > self.least_a).then_some(Fault::StageOn);
+        }
+        // A V3 above the supply is the converter's doing.
+        if supply_v > HIGH * self.nominal_v && v3_v < supply_v {
+            return Some(Fault::SupplyHigh);
+        }
+        let lost_v = supply_v - v3_v - current_a * self.series_ohm;
+        let weak = reading.health == Health::Ok && lost_v > WEAK * self.nominal_v;
+        weak.then_some(Fault::StageWeak)
+    }
+
+    #[inline]
+    fn fault_of_shared(&self, on_v: f64, off_v: f64, low_ohm: f64, driven: bool) -> Option<Fault> {
+        let off_a = off_v / low_ohm;
+        let carries = off_a > self.least_a && off_a < self.most_a;
+        if !driven {
+            return carries.then_some(Fault::StageOn);
+        }
+        let same = (on_v - off_v).abs() < SAME * off_v + GUARD * self.sigma_v;
+        if same && carries {
+            return Some(Fault::StageOn);
+        }
+        if off_v > self.full_v {
+            return None;
+        }
+        // A floating input shows the same in both phases as well, but not the supply.
+        if same && off_v > 0.75 * self.nominal_v {
+            return Some(Fault::StageWeak);
+        }
+        (off_v > HIGH * self.nominal_v).then_some(Fault::SupplyHigh)
+    }
+
+    /// Whether the next period is to be dark. `low`: no more than the sensing pulse is asked for; `derated`: the supervisor holds
+    /// the duty down.
+    #[inline]
+    pub fn wants_dark(&mut self, low: bool, derated: bool, motion: &Motion, dt_s: f64) -> bool {
+        if self.low_ohm.is_some() {
+            return false;
+        }
+        // One look: where it shows a current the supervisor keeps the gate closed for the second.
+        self.derated_too_long(derated, dt_s) | self.moves_unasked(low, motion, dt_s)
+    }
+
+    /// The wire has been derated for a while: if that does not help, the stage may be the reason.
+    #[inline]
+    fn derated_too_long(&mut self, derated: bool, dt_s: f64) -> bool {
+        self.derated_s = if derated { self.derated_s + dt_s } else { 0.0 };
+        let too_long = self.derated_s > DERATED_S.max(FEWEST_PERIODS * dt_s);
+        if too_long {
+            self.derated_s = 0.0;
+        }
+        too_long
+    }
+
+    /// The wire moves as only heat can move it, or stays where only heat can hold it, and none was asked for.
+    #[inline]
+    fn moves_unasked(&mut self, low: bool, motion: &Motion, dt_s: f64) -> bool {
+        if !low {
+            (self.low_s, self.look_every_s, self.looked_m) = (0.0, LOOK_S, f64::NAN);
+            return false;
+        }
+        self.low_s += dt_s;
+        if self.low_s < SWING_S {
+            return false;
+        }
+        let length_m = motion.length_m;
+        if self.looked_m.is_nan() {
+            (self.looked_m, self.since_look_s) = (length_m, 0.0);
+        }
+        self.since_look_s += dt_s;
+        let moved_m = length_m - self.looked_m;
+        let shortens = moved_m < -MOVED * self.stroke_m;
+        if shortens && self.since_look_s > FEWEST_PERIODS * dt_s {
+            (self.looked_m, self.since_look_s) = (length_m, 0.0);
+            return true;
+        }
+        if self.since_look_s < self.look_every_s.max(FEWEST_PERIODS * dt_s) {
+            return false;
+        }
+        (self.looked_m, self.since_look_s) = (length_m, 0.0);
+        let held = length_m < self.cold_m - COLD_END * self.stroke_m && moved_m < MOVED * self.stroke_m;
+        if held {
+            self.look_every_s = (2.0 * self.look_every_s).min(LONGEST_S);
+        }
+        held
+    }
+}
