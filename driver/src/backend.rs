@@ -92,6 +92,10 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
         (**self).missed(periods);
     }
 
+    fn cut(&mut self) -> bool {
+        (**self).cut()
+    }
+
     fn stop(&mut self) {
         (**self).stop();
     }
