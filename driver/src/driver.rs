@@ -419,6 +419,8 @@ impl DriverHandle {
             faults_not_listed: diary.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
             leases_lapsed: diary.lapsed,
             backend_error: remains.last_error.map(|error| error.to_string()),
+            black_boxes: Vec::new(),
+            black_box_error: None,
             channel: remains
                 .last
                 .channels()

@@ -1,5 +1,7 @@
 //! What a run leaves behind: the report of `sinew run --report` (`sinew.run/1`).
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 use sinew_ipc::Histogram;
 
@@ -54,6 +56,11 @@ pub struct RunReport {
     pub leases_lapsed: u64,
     /// The backend's last complaint, in its own words.
     pub backend_error: Option<String>,
+    /// Files the black box has written; filled in by whoever runs one.
+    pub black_boxes: Vec<PathBuf>,
+    /// Why a black box could not be written, the last one that could not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub black_box_error: Option<String>,
     /// The last state of each channel.
     pub channel: Vec<ChannelReport>,
 }

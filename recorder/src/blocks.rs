@@ -5,43 +5,56 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use sinew_ipc::{ChannelState, Cycle};
+use sinew_ipc::{ChannelState, CycleHeader};
 use sinew_recording::session::{Ended, Head, LoopFigures};
 
-/// Cycles one after the other.
+/// Cycles one after the other, as a recording takes them.
 #[derive(Debug, Default)]
-pub(crate) struct Block {
+pub struct Block {
     heads: Vec<Head>,
     bytes: Vec<u8>,
 }
 
 impl Block {
-    /// Copies a cycle out of shared memory.
-    pub(crate) fn push(&mut self, cycle: &Cycle<'_>) -> Head {
-        let header = cycle.header;
+    /// An empty one with room for so many cycles of so many channels; `None` where there is no memory for it.
+    pub fn with_room(cycles: usize, channels: usize) -> Option<Block> {
+        let mut block = Block::default();
+        block.heads.try_reserve_exact(cycles).ok()?;
+        block.bytes.try_reserve_exact(cycles * channels * size_of::<ChannelState>()).ok()?;
+        Some(block)
+    }
+
+    /// Adds a copy of a cycle.
+    pub fn push(&mut self, header: &CycleHeader, channels: &[ChannelState]) -> Head {
         let head = Head { cycle: header.cycle, monotonic_ns: header.monotonic_ns, missed: header.missed };
         self.heads.push(head);
-        self.bytes.extend_from_slice(ChannelState::bytes_of(cycle.channels));
+        self.bytes.extend_from_slice(ChannelState::bytes_of(channels));
         head
     }
 
     /// Bytes of all its channels.
-    pub(crate) fn len(&self) -> u64 {
+    pub fn bytes(&self) -> u64 {
         self.bytes.len() as u64
     }
 
     /// How many cycles it holds.
-    pub(crate) fn cycles(&self) -> u64 {
+    pub fn cycles(&self) -> u64 {
         self.heads.len() as u64
     }
 
+    /// Number and time of the last one.
+    pub fn last(&self) -> Option<&Head> {
+        self.heads.last()
+    }
+
     /// The cycles, each with the bytes of its channels.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (&Head, &[u8])> {
+    pub fn iter(&self) -> impl Iterator<Item = (&Head, &[u8])> {
         let stride = self.bytes.len() / self.heads.len().max(1);
         self.heads.iter().zip(self.bytes.chunks_exact(stride.max(1)))
     }
 
-    fn clear(&mut self) {
+    /// Forgets them and keeps the room.
+    pub fn clear(&mut self) {
         self.heads.clear();
         self.bytes.clear();
     }
@@ -85,7 +98,7 @@ pub(crate) fn buffer(limit: u64, held: Arc<AtomicU64>) -> (Inlet, Outlet) {
 impl Inlet {
     /// Puts a block in and takes an empty one in its place; false when it did not fit and its cycles are lost.
     pub(crate) fn put(&self, block: &mut Block) -> bool {
-        let bytes = block.len();
+        let bytes = block.bytes();
         if block.cycles() == 0 {
             return true;
         }
@@ -119,7 +132,7 @@ impl Outlet {
 
     /// Gives a block back that has been dealt with.
     pub(crate) fn done(&self, mut block: Block) {
-        self.held.fetch_sub(block.len(), Ordering::AcqRel);
+        self.held.fetch_sub(block.bytes(), Ordering::AcqRel);
         block.clear();
         let _ = self.empty.send(block);
     }
@@ -128,7 +141,6 @@ impl Outlet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_ipc::CycleHeader;
 
     #[test]
     fn it_holds_so_much_and_no_more() {
@@ -139,7 +151,7 @@ mod tests {
         let channels = [ChannelState::UNKNOWN; 2];
         let bytes = size_of_val(&channels) as u64;
         let mut put = |cycle: u64| {
-            block.push(&Cycle { header: &CycleHeader { cycle, ..header }, channels: &channels, lost: 0 });
+            block.push(&CycleHeader { cycle, ..header }, &channels);
             inlet.put(&mut block)
         };
         assert!(put(1) && put(2));

@@ -43,8 +43,8 @@ pub(crate) fn drain(
                     break Some(Ended::Complete);
                 }
                 Ok(Some(cycle)) => {
-                    last = block.push(&cycle);
-                    if block.len() >= BLOCK_BYTES {
+                    last = block.push(cycle.header, cycle.channels);
+                    if block.bytes() >= BLOCK_BYTES {
                         hand_on(&mut block, inlet, shared);
                     }
                 }

@@ -12,14 +12,17 @@
 mod blocks;
 mod drain;
 mod error;
+mod events;
 mod figures;
 mod files;
 mod recorder;
 mod state;
 mod writer;
 
+pub use blocks::Block;
 pub use error::Error;
+pub use events::FaultEvents;
 pub use figures::loop_figures;
 pub use files::part_path;
-pub use recorder::{Live, Options, Recorder, Report};
+pub use recorder::{Live, Options, Recorder, Report, unix_ns};
 pub use state::layout;

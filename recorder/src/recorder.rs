@@ -323,8 +323,8 @@ fn spawn<T: Send + 'static>(name: &str, body: impl FnOnce() -> T + Send + 'stati
     std::thread::Builder::new().name(format!("sinew-{name}")).spawn(body).map_err(Error::Thread)
 }
 
-/// Time of day, ns since 1970, at a moment of the monotonic clock.
-fn unix_ns(moment_ns: u64) -> u64 {
+/// Time of day, ns since 1970, at a moment of the monotonic clock, ns.
+pub fn unix_ns(moment_ns: u64) -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
     now.saturating_sub(monotonic_ns().saturating_sub(moment_ns))
 }

@@ -1,18 +1,15 @@
 //! The thread that writes: cycles out of the buffer into files, one after the other.
 
 use std::fs::File;
-use std::mem::offset_of;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use sinew_ipc::{ChannelState, Fault};
-use sinew_recording::session::{
-    Abandoned, About, Ended, Ending, Event, FAULT, Head, Layout, SessionWriter, WriteOptions, close_off,
-};
+use sinew_recording::session::{Abandoned, About, Ended, Ending, Head, Layout, SessionWriter, WriteOptions, close_off};
 
 use crate::blocks::{Item, Outlet};
 use crate::error::Error;
+use crate::events::FaultEvents;
 use crate::files;
 use crate::recorder::{Options, Shared};
 
@@ -46,7 +43,7 @@ pub(crate) struct Writer<'a> {
     /// `None` once nothing more can be written.
     part: Option<Part>,
     written: Written,
-    faults: Vec<u32>,
+    faults: FaultEvents,
 }
 
 /// The file that is being written.
@@ -70,7 +67,7 @@ impl<'a> Writer<'a> {
         layout: Layout,
         shared: &'a Shared,
     ) -> Result<Writer<'a>, Error> {
-        let faults = vec![0; layout.channels.len()];
+        let faults = FaultEvents::new(layout.channels.len());
         let mut writer = Writer { options, about, layout, shared, part: None, written: Written::default(), faults };
         writer.part = Some(writer.open(0, writer.about.started_monotonic_ns, None)?);
         Ok(writer)
@@ -149,7 +146,9 @@ impl<'a> Writer<'a> {
             self.part = Some(self.open(number, head.monotonic_ns, self.written.last.map(|last| last.cycle))?);
         }
         let Some(part) = &mut self.part else { return Ok(()) };
-        tell_faults(&mut self.faults, &self.layout, part, head, bytes)?;
+        for event in self.faults.of(head, bytes, &self.layout.channels) {
+            part.session.event(&event)?;
+        }
         part.session.cycle(head, bytes)?;
         part.grown();
         self.written.first.get_or_insert(*head);
@@ -250,31 +249,4 @@ impl Part {
             self.bytes = bytes;
         }
     }
-}
-
-/// Writes an event for each channel whose fault has changed.
-fn tell_faults(faults: &mut [u32], layout: &Layout, part: &mut Part, head: &Head, bytes: &[u8]) -> Result<(), Error> {
-    const OFFSET: usize = offset_of!(ChannelState, fault);
-    for (number, (known, state)) in faults.iter_mut().zip(bytes.chunks_exact(size_of::<ChannelState>())).enumerate() {
-        let Some(found) = state[OFFSET..].first_chunk().map(|bytes| u32::from_le_bytes(*bytes)) else { continue };
-        if found == *known {
-            continue;
-        }
-        *known = found;
-        let text = match (found, Fault::from_code(found)) {
-            (0, _) => "cleared".to_string(),
-            (_, Some(fault)) => format!("{}: {}", fault.flag(), fault.cause()),
-            (code, None) => format!("fault {code}"),
-        };
-        part.session.event(&Event {
-            cycle: head.cycle,
-            monotonic_ns: head.monotonic_ns,
-            kind: FAULT.into(),
-            channel: layout.channels[number].clone(),
-            code: found,
-            text,
-            ..Event::default()
-        })?;
-    }
-    Ok(())
 }

@@ -22,12 +22,14 @@ pub mod session;
 mod simulated;
 mod smooth;
 mod suggest;
+mod utc;
 mod write;
 
 pub use column::{Column, TIME, drive_column, imposed_column, required_inputs};
 pub use error::{Error, Miscount, Needed, What};
 pub use read::{MAX_LINE_BYTES, MAX_ROWS, Options, read, read_from};
 pub use recording::{MAX_DURATION_S, MIN_SAMPLES, Recording};
+pub use utc::Utc;
 pub use write::{Part, Writer, write, write_to};
 
 #[cfg(test)]

@@ -24,10 +24,11 @@ pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
 pub use schema::{reference, word, words};
 pub use suggest::nearest;
 pub use types::{
-    Access, Adc, Algorithm, Backend, BackendKind, Channel, Column, ColumnMap, Control, Estimator, FaultKind, Joint,
-    Limits, LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, MAX_CHANNEL_NAME, MAX_CHANNELS,
-    MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, Polarity, PositionZero,
-    RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine, SimulatedFault, Simulation,
+    Access, Adc, Algorithm, Backend, BackendKind, BlackBox, Channel, Column, ColumnMap, Control, Estimator, FaultKind,
+    Joint, Limits, LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, MAX_CHANNEL_NAME,
+    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, Polarity,
+    PositionZero, RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine, SimulatedFault,
+    Simulation,
 };
 
 /// The columns a recording can have: the keys of [`ColumnMap`].

@@ -10,8 +10,8 @@ use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::parameters::{self, Prior};
 use crate::schema::{
-    self, ACCESS, BACKEND, BACKEND_LINUX, BACKEND_SERIAL, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG, SIMULATION,
-    Section, UNREAD_MACHINE, Value, local,
+    self, ACCESS, BACKEND, BACKEND_LINUX, BACKEND_SERIAL, BLACK_BOX, CHANNEL, Default, JOINT, Key, Kind, MACHINE, RIG,
+    SIMULATION, Section, UNREAD_MACHINE, Value, local,
 };
 use crate::suggest::nearest;
 use crate::tree::{self, Node, Table, Tree};
@@ -112,8 +112,8 @@ impl Reader<'_> {
     }
 
     fn root(&mut self, root: &Table) -> Option<Rig> {
-        const TABLES: [&str; 8] =
-            ["rig", "access", "channel", "joint", "recording", "backend", "simulation", "machine"];
+        const TABLES: [&str; 9] =
+            ["rig", "access", "channel", "joint", "recording", "backend", "black_box", "simulation", "machine"];
         for (name, node) in root {
             if !TABLES.contains(&name.as_str()) {
                 let hint = unknown_hint(name, "", TABLES);
@@ -130,6 +130,7 @@ impl Reader<'_> {
             joints: Vec::new(),
             columns: ColumnMap::new(),
             backend: schema::UNREAD_BACKEND,
+            black_box: schema::UNREAD_BLACK_BOX,
             simulation: Simulation { seed: 0, pace: Pace::RealTime, faults: Vec::new() },
             machine: UNREAD_MACHINE,
             source: Source::default(),
@@ -143,6 +144,7 @@ impl Reader<'_> {
         let given = self.section(&BACKEND_SERIAL, descend(root, "backend.serial"), &[], None, header, &mut rig);
         self.backend_checks(&rig, &given, header);
         self.section(&BACKEND_LINUX, descend(root, "backend.linux"), &[], None, header, &mut rig);
+        self.section(&BLACK_BOX, root.get("black_box"), &[], None, 1, &mut rig);
         let given = self.section(&SIMULATION, root.get("simulation"), &["fault"], None, 1, &mut rig);
         if rig.backend.kind != BackendKind::Simulated
             && rig.simulation.pace != Pace::RealTime

@@ -46,6 +46,8 @@ pub struct Rig {
     pub columns: ColumnMap,
     /// What powers and measures the wires.
     pub backend: Backend,
+    /// What is kept for the moment something breaks.
+    pub black_box: BlackBox,
     /// The simulated backend.
     pub simulation: Simulation,
     /// The tensile testing machine a wire may be mounted in.
@@ -66,6 +68,7 @@ impl PartialEq for Rig {
             joints,
             columns,
             backend,
+            black_box,
             simulation,
             machine,
             source: _,
@@ -79,6 +82,7 @@ impl PartialEq for Rig {
             && *joints == other.joints
             && *columns == other.columns
             && *backend == other.backend
+            && *black_box == other.black_box
             && *simulation == other.simulation
             && *machine == other.machine
     }
@@ -551,6 +555,21 @@ pub struct LinuxInput {
     pub gain: f64,
     /// Added after it, in V or A.
     pub offset: f64,
+}
+
+/// The black box: the last seconds before a fault, in a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlackBox {
+    /// Whether there is one.
+    pub enabled: bool,
+    /// Time before the fault, s.
+    pub before_s: f64,
+    /// Time after the fault, s.
+    pub after_s: f64,
+    /// How many files of a rig are kept.
+    pub keep: u32,
+    /// Most memory it takes, bytes.
+    pub memory_bytes: u64,
 }
 
 /// The simulated backend.

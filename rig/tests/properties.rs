@@ -129,6 +129,13 @@ trigger = "timer"
 guard_ms = 50
 root = "/tmp/root"
 
+[black_box]
+enabled = false
+before_s = 4.5
+after_s = 0.0
+keep = 3
+memory_mb = 64
+
 [simulation]
 seed = 7
 pace = "as_fast_as_possible"

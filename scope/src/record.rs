@@ -36,7 +36,7 @@ impl Button {
             return Err(format!("{} is being recorded already", running.live().file.display()));
         }
         let client = sinew_ipc::Client::connect(&self.rig).map_err(|error| error.message())?;
-        let path = self.folder.join(format!("{}-{}.mcap", self.rig, time_of_day()));
+        let path = self.folder.join(format!("{}-{}.mcap", self.rig, sinew_recording::Utc::now().stamp()));
         let recorder = Recorder::start(client, RecorderOptions::new(&path)).map_err(|error| {
             let remedy = error.remedy();
             if remedy.is_empty() { error.to_string() } else { format!("{error}; {remedy}") }
@@ -75,45 +75,5 @@ fn said(report: &Report) -> Result<String, String> {
         Some(failure) => Err(format!("{what}; {failure}")),
         None if report.lost > 0 => Err(format!("{what}; {} cycles were lost", report.lost)),
         None => Ok(what),
-    }
-}
-
-/// The time of day (UTC) for a file's name: 20260801-153012.
-fn time_of_day() -> String {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    let (days, seconds) = (since.as_secs() / 86_400, since.as_secs() % 86_400);
-    let (year, month, day) = date(days as i64);
-    format!("{year:04}{month:02}{day:02}-{:02}{:02}{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
-}
-
-/// Year, month and day of a day counted from 1970 (the civil calendar by shifting the year's start to March, so that the
-/// leap day is its last).
-fn date(days: i64) -> (i64, i64, i64) {
-    let days = days + 719_468;
-    let era = days.div_euclid(146_097);
-    let of_era = days.rem_euclid(146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    (year_of_era + era * 400 + i64::from(month <= 2), month, day)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::date;
-
-    #[test]
-    fn days_become_dates() {
-        for (days, expected) in [
-            (0, (1970, 1, 1)),
-            (11_016, (2000, 2, 29)),
-            (19_722, (2023, 12, 31)),
-            (20_635, (2026, 7, 1)),
-            (-1, (1969, 12, 31)),
-        ] {
-            assert_eq!(date(days), expected, "{days}");
-        }
     }
 }

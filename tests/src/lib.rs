@@ -211,6 +211,7 @@ impl Rig {
     pub fn command(&self, more: &[&str]) -> Command {
         let mut command = Command::new(sinew());
         command.arg("run").arg(self.path()).arg("--no-monitor").args(more);
+        command.env("SINEW_STATE_DIR", self.folder.path());
         command
     }
 }

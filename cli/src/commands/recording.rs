@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use sinew_recording::session::{Checkup, Compression, Gap, Head, Recovered, Session, check, recover as mend};
-use sinew_recording::{Error, What};
+use sinew_recording::{Error, Utc, What};
 
 use super::record::{gaps, size};
 use crate::args;
@@ -79,7 +79,7 @@ impl Info<'_> {
             software: &about.software,
             rate_hz: about.rate_hz,
             started_unix_ns: about.started_unix_ns,
-            started: utc(about.started_unix_ns),
+            started: Utc::of_unix_ns(about.started_unix_ns).to_string(),
             seconds: ns as f64 * 1e-9,
             channels: &layout.channels,
             fields: layout.fields.iter().map(|field| FieldInfo { name: &field.name, unit: &field.unit }).collect(),
@@ -338,37 +338,5 @@ impl Progress {
         if self.shows {
             let _ = write!(io::stderr(), "\r\x1b[2K");
         }
-    }
-}
-
-/// A moment as people write it: 2026-11-22 05:10:20 UTC.
-fn utc(unix_ns: u64) -> String {
-    let seconds = unix_ns / 1_000_000_000;
-    let (days, of_day) = (seconds / 86_400, seconds % 86_400);
-    // civil from days, after Howard Hinnant: years begin in March, so that the leap day is the last one
-    let shifted = days + 719_468;
-    let (era, day_of_era) = (shifted / 146_097, shifted % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted_month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
-    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
-    let year = era * 400 + year_of_era + u64::from(month <= 2);
-    let (h, m, s) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
-    format!("{year:04}-{month:02}-{day:02} {h:02}:{m:02}:{s:02} UTC")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn moments_are_those_of_the_calendar() {
-        let at = |seconds: u64| utc(seconds * 1_000_000_000);
-        assert_eq!(at(0), "1970-01-01 00:00:00 UTC");
-        assert_eq!(at(951_782_399), "2000-02-28 23:59:59 UTC");
-        assert_eq!(at(951_782_400), "2000-02-29 00:00:00 UTC");
-        assert_eq!(at(1_700_000_000), "2023-11-14 22:13:20 UTC");
-        assert_eq!(at(4_107_542_400), "2100-03-01 00:00:00 UTC");
     }
 }

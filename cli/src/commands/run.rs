@@ -6,9 +6,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use signal_hook::consts::SIGTSTP;
+use signal_hook::consts::{SIGTSTP, SIGXFSZ};
+use sinew_black_box::{BlackBox, Place};
 use sinew_driver::report::Ending;
-use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport};
+use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Tap};
 use sinew_ipc::Client;
 use sinew_rig::Rig;
 
@@ -44,10 +45,18 @@ pub fn run(args: &args::Run) -> Outcome {
         simulated,
         ..Options::default()
     };
-    let driver = Driver::start(&rig, backend, options).map_err(|error| driver_failure(&rig, error))?;
+    // Nor does a file that may not grow any further (`ulimit -f`) end it: that is the black box's to find out.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())
+        .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
+    let (black_box, tap) = black_box(&rig, simulated).unzip();
+    let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
     let shown = show(args, &rig, &wires, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
     driver.stop();
-    let report = driver.join();
+    let mut report = driver.join();
+    if let Some(black_box) = black_box {
+        let written = black_box.finish();
+        (report.black_boxes, report.black_box_error) = (written.files, written.failure);
+    }
     output::note(summary(&report).trim_end());
     if let Some(path) = &args.report {
         let text = output::json(&report)? + "\n";
@@ -61,6 +70,22 @@ pub fn run(args: &args::Run) -> Outcome {
         }
         Ending::Duration | Ending::Stopped => Ok(()),
     }
+}
+
+/// The black box the rig file asks for, and the tap that fills it. A driver without one is better than none: what is wrong is a
+/// warning.
+fn black_box(rig: &Rig, simulated: bool) -> Option<(BlackBox, Box<dyn Tap>)> {
+    if !rig.black_box.enabled {
+        return None;
+    }
+    let warn = |error: &sinew_black_box::Error| {
+        output::note(format_args!("warning: no black box: {error}; {}", error.remedy()));
+    };
+    let folder = sinew_black_box::folder().inspect_err(warn).ok()?;
+    let place = Place::new(folder, &rig.name, rig.black_box.keep as usize);
+    // By the time there is a fault that may have been mended.
+    let _ = place.prepare().inspect_err(warn);
+    BlackBox::start(rig, place, simulated).inspect_err(warn).ok()
 }
 
 /// Shows the running driver until `over`.
@@ -137,6 +162,12 @@ fn summary(report: &RunReport) -> String {
     }
     if faults > 10 {
         let _ = writeln!(text, "    … and {} more; --report FILE.json lists them", faults - 10);
+    }
+    for file in &report.black_boxes {
+        let _ = writeln!(text, "  black box {}", file.display());
+    }
+    if let Some(error) = &report.black_box_error {
+        let _ = writeln!(text, "  black box {error}");
     }
     if let Some(error) = &report.backend_error {
         let _ = writeln!(text, "  backend   {error}");

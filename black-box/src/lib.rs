@@ -1,0 +1,88 @@
+//! The black box: the last seconds before a fault, and the second after it, in a file.
+//!
+//! [`BlackBox::start`] gives a [`sinew_driver::Tap`] to put into a driver. It keeps the cycles of the last seconds in memory. When a
+//! fault is latched it waits for the second behind it and hands both to a thread of its own, which writes them: a session like
+//! any other, which `sinew plot`, `replay`, `export` and `recording doctor` read. Faults within that second are in the same
+//! file, and those that follow at once in the next one, which begins where the first ends: however many faults there are, there
+//! is at most one file in the time a file covers before its fault.
+//!
+//! Memory is bounded ([`sinew_rig::BlackBox::memory_bytes`]), with what is just being written: where the rig is too large or too
+//! fast for it, or the disk too slow, a file holds less before its fault, and says so. A file appears under its name when it is whole.
+//! What cannot be written costs that file and a warning, never the driver: the loop does not know of any of this, and the publisher,
+//! which does, only copies.
+#![forbid(unsafe_code)]
+
+mod error;
+mod history;
+mod place;
+mod tap;
+mod watch;
+mod writer;
+
+use std::path::PathBuf;
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use sinew_driver::Tap;
+use sinew_recorder::layout;
+use sinew_rig::Rig;
+
+pub use error::Error;
+pub use place::{Place, folder};
+use tap::Keeper;
+use writer::Writer;
+
+/// How long the end of a driver waits at most for its last file. Outputs are at zero by then.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What has come of it so far.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The files, in order.
+    pub files: Vec<PathBuf>,
+    /// How many could not be written.
+    pub failed: u64,
+    /// Why not, the last one.
+    pub failure: Option<String>,
+}
+
+/// A black box that runs beside a driver.
+#[derive(Debug)]
+pub struct BlackBox {
+    written: Arc<Mutex<Written>>,
+    /// Disconnected when the writer has ended.
+    ended: Receiver<()>,
+}
+
+impl BlackBox {
+    /// A black box for a driver of this rig, as its `[black_box]` says, and the tap that fills it. Files go into `place`.
+    ///
+    /// # Errors
+    /// [`Error::Layout`], [`Error::Thread`].
+    pub fn start(rig: &Rig, place: Place, simulated: bool) -> Result<(BlackBox, Box<dyn Tap>), Error> {
+        let layout = layout(rig.channels.iter().map(|channel| channel.name.clone()).collect())?;
+        let written = Arc::new(Mutex::new(Written::default()));
+        let (jobs, work) = mpsc::channel();
+        let (ends, ended) = mpsc::channel::<()>();
+        let keeper = Keeper::new(&rig.black_box, rig.channels.len(), jobs);
+        let writer = Writer::new(rig, layout, place, simulated, written.clone());
+        std::thread::Builder::new()
+            .name("sinew-blackbox".into())
+            .spawn(move || {
+                // dropped at the end, however that comes
+                let _ends = ends;
+                writer.run(&work);
+            })
+            .map_err(Error::Thread)?;
+        Ok((BlackBox { written, ended }, Box::new(keeper)))
+    }
+
+    /// Waits until everything is written; the driver has ended. A disk that does not answer is not waited for longer than half a minute.
+    pub fn finish(self) -> Written {
+        if let Err(mpsc::RecvTimeoutError::Timeout) = self.ended.recv_timeout(PATIENCE) {
+            tracing::warn!("the last black box is still being written after {} s and is given up", PATIENCE.as_secs());
+        }
+        self.written.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}

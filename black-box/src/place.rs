@@ -1,0 +1,154 @@
+//! Where files go, what they are called, and how many stay.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use sinew_recording::Utc;
+
+use crate::error::Error;
+
+/// The folder of this user's black boxes: `black-box` in `$SINEW_STATE_DIR`, else in `$XDG_STATE_HOME/sinew`, else in
+/// `~/.local/state/sinew`.
+///
+/// # Errors
+/// [`Error::NoPlace`] where none of the three is set.
+pub fn folder() -> Result<PathBuf, Error> {
+    folder_by(|name| std::env::var_os(name))
+}
+
+fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, Error> {
+    // The standard says: a path that is not absolute is as good as none.
+    let absolute = |name: &str| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let own = variable("SINEW_STATE_DIR").filter(|path| !path.is_empty()).map(PathBuf::from);
+    let state = own
+        .or_else(|| absolute("XDG_STATE_HOME").map(|path| path.join("sinew")))
+        .or_else(|| absolute("HOME").map(|path| path.join(".local/state/sinew")));
+    state.map(|path| path.join("black-box")).ok_or(Error::NoPlace)
+}
+
+/// The black boxes of one rig in a folder.
+#[derive(Debug, Clone)]
+pub struct Place {
+    folder: PathBuf,
+    rig: String,
+    keep: usize,
+}
+
+impl Place {
+    /// Of a rig of this name; the newest `keep` stay.
+    pub fn new(folder: impl Into<PathBuf>, rig: &str, keep: usize) -> Place {
+        Place { folder: folder.into(), rig: rig.into(), keep: keep.max(1) }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Makes the folder if it is not there.
+    ///
+    /// # Errors
+    /// [`Error::Folder`].
+    pub fn prepare(&self) -> Result<(), Error> {
+        fs::create_dir_all(&self.folder).map_err(|reason| Error::Folder { path: self.folder.clone(), reason })
+    }
+
+    /// The path for a fault of this time, channel and flag.
+    pub(crate) fn path(&self, at: Utc, channel: &str, flag: &str) -> PathBuf {
+        self.folder.join(format!("{}-{}-{channel}-{flag}.mcap", self.rig, at.fine_stamp()))
+    }
+
+    /// Removes all but the newest ones, and what a driver left that was killed while it wrote. Only what bears this rig's name and a
+    /// time behind it is touched.
+    pub(crate) fn tidy(&self) -> io::Result<()> {
+        let mut whole = Vec::new();
+        for entry in fs::read_dir(&self.folder)? {
+            let entry = entry?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            match name.strip_prefix('.') {
+                Some(hidden) if self.is_ours(hidden) && is_left_behind(hidden) => fs::remove_file(entry.path())?,
+                None if self.is_ours(&name) && name.ends_with(".mcap") => whole.push(name),
+                _ => {}
+            }
+        }
+        // names sort by time
+        whole.sort_unstable();
+        for name in &whole[..whole.len().saturating_sub(self.keep)] {
+            fs::remove_file(self.folder.join(name))?;
+        }
+        Ok(())
+    }
+
+    fn is_ours(&self, name: &str) -> bool {
+        let stamp = name.strip_prefix(&self.rig).and_then(|rest| rest.strip_prefix('-')).map(str::as_bytes);
+        const FORM: &[u8] = b"00000000T000000.000Z-";
+        stamp.and_then(|stamp| stamp.get(..FORM.len())).is_some_and(|stamp| {
+            stamp
+                .iter()
+                .zip(FORM)
+                .all(|(found, form)| if *form == b'0' { found.is_ascii_digit() } else { found == form })
+        })
+    }
+}
+
+/// Whether a file that was being written (`NAME.PID-COUNT.part`) has nobody to write it any more.
+fn is_left_behind(hidden: &str) -> bool {
+    let pid =
+        hidden.strip_suffix(".part").and_then(|rest| rest.rsplit_once('.')).and_then(|(_, who)| who.split_once('-'));
+    pid.and_then(|(pid, _)| pid.parse::<u32>().ok()).is_some_and(|pid| !Path::new(&format!("/proc/{pid}")).exists())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn the_newest_stay_and_nothing_else_is_touched() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = Place::new(folder.path(), "bench", 3);
+        let others =
+            ["bench-2-20260801T153012.345Z-wire-open_wire.mcap", "bench-notes.mcap", "bench-2026.txt", ".bench"];
+        let dead = ".bench-20260801T153012.345Z-wire-open_wire.mcap.4194305-0.part".to_string();
+        let alive = format!(".bench-20260801T153012.345Z-wire-open_wire.mcap.{}-0.part", std::process::id());
+        for name in others.into_iter().chain([dead.as_str(), alive.as_str()]) {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        for second in 0..8 {
+            let at = Utc::of_unix_ns((1_785_598_212 + 7 * second) * 1_000_000_000);
+            fs::write(place.path(at, "wire", "open_wire"), "").unwrap();
+        }
+        place.tidy().unwrap();
+        let left = names(folder.path());
+        for name in others.into_iter().chain([alive.as_str()]) {
+            assert!(left.iter().any(|there| there == name), "{name} is gone: {left:?}");
+        }
+        assert!(!left.contains(&dead), "{left:?}");
+        let boxes: Vec<&String> = left.iter().filter(|name| place.is_ours(name)).collect();
+        assert_eq!(boxes.len(), 3, "{left:?}");
+        assert!(boxes[2].contains("20260801T153101"), "{boxes:?}");
+    }
+
+    #[test]
+    fn the_folder_is_the_first_that_is_set() {
+        let by = |set: &[(&str, &str)]| {
+            let set: Vec<(String, OsString)> = set.iter().map(|(name, to)| (name.to_string(), to.into())).collect();
+            folder_by(|name| set.iter().find(|(known, _)| known == name).map(|(_, to)| to.clone()))
+        };
+        let found = |set: &[(&str, &str)]| by(set).unwrap().display().to_string();
+        let home = ("HOME", "/home/x");
+        assert_eq!(found(&[home]), "/home/x/.local/state/sinew/black-box");
+        assert_eq!(found(&[home, ("XDG_STATE_HOME", "/s")]), "/s/sinew/black-box");
+        assert_eq!(found(&[home, ("XDG_STATE_HOME", "s")]), "/home/x/.local/state/sinew/black-box");
+        assert_eq!(found(&[home, ("SINEW_STATE_DIR", "/d"), ("XDG_STATE_HOME", "/s")]), "/d/black-box");
+        assert!(matches!(by(&[]), Err(Error::NoPlace)));
+    }
+}
