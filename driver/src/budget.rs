@@ -45,6 +45,7 @@ pub struct Budgets {
 #[derive(Debug, Clone, Copy)]
 pub struct Derating {
     leak_per_s: f64,
+    per_energy_j: f64,
     kept_j: f64,
     per_release_s: f64,
     kept_c: f64,
@@ -71,6 +72,7 @@ impl Derating {
         let band_k = ((RISE_KEPT - DERATED_FROM) * rise_k).max(period_s * b.full_k_per_s);
         Derating {
             leak_per_s: b.drain_w / b.energy_j,
+            per_energy_j: 1.0 / b.energy_j,
             kept_j: HEAT_KEPT * b.energy_j,
             per_release_s: 1.0 / release_s,
             kept_c: b.temperature_c - (1.0 - RISE_KEPT) * rise_k,
@@ -82,6 +84,12 @@ impl Derating {
     #[inline]
     pub fn drains_w(&self, energy_j: f64) -> f64 {
         self.leak_per_s * energy_j
+    }
+
+    /// How full an account is that stands at this, 1 = its budget.
+    #[inline]
+    pub fn filled(&self, energy_j: f64) -> f64 {
+        self.per_energy_j * energy_j
     }
 
     /// The power that keeps both budgets.

@@ -414,9 +414,10 @@ impl Channel {
     #[inline]
     fn hold_down(&mut self) {
         let allowance = self.guard.allowance();
-        let allowed = (allowance.power_w / self.on_power_w).max(self.min_duty);
-        if self.duty > allowed {
-            self.duty = allowed;
+        // Written so that a power nobody knows allows nothing, and without a division where there is enough.
+        let enough = allowance.power_w >= self.duty * self.on_power_w;
+        if !enough && self.duty > self.min_duty {
+            self.duty = (allowance.power_w / self.on_power_w).max(self.min_duty);
             self.flags |= allowance.flag;
         }
     }

@@ -118,6 +118,8 @@ pub struct Engine {
     suspended: bool,
     /// The channel whose fault was the first of those that are latched.
     first: Option<usize>,
+    /// Whether any was latched at the end of the last cycle; only a cycle latches or clears.
+    latched: bool,
     /// An output stage cannot be switched off: everything stays off until the driver is started anew.
     cut: bool,
     /// How the last exchange went.
@@ -151,6 +153,7 @@ impl Engine {
             punctuality: Punctuality::default(),
             suspended: false,
             first: None,
+            latched: false,
             cut: false,
             exchanged: Ok(()),
             period_s: 1.0 / rig.rate_hz,
@@ -325,7 +328,7 @@ impl Engine {
         if self.first.is_some_and(|index| self.channels[index].guard.fault().is_none()) {
             self.first = None;
         }
-        let none_latched = self.first.is_none() && self.channels.iter().all(|channel| channel.guard.fault().is_none());
+        let none_latched = self.first.is_none() && !self.latched;
         let mut first = self.first;
         let mut report = |index: usize, before: Option<Change>, happened: Happened| {
             let event = |what| Event { at_ns: beat.now_ns, channel: index as u32, what };
@@ -372,8 +375,12 @@ impl Engine {
                 report(index, before[side], happened[side]);
             }
         }
-        if self.cut || self.channels.iter().any(|channel| channel.guard.must_cut()) {
-            self.cut = true;
+        self.latched = false;
+        for channel in &self.channels {
+            self.latched |= channel.guard.fault().is_some();
+            self.cut |= channel.guard.must_cut();
+        }
+        if self.cut {
             for (index, channel) in self.channels.iter_mut().enumerate() {
                 let change = channel.cut_off();
                 duty[index] = 0.0;

@@ -180,7 +180,7 @@ impl Guard {
 
     /// How full the energy account is, 1 = its budget.
     pub fn filled(&self) -> f64 {
-        self.energy_j / self.limits.budgets.energy_j
+        self.derating.filled(self.energy_j)
     }
 
     /// The power that keeps the wire within its budgets.
