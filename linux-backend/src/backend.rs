@@ -1,4 +1,7 @@
 //! The backend itself: outputs, converters and guard behind the calls of the contract.
+//!
+//! What is unplugged is looked for again by a thread of its own, the [`Mender`]; the loop goes on without, and takes the new
+//! set of open files over when there is one.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -9,6 +12,7 @@ use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
 use crate::Error;
 use crate::guard::{self, Guard, Watch};
 use crate::iio::{self, Device};
+use crate::mender::Mender;
 use crate::pwm::{self, Chip, Output};
 use crate::sampler::Sampler;
 use crate::settings::Settings;
@@ -20,17 +24,24 @@ const LEAST_PERIODS: f64 = 4.0;
 #[derive(Debug)]
 pub struct LinuxRig {
     settings: Settings,
-    outputs: Vec<(Chip, u32)>,
-    devices: Vec<Device>,
     silence: Duration,
     /// Periods from one beat to the next.
     beat_every: u64,
     running: Option<Running>,
+    /// While it is started.
+    mender: Option<Mender>,
+}
+
+/// What the names of the settings stand for.
+#[derive(Debug)]
+struct Found {
+    outputs: Vec<(Chip, u32)>,
+    devices: Vec<Device>,
 }
 
 /// What is open between start and stop.
 #[derive(Debug)]
-struct Running {
+pub(crate) struct Running {
     outputs: Vec<Output>,
     /// Whether each channel was given a duty in the period just past.
     driven: Vec<bool>,
@@ -50,6 +61,47 @@ impl LinuxRig {
     /// # Errors
     /// A name that nothing here bears, with what there is.
     pub fn new(settings: Settings) -> Result<LinuxRig, Error> {
+        Found::of(&settings)?;
+        let silence_s = silence_s(&settings);
+        let beat_every = (silence_s * settings.rate_hz / f64::from(guard::BEATS)) as u64;
+        Ok(LinuxRig {
+            silence: Duration::from_secs_f64(silence_s),
+            beat_every: beat_every.max(1),
+            running: None,
+            mender: None,
+            settings,
+        })
+    }
+
+    /// Brings everything up, as [`Backend::start`] does, with the reason in words where that fails.
+    ///
+    /// # Errors
+    /// What a file of the kernel, or the guard, has to say.
+    pub fn bring_up(&mut self) -> Result<(), Error> {
+        self.stop();
+        self.running = Some(Running::open(&self.settings)?);
+        let settings = self.settings.clone();
+        self.mender = Some(Mender::start(move || Running::open(&settings))?);
+        Ok(())
+    }
+
+    /// The process that watches over the outputs, while the backend is started.
+    pub fn guard_process(&self) -> Option<u32> {
+        self.running.as_ref().map(|running| running.guard.id())
+    }
+
+    /// How long the guard bears the driver's silence.
+    pub fn silence(&self) -> Duration {
+        self.silence
+    }
+}
+
+fn silence_s(settings: &Settings) -> f64 {
+    settings.guard_s.max(LEAST_PERIODS / settings.rate_hz)
+}
+
+impl Found {
+    fn of(settings: &Settings) -> Result<Found, Error> {
         let chips = pwm::chips(&settings.root);
         let devices = iio::devices(&settings.root);
         let mut outputs: Vec<(Chip, u32)> = Vec::new();
@@ -79,52 +131,28 @@ impl LinuxRig {
                 return Err(Error::name("", "trigger", trigger, format!("there is no such trigger; there is {there}")));
             }
         }
-        let silence_s = settings.guard_s.max(LEAST_PERIODS / settings.rate_hz);
-        let beat_every = (silence_s * settings.rate_hz / f64::from(guard::BEATS)) as u64;
-        Ok(LinuxRig {
-            outputs,
-            devices,
-            silence: Duration::from_secs_f64(silence_s),
-            beat_every: beat_every.max(1),
-            running: None,
-            settings,
-        })
-    }
-
-    /// Brings everything up, as [`Backend::start`] does, with the reason in words where that fails.
-    ///
-    /// # Errors
-    /// What a file of the kernel, or the guard, has to say.
-    pub fn bring_up(&mut self) -> Result<(), Error> {
-        self.stop();
-        let period_ns = (1e9 / self.settings.rate_hz).round() as u64;
-        let exported = self.outputs.iter().map(|(chip, number)| pwm::export(chip, *number));
-        let folders: Vec<PathBuf> = exported.collect::<Result<_, Error>>()?;
-        // Before anything is changed, the outputs have to be ours.
-        let held: Vec<PathBuf> = folders.iter().map(|folder| folder.join("duty_cycle")).collect();
-        let guard = Guard::start(&self.settings.guard, self.silence, &held)?;
-        let set_up = folders.iter().zip(&self.settings.channels);
-        let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inversed));
-        let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
-        let Settings { sampling, trigger, phase, channels, .. } = &self.settings;
-        let sampler = Sampler::open(&self.devices, channels, *sampling, trigger.as_deref(), *phase)?;
-        self.running =
-            Some(Running { driven: vec![false; outputs.len()], outputs, sampler, beat_in: 0, refresh: 0, guard });
-        Ok(())
-    }
-
-    /// The process that watches over the outputs, while the backend is started.
-    pub fn guard_process(&self) -> Option<u32> {
-        self.running.as_ref().map(|running| running.guard.id())
-    }
-
-    /// How long the guard bears the driver's silence.
-    pub fn silence(&self) -> Duration {
-        self.silence
+        Ok(Found { outputs, devices })
     }
 }
 
 impl Running {
+    /// Finds everything by its name, starts the guard, and opens it with the outputs at zero.
+    fn open(settings: &Settings) -> Result<Running, Error> {
+        let found = Found::of(settings)?;
+        let period_ns = (1e9 / settings.rate_hz).round() as u64;
+        let exported = found.outputs.iter().map(|(chip, number)| pwm::export(chip, *number));
+        let folders: Vec<PathBuf> = exported.collect::<Result<_, Error>>()?;
+        // Before anything is changed, the outputs have to be ours.
+        let held: Vec<PathBuf> = folders.iter().map(|folder| folder.join("duty_cycle")).collect();
+        let guard = Guard::start(&settings.guard, Duration::from_secs_f64(silence_s(settings)), &held)?;
+        let set_up = folders.iter().zip(&settings.channels);
+        let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inversed));
+        let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
+        let Settings { sampling, trigger, phase, channels, .. } = settings;
+        let sampler = Sampler::open(&found.devices, channels, *sampling, trigger.as_deref(), *phase)?;
+        Ok(Running { driven: vec![false; outputs.len()], outputs, sampler, beat_in: 0, refresh: 0, guard })
+    }
+
     /// All outputs to zero, as far as they can be written; the guard does it again.
     fn zero(&mut self) {
         for (output, driven) in self.outputs.iter_mut().zip(&mut self.driven) {
@@ -204,7 +232,14 @@ impl Backend for LinuxRig {
 
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         let expected = self.settings.channels.len();
-        let Some(running) = &mut self.running else { return Err(BackendError::NotStarted) };
+        let Some(mender) = &self.mender else { return Err(BackendError::NotStarted) };
+        if self.running.is_none() {
+            self.running = mender.found();
+        }
+        let Some(running) = &mut self.running else {
+            samples.fill(Sample::NONE);
+            return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
+        };
         for found in [duty.len(), samples.len()] {
             if found != expected {
                 let (expected, found) = (expected as u32, found as u32);
@@ -216,7 +251,14 @@ impl Backend for LinuxRig {
         }
         // First of all, so that the guard watches before the first duty goes out.
         match running.watch(self.beat_every) {
-            Watch::Good => running.exchange(duty, samples),
+            Watch::Good => {
+                let exchanged = running.exchange(duty, samples);
+                if matches!(exchanged, Err(BackendError::Unavailable { .. })) {
+                    // Files of what is gone stay dead even when it comes back.
+                    mender.lost(&mut self.running);
+                }
+                exchanged
+            }
             Watch::Zeroed => {
                 running.outputs.iter_mut().for_each(Output::forget);
                 let waited_us = self.silence.as_micros().min(u128::from(u32::MAX)) as u32;
@@ -242,6 +284,7 @@ impl Backend for LinuxRig {
             running.zero();
             // And here the guard does it again, and ends.
         }
+        self.mender = None;
     }
 }
 

@@ -9,6 +9,7 @@ mod backend;
 mod error;
 pub mod guard;
 pub mod iio;
+mod mender;
 pub mod pwm;
 mod sampler;
 pub mod scan;

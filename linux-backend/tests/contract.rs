@@ -21,6 +21,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 fn keeps(bench: &mut Bench) {
     let findings = suite(bench);
     assert!(findings.counts_allocations, "allocations have to be counted");
+    assert_eq!(findings.skipped, ["does not wait"]);
     println!("{findings:?}");
 }
 
@@ -39,12 +40,7 @@ fn it_keeps_the_contract_with_scans_of_any_moment() {
 #[test]
 fn it_keeps_the_contract_input_by_input() {
     let Some(mut bench) = bench(2, 100.0, Scans::OnPhase, LinuxSampling::Sysfs) else { return };
-    for converter in &mut bench.tree.kernel().converters {
-        // whoever reads sysfs has set it up by hand
-        converter
-            .store("trigger", "current_trigger", sinew_linux_tree::TRIGGER, &[sinew_linux_tree::TRIGGER.into()])
-            .unwrap();
-    }
+    bench.triggered_by_hand();
     keeps(&mut bench);
 }
 

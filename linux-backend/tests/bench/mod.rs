@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
 
 use sinew_driver::ChannelFault;
 use sinew_driver::conformance;
@@ -14,6 +16,8 @@ use tempfile::TempDir;
 pub struct Bench {
     pub tree: Tree,
     pub rig: Rig,
+    /// Whether periods take their time: what looks for lost hardware is a thread of its own.
+    slow: bool,
     // Last: it can only go when nothing is mounted there.
     _folder: TempDir,
 }
@@ -23,7 +27,7 @@ pub fn bench(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
     let folder = tempfile::tempdir().expect("a folder");
     let rig = wired(channels, rate_hz, scans, sampling, folder.path().to_str().expect("a plain name"));
     match Tree::mount(&rig, scans, folder.path()) {
-        Ok(tree) => Some(Bench { tree, rig, _folder: folder }),
+        Ok(tree) => Some(Bench { tree, rig, slow: false, _folder: folder }),
         Err(error) => {
             eprintln!("skipped: no FUSE here ({error})");
             None
@@ -70,6 +74,15 @@ impl Bench {
         LinuxRig::new(guarded(&self.rig)).unwrap_or_else(|error| panic!("{error}; {}", error.remedy()))
     }
 
+    /// Sets the converters' trigger, as whoever reads input by input has to do himself.
+    pub fn triggered_by_hand(&self) {
+        if self.rig.backend.linux.sampling == LinuxSampling::Sysfs {
+            for converter in &mut self.tree.kernel().converters {
+                converter.store("trigger", "current_trigger", TRIGGER, &[TRIGGER.into()]).expect("there is one");
+            }
+        }
+    }
+
     /// What is put out now.
     pub fn duties(&self) -> Vec<f64> {
         let kernel = self.tree.kernel();
@@ -82,11 +95,31 @@ impl conformance::Bench for Bench {
     type Backend = LinuxRig;
 
     fn backend(&mut self) -> LinuxRig {
+        self.slow = false;
         Bench::backend(self)
     }
 
     fn pace(&mut self) {
         self.tree.pass();
+        if self.slow {
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Until it is found again on a busy machine.
+    fn patience(&self) -> usize {
+        10_000
+    }
+
+    fn unplug(&mut self) -> bool {
+        self.tree.kernel().unplug();
+        self.slow = true;
+        true
+    }
+
+    fn plug_in(&mut self) {
+        self.tree.kernel().plug_in();
+        self.triggered_by_hand();
     }
 
     fn put_out(&mut self, channel: usize) -> Option<f64> {

@@ -1,0 +1,103 @@
+//! The thread that looks for what was unplugged, so that the loop need not.
+//!
+//! The loop leaves its dead files here and finds open ones later. Both are behind locks that the loop only ever tries: where
+//! the mender has one just then, there is another period. Closing and opening, which block and allocate, are the mender's.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use rustix::thread::{CpuSet, sched_setaffinity};
+
+use crate::Error;
+use crate::backend::Running;
+
+/// How often it looks whether there is something to do, and how often for what is gone.
+const LOOK: Duration = Duration::from_millis(50);
+
+#[derive(Debug)]
+pub(crate) struct Mender {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    lost: Mutex<Option<Running>>,
+    found: Mutex<Option<Running>>,
+    stop: AtomicBool,
+}
+
+impl Mender {
+    /// Starts the thread; `open` is how what was lost is opened anew.
+    pub fn start(open: impl Fn() -> Result<Running, Error> + Send + 'static) -> Result<Mender, Error> {
+        let shared = Arc::new(Shared::default());
+        let theirs = shared.clone();
+        let thread = thread::Builder::new().name("sinew-mender".into()).spawn(move || theirs.mend(&open));
+        let thread = thread.map_err(|error: io::Error| Error::Guard { reason: format!("a thread: {error}") })?;
+        Ok(Mender { shared, thread: Some(thread) })
+    }
+
+    /// Leaves what is dead; it stays where it is while the mender is just looking.
+    pub fn lost(&self, running: &mut Option<Running>) {
+        if let Ok(mut lost) = self.shared.lost.try_lock()
+            && lost.is_none()
+        {
+            *lost = running.take();
+        }
+    }
+
+    /// What was opened anew since, if anything.
+    pub fn found(&self) -> Option<Running> {
+        self.shared.found.try_lock().ok()?.take()
+    }
+}
+
+impl Shared {
+    fn mend(&self, open: &impl Fn() -> Result<Running, Error>) {
+        // The loop's core is the loop's.
+        let mut all = CpuSet::new();
+        (0..CpuSet::MAX_CPU).for_each(|cpu| all.set(cpu));
+        let _ = sched_setaffinity(None, &all);
+        let mut missing = false;
+        let mut told = String::new();
+        while !self.stop.load(Ordering::Acquire) {
+            thread::park_timeout(LOOK);
+            let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take();
+            missing |= lost.is_some();
+            // Closes the files and lets the guard go, which holds the outputs otherwise.
+            drop(lost);
+            if !missing {
+                continue;
+            }
+            match open() {
+                Ok(running) => {
+                    *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(running);
+                    missing = false;
+                    told.clear();
+                    tracing::info!("the outputs and converters are back");
+                }
+                Err(error) => {
+                    let words = error.to_string();
+                    // once, not twenty times a second
+                    if words != told {
+                        tracing::warn!("{words}; looking for it again");
+                        told = words;
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Mender {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            let _ = thread.join();
+        }
+    }
+}
