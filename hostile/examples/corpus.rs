@@ -15,6 +15,11 @@ fn main() -> std::io::Result<()> {
     write("csv", "good", &[b"\x01", seed::CSV].concat())?;
     write("rig", "bench", seed::RIG)?;
     write("rig", "hexapod", sinew_rig::HEXAPOD_TOML.as_bytes())?;
+    for (format, good) in [("line", seed::lines()), ("firmware", seed::firmware()), ("command", seed::commands())] {
+        for (number, bytes) in good.iter().enumerate() {
+            write(format, &format!("good-{number}"), bytes)?;
+        }
+    }
     for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
         for (choice, driver) in [(3u8, true), (3, false), (0, true), (7, false)] {
             let bytes = [&[choice], &seed::session(compression, driver)[..]].concat();

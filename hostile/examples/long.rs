@@ -1,4 +1,4 @@
-//! Damaged files by the million, on every core: `cargo run --release -p sinew-hostile --example long -- mcap 1000000 [seed]`
+//! Damaged inputs by the million, on every core: `cargo run --release -p sinew-hostile --example long -- mcap 1000000 [seed]`
 
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -13,7 +13,8 @@ fn main() {
     let format = arguments.next().and_then(|name| Format::ALL.into_iter().find(|format| format.name() == name));
     let files = arguments.next().and_then(|files| files.parse::<u64>().ok());
     let (Some(format), Some(files)) = (format, files) else {
-        eprintln!("error: expected a format (csv, mcap or rig) and how many files, as in `mcap 1000000`");
+        let names: Vec<&str> = Format::ALL.iter().map(|format| format.name()).collect();
+        eprintln!("error: expected one of {} and how many, as in `mcap 1000000`", names.join(", "));
         std::process::exit(2);
     };
     let seed = arguments.next().and_then(|seed| seed.parse().ok()).unwrap_or(0);

@@ -2,7 +2,7 @@
 
 use sinew_recording::session::Compression;
 
-use crate::{Mutator, csv, mcap, rig, seed};
+use crate::{Mutator, command, csv, firmware, line, mcap, rig, seed};
 
 /// A format with a reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,11 +13,18 @@ pub enum Format {
     Mcap,
     /// Rig files.
     Rig,
+    /// What comes over the line to a front-end.
+    Line,
+    /// What a front-end's firmware is sent, and how time passes for it.
+    Firmware,
+    /// What clients ask for, and what the converter shows.
+    Command,
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Format; 3] = [Format::Csv, Format::Mcap, Format::Rig];
+    pub const ALL: [Format; 6] =
+        [Format::Csv, Format::Mcap, Format::Rig, Format::Line, Format::Firmware, Format::Command];
 
     /// Its name, that of its fuzzing target.
     pub const fn name(self) -> &'static str {
@@ -25,6 +32,9 @@ impl Format {
             Format::Csv => "csv",
             Format::Mcap => "mcap",
             Format::Rig => "rig",
+            Format::Line => "line",
+            Format::Firmware => "firmware",
+            Format::Command => "command",
         }
     }
 
@@ -32,6 +42,9 @@ impl Format {
     fn good(self) -> Vec<Vec<u8>> {
         match self {
             Format::Csv => vec![[b"\x01", seed::CSV].concat()],
+            Format::Line => seed::lines(),
+            Format::Firmware => seed::firmware(),
+            Format::Command => seed::commands(),
             Format::Rig => vec![HEXAPOD.to_vec(), seed::RIG.to_vec()],
             Format::Mcap => [Compression::None, Compression::Lz4, Compression::Zstd]
                 .into_iter()
@@ -49,7 +62,7 @@ impl Format {
         match self {
             Format::Csv => &CSV_WORDS,
             Format::Rig => &RIG_WORDS,
-            Format::Mcap => &[],
+            Format::Mcap | Format::Line | Format::Firmware | Format::Command => &[],
         }
     }
 
@@ -58,6 +71,9 @@ impl Format {
             Format::Csv => csv(bytes),
             Format::Mcap => mcap(bytes),
             Format::Rig => rig(bytes),
+            Format::Line => line(bytes),
+            Format::Firmware => firmware(bytes),
+            Format::Command => command(bytes),
         }
     }
 }

@@ -1,14 +1,19 @@
-//! Files that are not what they say they are: what every reader of this project has to do with them.
+//! What comes from outside and is not what it should be: files, frames off a line, requests; and what every reader of this project
+//! has to do with it.
 //!
 //! One function a format takes any bytes at all, lets the reader have them and holds it to its promises: no panic, an
 //! error that names the file and has a remedy, and what was accepted is consistent and survives being written and read
-//! again. The fuzzer (`fuzz/`) looks for bytes that break one; [`damaged`] makes damaged files from
+//! again. What acts on what it reads, a front-end's firmware and the loop under the requests of its clients, is held to what keeps
+//! a wire whole: no output beyond its limits, none without a driver. The fuzzer (`fuzz/`) looks for bytes that break one; [`damaged`] makes damaged files from
 //! good ones, a few thousand on every run of the tests.
 #![forbid(unsafe_code)]
 
+mod command;
 mod damaged;
+mod frames;
 mod mcap;
 mod mutate;
+mod script;
 pub mod seed;
 
 use std::sync::LazyLock;
@@ -16,7 +21,9 @@ use std::sync::LazyLock;
 use sinew_recording::{Options, Recording, read_from, write_to};
 use sinew_rig::Rig;
 
+pub use command::command;
 pub use damaged::{Format, damaged};
+pub use frames::{firmware, line};
 pub use mcap::mcap;
 pub use mutate::Mutator;
 

@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use sinew_front_end::{ChannelLimits, Configure, Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, encode};
 use sinew_recording::session::{
     About, Compression, Ended, Event, Field, Head, Layout, LoopFigures, SessionWriter, WriteOptions,
 };
@@ -76,4 +77,64 @@ pub fn session(compression: Compression, driver: bool) -> Vec<u8> {
         Ok(bytes) => bytes,
         Err(error) => unreachable!("into memory: {error}"),
     }
+}
+
+/// Frames of every kind, as they go over the line, one after the other; and each one's body alone.
+pub fn lines() -> Vec<Vec<u8>> {
+    let limits = ChannelLimits { max_duty: 30_000, max_current_ma: 700, heat_ma2_s: 500_000, drain_ma2: 90_000 };
+    let frames = [
+        Frame::Hello { nonce: 7 },
+        Frame::Configure(Configure {
+            session: 1,
+            period_ns: 1_000_000,
+            watchdog_periods: 5,
+            channels: 3,
+            limits: [limits; MAX_CHANNELS],
+        }),
+        Frame::Duty(Duty { sequence: 1, channels: 3, duty: [300; MAX_CHANNELS] }),
+        Frame::Off,
+        Frame::Configured { session: 1, refusal: None },
+    ];
+    let lines: Vec<Vec<u8>> = frames
+        .iter()
+        .filter_map(|frame| {
+            let mut line = [0; MAX_FRAME];
+            let length = encode(frame, &mut line).ok()?;
+            Some(line[..length].to_vec())
+        })
+        .collect();
+    let mut bodies = Vec::new();
+    for line in &lines {
+        let mut decoder = Decoder::<MAX_BODY>::new();
+        bodies.extend(line.iter().filter_map(|&byte| decoder.push(byte).and_then(Result::ok).map(<[u8]>::to_vec)));
+    }
+    bodies.push(lines.concat());
+    bodies.extend(lines);
+    bodies
+}
+
+/// A front-end that is configured, armed, driven, left alone and driven again: a script of [`crate::firmware`].
+pub fn firmware() -> Vec<Vec<u8>> {
+    let configure =
+        [&[1u8, 0, 0, 0, 0][..], &[0xff, 0x7f, 0xff, 0x7f, 0, 0, 8, 0, 0, 0, 4, 0].repeat(3), &[0; 4]].concat();
+    let nothing = [2u8, 0, 0, 0, 0];
+    let half = [&[0x42u8][..], &[0, 0x40].repeat(3), &[0; 4]].concat();
+    let period = [7u8, 10, 100, 0];
+    let silence = [7u8, 17, 0, 0];
+    let driven = [&half[..], &period].concat().repeat(6);
+    let armed = [&configure[..], &nothing, &period, &nothing, &period].concat();
+    vec![
+        [&armed[..], &driven, &silence, &nothing, &period, &nothing, &period, &driven].concat(),
+        [&armed[..], &driven, &[5, 0, 0, 0, 0], &half, &period].concat(),
+        [&armed[..], &driven, &configure, &half, &[6, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9]].concat(),
+    ]
+}
+
+/// Requests of every kind, cycles, bad samples, errors, resets: scripts of [`crate::command`].
+pub fn commands() -> Vec<Vec<u8>> {
+    let every: Vec<u8> = (0..8u8).flat_map(|kind| [kind << 3, kind % 4, 16 + 9 * kind, 3 | 5 << 3]).collect();
+    let bad = [4u8; 24];
+    let lengths = [0u8, 0, 90, 3 | 20 << 3, 0, 2, 96, 3 | 20 << 3, 7 | 20 << 3, 3 | 9 << 3];
+    let faults = [&bad[..], &bad, &[3 | 4 << 3, 5 | 4 << 3, 1, 6 | 9 << 3], &[5 << 3, 0x80, 0, 3 | 30 << 3]].concat();
+    vec![every.clone(), [&lengths[..], &faults, &lengths].concat(), [&every[..], &faults, &every].concat()]
 }

@@ -1,4 +1,4 @@
-//! A few thousand damaged files of every format, the same ones on every run. `examples/long.rs` tries millions, the fuzzer looks
+//! A few thousand damaged inputs of every format, the same ones on every run. `examples/long.rs` tries millions, the fuzzer looks
 //! for the worst: `fuzz/README.md`.
 
 use sinew_hostile::{Format, damaged};
@@ -16,4 +16,19 @@ fn a_damaged_rig_file_is_read_or_refused() {
 #[test]
 fn a_damaged_session_is_read_mended_or_refused() {
     damaged(Format::Mcap, 3, 3000);
+}
+
+#[test]
+fn a_damaged_line_gives_frames_or_nothing() {
+    damaged(Format::Line, 4, 20_000);
+}
+
+#[test]
+fn no_frames_make_a_front_end_heat_beyond_its_limits_or_without_a_driver() {
+    damaged(Format::Firmware, 5, 10_000);
+}
+
+#[test]
+fn no_requests_and_no_samples_make_the_loop_heat_a_wire_beyond_its_limits() {
+    damaged(Format::Command, 6, 1500);
 }
