@@ -1,6 +1,5 @@
 //! The loop itself: one thread, one cycle a period, nothing in it that could make it wait.
 
-use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use sinew_ipc::{DriverState, HeldCycle, LoopStats, Snapshot};
@@ -10,6 +9,7 @@ use sinew_sensing::Sample;
 use crate::allocations;
 use crate::backend::{Backend, BackendError};
 use crate::engine::{Beat, Engine, Event, Occurrence, Order};
+use crate::last_words::caught;
 use crate::realtime;
 use crate::report::Ending;
 
@@ -120,7 +120,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
     pub fn run(mut self, shared: &Shared) -> Remains {
         let last = Snapshot::new(self.engine.channels().len());
         let mut remains = Remains { stats: self.stats, last, start_ns: realtime::now_ns(), ..Remains::nothing() };
-        let result = panic::catch_unwind(AssertUnwindSafe(|| self.cycles(shared, &mut remains)));
+        let result = caught(|| self.cycles(shared, &mut remains));
         // Once more, should it have come from before the guard in there was set up.
         self.backend.stop();
         if let Ok(ending) = result
@@ -135,6 +135,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         self.outlet.latest(&remains.last);
         self.outlet.stats(&remains.stats);
         shared.ended.store(true, Ordering::Release);
+        if let Err(words) = result {
+            tracing::error!("the loop panicked; outputs are zero: {words}");
+        }
         remains
     }
 

@@ -1,6 +1,5 @@
 //! A whole driver: lock, services, real time, loop, publisher and desk, put together and taken apart in order.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,6 +17,7 @@ use crate::commands::{ChannelRules, Desk, Diary};
 use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
 use crate::engine::{Engine, Event, Order};
 use crate::error::Error;
+use crate::last_words::caught;
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::realtime::{self, Held, Mode, RealtimeReport, Wish};
@@ -270,9 +270,11 @@ fn run_loop<B: Backend>(
     let failure = if wish.mode == Mode::Strict && !refused.is_empty() {
         Some(Error::NotRealtime { refused })
     } else {
-        match catch_unwind(AssertUnwindSafe(|| looping.backend.start())) {
+        match caught(|| looping.backend.start()) {
             Ok(started) => started.err().map(Error::Backend),
-            Err(_) => Some(Error::Thread(std::io::Error::other("the backend panicked while it started"))),
+            Err(words) => {
+                Some(Error::Thread(std::io::Error::other(format!("the backend panicked while it started: {words}"))))
+            }
         }
     };
     if let Some(error) = failure {
@@ -314,10 +316,10 @@ fn spawn<T: Send + 'static>(
 
 /// A helper that panics takes the driver along in good order: outputs to zero, report.
 fn guarded(shared: &Shared, body: impl FnOnce()) {
-    if catch_unwind(AssertUnwindSafe(body)).is_err() {
+    if let Err(words) = caught(body) {
         shared.panicked.store(true, Ordering::Release);
         shared.stop.store(true, Ordering::Relaxed);
-        tracing::error!("a thread of the driver panicked; stopping");
+        tracing::error!("a thread of the driver panicked; stopping: {words}");
     }
 }
 

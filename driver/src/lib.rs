@@ -21,6 +21,7 @@ mod driver;
 mod engine;
 mod error;
 pub mod joint;
+mod last_words;
 mod program;
 mod publish;
 #[allow(unsafe_code)]

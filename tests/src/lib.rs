@@ -45,6 +45,12 @@ pub fn gait() -> &'static Path {
     BINARY.get_or_init(|| build(&["-p", "sinew-ipc", "--example", "gait"]).join("examples/gait"))
 }
 
+/// The machine that injects faults, `sinew-trust`, built once.
+pub fn trust() -> &'static Path {
+    static BINARY: OnceLock<PathBuf> = OnceLock::new();
+    BINARY.get_or_init(|| build(&["-p", "sinew-trust"]).join("sinew-trust"))
+}
+
 /// Builds what `which` names with the profile, target and target folder this test was built with; returns where it lands.
 fn build(which: &[&str]) -> PathBuf {
     let exe = std::env::current_exe().expect("a test has a path");

@@ -1,0 +1,62 @@
+//! The machine that proves what the driver promises: it injects every fault there is, a hundred times each at random phases,
+//! looks at the *output* and not at what the driver says of it, and writes the table of `docs/trust.md`.
+//!
+//! - [`kinds`] lists what is injected; [`kind`] is what one of them consists of, and the row it becomes.
+//! - [`lockstep`]: engine and simulated wires on a simulated clock, beside a twin that is not struck.
+//! - [`witness`]: a driver's process whose outputs are written down as they go out, and outlive it.
+#![forbid(unsafe_code)]
+
+mod budgets;
+pub mod clients;
+mod clocks;
+mod commands;
+pub mod drive;
+mod electrical;
+pub mod kind;
+pub mod lockstep;
+pub mod process;
+pub mod running;
+pub mod site;
+pub mod soak;
+pub mod table;
+pub mod witness;
+
+use kind::Kind;
+
+/// Every kind of fault, in the order of the table.
+pub fn kinds() -> Vec<Kind> {
+    let mut kinds = electrical::kinds();
+    kinds.extend(budgets::kinds());
+    kinds.extend(commands::kinds());
+    kinds.extend(process::kinds());
+    kinds.extend(clients::kinds());
+    kinds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_ipc::fault::FAULT_TABLE;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_fault_of_the_drivers_table_is_injected() {
+        let shown: BTreeSet<&str> = kinds().iter().flat_map(|kind| kind.faults).map(|fault| fault.flag()).collect();
+        for row in &FAULT_TABLE {
+            assert!(shown.contains(row.flag), "nobody injects {}", row.flag);
+        }
+    }
+
+    #[test]
+    fn kinds_are_many_and_told_apart() {
+        let kinds = kinds();
+        let names: BTreeSet<&str> = kinds.iter().map(|kind| kind.name).collect();
+        assert_eq!(names.len(), kinds.len());
+        assert!(names.len() >= 40, "{}", names.len());
+        for kind in &kinds {
+            for text in [kind.injected, kind.expected, kind.lost] {
+                assert!(!text.is_empty() && !text.contains('|'), "{}: {text:?}", kind.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! `sinew-trust`: inject every fault, measure what happens, write the table.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Parser, Subcommand};
+use sinew_driver::CountingAllocator;
+use sinew_trust::kind::Failure;
+use sinew_trust::site::Site;
+use sinew_trust::{clients, drive, kinds, process, soak, table};
+
+#[derive(Debug, Parser)]
+#[command(
+    name = "sinew-trust",
+    about = "Injects every fault, measures what happens at the output, and writes the table"
+)]
+struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Every kind of fault, at random phases.
+    #[command(
+        after_help = "Examples:\n  sinew-trust faults --tries 100 --table docs/trust-table.md\n  sinew-trust faults --only open --tries 1000"
+    )]
+    Faults(Faults),
+    /// Everything at once, for half an hour: random faults, clients, a recorder, load.
+    Soak(soak::Args),
+    /// A driver with a witness, that breaks on demand (used by the others).
+    #[command(hide = true)]
+    Drive(drive::Args),
+    /// A client that is struck (used by the others).
+    #[command(hide = true)]
+    Client {
+        /// Name of the rig.
+        rig: String,
+        /// What it does.
+        task: Vec<String>,
+    },
+    /// Takes all of a core (used by the others).
+    #[command(hide = true)]
+    Burn,
+}
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+#[derive(Debug, clap::Args)]
+struct Faults {
+    /// Tries of each kind.
+    #[arg(long, default_value_t = 100)]
+    tries: usize,
+    /// Only kinds whose name contains this.
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Seed of all random phases.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Writes everything measured as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    json: Option<PathBuf>,
+    /// Writes the table as Markdown.
+    #[arg(long, value_name = "FILE.md")]
+    table: Option<PathBuf>,
+    /// Only lists the kinds.
+    #[arg(long)]
+    list: bool,
+}
+
+fn main() -> ExitCode {
+    let result = match Args::parse().command {
+        Command::Faults(args) => faults(&args),
+        Command::Soak(args) => soak::soak(&args),
+        Command::Drive(args) => drive::drive(&args).map(|()| true),
+        Command::Client { rig, task } => clients::client_main(&rig, &task).map(|()| true),
+        Command::Burn => {
+            process::burn();
+            Ok(true)
+        }
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether every promise was kept.
+fn faults(args: &Faults) -> Result<bool, Failure> {
+    let wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|part| name.contains(part.as_str()));
+    let kinds: Vec<_> = kinds().into_iter().filter(|kind| wanted(kind.name)).collect();
+    if kinds.is_empty() {
+        eprintln!("error: no kind is called like that\nhint: `sinew-trust faults --list` lists them");
+        return Ok(false);
+    }
+    if args.list {
+        for kind in &kinds {
+            println!("{:<32} {}", kind.name, kind.injected);
+        }
+        return Ok(true);
+    }
+    let site = Site::new()?;
+    let started = Instant::now();
+    let mut rows = Vec::new();
+    for kind in &kinds {
+        let row = kind.measure(&site, args.tries, args.seed);
+        println!("{}", table::line(&row));
+        rows.push(row);
+    }
+    let kept = rows.iter().filter(|row| row.kept).count();
+    let seconds = started.elapsed().as_secs_f64();
+    println!("{} kinds, kept in {kept}, {seconds:.0} s", rows.len());
+    let all = kept == rows.len();
+    let report = table::Report { schema: table::SCHEMA, tries: args.tries, seed: args.seed, seconds, kept, rows };
+    if let Some(path) = &args.table {
+        std::fs::write(path, table::markdown(&report))?;
+    }
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&report).map_err(std::io::Error::other)?;
+        std::fs::write(path, text + "\n")?;
+    }
+    Ok(all)
+}

@@ -1,0 +1,130 @@
+//! The table: for the terminal while it grows, as Markdown, and as JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use crate::kind::{Group, Row, Unit};
+
+/// Name and version of the JSON's form.
+pub const SCHEMA: &str = "sinew.trust/1";
+
+/// Everything measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: &'static str,
+    /// Tries asked for of each kind.
+    pub tries: usize,
+    /// Seed of all phases.
+    pub seed: u64,
+    /// How long it took, s.
+    pub seconds: f64,
+    /// Kinds in which every try came out as promised.
+    pub kept: usize,
+    /// A row for each kind.
+    pub rows: Vec<Row>,
+}
+
+impl Group {
+    /// Its heading.
+    pub fn title(self) -> &'static str {
+        match self {
+            Group::Electrical => "Electrical: supply, power stage, wire, taps, converter",
+            Group::Budgets => "Budgets: current, heat, temperature",
+            Group::Commands => "Commands",
+            Group::Loop => "The loop",
+            Group::Process => "The driver's process and its machine",
+            Group::Clients => "Clients",
+            Group::Serial => "The line to a front-end",
+        }
+    }
+}
+
+fn number(value: f64, unit: Unit) -> String {
+    match unit {
+        Unit::Periods => format!("{value:.0}"),
+        Unit::Milliseconds if value >= 10.0 => format!("{value:.0}"),
+        _ => format!("{value:.1}"),
+    }
+}
+
+/// What was promised of a row, in a word.
+pub fn promised(row: &Row) -> String {
+    format!("{} {}", number(row.within, row.unit), row.unit)
+}
+
+/// What was seen of it.
+pub fn observed(row: &Row) -> String {
+    match (row.worst, row.median) {
+        (Some(worst), Some(median)) => format!("{} / {}", number(worst, row.unit), number(median, row.unit)),
+        _ => "–".into(),
+    }
+}
+
+/// What came of it, in a word.
+pub fn verdict(row: &Row) -> String {
+    match (row.kept, row.failed) {
+        (true, _) => "kept".into(),
+        (false, 0) => "not tried".into(),
+        (false, failed) => format!("**broken** in {failed}"),
+    }
+}
+
+/// One line for the terminal.
+pub fn line(row: &Row) -> String {
+    let mut text = format!(
+        "{:<32} {:>5} tries  promised {:>10}  worst / median {:>14} {:<8} {:>5.1} s  {}",
+        row.name,
+        row.tries,
+        promised(row),
+        observed(row),
+        row.unit.to_string(),
+        row.seconds,
+        verdict(row)
+    );
+    if let Some(remark) = row.remark.as_ref().filter(|_| !row.kept) {
+        let _ = write!(text, "\n    {remark}");
+    }
+    text
+}
+
+/// The table as Markdown, a section for each group.
+pub fn markdown(report: &Report) -> String {
+    let rows = &report.rows;
+    let mut text = format!(
+        "{} kinds, {} tries each; every promise kept in {} of them. Seed {}, {:.0} s on the clock.\n",
+        rows.len(),
+        report.tries,
+        report.kept,
+        report.seed,
+        report.seconds
+    );
+    let mut group = None;
+    for row in rows {
+        if group.replace(row.group) != Some(row.group) {
+            let _ = write!(
+                text,
+                "\n### {}\n\n| fault | injected | reaction | promised | worst / median | tries | lost | |\n|---|---|---|---|---|---|---|---|\n",
+                row.group.title()
+            );
+        }
+        let flags: Vec<String> = row.flags.iter().map(|flag| format!("`{flag}`")).collect();
+        let flags = if flags.is_empty() { String::new() } else { format!(" ({})", flags.join(", ")) };
+        let remark = row.remark.as_deref().filter(|_| !row.kept).map(|r| format!(": {r}")).unwrap_or_default();
+        let _ = writeln!(
+            text,
+            "| `{}`{flags} | {} | {} | {} | {} | {} | {} | {}{} |",
+            row.name,
+            row.injected,
+            row.expected,
+            promised(row),
+            observed(row),
+            row.tries,
+            row.lost,
+            verdict(row),
+            remark.replace('|', "/").replace('\n', " ")
+        );
+    }
+    text
+}
