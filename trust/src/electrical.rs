@@ -283,7 +283,7 @@ fn flapping() -> Kind {
         let faults = twins.struck.faults();
         let mut cycles = 0u64;
         while twins.struck.channel(victim).fault().is_none() || twins.struck.in_force(victim) > 0.0 {
-            if cycles % 2 == 0 {
+            if cycles.is_multiple_of(2) {
                 faults.set(victim, FaultKind::AdcNan);
             } else {
                 faults.clear(victim, FaultKind::AdcNan);

@@ -94,6 +94,9 @@ pub fn expect(so: bool, otherwise: impl FnOnce() -> String) -> Result<(), Failur
     if so { Ok(()) } else { Err(Failure::Unexpected(otherwise())) }
 }
 
+/// What carries out the tries of a kind.
+pub type CarryOut = Box<dyn Fn(&Site, &mut Trials) -> Result<(), Failure> + Send + Sync>;
+
 /// A kind of fault: what is done, and what has to come of it.
 pub struct Kind {
     /// Its name, for `--only`.
@@ -113,7 +116,7 @@ pub struct Kind {
     /// The rows of the driver's fault table that this shows.
     pub faults: &'static [Fault],
     /// Carries out the tries.
-    pub carry_out: Box<dyn Fn(&Site, &mut Trials) -> Result<(), Failure> + Send + Sync>,
+    pub carry_out: CarryOut,
 }
 
 /// The tries of one kind as they go on.
@@ -266,8 +269,6 @@ mod tests {
         let site = Site::new().unwrap();
         let good = kind(|_, trials| trials.each(|rng| Ok(between(rng, 0.0, 2.0)))).measure(&site, 50, 7);
         assert!(good.kept && good.failed == 0 && good.tries == 50 && good.worst <= Some(2.0), "{good:?}");
-        let late = std::cell::Cell::new(0);
-        let _ = &late;
         let bad = kind(|_, trials| {
             let mut count = 0;
             trials.each(|_| {
