@@ -101,7 +101,8 @@ impl StageWatch {
             return self.fault_of_shared(current_a * low_ohm, supply_v, low_ohm, driven);
         }
         if !driven {
-            return (current_a > self.least_a).then_some(Fault::StageOn);
+            // More than the wire can carry is the converter's doing, and no word on the stage.
+            return (current_a > self.least_a && current_a < self.most_a).then_some(Fault::StageOn);
         }
         // A V3 above the supply is the converter's doing.
         if supply_v > HIGH * self.nominal_v && v3_v < supply_v {

@@ -205,8 +205,10 @@ impl Guard {
             self.energy_j = (self.energy_j + (evidence.power_w - drained_w) * evidence.dt_s).max(0.0);
         }
 
-        // What conducts on its own is told of whatever else is latched: it heats on.
-        self.stuck_looks = if evidence.stage == Some(Fault::StageOn) { self.stuck_looks.saturating_add(1) } else { 0 };
+        // What conducts on its own is told of whatever else is latched: it heats on. But a converter that repeats itself repeats the
+        // current as well.
+        let seen = evidence.stage == Some(Fault::StageOn) && self.latched != Some(Fault::Stuck);
+        self.stuck_looks = if seen { self.stuck_looks.saturating_add(1) } else { 0 };
         if self.stuck_looks >= DEBOUNCE_SAMPLES && !self.must_cut() {
             self.trip(Fault::StageOn);
             self.latched = Some(Fault::StageOn);

@@ -47,6 +47,9 @@ pub struct Server {
     pub commands: CommandServer,
 }
 
+/// What the services of the smallest rig take of /dev/shm, bytes, and as much again.
+const LEAST_SHARED_MEMORY: usize = 4 << 20;
+
 impl Server {
     /// Creates the services of this run and tells clients where they are.
     ///
@@ -57,6 +60,13 @@ impl Server {
     }
 
     fn create_with_protocol(lock: RigLock, info: &Info, protocol: u32) -> Result<Server, Error> {
+        // Shared memory is only taken when it is written, and running out of it then kills the process: look before the first write.
+        if let Some(left) = crate::sys::shared_memory_left().filter(|left| *left < LEAST_SHARED_MEMORY) {
+            let (left, least) = (left >> 10, LEAST_SHARED_MEMORY >> 10);
+            let reason =
+                format!("only {left} KiB of shared memory are left in /dev/shm, a driver needs {least} KiB at least");
+            return Err(Error::Service { what: "state", reason });
+        }
         let run = Arc::new(Run { node: node(lock.run(), &lock.run_dir())?, _lock: lock });
         let server = Server {
             state: StateWriter::new(&run, info)?,

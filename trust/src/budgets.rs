@@ -4,14 +4,32 @@ use rand::rngs::Xoshiro256PlusPlus;
 use sinew_ipc::{CommandKind, Fault};
 use sinew_sim_backend::World;
 
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, whole};
+use crate::kind::{Group, Kind, Unit, between, expect, whole};
 use crate::lockstep::{CHANNELS, Lockstep, Twins, any_twins, rig_text};
 
 const RATE_HZ: f64 = 1000.0;
 
 /// All kinds of this group.
 pub fn kinds() -> Vec<Kind> {
-    vec![over_current(), over_temperature(), energy_budget(), over_asked()]
+    vec![
+        over_current(),
+        over_asked_duty(),
+        spent(
+            "over_temperature",
+            "a sensing pulse of 45 % of full power, and a limit of 120 °C",
+            "limits = { maximum_temperature_c = 120.0 }\ncontrol = { sensing_duty = 0.45 }\n",
+            &[Fault::OverTemperature],
+            20.0,
+        ),
+        spent(
+            "energy_budget",
+            "a sensing pulse of 45 % of full power, and energy_budget_j = 0.3",
+            "limits = { energy_budget_j = 0.3 }\ncontrol = { sensing_duty = 0.45 }\n",
+            &[Fault::EnergyBudget],
+            0.0,
+        ),
+        over_asked(),
+    ]
 }
 
 /// A supply that is set too high.
@@ -20,7 +38,7 @@ fn over_current() -> Kind {
         let mut twins = any_twins(rng, "")?;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
         twins.struck.wires.disturb(victim, &World { supply: between(rng, 1.4, 1.48), ..World::CALM });
-        let struck = twins.struck(&[victim], &[Fault::OverCurrent, Fault::Saturated], 1.0)?;
+        let struck = twins.struck(&[victim], &[Fault::OverCurrent, Fault::Saturated, Fault::SupplyHigh], 1.0)?;
         twins.struck.wires.disturb(victim, &World::CALM);
         twins.recovers(&[victim])?;
         Ok(struck.periods as f64)
@@ -28,7 +46,7 @@ fn over_current() -> Kind {
     Kind {
         name: "over_current",
         group: Group::Budgets,
-        injected: "a supply 40 to 48 % too high: more current than maximum_current_a",
+        injected: "a supply 40 to 48 % too high: more current than maximum_current_a, too",
         expected: "that channel off, latched",
         within: 2.0,
         unit: Unit::Periods,
@@ -38,69 +56,81 @@ fn over_current() -> Kind {
     }
 }
 
-/// Full duty until the supervisor steps in, by way of `limits`; how far the true wire gets above its limit.
-fn heated(rng: &mut Xoshiro256PlusPlus, limits: &str, expected: &[Fault]) -> Result<f64, Failure> {
-    let text = rig_text("trust", CHANNELS, RATE_HZ, whole(rng, 0, 1 << 30), limits);
-    let mut twins = Twins { struck: Lockstep::new(&text)?, twin: Lockstep::new(&text)? };
-    twins.both(|one| one.prove())?;
-    let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
-    for channel in (0..CHANNELS).filter(|&channel| channel != victim) {
-        let stroke = between(rng, 0.1, 0.4);
-        twins.both(|one| one.command(channel, CommandKind::Stroke, stroke, 1000.0))?;
-    }
-    twins.run(whole(rng, 10, 1000))?;
-    let (limit_c, max_duty) = {
-        let limits = &twins.struck.rig.channels[victim].limits;
-        (limits.max_temperature_c, limits.max_duty)
+/// A program that asks for half to all of the duty there is, for as long as it likes.
+fn over_asked_duty() -> Kind {
+    const SECONDS: f64 = 20.0;
+    let one = |rng: &mut Xoshiro256PlusPlus| {
+        let text = rig_text("trust", CHANNELS, RATE_HZ, whole(rng, 0, 1 << 30), "");
+        let mut twins = Twins { struck: Lockstep::new(&text)?, twin: Lockstep::new(&text)? };
+        twins.both(|one| one.prove())?;
+        let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
+        for channel in (0..CHANNELS).filter(|&channel| channel != victim) {
+            let stroke = between(rng, 0.1, 0.4);
+            twins.both(|one| one.command(channel, CommandKind::Stroke, stroke, 1000.0))?;
+        }
+        twins.run(whole(rng, 10, 1000))?;
+        let limits = twins.struck.rig.channels[victim].limits;
+        twins.struck.command(victim, CommandKind::Duty, between(rng, 0.5, 1.0) * limits.max_duty, 1000.0)?;
+        let mut hottest_c = f64::MIN;
+        for _ in 0..(SECONDS * RATE_HZ) as u64 {
+            twins.cycle(&[victim])?;
+            hottest_c = hottest_c.max(twins.struck.wires.wire(victim).map_or(f64::NAN, |wire| wire.temperature_c()));
+        }
+        let fault = twins.struck.channel(victim).fault();
+        expect(fault.is_none(), || format!("tripped with {fault:?}"))?;
+        Ok(hottest_c - limits.max_temperature_c)
     };
-    twins.struck.command(victim, CommandKind::Duty, between(rng, 0.5, 1.0) * max_duty, 1000.0)?;
-    let mut hottest_c = f64::MIN;
-    let mut cycles = 0u64;
-    while twins.struck.channel(victim).fault().is_none() || twins.struck.in_force(victim) > 0.0 {
-        twins.cycle(&[victim])?;
-        cycles += 1;
-        hottest_c = hottest_c.max(twins.struck.wires.wire(victim).map_or(f64::NAN, |wire| wire.temperature_c()));
-        expect((cycles as f64) < 120.0 * RATE_HZ, || format!("heated on for two minutes, to {hottest_c:.0} °C"))?;
-    }
-    let fault = twins.struck.channel(victim).fault();
-    expect(fault.is_some_and(|fault| expected.contains(&fault)), || format!("recognised as {fault:?}"))?;
-    twins.recovers(&[victim])?;
-    Ok(hottest_c - limit_c)
-}
-
-/// A wire that is given as much as can be asked for.
-fn over_temperature() -> Kind {
-    let faults = &[Fault::OverTemperature];
     Kind {
-        name: "over_temperature",
+        name: "over_asked_duty",
         group: Group::Budgets,
-        injected: "half to all of the duty there is, by a program that does not care",
-        expected: "off near the limit of the estimated temperature, latched; resets 10 K below it",
-        within: 20.0,
+        injected: "half to all of the duty there is, for 20 s, by a program that does not care",
+        expected: "held back to what the wire bears, without a fault",
+        within: 10.0,
         unit: Unit::Kelvin,
-        lost: "that channel's power until it is cool and reset; the others stay the same bit by bit",
-        faults,
-        carry_out: Box::new(move |_, trials| {
-            trials.each(|rng| heated(rng, "", &[Fault::OverTemperature, Fault::EnergyBudget, Fault::OutOfRange]))
-        }),
+        lost: "the duty above that; the others stay the same bit by bit",
+        faults: &[],
+        carry_out: Box::new(move |_, trials| trials.each(one)),
     }
 }
 
-/// The same with an account of heat that runs out first.
-fn energy_budget() -> Kind {
-    let faults = &[Fault::EnergyBudget];
+/// A wire whose very sensing pulse is more than it may take: holding back does not help, the trip has to.
+fn spent(
+    name: &'static str,
+    injected: &'static str,
+    more: &'static str,
+    faults: &'static [Fault],
+    within_k: f64,
+) -> Kind {
+    let one = move |rng: &mut Xoshiro256PlusPlus| {
+        let mut bench = Lockstep::new(&rig_text("trust", 2, RATE_HZ, whole(rng, 0, 1 << 30), more))?;
+        bench.prove()?;
+        let limit_c = bench.rig.channels[0].limits.max_temperature_c;
+        bench.run(whole(rng, 0, 50));
+        let (mut hottest_c, mut cycles) = (f64::MIN, 0u64);
+        while bench.channel(0).fault().is_none() || bench.in_force(0) > 0.0 {
+            bench.cycle();
+            cycles += 1;
+            hottest_c = hottest_c.max(bench.wires.wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
+            expect((cycles as f64) < 60.0 * RATE_HZ, || format!("heated on for a minute, to {hottest_c:.0} °C"))?;
+        }
+        let fault = bench.channel(0).fault();
+        expect(fault.is_some_and(|fault| faults.contains(&fault)), || format!("recognised as {fault:?}"))?;
+        for _ in 0..100 {
+            bench.cycle();
+            expect(bench.in_force(0) == 0.0, || "powered again".into())?;
+        }
+        Ok(hottest_c - limit_c)
+    };
     Kind {
-        name: "energy_budget",
+        name,
         group: Group::Budgets,
-        injected: "half to all of the duty there is, and energy_budget_j = 0.3",
-        expected: "off when the account is spent, latched; resets at 80 %",
-        within: 0.0,
+        injected,
+        expected: "off, latched, although holding back could not help",
+        within: within_k,
         unit: Unit::Kelvin,
-        lost: "that channel's power until the account has drained and it is reset; the others stay the same bit by bit",
+        lost: "that channel's power until it has cooled and is reset",
         faults,
-        carry_out: Box::new(move |_, trials| {
-            trials.each(|rng| heated(rng, "limits = { energy_budget_j = 0.3 }\n", &[Fault::EnergyBudget]))
-        }),
+        carry_out: Box::new(move |_, trials| trials.each(one)),
     }
 }
 

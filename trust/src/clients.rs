@@ -144,7 +144,7 @@ fn crowd() -> Kind {
     Kind {
         expected: "each is served, or refused with the reason; longest time in which a command of another client is answered",
         lost: "nothing",
-        ..kind("crowd", "200 clients of one process at once, each commands and reads", &[], 1000.0, one)
+        ..kind("crowd", "200 clients of one process at once, each commands and reads", &[], 5000.0, one)
     }
 }
 

@@ -102,6 +102,10 @@ fn break_at_random(seed: u64, faults: &FaultHandle, channels: usize) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     loop {
         let (_, kind) = FaultKind::ALL[rng.random_range(0..FaultKind::ALL.len())];
+        // It would take everything off until the next start, and the rest of the run would be a quiet one.
+        if kind == FaultKind::StageOn {
+            continue;
+        }
         let channel = rng.random_range(0..channels);
         // Everything at once is rare.
         let whole = kind == FaultKind::BackendError && rng.random_range(0..20) == 0;

@@ -1,11 +1,11 @@
 //! What breaks between supply, power stage, wire, taps and converter. On a simulated clock, to the period.
 
 use rand::rngs::Xoshiro256PlusPlus;
-use sinew_driver::Answer;
-use sinew_ipc::{CommandKind, Fault};
+use sinew_driver::{Answer, Backend, Truth};
+use sinew_ipc::{ChannelState, CommandKind, Fault};
 use sinew_rig::FaultKind;
 
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, whole};
+use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
 use crate::lockstep::{CHANNELS, Lockstep, any_rate_hz, any_twins, rig_text};
 
 /// How one fault is broken and what may come of it.
@@ -65,7 +65,7 @@ const BREAKAGES: &[Breakage] = &[
         injected: "1.5 to 10 Ω in the moving end's crimp",
         kind: FaultKind::ContactResistance,
         size: Some((1.5, 10.0)),
-        flags: &[Fault::OutOfRange, Fault::ProbeLost, Fault::OpenWire],
+        flags: &[Fault::OutOfRange, Fault::ProbeLost, Fault::OpenWire, Fault::StageWeak],
         within: AT_ONCE,
         expected: OFF,
         patience_s: 1.0,
@@ -121,6 +121,36 @@ const BREAKAGES: &[Breakage] = &[
         patience_s: 1.0,
     },
     Breakage {
+        name: "supply_high",
+        injected: "130 to 150 % of the supply",
+        kind: FaultKind::SupplyHigh,
+        size: Some((1.3, 1.5)),
+        flags: &[Fault::SupplyHigh, Fault::OverCurrent, Fault::Saturated],
+        within: AT_ONCE,
+        expected: OFF,
+        patience_s: 1.0,
+    },
+    Breakage {
+        name: "stage_does_not_conduct",
+        injected: "the output stage does not switch on",
+        kind: FaultKind::StageWeak,
+        size: Some((1e6, 1e6)),
+        flags: &[Fault::StageWeak],
+        within: AT_ONCE,
+        expected: OFF,
+        patience_s: 1.0,
+    },
+    Breakage {
+        name: "stage_weak",
+        injected: "4 to 10 Ω in the output stage",
+        kind: FaultKind::StageWeak,
+        size: Some((4.0, 10.0)),
+        flags: &[Fault::StageWeak],
+        within: AT_ONCE,
+        expected: OFF,
+        patience_s: 1.0,
+    },
+    Breakage {
         name: "adc_nan",
         injected: "every sample NaN",
         kind: FaultKind::AdcNan,
@@ -167,7 +197,9 @@ const BREAKAGES: &[Breakage] = &[
 pub fn kinds() -> Vec<Kind> {
     let mut kinds: Vec<Kind> = BREAKAGES.iter().map(breakage).collect();
     kinds.extend([
-        probe_stuck(),
+        stage_on(),
+        does_not_move("probe_stuck", "tap 2 sticks to the wire, which is asked to move on", FaultKind::ProbeStuck),
+        does_not_move("jammed", "the load stands still, the wire is asked to move on", FaultKind::Jammed),
         whole_backend(),
         flapping(),
         blind_from_the_start(),
@@ -219,17 +251,18 @@ fn breakage(b: &'static Breakage) -> Kind {
     Kind { expected: b.expected, ..kind(b.name, b.injected, b.flags, b.within, one) }
 }
 
-/// A tap that sticks to its place on the wire shows only when the wire should have moved: what counts is how hot it gets.
-fn probe_stuck() -> Kind {
+/// A tap that sticks to its place on the wire, or a load that is jammed, shows only when the wire should have moved: what counts
+/// is how hot it gets.
+fn does_not_move(name: &'static str, injected: &'static str, broken: FaultKind) -> Kind {
     const RATE_HZ: f64 = 1000.0;
     const PATIENCE_S: f64 = 20.0;
-    let one = |rng: &mut Xoshiro256PlusPlus| {
+    let one = move |rng: &mut Xoshiro256PlusPlus| {
         let mut bench = Lockstep::new(&rig_text("trust", 1, RATE_HZ, whole(rng, 0, 1 << 30), ""))?;
         bench.prove()?;
         bench.command(0, CommandKind::Stroke, between(rng, 0.1, 0.3), 1000.0)?;
         bench.run((between(rng, 4.0, 6.0) * RATE_HZ) as u64);
         expect(bench.tripped.is_empty(), || format!("tripped before: {:?}", bench.tripped))?;
-        bench.faults().set_sized(0, FaultKind::ProbeStuck, 2.0);
+        bench.faults().set(0, broken);
         bench.command(0, CommandKind::Stroke, between(rng, 0.6, 0.9), 1000.0)?;
         let limit_c = bench.rig.channels[0].limits.max_temperature_c;
         let (mut cycles, mut hottest_c) = (0u64, f64::MIN);
@@ -237,20 +270,73 @@ fn probe_stuck() -> Kind {
             bench.cycle();
             cycles += 1;
             hottest_c = hottest_c.max(bench.wires.wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
-            expect((cycles as f64) < PATIENCE_S * RATE_HZ, || format!("not noticed in {PATIENCE_S} s"))?;
+            if (cycles as f64) >= PATIENCE_S * RATE_HZ {
+                // Held at its budget for as long as it is asked for: no fault, and no harm.
+                let held = bench.channel(0).flags & ChannelState::FLAG_LIMITED != 0;
+                return if held {
+                    Ok(hottest_c - limit_c)
+                } else {
+                    unexpected(format!("not noticed in {PATIENCE_S} s"))
+                };
+            }
         }
         let fault = bench.channel(0).fault();
         // Whichever notices first: the length that stands still, or the account of the heat the controller gives it for that.
-        let good =
-            matches!(fault, Some(Fault::ProbeStuck | Fault::OverTemperature | Fault::EnergyBudget | Fault::OutOfRange));
+        let good = matches!(
+            fault,
+            Some(
+                Fault::ProbeStuck | Fault::ProbeLost | Fault::OverTemperature | Fault::EnergyBudget | Fault::OutOfRange
+            )
+        );
         expect(good, || format!("recognised as {fault:?}"))?;
         Ok(hottest_c - limit_c)
     };
     Kind {
-        expected: "off before the wire is much hotter than it may be, latched",
+        expected: "off and latched, or held back, before the wire is much hotter than it may be",
         unit: Unit::Kelvin,
         lost: "that channel's power until its reset",
-        ..kind("probe_stuck", "tap 2 sticks to the wire, which is asked to move on", &[Fault::ProbeStuck], 30.0, one)
+        ..kind(name, injected, &[Fault::ProbeStuck], 30.0, one)
+    }
+}
+
+/// A stage that conducts whatever its duty: its own gate cannot switch it off.
+fn stage_on() -> Kind {
+    const RATE_HZ: f64 = 1000.0;
+    let one = |rng: &mut Xoshiro256PlusPlus| {
+        let mut bench = Lockstep::new(&rig_text("trust", CHANNELS, RATE_HZ, whole(rng, 0, 1 << 30), ""))?;
+        bench.prove()?;
+        for channel in 0..CHANNELS {
+            bench.command(channel, CommandKind::Stroke, between(rng, 0.1, 0.6), 1000.0)?;
+        }
+        bench.run((between(rng, 0.5, 4.0) * RATE_HZ) as u64);
+        expect(bench.tripped.is_empty(), || format!("tripped before: {:?}", bench.tripped))?;
+        let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
+        let limit_c = bench.rig.channels[victim].limits.max_temperature_c;
+        bench.faults().set(victim, FaultKind::StageOn);
+        let power_w =
+            |bench: &Lockstep, channel| bench.wires.truth(channel).map_or(f64::NAN, |truth: Truth| truth.power_w);
+        let (mut cycles, mut hottest_c) = (0u64, f64::MIN);
+        while cycles < 2 || (0..CHANNELS).any(|channel| power_w(&bench, channel) > 0.0) {
+            bench.cycle();
+            cycles += 1;
+            hottest_c = hottest_c.max(bench.wires.wire(victim).map_or(f64::NAN, |wire| wire.temperature_c()));
+            expect((cycles as f64) < 20.0 * RATE_HZ, || format!("not cut in 20 s, {hottest_c:.0} °C"))?;
+        }
+        for channel in 0..CHANNELS {
+            let expected = if channel == victim { Fault::StageOn } else { Fault::SupplyCut };
+            let fault = bench.channel(channel).fault();
+            expect(fault == Some(expected), || format!("channel {channel}: {fault:?}"))?;
+        }
+        bench.run(200);
+        let still = (0..CHANNELS).any(|channel| power_w(&bench, channel) > 0.0);
+        expect(!still, || "power again after the cut".into())?;
+        Ok(hottest_c - limit_c)
+    };
+    Kind {
+        expected: "the backend's master switch off (Backend::cut), all channels latched until the driver is started anew; without a master switch only a hand at the plug helps",
+        unit: Unit::Kelvin,
+        lost: "all channels until the next start",
+        ..kind("stage_on", "an output stage conducts whatever its duty", &[Fault::StageOn, Fault::SupplyCut], 30.0, one)
     }
 }
 
@@ -483,7 +569,8 @@ mod tests {
     #[test]
     fn every_simulated_fault_has_a_row() {
         for (word, kind) in FaultKind::ALL {
-            let known = BREAKAGES.iter().any(|b| b.kind == kind) || kind == FaultKind::ProbeStuck;
+            let alone = [FaultKind::ProbeStuck, FaultKind::Jammed, FaultKind::StageOn];
+            let known = BREAKAGES.iter().any(|b| b.kind == kind) || alone.contains(&kind);
             assert!(known, "{word} is simulated, but nobody measures what the driver does about it");
         }
     }

@@ -108,6 +108,9 @@ impl Lockstep {
             _ => {}
         };
         self.engine.cycle(Beat { now_ns: self.now_ns, missed }, exchanged, &self.samples, &mut self.duty, tell);
+        if self.engine.must_cut() {
+            self.wires.cut();
+        }
         self.engine.describe(self.now_ns, DriverState::Running, &mut self.state);
     }
 

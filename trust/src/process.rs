@@ -452,8 +452,8 @@ fn shared_memory_full_at_the_start() -> Kind {
     Kind {
         name: "shared_memory_full_at_start",
         group: Group::Process,
-        injected: "16 to 512 KiB left in /dev/shm when the driver starts",
-        expected: "it starts and works, or refuses with what to do; nothing goes out",
+        injected: "16 KiB to 2 MiB left in /dev/shm when the driver starts",
+        expected: "refuses, naming what it lacks; nothing goes out",
         within: 0.0,
         unit: Unit::Periods,
         lost: "the start",
@@ -461,7 +461,7 @@ fn shared_memory_full_at_the_start() -> Kind {
         carry_out: Box::new(|site, trials| {
             let rig = site.name("shm0");
             trials.each(|rng| {
-                let kib = whole(rng, 16, 512);
+                let kib = whole(rng, 16, 2048);
                 let mount = format!("mount -t tmpfs -o size={kib}k tmpfs /dev/shm && exec \"$0\" \"$@\"");
                 let wrapper: Vec<&str> = SMALL_SHM.into_iter().chain([mount.as_str()]).collect();
                 let (mut command, log, _) = command(site, &rig, 2, &How { wrapper: &wrapper, ..How::default() })?;

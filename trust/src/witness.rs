@@ -86,6 +86,10 @@ impl<B: Backend> Backend for Watched<B> {
         self.backend.missed(periods);
     }
 
+    fn cut(&mut self) -> bool {
+        self.backend.cut()
+    }
+
     fn stop(&mut self) {
         self.backend.stop();
         self.write(std::iter::repeat(0.0));
