@@ -111,6 +111,12 @@ impl ChannelRules {
         }
     }
 
+    /// Judges a request for this channel as a client may send it: any bytes at all. `None` where they are not as many as a request has.
+    /// Whatever the bits, it neither panics nor lets anything through but finite values inside the channel's limits.
+    pub fn judge(&self, bytes: &[u8]) -> Option<Result<(Ask, f64), Reply>> {
+        Command::from_bytes(bytes).map(|command| self.check(&command))
+    }
+
     /// Checks a request for this channel: what to ask of the loop and the lease, s (0: until the next command).
     ///
     /// # Errors
@@ -345,6 +351,82 @@ fn answered(waiting: &mut HashMap<u64, Waiting>, ticket: u64, channel: u32, answ
             w.request.reply(w.reply);
         } else {
             refuse(shared, w.request, w.reply);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::sync::OnceLock;
+
+    /// A wire against a spring, one under a hanging mass, and the two of a joint.
+    fn rules() -> &'static [ChannelRules] {
+        static RULES: OnceLock<Vec<ChannelRules>> = OnceLock::new();
+        RULES.get_or_init(|| {
+            let wire = |name: &str, load: &str| {
+                format!(
+                    "[[channel]]\nname = \"{name}\"\nwire = {{ diameter_mm = 0.125, length_mm = 160.0 }}\n\
+                     drive = {{ supply_v = 6.5, shunt_ohm = 0.1 }}\n{load}\n"
+                )
+            };
+            let text = [
+                "[rig]\nname = \"bench\"\n".into(),
+                wire("spring", "load = { mass_kg = 0.08, spring_n_per_m = 150.0, preload_n = 2.4 }"),
+                wire("mass", "load = { mass_kg = 0.2 }"),
+                wire("flexor", ""),
+                wire("extensor", ""),
+                "[[joint]]\nname = \"knee\"\nagonist = \"flexor\"\nantagonist = \"extensor\"\nradius_mm = 8.0\n\
+                 inertia_kg_mm2 = 2.5\nspring_n_mm = 5.0\ntorque_n_mm = 1.0\n"
+                    .into(),
+            ];
+            let rig = Rig::parse(&text.concat(), "bench.toml").unwrap_or_else(|e| panic!("{e}"));
+            ChannelRules::of(&rig).unwrap()
+        })
+    }
+
+    /// Numbers that have broken things before, beside any bits.
+    fn number() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            any::<u64>().prop_map(f64::from_bits),
+            prop::sample::select(vec![0.0, -0.0, 1e-320, 1.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN, 0.16, 2.5]),
+            -1.0..3.0f64,
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_is_asked_for_what_is_taken_is_inside_the_limits(
+            kind in prop_oneof![0..9u32, any::<u32>()],
+            channel in any::<u32>(),
+            client in any::<u64>(),
+            value in number(),
+            hold_s in number(),
+        ) {
+            let command = Command { client, sequence: client, channel, kind, value, hold_s };
+            let mut bytes = Vec::new();
+            for word in [client, client, u64::from(channel) | u64::from(kind) << 32, value.to_bits(), hold_s.to_bits()] {
+                bytes.extend_from_slice(&word.to_le_bytes());
+            }
+            for rules in rules() {
+                let verdict = rules.judge(&bytes).expect("as many bytes as a command has");
+                prop_assert_eq!(format!("{verdict:?}"), format!("{:?}", rules.check(&command)));
+                prop_assert!(rules.judge(&bytes[1..]).is_none());
+                let Ok((ask, hold_s)) = verdict else { continue };
+                prop_assert!(hold_s == 0.0 || (hold_s > 0.0 && hold_s <= rules.max_lease_s), "{hold_s}");
+                match ask {
+                    Ask::Length(m) | Ask::Force(m) => {
+                        prop_assert!((rules.min_length_m..=rules.max_length_m).contains(&m), "{ask:?}");
+                    }
+                    Ask::Duty(duty) => prop_assert!((0.0..=rules.max_duty).contains(&duty), "{ask:?}"),
+                    Ask::Tension(n) => {
+                        let (low, high) = rules.joint_tension_n.expect("in a joint");
+                        prop_assert!((low..=high).contains(&n), "{ask:?}");
+                    }
+                    Ask::Off | Ask::Reset => {}
+                }
+            }
         }
     }
 }

@@ -13,9 +13,9 @@
 
 use crate::sys::{self, Lock};
 use crate::{Error, PROTOCOL};
-use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -107,6 +107,15 @@ fn lock_path(dir: &Path, rig: &str) -> PathBuf {
 /// Name of what iceoryx2 creates for a run.
 pub(crate) fn prefix(run: &str) -> String {
     format!("sinew_{run}_")
+}
+
+/// The shared memory of a run.
+fn shared_memory(run: &str) -> Vec<PathBuf> {
+    let prefix = prefix(run);
+    let all = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    all.filter(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)))
+        .map(|entry| entry.path())
+        .collect()
 }
 
 /// What stands in a lock file.
@@ -229,6 +238,19 @@ impl RigLock {
         fs::write(&path, text).map_err(|e| Error::RuntimeDir { path, reason: e.to_string() })
     }
 
+    /// Takes every right of other users to the shared memory of this run away. iceoryx2 0.10 gives them one: to its counter of nodes, the
+    /// first thing it makes, and it only.
+    ///
+    /// # Errors
+    /// [`Error::RuntimeDir`].
+    pub(crate) fn close_to_others(&self) -> Result<(), Error> {
+        for path in shared_memory(&self.run) {
+            fs::set_permissions(&path, Permissions::from_mode(0o600))
+                .map_err(|e| Error::RuntimeDir { path, reason: e.to_string() })?;
+        }
+        Ok(())
+    }
+
     pub(crate) fn run_dir(&self) -> PathBuf {
         self.dir.join(&self.run)
     }
@@ -332,11 +354,8 @@ impl Sweep {
             Err(_) => return,
         }
         // Shared memory first: the folder is what it will be found by the next time, should this be interrupted.
-        let prefix = prefix(run);
-        for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-            if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)) {
-                let _ = fs::remove_file(entry.path());
-            }
+        for path in shared_memory(run) {
+            let _ = fs::remove_file(path);
         }
         let _ = fs::remove_dir_all(&dir);
     }

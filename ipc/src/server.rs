@@ -67,7 +67,9 @@ impl Server {
                 format!("only {left} KiB of shared memory are left in /dev/shm, a driver needs {least} KiB at least");
             return Err(Error::Service { what: "state", reason });
         }
-        let run = Arc::new(Run { node: node(lock.run(), &lock.run_dir())?, _lock: lock });
+        let node = node(lock.run(), &lock.run_dir())?;
+        lock.close_to_others()?;
+        let run = Arc::new(Run { node, _lock: lock });
         let server = Server {
             state: StateWriter::new(&run, info)?,
             cycles: CyclePublisher::new(&run, info)?,

@@ -74,6 +74,99 @@ fn more_clients_may_be_killed_than_may_be_connected_at_once() {
     last.finish().expect(3);
 }
 
+/// Clients killed at any time in each call there is, over and over: the others go on, the driver does not notice, and there is room for
+/// the next.
+#[test]
+fn a_client_killed_in_the_middle_of_any_call_is_nobodys_loss() {
+    const KILLS: u64 = 20;
+    let rig = Rig::bench(&["left", "right"], "");
+    let (driver, observer) = Driver::ready(&rig);
+    observer.set_duty("right", 0.1, LONG).unwrap();
+    let mut stream = observer.stream().unwrap();
+    let calls = ["connect", "latest", "stream", "wait", "set", "reset", "off"];
+    std::thread::scope(|scope| {
+        for (place, call) in (0..).zip(calls) {
+            let rig = &rig;
+            scope.spawn(move || {
+                for kill in 0..KILLS {
+                    let mut victim = robot(rig, &["repeat", call, "left"]);
+                    victim.wait_for_word("repeating");
+                    // Some other time in the call at each kill.
+                    std::thread::sleep(Duration::from_micros((place * 37 + kill * 611) % 5000));
+                    victim.kill();
+                }
+            });
+        }
+    });
+    let mut received = 0;
+    while let Some(cycle) = stream.next().unwrap() {
+        assert_eq!((cycle.channels[1].mode(), cycle.channels[1].duty), (Mode::Duty, 0.1));
+        received += 1;
+    }
+    println!("{} kills, {received} cycles seen meanwhile, {} lost", KILLS * calls.len() as u64, stream.lost());
+    // Who comes now finds everything as it should be.
+    let next = rig.client();
+    next.set_stroke("left", 0.2, Duration::from_secs(1)).unwrap();
+    assert!(next.stream().unwrap().next_within(sinew_tests::PATIENCE).unwrap().is_some());
+    let report = driver.stop();
+    let faults = report["faults"].as_array().unwrap();
+    assert!(faults.iter().all(|fault| fault["flag"] == "stale_setpoint"), "{report:#}");
+}
+
+/// Killed while it asks the driver to stop: the driver has stopped or has not, and in both cases is whole.
+#[test]
+fn a_client_killed_while_it_stops_the_driver() {
+    for delay in 0..4 {
+        let rig = Rig::bench(&["left"], "");
+        let (driver, observer) = Driver::ready(&rig);
+        let mut stopper = Command::new(sinew_tests::sinew());
+        let stopper = Process::start(stopper.args(["stop", "--rig", &rig.name]));
+        std::thread::sleep(Duration::from_millis(2 * delay));
+        stopper.kill();
+        if observer.is_alive() {
+            driver.process.signal(libc::SIGTERM);
+        }
+        assert_eq!(driver.stopped()["ended"], "stopped");
+    }
+}
+
+#[test]
+fn two_hundred_clients_at_once_and_who_finds_no_room_is_told() {
+    let rig = Rig::bench(&["left"], "");
+    let (driver, observer) = Driver::ready(&rig);
+    let memory = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", driver.pid())).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+        line.trim().trim_end_matches(" kB").parse::<u64>().unwrap()
+    };
+    let descriptors = || std::fs::read_dir(format!("/proc/{}/fd", driver.pid())).unwrap().count();
+    let before = (memory(), descriptors());
+    // 255 with the one that looks; each process has a fifth of them.
+    let mut crowds: Vec<Process> =
+        (0..5).map(|i| robot(&rig, &["crowd", if i < 4 { "50" } else { "55" }, "left"])).collect();
+    for crowd in &mut crowds {
+        crowd.wait_for_word("crowded");
+    }
+    let during = (memory(), descriptors());
+    let last = rig.client();
+    last.set_stroke("left", 0.2, Duration::from_secs(1)).unwrap();
+    let options = sinew_ipc::ClientOptions { connect: Duration::from_millis(300), answer: LONG };
+    let full = Client::connect_with(&rig.name, options).map(drop).unwrap_err().to_string();
+    assert!(full.contains("serves 256 clients at once, and all are taken"), "{full}");
+    // They all go the hard way, and there is room again.
+    crowds.into_iter().for_each(Process::kill);
+    drop(last);
+    wait_until("room for one more", || Client::connect(&rig.name).is_ok());
+    wait_until("all of it given back", || descriptors() <= before.1 + 8);
+    println!(
+        "memory (kB) and descriptors of the driver: before {before:?}, with 255 clients {during:?}, after {:?}",
+        (memory(), descriptors())
+    );
+    assert!(observer.is_alive());
+    let report = driver.stop();
+    assert_eq!(report["unpublished"], 0, "{report:#}");
+}
+
 #[test]
 fn a_slow_reader_knows_exactly_what_it_lost_and_delays_nobody() {
     let rig = Rig::bench(&["left", "right"], "");

@@ -3,7 +3,7 @@
 use super::board::Follower;
 use super::messages::{ASK, Ask, Verdict, WELCOME, Welcome};
 use super::place::{self, Found};
-use crate::{Command, DriverState, Error, Info, Name, PROTOCOL, Reply, monotonic_ns};
+use crate::{Command, CommandKind, DriverState, Error, Info, Name, Outcome, PROTOCOL, Reply, monotonic_ns};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::{RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendFlags, recv, recvmsg, send};
@@ -143,6 +143,9 @@ impl Visit {
         let mut pause = Duration::from_micros(50);
         loop {
             if let Some(reply) = self.answer(command.sequence) {
+                if reply.outcome == Outcome::Taken.code() && command.kind() != Some(CommandKind::Stop) {
+                    self.catch_up(patience.saturating_sub(started.elapsed()));
+                }
                 return Ok(reply);
             }
             self.check()?;
@@ -151,6 +154,24 @@ impl Visit {
             }
             std::thread::sleep(pause);
             pause = (pause * 2).min(Duration::from_micros(500));
+        }
+    }
+
+    /// Waits until the board shows a cycle from after this moment: what was acknowledged is then to be seen in the latest state. The board is
+    /// a few milliseconds late.
+    fn catch_up(&self, patience: Duration) {
+        let now_ns = monotonic_ns();
+        let end = Instant::now() + patience;
+        loop {
+            let heard = self.board.rings();
+            let latest = self.board.latest();
+            if latest.monotonic_ns > now_ns || latest.state() != DriverState::Running || Instant::now() >= end {
+                return;
+            }
+            if !self.driver_lives() {
+                return;
+            }
+            self.board.sleep(heard, Duration::from_millis(5));
         }
     }
 

@@ -3,6 +3,10 @@
 //! - `hold CHANNEL STROKE HOLD_S`: renews a setpoint until it cannot any more; says `holding` once it has been taken.
 //! - `stream`: reads every cycle until it cannot any more; says `streaming` after the first.
 //! - `work CHANNEL CYCLES`: reads so many cycles, and commands its channel meanwhile; says `worked RECEIVED LOST COMMANDS`.
+//! - `repeat CALL CHANNEL`: does nothing but this one call (`connect`, `latest`, `stream`, `wait`, `set`, `reset`, `off`), for ever; says
+//!   `repeating` once it has done so.
+//! - `crowd CLIENTS CHANNEL`: is so many clients at once, which all look, sleep until something is new, and command; says
+//!   `crowded CLIENTS`, and stays until the driver is gone.
 //!
 //! When the driver is gone, its words go to stderr and the exit code is 3.
 
@@ -67,6 +71,42 @@ fn robot(words: &[&str]) -> Result<(), Error> {
             }
             println!("worked {} {} {commands}", stream.received(), stream.lost());
             Ok(())
+        }
+        ["repeat", call, channel] => {
+            for round in 0u64.. {
+                match *call {
+                    "connect" => drop(Client::connect(rig)?),
+                    "latest" => assert!(client.latest().cycle > 0),
+                    // A new one each time: opening and closing are calls too.
+                    "stream" => drop(client.stream()?.next_within(PATIENCE)?),
+                    "wait" => drop(client.wait(PATIENCE)?),
+                    "set" => drop(client.set_stroke(channel, 0.2, Duration::from_secs(1))?),
+                    "reset" => drop(client.reset(channel)?),
+                    "off" => drop(client.off(channel)?),
+                    other => panic!("no such call: {other:?}"),
+                }
+                if round == 0 {
+                    println!("repeating");
+                }
+            }
+            Ok(())
+        }
+        ["crowd", clients, channel] => {
+            let clients: usize = clients.parse().expect("a number of clients");
+            let options = ClientOptions { connect: PATIENCE, answer: PATIENCE };
+            let mut crowd = vec![client];
+            while crowd.len() < clients {
+                crowd.push(Client::connect_with(rig, options)?);
+            }
+            for client in &crowd {
+                assert!(client.latest().cycle > 0);
+                assert!(client.wait(PATIENCE)?);
+                client.set_stroke(channel, 0.2, Duration::from_secs(60))?;
+            }
+            println!("crowded {}", crowd.len());
+            loop {
+                crowd[0].wait(PATIENCE)?;
+            }
         }
         other => panic!("no such task: {other:?}"),
     }

@@ -1,0 +1,437 @@
+//! Other users: who is in the command group commands, who is in the read group looks, everybody else is told why not; and whatever
+//! any of them does, the driver goes on.
+//!
+//! The users are numbers without accounts (the kernel asks for no more); the last test makes real ones. Both need root, and say
+//! so where they are skipped.
+
+use serde_json::Value;
+use sinew_tests::{Finished, Process, Rig, check_report, sinew, wait_for, wait_until};
+use std::collections::HashSet;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{PermissionsExt, chown};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// A user without an account, with one group besides his own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct User {
+    id: u32,
+    group: u32,
+}
+
+const COMMANDERS: u32 = 64_290;
+const READERS: u32 = 64_291;
+const DRIVER: User = User { id: 64_201, group: 64_299 };
+const COMMANDER: User = User { id: 64_202, group: COMMANDERS };
+const READER: User = User { id: 64_203, group: READERS };
+const STRANGER: User = User { id: 64_204, group: 64_298 };
+
+/// Whether this test can be other users; says so when not.
+fn can_be_others() -> bool {
+    let root = fs::metadata("/proc/self").is_ok_and(|meta| std::os::unix::fs::MetadataExt::uid(&meta) == 0);
+    let able = root && Command::new("setpriv").arg("--version").output().is_ok();
+    if !able {
+        eprintln!("skipped: being another user takes root and setpriv");
+    }
+    able
+}
+
+/// The programs, where everybody may run them.
+fn programs() -> &'static Path {
+    static FOLDER: OnceLock<TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let folder = tempfile::Builder::new().prefix("sinew-bin-").tempdir().expect("a temporary folder");
+        let (robot, intruder) = (env!("CARGO_BIN_EXE_sinew-test-robot"), env!("CARGO_BIN_EXE_sinew-test-intruder"));
+        for program in [sinew(), Path::new(robot), Path::new(intruder)] {
+            let copy = folder.path().join(program.file_name().expect("a program has a name"));
+            fs::copy(program, &copy).expect("room for a copy");
+            open_to_all(&copy);
+        }
+        open_to_all(folder.path());
+        folder
+    });
+    folder.path()
+}
+
+fn open_to_all(path: &Path) {
+    fs::set_permissions(path, Permissions::from_mode(0o755)).expect("ours");
+}
+
+/// A rig whose driver runs as a user of its own, with a gate.
+struct Bench {
+    rig: Rig,
+    folder: TempDir,
+}
+
+impl Bench {
+    fn new(access: &str) -> Bench {
+        let rig = Rig::bench(&["left", "right"], &format!("\n[access]\n{access}\n"));
+        open_to_all(rig.path().parent().expect("in a folder"));
+        let bench = Bench { rig, folder: tempfile::Builder::new().prefix("sg-").tempdir().expect("a folder") };
+        open_to_all(bench.folder.path());
+        fs::create_dir(bench.gate()).expect("ours");
+        open_to_all(&bench.gate());
+        chown(bench.gate(), Some(DRIVER.id), Some(DRIVER.group)).expect("root");
+        for user in [DRIVER, COMMANDER, READER, STRANGER] {
+            let own = bench.own_folder(user);
+            fs::create_dir(&own).expect("ours");
+            fs::set_permissions(&own, Permissions::from_mode(0o700)).expect("ours");
+            chown(&own, Some(user.id), Some(user.group)).expect("root");
+        }
+        bench
+    }
+
+    fn gate(&self) -> PathBuf {
+        self.folder.path().join("gate")
+    }
+
+    fn door(&self) -> String {
+        format!("{}/{}.sock", self.gate().display(), self.rig.name)
+    }
+
+    fn own_folder(&self, user: User) -> PathBuf {
+        self.folder.path().join(format!("u{}", user.id))
+    }
+
+    /// A program run by a user, whose runtime folder is his own.
+    fn by(&self, user: User, program: &str) -> Command {
+        let mut command = Command::new("setpriv");
+        command.arg(format!("--reuid={}", user.id)).arg("--regid=64300").arg(format!("--groups={}", user.group));
+        command.arg(programs().join(program)).current_dir(self.own_folder(user));
+        command.env("SINEW_RUNTIME_DIR", self.own_folder(user)).env("SINEW_GATE_DIR", self.gate());
+        command
+    }
+
+    #[track_caller]
+    fn ask(&self, user: User, args: &[&str]) -> Finished {
+        Process::start(self.by(user, "sinew").args(args)).finish()
+    }
+
+    #[track_caller]
+    fn status(&self) -> Value {
+        self.ask(READER, &["status", "--json", "--rig", &self.rig.name]).expect(0).json()
+    }
+
+    fn robot(&self, user: User, task: &[&str]) -> Process {
+        Process::start(self.by(user, "sinew-test-robot").arg(&self.rig.name).args(task))
+    }
+
+    fn intruder(&self, user: User, task: &[&str]) -> Process {
+        Process::start(self.by(user, "sinew-test-intruder").args(task))
+    }
+
+    fn report(&self) -> PathBuf {
+        self.own_folder(DRIVER).join("report.json")
+    }
+
+    /// Its driver, running and with its sensors proved.
+    #[track_caller]
+    fn drive(&self) -> Process {
+        let mut command = self.by(DRIVER, "sinew");
+        command.arg("run").arg(self.rig.path()).args(["--no-monitor", "--for", "300", "--report"]).arg(self.report());
+        let mut driver = Process::start(&mut command);
+        wait_until("the driver, seen by a reader", || {
+            if let Some(status) = driver.ended() {
+                panic!("the driver ended with {status}: {}{}", driver.stdout(), driver.stderr());
+            }
+            let seen = self.ask(READER, &["status", "--json", "--rig", &self.rig.name]);
+            seen.code == Some(0)
+                && seen.json()["pid"] == driver.pid()
+                && channels(&seen.json()).iter().all(|c| c["mode"] != "waiting")
+        });
+        driver
+    }
+
+    /// Stops it; its report.
+    #[track_caller]
+    fn stop(&self, driver: Process) -> Value {
+        driver.signal(libc::SIGTERM);
+        driver.finish().expect(0);
+        let text = fs::read_to_string(self.report()).expect("a report");
+        let report: Value = serde_json::from_str(&text).expect("JSON");
+        check_report(&report);
+        report
+    }
+}
+
+fn channels(status: &Value) -> &Vec<Value> {
+    status["channel"].as_array().expect("channels")
+}
+
+fn both_groups() -> String {
+    format!("command_group = \"{COMMANDERS}\"\nread_group = \"{READERS}\"")
+}
+
+#[test]
+fn members_command_readers_look_and_strangers_are_told_why_not() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new(&both_groups());
+    let driver = bench.drive();
+    let name = bench.rig.name.clone();
+
+    // A reader: looks in every way there is, commands in none. He finds the only driver there is by himself.
+    let status = bench.ask(READER, &["status", "--json"]).expect(0).json();
+    assert_eq!((status["rig"].as_str(), status["pid"].as_u64()), (Some(name.as_str()), Some(driver.pid().into())));
+    assert!(bench.ask(READER, &["monitor", "--for", "1.2"]).expect(0).stdout.lines().count() >= 1);
+    let session = bench.own_folder(READER).join("seen.mcap");
+    bench.ask(READER, &["record", "--for", "1", session.to_str().expect("UTF-8")]).expect(0);
+    let rows = bench.ask(READER, &["recording", "info", session.to_str().expect("UTF-8"), "--json"]).expect(0).json();
+    assert!(rows.to_string().contains(&name), "{rows:#}");
+    for command in [&["set", "left", "stroke=30%"][..], &["set", "left", "off"], &["reset", "left"], &["stop"]] {
+        let refused = bench.ask(READER, command).expect(1);
+        assert_eq!(refused.stdout, "");
+        let why = format!("taken from members of group {COMMANDERS} alone");
+        assert!(refused.stderr.contains(&why), "{command:?}: {}", refused.stderr);
+        let remedy = format!("ask to be added to group {COMMANDERS} (`sudo usermod -aG {COMMANDERS} $USER`)");
+        assert!(refused.stderr.contains(&remedy), "{command:?}: {}", refused.stderr);
+    }
+    assert!(channels(&bench.status()).iter().all(|c| c["mode"] == "off"), "nothing he asked for came about");
+
+    // A stranger: nothing, and he is told what would help.
+    for command in [&["status"][..], &["set", "left", "stroke=30%"], &["monitor", "--for", "1"]] {
+        let refused = bench.ask(STRANGER, &[command, &["--rig", &name]].concat()).expect(1);
+        let why = format!("belongs to user {}, and this user may neither look nor command", DRIVER.id);
+        assert!(refused.stderr.contains(&why) && refused.stderr.contains("usermod -aG"), "{}", refused.stderr);
+    }
+
+    // A member of the group: looks and commands.
+    bench.ask(COMMANDER, &["set", "left", "stroke=30%", "--hold", "60"]).expect(0);
+    assert_eq!(channels(&bench.status())[0]["mode"], "length");
+    let refused = bench.ask(COMMANDER, &["set", "left", "stroke=130%"]);
+    assert!(refused.stderr.contains("outside"), "judged like everybody's: {refused:?}");
+    bench.ask(COMMANDER, &["set", "left", "off"]).expect(0);
+    assert_eq!(channels(&bench.status())[0]["mode"], "off");
+    // Every cycle, and what was acknowledged is in force.
+    let said = bench.robot(COMMANDER, &["work", "right", "500"]).finish().expect(0).stdout;
+    let numbers: Vec<u64> = said.split_whitespace().skip(1).map(|word| word.parse().expect("a number")).collect();
+    assert_eq!((numbers[0], numbers[2]), (500, 10), "{said}");
+    println!("through the gate: {} cycles lost", numbers[1]);
+
+    // He may stop it, and whoever was looking is told.
+    let mut reader = bench.robot(READER, &["stream"]);
+    reader.wait_for_word("streaming");
+    bench.ask(COMMANDER, &["stop"]).expect(0);
+    driver.finish().expect(0);
+    let ended = reader.finish().expect(3);
+    assert!(ended.stderr.contains("has stopped"), "{}", ended.stderr);
+    assert!(!Path::new(&bench.door()).exists(), "the door is taken away");
+}
+
+#[test]
+fn without_access_nobody_else_comes_in_and_everyone_means_looking() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new("read_group = \"everyone\"");
+    let driver = bench.drive();
+    let name = &bench.rig.name;
+    bench.ask(STRANGER, &["status", "--rig", name]).expect(0);
+    let refused = bench.ask(STRANGER, &["set", "left", "stroke=30%", "--rig", name]).expect(1);
+    assert!(refused.stderr.contains("from the driver's own user alone"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("command_group"), "{}", refused.stderr);
+    let own = bench.ask(DRIVER, &["set", "left", "stroke=30%", "--rig", name]);
+    own.expect(0);
+    let report = bench.stop(driver);
+    assert_eq!(report["ended"], "stopped");
+
+    let closed = Bench::new("");
+    let mut command = closed.by(DRIVER, "sinew");
+    let mut driver = Process::start(command.arg("run").arg(closed.rig.path()).args(["--no-monitor", "--for", "120"]));
+    wait_until("the driver, seen by its own user", || {
+        assert!(driver.ended().is_none(), "{}", driver.stderr());
+        closed.ask(DRIVER, &["status", "--rig", &closed.rig.name]).code == Some(0)
+    });
+    assert!(!Path::new(&closed.door()).exists());
+    let none = closed.ask(STRANGER, &["status", "--rig", &closed.rig.name]).expect(1);
+    assert!(none.stderr.contains("no driver for rig"), "{}", none.stderr);
+    driver.signal(libc::SIGTERM);
+    driver.finish().expect(0);
+}
+
+#[test]
+fn the_kernel_keeps_a_reader_from_writing_and_from_everything_else() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new(&both_groups());
+    let driver = bench.drive();
+    for user in [READER, COMMANDER] {
+        let tried = bench.intruder(user, &["glass", &bench.door()]).finish().expect(0).stdout;
+        assert!(tried.lines().count() > 8 && !tried.contains("SUCCEEDED"), "{tried}");
+        println!("{tried}");
+    }
+    // The driver's own folder, its memory, its process.
+    let lock = bench.own_folder(DRIVER).join(format!("{}.lock", bench.rig.name));
+    let lock = fs::read_to_string(lock).expect("root may read it");
+    let run = lock.lines().find_map(|line| line.strip_prefix("run ")).expect("its run").trim();
+    let shared = fs::read_dir("/dev/shm").expect("Linux").flatten();
+    let mut targets: Vec<String> = shared
+        .filter(|entry| entry.file_name().to_string_lossy().starts_with(&format!("sinew_{run}_")))
+        .map(|entry| entry.path().display().to_string())
+        .collect();
+    assert!(targets.len() >= 3, "{targets:?}");
+    targets.push(bench.own_folder(DRIVER).display().to_string());
+    targets.extend(["mem", "fd", "environ"].map(|file| format!("/proc/{}/{file}", driver.pid())));
+    for user in [READER, COMMANDER, STRANGER] {
+        let paths: Vec<&str> = targets.iter().map(String::as_str).collect();
+        let tried = bench.intruder(user, &[&["files"], &paths[..]].concat()).finish().expect(0).stdout;
+        assert!(tried.lines().count() >= 2 * targets.len(), "{tried}");
+    }
+    bench.stop(driver);
+}
+
+#[test]
+fn rubbish_at_the_door_costs_the_others_nothing() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new(&both_groups());
+    let driver = bench.drive();
+    bench.ask(COMMANDER, &["set", "left", "stroke=20%", "--hold", "100"]).expect(0);
+    let door = bench.door();
+    let mut intruders: Vec<Process> = [(READER, "1"), (READER, "2"), (STRANGER, "3")]
+        .map(|(user, seed)| bench.intruder(user, &["rubbish", &door, "2", seed]))
+        .into();
+    let said = bench.robot(COMMANDER, &["work", "right", "500"]).finish().expect(0).stdout;
+    assert!(said.starts_with("worked 500"), "{said}");
+    for intruder in &mut intruders {
+        wait_until("the intruder to end", || intruder.ended().is_some());
+    }
+    let said: Vec<String> = intruders.into_iter().map(|intruder| intruder.finish().expect(0).stdout).collect();
+    println!("doors, messages, shut: {said:?}");
+    let status = bench.status();
+    assert_eq!(channels(&status)[0]["mode"], "length", "the setpoint of who may command is in force: {status:#}");
+    // One who may command and sends anything: each is judged, none is more than a command.
+    bench.intruder(COMMANDER, &["rubbish", &door, "1", "4"]).finish().expect(0);
+    bench.ask(COMMANDER, &["set", "left", "stroke=20%"]).expect(0);
+    let report = bench.stop(driver);
+    assert_eq!(report["unpublished"], 0, "{report:#}");
+}
+
+#[test]
+fn a_killed_drivers_door_is_replaced_and_a_squatters_is_not_trusted() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new(&both_groups());
+    for _ in 0..3 {
+        let driver = bench.drive();
+        let mut reader = bench.robot(READER, &["stream"]);
+        reader.wait_for_word("streaming");
+        driver.kill();
+        let ended = reader.finish().expect(3);
+        assert!(ended.stderr.contains("has died"), "{}", ended.stderr);
+        let none = bench.ask(READER, &["status", "--rig", &bench.rig.name]).expect(1);
+        assert!(none.stderr.contains("no driver for rig"), "{}", none.stderr);
+    }
+    bench.stop(bench.drive());
+
+    // A folder anybody may write to: neither does a driver open a door there, nor does a client go through one.
+    fs::set_permissions(bench.gate(), Permissions::from_mode(0o1777)).expect("ours");
+    let mut command = bench.by(DRIVER, "sinew");
+    let refused = Process::start(command.arg("run").arg(bench.rig.path()).args(["--no-monitor", "--for", "5"]));
+    let refused = refused.finish().expect(1);
+    assert!(refused.stderr.contains("others may write to"), "{}", refused.stderr);
+    let mut squatter = bench.intruder(STRANGER, &["squat", bench.gate().to_str().expect("UTF-8"), &bench.rig.name]);
+    squatter.wait_for_word("squatting");
+    let refused = bench.ask(COMMANDER, &["set", "left", "stroke=30%", "--rig", &bench.rig.name]).expect(1);
+    assert!(refused.stderr.contains("could be anybody's door"), "{}", refused.stderr);
+    squatter.kill();
+}
+
+/// The sockets a process has open, by the numbers the kernel gives them.
+fn sockets_of(pid: u32) -> HashSet<String> {
+    let links = fs::read_dir(format!("/proc/{pid}/fd")).expect("our child").flatten();
+    links
+        .filter_map(|entry| fs::read_link(entry.path()).ok())
+        .filter_map(|link| Some(link.to_str()?.strip_prefix("socket:[")?.strip_suffix(']')?.to_string()))
+        .collect()
+}
+
+/// Its sockets of the network: table, local address and state.
+fn network_of(pid: u32) -> Vec<String> {
+    let own = sockets_of(pid);
+    let mut found = Vec::new();
+    for table in ["tcp", "tcp6", "udp", "udp6", "udplite", "udplite6", "raw", "raw6"] {
+        for line in fs::read_to_string(format!("/proc/{pid}/net/{table}")).unwrap_or_default().lines().skip(1) {
+            let fields: Vec<&str> = line.split_whitespace().collect();
+            if own.contains(fields[9]) {
+                found.push(format!("{table} {} {}", fields[1], fields[3]));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_from_this_machine_alone() {
+    let rig = Rig::bench(&["left"], "");
+    let (driver, client) = sinew_tests::Driver::ready(&rig);
+    let _stream = client.stream().expect("a stream");
+    assert_eq!(network_of(driver.pid()), Vec::<String>::new());
+    let mut scope = Process::start(Command::new(sinew()).args(["scope", "--rig", &rig.name]));
+    scope.wait_for_word("http://");
+    let listening = wait_for("the scope's port", || Some(network_of(scope.pid())).filter(|found| !found.is_empty()));
+    // 0100007F is 127.0.0.1, 0A is listening.
+    assert!(
+        listening.iter().all(|socket| socket.starts_with("tcp 0100007F:") && socket.ends_with(" 0A")),
+        "{listening:?}"
+    );
+    assert_eq!(network_of(driver.pid()), Vec::<String>::new(), "the driver itself still has none");
+    scope.kill();
+    driver.stop();
+}
+
+/// With accounts and groups of this machine, as on a real bench. Asked for by `SINEW_TEST_ACCOUNTS=1`, since it changes
+/// /etc/passwd and /etc/group for its time.
+#[test]
+fn real_accounts_and_a_group_by_name() {
+    if std::env::var_os("SINEW_TEST_ACCOUNTS").is_none() || !can_be_others() {
+        eprintln!("skipped: makes accounts, asked for by SINEW_TEST_ACCOUNTS=1");
+        return;
+    }
+    let tag = std::process::id();
+    let (group, robot, guest) = (format!("sinewg{tag}"), format!("sinewr{tag}"), format!("sinewv{tag}"));
+    struct Accounts(Vec<[String; 2]>);
+    impl Accounts {
+        fn make(&mut self, program: &str, args: &[&str], undo: &str) {
+            let done = Command::new(program).args(args).status().unwrap_or_else(|e| panic!("{program}: {e}"));
+            assert!(done.success(), "{program} {args:?}");
+            self.0.push([undo.into(), args.last().expect("a name").to_string()]);
+        }
+    }
+    impl Drop for Accounts {
+        fn drop(&mut self) {
+            for [program, name] in self.0.iter().rev() {
+                let _ = Command::new(program).arg(name).status();
+            }
+        }
+    }
+    let mut accounts = Accounts(Vec::new());
+    accounts.make("groupadd", &[&group], "groupdel");
+    accounts.make("useradd", &["-M", "-G", &group, &robot], "userdel");
+    accounts.make("useradd", &["-M", &guest], "userdel");
+
+    let bench = Bench::new(&format!("command_group = \"{group}\"\nread_group = \"everyone\""));
+    let driver = bench.drive();
+    let as_account = |account: &str, args: &[&str]| {
+        let mut command = Command::new("runuser");
+        command.args(["-u", account, "--"]).arg(programs().join("sinew")).args(args).current_dir("/");
+        command.env("SINEW_GATE_DIR", bench.gate()).env_remove("SINEW_RUNTIME_DIR").env_remove("XDG_RUNTIME_DIR");
+        let finished = Process::start(&mut command).finish();
+        let id = Command::new("id").args(["-u", account]).output().expect("coreutils").stdout;
+        let _ = fs::remove_dir_all(format!("/tmp/sinew-{}", String::from_utf8_lossy(&id).trim()));
+        finished
+    };
+    as_account(&robot, &["set", "left", "stroke=30%", "--hold", "60"]).expect(0);
+    assert_eq!(channels(&bench.status())[0]["mode"], "length");
+    as_account(&guest, &["status"]).expect(0);
+    let refused = as_account(&guest, &["set", "left", "off"]).expect(1);
+    assert!(refused.stderr.contains(&format!("from members of group {group} alone")), "{}", refused.stderr);
+    assert!(refused.stderr.contains(&format!("usermod -aG {group} $USER")), "{}", refused.stderr);
+    bench.stop(driver);
+}
