@@ -4,14 +4,17 @@
 //! The users are numbers without accounts (the kernel asks for no more); the last test makes real ones. Both need root, and say
 //! so where they are skipped.
 
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 use serde_json::Value;
 use sinew_tests::{Finished, Process, Rig, check_report, sinew, wait_for, wait_until};
 use std::collections::HashSet;
 use std::fs::{self, Permissions};
-use std::os::unix::fs::{PermissionsExt, chown};
+use std::os::unix::fs::{FileExt, PermissionsExt, chown};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+use std::time::Duration;
 use tempfile::TempDir;
 
 /// A user without an account, with one group besides his own.
@@ -341,6 +344,55 @@ fn a_killed_drivers_door_is_replaced_and_a_squatters_is_not_trusted() {
     let refused = bench.ask(COMMANDER, &["set", "left", "stroke=30%", "--rig", &bench.rig.name]).expect(1);
     assert!(refused.stderr.contains("could be anybody's door"), "{}", refused.stderr);
     squatter.kill();
+}
+
+/// What programs of the driver's own user can do to it: they may write to its shared memory, and break it as surely as by a kill. What is
+/// left then is what is left after a kill: nothing that is in the way of the next one.
+#[test]
+fn the_own_user_can_break_a_driver_and_the_next_one_starts_as_if_nothing_had_been() {
+    let rig = Rig::bench(&["left", "right"], "");
+    let mut random = SmallRng::seed_from_u64(6);
+    let mut ends = Vec::new();
+    for kind in ["blackboard", "connection", "data", "dynamic", "cut off"] {
+        let (mut driver, client) = sinew_tests::Driver::ready(&rig);
+        // This process must not map what it is going to spoil; another one has a connection meanwhile.
+        drop(client);
+        let mut reader =
+            Process::start(Command::new(env!("CARGO_BIN_EXE_sinew-test-robot")).args([&rig.name, "stream"]));
+        reader.wait_for_word("streaming");
+        // The driver tells which of the shared memory is its: it has it mapped.
+        let maps = fs::read_to_string(format!("/proc/{}/maps", driver.pid())).expect("our child");
+        let own: HashSet<&str> = maps
+            .lines()
+            .filter_map(|line| line.split_whitespace().last())
+            .filter(|path| path.starts_with("/dev/shm/sinew_"))
+            .collect();
+        let chosen: Vec<&str> = own.iter().copied().filter(|path| kind == "cut off" || path.contains(kind)).collect();
+        assert!(!chosen.is_empty(), "{kind}: {own:?}");
+        for path in chosen {
+            let memory = fs::OpenOptions::new().write(true).open(path).expect("our own");
+            let length = memory.metadata().expect("our own").len();
+            if kind == "cut off" {
+                memory.set_len(0).expect("our own");
+            }
+            for _ in 0..if kind == "cut off" { 0 } else { 2000 } {
+                let mut rubbish = [0; 64];
+                random.fill(&mut rubbish[..]);
+                let at = random.random_range(0..length.saturating_sub(64).max(1));
+                memory.write_at(&rubbish, at).expect("our own");
+            }
+        }
+        // It goes on, ends in order, or dies.
+        std::thread::sleep(Duration::from_millis(300));
+        ends.push((kind, driver.process.ended()));
+        driver.process.kill();
+        reader.kill();
+        // Nothing has to be cleaned up.
+        sinew_tests::Driver::ready(&rig).0.stop();
+        let left: Vec<&&str> = own.iter().filter(|path| Path::new(path).exists()).collect();
+        assert!(left.is_empty(), "{kind}: {left:?}");
+    }
+    println!("driver after rubbish in its own memory: {ends:?}");
 }
 
 /// The sockets a process has open, by the numbers the kernel gives them.
