@@ -47,8 +47,10 @@ fn programs() -> &'static Path {
     let folder = FOLDER.get_or_init(|| {
         let folder = tempfile::Builder::new().prefix("sinew-bin-").tempdir().expect("a temporary folder");
         let (robot, intruder) = (env!("CARGO_BIN_EXE_sinew-test-robot"), env!("CARGO_BIN_EXE_sinew-test-intruder"));
-        for program in [sinew(), Path::new(robot), Path::new(intruder)] {
-            let copy = folder.path().join(program.file_name().expect("a program has a name"));
+        let programs =
+            [("sinew", sinew()), ("sinew-test-robot", robot.as_ref()), ("sinew-test-intruder", intruder.as_ref())];
+        for (name, program) in programs {
+            let copy = folder.path().join(name);
             fs::copy(program, &copy).expect("room for a copy");
             open_to_all(&copy);
         }

@@ -131,43 +131,6 @@ fn a_client_killed_while_it_stops_the_driver() {
 }
 
 #[test]
-fn two_hundred_clients_at_once_and_who_finds_no_room_is_told() {
-    let rig = Rig::bench(&["left"], "");
-    let (driver, observer) = Driver::ready(&rig);
-    let memory = || {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", driver.pid())).unwrap();
-        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
-        line.trim().trim_end_matches(" kB").parse::<u64>().unwrap()
-    };
-    let descriptors = || std::fs::read_dir(format!("/proc/{}/fd", driver.pid())).unwrap().count();
-    let before = (memory(), descriptors());
-    // 255 with the one that looks; each process has a fifth of them.
-    let mut crowds: Vec<Process> =
-        (0..5).map(|i| robot(&rig, &["crowd", if i < 4 { "50" } else { "55" }, "left"])).collect();
-    for crowd in &mut crowds {
-        crowd.wait_for_word("crowded");
-    }
-    let during = (memory(), descriptors());
-    let last = rig.client();
-    last.set_stroke("left", 0.2, Duration::from_secs(1)).unwrap();
-    let options = sinew_ipc::ClientOptions { connect: Duration::from_millis(300), answer: LONG };
-    let full = Client::connect_with(&rig.name, options).map(drop).unwrap_err().to_string();
-    assert!(full.contains("serves 256 clients at once, and all are taken"), "{full}");
-    // They all go the hard way, and there is room again.
-    crowds.into_iter().for_each(Process::kill);
-    drop(last);
-    wait_until("room for one more", || Client::connect(&rig.name).is_ok());
-    wait_until("all of it given back", || descriptors() <= before.1 + 8);
-    println!(
-        "memory (kB) and descriptors of the driver: before {before:?}, with 255 clients {during:?}, after {:?}",
-        (memory(), descriptors())
-    );
-    assert!(observer.is_alive());
-    let report = driver.stop();
-    assert_eq!(report["unpublished"], 0, "{report:#}");
-}
-
-#[test]
 fn a_slow_reader_knows_exactly_what_it_lost_and_delays_nobody() {
     let rig = Rig::bench(&["left", "right"], "");
     let (driver, client) = Driver::ready(&rig);
