@@ -1,8 +1,11 @@
 //! Which backend drives a rig: the one place that knows all of them.
 
+use std::sync::Arc;
+
 use sinew_driver::Backend;
 use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_rig::{BackendKind, Rig};
+use sinew_serial_backend::{self as serial, LineFigures, SerialBackend};
 use sinew_sim_backend::SimulatedRig;
 
 use crate::commands::rig_failure;
@@ -16,6 +19,8 @@ pub struct Chosen {
     pub simulated: bool,
     /// "simulated wires", "wires on /dev/ttyACM0".
     pub wires: String,
+    /// How the line to a front-end does.
+    pub line: Option<Arc<LineFigures>>,
 }
 
 /// The backend that a rig file asks for.
@@ -26,16 +31,38 @@ pub fn choose(rig: &Rig) -> Result<Chosen, Failure> {
                 sinew_sim_backend::Error::NotDrivable(error) => rig_failure(&error),
                 error => Failure::input(format!("{}: {error}", rig.file())),
             })?;
-            Ok(Chosen { backend: Box::new(backend), simulated: true, wires: "simulated wires".into() })
+            Ok(Chosen { backend: Box::new(backend), simulated: true, wires: "simulated wires".into(), line: None })
+        }
+        BackendKind::Serial => {
+            let backend = SerialBackend::connect(rig).map_err(|error| serial_failure(rig, error))?;
+            let wires =
+                format!("wires on {}, {}", rig.backend.serial.port.as_deref().unwrap_or(""), backend.front_end());
+            let line = Some(backend.figures());
+            Ok(Chosen { backend: Box::new(backend), simulated: false, wires, line })
         }
         BackendKind::Linux => {
             let backend = LinuxRig::new(Settings::of_rig(rig)).map_err(|error| {
                 let remedy = error.remedy();
                 Failure::input(format!("{}: {error}", rig.file())).hint(remedy)
             })?;
-            Ok(Chosen { backend: Box::new(backend), simulated: false, wires: "wires on Linux's own outputs".into() })
+            let wires = "wires on Linux's own outputs".into();
+            Ok(Chosen { backend: Box::new(backend), simulated: false, wires, line: None })
         }
-        BackendKind::Serial => Err(Failure::input(format!("{}: backend.kind is \"serial\"", rig.file()))
-            .hint("this version has no serial backend yet; \"simulated\" drives simulated wires")),
     }
+}
+
+/// Why a front-end cannot be used: the rig file's to mend, or what is plugged in.
+fn serial_failure(rig: &Rig, error: serial::Error) -> Failure {
+    use serial::Error::*;
+    let hint = match &error {
+        NoPort | NotALine { .. } => "backend.serial.port names the device, such as /dev/ttyACM0",
+        Open { .. } => "is it plugged in, and may you open it? `ls -l /dev/serial/by-id`, group dialout",
+        Taken { .. } => "is another driver running? `sinew status`",
+        Silent { .. } => "is it powered, is its firmware a front-end's, is backend.serial.baud_hz its own?",
+        Version { .. } => "docs/front-end.md describes this version of the protocol",
+        Unfit { .. } | Contradiction { .. } => "mend the rig file, or use another front-end",
+        Line { .. } => "unplug it and plug it in again",
+        Thread(_) => return Failure::own(error),
+    };
+    Failure::input(format!("{}: {error}", rig.file())).hint(hint)
 }

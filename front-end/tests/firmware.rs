@@ -332,3 +332,10 @@ proptest! {
         prop_assert!(line.bench.put.iter().all(|duty| *duty == 0), "silence is always off");
     }
 }
+
+#[test]
+fn it_fits_a_small_microcontroller() {
+    let bytes = std::mem::size_of::<Firmware>();
+    println!("Firmware: {bytes} bytes, Frame: {} bytes", std::mem::size_of::<Frame>());
+    assert!(bytes <= 8 * 1024, "{bytes}");
+}

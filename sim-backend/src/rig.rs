@@ -193,6 +193,18 @@ impl SimulatedRig {
         }
     }
 
+    /// Lets one period of `duty` pass and samples its on-phase: what a power stage does in the period that
+    /// [`Backend::exchange`] begins, and hands out only with the next one. For whoever plays a power stage.
+    ///
+    /// # Errors
+    /// As [`Backend::exchange`].
+    pub fn period(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        for (channel, duty) in self.channels.iter_mut().zip(duty) {
+            channel.duty = duty.clamp(0.0, 1.0);
+        }
+        self.exchange(duty, samples)
+    }
+
     /// Lets one period pass without sampling.
     fn pass(&mut self) {
         let time_s = self.middle_s();

@@ -37,7 +37,7 @@ pub fn run(args: &args::Run) -> Outcome {
     // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
     signal_hook::flag::register(SIGTSTP, Arc::clone(&asked))
         .map_err(|error| Failure::own(format!("signal {SIGTSTP} cannot be handled: {error}")))?;
-    let Chosen { backend, simulated, wires } = backend::choose(&rig)?;
+    let Chosen { backend, simulated, wires, line } = backend::choose(&rig)?;
     let options = Options {
         duration_s: args.duration_s,
         // only the built-in rig is known to have legs
@@ -58,6 +58,18 @@ pub fn run(args: &args::Run) -> Outcome {
         (report.black_boxes, report.black_box_error) = (written.files, written.failure);
     }
     output::note(summary(&report).trim_end());
+    if let Some(line) = line {
+        output::note(format_args!(
+            "  line      {} frames sent, {} answered in time, {} late, {} damaged, {} not taken; {} connections, {} trips",
+            line.sent(),
+            line.answered(),
+            line.late(),
+            line.damaged(),
+            line.unsent(),
+            line.connections(),
+            line.trips()
+        ));
+    }
     if let Some(path) = &args.report {
         let text = output::json(&report)? + "\n";
         if path == Path::new("-") { output::print(text)? } else { output::write_file(path, &text)? }

@@ -1,0 +1,154 @@
+//! `sinew-front-end`: a front-end without a microcontroller, for trying the serial backend and spoiling its line.
+
+use std::io::{self, BufRead, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU16;
+use std::sync::mpsc;
+use std::thread;
+
+use clap::Parser;
+use sinew_driver::realtime::{Mode, Wish, prepare_process, prepare_thread};
+use sinew_front_end::{ChannelFault, MAX_CHANNELS};
+use sinew_front_end_host::{Options, Order, Spoilt, run};
+use sinew_rig::Rig;
+
+/// The firmware of a front-end as a process: simulated wires behind it, a pseudo-terminal before it.
+///
+/// What happens is told on stdout, a line of JSON each, with the time of CLOCK_MONOTONIC. Orders are read from stdin:
+/// `disconnect`, `connect`, `stall SECONDS`, `lose SHARE`, `damage SHARE`, `swap SHARE`, `break CHANNEL`, `mend CHANNEL`, `quit`.
+#[derive(Debug, Parser)]
+#[command(name = "sinew-front-end", version, max_term_width = 100, after_help = EXAMPLE)]
+struct Args {
+    /// The rig whose wires are simulated; the built-in hexapod without one.
+    rig: Option<PathBuf>,
+    /// A serial device to be the front-end on, instead of a pseudo-terminal.
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<PathBuf>,
+    /// Where to leave a link to the pseudo-terminal.
+    #[arg(long, value_name = "PATH", conflicts_with = "device")]
+    link: Option<PathBuf>,
+    /// Share of the frames that get lost, each way.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share)]
+    lose: f64,
+    /// Share of the frames in which a bit is turned.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share)]
+    damage: f64,
+    /// Share of the frames that come after the next one.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share)]
+    swap: f64,
+    /// How much later every frame comes, µs.
+    #[arg(long, value_name = "US", default_value_t = 0)]
+    delay_us: u32,
+    /// Seed of what goes wrong.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// End after so long.
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    duration_s: Option<f64>,
+    /// Ask Linux for real time: SCHED_FIFO on the first core.
+    #[arg(long)]
+    realtime: bool,
+}
+
+const EXAMPLE: &str = "\
+Example, in two terminals:
+  sinew-front-end bench.toml --link /tmp/front-end --lose 0.01
+  sinew run bench.toml             where bench.toml has
+                                     [backend]
+                                     kind = \"serial\"
+                                     serial.port = \"/tmp/front-end\"";
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("expected a share, 0 to 1".into()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok(seconds),
+        _ => Err("expected seconds, 0 to 1e9".into()),
+    }
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let rig = match &args.rig {
+        None => Rig::hexapod(),
+        Some(path) => match Rig::load(path) {
+            Ok(rig) => rig,
+            Err(error) => {
+                eprintln!("error: {error}\nhint: docs/rig.md has every key with its range and default");
+                return ExitCode::from(2);
+            }
+        },
+    };
+    let spoilt =
+        Spoilt { lost: args.lose, damaged: args.damage, swapped: args.swap, delay_ns: u64::from(args.delay_us) * 1000 };
+    let options = Options {
+        device: args.device,
+        link: args.link,
+        spoilt: [spoilt; 2],
+        seed: args.seed,
+        duration_ns: args.duration_s.map(|seconds| (seconds * 1e9) as u64),
+    };
+    let (give, orders) = mpsc::channel();
+    thread::spawn(move || {
+        let mut spoilt = spoilt;
+        for line in io::stdin().lock().lines().map_while(Result::ok) {
+            match order(&line, &mut spoilt) {
+                Some(order) => drop(give.send(order)),
+                None => eprintln!("unknown order: {line}"),
+            }
+        }
+    });
+    let held = args.realtime.then(|| {
+        let wish = Wish { mode: Mode::Try, priority: 60, cpu: Some(0) };
+        let (held, mut report) = prepare_process(&wish);
+        prepare_thread(&wish, &mut report);
+        for row in report.missing() {
+            eprintln!("real time: {} refused: {}", row.asked, row.found);
+        }
+        held
+    });
+    let put: Arc<[AtomicU16]> = (0..MAX_CHANNELS).map(|_| AtomicU16::new(0)).collect();
+    let mut stdout = io::stdout();
+    let ended = run(&rig, &options, &orders, put, &mut |told| {
+        // Nobody who listens any more is no reason to stop.
+        if let Ok(line) = serde_json::to_string(&told) {
+            let _ = writeln!(stdout, "{line}");
+        }
+        let _ = stdout.flush();
+    });
+    drop(held);
+    match ended {
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn order(line: &str, spoilt: &mut Spoilt) -> Option<Order> {
+    let mut words = line.split_whitespace();
+    let (what, value) = (words.next()?, words.next());
+    let number = || value.and_then(|value| share(value).ok());
+    let channel = || value.and_then(|value| value.parse::<u8>().ok());
+    match what {
+        "disconnect" => return Some(Order::Disconnect),
+        "connect" => return Some(Order::Connect),
+        "quit" => return Some(Order::Quit),
+        "stall" => return Some(Order::Stall((seconds(value?).ok()? * 1e9) as u64)),
+        "break" => return Some(Order::Break(channel()?, ChannelFault::Stage)),
+        "mend" => return Some(Order::Mend(channel()?)),
+        "lose" => spoilt.lost = number()?,
+        "damage" => spoilt.damaged = number()?,
+        "swap" => spoilt.swapped = number()?,
+        _ => return None,
+    }
+    Some(Order::Spoil([*spoilt; 2]))
+}

@@ -1,0 +1,180 @@
+//! The peripherals: a power stage and converters with simulated wires on them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU16, Ordering};
+
+use sinew_driver::{Backend as _, Sample};
+use sinew_front_end::{
+    ChannelFault, ChannelLimits, ChannelRange, Event, FULL_DUTY, Hardware, Identification, MAX_CHANNELS, NOT_SAMPLED,
+    RawSample,
+};
+use sinew_rig::{Rig, SamplingCircuit};
+use sinew_sim_backend::SimulatedRig;
+
+use crate::error::Error;
+
+/// The largest code of the converters.
+const FULL_CODE: u16 = 65_534;
+/// What this firmware allows whatever it is told: silence, current and I²t.
+const MAX_SILENCE_NS: u32 = 1_000_000_000;
+const LIMITS: ChannelLimits =
+    ChannelLimits { max_duty: FULL_DUTY, max_current_ma: 20_000, heat_ma2_s: u32::MAX, drain_ma2: 25_000_000 };
+/// A pause is computed up to so many periods: wires have cooled by then, and the line does not wait.
+const LONGEST_PAUSE: u64 = 2_000;
+
+/// Power stage, converters and wires.
+pub(crate) struct Wires {
+    rig: SimulatedRig,
+    /// Channels of the rig by their place on the front-end.
+    places: Vec<usize>,
+    ranges: [ChannelRange; MAX_CHANNELS],
+    period_ns: u64,
+    duty: Vec<f64>,
+    off: Vec<f64>,
+    samples: Vec<Sample>,
+    /// When the last simulated period was, on the caller's clock.
+    simulated_ns: Option<u64>,
+    /// Now, on the caller's clock.
+    pub now_ns: u64,
+    /// What is put out, for whoever watches from outside.
+    pub put: Arc<[AtomicU16]>,
+    pub broken: [Option<ChannelFault>; MAX_CHANNELS],
+    pub sent: Vec<u8>,
+    pub told: Vec<Event>,
+}
+
+impl Wires {
+    pub fn new(rig: &Rig, put: Arc<[AtomicU16]>) -> Result<(Wires, Identification), Error> {
+        let channels = rig.channels.len();
+        let places: Vec<usize> = (0..channels).map(|index| rig.front_end_index(index).unwrap_or(0) as usize).collect();
+        let used = places.iter().map(|place| place + 1).max().unwrap_or(0);
+        if used > MAX_CHANNELS {
+            return Err(Error::Channels { found: used });
+        }
+        let mut ranges = [ChannelRange::default(); MAX_CHANNELS];
+        for (channel, place) in rig.channels.iter().zip(&places) {
+            ranges[*place] = range(channel);
+        }
+        let period_ns = (1e9 / rig.rate_hz).round() as u64;
+        let mut name = [0; 16];
+        name[..10].copy_from_slice(b"sinew-host");
+        let who = Identification {
+            nonce: 0,
+            name,
+            version: [0, 1, 0],
+            serial: rig.name.bytes().fold(1, |hash: u64, byte| hash.wrapping_mul(31).wrapping_add(byte.into())),
+            // Its wires are simulated in steps of the rig's own period and no other.
+            min_period_ns: period_ns as u32,
+            max_period_ns: period_ns as u32,
+            max_silence_ns: MAX_SILENCE_NS.max(u32::try_from(2 * period_ns).unwrap_or(u32::MAX)),
+            full_code: FULL_CODE,
+            channels: used as u8,
+            channel: ranges,
+        };
+        let mut simulated = SimulatedRig::new(rig).map_err(Error::Wires)?;
+        // A simulated rig starts whatever happens.
+        let _ = simulated.start();
+        let wires = Wires {
+            rig: simulated,
+            places,
+            ranges,
+            period_ns,
+            duty: vec![0.0; channels],
+            off: vec![0.0; channels],
+            samples: vec![Sample::NONE; channels],
+            simulated_ns: None,
+            now_ns: 0,
+            put,
+            broken: [None; MAX_CHANNELS],
+            sent: Vec::new(),
+            told: Vec::new(),
+        };
+        Ok((wires, who))
+    }
+
+    fn show(&self, duty: &[u16]) {
+        for (place, put) in self.put.iter().enumerate() {
+            put.store(duty.get(place).copied().unwrap_or(0), Ordering::Relaxed);
+        }
+    }
+
+    /// Lets the time pass in which nobody sampled, with nothing put out.
+    fn rest(&mut self) {
+        let Some(before_ns) = self.simulated_ns else { return };
+        let gone = (self.now_ns.saturating_sub(before_ns) / self.period_ns).min(LONGEST_PAUSE);
+        for _ in 1..gone {
+            let _ = self.rig.period(&self.off, &mut self.samples);
+        }
+    }
+}
+
+impl Hardware for Wires {
+    fn begin_period(&mut self, duty: &[u16], _: u32) {
+        for (of_wire, place) in self.duty.iter_mut().zip(&self.places) {
+            *of_wire = f64::from(duty.get(*place).copied().unwrap_or(0)) / f64::from(FULL_DUTY);
+        }
+        self.show(duty);
+    }
+
+    fn off(&mut self) {
+        self.duty.fill(0.0);
+        self.show(&[]);
+    }
+
+    fn samples(&mut self, samples: &mut [RawSample]) {
+        self.rest();
+        self.simulated_ns = Some(self.now_ns);
+        if self.rig.period(&self.duty, &mut self.samples).is_err() && self.samples.is_empty() {
+            return;
+        }
+        for (sample, place) in self.samples.iter().zip(&self.places) {
+            let range = &self.ranges[*place];
+            if let Some(raw) = samples.get_mut(*place) {
+                *raw = RawSample {
+                    v1: code(sample.v1_v, range.voltage_uv),
+                    v2: code(sample.v2_v, range.voltage_uv),
+                    v3: code(sample.v3_v, range.voltage_uv),
+                    current: code(sample.current_a, range.current_ua),
+                    supply: code(sample.supply_v, range.supply_uv),
+                };
+            }
+        }
+    }
+
+    fn stage_fault(&mut self, channel: usize) -> Option<ChannelFault> {
+        self.broken.get(channel).copied().flatten()
+    }
+
+    fn send(&mut self, line: &[u8]) {
+        self.sent.extend_from_slice(line);
+    }
+
+    fn tell(&mut self, event: Event) {
+        self.told.push(event);
+    }
+}
+
+/// The converters a rig file describes.
+fn range(channel: &sinew_rig::Channel) -> ChannelRange {
+    let (adc, drive) = (&channel.adc, &channel.model.drive);
+    let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+    let current_a = match adc.circuit {
+        SamplingCircuit::Shared if low_ohm > 0.0 => adc.voltage_range_v / low_ohm,
+        _ => adc.current_range_a,
+    };
+    let micro = |value: f64| (value * 1e6).round().clamp(1.0, u32::MAX.into()) as u32;
+    ChannelRange {
+        voltage_uv: micro(adc.voltage_range_v),
+        current_ua: micro(current_a),
+        supply_uv: micro(adc.voltage_range_v.max(1.5 * drive.supply_v)),
+        limits: LIMITS,
+    }
+}
+
+/// The code of a value; full scale is micro-units.
+fn code(value: f64, full: u32) -> u16 {
+    if value.is_nan() {
+        return NOT_SAMPLED;
+    }
+    (value * 1e6 / f64::from(full) * f64::from(FULL_CODE)).round().clamp(0.0, FULL_CODE.into()) as u16
+}

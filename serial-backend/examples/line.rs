@@ -1,0 +1,133 @@
+//! What a serial line costs and bears, over a pseudo-terminal with the firmware on a thread of this process: the exchange, the
+//! rates without a lost sample, and how soon silence is noticed. The figures of `docs/front-end.md`:
+//!
+//! ```sh
+//! cargo run --release -p sinew-serial-backend --example line
+//! ```
+
+use std::error::Error;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use sinew_driver::realtime::{Mode, Wish, now_ns, prepare_process, prepare_thread, sleep_until_ns};
+use sinew_driver::{Backend, Sample};
+use sinew_front_end_host::{Host, Options, What};
+use sinew_rig::{BackendKind, Rig};
+use sinew_serial_backend::SerialBackend;
+
+/// How long each rate is tried.
+const SECONDS: f64 = 10.0;
+/// Silences that are measured.
+const SILENCES: usize = 100;
+
+fn rig(channels: usize, rate_hz: f64) -> Rig {
+    let mut rig = Rig::hexapod();
+    let wire = rig.channels[0].clone();
+    rig.channels = (0..channels).map(|_| wire.clone()).collect();
+    for (index, channel) in rig.channels.iter_mut().enumerate() {
+        channel.name = format!("wire{index}");
+    }
+    rig.rate_hz = rate_hz;
+    rig.backend.kind = BackendKind::Serial;
+    rig
+}
+
+fn start(rig: &mut Rig) -> Result<(Host, SerialBackend), Box<dyn Error>> {
+    let host = Host::start(rig, Options::default())?;
+    rig.backend.serial.port = Some(host.path().display().to_string());
+    let mut backend = SerialBackend::connect(rig)?;
+    backend.start()?;
+    Ok((host, backend))
+}
+
+/// One rate: shares of the frames that were answered in time, and the time of an exchange.
+fn rate(channels: usize, rate_hz: f64) -> Result<(), Box<dyn Error>> {
+    let mut rig = rig(channels, rate_hz);
+    rig.backend.serial.watchdog_periods = ((0.1 * rate_hz) as u32).clamp(5, 1000);
+    let (_host, mut backend) = start(&mut rig)?;
+    // What the driver's loop asks of Linux; after the front-end's thread has started, which stays an ordinary one.
+    let wish = Wish { mode: Mode::Try, priority: 50, cpu: None };
+    let (_held, mut report) = prepare_process(&wish);
+    prepare_thread(&wish, &mut report);
+    let (duty, mut samples) = (vec![0.1; channels], vec![Sample::NONE; channels]);
+    let period_ns = (1e9 / rate_hz) as u64;
+    let count = (SECONDS * rate_hz) as usize;
+    let mut times_ns = Vec::with_capacity(count);
+    let (mut nan, mut twice, mut before, mut errors, mut missed) = (0u64, 0u64, false, 0u64, 0u64);
+    let mut due_ns = now_ns() + period_ns;
+    for _ in 0..count {
+        sleep_until_ns(due_ns);
+        let began_ns = now_ns();
+        errors += u64::from(backend.exchange(&duty, &mut samples).is_err());
+        let done_ns = now_ns();
+        times_ns.push(done_ns - began_ns);
+        let dark = samples.iter().any(|sample| sample.current_a.is_nan());
+        nan += u64::from(dark);
+        twice += u64::from(dark && before);
+        before = dark;
+        due_ns += period_ns;
+        if done_ns > due_ns {
+            let gone = (done_ns - due_ns) / period_ns + 1;
+            (due_ns, missed) = (due_ns + gone * period_ns, missed + gone);
+        }
+    }
+    times_ns.sort_unstable();
+    let at = |share: f64| times_ns[((count - 1) as f64 * share) as usize] as f64 * 1e-3;
+    let figures = backend.figures();
+    println!(
+        "{channels:>3} channels {rate_hz:>6} Hz: exchange p50 {:.1} p99 {:.1} max {:.1} µs; {} frames, {nan} without samples \
+         ({twice} twice in a row), {} damaged, {} not taken, {errors} errors, {missed} periods missed here, {} trips",
+        at(0.5),
+        at(0.99),
+        at(1.0),
+        figures.sent(),
+        figures.damaged(),
+        figures.unsent(),
+        figures.trips(),
+    );
+    Ok(())
+}
+
+/// The time from the last frame's arrival to all outputs off, by the front-end's own clock, against what it promises.
+fn silence() -> Result<(), Box<dyn Error>> {
+    let mut rig = rig(4, 1000.0);
+    rig.backend.serial.watchdog_periods = 5;
+    let (host, mut backend) = start(&mut rig)?;
+    let (duty, mut samples) = (vec![0.2; 4], vec![Sample::NONE; 4]);
+    let mut over_us = Vec::new();
+    while over_us.len() < SILENCES {
+        let mut due_ns = now_ns();
+        let driven = Instant::now();
+        while driven.elapsed() < Duration::from_millis(50) {
+            due_ns += 1_000_000;
+            sleep_until_ns(due_ns);
+            let _ = backend.exchange(&duty, &mut samples);
+        }
+        while host.told().is_some() {}
+        thread::sleep(Duration::from_millis(30));
+        while let Some(told) = host.told() {
+            if let What::Off { silent_ns: Some(silent_ns), powered: Some(true), .. } = told.what {
+                over_us.push((silent_ns as f64 - 5e6) * 1e-3);
+            }
+        }
+    }
+    over_us.sort_by(f64::total_cmp);
+    println!(
+        "silence: {} times off after 5 periods of 1 ms; later than that by {:.0} µs (median), {:.0} µs (worst)",
+        over_us.len(),
+        over_us[over_us.len() / 2],
+        over_us[over_us.len() - 1]
+    );
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    for (channels, rate_hz) in
+        [(1, 1000.0), (18, 1000.0), (64, 1000.0), (4, 2000.0), (18, 2000.0), (64, 2000.0), (4, 5000.0), (18, 5000.0)]
+    {
+        thread::spawn(move || rate(channels, rate_hz).map_err(|error| error.to_string()))
+            .join()
+            .map_err(|_| "the measuring thread died")??;
+    }
+    silence()
+}

@@ -1,0 +1,292 @@
+//! The exchange: what has arrived in, one frame out, and never a wait.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rustix::io::Errno;
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
+use sinew_front_end::{ChannelFault as DeviceFault, FULL_DUTY};
+use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
+use sinew_rig::Rig;
+
+use crate::error::Error;
+use crate::figures::LineFigures;
+use crate::keeper::Keeper;
+use crate::link::{Link, connect};
+use crate::plan::{Plan, Scale, duty_code, name};
+
+/// Reads in one exchange at most: what a line has piled up beyond is old, and waits for the next one.
+const READS: usize = 8;
+/// A front-end that has not answered for so long is asked anew who it is, s.
+const GIVE_UP_S: f64 = 0.5;
+/// How long `start` waits for a line that is being had back.
+const START_PATIENCE: Duration = Duration::from_secs(2);
+
+/// A front-end on a serial line.
+#[derive(Debug)]
+pub struct SerialBackend {
+    /// What the front-end calls itself.
+    front_end: String,
+    scales: Vec<Scale>,
+    places: Vec<usize>,
+    used: u8,
+    period_us: f64,
+    watchdog_periods: u32,
+    give_up_periods: u32,
+    keeper: Keeper,
+    figures: Arc<LineFigures>,
+    link: Option<Link>,
+    decoder: Decoder<MAX_BODY>,
+    started: bool,
+    /// Of the duty frame sent last.
+    sequence: u32,
+    /// The last samples of it, once they are there.
+    answer: Option<Samples>,
+    /// What the front-end was about when last heard of.
+    state: State,
+    /// Exchanges in a row without an answer.
+    silent: u32,
+    line: [u8; MAX_FRAME],
+}
+
+impl SerialBackend {
+    /// Opens the line of a rig's `[backend.serial]` and finds its front-end.
+    ///
+    /// # Errors
+    /// Whatever keeps it from being used, or from being what the rig file describes.
+    pub fn connect(rig: &Rig) -> Result<SerialBackend, Error> {
+        let plan = Plan::of(rig)?;
+        let (link, who, scales) = connect(&plan)?;
+        let figures = Arc::new(LineFigures::default());
+        LineFigures::count(&figures.connections);
+        let watchdog_periods = u32::from(plan.watchdog_periods);
+        Ok(SerialBackend {
+            front_end: name(&who),
+            scales,
+            places: plan.channels.iter().map(|channel| channel.place).collect(),
+            used: plan.used,
+            period_us: f64::from(plan.period_ns) * 1e-3,
+            watchdog_periods,
+            give_up_periods: watchdog_periods.max((GIVE_UP_S * rig.rate_hz).ceil() as u32),
+            keeper: Keeper::start(plan, link, who, figures.clone())?,
+            figures,
+            link: None,
+            decoder: Decoder::new(),
+            started: false,
+            sequence: 0,
+            answer: None,
+            state: State::Ready,
+            silent: 0,
+            line: [0; MAX_FRAME],
+        })
+    }
+
+    /// What the front-end calls itself: name, version, serial number.
+    pub fn front_end(&self) -> &str {
+        &self.front_end
+    }
+
+    /// How the line does.
+    pub fn figures(&self) -> Arc<LineFigures> {
+        self.figures.clone()
+    }
+
+    /// A line, from the keeper if there was none. Whether there is one.
+    fn has_line(&mut self) -> bool {
+        if self.link.is_none()
+            && let Some(link) = self.keeper.take()
+        {
+            self.link = Some(link);
+            self.decoder = Decoder::new();
+            (self.answer, self.state, self.silent) = (None, State::Ready, 0);
+        }
+        self.link.is_some()
+    }
+
+    /// Leaves the line to the keeper.
+    fn lose_line(&mut self) {
+        if let Some(link) = self.link.take() {
+            self.keeper.give_up(link);
+        }
+        self.answer = None;
+    }
+
+    /// Takes in what has arrived.
+    fn receive(&mut self) -> Result<(), Errno> {
+        let Some(link) = &self.link else { return Ok(()) };
+        let mut buffer = [0; 2048];
+        for _ in 0..READS {
+            let count = link.port.read(&mut buffer)?;
+            for byte in &buffer[..count] {
+                let samples = match self.decoder.push(*byte).map(|body| body.and_then(decode)) {
+                    Some(Ok(Frame::Samples(samples))) => samples,
+                    Some(Err(_)) => {
+                        LineFigures::count(&self.figures.damaged);
+                        continue;
+                    }
+                    // What is left of being introduced.
+                    Some(Ok(_)) | None => continue,
+                };
+                if samples.state == State::Tripped && self.state != State::Tripped {
+                    LineFigures::count(&self.figures.trips);
+                }
+                self.state = samples.state;
+                if samples.sequence == self.sequence && samples.channels == self.used {
+                    self.answer = Some(samples);
+                } else {
+                    LineFigures::count(&self.figures.late);
+                }
+            }
+            if count < buffer.len() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends the next duty frame, nothing but zeros where `duty` is `None`.
+    fn send(&mut self, duty: Option<&[f64]>) -> Result<(), Errno> {
+        let Some(link) = &self.link else { return Ok(()) };
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut frame = Duty { sequence: self.sequence, channels: self.used, duty: [0; MAX_CHANNELS] };
+        for (place, duty) in self.places.iter().zip(duty.unwrap_or_default()) {
+            // A duty that is not zero stays so: no on-phase would read as a broken wire.
+            frame.duty[*place] = duty_code(*duty).max(u16::from(*duty > 0.0)).min(FULL_DUTY);
+        }
+        let taken = match encode(&Frame::Duty(frame), &mut self.line) {
+            Ok(length) => link.port.write(&self.line[..length])?,
+            Err(_) => false,
+        };
+        LineFigures::count(if taken { &self.figures.sent } else { &self.figures.unsent });
+        Ok(())
+    }
+
+    /// A failed exchange: nothing measured, nothing put out.
+    fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
+        samples.fill(Sample::NONE);
+        self.answer = None;
+        if self.send(None).is_err() {
+            self.lose_line();
+        }
+        Err(error)
+    }
+
+    fn timeout(&self, periods: u32) -> BackendError {
+        BackendError::Timeout { waited_us: (f64::from(periods) * self.period_us) as u32 }
+    }
+
+    /// What an answer says of each channel; the lowest that has failed.
+    fn read_out(&self, answer: &Samples, samples: &mut [Sample]) -> Option<BackendError> {
+        let mut failed = None;
+        for (channel, ((sample, place), scale)) in samples.iter_mut().zip(&self.places).zip(&self.scales).enumerate() {
+            *sample = match answer.fault[*place] {
+                None => scale.sample(&answer.sample[*place]),
+                Some(fault) => {
+                    let fault = match fault {
+                        DeviceFault::OverCurrent | DeviceFault::Heat => ChannelFault::OverCurrent,
+                        DeviceFault::Converter => ChannelFault::Converter,
+                        DeviceFault::StageHot => ChannelFault::OverTemperature,
+                        DeviceFault::Stage => ChannelFault::Stage,
+                    };
+                    failed = failed.or(Some(BackendError::Channel { channel: channel as u32, fault }));
+                    Sample::NONE
+                }
+            };
+        }
+        failed
+    }
+}
+
+impl Backend for SerialBackend {
+    fn channels(&self) -> usize {
+        self.places.len()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        let began = Instant::now();
+        while !self.has_line() {
+            if began.elapsed() > START_PATIENCE {
+                return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        (self.started, self.silent, self.answer) = (true, 0, None);
+        Ok(())
+    }
+
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        if !self.started {
+            return Err(BackendError::NotStarted);
+        }
+        let expected = self.places.len();
+        for found in [duty.len(), samples.len()] {
+            if found != expected {
+                let (expected, found) = (expected as u32, found as u32);
+                return self.fail(samples, BackendError::WrongCount { expected, found });
+            }
+        }
+        if let Some(bad) = duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
+            return self.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        }
+        samples.fill(Sample::NONE);
+        if !self.has_line() {
+            return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
+        }
+        if let Err(error) = self.receive() {
+            self.lose_line();
+            return Err(BackendError::Io { os_error: error.raw_os_error() });
+        }
+        // It started anew and knows nothing of us any more.
+        if self.state == State::Boot {
+            self.lose_line();
+            return Err(BackendError::Unavailable { os_error: 0 });
+        }
+        let answer = self.answer.take();
+        self.silent = if answer.is_some() { 0 } else { self.silent.saturating_add(1) };
+        if self.silent >= self.give_up_periods {
+            let error = self.timeout(self.silent);
+            self.lose_line();
+            return Err(error);
+        }
+        if self.silent >= self.watchdog_periods {
+            let error = self.timeout(self.silent);
+            return self.fail(samples, error);
+        }
+        if self.state == State::Tripped {
+            let error = self.timeout(self.watchdog_periods);
+            return self.fail(samples, error);
+        }
+        let mut failed = None;
+        if let Some(answer) = &answer {
+            LineFigures::count(&self.figures.answered);
+            failed = self.read_out(answer, samples);
+        }
+        // What is not armed yet is asked for nothing: that is what arms it.
+        let duty = (self.state == State::Running).then_some(duty);
+        if let Err(error) = self.send(duty) {
+            self.lose_line();
+            samples.fill(Sample::NONE);
+            return Err(BackendError::Io { os_error: error.raw_os_error() });
+        }
+        failed.map_or(Ok(()), Err)
+    }
+
+    fn stop(&mut self) {
+        self.started = false;
+        self.answer = None;
+        // Should this be lost, silence does the same.
+        if let Some(link) = &self.link
+            && let Ok(length) = encode(&Frame::Off, &mut self.line)
+            && link.port.write(&self.line[..length]).is_err()
+        {
+            self.lose_line();
+        }
+        self.state = State::Ready;
+    }
+}
+
+impl Drop for SerialBackend {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}

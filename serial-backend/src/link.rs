@@ -1,0 +1,100 @@
+//! A front-end found on its line, asked who it is and told what it may do.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use sinew_front_end::{
+    Decoder, Error as FrameError, Frame, Identification, MAX_BODY, MAX_FRAME, Refusal, decode, encode,
+};
+
+use crate::error::Error;
+use crate::plan::{Plan, Scale, name};
+use crate::port::Port;
+
+/// How long a front-end may take to answer, all in all, and after how long it is asked again.
+const PATIENCE: Duration = Duration::from_millis(1000);
+const ASK_AGAIN: Duration = Duration::from_millis(100);
+
+/// Tells the questions of one connection from those of another.
+static CONNECTIONS: AtomicU32 = AtomicU32::new(1);
+
+/// A line with a configured front-end on it.
+#[derive(Debug)]
+pub(crate) struct Link {
+    pub port: Port,
+}
+
+/// Opens the line, finds the front-end, checks and configures it.
+pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>), Error> {
+    let port = Port::open(&plan.port, plan.baud_hz)?;
+    // Whatever went on before, nothing is driven while we talk.
+    put(plan, &port, &Frame::Off)?;
+    let nonce = std::process::id().rotate_left(16).wrapping_add(CONNECTIONS.fetch_add(1, Ordering::Relaxed));
+    let who = ask(plan, &port, &Frame::Hello { nonce }, |frame| match frame {
+        Frame::Identification(who) if who.nonce == nonce => Some(*who),
+        _ => None,
+    })?;
+    let scales = plan.check(&who)?;
+    let configure = Frame::Configure(plan.configure(nonce));
+    let refusal = ask(plan, &port, &configure, |frame| match frame {
+        Frame::Configured { session, refusal } if *session == nonce => Some(*refusal),
+        _ => None,
+    })?;
+    match refusal {
+        None => Ok((Link { port }, who, scales)),
+        Some(refusal) => {
+            let what = match refusal {
+                Refusal::Channels => "that many channels",
+                Refusal::Period => "this period",
+                Refusal::Silence => "so long a silence",
+            };
+            let reason = format!("refuses {what}");
+            Err(Error::Unfit { port: plan.port.clone(), front_end: name(&who), reason })
+        }
+    }
+}
+
+fn put(plan: &Plan, port: &Port, frame: &Frame) -> Result<(), Error> {
+    let mut line = [0; MAX_FRAME];
+    let length = encode(frame, &mut line).unwrap_or(0);
+    port.write(&line[..length]).map(drop).map_err(|error| failed(plan, error))
+}
+
+fn failed(plan: &Plan, error: rustix::io::Errno) -> Error {
+    Error::Line { port: plan.port.clone(), error: error.into() }
+}
+
+/// Sends a frame until one comes that answers it.
+fn ask<T>(plan: &Plan, port: &Port, frame: &Frame, answer: impl Fn(&Frame) -> Option<T>) -> Result<T, Error> {
+    let mut decoder = Decoder::<MAX_BODY>::new();
+    let mut other_version = None;
+    let (began, mut asked) = (Instant::now(), None::<Instant>);
+    let mut buffer = [0; 512];
+    while began.elapsed() < PATIENCE {
+        if asked.is_none_or(|asked| asked.elapsed() >= ASK_AGAIN) {
+            put(plan, port, frame)?;
+            asked = Some(Instant::now());
+        }
+        let wait = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
+        let mut fds = [PollFd::new(port, PollFlags::IN)];
+        poll(&mut fds, Some(&wait)).map_err(|error| failed(plan, error))?;
+        let count = port.read(&mut buffer).map_err(|error| failed(plan, error))?;
+        for byte in &buffer[..count] {
+            match decoder.push(*byte).map(|body| body.and_then(decode)) {
+                Some(Ok(frame)) => {
+                    if let Some(answer) = answer(&frame) {
+                        return Ok(answer);
+                    }
+                }
+                Some(Err(FrameError::Version { found })) => other_version = Some(found),
+                Some(Err(_)) | None => {}
+            }
+        }
+    }
+    let port = plan.port.clone();
+    Err(match other_version {
+        Some(found) => Error::Version { port, found },
+        None => Error::Silent { port },
+    })
+}

@@ -1,0 +1,181 @@
+//! What a rig asks of a front-end, and what the front-end's codes mean for it.
+
+use sinew_front_end::{ChannelLimits, Configure, FULL_DUTY, Identification, MAX_CHANNELS, NOT_SAMPLED, RawSample};
+use sinew_rig::{Rig, SamplingCircuit};
+use sinew_sensing::Sample;
+
+use crate::error::Error;
+
+/// The device's own limits lie so much outside of the supervisor's: they are there for when that one is not.
+const SECOND_LINE: f64 = 1.2;
+/// Its limit of the current must stay below what its converter can show, 1.1 times the rig's.
+const SECOND_LINE_CURRENT: f64 = 1.05;
+/// Ranges that differ by more are not the same converter's.
+const SAME: f64 = 0.01;
+
+/// Everything a connection needs to know, made once from the rig file.
+#[derive(Debug, Clone)]
+pub(crate) struct Plan {
+    pub port: String,
+    pub baud_hz: u32,
+    pub period_ns: u32,
+    pub watchdog_periods: u16,
+    /// How many of the front-end's channels are used, from its first.
+    pub used: u8,
+    pub channels: Vec<ChannelPlan>,
+}
+
+/// One channel of the rig.
+#[derive(Debug, Clone)]
+pub(crate) struct ChannelPlan {
+    pub name: String,
+    /// Which of the front-end's it is.
+    pub place: usize,
+    pub limits: ChannelLimits,
+    /// Full scales as the rig file has them, V and A; a shared input has no range of the current of its own.
+    voltage_range_v: f64,
+    current_range_a: Option<f64>,
+}
+
+impl Plan {
+    pub fn of(rig: &Rig) -> Result<Plan, Error> {
+        let line = &rig.backend.serial;
+        let channels: Vec<ChannelPlan> = (0..rig.channels.len()).map(|index| ChannelPlan::of(rig, index)).collect();
+        let used = channels.iter().map(|channel| channel.place + 1).max().unwrap_or(0);
+        Ok(Plan {
+            port: line.port.clone().ok_or(Error::NoPort)?,
+            baud_hz: line.baud_hz,
+            period_ns: (1e9 / rig.rate_hz).round() as u32,
+            watchdog_periods: u16::try_from(line.watchdog_periods).unwrap_or(u16::MAX),
+            used: used.min(MAX_CHANNELS) as u8,
+            channels,
+        })
+    }
+
+    /// The configuration that holds the front-end to it. Channels the rig does not name may have nothing.
+    pub fn configure(&self, session: u32) -> Configure {
+        let mut limits = [ChannelLimits::default(); MAX_CHANNELS];
+        for channel in &self.channels {
+            limits[channel.place] = channel.limits;
+        }
+        let (period_ns, watchdog_periods) = (self.period_ns, self.watchdog_periods);
+        Configure { session, period_ns, watchdog_periods, channels: self.used, limits }
+    }
+
+    /// Whether this front-end can drive and measure the rig; how its codes are read then.
+    pub fn check(&self, who: &Identification) -> Result<Vec<Scale>, Error> {
+        let unfit = |reason: String| Error::Unfit { port: self.port.clone(), front_end: name(who), reason };
+        if who.channels < self.used {
+            return Err(unfit(format!("has {} channels, the rig needs {}", who.channels, self.used)));
+        }
+        if !(who.min_period_ns..=who.max_period_ns).contains(&self.period_ns) {
+            let hz = |period_ns: u32| 1e9 / f64::from(period_ns.max(1));
+            return Err(unfit(format!(
+                "keeps {:.1} to {:.1} Hz, rig.rate_hz is {:.1}",
+                hz(who.max_period_ns),
+                hz(who.min_period_ns),
+                hz(self.period_ns)
+            )));
+        }
+        let silence_ns = u64::from(self.period_ns) * u64::from(self.watchdog_periods);
+        if silence_ns > who.max_silence_ns.into() {
+            return Err(unfit(format!(
+                "goes off after {} ms of silence at the latest, backend.serial.watchdog_periods = {} asks for {} ms",
+                f64::from(who.max_silence_ns) * 1e-6,
+                self.watchdog_periods,
+                silence_ns as f64 * 1e-6
+            )));
+        }
+        if who.full_code == 0 || who.full_code == NOT_SAMPLED {
+            return Err(unfit(format!("its converters have {} as their largest code", who.full_code)));
+        }
+        self.channels.iter().map(|channel| channel.check(who)).collect()
+    }
+}
+
+impl ChannelPlan {
+    fn of(rig: &Rig, index: usize) -> ChannelPlan {
+        let channel = &rig.channels[index];
+        let (limits, drive, adc) = (&channel.limits, &channel.model.drive, &channel.adc);
+        // I²t from heat: the least resistance lets the most current through for it.
+        let material = &channel.model.material;
+        let resistivity = material.martensite_resistivity_ohm_m.min(material.austenite_resistivity_ohm_m);
+        let ohm = resistivity * channel.model.geometry.length_m / channel.model.geometry.area_m2();
+        let whole = |value: f64| value.ceil().clamp(0.0, u32::MAX.into()) as u32;
+        let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+        ChannelPlan {
+            name: channel.name.clone(),
+            place: rig.front_end_index(index).unwrap_or(0) as usize,
+            limits: ChannelLimits {
+                max_duty: duty_code(limits.max_duty),
+                max_current_ma: whole(SECOND_LINE_CURRENT * limits.max_current_a * 1e3).min(u16::MAX.into()) as u16,
+                heat_ma2_s: whole(SECOND_LINE * limits.energy_budget_j / ohm * 1e6),
+                drain_ma2: whole(SECOND_LINE * limits.energy_drain_w / ohm * 1e6),
+            },
+            voltage_range_v: adc.voltage_range_v,
+            current_range_a: match adc.circuit {
+                SamplingCircuit::SeparateTaps => Some(adc.current_range_a),
+                SamplingCircuit::Shared if low_ohm > 0.0 => Some(adc.voltage_range_v / low_ohm),
+                SamplingCircuit::Shared => None,
+            },
+        }
+    }
+
+    fn check(&self, who: &Identification) -> Result<Scale, Error> {
+        let range = &who.channel[self.place];
+        let full = f64::from(who.full_code);
+        let scale = Scale {
+            voltage_v: f64::from(range.voltage_uv) * 1e-6 / full,
+            current_a: f64::from(range.current_ua) * 1e-6 / full,
+            supply_v: f64::from(range.supply_uv) * 1e-6 / full,
+        };
+        let same = |key: &'static str, file: f64, device: f64| {
+            if (device - file).abs() <= SAME * file {
+                return Ok(());
+            }
+            let reason = format!("is {file:.4}, the front-end's converter has {device:.4}");
+            Err(Error::Contradiction { channel: self.name.clone(), key, reason })
+        };
+        same("adc.voltage_range_v", self.voltage_range_v, scale.voltage_v * full)?;
+        if let Some(current_range_a) = self.current_range_a {
+            same("adc.current_range_a", current_range_a, scale.current_a * full)?;
+        }
+        Ok(scale)
+    }
+}
+
+/// What one code is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale {
+    voltage_v: f64,
+    current_a: f64,
+    supply_v: f64,
+}
+
+impl Scale {
+    #[inline]
+    pub fn sample(&self, raw: &RawSample) -> Sample {
+        let value = |code: u16, unit: f64| if code == NOT_SAMPLED { f64::NAN } else { f64::from(code) * unit };
+        Sample {
+            v1_v: value(raw.v1, self.voltage_v),
+            v2_v: value(raw.v2, self.voltage_v),
+            v3_v: value(raw.v3, self.voltage_v),
+            current_a: value(raw.current, self.current_a),
+            supply_v: value(raw.supply, self.supply_v),
+        }
+    }
+}
+
+/// A duty on the line.
+#[inline]
+pub(crate) fn duty_code(duty: f64) -> u16 {
+    (duty * f64::from(FULL_DUTY)).round() as u16
+}
+
+/// What a front-end calls itself.
+pub(crate) fn name(who: &Identification) -> String {
+    let end = who.name.iter().position(|byte| *byte == 0).unwrap_or(who.name.len());
+    let [major, minor, patch] = who.version;
+    let name = String::from_utf8_lossy(&who.name[..end]).replace(char::is_control, "?");
+    format!("{name} {major}.{minor}.{patch} ({:016x})", who.serial)
+}
