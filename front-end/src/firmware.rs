@@ -194,7 +194,7 @@ impl Firmware {
     pub fn poll(&mut self, now_ns: u64, hardware: &mut impl Hardware) -> Option<u64> {
         let session = self.session?;
         let silent_ns = self.heard_ns.saturating_add(session.silence_ns);
-        if self.state == State::Running && now_ns >= silent_ns {
+        if self.may_heat() && now_ns >= silent_ns {
             self.trip(now_ns, hardware);
         }
         if !self.sampled && now_ns >= self.sample_ns {
@@ -204,7 +204,12 @@ impl Firmware {
             self.begin(now_ns, self.waiting, hardware);
         }
         let next_ns = if self.sampled { self.end_ns(&session) } else { self.sample_ns };
-        Some(if self.state == State::Running { next_ns.min(silent_ns) } else { next_ns })
+        Some(if self.may_heat() { next_ns.min(silent_ns) } else { next_ns })
+    }
+
+    /// Whether silence has to be cut short: something is on, or will be in the next period.
+    fn may_heat(&self) -> bool {
+        self.state == State::Running && self.put.iter().chain(&self.asked).any(|duty| *duty > 0)
     }
 
     /// When the next period begins, should no frame begin it.
@@ -332,8 +337,11 @@ impl Firmware {
             if let Some(fault) = guard.judge(limits, &period) {
                 hardware.tell(Event::Fault { channel: channel as u8, fault });
             }
+            // Without an on-phase there is nothing to measure of the wire, whatever a converter picked up.
             if guard.fault.is_some() {
                 *raw = RawSample::NONE;
+            } else if *duty == 0 {
+                *raw = RawSample { supply: raw.supply, ..RawSample::NONE };
             }
         }
         if let Some(sequence) = self.sequence

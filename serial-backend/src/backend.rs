@@ -210,6 +210,18 @@ impl Backend for SerialBackend {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
+        // Arms it: the loop's sensing pulses are to be measured from the first one on.
+        loop {
+            let lost = self.receive().and_then(|()| self.send(None));
+            if lost.is_err() || self.state == State::Boot || began.elapsed() > START_PATIENCE {
+                self.lose_line();
+                return Err(BackendError::Timeout { waited_us: began.elapsed().as_micros() as u32 });
+            }
+            if self.state == State::Running {
+                break;
+            }
+            std::thread::sleep(Duration::from_secs_f64(self.period_us * 1e-6));
+        }
         (self.started, self.silent, self.answer) = (true, 0, None);
         Ok(())
     }
