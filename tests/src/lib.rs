@@ -39,12 +39,6 @@ pub fn sinew() -> &'static Path {
     })
 }
 
-/// The front-end's firmware as a process, built once.
-pub fn front_end() -> &'static Path {
-    static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| build(&["-p", "sinew-front-end-host", "--bin", "sinew-front-end"]).join("sinew-front-end"))
-}
-
 /// The robot program `examples/gait.rs`, built once.
 pub fn gait() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
