@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
-use sinew_front_end::{ChannelFault as DeviceFault, FULL_DUTY};
+use sinew_front_end::ChannelFault as DeviceFault;
 use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
 use sinew_rig::Rig;
 
@@ -151,7 +151,7 @@ impl SerialBackend {
         let mut frame = Duty { sequence: self.sequence, channels: self.used, duty: [0; MAX_CHANNELS] };
         for (place, duty) in self.places.iter().zip(duty.unwrap_or_default()) {
             // A duty that is not zero stays so: no on-phase would read as a broken wire.
-            frame.duty[*place] = duty_code(*duty).max(u16::from(*duty > 0.0)).min(FULL_DUTY);
+            frame.duty[*place] = duty_code(*duty).max(u16::from(*duty > 0.0));
         }
         let taken = match encode(&Frame::Duty(frame), &mut self.line) {
             Ok(length) => link.port.write(&self.line[..length])?,
