@@ -42,6 +42,8 @@ pub struct SerialBackend {
     sequence: u32,
     /// The last samples of it, once they are there.
     answer: Option<Samples>,
+    /// The channel that had failed when last heard of: no word since is no word that it is well.
+    failed: Option<BackendError>,
     /// What the front-end was about when last heard of.
     state: State,
     /// Exchanges in a row without an answer.
@@ -75,6 +77,7 @@ impl SerialBackend {
             started: false,
             sequence: 0,
             answer: None,
+            failed: None,
             state: State::Ready,
             silent: 0,
             line: [0; MAX_FRAME],
@@ -98,7 +101,7 @@ impl SerialBackend {
         {
             self.link = Some(link);
             self.decoder = Decoder::new();
-            (self.answer, self.state, self.silent) = (None, State::Ready, 0);
+            (self.answer, self.failed, self.state, self.silent) = (None, None, State::Ready, 0);
         }
         self.link.is_some()
     }
@@ -222,7 +225,7 @@ impl Backend for SerialBackend {
             }
             std::thread::sleep(Duration::from_secs_f64(self.period_us * 1e-6));
         }
-        (self.started, self.silent, self.answer) = (true, 0, None);
+        (self.started, self.silent, self.answer, self.failed) = (true, 0, None, None);
         Ok(())
     }
 
@@ -268,10 +271,9 @@ impl Backend for SerialBackend {
             let error = self.timeout(self.watchdog_periods);
             return self.fail(samples, error);
         }
-        let mut failed = None;
         if let Some(answer) = &answer {
             LineFigures::count(&self.figures.answered);
-            failed = self.read_out(answer, samples);
+            self.failed = self.read_out(answer, samples);
         }
         // What is not armed yet is asked for nothing: that is what arms it.
         let duty = (self.state == State::Running).then_some(duty);
@@ -280,7 +282,7 @@ impl Backend for SerialBackend {
             samples.fill(Sample::NONE);
             return Err(BackendError::Io { os_error: error.raw_os_error() });
         }
-        failed.map_or(Ok(()), Err)
+        self.failed.map_or(Ok(()), Err)
     }
 
     fn stop(&mut self) {
