@@ -110,14 +110,14 @@ pub struct Firmware {
     asked: [u16; MAX_CHANNELS],
     put: [u16; MAX_CHANNELS],
     limited: u64,
-    /// When the last good frame came, and when one last began a period.
+    /// When the last good frame came, and when one last began a period by coming.
     heard_ns: u64,
     framed_ns: Option<u64>,
-    /// The present period: its beginning, when to sample, whether that is done, whether a frame began it.
+    /// The present period: its beginning, when to sample, whether that is done, and the frame it is of; `None` = it repeats one.
     begun_ns: u64,
     sample_ns: u64,
     sampled: bool,
-    framed: bool,
+    frame: Option<u32>,
     /// When samples were last taken.
     judged_ns: u64,
     /// Whether a frame waits for the end of the period.
@@ -147,7 +147,7 @@ impl Firmware {
             begun_ns: 0,
             sample_ns: 0,
             sampled: true,
-            framed: false,
+            frame: None,
             judged_ns: 0,
             waiting: false,
             lost: 0,
@@ -242,7 +242,7 @@ impl Firmware {
                 // The accounts of heat stay, and so do faults: a new configuration cools no wire.
                 (self.sequence, self.limited, self.lost, self.refused) = (None, 0, 0, 0);
                 (self.begun_ns, self.heard_ns, self.judged_ns, self.framed_ns) = (now_ns, now_ns, now_ns, None);
-                (self.sampled, self.framed) = (true, false);
+                (self.sampled, self.frame) = (true, None);
                 self.session =
                     Some(Session { period_ns: period_ns.into(), silence_ns, channels: wanted.channels.into() });
                 self.state = State::Ready;
@@ -286,6 +286,7 @@ impl Firmware {
         if self.framed_ns.is_some_and(|before| now_ns.saturating_sub(before) < session.period_ns / 2) {
             self.waiting = true;
         } else {
+            self.framed_ns = Some(now_ns);
             self.begin(now_ns, true, hardware);
         }
     }
@@ -306,10 +307,8 @@ impl Firmware {
         let on_ns = session.period_ns * u64::from(longest) / u64::from(FULL_DUTY);
         self.begun_ns = now_ns;
         self.sample_ns = now_ns.saturating_add(on_ns.clamp(session.period_ns / 8, session.period_ns / 4 * 3));
-        (self.sampled, self.framed, self.waiting) = (false, framed, false);
-        if framed {
-            self.framed_ns = Some(now_ns);
-        }
+        (self.sampled, self.waiting) = (false, false);
+        self.frame = self.sequence.filter(|_| framed);
     }
 
     /// Takes the samples of the present period, judges them, and sends them if a frame began it.
@@ -344,9 +343,7 @@ impl Firmware {
                 *raw = RawSample { supply: raw.supply, ..RawSample::NONE };
             }
         }
-        if let Some(sequence) = self.sequence
-            && self.framed
-        {
+        if let Some(sequence) = self.frame {
             self.answer(sequence, now_ns, samples, hardware);
         }
     }
@@ -355,7 +352,7 @@ impl Firmware {
         let mut answer = Samples {
             sequence,
             state: self.state,
-            after_us: (now_ns.saturating_sub(self.framed_ns.unwrap_or(0)) / 1000).min(u16::MAX.into()) as u16,
+            after_us: (now_ns.saturating_sub(self.begun_ns) / 1000).min(u16::MAX.into()) as u16,
             clock_us: (now_ns / 1000) as u32,
             lost: self.lost,
             refused: self.refused,

@@ -145,7 +145,7 @@ pub struct Samples {
     pub sequence: u32,
     /// How it is.
     pub state: State,
-    /// From the duty frame's arrival to this frame, µs; 65535 = that or more.
+    /// From the beginning of the duty frame's period to this frame, µs; 65535 = that or more.
     pub after_us: u16,
     /// Its clock, µs, from any beginning, overflowing.
     pub clock_us: u32,

@@ -263,6 +263,35 @@ fn a_flood_of_frames_heats_no_more() {
 }
 
 #[test]
+fn samples_carry_the_number_of_their_own_frame_whatever_the_phase() {
+    // Once a frame comes too soon, those after it come in step again, each answered under its own number before the next.
+    for phase in [1, 10, 30, 45, 49] {
+        let mut line = Line::running(1);
+        line.periods(&[500], 3);
+        line.duty(&[600]);
+        line.pass(PERIOD_NS * phase / 100);
+        line.answers();
+        for turn in 0..20 {
+            line.duty(&[1_000 + turn]);
+            let own = line.sequence;
+            line.pass(PERIOD_NS);
+            let answers: Vec<u32> = line
+                .answers()
+                .iter()
+                .map(|frame| match frame {
+                    Frame::Samples(samples) => samples.sequence,
+                    other => panic!("{other:?}"),
+                })
+                .collect();
+            if turn > 1 {
+                assert_eq!(answers, [own], "phase {phase} turn {turn}");
+                assert_eq!(line.bench.put, [1_000 + turn]);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_channel_with_too_much_current_goes_off_alone() {
     let mut line = Line::running(3);
     line.periods(&[500, 500, 500], 5);
