@@ -38,6 +38,8 @@ pub struct Options {
     pub seed: u64,
     /// End by itself after so long, ns; `None` = never.
     pub duration_ns: Option<u64>,
+    /// Tell every change of what is put out.
+    pub tell_outputs: bool,
 }
 
 /// What can be done to it while it runs.
@@ -97,6 +99,11 @@ pub enum What {
         silent_ns: Option<u64>,
         /// Whether anything was put out until then; for the watchdog.
         powered: Option<bool>,
+    },
+    /// What is put out is another from now on; where [`Options::tell_outputs`] asks for it.
+    Outputs {
+        /// The duties, of 65535, by place.
+        duty: Vec<u16>,
     },
     /// A channel is off.
     Fault {
@@ -203,7 +210,8 @@ pub fn run(
     put: Arc<[AtomicU16]>,
     tell: &mut dyn FnMut(Told),
 ) -> Result<Figures, Error> {
-    let (wires, who) = Wires::new(rig, put)?;
+    let (mut wires, who) = Wires::new(rig, put)?;
+    wires.changes = options.tell_outputs.then(Vec::new);
     let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC)
         .map_err(|error| Error::Timer(error.into()))?;
     let mut device = Device {
@@ -262,6 +270,9 @@ impl Device<'_> {
             self.wires.now_ns = now;
             let next_ns = self.firmware.poll(now, &mut self.wires);
             self.send(now);
+            for (monotonic_ns, duty) in self.wires.changes.iter_mut().flat_map(std::mem::take) {
+                tell(Told { monotonic_ns, what: What::Outputs { duty } });
+            }
             for event in std::mem::take(&mut self.wires.told) {
                 tell(Told { monotonic_ns: now, what: what(event) });
             }

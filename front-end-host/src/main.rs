@@ -94,6 +94,7 @@ fn main() -> ExitCode {
         spoilt: [spoilt; 2],
         seed: args.seed,
         duration_ns: args.duration_s.map(|seconds| (seconds * 1e9) as u64),
+        tell_outputs: false,
     };
     let (give, orders) = mpsc::channel();
     thread::spawn(move || {

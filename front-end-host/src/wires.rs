@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering};
 
+use sinew_driver::realtime::now_ns;
 use sinew_driver::{Backend as _, Sample};
 use sinew_front_end::{
     ChannelFault, ChannelLimits, ChannelRange, Event, FULL_DUTY, Hardware, Identification, MAX_CHANNELS, NOT_SAMPLED,
@@ -38,6 +39,8 @@ pub(crate) struct Wires {
     pub now_ns: u64,
     /// What is put out, for whoever watches from outside.
     pub put: Arc<[AtomicU16]>,
+    /// Every change of what is put out, and when it was made; `None` where nobody asks.
+    pub changes: Option<Vec<(u64, Vec<u16>)>>,
     pub broken: [Option<ChannelFault>; MAX_CHANNELS],
     pub sent: Vec<u8>,
     pub told: Vec<Event>,
@@ -85,6 +88,7 @@ impl Wires {
             simulated_ns: None,
             now_ns: 0,
             put,
+            changes: None,
             broken: [None; MAX_CHANNELS],
             sent: Vec::new(),
             told: Vec::new(),
@@ -92,9 +96,15 @@ impl Wires {
         Ok((wires, who))
     }
 
-    fn show(&self, duty: &[u16]) {
+    fn show(&mut self, duty: &[u16]) {
+        let mut changed = false;
         for (place, put) in self.put.iter().enumerate() {
-            put.store(duty.get(place).copied().unwrap_or(0), Ordering::Relaxed);
+            let duty = duty.get(place).copied().unwrap_or(0);
+            changed |= put.swap(duty, Ordering::Relaxed) != duty;
+        }
+        if let Some(changes) = self.changes.as_mut().filter(|_| changed) {
+            let used = self.places.iter().map(|place| place + 1).max().unwrap_or(0);
+            changes.push((now_ns(), self.put.iter().take(used).map(|put| put.load(Ordering::Relaxed)).collect()));
         }
     }
 

@@ -1,5 +1,5 @@
-//! `sinew-trust drive`: a driver of simulated wires with a witness, that breaks on demand. What it is told comes by lines on
-//! its standard input.
+//! `sinew-trust drive`: a driver with a witness, that breaks on demand. What it is told comes by lines on its standard input; one
+//! that drives a front-end is told nothing: there it is the line that breaks.
 
 use std::io::BufRead;
 use std::path::PathBuf;
@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
-use sinew_driver::{Driver, Options};
-use sinew_rig::{FaultKind, Rig};
+use sinew_driver::{Backend, Driver, Options};
+use sinew_rig::{BackendKind, FaultKind, Rig};
+use sinew_serial_backend::SerialBackend;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
@@ -65,27 +66,37 @@ pub fn drive(args: &Args) -> Result<(), Failure> {
     let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(error.to_string());
     tracing::subscriber::set_global_default(Touchy).map_err(|e| wrong(&e))?;
     let rig = Rig::load(&args.rig).map_err(|e| wrong(&e))?;
-    let wires = SimulatedRig::new(&rig).map_err(|e| wrong(&e))?;
-    let (faults, mischief) = (wires.faults(), Arc::new(Mischief::default()));
-    let watched = Watched::new(wires, &args.log, mischief.clone())?;
+    let (backend, faults): (Box<dyn Backend>, _) = match rig.backend.kind {
+        BackendKind::Simulated => {
+            let wires = SimulatedRig::new(&rig).map_err(|e| wrong(&e))?;
+            let faults = wires.faults();
+            (Box::new(wires), Some(faults))
+        }
+        BackendKind::Serial => (Box::new(SerialBackend::connect(&rig).map_err(|e| wrong(&e))?), None),
+        BackendKind::Linux => return unexpected("nobody drives Linux's own outputs from here"),
+    };
+    let mischief = Arc::new(Mischief::default());
+    let watched = Watched::new(backend, &args.log, mischief.clone())?;
     let asked = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
         signal_hook::flag::register(signal, asked.clone())?;
     }
-    let options = Options { duration_s: Some(args.duration_s), simulated: true, ..Options::default() };
+    let options = Options { duration_s: Some(args.duration_s), simulated: faults.is_some(), ..Options::default() };
     let driver = Driver::start(&rig, watched, options).map_err(|e| wrong(&e))?;
     let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
-    if let Some(seed) = args.random_faults {
-        let (faults, channels) = (faults.clone(), rig.channels.len());
-        std::thread::spawn(move || break_at_random(seed, &faults, channels));
-    }
-    std::thread::spawn(move || {
-        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-            if let Err(failure) = obey(&line, &names, &faults, &mischief) {
-                eprintln!("{failure}");
-            }
+    if let Some(faults) = faults {
+        if let Some(seed) = args.random_faults {
+            let (faults, channels) = (faults.clone(), rig.channels.len());
+            std::thread::spawn(move || break_at_random(seed, &faults, channels));
         }
-    });
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+                if let Err(failure) = obey(&line, &names, &faults, &mischief) {
+                    eprintln!("{failure}");
+                }
+            }
+        });
+    }
     while driver.is_running() && !asked.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(1));
     }

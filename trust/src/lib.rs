@@ -4,6 +4,7 @@
 //! - [`kinds`] lists what is injected; [`kind`] is what one of them consists of, and the row it becomes.
 //! - [`lockstep`]: engine and simulated wires on a simulated clock, beside a twin that is not struck.
 //! - [`witness`]: a driver's process whose outputs are written down as they go out, and outlive it.
+//! - `serial`: a driver's process and a front-end, whose own outputs are the witness there.
 #![forbid(unsafe_code)]
 
 mod budgets;
@@ -16,6 +17,7 @@ pub mod kind;
 pub mod lockstep;
 pub mod process;
 pub mod running;
+mod serial;
 pub mod site;
 pub mod soak;
 pub mod table;
@@ -30,12 +32,14 @@ pub fn kinds() -> Vec<Kind> {
     kinds.extend(commands::kinds());
     kinds.extend(process::kinds());
     kinds.extend(clients::kinds());
+    kinds.extend(serial::kinds());
     kinds
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kind::Group;
     use sinew_ipc::fault::FAULT_TABLE;
     use std::collections::BTreeSet;
 
@@ -44,6 +48,22 @@ mod tests {
         let shown: BTreeSet<&str> = kinds().iter().flat_map(|kind| kind.faults).map(|fault| fault.flag()).collect();
         for row in &FAULT_TABLE {
             assert!(shown.contains(row.flag), "nobody injects {}", row.flag);
+        }
+    }
+
+    #[test]
+    fn every_group_has_its_faults() {
+        let groups = [
+            Group::Electrical,
+            Group::Budgets,
+            Group::Commands,
+            Group::Loop,
+            Group::Process,
+            Group::Clients,
+            Group::Serial,
+        ];
+        for group in groups {
+            assert!(kinds().iter().any(|kind| kind.group == group), "nothing breaks in {group:?}");
         }
     }
 
