@@ -198,7 +198,7 @@ impl Channel {
             slide,
             standstill,
             held: false,
-            stage: StageWatch::new(sensor.config(), drive.supply_v, series_ohm, max_current_a, &stroke),
+            stage: StageWatch::new(&sensor, drive.supply_v, series_ohm, max_current_a, &stroke),
             sensor,
             reading: Reading::none(Default::default()),
             observer,

@@ -13,7 +13,7 @@
 //! A stage that conducts badly shows as voltage that neither the wire nor the known resistances take.
 
 use sinew_ipc::Fault;
-use sinew_sensing::{Circuit, Health, LengthSensorConfig, Motion, Reading, Sample};
+use sinew_sensing::{Circuit, Health, LengthSensor, Motion, Reading, Sample};
 
 /// More than this share of the nominal supply left in stage and leads, beyond what their resistances take, is a weak stage.
 const WEAK: f64 = 0.25;
@@ -51,6 +51,9 @@ pub struct StageWatch {
     sigma_v: f64,
     /// The end of the converter's range, V.
     full_v: f64,
+    /// Whether the converter's noise changes its codes: then codes that repeat are a frozen converter's.
+    noise_tells: bool,
+    last: Sample,
     cold_m: f64,
     stroke_m: f64,
     /// How long no more than the sensing pulse was given, s, and since the last look.
@@ -66,12 +69,13 @@ pub struct StageWatch {
 impl StageWatch {
     /// A watch of the stage before a wire that is measured so. `most_a` is the largest current it may carry.
     pub fn new(
-        config: &LengthSensorConfig,
+        sensor: &LengthSensor,
         nominal_v: f64,
         series_ohm: f64,
         most_a: f64,
         stroke: &sinew_control::StrokeRange,
     ) -> StageWatch {
+        let config = sensor.config();
         StageWatch {
             nominal_v,
             series_ohm,
@@ -83,6 +87,8 @@ impl StageWatch {
             most_a,
             sigma_v: config.converter.voltage_sigma_v(),
             full_v: 0.999 * config.converter.voltage_range_v,
+            noise_tells: sensor.stuck_after().all.is_some(),
+            last: Sample::NONE,
             cold_m: stroke.cold_m,
             stroke_m: stroke.stroke_m().abs(),
             low_s: 0.0,
@@ -95,7 +101,13 @@ impl StageWatch {
 
     /// What a sample shows of the stage, `driven` or in the dark. NaN shows nothing.
     #[inline]
-    pub fn fault(&self, sample: &Sample, reading: &Reading, driven: bool) -> Option<Fault> {
+    pub fn fault(&mut self, sample: &Sample, reading: &Reading, driven: bool) -> Option<Fault> {
+        // A converter that is frozen repeats the current of the on-phase in the dark: no word on the stage.
+        let before = std::mem::replace(&mut self.last, *sample);
+        let same = before.v3_v == sample.v3_v && before.current_a == sample.current_a;
+        if !driven && same && self.noise_tells {
+            return None;
+        }
         let Sample { v3_v, current_a, supply_v, .. } = *sample;
         if let Some(low_ohm) = self.low_ohm {
             return self.fault_of_shared(current_a * low_ohm, supply_v, low_ohm, driven);

@@ -208,7 +208,12 @@ impl Guard {
         // What conducts on its own is told of whatever else is latched: it heats on. But a converter that repeats itself repeats the
         // current as well.
         let seen = evidence.stage == Some(Fault::StageOn) && self.latched != Some(Fault::Stuck);
-        self.stuck_looks = if seen { self.stuck_looks.saturating_add(1) } else { 0 };
+        if seen {
+            self.stuck_looks = self.stuck_looks.saturating_add(1);
+        } else if !evidence.driven {
+            // Only the dark can clear what was seen there.
+            self.stuck_looks = 0;
+        }
         if self.stuck_looks >= DEBOUNCE_SAMPLES && !self.must_cut() {
             self.trip(Fault::StageOn);
             self.latched = Some(Fault::StageOn);
@@ -255,9 +260,9 @@ impl Guard {
                     return (Permit::SensingPulse, None);
                 }
             }
-        } else if self.stuck_looks > 0 {
-            // Once more in the dark, to be sure.
-            self.good_samples = 0;
+        }
+        if self.stuck_looks > 0 {
+            // Once more in the dark, to be sure; the next sample may still be of a period with duty.
             return (Permit::Off, None);
         }
 
@@ -496,6 +501,7 @@ mod tests {
         assert_eq!(guard.judge(&stuck), (Permit::Off, None), "once more in the dark");
         assert_eq!(guard.judge(&dark).0, Permit::Power, "one look is noise");
         guard.judge(&stuck);
+        assert_eq!(guard.judge(&GOOD), (Permit::Off, None), "an on-phase says nothing of the stage");
         assert_eq!(guard.judge(&stuck), (Permit::Off, Some(Change::Tripped(Fault::StageOn))));
         assert!(guard.must_cut());
         assert_eq!(guard.judge(&stuck), (Permit::Off, None), "told once");

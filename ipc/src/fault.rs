@@ -277,7 +277,7 @@ pub const FAULT_TABLE: [FaultRow; 25] = [
         cause: "current flows although no duty is given: the output stage is stuck on, and its own gate cannot switch it off",
         detection: "with the gate closed the current is above a fifth of the least it can be on, in 2 looks in a row: in every period without duty, in dark periods laid where the wire moves as no heat that was asked for can move it; with a shared input in every off-phase",
         reaction: "all channels off, the backend's master switch off where it has one (Backend::cut), latched until the driver is started anew; takes the place of a fault that was latched before",
-        time: "2 periods after the first dark look; a look is laid within 0.1 s of motion that was not asked for (0.6 s from the failure at worst)",
+        time: "2 periods after the first dark look; a look is laid within 0.1 s of motion that was not asked for (0.5 s from the failure at worst)",
         remedy: "pull the supply's plug first: without a master switch the wire still heats. Replace the output stage, then start the driver anew",
     },
     FaultRow {

@@ -122,7 +122,7 @@ fn a_stage_that_is_stuck_on_is_cut_off_before_its_wire_is_harmed() {
             }
             found.sort_unstable();
             let (worst, median) = (found[found.len() - 1], found[found.len() / 2]);
-            assert!(hottest_c < limit_c + 30.0, "{circuit}, {then}: {hottest_c} °C");
+            assert!(hottest_c < limit_c, "{circuit}, {then}: {hottest_c} °C");
             println!("| `{circuit}` | {then} | {TRIES} | {worst} | {median} | {hottest_c:.0} | {limit_c:.0} |");
             if circuit == "shared" {
                 assert!(worst <= 3, "seen in every off-phase: {worst}");
@@ -245,4 +245,32 @@ fn a_jammed_load_is_found_when_its_wire_is_heated_against_it() {
     let (worst_s, median_s) = (found[found.len() - 1], found[found.len() / 2]);
     println!("| {heated} | {} | {worst_s:.2} | {median_s:.2} | {hottest_c:.0} | {limit_c:.0} |", found.len());
     assert!(worst_s < 4.0 && hottest_c < limit_c + 15.0);
+}
+
+#[test]
+fn a_converter_that_freezes_is_never_taken_for_a_stage_that_is_stuck_on() {
+    for circuit in CIRCUITS {
+        for (kind, name) in
+            [(FaultKind::AdcStuck, "stuck"), (FaultKind::AdcSaturated, "saturated"), (FaultKind::AdcNan, "NaN")]
+        {
+            for k in 0..TRIES {
+                let mut bench = somewhere(&rig(circuit, k), k);
+                // Cooling from hot: where dark periods are laid.
+                bench.move_to(0, 0.9);
+                bench.run_s(1.0);
+                bench.move_to(0, 0.2);
+                bench.run(20 + k);
+                // At the worst moment: the look itself is frozen, and repeats the on-phase's current.
+                let mut left = 1000;
+                while k.is_multiple_of(2) && left > 0 && bench.state(0).flags & ChannelState::FLAG_DARK == 0 {
+                    bench.step();
+                    left -= 1;
+                }
+                bench.backend().faults().set(0, kind);
+                bench.run(1000);
+                assert!(!bench.trips().is_empty(), "{circuit}, {name}, try {k}: found");
+                assert!(!bench.engine().must_cut(), "{circuit}, {name}, try {k}: {:?}", bench.trips());
+            }
+        }
+    }
 }
