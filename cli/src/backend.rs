@@ -53,16 +53,9 @@ pub fn choose(rig: &Rig) -> Result<Chosen, Failure> {
 
 /// Why a front-end cannot be used: the rig file's to mend, or what is plugged in.
 fn serial_failure(rig: &Rig, error: serial::Error) -> Failure {
-    use serial::Error::*;
-    let hint = match &error {
-        NoPort | NotALine { .. } => "backend.serial.port names the device, such as /dev/ttyACM0",
-        Open { .. } => "is it plugged in, and may you open it? `ls -l /dev/serial/by-id`, group dialout",
-        Taken { .. } => "is another driver running? `sinew status`",
-        Silent { .. } => "is it powered, is its firmware a front-end's, is backend.serial.baud_hz its own?",
-        Version { .. } => "docs/front-end.md describes this version of the protocol",
-        Unfit { .. } | Contradiction { .. } => "mend the rig file, or use another front-end",
-        Line { .. } => "unplug it and plug it in again",
-        Thread(_) => return Failure::own(error),
-    };
-    Failure::input(format!("{}: {error}", rig.file())).hint(hint)
+    if let serial::Error::Thread(_) = error {
+        return Failure::own(error);
+    }
+    let remedy = error.remedy();
+    Failure::input(format!("{}: {error}", rig.file())).hint(remedy)
 }

@@ -66,6 +66,24 @@ pub enum Error {
     Thread(io::Error),
 }
 
+impl Error {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Error::NoPort | Error::NotALine { .. } => "backend.serial.port names the device, such as /dev/ttyACM0",
+            Error::Open { .. } => {
+                "plug it in, and see that you may open it: `ls -l /dev/serial/by-id`, `sudo usermod -aG dialout $USER`"
+            }
+            Error::Taken { .. } => "is another driver running? `sinew status`",
+            Error::Silent { .. } => "is it powered, is its firmware a front-end's, is backend.serial.baud_hz its own?",
+            Error::Version { .. } => "docs/front-end.md describes this version of the protocol",
+            Error::Unfit { .. } | Error::Contradiction { .. } => "mend the rig file, or use another front-end",
+            Error::Line { .. } => "unplug it and plug it in again",
+            Error::Thread(_) => "end some of this user's processes: the system allows no more threads",
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,11 +1,11 @@
 //! What `sinew doctor` finds attached: PWM chips, converters, serial ports; and whether the rig's places among them are there.
 
-use std::fs::{self, OpenOptions};
-use std::io::ErrorKind;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use sinew_linux_backend::{LinuxRig, Settings, iio, pwm};
 use sinew_rig::{BackendKind, Rig};
+use sinew_serial_backend::{self as serial, SerialBackend};
 
 use super::doctor::{Check, Verdict, check};
 
@@ -20,7 +20,10 @@ pub(super) fn attached(rig: &Rig) -> Vec<Check> {
     if wanted(BackendKind::Linux) {
         checks.push(places(rig));
     }
-    checks.push(serial_ports(rig));
+    checks.push(serial_ports());
+    if wanted(BackendKind::Serial) {
+        checks.push(front_end(rig));
+    }
     checks
 }
 
@@ -86,33 +89,29 @@ fn places(rig: &Rig) -> Check {
     }
 }
 
-/// Serial ports a front-end may be on: those of USB, by the name that stays, and the rig's own.
-fn serial_ports(rig: &Rig) -> Check {
-    let own = match rig.backend.kind {
-        BackendKind::Serial => rig.backend.serial.port.as_ref().map(PathBuf::from),
-        _ => None,
-    };
+/// Serial ports a front-end may be on: those of USB, by the name that stays.
+fn serial_ports() -> Check {
     let mut ports = in_folder("/dev/serial/by-id", "");
     if ports.is_empty() {
         ports = ["ttyACM", "ttyUSB"].into_iter().flat_map(|prefix| in_folder("/dev", prefix)).collect();
     }
-    let trouble = own.as_deref().and_then(|port| match OpenOptions::new().read(true).write(true).open(port) {
-        Ok(_) => None,
-        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
-            let remedy = "sudo usermod -aG dialout $USER   (then log in anew)".to_string();
-            Some((Verdict::Lacking, "the driver cannot reach its front-end", remedy))
+    let ports = ports.iter().map(|port| port.display().to_string());
+    check("serial_ports", "serial ports a front-end may be on", listed(ports), None)
+}
+
+/// Who answers on the rig's own port. Nobody is asked who works for a driver, and no port is written to that the rig file does not name.
+fn front_end(rig: &Rig) -> Check {
+    let wanted = "the rig's front-end answers, and is what the rig file describes";
+    match SerialBackend::connect(rig) {
+        Ok(found) => check("front_end", wanted, found.front_end().to_string(), None),
+        Err(serial::Error::Taken { port }) => {
+            check("front_end", wanted, format!("{port} is in use: by a driver?"), None)
         }
         Err(error) => {
-            let remedy =
-                format!("plug the front-end in, or name its port in the rig file ({}: {error})", port.display());
-            Some((Verdict::Lacking, "the driver cannot reach its front-end", remedy))
+            let trouble = Some((Verdict::Lacking, "the driver does not start", error.remedy().to_string()));
+            check("front_end", wanted, error.to_string(), trouble)
         }
-    });
-    let wanted = match &own {
-        Some(port) => format!("the front-end's port {}, open to this user", port.display()),
-        None => "serial ports a front-end may be on".into(),
-    };
-    check("serial_ports", &wanted, listed(ports.iter().map(|port| port.display().to_string())), trouble)
+    }
 }
 
 /// What lies in a folder under names that begin so, sorted.
