@@ -105,8 +105,9 @@ fn lease() -> Kind {
         let over = (hold_s * rate_hz) as u64;
         let mut cycles = 0u64;
         let pulse = twins.struck.sensing_duty(victim);
-        // The lease is counted from the command; the next cycle comes a period later.
-        while cycles < 2 || twins.struck.in_force(victim) > pulse {
+        // The lease is counted from the command; the next cycle comes a period later. A dark period is not its end.
+        let holds = |twins: &Twins| twins.struck.channel(victim).mode() == Mode::Duty;
+        while cycles < 2 || holds(&twins) || twins.struck.in_force(victim) > pulse {
             twins.cycle(&[victim])?;
             cycles += 1;
             expect(cycles < over + 100, || "the lease does not run out".into())?;

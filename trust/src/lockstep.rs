@@ -296,11 +296,15 @@ impl Twins {
     pub fn struck(&mut self, hit: &[usize], expected: &[Fault], patience_s: f64) -> Result<Struck, Failure> {
         let patience = (patience_s * self.struck.rig.rate_hz) as u64;
         let powered = |twins: &Twins| hit.iter().any(|&channel| twins.struck.in_force(channel) > 0.0);
+        let latched = |twins: &Twins| -> Vec<Option<Fault>> {
+            hit.iter().map(|&channel| twins.struck.channel(channel).fault()).collect()
+        };
         let mut cycles = 0;
         loop {
             self.cycle(hit)?;
             cycles += 1;
-            if !powered(self) {
+            // A dark period, in which the supervisor looks for current that should not be, is no reaction.
+            if !powered(self) && latched(self).iter().all(Option::is_some) {
                 break;
             }
             expect(cycles < patience, || {
@@ -311,9 +315,6 @@ impl Twins {
                 )
             })?;
         }
-        let latched = |twins: &Twins| -> Vec<Option<Fault>> {
-            hit.iter().map(|&channel| twins.struck.channel(channel).fault()).collect()
-        };
         let first = latched(self);
         for _ in 0..60 {
             self.cycle(hit)?;
