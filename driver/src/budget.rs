@@ -65,9 +65,14 @@ impl Derating {
     /// Derates so that these budgets hold.
     pub fn new(b: &Budgets) -> Derating {
         let period_s = FEWEST_PERIODS * b.period_s;
-        // Full power is just allowed at the share from which on it is derated.
-        let spare_w = b.full_w - DERATED_FROM * b.drain_w;
-        let release_s = ((HEAT_KEPT - DERATED_FROM) * b.energy_j / spare_w.max(1e-12)).max(period_s);
+        // Full power is just allowed at the share from which on it is derated; one that drains before the account is that full
+        // never is.
+        let release_s = if b.full_w > HEAT_KEPT * b.drain_w {
+            let spare_w = b.full_w - DERATED_FROM * b.drain_w;
+            ((HEAT_KEPT - DERATED_FROM) * b.energy_j / spare_w).max(period_s)
+        } else {
+            period_s
+        };
         let rise_k = (b.temperature_c - b.ambient_c).max(1.0);
         let band_k = ((RISE_KEPT - DERATED_FROM) * rise_k).max(period_s * b.full_k_per_s);
         Derating {
@@ -136,6 +141,18 @@ mod tests {
     }
 
     proptest! {
+        /// However strong or weak the supply, nothing is held back of an account that is not four fifths full.
+        #[test]
+        fn nothing_is_held_back_below_four_fifths(
+            energy_j in 1e-3..100.0f64, drain_w in 1e-3..50.0f64, over in 0.01..5.0f64, share in 0.0..0.8f64,
+        ) {
+            // (a supply that fills the account in a few periods is no wire's)
+            let budgets = Budgets { energy_j, drain_w, full_w: over * drain_w, period_s: 1e-6, ..BUDGETS };
+            prop_assume!(budgets.full_w * budgets.period_s < 0.005 * energy_j);
+            let allowed_w = Derating::new(&budgets).allowance(share * energy_j, 25.0).power_w;
+            prop_assert!(allowed_w >= budgets.full_w * (1.0 - 1e-9), "{allowed_w} of {budgets:?}");
+        }
+
         /// Whoever asks for everything for good never fills the account, whatever the wire, the supply and the loop.
         #[test]
         fn what_is_derated_never_fills_the_account(

@@ -189,6 +189,7 @@ impl Channel {
         let full_w = cold.power_w().max(hot.power_w());
         let heat_capacity_j_per_k =
             model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
+        let most_w = (limits.max_duty * full_w).min(limits.max_power_w);
         Ok(Channel {
             applied_duty: 0.0,
             sample: Sample::NONE,
@@ -215,8 +216,8 @@ impl Channel {
                     drain_w: limits.energy_drain_w,
                     temperature_c: limits.max_temperature_c,
                     ambient_c: model.ambient_c,
-                    full_w: (limits.max_duty * full_w).min(limits.max_power_w),
-                    full_k_per_s: full_w / heat_capacity_j_per_k,
+                    full_w: most_w,
+                    full_k_per_s: most_w / heat_capacity_j_per_k,
                     period_s: 1.0 / rig.rate_hz,
                 },
             }),
