@@ -180,6 +180,24 @@ pub enum ChannelFault {
     Stage,
 }
 
+/// What every backend asks of the slices of an exchange before it does anything: as many values as it has channels, and
+/// duties in 0 ..= 1.
+///
+/// # Errors
+/// [`BackendError::WrongCount`] or [`BackendError::BadDuty`], by which the exchange has failed.
+#[inline]
+pub fn check_exchange(channels: usize, duty: &[f64], samples: &[Sample]) -> Result<(), BackendError> {
+    for found in [duty.len(), samples.len()] {
+        if found != channels {
+            return Err(BackendError::WrongCount { expected: channels as u32, found: found as u32 });
+        }
+    }
+    match duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
+        Some(channel) => Err(BackendError::BadDuty { channel: channel as u32 }),
+        None => Ok(()),
+    }
+}
+
 impl BackendError {
     /// From here on the codes are those of a single channel's faults.
     const CHANNEL: u32 = 16;

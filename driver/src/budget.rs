@@ -110,24 +110,26 @@ impl Derating {
     }
 }
 
+/// Budgets that tests reckon with.
+#[cfg(test)]
+pub(crate) const EXAMPLE: Budgets = Budgets {
+    energy_j: 2.0,
+    drain_w: 1.0,
+    temperature_c: 150.0,
+    ambient_c: 25.0,
+    full_w: 3.0,
+    full_k_per_s: 200.0,
+    period_s: 1e-3,
+};
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const BUDGETS: Budgets = Budgets {
-        energy_j: 2.0,
-        drain_w: 1.0,
-        temperature_c: 150.0,
-        ambient_c: 25.0,
-        full_w: 3.0,
-        full_k_per_s: 200.0,
-        period_s: 1e-3,
-    };
-
     #[test]
     fn full_power_passes_up_to_four_fifths_and_what_drains_at_the_end() {
-        let derating = Derating::new(&BUDGETS);
+        let derating = Derating::new(&EXAMPLE);
         let at = |share: f64| derating.allowance(share * 2.0, 25.0);
         assert!(at(0.0).power_w > 3.0 && at(0.79).power_w > 3.0);
         assert!((at(0.8).power_w - 3.0).abs() < 1e-9, "{:?}", at(0.8));
@@ -147,7 +149,7 @@ mod tests {
             energy_j in 1e-3..100.0f64, drain_w in 1e-3..50.0f64, over in 0.01..5.0f64, share in 0.0..0.8f64,
         ) {
             // (a supply that fills the account in a few periods is no wire's)
-            let budgets = Budgets { energy_j, drain_w, full_w: over * drain_w, period_s: 1e-6, ..BUDGETS };
+            let budgets = Budgets { energy_j, drain_w, full_w: over * drain_w, period_s: 1e-6, ..EXAMPLE };
             prop_assume!(budgets.full_w * budgets.period_s < 0.005 * energy_j);
             let allowed_w = Derating::new(&budgets).allowance(share * energy_j, 25.0).power_w;
             prop_assert!(allowed_w >= budgets.full_w * (1.0 - 1e-9), "{allowed_w} of {budgets:?}");
@@ -158,7 +160,7 @@ mod tests {
         fn what_is_derated_never_fills_the_account(
             energy_j in 1e-3..100.0f64, drain_w in 1e-3..50.0f64, over in 0.2..50.0f64, period_s in 1e-4..0.02f64,
         ) {
-            let budgets = Budgets { energy_j, drain_w, full_w: over * drain_w, period_s, ..BUDGETS };
+            let budgets = Budgets { energy_j, drain_w, full_w: over * drain_w, period_s, ..EXAMPLE };
             // A supply that fills the account in a few periods is no wire's.
             prop_assume!(budgets.full_w * period_s < 0.05 * energy_j);
             let derating = Derating::new(&budgets);

@@ -32,7 +32,7 @@ pub mod standstill;
 pub mod supervisor;
 
 pub use allocations::{CountingAllocator, calls_of_this_thread, is_counting};
-pub use backend::{Backend, BackendError, ChannelFault, Sample, Truth};
+pub use backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
 pub use cycles::{NoOutlet, Outlet, Pace};
 pub use driver::{Driver, DriverHandle, Options, Stats, wish_of};
 pub use engine::{Answer, Ask, Beat, Engine, Event, Occurrence, Order};

@@ -386,18 +386,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const LIMITS: GuardLimits = GuardLimits {
-        max_current_a: 0.7,
-        budgets: Budgets {
-            energy_j: 2.0,
-            drain_w: 1.0,
-            temperature_c: 150.0,
-            ambient_c: 25.0,
-            full_w: 3.0,
-            full_k_per_s: 200.0,
-            period_s: 1e-3,
-        },
-    };
+    const LIMITS: GuardLimits = GuardLimits { max_current_a: 0.7, budgets: crate::budget::EXAMPLE };
     const GOOD: Evidence = Evidence {
         driven: true,
         health: Health::Ok,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use rustix::io::Errno;
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample, check_exchange};
 
 use crate::Error;
 use crate::guard::{self, Guard, Watch};
@@ -231,7 +231,6 @@ impl Backend for LinuxRig {
     }
 
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
-        let expected = self.settings.channels.len();
         let Some(mender) = &self.mender else { return Err(BackendError::NotStarted) };
         if self.running.is_none() {
             self.running = mender.found();
@@ -240,14 +239,8 @@ impl Backend for LinuxRig {
             samples.fill(Sample::NONE);
             return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
         };
-        for found in [duty.len(), samples.len()] {
-            if found != expected {
-                let (expected, found) = (expected as u32, found as u32);
-                return running.fail(samples, BackendError::WrongCount { expected, found });
-            }
-        }
-        if let Some(bad) = duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
-            return running.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        if let Err(error) = check_exchange(self.settings.channels.len(), duty, samples) {
+            return running.fail(samples, error);
         }
         // First of all, so that the guard watches before the first duty goes out.
         match running.watch(self.beat_every) {

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use sinew_driver::{Backend, BackendError, Sample};
+use sinew_driver::{Backend, BackendError, Sample, check_exchange};
 use sinew_ipc::{ChannelState, CycleHeader, HeldCycle};
 use sinew_ring::{Consumer, Producer, ring};
 
@@ -209,15 +209,8 @@ impl<S: Source> Backend for ReplayBackend<S> {
         if self.ahead.is_none() {
             return Err(BackendError::NotStarted);
         }
-        let expected = self.channels;
-        for found in [duty.len(), samples.len()] {
-            if found != expected {
-                let (expected, found) = (expected as u32, found as u32);
-                return self.fail(samples, BackendError::WrongCount { expected, found });
-            }
-        }
-        if let Some(bad) = duty.iter().position(|d| !(0.0..=1.0).contains(d)) {
-            return self.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        if let Err(error) = check_exchange(self.channels, duty, samples) {
+            return self.fail(samples, error);
         }
         let missed = std::mem::take(&mut self.missed);
         let present = self.period.map(|period| period.saturating_add(1 + missed));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample, check_exchange};
 use sinew_front_end::ChannelFault as DeviceFault;
 use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
 use sinew_rig::Rig;
@@ -233,15 +233,8 @@ impl Backend for SerialBackend {
         if !self.started {
             return Err(BackendError::NotStarted);
         }
-        let expected = self.places.len();
-        for found in [duty.len(), samples.len()] {
-            if found != expected {
-                let (expected, found) = (expected as u32, found as u32);
-                return self.fail(samples, BackendError::WrongCount { expected, found });
-            }
-        }
-        if let Some(bad) = duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
-            return self.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        if let Err(error) = check_exchange(self.places.len(), duty, samples) {
+            return self.fail(samples, error);
         }
         samples.fill(Sample::NONE);
         if !self.has_line() {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth};
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
 use sinew_physics::{EnergyBalance, Inputs, JointMotion, Wire};
 use sinew_rig::{FaultKind, Rig};
 
@@ -252,15 +252,8 @@ impl Backend for SimulatedRig {
         if !self.started {
             return Err(BackendError::NotStarted);
         }
-        let expected = self.channels.len();
-        for found in [duty.len(), samples.len()] {
-            if found != expected {
-                let (expected, found) = (expected as u32, found as u32);
-                return self.fail(samples, BackendError::WrongCount { expected, found });
-            }
-        }
-        if let Some(bad) = duty.iter().position(|d| !(0.0..=1.0).contains(d)) {
-            return self.fail(samples, BackendError::BadDuty { channel: bad as u32 });
+        if let Err(error) = check_exchange(self.channels.len(), duty, samples) {
+            return self.fail(samples, error);
         }
         let time_s = self.middle_s();
         if self.faults.backend_error() || self.schedule.any_acts_at(time_s) {

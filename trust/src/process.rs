@@ -198,15 +198,21 @@ fn powered_after_gap(running: &Running, from_ns: u64) -> Result<f64, Failure> {
     Ok(after.iter().take_while(|put| put.powers()).count() as f64)
 }
 
+/// What a driver does after a gap that began at `from_ns`: periods with power, then everything off and latched, and a reset that
+/// brings it back.
+fn after_gap(running: Running, from_ns: u64) -> Result<f64, Failure> {
+    wait_for("the fault", || Ok(running.client.latest().channel[0].fault().map(drop)))?;
+    let periods = powered_after_gap(&running, from_ns)?;
+    overrun(&running, Fault::CycleOverrun)?;
+    running.stop()?;
+    Ok(periods)
+}
+
 fn loop_stalls() -> Kind {
     let one = |_: &Site, mut running: Running, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
         running.process.tell(&format!("stall {}", whole(rng, 320, 600)))?;
-        wait_for("the fault", || Ok(running.client.latest().channel[0].fault().map(drop)))?;
-        let periods = powered_after_gap(&running, from)?;
-        overrun(&running, Fault::CycleOverrun)?;
-        running.stop()?;
-        Ok(periods)
+        after_gap(running, from)
     };
     Kind {
         group: Group::Loop,
@@ -250,11 +256,7 @@ fn stopped() -> Kind {
         let until_ms = running.powered_until_ms(from)?;
         expect(until_ms < SLACK_MS, || format!("it put something out {until_ms} ms after SIGSTOP"))?;
         running.process.signal(Signal::CONT)?;
-        wait_for("the fault", || Ok(running.client.latest().channel[0].fault().map(drop)))?;
-        let periods = powered_after_gap(&running, from)?;
-        overrun(&running, Fault::CycleOverrun)?;
-        running.stop()?;
-        Ok(periods)
+        after_gap(running, from)
     };
     Kind {
         expected: "nothing goes out; the power stage's own watchdog switches off; after SIGCONT all channels off, latched; periods with power after it",

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth};
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
 use sinew_rig::Rig;
 
 /// A rig of equal wires on bias springs.
@@ -208,15 +208,7 @@ impl Backend for Fake {
         if !self.running {
             return Err(BackendError::NotStarted);
         }
-        let channels = self.wires.len();
-        for found in [duty.len(), samples.len()] {
-            if found != channels {
-                return Err(BackendError::WrongCount { expected: channels as u32, found: found as u32 });
-            }
-        }
-        if let Some(channel) = duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
-            return Err(BackendError::BadDuty { channel: channel as u32 });
-        }
+        check_exchange(self.wires.len(), duty, samples)?;
         self.advance(1);
         assert!(self.period < self.watch.panic_at.load(Ordering::Relaxed), "the script says: panic");
         let mut answer = Ok(());
