@@ -1,10 +1,10 @@
 //! The contract between the loop and whatever powers and measures the wires.
 //!
 //! A backend is the only thing that knows how volts come about: a power stage with converters, or a simulated rig. The
-//! loop knows it by the five calls of [`Backend`], in one fixed order:
+//! loop knows it by a few calls of [`Backend`], in one fixed order:
 //!
 //! ```text
-//! start() -> ( missed(n)? -> exchange(duty, samples) )* -> stop()
+//! start() -> ( is_due()* -> missed(n)? -> exchange(duty, samples) )* -> stop()
 //! ```
 //!
 //! **Timing.** [`Backend::exchange`] is called once a period, from the real-time thread. It hands over the duty of the
@@ -48,6 +48,14 @@ pub trait Backend: Send {
     /// the others are valid. Where several channels fail at once the lowest is named; the NaN samples tell of the rest.
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError>;
 
+    /// Whether the duty of the last exchange has had the time it takes to be sampled. Where that exchange came late, the next
+    /// point of the grid may follow too soon for it: the sample is not missing then, and no fault of the sensor's. The loop lets
+    /// such a period pass as one it missed, but never two in a row. Called before `exchange`, under the same rules; a backend that is
+    /// sampled by the exchange itself is always due, which is the default.
+    fn is_due(&mut self) -> bool {
+        true
+    }
+
     /// `periods` (at least 1) went by since the last `exchange` without one, because the loop was late. A power stage has
     /// held the last duty meanwhile and needs to do nothing, which is the default; a simulated one advances its wires.
     /// Called right before `exchange`, under the same rules.
@@ -86,6 +94,10 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
     #[inline]
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         (**self).exchange(duty, samples)
+    }
+
+    fn is_due(&mut self) -> bool {
+        (**self).is_due()
     }
 
     fn missed(&mut self, periods: u64) {

@@ -3,7 +3,8 @@
 
 mod common;
 
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use common::{Fake, Mishap, rig};
@@ -265,6 +266,49 @@ impl Backend for Broken {
     fn stop(&mut self) {
         self.0.stop();
     }
+}
+
+/// A backend that is never due, and counts how often it is asked.
+struct NeverDue(Fake, Arc<AtomicU64>);
+
+impl Backend for NeverDue {
+    fn channels(&self) -> usize {
+        self.0.channels()
+    }
+    fn start(&mut self) -> Result<(), BackendError> {
+        self.0.start()
+    }
+    fn is_due(&mut self) -> bool {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        false
+    }
+    fn missed(&mut self, periods: u64) {
+        self.0.missed(periods);
+    }
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        self.0.exchange(duty, samples)
+    }
+    fn stop(&mut self) {
+        self.0.stop();
+    }
+}
+
+#[test]
+fn a_period_that_is_not_due_is_missed_and_counted_and_the_next_one_is_not() {
+    let rig = rig(&name("not-due"), 1, 500.0);
+    let fake = Fake::new(&rig);
+    let (watch, asked) = (fake.watch.clone(), Arc::new(AtomicU64::new(0)));
+    let options = Options { private: true, ..Options::default() };
+    let handle = Driver::start(&rig, NeverDue(fake, asked.clone()), options).unwrap();
+    eventually("running", || watch.periods.load(Ordering::Relaxed) > 60);
+    handle.stop();
+    let report = handle.join();
+    // Each cycle but the first comes after one period that was let pass, at least.
+    assert!(report.missed + 1 >= report.cycles && report.cycles > 10, "{report:?}");
+    assert_eq!(report.missed_by_wakeup + report.missed_by_cycle, report.missed, "{report:?}");
+    assert!(asked.load(Ordering::Relaxed) >= report.cycles, "{report:?}");
+    let periods = report.seconds * report.rate_hz;
+    assert!((periods - (report.cycles + report.missed) as f64).abs() < 0.5, "{periods} periods: {report:?}");
 }
 
 #[test]

@@ -1,15 +1,23 @@
-//! What a serial line costs and bears, over a pseudo-terminal with the firmware on a thread of this process: the exchange, the
-//! rates without a lost sample, and how soon silence is noticed. The figures of `docs/front-end.md`:
+//! What a serial line costs and bears, over a pseudo-terminal with the firmware on a thread of this process, which gets real time
+//! as the loop does where Linux allows it, since a microcontroller is punctual: the exchange, the rates without a lost sample, what a
+//! driver that is late itself loses, and how soon silence is noticed. The figures of `docs/front-end.md`:
 //!
 //! ```sh
 //! cargo run --release -p sinew-serial-backend --example line
 //! ```
 
 use std::error::Error;
+use std::fs::File;
+use std::io::Read;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use sinew_driver::realtime::{Mode, Wish, now_ns, prepare_process, prepare_thread, sleep_until_ns};
+use rustix::fs::{OFlags, open};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use sinew_driver::realtime::{Held, Mode, Wish, now_ns, prepare_process, prepare_thread, sleep_until_ns};
 use sinew_driver::{Backend, Sample};
 use sinew_front_end_host::{Host, Options, What};
 use sinew_rig::{BackendKind, Rig};
@@ -32,23 +40,30 @@ fn rig(channels: usize, rate_hz: f64) -> Rig {
     rig
 }
 
-fn start(rig: &mut Rig) -> Result<(Host, SerialBackend), Box<dyn Error>> {
+/// What a driver's loop asks of Linux, for this thread and those it starts.
+fn real_time(priority: u8) -> Held {
+    let wish = Wish { mode: Mode::Try, priority, cpu: None };
+    let (held, mut report) = prepare_process(&wish);
+    prepare_thread(&wish, &mut report);
+    held
+}
+
+/// The front-end's thread inherits the priority of who starts it; the driver's own is lower.
+fn start(rig: &mut Rig) -> Result<(Host, SerialBackend, Held), Box<dyn Error>> {
+    drop(real_time(60));
     let host = Host::start(rig, Options::default())?;
     rig.backend.serial.port = Some(host.path().display().to_string());
+    let held = real_time(50);
     let mut backend = SerialBackend::connect(rig)?;
     backend.start()?;
-    Ok((host, backend))
+    Ok((host, backend, held))
 }
 
 /// One rate: shares of the frames that were answered in time, and the time of an exchange.
 fn rate(channels: usize, rate_hz: f64) -> Result<(), Box<dyn Error>> {
     let mut rig = rig(channels, rate_hz);
     rig.backend.serial.watchdog_periods = ((0.1 * rate_hz) as u32).clamp(5, 1000);
-    let (_host, mut backend) = start(&mut rig)?;
-    // What the driver's loop asks of Linux; after the front-end's thread has started, which stays an ordinary one.
-    let wish = Wish { mode: Mode::Try, priority: 50, cpu: None };
-    let (_held, mut report) = prepare_process(&wish);
-    prepare_thread(&wish, &mut report);
+    let (_host, mut backend, _held) = start(&mut rig)?;
     let (duty, mut samples) = (vec![0.1; channels], vec![Sample::NONE; channels]);
     let period_ns = (1e9 / rate_hz) as u64;
     let count = (SECONDS * rate_hz) as usize;
@@ -88,11 +103,91 @@ fn rate(channels: usize, rate_hz: f64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// What Linux takes to hand eight bytes over, from one thread with real time to another, by a pseudo-terminal and by a socket: bytes
+/// of a terminal pass through an ordinary thread of the kernel's, whoever waits for them.
+fn bare() -> Result<(), Box<dyn Error>> {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+    grantpt(&master)?;
+    unlockpt(&master)?;
+    let end = open(ptsname(&master, Vec::new())?, OFlags::RDWR | OFlags::NOCTTY, rustix::fs::Mode::empty())?;
+    let mut settings = tcgetattr(&end)?;
+    settings.make_raw();
+    tcsetattr(&end, OptionalActions::Now, &settings)?;
+    let (one, other) = UnixStream::pair()?;
+    for (what, from, to) in [("a socket", OwnedFd::from(one), OwnedFd::from(other)), ("a pseudo-terminal", master, end)]
+    {
+        let count = (SECONDS * 1000.0) as usize;
+        let _held = real_time(60);
+        // Moved in, so that the reader sees the end of a line whose writer has failed.
+        let writer = thread::spawn(move || -> Result<(), rustix::io::Errno> {
+            let mut due_ns = now_ns();
+            for _ in 0..count {
+                due_ns += 1_000_000;
+                sleep_until_ns(due_ns);
+                rustix::io::write(&from, &now_ns().to_ne_bytes())?;
+            }
+            // Until all is read.
+            thread::sleep(Duration::from_secs(1));
+            Ok(())
+        });
+        let mut to = File::from(to);
+        let mut took_ns = Vec::with_capacity(count);
+        let mut word = [0; 8];
+        while took_ns.len() < count {
+            to.read_exact(&mut word)?;
+            took_ns.push(now_ns().saturating_sub(u64::from_ne_bytes(word)));
+        }
+        writer.join().map_err(|_| "the writing thread died")??;
+        took_ns.sort_unstable();
+        let at = |share: f64| took_ns[((count - 1) as f64 * share) as usize] as f64 * 1e-3;
+        println!("{what} hands over within p50 {:.0} p99 {:.0} max {:.0} µs", at(0.5), at(0.99), at(1.0));
+    }
+    Ok(())
+}
+
+/// A driver that is late by up to three periods in every tenth cycle: the samples it misses, and how often two in a row, which is
+/// what the supervisor takes for a broken sensor. `asks`: as the loop does, it lets a period pass in which nothing is due.
+fn late(asks: bool) -> Result<(), Box<dyn Error>> {
+    const RATE_HZ: f64 = 1000.0;
+    let mut rig = rig(4, RATE_HZ);
+    rig.backend.serial.watchdog_periods = 20;
+    let (_host, mut backend, _held) = start(&mut rig)?;
+    let mut samples = vec![Sample::NONE; 4];
+    let period_ns = (1e9 / RATE_HZ) as u64;
+    let (mut cycles, mut nan, mut twice, mut passed) = (0u64, 0u64, 0u64, 0u64);
+    let (mut dark, mut waited) = (false, false);
+    let mut due_ns = now_ns() + period_ns;
+    while (cycles as f64) < SECONDS * RATE_HZ {
+        // All parts of a period, evenly.
+        let late = if cycles % 10 == 0 { 3.0 * (cycles as f64 * 0.1 * 0.618_034).fract() } else { 0.0 };
+        sleep_until_ns(due_ns + (late * period_ns as f64) as u64);
+        due_ns += now_ns().saturating_sub(due_ns) / period_ns * period_ns + period_ns;
+        waited = asks && !waited && !backend.is_due();
+        if waited {
+            passed += 1;
+            continue;
+        }
+        // From the sensing pulse to what heats fastest.
+        let duty = [0.02, 0.3, 0.5, 0.75][(cycles / 100 % 4) as usize];
+        let _ = backend.exchange(&[duty; 4], &mut samples);
+        let before = std::mem::replace(&mut dark, samples.iter().any(|sample| sample.current_a.is_nan()));
+        nan += u64::from(dark);
+        twice += u64::from(dark && before);
+        cycles += 1;
+    }
+    println!(
+        "a late driver that {}: {cycles} cycles, every tenth late by up to 3 periods; {nan} without samples ({twice} twice in a \
+         row), {passed} periods let pass",
+        if asks { "lets a period pass in which nothing is due" } else { "exchanges all the same" }
+    );
+    Ok(())
+}
+
 /// The time from the last frame's arrival to all outputs off, by the front-end's own clock, against what it promises.
 fn silence() -> Result<(), Box<dyn Error>> {
     let mut rig = rig(4, 1000.0);
     rig.backend.serial.watchdog_periods = 5;
-    let (host, mut backend) = start(&mut rig)?;
+    let (host, mut backend, _held) = start(&mut rig)?;
     let (duty, mut samples) = (vec![0.2; 4], vec![Sample::NONE; 4]);
     let mut over_us = Vec::new();
     while over_us.len() < SILENCES {
@@ -122,6 +217,7 @@ fn silence() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    bare()?;
     for (channels, rate_hz) in
         [(1, 1000.0), (18, 1000.0), (64, 1000.0), (4, 2000.0), (18, 2000.0), (64, 2000.0), (4, 5000.0), (18, 5000.0)]
     {
@@ -129,5 +225,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .join()
             .map_err(|_| "the measuring thread died")??;
     }
+    late(false)?;
+    late(true)?;
     silence()
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
+use sinew_driver::realtime::now_ns;
 use sinew_driver::{Backend, BackendError, ChannelFault, Sample, check_exchange};
 use sinew_front_end::ChannelFault as DeviceFault;
 use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
@@ -19,6 +20,10 @@ use crate::plan::{Plan, Scale, duty_code, name};
 const READS: usize = 8;
 /// A front-end that has not answered for so long is asked anew who it is, s.
 const GIVE_UP_S: f64 = 0.5;
+/// Shares of a period after which a duty frame that follows begins one of its own on the front-end (half of one, and a bit for the
+/// way there), and after which samples that are not there are late.
+const OWN: f64 = 0.625;
+const LATE: f64 = 0.875;
 /// How long `start` waits for a line that is being had back.
 const START_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -31,6 +36,9 @@ pub struct SerialBackend {
     places: Vec<usize>,
     used: u8,
     period_us: f64,
+    /// The same shares, ns.
+    own_ns: u64,
+    late_ns: u64,
     watchdog_periods: u32,
     give_up_periods: u32,
     keeper: Keeper,
@@ -38,8 +46,9 @@ pub struct SerialBackend {
     link: Option<Link>,
     decoder: Decoder<MAX_BODY>,
     started: bool,
-    /// Of the duty frame sent last.
+    /// Of the duty frame sent last, and when that was.
     sequence: u32,
+    sent_ns: u64,
     /// The last samples of it, once they are there.
     answer: Option<Samples>,
     /// The channel that had failed when last heard of: no word since is no word that it is well.
@@ -68,6 +77,8 @@ impl SerialBackend {
             places: plan.channels.iter().map(|channel| channel.place).collect(),
             used: plan.used,
             period_us: f64::from(plan.period_ns) * 1e-3,
+            own_ns: (f64::from(plan.period_ns) * OWN) as u64,
+            late_ns: (f64::from(plan.period_ns) * LATE) as u64,
             watchdog_periods,
             give_up_periods: watchdog_periods.max((GIVE_UP_S * rig.rate_hz).ceil() as u32),
             keeper: Keeper::start(plan, link, who, figures.clone())?,
@@ -76,6 +87,7 @@ impl SerialBackend {
             decoder: Decoder::new(),
             started: false,
             sequence: 0,
+            sent_ns: 0,
             answer: None,
             failed: None,
             state: State::Ready,
@@ -160,6 +172,7 @@ impl SerialBackend {
             Ok(length) => link.port.write(&self.line[..length])?,
             Err(_) => false,
         };
+        self.sent_ns = now_ns();
         LineFigures::count(if taken { &self.figures.sent } else { &self.figures.unsent });
         Ok(())
     }
@@ -174,8 +187,9 @@ impl SerialBackend {
         Err(error)
     }
 
-    fn timeout(&self, periods: u32) -> BackendError {
-        BackendError::Timeout { waited_us: (f64::from(periods) * self.period_us) as u32 }
+    /// The same however long it has been: one that changed from cycle to cycle would be told in each.
+    fn timeout(&self) -> BackendError {
+        BackendError::Timeout { waited_us: (f64::from(self.watchdog_periods) * self.period_us) as u32 }
     }
 
     /// What an answer says of each channel; the lowest that has failed.
@@ -229,6 +243,17 @@ impl Backend for SerialBackend {
         Ok(())
     }
 
+    /// A frame that is sent too soon after the last one waits on the front-end for the end of that one's period, so that its samples
+    /// would be late as well.
+    fn is_due(&mut self) -> bool {
+        let gone_ns = now_ns().saturating_sub(self.sent_ns);
+        if self.link.is_none() || gone_ns >= self.late_ns {
+            return true;
+        }
+        // What is wrong with the line is the exchange's to tell.
+        self.receive().is_err() || self.state != State::Running || (self.answer.is_some() && gone_ns >= self.own_ns)
+    }
+
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         if !self.started {
             return Err(BackendError::NotStarted);
@@ -252,16 +277,11 @@ impl Backend for SerialBackend {
         let answer = self.answer.take();
         self.silent = if answer.is_some() { 0 } else { self.silent.saturating_add(1) };
         if self.silent >= self.give_up_periods {
-            let error = self.timeout(self.silent);
             self.lose_line();
-            return Err(error);
+            return Err(self.timeout());
         }
-        if self.silent >= self.watchdog_periods {
-            let error = self.timeout(self.silent);
-            return self.fail(samples, error);
-        }
-        if self.state == State::Tripped {
-            let error = self.timeout(self.watchdog_periods);
+        if self.silent >= self.watchdog_periods || self.state == State::Tripped {
+            let error = self.timeout();
             return self.fail(samples, error);
         }
         if let Some(answer) = &answer {

@@ -121,6 +121,42 @@ fn it_keeps_the_contract_of_backends() {
 }
 
 #[test]
+fn a_driver_that_was_late_is_no_broken_sensor() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut rig = rig(&folder);
+    rig.rate_hz = 20.0;
+    rig.backend.serial.watchdog_periods = 20;
+    let _host = host(&rig, &folder, [Spoilt::default(); 2]);
+    let mut backend = SerialBackend::connect(&rig).unwrap_or_else(|error| panic!("{error}"));
+    backend.start().expect("it is there");
+    let figures = backend.figures();
+    let period = Duration::from_secs_f64(1.0 / rig.rate_hz);
+    let duty = [0.1, 0.2, 0.3, 0.4];
+    let mut samples = vec![Sample::NONE; 4];
+    let (mut held, mut measured) = (0, 0);
+    for _ in 0..8 {
+        std::thread::sleep(period);
+        assert!(backend.is_due(), "after a whole period, whatever is there");
+        // This one came late: its point of the grid was nearly a period ago.
+        let sent = Instant::now();
+        let late = backend.exchange(&duty, &mut samples);
+        // The next point of the grid.
+        std::thread::sleep(period / 20);
+        let before = figures.answered();
+        if !backend.is_due() {
+            held += 1;
+            std::thread::sleep(period);
+            let next = backend.exchange(&duty, &mut samples);
+            measured += u32::from(late.is_ok() && next.is_ok() && figures.answered() > before);
+        } else {
+            assert!(sent.elapsed() > period / 2, "what was sent {:?} ago has not had its period", sent.elapsed());
+        }
+    }
+    // A machine that is busy may be late itself, but not each time.
+    assert!(held > 0 && measured > 0, "{held} {measured} {figures:?}");
+}
+
+#[test]
 fn on_a_bad_line_it_measures_what_arrives_and_nothing_else() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let rig = rig(&folder);

@@ -82,6 +82,10 @@ impl<B: Backend> Backend for Watched<B> {
         exchanged
     }
 
+    fn is_due(&mut self) -> bool {
+        self.backend.is_due()
+    }
+
     fn missed(&mut self, periods: u64) {
         self.backend.missed(periods);
     }
