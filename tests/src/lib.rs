@@ -9,6 +9,7 @@ use serde_json::Value;
 use sinew_ipc::{Client, ClientOptions, DriverHealth};
 use std::ffi::OsStr;
 use std::fs::{self, File};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
@@ -30,25 +31,49 @@ pub fn checkout() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the crate lies in the checkout")
 }
 
-/// The `sinew` binary of the same profile as this test, built once. `SINEW_BINARY` names another one.
+/// The `sinew` binary of the same profile as this test. `SINEW_BINARY` names another one.
 pub fn sinew() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
     BINARY.get_or_init(|| match std::env::var_os("SINEW_BINARY") {
         Some(path) => path.into(),
-        None => build(&["-p", "sinew-cli", "--bin", "sinew"]).join("sinew"),
+        None => built("sinew"),
     })
 }
 
-/// The robot program `examples/gait.rs`, built once.
+/// The robot program `examples/gait.rs`.
 pub fn gait() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| build(&["-p", "sinew-ipc", "--example", "gait"]).join("examples/gait"))
+    BINARY.get_or_init(|| built("examples/gait"))
 }
 
-/// The machine that injects faults, `sinew-trust`, built once.
+/// The machine that injects faults, `sinew-trust`.
 pub fn trust() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| build(&["-p", "sinew-trust"]).join("sinew-trust"))
+    BINARY.get_or_init(|| built("sinew-trust"))
+}
+
+/// The firmware of a front-end as a process, `sinew-front-end`.
+pub fn front_end() -> &'static Path {
+    static BINARY: OnceLock<PathBuf> = OnceLock::new();
+    BINARY.get_or_init(|| built("sinew-front-end"))
+}
+
+/// A rig's wires as Linux would show them, `sinew-linux-tree`.
+pub fn linux_tree() -> &'static Path {
+    static BINARY: OnceLock<PathBuf> = OnceLock::new();
+    BINARY.get_or_init(|| built("sinew-linux-tree"))
+}
+
+/// Where a program of the workspace lies. All that tests start are built at once, as parts of the workspace and with an example
+/// among them: so the other crates get the same features as in `cargo test --workspace`, and are not built once more.
+fn built(program: &str) -> PathBuf {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let programs = ["sinew", "sinew-trust", "sinew-front-end", "sinew-linux-tree"];
+    let folder = FOLDER.get_or_init(|| {
+        let bins = programs.iter().flat_map(|program| ["--bin", program]);
+        build(&["--workspace", "--example", "gait"].into_iter().chain(bins).collect::<Vec<_>>())
+    });
+    folder.join(program)
 }
 
 /// Builds what `which` names with the profile, target and target folder this test was built with; returns where it lands.
@@ -234,10 +259,21 @@ impl Process {
     /// Starts it.
     #[track_caller]
     pub fn start(command: &mut Command) -> Process {
+        Process::spawn(command, Stdio::null())
+    }
+
+    /// Starts it so that it can be told something, see [`Process::tell`].
+    #[track_caller]
+    pub fn start_to_be_told(command: &mut Command) -> Process {
+        Process::spawn(command, Stdio::piped())
+    }
+
+    #[track_caller]
+    fn spawn(command: &mut Command, stdin: Stdio) -> Process {
         let said = tempfile::Builder::new().prefix("sinew-said-").tempdir().expect("a temporary folder");
         let file = |name| File::create(said.path().join(name)).expect("the folder is writable");
         let (stdout, stderr) = (file("stdout"), file("stderr"));
-        command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
+        command.stdin(stdin).stdout(stdout).stderr(stderr);
         let child = command.spawn().unwrap_or_else(|e| panic!("{command:?}: {e}"));
         Process { child, said }
     }
@@ -245,6 +281,13 @@ impl Process {
     /// Its process id.
     pub fn pid(&self) -> u32 {
         self.child.id()
+    }
+
+    /// Writes a line to its standard input.
+    #[track_caller]
+    pub fn tell(&mut self, line: &str) {
+        let stdin = self.child.stdin.as_mut().expect("it was started to be told something");
+        writeln!(stdin, "{line}").and_then(|()| stdin.flush()).unwrap_or_else(|e| panic!("{line}: {e}"));
     }
 
     fn read(&self, name: &str) -> String {
