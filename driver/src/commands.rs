@@ -25,6 +25,7 @@ use sinew_ring::{Consumer, Producer};
 
 use crate::cycles::Shared;
 use crate::engine::{Answer, Ask, Event, Occurrence, Order};
+use crate::error::Error;
 use crate::report::MAX_FAULTS;
 
 /// How often clients are asked for requests while none is under way.
@@ -64,14 +65,15 @@ impl ChannelRules {
     /// The rules of each channel of a rig.
     ///
     /// # Errors
-    /// A model whose stroke cannot be worked out.
-    pub fn of(rig: &Rig) -> Result<Vec<ChannelRules>, sinew_physics::Error> {
+    /// [`Error::Rig`]: a model whose stroke cannot be worked out.
+    pub fn of(rig: &Rig) -> Result<Vec<ChannelRules>, Error> {
         rig.channels
             .iter()
             .enumerate()
             .map(|(index, channel)| {
                 let model = rig.nominal_model(index);
-                let stroke = StrokeRange::of(&model)?;
+                let stroke = StrokeRange::of(&model)
+                    .map_err(|e| Error::Rig { place: channel.name.clone(), reason: e.to_string() })?;
                 let limits = &channel.limits;
                 let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
                 Ok(ChannelRules {
@@ -254,9 +256,6 @@ impl Desk {
                 let Some(request) = self.port.as_mut().and_then(CommandServer::receive) else { break };
                 tickets += 1;
                 self.take(request, tickets, stopping, &mut waiting, shared);
-            }
-            if let Some(port) = &mut self.port {
-                port.tidy();
             }
             let now = Instant::now();
             let over: Vec<u64> =

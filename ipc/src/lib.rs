@@ -20,6 +20,7 @@ mod error;
 pub mod fault;
 pub mod gate;
 mod histogram;
+mod janitor;
 mod link;
 mod memory;
 mod messages;

@@ -4,6 +4,7 @@
 //! released when the last part is dropped.
 
 use crate::gate::{self, Access, Board, Door, Porter};
+use crate::janitor::Janitor;
 use crate::service::{
     ActiveRequest, BatchPublisher, Entry, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
     MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, StateReader, TickNotifier, failed, name, node,
@@ -13,15 +14,12 @@ use crate::{
     RigLock, Snapshot,
 };
 use iceoryx2::prelude::*;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
 /// How often the loop's figures are put on the board of the gate.
 const STATS_PERIOD: Duration = Duration::from_millis(100);
-/// How often nodes of dead clients are looked for.
-const CLEANUP_PERIOD: Duration = Duration::from_secs(1);
 /// Commands answered in one call, so that a flood of them cannot keep the thread from its other work.
 const REQUESTS_PER_CALL: usize = 256;
 /// What the stream's buffers may take of shared memory, bytes, when they are full.
@@ -32,8 +30,8 @@ const EXTRA_SLOTS: usize = MAX_STREAMS + 4;
 const FEWEST_SLOTS: usize = 16;
 
 /// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
-struct Run {
-    node: IpcNode,
+pub(crate) struct Run {
+    pub(crate) node: IpcNode,
     _lock: RigLock,
 }
 
@@ -374,7 +372,7 @@ fn slots(rate_hz: f64, channels: usize, memory: usize) -> Option<usize> {
 pub struct CommandServer {
     port: Replies,
     porter: Option<Porter>,
-    next_cleanup: Instant,
+    _janitor: Janitor,
     run: Arc<Run>,
 }
 
@@ -399,7 +397,7 @@ impl CommandServer {
             .server_builder()
             .create()
             .map_err(failed(WHAT))?;
-        Ok(CommandServer { port, porter: None, next_cleanup: Instant::now() + CLEANUP_PERIOD, run: run.clone() })
+        Ok(CommandServer { port, porter: None, _janitor: Janitor::start(run)?, run: run.clone() })
     }
 
     /// The next command that waits, if any: the own user's first, then those that come through the gate.
@@ -412,8 +410,7 @@ impl CommandServer {
         Some(Request { command, way: Way::Gate(answer) })
     }
 
-    /// Answers every command that waits by `decide`, and now and then clears away what dead clients have left. Returns how many
-    /// were answered.
+    /// Answers every command that waits by `decide`. Returns how many were answered.
     pub fn serve(&mut self, mut decide: impl FnMut(&Command) -> Reply) -> usize {
         let mut answered = 0;
         while answered < REQUESTS_PER_CALL
@@ -426,19 +423,7 @@ impl CommandServer {
             request.reply(reply);
             answered += 1;
         }
-        self.tidy();
         answered
-    }
-
-    /// Clears away what dead clients have left, if it is time to. [`CommandServer::serve`] does it by itself; who uses
-    /// [`CommandServer::receive`] calls it each time around.
-    pub fn tidy(&mut self) {
-        let now = Instant::now();
-        if now >= self.next_cleanup {
-            self.next_cleanup = now + CLEANUP_PERIOD;
-            // iceoryx2 panics when a node it took for dead turns out to live; that must not take the driver along.
-            let _ = catch_unwind(AssertUnwindSafe(|| self.run.node.try_cleanup_dead_nodes()));
-        }
     }
 }
 
