@@ -257,11 +257,16 @@ impl Backend for LinuxRig {
                 let waited_us = self.silence.as_micros().min(u128::from(u32::MAX)) as u32;
                 running.fail(samples, BackendError::Timeout { waited_us })
             }
-            Watch::Lost => {
+            watch @ (Watch::Silent | Watch::Gone) => {
                 // Asked again in the next period, and until it answers nothing is put out.
                 running.beat_in = 0;
                 running.outputs.iter_mut().for_each(Output::forget);
-                running.fail(samples, BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() })
+                let failed = running.fail(samples, BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() });
+                if watch == Watch::Gone {
+                    // Everything is opened anew, under another guard.
+                    mender.lost(&mut self.running);
+                }
+                failed
             }
         }
     }

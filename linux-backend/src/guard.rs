@@ -6,7 +6,8 @@
 //! - The socket closes (the driver ended, was killed, ran out of memory): zero, at once, until it has worked.
 //! - No beat for the agreed time (the driver is stopped, hangs, starves): zero, again and again until a beat comes. A write of
 //!   the driver's that was stuck in the kernel all the while does not stay in force.
-//! - The guard itself dies or hangs: the driver finds its echo missing, fails its exchange and puts the outputs to zero.
+//! - The guard itself hangs: the driver finds its echo missing, fails its exchange and puts the outputs to zero, until it answers.
+//! - The guard itself dies: the same, and the driver starts another one.
 //!
 //! One byte goes each way: the driver's beat is answered by an echo, and [`ZEROED`] tells it that the outputs were taken away.
 //! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, holds its memory, and has nothing
@@ -69,8 +70,10 @@ pub(crate) enum Watch {
     Good,
     /// It has put the outputs to zero, since the driver was silent.
     Zeroed,
-    /// It does not answer, or is gone.
-    Lost,
+    /// It does not answer.
+    Silent,
+    /// It is gone.
+    Gone,
 }
 
 impl Guard {
@@ -118,11 +121,11 @@ impl Guard {
     /// Sends a beat and reads what has been said since the last one.
     #[inline]
     pub fn beat(&mut self) -> Watch {
-        let Some(line) = &self.line else { return Watch::Lost };
+        let Some(line) = &self.line else { return Watch::Gone };
         let mut said = [0u8; 64];
         let mut watch = Watch::Good;
         match recv(line, &mut said[..], RecvFlags::DONTWAIT) {
-            Ok((_, 0)) => watch = Watch::Lost,
+            Ok((_, 0)) => return Watch::Gone,
             Ok((count, _)) => {
                 for byte in &said[..count] {
                     match *byte {
@@ -133,13 +136,20 @@ impl Guard {
                 }
             }
             Err(Errno::AGAIN | Errno::INTR) => {}
-            Err(_) => watch = Watch::Lost,
+            Err(_) => return Watch::Gone,
         }
-        if self.unanswered >= ECHOES || send(line, &[BEAT], SendFlags::DONTWAIT | SendFlags::NOSIGNAL).is_err() {
-            return Watch::Lost;
+        if self.unanswered >= ECHOES {
+            return Watch::Silent;
         }
-        self.unanswered += 1;
-        watch
+        match send(line, &[BEAT], SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+            Ok(_) => {
+                self.unanswered += 1;
+                watch
+            }
+            // Full: it has read nothing for long.
+            Err(Errno::AGAIN | Errno::INTR) => Watch::Silent,
+            Err(_) => Watch::Gone,
+        }
     }
 
     /// The guard's process.
