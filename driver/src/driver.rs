@@ -152,8 +152,7 @@ impl Driver {
         if backend.channels() != channels {
             return Err(Error::Channels { expected: channels, found: backend.channels() });
         }
-        let rules =
-            ChannelRules::of(rig).map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
+        let rules = ChannelRules::of(rig)?;
         let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
         let pace = match rig.simulation.pace {
             sinew_rig::Pace::RealTime => Pace::RealTime,

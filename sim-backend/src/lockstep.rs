@@ -1,8 +1,11 @@
 //! The driver's cycle and a virtual rig in lockstep: no clock, no thread, no shared memory, so as fast as the machine can, and
 //! the same again for the same seed. What tests, trials and figures of the supervisor run on.
 
+use std::collections::HashMap;
+
+use sinew_driver::commands::ChannelRules;
 use sinew_driver::{Answer, Ask, Backend, Beat, Engine, Event, Occurrence, Order, Program, Sample};
-use sinew_ipc::{ChannelState, DriverState, Fault, Snapshot};
+use sinew_ipc::{ChannelState, Command, DriverState, Fault, Reply, Snapshot};
 use sinew_rig::Rig;
 
 use crate::{Error, SimulatedRig};
@@ -41,14 +44,17 @@ impl std::error::Error for LockstepError {}
 /// A driver's engine on a virtual rig.
 #[derive(Debug)]
 pub struct Lockstep {
+    rig: Rig,
     engine: Engine,
     backend: SimulatedRig,
+    rules: Vec<ChannelRules>,
     duty: Vec<f64>,
     samples: Vec<Sample>,
     snapshot: Box<Snapshot>,
-    rate_hz: f64,
     period: u64,
     trips: Vec<Trip>,
+    tickets: u64,
+    answers: HashMap<u64, Answer>,
 }
 
 impl Lockstep {
@@ -66,23 +72,37 @@ impl Lockstep {
     /// A rig that cannot be driven or simulated.
     pub fn misjudging(believed: &Rig, truth: &Rig, program: Option<Program>) -> Result<Lockstep, LockstepError> {
         let engine = Engine::new(believed, program).map_err(LockstepError::Driver)?;
+        let rules = ChannelRules::of(believed).map_err(LockstepError::Driver)?;
         let mut backend = SimulatedRig::new(truth).map_err(LockstepError::Rig)?;
         // a virtual rig always starts
         let _ = backend.start();
         let channels = backend.channels();
         Ok(Lockstep {
+            rig: believed.clone(),
             engine,
             backend,
+            rules,
             duty: vec![0.0; channels],
             samples: vec![Sample::NONE; channels],
             snapshot: Box::new(Snapshot::new(channels)),
-            rate_hz: believed.rate_hz,
             period: 0,
             trips: Vec::new(),
+            tickets: 0,
+            answers: HashMap::new(),
         })
     }
 
-    /// The virtual rig: its truth, its faults, its world.
+    /// The rig the driver believes in.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// The virtual rig: its truth.
+    pub fn wires(&self) -> &SimulatedRig {
+        &self.backend
+    }
+
+    /// The virtual rig: its faults, its world.
     pub fn backend(&mut self) -> &mut SimulatedRig {
         &mut self.backend
     }
@@ -99,12 +119,17 @@ impl Lockstep {
 
     /// Simulated time, s.
     pub fn time_s(&self) -> f64 {
-        self.period as f64 / self.rate_hz
+        self.period as f64 / self.rig.rate_hz
     }
 
     /// The duty of every channel for the period that begins now.
     pub fn duty(&self) -> &[f64] {
         &self.duty
+    }
+
+    /// The duty in force at the wire in the period just past: what the power stage gave, not what the driver says.
+    pub fn in_force(&self, channel: usize) -> f64 {
+        self.backend.truth(channel).map_or(f64::NAN, |truth| truth.duty)
     }
 
     /// Every fault that was latched.
@@ -113,23 +138,34 @@ impl Lockstep {
     }
 
     fn now_ns(&self) -> u64 {
-        1_000_000_000 + (self.period as f64 * 1e9 / self.rate_hz) as u64
+        1_000_000_000 + (self.period as f64 * 1e9 / self.rig.rate_hz) as u64
     }
 
     /// Lets one period pass.
     pub fn step(&mut self) {
+        self.step_after(0);
+    }
+
+    /// Lets one period pass, after so many in which the driver was not there.
+    pub fn step_after(&mut self, missed: u64) {
+        if missed > 0 {
+            self.backend.missed(missed);
+            self.period += missed;
+        }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
-        let beat = Beat { now_ns: self.now_ns(), missed: 0 };
-        let (period, trips) = (self.period, &mut self.trips);
-        self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, |event: Event| {
-            if let Occurrence::Tripped(fault) = event.what {
-                trips.push(Trip { period, channel: event.channel as usize, fault });
-            }
-        });
+        let beat = Beat { now_ns: self.now_ns(), missed };
+        let Lockstep { period, trips, answers, .. } = self;
+        let tell = |event: Event| match event.what {
+            Occurrence::Tripped(fault) => trips.push(Trip { period: *period, channel: event.channel as usize, fault }),
+            Occurrence::Answered { ticket, answer } => drop(answers.insert(ticket, answer)),
+            _ => {}
+        };
+        self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, tell);
         if self.engine.must_cut() {
             self.backend.cut();
         }
         self.period += 1;
+        self.engine.describe(self.now_ns(), DriverState::Running, &mut self.snapshot);
     }
 
     /// Lets so many periods pass.
@@ -139,12 +175,17 @@ impl Lockstep {
 
     /// Lets time pass, s.
     pub fn run_s(&mut self, seconds: f64) {
-        self.run((seconds * self.rate_hz).round() as u64);
+        self.run((seconds * self.rig.rate_hz).round() as u64);
+    }
+
+    fn order(&mut self, channel: usize, ask: Ask, hold_ns: u64) -> Option<Answer> {
+        self.tickets += 1;
+        self.engine.take(&Order { ticket: self.tickets, channel, ask, hold_ns }, self.now_ns())
     }
 
     /// Asks something of a channel, for good. `None`: the answer comes with a later period.
     pub fn ask(&mut self, channel: usize, ask: Ask) -> Option<Answer> {
-        self.engine.take(&Order { ticket: 0, channel, ask, hold_ns: u64::MAX }, self.now_ns())
+        self.order(channel, ask, u64::MAX)
     }
 
     /// Asks a channel for a stroke, 0 = cold, 1 = hot.
@@ -153,9 +194,41 @@ impl Lockstep {
         self.ask(channel, Ask::Length(length_m))
     }
 
-    /// What the driver would publish of a channel.
-    pub fn state(&mut self, channel: usize) -> ChannelState {
-        self.engine.describe(self.now_ns(), DriverState::Running, &mut self.snapshot);
-        self.snapshot.channel[channel]
+    /// A command as it comes from a client: judged by the desk's rules, then by the loop.
+    ///
+    /// # Errors
+    /// The refusal the client would get.
+    pub fn command(
+        &mut self,
+        channel: usize,
+        kind: u32,
+        value: f64,
+        hold_s: f64,
+    ) -> Result<Option<Answer>, Box<Reply>> {
+        let sequence = self.tickets + 1;
+        let command = Command { client: 1, sequence, channel: channel as u32, kind, value, hold_s };
+        let (ask, granted_s) = self.rules[channel].check(&command).map_err(Box::new)?;
+        let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
+        Ok(self.order(channel, ask, hold_ns))
+    }
+
+    /// Asks for a reset, and lets periods pass until it is answered; `None` when that does not come within 4 s.
+    pub fn reset(&mut self, channel: usize) -> Option<Answer> {
+        if let Some(answer) = self.ask(channel, Ask::Reset) {
+            return Some(answer);
+        }
+        let ticket = self.tickets;
+        for _ in 0..4 * (self.rig.rate_hz as u64) {
+            self.step();
+            if let Some(answer) = self.answers.remove(&ticket) {
+                return Some(answer);
+            }
+        }
+        None
+    }
+
+    /// What the driver publishes of a channel after the last period.
+    pub fn state(&self, channel: usize) -> &ChannelState {
+        &self.snapshot.channel[channel]
     }
 }

@@ -5,7 +5,7 @@ use sinew_ipc::{CommandKind, Fault};
 use sinew_sim_backend::World;
 
 use crate::kind::{Group, Kind, Unit, between, expect, whole};
-use crate::lockstep::{CHANNELS, Lockstep, Twins, any_twins, rig_text};
+use crate::lockstep::{CHANNELS, Twins, any_twins, command, proved, rig_text};
 
 const RATE_HZ: f64 = 1000.0;
 
@@ -37,9 +37,9 @@ fn over_current() -> Kind {
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let mut twins = any_twins(rng, "")?;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
-        twins.struck.wires.disturb(victim, &World { supply: between(rng, 1.4, 1.48), ..World::CALM });
+        twins.struck.backend().disturb(victim, &World { supply: between(rng, 1.4, 1.48), ..World::CALM });
         let struck = twins.struck(&[victim], &[Fault::OverCurrent, Fault::Saturated, Fault::SupplyHigh], 1.0)?;
-        twins.struck.wires.disturb(victim, &World::CALM);
+        twins.struck.backend().disturb(victim, &World::CALM);
         twins.recovers(&[victim])?;
         Ok(struck.periods as f64)
     };
@@ -61,22 +61,21 @@ fn over_asked_duty() -> Kind {
     const SECONDS: f64 = 20.0;
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let text = rig_text("trust", CHANNELS, RATE_HZ, whole(rng, 0, 1 << 30), "");
-        let mut twins = Twins { struck: Lockstep::new(&text)?, twin: Lockstep::new(&text)? };
-        twins.both(|one| one.prove())?;
+        let mut twins = Twins::proved(&text)?;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
         for channel in (0..CHANNELS).filter(|&channel| channel != victim) {
             let stroke = between(rng, 0.1, 0.4);
-            twins.both(|one| one.command(channel, CommandKind::Stroke, stroke, 1000.0))?;
+            twins.both(|one| command(one, channel, CommandKind::Stroke, stroke, 1000.0))?;
         }
         twins.run(whole(rng, 10, 1000))?;
-        let limits = twins.struck.rig.channels[victim].limits;
-        twins.struck.command(victim, CommandKind::Duty, between(rng, 0.5, 1.0) * limits.max_duty, 1000.0)?;
+        let limits = twins.struck.rig().channels[victim].limits;
+        command(&mut twins.struck, victim, CommandKind::Duty, between(rng, 0.5, 1.0) * limits.max_duty, 1000.0)?;
         let mut hottest_c = f64::MIN;
         for _ in 0..(SECONDS * RATE_HZ) as u64 {
             twins.cycle(&[victim])?;
-            hottest_c = hottest_c.max(twins.struck.wires.wire(victim).map_or(f64::NAN, |wire| wire.temperature_c()));
+            hottest_c = hottest_c.max(twins.struck.wires().wire(victim).map_or(f64::NAN, |wire| wire.temperature_c()));
         }
-        let fault = twins.struck.channel(victim).fault();
+        let fault = twins.struck.state(victim).fault();
         expect(fault.is_none(), || format!("tripped with {fault:?}"))?;
         Ok(hottest_c - limits.max_temperature_c)
     };
@@ -102,21 +101,20 @@ fn spent(
     within_k: f64,
 ) -> Kind {
     let one = move |rng: &mut Xoshiro256PlusPlus| {
-        let mut bench = Lockstep::new(&rig_text("trust", 2, RATE_HZ, whole(rng, 0, 1 << 30), more))?;
-        bench.prove()?;
-        let limit_c = bench.rig.channels[0].limits.max_temperature_c;
+        let mut bench = proved(&rig_text("trust", 2, RATE_HZ, whole(rng, 0, 1 << 30), more))?;
+        let limit_c = bench.rig().channels[0].limits.max_temperature_c;
         bench.run(whole(rng, 0, 50));
         let (mut hottest_c, mut cycles) = (f64::MIN, 0u64);
-        while bench.channel(0).fault().is_none() || bench.in_force(0) > 0.0 {
-            bench.cycle();
+        while bench.state(0).fault().is_none() || bench.in_force(0) > 0.0 {
+            bench.step();
             cycles += 1;
-            hottest_c = hottest_c.max(bench.wires.wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
+            hottest_c = hottest_c.max(bench.wires().wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
             expect((cycles as f64) < 60.0 * RATE_HZ, || format!("heated on for a minute, to {hottest_c:.0} °C"))?;
         }
-        let fault = bench.channel(0).fault();
+        let fault = bench.state(0).fault();
         expect(fault.is_some_and(|fault| faults.contains(&fault)), || format!("recognised as {fault:?}"))?;
         for _ in 0..100 {
-            bench.cycle();
+            bench.step();
             expect(bench.in_force(0) == 0.0, || "powered again".into())?;
         }
         Ok(hottest_c - limit_c)
@@ -138,16 +136,15 @@ fn spent(
 fn over_asked() -> Kind {
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let text = rig_text("trust", 1, RATE_HZ, whole(rng, 0, 1 << 30), "");
-        let mut bench = Lockstep::new(&text)?;
-        bench.prove()?;
-        bench.command(0, CommandKind::Stroke, between(rng, 0.9, 1.0), 1000.0)?;
-        let limit_c = bench.rig.channels[0].limits.max_temperature_c;
+        let mut bench = proved(&text)?;
+        command(&mut bench, 0, CommandKind::Stroke, between(rng, 0.9, 1.0), 1000.0)?;
+        let limit_c = bench.rig().channels[0].limits.max_temperature_c;
         let mut hottest_c = f64::MIN;
         for _ in 0..(20.0 * RATE_HZ) as u64 {
-            bench.cycle();
-            hottest_c = hottest_c.max(bench.wires.wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
+            bench.step();
+            hottest_c = hottest_c.max(bench.wires().wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
         }
-        expect(bench.tripped.is_empty(), || format!("tripped: {:?}", bench.tripped))?;
+        expect(bench.trips().is_empty(), || format!("tripped: {:?}", bench.trips()))?;
         Ok(hottest_c - limit_c)
     };
     Kind {

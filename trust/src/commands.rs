@@ -7,7 +7,7 @@ use sinew_ipc::{CommandKind, Fault, Mode, Outcome};
 use sinew_rig::FaultKind;
 
 use crate::kind::{Failure, Group, Kind, Unit, between, expect, whole};
-use crate::lockstep::{CHANNELS, Twins, any_twins};
+use crate::lockstep::{CHANNELS, Twins, any_twins, command, sensing_duty};
 
 const REFUSED: &str = "refused with the reason; the setpoint before it stays in force";
 const NOTHING: &str = "nothing: every channel goes on the same bit by bit as without the command";
@@ -85,7 +85,7 @@ fn refused(
         let mut twins = any_twins(rng, "")?;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
         let (kind, value, hold_s, outcome) = draw(rng);
-        let answer = twins.struck.send(victim, kind, value, hold_s);
+        let answer = twins.struck.command(victim, kind, value, hold_s);
         let found = answer.as_ref().err().map(|reply| reply.outcome);
         expect(found == Some(outcome.code()), || format!("kind {kind}, {value}, for {hold_s} s: {answer:?}"))?;
         twins.run(100)?;
@@ -98,26 +98,26 @@ fn refused(
 fn lease() -> Kind {
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let mut twins = any_twins(rng, "")?;
-        let rate_hz = twins.struck.rig.rate_hz;
+        let rate_hz = twins.struck.rig().rate_hz;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
         let hold_s = between(rng, 1.0 / rate_hz, 0.5);
-        twins.struck.command(victim, CommandKind::Duty, between(rng, 0.05, 0.2), hold_s)?;
+        command(&mut twins.struck, victim, CommandKind::Duty, between(rng, 0.05, 0.2), hold_s)?;
         let over = (hold_s * rate_hz) as u64;
         let mut cycles = 0u64;
-        let pulse = twins.struck.sensing_duty(victim);
+        let pulse = sensing_duty(&twins.struck, victim);
         // The lease is counted from the command; the next cycle comes a period later. A dark period is not its end.
-        let holds = |twins: &Twins| twins.struck.channel(victim).mode() == Mode::Duty;
+        let holds = |twins: &Twins| twins.struck.state(victim).mode() == Mode::Duty;
         while cycles < 2 || holds(&twins) || twins.struck.in_force(victim) > pulse {
             twins.cycle(&[victim])?;
             cycles += 1;
             expect(cycles < over + 100, || "the lease does not run out".into())?;
         }
         expect(cycles >= over, || format!("the lease of {over} periods ended after {cycles}"))?;
-        twins.struck.cycle();
-        let state = twins.struck.channel(victim);
+        twins.struck.step();
+        let state = twins.struck.state(victim);
         expect(state.fault() == Some(Fault::StaleSetpoint) && state.mode() == Mode::Off, || format!("{state:?}"))?;
         // And nobody has to reset anything.
-        twins.struck.command(victim, CommandKind::Duty, 0.1, 10.0)?;
+        command(&mut twins.struck, victim, CommandKind::Duty, 0.1, 10.0)?;
         twins.struck.run(3);
         expect(twins.struck.in_force(victim) == 0.1, || "the next setpoint is not carried out".into())?;
         // The end of the lease lies between two cycles: the next one is the first that can know, and its duty goes out with
@@ -137,9 +137,9 @@ fn faulted() -> Kind {
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let mut twins = any_twins(rng, "")?;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
-        twins.struck.faults().set(victim, FaultKind::OpenWire);
+        twins.struck.wires().faults().set(victim, FaultKind::OpenWire);
         twins.struck(&[victim], &[Fault::OpenWire], 1.0)?;
-        let answer = twins.struck.send(victim, CommandKind::Stroke.code(), 0.5, 1.0);
+        let answer = twins.struck.command(victim, CommandKind::Stroke.code(), 0.5, 1.0);
         expect(matches!(answer, Ok(Some(Answer::Latched(Fault::OpenWire)))), || format!("{answer:?}"))?;
         for _ in 0..100 {
             twins.cycle(&[victim])?;
@@ -159,7 +159,7 @@ fn scribble() -> Kind {
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let mut twins: Twins = any_twins(rng, "")?;
         let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
-        let max_duty = twins.struck.rig.channels[victim].limits.max_duty;
+        let max_duty = twins.struck.rig().channels[victim].limits.max_duty;
         for _ in 0..200 {
             let kind = if rng.random::<bool>() { rng.random_range(0..10) } else { rng.random() };
             let number = |rng: &mut Xoshiro256PlusPlus| match rng.random_range(0..3) {
@@ -168,7 +168,7 @@ fn scribble() -> Kind {
                 _ => between(rng, 0.15, 0.18),
             };
             let (value, hold_s) = (number(rng), number(rng));
-            let _ = twins.struck.send(victim, kind, value, hold_s);
+            let _ = twins.struck.command(victim, kind, value, hold_s);
             for _ in 0..3 {
                 twins.cycle(&[victim])?;
                 let duty = twins.struck.in_force(victim);

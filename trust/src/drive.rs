@@ -1,5 +1,5 @@
 //! `sinew-trust drive`: a driver with a witness, that breaks on demand. What it is told comes by lines on its standard input; one
-//! that drives a front-end is told nothing: there it is the line that breaks.
+//! that drives hardware is told nothing: there it is the line or the kernel that breaks.
 
 use std::io::BufRead;
 use std::path::PathBuf;
@@ -10,6 +10,7 @@ use std::time::Duration;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use sinew_driver::{Backend, Driver, Options};
+use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_rig::{BackendKind, FaultKind, Rig};
 use sinew_serial_backend::SerialBackend;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
@@ -73,7 +74,7 @@ pub fn drive(args: &Args) -> Result<(), Failure> {
             (Box::new(wires), Some(faults))
         }
         BackendKind::Serial => (Box::new(SerialBackend::connect(&rig).map_err(|e| wrong(&e))?), None),
-        BackendKind::Linux => return unexpected("nobody drives Linux's own outputs from here"),
+        BackendKind::Linux => (Box::new(LinuxRig::new(Settings::of_rig(&rig)).map_err(|e| wrong(&e))?), None),
     };
     let mischief = Arc::new(Mischief::default());
     let watched = Watched::new(backend, &args.log, mischief.clone())?;

@@ -28,6 +28,8 @@ pub enum Group {
     Clients,
     /// The line to a front-end.
     Serial,
+    /// Linux's own outputs and converters.
+    Linux,
 }
 
 /// What a reaction is measured in.

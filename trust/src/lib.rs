@@ -4,7 +4,7 @@
 //! - [`kinds`] lists what is injected; [`kind`] is what one of them consists of, and the row it becomes.
 //! - [`lockstep`]: engine and simulated wires on a simulated clock, beside a twin that is not struck.
 //! - [`witness`]: a driver's process whose outputs are written down as they go out, and outlive it.
-//! - `serial`: a driver's process and a front-end, whose own outputs are the witness there.
+//! - `serial` and `linux`: a driver's process and a front-end, or a simulated kernel, whose own outputs are the witness there.
 #![forbid(unsafe_code)]
 
 mod budgets;
@@ -12,8 +12,10 @@ pub mod clients;
 mod clocks;
 mod commands;
 pub mod drive;
+mod driven;
 mod electrical;
 pub mod kind;
+mod linux;
 pub mod lockstep;
 pub mod process;
 pub mod running;
@@ -33,6 +35,7 @@ pub fn kinds() -> Vec<Kind> {
     kinds.extend(process::kinds());
     kinds.extend(clients::kinds());
     kinds.extend(serial::kinds());
+    kinds.extend(linux::kinds());
     kinds
 }
 
@@ -61,6 +64,7 @@ mod tests {
             Group::Process,
             Group::Clients,
             Group::Serial,
+            Group::Linux,
         ];
         for group in groups {
             assert!(kinds().iter().any(|kind| kind.group == group), "nothing breaks in {group:?}");

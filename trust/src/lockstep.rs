@@ -3,15 +3,12 @@
 //! Beside the rig that is struck runs its twin: the same wires, the same noise, the same orders, only not struck. What a fault
 //! on one channel costs another is then no matter of opinion: the others' states have to stay the same bit by bit.
 
-use std::collections::HashMap;
-
 use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
-use sinew_driver::commands::ChannelRules;
-use sinew_driver::{Answer, Ask, Backend, Beat, Engine, Event, Occurrence, Order, Sample};
-use sinew_ipc::{ChannelState, Command, CommandKind, DriverState, Fault, Mode, Reply, Snapshot};
+use sinew_driver::Answer;
+use sinew_ipc::{ChannelState, CommandKind, Fault, Mode};
 use sinew_rig::Rig;
-use sinew_sim_backend::{FaultHandle, SimulatedRig};
+use sinew_sim_backend::Lockstep;
 
 use crate::kind::{Failure, between, expect, unexpected, whole};
 
@@ -33,167 +30,60 @@ pub fn rig_text(name: &str, channels: usize, rate_hz: f64, seed: u64, more: &str
     text
 }
 
-/// One rig: the engine, its wires, and what has happened.
-#[derive(Debug)]
-pub struct Lockstep {
-    /// The rig file.
-    pub rig: Rig,
-    /// The driver's cycle.
-    pub engine: Engine,
-    /// The wires.
-    pub wires: SimulatedRig,
-    rules: Vec<ChannelRules>,
-    duty: Vec<f64>,
-    samples: Vec<Sample>,
-    /// The state after the last cycle.
-    pub state: Snapshot,
-    now_ns: u64,
-    period_ns: u64,
-    tickets: u64,
-    answers: HashMap<u64, Answer>,
-    /// Every fault that was latched: channel and which.
-    pub tripped: Vec<(usize, Fault)>,
-    /// Leases that ran out.
-    pub lapsed: u64,
+/// A rig at rest.
+///
+/// # Errors
+/// A rig file that is refused.
+pub fn at_rest(text: &str) -> Result<Lockstep, Failure> {
+    let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(format!("the rig is refused: {error}"));
+    let rig = Rig::parse(text, "trust.toml").map_err(|e| wrong(&e))?;
+    Lockstep::new(&rig, None).map_err(|e| wrong(&e))
 }
 
-impl Lockstep {
-    /// A rig at rest.
-    ///
-    /// # Errors
-    /// A rig file that is refused.
-    pub fn new(text: &str) -> Result<Lockstep, Failure> {
-        let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(format!("the rig is refused: {error}"));
-        let rig = Rig::parse(text, "trust.toml").map_err(|e| wrong(&e))?;
-        let engine = Engine::new(&rig, None).map_err(|e| wrong(&e))?;
-        let mut wires = SimulatedRig::new(&rig).map_err(|e| wrong(&e))?;
-        wires.start().map_err(|e| wrong(&e))?;
-        let rules = ChannelRules::of(&rig).map_err(|e| wrong(&e))?;
-        let channels = rig.channels.len();
-        Ok(Lockstep {
-            engine,
-            wires,
-            rules,
-            duty: vec![0.0; channels],
-            samples: vec![Sample::NONE; channels],
-            state: Snapshot::new(channels),
-            now_ns: 1_000_000_000,
-            period_ns: (1e9 / rig.rate_hz).round() as u64,
-            tickets: 0,
-            answers: HashMap::new(),
-            tripped: Vec::new(),
-            lapsed: 0,
-            rig,
-        })
-    }
-
-    /// One cycle.
-    pub fn cycle(&mut self) {
-        self.cycle_after(0);
-    }
-
-    /// One cycle after so many periods without one.
-    pub fn cycle_after(&mut self, missed: u64) {
-        self.now_ns += self.period_ns * (1 + missed);
-        if missed > 0 {
-            self.wires.missed(missed);
-        }
-        self.samples.fill(Sample::NONE);
-        let exchanged = self.wires.exchange(&self.duty, &mut self.samples);
-        let Lockstep { tripped, answers, lapsed, .. } = self;
-        let tell = |event: Event| match event.what {
-            Occurrence::Tripped(fault) => tripped.push((event.channel as usize, fault)),
-            Occurrence::Answered { ticket, answer } => drop(answers.insert(ticket, answer)),
-            Occurrence::Lapsed => *lapsed += 1,
-            _ => {}
-        };
-        self.engine.cycle(Beat { now_ns: self.now_ns, missed }, exchanged, &self.samples, &mut self.duty, tell);
-        if self.engine.must_cut() {
-            self.wires.cut();
-        }
-        self.engine.describe(self.now_ns, DriverState::Running, &mut self.state);
-    }
-
-    /// So many cycles.
-    pub fn run(&mut self, cycles: u64) {
-        for _ in 0..cycles {
-            self.cycle();
+/// A rig whose channels have proved their sensors.
+///
+/// # Errors
+/// A rig file that is refused, or channels that do not come that far.
+pub fn proved(text: &str) -> Result<Lockstep, Failure> {
+    let mut bench = at_rest(text)?;
+    let channels = 0..bench.rig().channels.len();
+    for _ in 0..100 {
+        bench.step();
+        if channels.clone().all(|channel| bench.state(channel).mode() == Mode::Off) {
+            return Ok(bench);
         }
     }
+    unexpected(format!("the channels do not prove themselves: {:?}", bench.trips()))
+}
 
-    /// Duty that was in force in the period just past, at the wire: what the power stage gave, not what the driver says.
-    pub fn in_force(&self, channel: usize) -> f64 {
-        self.wires.truth(channel).map_or(f64::NAN, |truth| truth.duty)
+/// Gives a channel something to do that is within its limits.
+///
+/// # Errors
+/// When the driver refuses.
+pub fn command(
+    bench: &mut Lockstep,
+    channel: usize,
+    kind: CommandKind,
+    value: f64,
+    hold_s: f64,
+) -> Result<(), Failure> {
+    match bench.command(channel, kind.code(), value, hold_s) {
+        Ok(Some(Answer::Done)) => Ok(()),
+        other => unexpected(format!("{kind:?} {value} on channel {channel}: {other:?}")),
     }
+}
 
-    /// A channel's state as clients see it.
-    pub fn channel(&self, channel: usize) -> &ChannelState {
-        &self.state.channel[channel]
-    }
+/// Duty of a channel's sensing pulse.
+pub fn sensing_duty(bench: &Lockstep, channel: usize) -> f64 {
+    bench.rig().channels[channel].control.minimum_duty
+}
 
-    /// Breaks things.
-    pub fn faults(&self) -> FaultHandle {
-        self.wires.faults()
-    }
-
-    /// A command as it comes from a client: judged by the desk's rules, then by the loop.
-    ///
-    /// # Errors
-    /// The refusal the client would get.
-    pub fn send(&mut self, channel: usize, kind: u32, value: f64, hold_s: f64) -> Result<Option<Answer>, Box<Reply>> {
-        self.tickets += 1;
-        let command = Command { client: 1, sequence: self.tickets, channel: channel as u32, kind, value, hold_s };
-        let (ask, granted_s) = self.rules[channel].check(&command).map_err(Box::new)?;
-        let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
-        Ok(self.engine.take(&Order { ticket: self.tickets, channel, ask, hold_ns }, self.now_ns))
-    }
-
-    /// Gives a channel something to do that is within its limits.
-    ///
-    /// # Errors
-    /// When the driver refuses.
-    pub fn command(&mut self, channel: usize, kind: CommandKind, value: f64, hold_s: f64) -> Result<(), Failure> {
-        match self.send(channel, kind.code(), value, hold_s) {
-            Ok(Some(Answer::Done)) => Ok(()),
-            other => unexpected(format!("{kind:?} {value} on channel {channel}: {other:?}")),
-        }
-    }
-
-    /// Asks for a reset, and cycles on until it is answered.
-    pub fn reset(&mut self, channel: usize) -> Option<Answer> {
-        self.tickets += 1;
-        let ticket = self.tickets;
-        let order = Order { ticket, channel, ask: Ask::Reset, hold_ns: u64::MAX };
-        if let Some(answer) = self.engine.take(&order, self.now_ns) {
-            return Some(answer);
-        }
-        for _ in 0..4 * (self.rig.rate_hz as u64) {
-            self.cycle();
-            if let Some(answer) = self.answers.remove(&ticket) {
-                return Some(answer);
-            }
-        }
-        None
-    }
-
-    /// Duty of the sensing pulse.
-    pub fn sensing_duty(&self, channel: usize) -> f64 {
-        self.rig.channels[channel].control.minimum_duty
-    }
-
-    /// Cycles until every channel has proved its sensors.
-    ///
-    /// # Errors
-    /// When they do not.
-    pub fn prove(&mut self) -> Result<(), Failure> {
-        for _ in 0..100 {
-            self.cycle();
-            if self.state.channels().iter().all(|c| c.mode() == Mode::Off) {
-                return Ok(());
-            }
-        }
-        unexpected(format!("the channels do not prove themselves: {:?}", self.tripped))
-    }
+/// Whether no channel has tripped so far.
+///
+/// # Errors
+/// One that has.
+pub fn healthy(bench: &Lockstep) -> Result<(), Failure> {
+    expect(bench.trips().is_empty(), || format!("tripped before the fault: {:?}", bench.trips()))
 }
 
 /// What a channel of a twin and its own have in common, as bits: NaN equals NaN.
@@ -222,25 +112,32 @@ pub struct Struck {
 }
 
 impl Twins {
+    /// Both from the same rig file, proved.
+    ///
+    /// # Errors
+    /// A driver that does not come that far.
+    pub fn proved(text: &str) -> Result<Twins, Failure> {
+        Ok(Twins { struck: proved(text)?, twin: proved(text)? })
+    }
+
     /// Both from the same rig file, proved, each channel at something of its own, after a time of its own.
     ///
     /// # Errors
     /// A driver that does not come that far.
     pub fn at_work(text: &str, rng: &mut Xoshiro256PlusPlus) -> Result<Twins, Failure> {
-        let mut twins = Twins { struck: Lockstep::new(text)?, twin: Lockstep::new(text)? };
-        twins.both(|one| one.prove())?;
-        for channel in 0..twins.struck.rig.channels.len() {
-            let max_duty = twins.struck.rig.channels[channel].limits.max_duty;
+        let mut twins = Twins::proved(text)?;
+        for channel in 0..twins.struck.rig().channels.len() {
+            let max_duty = twins.struck.rig().channels[channel].limits.max_duty;
             let (kind, value) = match whole(rng, 0, 2) {
                 0 => (CommandKind::Duty, between(rng, 0.02, 0.25).min(max_duty)),
                 _ => (CommandKind::Stroke, between(rng, 0.05, 0.9)),
             };
-            twins.both(|one| one.command(channel, kind, value, 1000.0))?;
+            twins.both(|one| command(one, channel, kind, value, 1000.0))?;
         }
-        let rate_hz = twins.struck.rig.rate_hz;
+        let rate_hz = twins.struck.rig().rate_hz;
         let cycles = whole(rng, (0.02 * rate_hz) as u64, (2.0 * rate_hz) as u64);
         twins.run(cycles)?;
-        expect(twins.struck.tripped.is_empty(), || format!("tripped before the fault: {:?}", twins.struck.tripped))?;
+        healthy(&twins.struck)?;
         Ok(twins)
     }
 
@@ -258,8 +155,8 @@ impl Twins {
     /// # Errors
     /// One that is not.
     pub fn cycle(&mut self, hit: &[usize]) -> Result<(), Failure> {
-        self.struck.cycle();
-        self.twin.cycle();
+        self.struck.step();
+        self.twin.step();
         self.undisturbed(hit)
     }
 
@@ -268,8 +165,8 @@ impl Twins {
     /// # Errors
     /// One that is not.
     pub fn undisturbed(&self, hit: &[usize]) -> Result<(), Failure> {
-        for channel in (0..self.struck.rig.channels.len()).filter(|channel| !hit.contains(channel)) {
-            let (with, without) = (self.struck.channel(channel), self.twin.channel(channel));
+        for channel in (0..self.struck.rig().channels.len()).filter(|channel| !hit.contains(channel)) {
+            let (with, without) = (self.struck.state(channel), self.twin.state(channel));
             let same = bits(with) == bits(without)
                 && self.struck.in_force(channel).to_bits() == self.twin.in_force(channel).to_bits();
             expect(same, || format!("channel {channel} is disturbed: {with:?}, without the fault {without:?}"))?;
@@ -294,10 +191,10 @@ impl Twins {
     /// # Errors
     /// Whatever else happens, or nothing within `patience_s`.
     pub fn struck(&mut self, hit: &[usize], expected: &[Fault], patience_s: f64) -> Result<Struck, Failure> {
-        let patience = (patience_s * self.struck.rig.rate_hz) as u64;
+        let patience = (patience_s * self.struck.rig().rate_hz) as u64;
         let powered = |twins: &Twins| hit.iter().any(|&channel| twins.struck.in_force(channel) > 0.0);
         let latched = |twins: &Twins| -> Vec<Option<Fault>> {
-            hit.iter().map(|&channel| twins.struck.channel(channel).fault()).collect()
+            hit.iter().map(|&channel| twins.struck.state(channel).fault()).collect()
         };
         let mut cycles = 0;
         loop {
@@ -308,10 +205,10 @@ impl Twins {
                 break;
             }
             expect(cycles < patience, || {
-                let health = self.struck.channel(hit[0]).health;
+                let health = self.struck.state(hit[0]).health;
                 format!(
                     "still powered after {patience_s} s, health {health}, mode {:?}",
-                    self.struck.channel(hit[0]).mode()
+                    self.struck.state(hit[0]).mode()
                 )
             })?;
         }
@@ -332,7 +229,7 @@ impl Twins {
     /// # Errors
     /// When one does not.
     pub fn recovers(&mut self, hit: &[usize]) -> Result<(), Failure> {
-        self.struck.faults().clear_all();
+        self.struck.wires().faults().clear_all();
         self.struck.run(5);
         for &channel in hit {
             // What the estimate says of the wire may have to cool first.
@@ -342,12 +239,12 @@ impl Twins {
                 if answer == Some(Answer::Done) {
                     break;
                 }
-                self.struck.run((self.struck.rig.rate_hz * 0.5) as u64);
+                self.struck.run((self.struck.rig().rate_hz * 0.5) as u64);
             }
             expect(answer == Some(Answer::Done), || format!("reset of channel {channel}: {answer:?}"))?;
         }
         for &channel in hit {
-            self.struck.command(channel, CommandKind::Duty, 0.05, 10.0)?;
+            command(&mut self.struck, channel, CommandKind::Duty, 0.05, 10.0)?;
         }
         self.struck.run(3);
         for &channel in hit {

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use sinew_driver::CountingAllocator;
+use sinew_linux_backend::guard;
 use sinew_trust::kind::Failure;
 use sinew_trust::site::Site;
 use sinew_trust::{clients, drive, kinds, process, soak, table};
@@ -71,6 +72,11 @@ struct Faults {
 }
 
 fn main() -> ExitCode {
+    // A driver of Linux's own outputs starts its own program as their guard.
+    let mut arguments = std::env::args_os().skip(1);
+    if arguments.next().is_some_and(|word| word == guard::WORD) {
+        return guard::main(arguments);
+    }
     let result = match Args::parse().command {
         Command::Faults(args) => faults(&args),
         Command::Soak(args) => soak::soak(&args),

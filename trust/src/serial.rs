@@ -3,7 +3,6 @@
 //! driver believes of them does not count.
 
 use std::path::PathBuf;
-use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -15,12 +14,13 @@ use rustix::process::Signal;
 use sinew_driver::realtime::{self, Wish};
 use sinew_front_end::{FULL_DUTY, MAX_CHANNELS};
 use sinew_front_end_host::{Options, Order, Spoilt, Told, What, run};
-use sinew_ipc::{Client, CycleStream, DriverHealth, Fault, Mode};
+use sinew_ipc::{CycleStream, DriverHealth, Fault};
 use sinew_rig::Rig;
 
+use crate::driven::Driven;
 use crate::kind::{Failure, Group, Kind, Trials, Unit, between, expect, unexpected, whole};
 use crate::lockstep::rig_text;
-use crate::running::{LONG, Process, connect, wait_for};
+use crate::running::{LONG, wait_for};
 use crate::site::Site;
 use crate::witness::{Put, now_ns};
 
@@ -115,7 +115,7 @@ struct Bench<'s> {
     file: PathBuf,
     link: PathBuf,
     front_end: FrontEnd,
-    driver: Option<(Process, Client)>,
+    driver: Option<Driven>,
     /// Every change of the front-end's outputs since the last try began.
     outputs: Vec<Put>,
 }
@@ -136,28 +136,14 @@ impl<'s> Bench<'s> {
     }
 
     /// A new driver, should there be none.
-    fn start_driver(&mut self) -> Result<(), Failure> {
-        if self.driver.is_some() {
-            return Ok(());
+    fn start_driver(&mut self) -> Result<&mut Driven, Failure> {
+        match &mut self.driver {
+            Some(driver) => Ok(driver),
+            none => Ok(none.insert(Driven::start(self.site, &self.file, &self.rig.name)?)),
         }
-        let mut command = Command::new(self.site.itself()?);
-        command.arg("drive").arg(&self.file).arg(self.site.folder()?.join("log")).args(["--for", "3600"]);
-        let mut process = Process::start(self.site, &mut command)?;
-        wait_for("the driver to start", || {
-            if let Some(status) = process.ended()? {
-                return unexpected(format!("the driver ended with {status}: {}", process.said()));
-            }
-            match Client::connect(&self.rig.name) {
-                Ok(client) if client.info().pid == process.pid() => Ok(Some(())),
-                _ => Ok(None),
-            }
-        })?;
-        let client = connect(&self.rig.name)?;
-        self.driver = Some((process, client));
-        Ok(())
     }
 
-    fn driver(&self) -> Result<&(Process, Client), Failure> {
+    fn driver(&self) -> Result<&Driven, Failure> {
         self.driver.as_ref().ok_or_else(|| Failure::Unexpected("there is no driver".into()))
     }
 
@@ -188,21 +174,7 @@ impl<'s> Bench<'s> {
             if put_is(&self.put_out(), &DUTY) {
                 return Ok(Some(()));
             }
-            let (process, client) = self.driver.as_mut().ok_or_else(|| Failure::Unexpected("no driver".into()))?;
-            if let Some(status) = process.ended()? {
-                return unexpected(format!("the driver ended with {status}: {}", process.said()));
-            }
-            let state = client.latest();
-            for (number, (channel, duty)) in state.channels().iter().zip(DUTY).enumerate() {
-                // What is refused now is asked for again.
-                match channel.mode() {
-                    Mode::Fault => drop(client.reset(&format!("wire{number}"))),
-                    Mode::Duty if channel.asked == duty => {}
-                    Mode::Waiting => {}
-                    _ => drop(client.set_duty(&format!("wire{number}"), duty, LONG)),
-                }
-            }
-            thread::sleep(Duration::from_millis(20));
+            self.start_driver()?.ask_for(&DUTY)?;
             Ok(None)
         })
     }
@@ -225,27 +197,6 @@ impl<'s> Bench<'s> {
             let zero = self.outputs.last().filter(|put| !put.powers());
             Ok(zero.map(|zero| zero.at_ns.saturating_sub(from_ns) as f64 * 1e-6))
         })
-    }
-
-    /// Waits until all channels are latched, by one of these.
-    fn latched(&self, by: &[Fault]) -> Result<(), Failure> {
-        let (_, client) = self.driver()?;
-        let found = wait_for("the fault", || {
-            let state = client.latest();
-            let faults: Vec<Fault> = state.channels().iter().filter_map(|channel| channel.fault()).collect();
-            Ok((faults.len() == CHANNELS).then_some(faults))
-        })?;
-        expect(found.iter().all(|fault| by.contains(fault)), || format!("latched: {found:?}"))
-    }
-
-    /// Waits until all channels are latched and the driver finds the whole backend gone. What the machine was late with may have
-    /// been the first cause, and that one stays.
-    fn latched_by_the_line(&self) -> Result<(), Failure> {
-        let (_, client) = self.driver()?;
-        wait_for("the driver to miss its front-end", || {
-            Ok(client.latest().channels().iter().all(|channel| channel.backend != 0).then_some(()))
-        })?;
-        self.latched(&[Fault::Backend, Fault::NoSample, Fault::CycleOverrun])
     }
 
     /// Nothing has gone out since the outputs went off, and nothing does for some time more.
@@ -296,7 +247,7 @@ fn struck(
 fn driver_killed() -> Kind {
     let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
-        let Some((mut process, client)) = bench.driver.take() else { return unexpected("there is no driver") };
+        let Some(Driven { mut process, client }) = bench.driver.take() else { return unexpected("there is no driver") };
         process.signal(Signal::KILL)?;
         process.finish()?;
         let off_ms = bench.off_ms(from)?;
@@ -320,11 +271,11 @@ fn driver_killed() -> Kind {
 fn driver_stopped() -> Kind {
     let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
-        bench.driver()?.0.signal(Signal::STOP)?;
+        bench.driver()?.process.signal(Signal::STOP)?;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.35, 0.6)));
-        bench.driver()?.0.signal(Signal::CONT)?;
+        bench.driver()?.process.signal(Signal::CONT)?;
         let off_ms = bench.off_ms(from)?;
-        bench.latched(&[Fault::CycleOverrun, Fault::Backend, Fault::NoSample])?;
+        bench.driver()?.latched(&[Fault::CycleOverrun, Fault::Backend, Fault::NoSample])?;
         bench.stays_off()?;
         Ok(off_ms)
     };
@@ -346,7 +297,7 @@ fn unplugged() -> Kind {
         let from = now_ns();
         bench.order(Order::Disconnect);
         let off_ms = bench.off_ms(from);
-        let latched = bench.latched_by_the_line();
+        let latched = bench.driver()?.latched_by_the_backend();
         thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.2)));
         // Whatever came of it: the next try needs the line.
         bench.order(Order::Connect);
@@ -374,7 +325,7 @@ fn stalls() -> Kind {
         bench.order(Order::Stall(whole(rng, 150_000_000, 400_000_000)));
         let off_ms = bench.off_ms(from)?;
         // The second sample that does not come switches off before the silence does.
-        bench.latched(&[Fault::NoSample, Fault::Backend, Fault::CycleOverrun])?;
+        bench.driver()?.latched(&[Fault::NoSample, Fault::Backend, Fault::CycleOverrun])?;
         // Everything that was under way arrives in here.
         thread::sleep(Duration::from_millis(420).saturating_sub(Duration::from_nanos(now_ns() - from)));
         bench.stays_off()?;
@@ -397,7 +348,7 @@ fn front_end_restarts() -> Kind {
     let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
         bench.order(Order::Quit);
-        let latched = bench.latched_by_the_line();
+        let latched = bench.driver()?.latched_by_the_backend();
         let latched_ms = (now_ns() - from) as f64 * 1e-6;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.2)));
         // The old one takes its link along, so it has to be gone first.
@@ -444,15 +395,15 @@ fn bad(name: &'static str, injected: &'static str, spoilt: Spoilt) -> Kind {
 
 /// One setpoint after the other, each lower than the one before: the most periods without a sample until off.
 fn drive_down(bench: &mut Bench) -> Result<f64, Failure> {
-    let before_ns = bench.driver()?.1.latest().monotonic_ns;
-    let mut stream = bench.driver()?.1.stream()?;
+    let before_ns = bench.driver()?.client.latest().monotonic_ns;
+    let mut stream = bench.driver()?.client.stream()?;
     let mut asked: Vec<Vec<f64>> = DUTY.iter().map(|duty| vec![0.0, PULSE, *duty]).collect();
     let mut run = Judged { cycles_ns: [before_ns, 0, 0, 0], ..Judged::default() };
     for step in 1..=STEPS {
         for (number, (asked, duty)) in asked.iter_mut().zip(DUTY).enumerate() {
             let duty = duty - 0.005 * step as f64;
             asked.push(duty);
-            match bench.driver()?.1.set_duty(&format!("wire{number}"), duty, LONG) {
+            match bench.driver()?.client.set_duty(&format!("wire{number}"), duty, LONG) {
                 // One that is latched refuses.
                 Ok(_) | Err(sinew_ipc::Error::Refused(_)) => {}
                 Err(error) => return Err(error.into()),

@@ -73,6 +73,8 @@ pub struct Summary {
     pub recordings: u64,
     /// Of these, the ones with (counted) losses.
     pub recordings_with_losses: u64,
+    /// Longest time a client waited for the answer to a command, ms.
+    pub slowest_answer_ms: f64,
     /// Resident memory of the driver after the first fifth and at the end, KiB.
     pub resident_kib: [f64; 2],
     /// How fast it grew from then on, KiB a minute, and the standard error of that.
@@ -121,14 +123,16 @@ pub fn soak(args: &Args) -> Result<bool, Failure> {
     let over = AtomicBool::new(false);
     let started = Instant::now();
     let mut looks = Vec::new();
-    let (read, clients, recordings) = std::thread::scope(|scope| {
-        let reader = scope.spawn(|| follow(&name, &over));
-        let nurse = scope.spawn(|| nurse(&name, args, &over));
-        let crowd = scope.spawn(|| crowd(&site, &name, args, &over));
-        let recorder = scope.spawn(|| record(&site, &name, &over));
-        let load = scope.spawn(|| load(&site, &over));
+    let counts = std::thread::scope(|scope| {
+        let reader = scope.spawn(|| to_the_end(&over, follow(&name, &over)));
+        let nurse = scope.spawn(|| to_the_end(&over, nurse(&name, args, &over)));
+        let crowd = scope.spawn(|| to_the_end(&over, crowd(&site, &name, args, &over)));
+        let recorder = scope.spawn(|| to_the_end(&over, record(&site, &name, &over)));
+        let load = scope.spawn(|| to_the_end(&over, load(&site, &over)));
         let mut said = Instant::now();
-        while started.elapsed() < duration && driver.ended().is_ok_and(|ended| ended.is_none()) {
+        let goes_on =
+            |driver: &mut Process| !over.load(Ordering::Relaxed) && driver.ended().is_ok_and(|ended| ended.is_none());
+        while started.elapsed() < duration && goes_on(&mut driver) {
             looks.extend(look(driver.pid(), run.as_deref(), started));
             if said.elapsed() > Duration::from_secs(60) {
                 said = Instant::now();
@@ -144,17 +148,21 @@ pub fn soak(args: &Args) -> Result<bool, Failure> {
         }
         over.store(true, Ordering::Relaxed);
         let gone = || Failure::Unexpected("a part of the soak has panicked".into());
-        let read = reader.join().map_err(|_| gone())??;
-        nurse.join().map_err(|_| gone())??;
         load.join().map_err(|_| gone())??;
-        Ok::<_, Failure>((read, crowd.join().map_err(|_| gone())??, recorder.join().map_err(|_| gone())??))
-    })?;
+        Ok::<_, Failure>(Counts {
+            read: reader.join().map_err(|_| gone())??,
+            slowest_answer: nurse.join().map_err(|_| gone())??,
+            clients: crowd.join().map_err(|_| gone())??,
+            recordings: recorder.join().map_err(|_| gone())??,
+        })
+    });
+    let counts = counts.inspect_err(|_| eprintln!("after {:.1} min:", started.elapsed().as_secs_f64() / 60.0))?;
     expect(driver.ended()?.is_none(), || format!("the driver ended by itself: {}", driver.said()))?;
     driver.signal(Signal::TERM)?;
     driver.finish()?;
     let text = std::fs::read_to_string(&report)?;
     let report: serde_json::Value = serde_json::from_str(&text).map_err(std::io::Error::other)?;
-    let summary = summarise(args, &report, &looks, read, clients, recordings);
+    let summary = summarise(args, &report, &looks, &counts);
     let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::other)?;
     match &args.json {
         Some(path) => std::fs::write(path, text + "\n")?,
@@ -164,14 +172,25 @@ pub fn soak(args: &Args) -> Result<bool, Failure> {
     Ok(summary.complaints.is_empty())
 }
 
-fn summarise(
-    args: &Args,
-    report: &serde_json::Value,
-    looks: &[Look],
-    (received, lost, span): (u64, u64, u64),
+/// What the parts have counted.
+struct Counts {
+    /// Cycles received, lost, and run from the first to the last received.
+    read: (u64, u64, u64),
+    slowest_answer: Duration,
     clients: u64,
-    (recordings, recordings_with_losses): (u64, u64),
-) -> Summary {
+    /// All, and those with losses.
+    recordings: (u64, u64),
+}
+
+/// A part that fails ends the others.
+fn to_the_end<T>(over: &AtomicBool, part: Result<T, Failure>) -> Result<T, Failure> {
+    over.fetch_or(part.is_err(), Ordering::Relaxed);
+    part
+}
+
+fn summarise(args: &Args, report: &serde_json::Value, looks: &[Look], counts: &Counts) -> Summary {
+    let &Counts { read: (received, lost, span), slowest_answer, clients, recordings } = counts;
+    let (recordings, recordings_with_losses) = recordings;
     let number = |key: &str| report[key].as_u64().unwrap_or(u64::MAX);
     let seconds = report["seconds"].as_f64().unwrap_or(f64::NAN);
     let (cycles, missed) = (number("cycles"), number("missed"));
@@ -200,6 +219,7 @@ fn summarise(
         clients,
         recordings,
         recordings_with_losses,
+        slowest_answer_ms: slowest_answer.as_secs_f64() * 1e3,
         resident_kib,
         growth_kib_per_min,
         files: fewest(|look| look.files),
@@ -243,13 +263,14 @@ fn said(summary: &Summary) -> String {
     let Summary { seconds, cycles, missed, received, lost, faults, clients, recordings, .. } = summary;
     let mut text = format!(
         "{:.1} min, {} channels at {} Hz: {cycles} cycles, {missed} missed and counted, {} unaccounted; a stream: {received} received, \
-         {lost} lost and counted, {} unaccounted; {faults} faults, {clients} clients, {recordings} recordings; {:.0} to {:.0} KiB resident, \
+         {lost} lost and counted, {} unaccounted; {faults} faults, {clients} clients, {recordings} recordings; slowest answer {:.0} ms; {:.0} to {:.0} KiB resident, \
          {:+.2} ± {:.2} KiB a minute; {} allocations in the loop",
         seconds / 60.0,
         summary.channels,
         summary.rate_hz,
         summary.unaccounted,
         summary.stream_unaccounted,
+        summary.slowest_answer_ms,
         summary.resident_kib[0],
         summary.resident_kib[1],
         summary.growth_kib_per_min[0],
@@ -308,12 +329,14 @@ fn follow(rig: &str, over: &AtomicBool) -> Result<(u64, u64, u64), Failure> {
     Ok((stream.received(), stream.lost(), first.map_or(0, |first| last - first + 1)))
 }
 
-/// Resets what has broken, once it can be, and keeps the wires at work.
-fn nurse(rig: &str, args: &Args, over: &AtomicBool) -> Result<(), Failure> {
+/// Resets what has broken, once it can be, and keeps the wires at work; the longest it waited for an answer.
+fn nurse(rig: &str, args: &Args, over: &AtomicBool) -> Result<Duration, Failure> {
     let client = connect(rig)?;
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(args.seed + 1);
+    let mut slowest = Duration::ZERO;
     while !over.load(Ordering::Relaxed) {
         let channel = format!("wire{}", rng.random_range(0..args.channels));
+        let asked = Instant::now();
         let answer = match client.latest().channels()[client.channel(&channel)?].fault() {
             Some(fault) if fault != sinew_ipc::Fault::StaleSetpoint => client.reset(&channel),
             _ => client.set_stroke(
@@ -323,12 +346,12 @@ fn nurse(rig: &str, args: &Args, over: &AtomicBool) -> Result<(), Failure> {
             ),
         };
         match answer {
-            Ok(_) | Err(Error::Refused(_)) => {}
+            Ok(_) | Err(Error::Refused(_)) => slowest = slowest.max(asked.elapsed()),
             Err(error) => return Err(error.into()),
         }
         std::thread::sleep(Duration::from_millis(whole(&mut rng, 5, 50)));
     }
-    Ok(())
+    Ok(slowest)
 }
 
 /// Clients that come, do something, and are killed.

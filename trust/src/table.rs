@@ -37,6 +37,7 @@ impl Group {
             Group::Process => "The driver's process and its machine",
             Group::Clients => "Clients",
             Group::Serial => "The line to a front-end",
+            Group::Linux => "Linux's own outputs and converters",
         }
     }
 }

@@ -1,0 +1,321 @@
+//! What can happen to a driver of Linux's own outputs, its guard and its converters: a driver's process with a guard of its own,
+//! on a simulated kernel in a mounted folder. The outputs are the kernel's, which goes on with the last duty it was told.
+
+use std::fs;
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rand::rngs::Xoshiro256PlusPlus;
+use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+use sinew_ipc::{DriverHealth, Fault};
+use sinew_linux_tree::{Scans, TRIGGER, Tree};
+use sinew_rig::Rig;
+
+use crate::driven::Driven;
+use crate::kind::{Failure, Group, Kind, Trials, Unit, between, expect, unexpected};
+use crate::lockstep::rig_text;
+use crate::running::wait_for;
+use crate::site::Site;
+
+/// Driver, guard and the simulated kernel share a machine that may be busy.
+const RATE_HZ: f64 = 200.0;
+/// Silence the guard bears, ms.
+const GUARD_MS: f64 = 100.0;
+/// Between two beats to the guard, ms, and how long its echo may be missing.
+const BEAT_MS: f64 = GUARD_MS / 5.0;
+const ECHO_MS: f64 = 2.0 * GUARD_MS;
+/// A machine that takes a core away now and then is that late, ms, besides what is measured.
+const SLACK_MS: f64 = 60.0;
+/// What the wires get when they are struck, and the pulse that goes out whenever nothing more does.
+const DUTY: [f64; CHANNELS] = [0.1, 0.09];
+const PULSE: f64 = 0.02;
+const CHANNELS: usize = 2;
+
+/// All kinds of this group.
+pub fn kinds() -> Vec<Kind> {
+    vec![driver_killed(), driver_stopped(), guard_killed(), guard_stopped(), unplugged(), converter_fails()]
+}
+
+/// A driver on a simulated kernel, at work until one of them is struck.
+struct Bench<'s> {
+    site: &'s Site,
+    rig: Rig,
+    file: PathBuf,
+    driver: Option<Driven>,
+    tree: Tree,
+}
+
+impl<'s> Bench<'s> {
+    fn start(site: &'s Site, kind: &str) -> Result<Bench<'s>, Failure> {
+        let (root, file) = (site.folder()?, site.folder()?.join("rig.toml"));
+        let mut text = rig_text(&site.name(kind), CHANNELS, RATE_HZ, 7, "");
+        for channel in 0..CHANNELS {
+            let converter = format!("2-00{:02x}", 0x48 + channel);
+            let wired = format!(
+                "name = \"wire{channel}\"\nlinux = {{ pwm = \"pwmchip0/{channel}\", v1 = \"{converter}:in_voltage0\", \
+                 v2 = \"{converter}:in_voltage1\", v3 = \"{converter}:in_voltage2\", supply = \"{converter}:in_voltage3\", \
+                 current = \"{converter}:in_current0\" }}"
+            );
+            text = text.replace(&format!("name = \"wire{channel}\""), &wired);
+        }
+        text += &format!(
+            "\n[backend]\nkind = \"linux\"\nlinux = {{ root = \"{}\", sampling = \"buffer\", phase = \"synchronised\", \
+             trigger = \"{TRIGGER}\", guard_ms = {GUARD_MS} }}\n",
+            root.display()
+        );
+        fs::write(&file, text)?;
+        let rig = Rig::load(&file).map_err(|error| Failure::Unexpected(error.to_string()))?;
+        let mut tree = Tree::mount(&rig, Scans::OnPhase, &root)
+            .map_err(|error| Failure::Impossible(format!("no file system in user space ({error})")))?;
+        tree.run();
+        Ok(Bench { site, rig, file, driver: None, tree })
+    }
+
+    fn driver(&self) -> Result<&Driven, Failure> {
+        self.driver.as_ref().ok_or_else(|| Failure::Unexpected("there is no driver".into()))
+    }
+
+    /// What is put out now.
+    fn put_out(&self) -> [f64; CHANNELS] {
+        let kernel = self.tree.kernel();
+        std::array::from_fn(|channel| kernel.output(channel).duty())
+    }
+
+    /// Whether the duties asked for are put out, to the ns of a period.
+    fn is_driven(&self) -> bool {
+        self.put_out().iter().zip(DUTY).all(|(put, duty)| (put - duty).abs() < 1e-6)
+    }
+
+    /// Gets both wires driven, by a new driver if need be, and by resets alone wherever a fault is latched.
+    fn at_work(&mut self) -> Result<(), Failure> {
+        wait_for("both wires at work", || {
+            if self.is_driven() {
+                return Ok(Some(()));
+            }
+            let driver = match &mut self.driver {
+                Some(driver) => driver,
+                none => none.insert(Driven::start(self.site, &self.file, &self.rig.name)?),
+            };
+            driver.ask_for(&DUTY)?;
+            Ok(None)
+        })
+    }
+
+    /// Both wires at work, at a random moment of a period.
+    fn ready(&mut self, rng: &mut Xoshiro256PlusPlus) -> Result<(), Failure> {
+        wait_for("both wires to stay at work", || {
+            self.at_work()?;
+            thread::sleep(Duration::from_secs_f64(between(rng, 3.0, 5.0) / RATE_HZ));
+            Ok(self.is_driven().then_some(()))
+        })
+    }
+
+    /// Waits until nothing is put out: ms from `from` to the moment the last output went off.
+    fn off_ms(&self, from: Instant) -> Result<f64, Failure> {
+        wait_for("outputs off", || {
+            let kernel = self.tree.kernel();
+            let off = (0..CHANNELS).all(|channel| kernel.output(channel).duty() == 0.0);
+            let last = (0..CHANNELS).filter_map(|channel| kernel.output(channel).changed).max();
+            Ok(if off { last.map(|last| last.saturating_duration_since(from).as_secs_f64() * 1e3) } else { None })
+        })
+    }
+
+    /// Nothing more than the sensing pulse is put out for some time.
+    fn stays_off(&self) -> Result<(), Failure> {
+        for _ in 0..20 {
+            thread::sleep(Duration::from_secs_f64(1.0 / RATE_HZ));
+            let put = self.put_out();
+            expect(put.iter().all(|duty| *duty <= PULSE), || format!("before any reset: {put:?}"))?;
+        }
+        Ok(())
+    }
+
+    /// The driver's guard.
+    fn guard(&self) -> Result<Pid, Failure> {
+        let tasks = PathBuf::from(format!("/proc/{}/task", self.driver()?.process.pid()));
+        for task in fs::read_dir(tasks)? {
+            let children = fs::read_to_string(task?.path().join("children"))?;
+            if let Some(pid) = children.split_whitespace().find_map(|pid| Pid::from_raw(pid.parse().ok()?)) {
+                return Ok(pid);
+            }
+        }
+        unexpected("the driver has no guard")
+    }
+}
+
+fn strike(pid: Pid, signal: Signal) -> Result<(), Failure> {
+    kill_process(pid, signal).map_err(|error| Failure::Unexpected(format!("{signal:?}: {error}")))
+}
+
+/// A kind whose tries have one kernel, and one driver as long as it lives. Each try ends with both wires at work again.
+fn struck(
+    name: &'static str,
+    injected: &'static str,
+    within_ms: f64,
+    faults: &'static [Fault],
+    one: impl Fn(&mut Bench, &mut Xoshiro256PlusPlus) -> Result<f64, Failure> + Send + Sync + 'static,
+) -> Kind {
+    Kind {
+        name,
+        group: Group::Linux,
+        injected,
+        expected: "",
+        within: within_ms,
+        unit: Unit::Milliseconds,
+        lost: "the power of all until their reset",
+        faults,
+        carry_out: Box::new(move |site: &Site, trials: &mut Trials| {
+            let mut bench = Bench::start(site, name)?;
+            trials.each(|rng| {
+                bench.ready(rng)?;
+                let reaction = one(&mut bench, rng)?;
+                bench.at_work()?;
+                Ok(reaction)
+            })
+        }),
+    }
+}
+
+fn driver_killed() -> Kind {
+    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
+        let guard = bench.guard()?;
+        let from = Instant::now();
+        let Some(Driven { mut process, client }) = bench.driver.take() else { return unexpected("there is no driver") };
+        process.signal(Signal::KILL)?;
+        process.finish()?;
+        let off_ms = bench.off_ms(from)?;
+        bench.stays_off()?;
+        expect(client.health() == DriverHealth::Died, || "the client is not told".into())?;
+        wait_for("the guard to end", || Ok(test_kill_process(guard).is_err().then_some(())))?;
+        Ok(off_ms)
+    };
+    Kind {
+        expected: "its guard puts the outputs to zero at once, and ends; the next driver needs no hand",
+        lost: "the run",
+        ..struck(
+            "linux_driver_killed",
+            "SIGKILL to a driver of Linux's own outputs",
+            SLACK_MS,
+            &[Fault::DriverDied],
+            one,
+        )
+    }
+}
+
+fn driver_stopped() -> Kind {
+    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+        let from = Instant::now();
+        bench.driver()?.process.signal(Signal::STOP)?;
+        thread::sleep(Duration::from_secs_f64(between(rng, 0.35, 0.6)));
+        let off_ms = bench.off_ms(from);
+        bench.driver()?.process.signal(Signal::CONT)?;
+        let off_ms = off_ms?;
+        bench.driver()?.latched(&[Fault::CycleOverrun, Fault::Backend])?;
+        bench.stays_off()?;
+        Ok(off_ms)
+    };
+    Kind {
+        expected: "its guard puts the outputs to zero after guard_ms (100 ms) of silence; after SIGCONT all channels are latched",
+        ..struck(
+            "linux_driver_stopped",
+            "SIGSTOP to a driver of Linux's own outputs, SIGCONT after 350 to 600 ms",
+            GUARD_MS + SLACK_MS,
+            &[Fault::CycleOverrun, Fault::Backend],
+            one,
+        )
+    }
+}
+
+fn guard_killed() -> Kind {
+    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
+        let guard = bench.guard()?;
+        let from = Instant::now();
+        strike(guard, Signal::KILL)?;
+        let off_ms = bench.off_ms(from)?;
+        bench.driver()?.latched_by_the_backend()?;
+        bench.stays_off()?;
+        Ok(off_ms)
+    };
+    Kind {
+        expected: "the driver puts the outputs to zero at its next beat (a fifth of guard_ms), latches all, and starts a new guard",
+        ..struck("linux_guard_killed", "SIGKILL to the guard", BEAT_MS + SLACK_MS, &[Fault::Backend], one)
+    }
+}
+
+fn guard_stopped() -> Kind {
+    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
+        let guard = bench.guard()?;
+        let from = Instant::now();
+        strike(guard, Signal::STOP)?;
+        let off_ms = bench.off_ms(from);
+        strike(guard, Signal::CONT)?;
+        let off_ms = off_ms?;
+        bench.driver()?.latched_by_the_backend()?;
+        bench.stays_off()?;
+        Ok(off_ms)
+    };
+    Kind {
+        expected: "the driver misses its echoes for twice guard_ms and puts the outputs to zero; with an echo again it works after a reset",
+        ..struck(
+            "linux_guard_stopped",
+            "SIGSTOP to the guard, SIGCONT once the outputs are off",
+            ECHO_MS + BEAT_MS + SLACK_MS,
+            &[Fault::Backend],
+            one,
+        )
+    }
+}
+
+fn unplugged() -> Kind {
+    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+        let from = Instant::now();
+        bench.tree.kernel().unplug();
+        let latched = bench.driver()?.latched_by_the_backend();
+        let latched_ms = from.elapsed().as_secs_f64() * 1e3;
+        thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.05)));
+        bench.tree.kernel().plug_in();
+        latched?;
+        bench.stays_off()?;
+        Ok(latched_ms)
+    };
+    Kind {
+        expected: "all latched, here in ms from its end; what comes back is found again, puts nothing out until a reset, then works",
+        ..struck(
+            "linux_chips_unplugged",
+            "PWM chips and converters vanish and come back",
+            2e3 / RATE_HZ + SLACK_MS,
+            &[Fault::Backend],
+            one,
+        )
+    }
+}
+
+fn converter_fails() -> Kind {
+    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+        let victim = usize::from(between(rng, 0.0, 1.0) < 0.5);
+        let from = Instant::now();
+        bench.tree.kernel().converters[victim].broken = true;
+        wait_for("its output off", || Ok((bench.put_out()[victim] == 0.0).then_some(())))?;
+        let changed = bench.tree.kernel().output(victim).changed;
+        let off_ms = changed.map_or(f64::NAN, |at| at.saturating_duration_since(from).as_secs_f64() * 1e3);
+        let fault = wait_for("the fault", || Ok(bench.driver()?.client.latest().channel[victim].fault()))?;
+        bench.tree.kernel().converters[victim].broken = false;
+        expect(matches!(fault, Fault::Backend | Fault::NoSample), || format!("recognised as {fault:?}"))?;
+        let (other, state) = (1 - victim, bench.driver()?.client.latest());
+        let undisturbed = state.channel[other].fault().is_none() && bench.put_out()[other] > PULSE;
+        expect(undisturbed, || format!("the other wire: {:?}", state.channel[other]))?;
+        Ok(off_ms)
+    };
+    Kind {
+        expected: "that channel off and latched; the other one works on",
+        lost: "that channel's power until its reset",
+        ..struck(
+            "linux_converter_fails",
+            "reads of one converter answer EIO",
+            2e3 / RATE_HZ + SLACK_MS,
+            &[Fault::Backend, Fault::NoSample],
+            one,
+        )
+    }
+}
