@@ -11,6 +11,7 @@ mod budgets;
 pub mod clients;
 mod clocks;
 mod commands;
+mod disk;
 pub mod drive;
 mod driven;
 mod electrical;
@@ -33,6 +34,7 @@ pub fn kinds() -> Vec<Kind> {
     kinds.extend(budgets::kinds());
     kinds.extend(commands::kinds());
     kinds.extend(process::kinds());
+    kinds.extend(disk::kinds());
     kinds.extend(clients::kinds());
     kinds.extend(serial::kinds());
     kinds.extend(linux::kinds());

@@ -4,7 +4,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
 use rustix::process::Signal;
 use sinew_ipc::{Client, DriverHealth, Error, Fault, Mode};
@@ -43,7 +42,6 @@ pub fn kinds() -> Vec<Kind> {
         shared_memory_full(),
         no_descriptors(),
         runtime_folder_gone(),
-        report_on_a_full_disk(),
     ]
 }
 
@@ -595,43 +593,6 @@ fn runtime_folder_gone() -> Kind {
         within: 0.0,
         unit: Unit::Periods,
         lost: "newcomers cannot find this run any more",
-        faults: &[],
-        carry_out: Box::new(move |site, trials| trials.each(|rng| one(site, rng))),
-    }
-}
-
-/// The real program this time: its report has no room.
-fn report_on_a_full_disk() -> Kind {
-    let one = |site: &Site, rng: &mut Xoshiro256PlusPlus| {
-        let folder = site.folder()?;
-        let file = folder.join("rig.toml");
-        std::fs::write(
-            &file,
-            crate::lockstep::rig_text(&site.name("disk"), 2, RATE_HZ, rng.random(), "").replace("seed = ", "seed = 1#"),
-        )?;
-        let script = "mount -t tmpfs -o size=4k tmpfs \"$2\" && head -c 4096 /dev/zero > \"$2/filler\"; \
-                      exec \"$0\" run \"$1\" --no-monitor --for 0.1 --report \"$2/report.json\"";
-        let full = site.folder()?;
-        let mut command = std::process::Command::new("unshare");
-        command.args(["-m", "sh", "-c", script]).arg(site.sinew()?).arg(&file).arg(&full);
-        let mut process = Process::start(site, &mut command)?;
-        let status = process.finish()?;
-        let said = process.said();
-        if said.contains("unshare:") || said.contains("mount:") {
-            return Err(Failure::Impossible(said));
-        }
-        expect(status.code() == Some(1) || status.code() == Some(2), || format!("{status}: {said}"))?;
-        expect(said.contains("report.json") && said.contains("error: "), || said.clone())?;
-        Ok(0.0)
-    };
-    Kind {
-        name: "report_on_a_full_disk",
-        group: Group::Process,
-        injected: "no room for the run's report",
-        expected: "the run is not disturbed; an error that names the file, exit code not 0",
-        within: 0.0,
-        unit: Unit::Periods,
-        lost: "the report",
         faults: &[],
         carry_out: Box::new(move |site, trials| trials.each(|rng| one(site, rng))),
     }
