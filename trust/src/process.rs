@@ -364,7 +364,7 @@ fn suspended() -> Kind {
     };
     Kind {
         expected: "all channels off in the first cycle after it, latched, although no lease has run out and no period was missed; periods with power after it (counted from 2 ms on)",
-        within: 60.0,
+        within: 1.0,
         lost: "the power of all until their reset",
         ..moved(
             "machine_suspended",
