@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use sinew_driver::report::Quantiles;
-use sinew_ipc::{Client, CommandKind, DriverHealth, Error, LoopStats, Reason, Refusal, Snapshot};
+use sinew_ipc::{ChannelState, Client, CommandKind, DriverHealth, Error, LoopStats, Reason, Refusal, Snapshot};
 use sinew_sensing::Health;
 
 use super::list;
@@ -154,6 +154,15 @@ impl Live {
     }
 }
 
+/// The budget that holds the duty back, if one does.
+fn held_by(flags: u32) -> Option<&'static str> {
+    match flags {
+        _ if flags & ChannelState::FLAG_HEAT_BUDGET != 0 => Some("heat"),
+        _ if flags & ChannelState::FLAG_TEMPERATURE_BUDGET != 0 => Some("temperature"),
+        _ => None,
+    }
+}
+
 /// What a client sees, for the screen and for `status`.
 fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -> View {
     let info = client.info();
@@ -178,6 +187,8 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
             cause: fault.cause(),
             remedy: fault.remedy(),
         }),
+        first: state.flags & ChannelState::FLAG_FIRST != 0,
+        held_by: held_by(state.flags),
         health: u8::try_from(state.health)
             .ok()
             .and_then(Health::from_code)

@@ -133,8 +133,15 @@ fn text(view: &View) -> String {
             number(row.temperature_c, 5, 1),
             number(row.martensite, 5, 2),
             number(row.power_w, 6, 3),
-            row.fault.map_or("–", |fault| fault.flag),
+            match (row.fault, row.held_by) {
+                (Some(fault), _) => fault.flag.to_string(),
+                (None, Some(budget)) => format!("– (held back by its {budget} budget)"),
+                (None, None) => "–".into(),
+            },
         );
+    }
+    if let Some((name, fault)) = view.first_of_several() {
+        let _ = write!(text, "\nfirst: {name}, {}\n", fault.flag);
     }
     for row in view.channels.iter() {
         if let Some(fault) = row.fault {

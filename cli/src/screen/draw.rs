@@ -108,6 +108,9 @@ fn draw_title(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
         1 => spans.push(Span::styled("  ✖ 1 fault", palette.fault())),
         n => spans.push(Span::styled(format!("  ✖ {n} faults"), palette.fault())),
     }
+    if let Some((name, fault)) = view.first_of_several() {
+        spans.push(Span::styled(format!(", first {name}: {}", words(fault.flag)), palette.fault()));
+    }
     if view.age_s > 0.5 {
         spans.push(Span::styled(format!("  ▲ nothing new for {:.1} s", view.age_s), palette.warning()));
     }
@@ -237,11 +240,15 @@ fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: 
                 Column::Temperature => put(buffer, x, y, &number(row.temperature_c, 0), *width, base),
                 Column::Martensite => put(buffer, x, y, &number(row.martensite, 2), *width, base),
                 Column::Power => put(buffer, x, y, &number(row.power_w, 2), *width, base),
-                Column::State => match (row.fault, row.health) {
-                    (Some(fault), _) => put(buffer, x, y, &format!("✖ {}", words(fault.flag)), *width, palette.fault()),
-                    (None, Some(health)) => put(buffer, x, y, &format!("▲ {health}"), *width, palette.warning()),
-                    (None, None) => put(buffer, x, y, row.mode, *width, base),
-                },
+                Column::State => {
+                    let (text, style) = match (row.fault, row.health, row.held_by) {
+                        (Some(fault), _, _) => (format!("✖ {}", words(fault.flag)), palette.fault()),
+                        (None, Some(health), _) => (format!("▲ {health}"), palette.warning()),
+                        (None, None, Some(budget)) => (format!("▼ {budget}"), palette.warning()),
+                        (None, None, None) => (row.mode.to_string(), base),
+                    };
+                    put(buffer, x, y, &text, *width, style);
+                }
             }
             x += width + 1;
         }
@@ -377,6 +384,8 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
         lines.push(Line::raw(fault.remedy));
     } else if let Some(health) = row.health {
         lines.push(Line::styled(format!("▲ sample: {health}"), palette.warning()));
+    } else if let Some(budget) = row.held_by {
+        lines.push(Line::styled(format!("▼ held back by its {budget} budget"), palette.warning()));
     }
     lines
 }

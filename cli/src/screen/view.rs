@@ -56,8 +56,12 @@ pub struct Row {
     pub lease_s: f64,
     /// The latched fault, if any.
     pub fault: Option<FaultText>,
+    /// Whether that was the first of all that are latched now.
+    pub first: bool,
     /// What is wrong with the present sample, if anything.
     pub health: Option<&'static str>,
+    /// The budget that holds the duty back, if one does.
+    pub held_by: Option<&'static str>,
 }
 
 /// A fault in words.
@@ -107,6 +111,13 @@ impl Row {
 }
 
 impl View {
+    /// The fault that was first of several, with its channel: the others may be what came of it.
+    pub fn first_of_several(&self) -> Option<(&str, FaultText)> {
+        let several = self.channels.iter().filter(|row| row.fault.is_some()).count() > 1;
+        let first = self.channels.iter().find(|row| row.first).filter(|_| several)?;
+        Some((&first.name, first.fault?))
+    }
+
     /// A warning that what is shown is old, when it is: the loop has not written for half a second and twenty periods.
     pub fn stands_still(&self) -> Option<String> {
         (self.age_s > 0.5 + 20.0 / self.rate_hz.max(1.0)).then(|| {
@@ -205,7 +216,9 @@ pub mod tests {
                     cause: "no current flows",
                     remedy: "check the wire and its clamps, then reset",
                 }),
+                first: faulty,
                 health: (index == 9).then_some("out of range"),
+                held_by: (index == 11).then_some("heat"),
             }
         };
         View {
@@ -237,6 +250,15 @@ pub mod tests {
         let line = hexapod(8).plain_line();
         assert_eq!(line.lines().count(), 1);
         assert!(line.contains("cycle 754321") && line.contains("faults middle_left_coxa: open_wire"), "{line}");
+    }
+
+    #[test]
+    fn of_several_faults_the_first_is_named() {
+        let mut view = hexapod(8);
+        assert_eq!(view.first_of_several(), None, "one alone needs no word");
+        view.channels[2].fault = view.channels[6].fault;
+        let (name, fault) = view.first_of_several().unwrap();
+        assert_eq!((name, fault.flag), ("middle_left_coxa", "open_wire"));
     }
 
     #[test]
