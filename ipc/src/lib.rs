@@ -16,6 +16,7 @@
 #![deny(unsafe_code)]
 
 mod client;
+pub mod descriptors;
 mod error;
 pub mod fault;
 pub mod gate;

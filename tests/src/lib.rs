@@ -255,6 +255,15 @@ pub struct Process {
     said: TempDir,
 }
 
+/// What a process has of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resources {
+    /// Descriptors.
+    pub open_files: usize,
+    /// Memory it has touched, bytes.
+    pub memory_bytes: usize,
+}
+
 impl Process {
     /// Starts it.
     #[track_caller]
@@ -326,6 +335,19 @@ impl Process {
         // SAFETY: plain system call; the process is our child and has not been waited for, so the id is still its own.
         let sent = unsafe { libc::kill(self.child.id() as libc::pid_t, signal) };
         assert_eq!(sent, 0, "{}", std::io::Error::last_os_error());
+    }
+
+    /// What it has of the machine at this moment.
+    #[track_caller]
+    pub fn resources(&self) -> Resources {
+        let proc = format!("/proc/{}", self.pid());
+        let status = fs::read_to_string(format!("{proc}/status")).expect("our child");
+        let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("a process has memory");
+        let kib = resident.trim().trim_end_matches(" kB").parse::<usize>().expect("a number of KiB");
+        Resources {
+            open_files: fs::read_dir(format!("{proc}/fd")).expect("our child").count(),
+            memory_bytes: kib << 10,
+        }
     }
 
     /// Kills it as the kernel would when memory runs out, and waits until it is gone.

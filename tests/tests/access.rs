@@ -320,6 +320,46 @@ fn rubbish_at_the_door_costs_the_others_nothing() {
     assert_eq!(report["unpublished"], 0, "{report:#}");
 }
 
+/// As many visitors as there may be, of one user and of all; the next ones are told so, those inside go on, and when they have gone nothing is
+/// left of them.
+#[test]
+fn as_many_visitors_as_promised_and_not_one_more() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new(&format!("command_group = \"{COMMANDERS}\"\nread_group = \"everyone\""));
+    let driver = bench.drive();
+    let before = driver.resources();
+    let crowded = |mut crowd: Process| {
+        crowd.wait_for_word("crowded");
+        crowd
+    };
+    for round in 0..2 {
+        // Readers look; commanders look, sleep and command.
+        let crowds: Vec<Process> = (0..4).map(|_| bench.robot(READER, &["crowd", "64"])).collect();
+        let mut crowds: Vec<Process> = crowds.into_iter().map(crowded).collect();
+        let own = bench.ask(READER, &["status", "--rig", &bench.rig.name]).expect(1);
+        assert!(own.stderr.contains("serves 256 clients through its gate at once"), "round {round}: {}", own.stderr);
+        assert!(own.stderr.contains("end programs that are not needed"), "{}", own.stderr);
+        crowds.push(crowded(bench.robot(COMMANDER, &["crowd", "128", "left"])));
+        for user in [COMMANDER, STRANGER] {
+            let full = bench.ask(user, &["status", "--rig", &bench.rig.name]).expect(1);
+            assert!(full.stderr.contains("serves 384 clients through its gate at once"), "{}", full.stderr);
+        }
+        println!("{} files open with 384 visitors, {} with none", driver.resources().open_files, before.open_files);
+        // The driver's own user comes another way.
+        bench.ask(DRIVER, &["set", "right", "stroke=20%", "--rig", &bench.rig.name]).expect(0);
+        assert!(crowds.iter_mut().all(|crowd| crowd.ended().is_none()), "those inside go on");
+        crowds.into_iter().for_each(Process::kill);
+        wait_until("their seats to be free", || driver.resources().open_files <= before.open_files);
+        bench.ask(READER, &["status", "--rig", &bench.rig.name]).expect(0);
+    }
+    let after = driver.resources();
+    assert!(after.memory_bytes < before.memory_bytes + (16 << 20), "{before:?} {after:?}");
+    let report = bench.stop(driver);
+    assert_eq!(report["unpublished"], 0, "{report:#}");
+}
+
 #[test]
 fn a_killed_drivers_door_is_replaced_and_a_squatters_is_not_trusted() {
     if !can_be_others() {

@@ -1,6 +1,6 @@
 //! Clients that are killed, that sleep, and that come in numbers: none of them costs the others anything.
 
-use sinew_ipc::{Client, Fault, Mode};
+use sinew_ipc::{Client, ClientOptions, Fault, Mode};
 use sinew_tests::{Driver, Process, RATE_HZ, Rig, SENSING_DUTY, checkout, gait, wait_for, wait_until};
 use std::process::Command;
 use std::time::Duration;
@@ -187,6 +187,83 @@ fn twenty_clients_at_once() {
     wait_until("all commands to be counted", || observer.loop_stats().commands >= 200);
     let report = driver.stop();
     assert_eq!(report["faults"].as_array().unwrap().iter().filter(|f| f["flag"] != "stale_setpoint").count(), 0);
+}
+
+/// Many systems start programs with room for 1024 open files and allow far more: the driver helps itself.
+#[test]
+fn a_driver_takes_as_many_open_files_as_it_may_have() {
+    let rig = Rig::bench(&["left"], "");
+    let usual = rig.command(&["--for", "120"]);
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -S -n 200 && exec \"$0\" \"$@\""]).arg(usual.get_program()).args(usual.get_args());
+    command.envs(usual.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let driver = Process::start(&mut command);
+    wait_until("the driver", || Client::connect(&rig.name).is_ok());
+    let limits = std::fs::read_to_string(format!("/proc/{}/limits", driver.pid())).unwrap();
+    let files = limits.lines().find_map(|line| line.strip_prefix("Max open files")).unwrap();
+    let [soft, hard] = files.split_whitespace().take(2).collect::<Vec<_>>()[..] else { panic!("{files}") };
+    assert!(soft == hard && soft != "200", "{files}");
+    driver.signal(libc::SIGTERM);
+    driver.finish().expect(0);
+}
+
+/// Every place taken by a client that looks, sleeps and commands; the next one is told so and what to do, the others go on, and when they have
+/// gone there is nothing left of them: neither places nor descriptors nor memory.
+#[test]
+fn as_many_clients_as_promised_and_not_one_more() {
+    const MOST: usize = 256;
+    sinew_ipc::descriptors::raise_limit();
+    let rig = Rig::bench(&["left"], "");
+    let (driver, observer) = Driver::ready(&rig);
+    // The driver's own look at itself is a client as well.
+    let there = 2;
+    let before = driver.process.resources();
+    let at_once = ClientOptions { connect: Duration::ZERO, ..ClientOptions::default() };
+    let crowds: Vec<Process> = (0..5).map(|_| robot(&rig, &["crowd", "50", "left"])).collect();
+    let crowded = |mut crowd: Process| {
+        crowd.wait_for_word("crowded");
+        crowd
+    };
+    let crowds: Vec<Process> = crowds.into_iter().map(crowded).collect();
+    let mut rest = Vec::new();
+    let full = loop {
+        match Client::connect_with(&rig.name, at_once) {
+            Ok(client) => rest.push(client),
+            Err(error) => break error,
+        }
+        assert!(rest.len() + 250 + there <= MOST, "more than the {MOST} that are promised");
+    };
+    assert_eq!(rest.len() + 250 + there, MOST, "{full}");
+    let why = full.to_string();
+    assert!(why.contains("serves 256 clients at once, and all are taken; end programs"), "{why}");
+    // Those who are in go on.
+    let cycle = observer.latest().cycle;
+    wait_until("the loop to go on", || observer.latest().cycle > cycle + RATE_HZ as u64 / 10);
+    for client in [&observer, rest.first().expect("some are left over")] {
+        client.set_stroke("left", 0.3, LONG).expect("places are full, not the desk");
+    }
+    let during = driver.process.resources();
+    let dropped = observer.loop_stats().ring_drops;
+    drop(rest);
+    crowds.into_iter().for_each(Process::kill);
+    // What the killed have left is cleared away with time; then the next may come, and nothing of them is left.
+    wait_until("the crowd's descriptors to be closed", || driver.process.resources().open_files <= before.open_files);
+    wait_until("room for others", || Client::connect_with(&rig.name, at_once).is_ok());
+    let after = driver.process.resources();
+    println!(
+        "none, {MOST}, none connected: {} {} {} files open, {} {} {} MiB; {dropped} and {} cycles not published",
+        before.open_files,
+        during.open_files,
+        after.open_files,
+        before.memory_bytes >> 20,
+        during.memory_bytes >> 20,
+        after.memory_bytes >> 20,
+        observer.loop_stats().ring_drops
+    );
+    assert!((during.open_files as u64) < sinew_ipc::descriptors::FULL_HOUSE, "{during:?}");
+    assert!(after.memory_bytes < before.memory_bytes + (16 << 20), "{before:?} {after:?}");
+    // A machine on which 256 clients share two cores may starve the publisher; what it could not publish is counted.
+    driver.stop();
 }
 
 #[test]

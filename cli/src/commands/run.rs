@@ -33,6 +33,8 @@ pub fn run(args: &args::Run) -> Outcome {
     if let Some(path) = &args.report {
         output::has_place(path)?;
     }
+    // Before anything is opened: every client takes some.
+    sinew_ipc::descriptors::raise_limit();
     let asked = signals()?;
     // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
     signal_hook::flag::register(SIGTSTP, Arc::clone(&asked))

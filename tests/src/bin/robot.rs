@@ -5,8 +5,8 @@
 //! - `work CHANNEL CYCLES`: reads so many cycles, and commands its channel meanwhile; says `worked RECEIVED LOST COMMANDS`.
 //! - `repeat CALL CHANNEL`: does nothing but this one call (`connect`, `latest`, `stream`, `wait`, `set`, `reset`, `off`), for ever; says
 //!   `repeating` once it has done so.
-//! - `crowd CLIENTS CHANNEL`: is so many clients at once, which all look, sleep until something is new, and command; says
-//!   `crowded CLIENTS`, and stays until the driver is gone.
+//! - `crowd CLIENTS [CHANNEL]`: is so many clients at once, which all look, sleep until something is new, and command (without a channel
+//!   they only look); says `crowded CLIENTS`, and stays until the driver is gone.
 //!
 //! When the driver is gone, its words go to stderr and the exit code is 3.
 
@@ -91,7 +91,8 @@ fn robot(words: &[&str]) -> Result<(), Error> {
             }
             Ok(())
         }
-        ["crowd", clients, channel] => {
+        ["crowd", clients, channel @ ..] => {
+            sinew_ipc::descriptors::raise_limit();
             let clients: usize = clients.parse().expect("a number of clients");
             let options = ClientOptions { connect: PATIENCE, answer: PATIENCE };
             let mut crowd = vec![client];
@@ -101,7 +102,9 @@ fn robot(words: &[&str]) -> Result<(), Error> {
             for client in &crowd {
                 assert!(client.latest().cycle > 0);
                 assert!(client.wait(PATIENCE)?);
-                client.set_stroke(channel, 0.2, Duration::from_secs(60))?;
+                if let [channel] = channel {
+                    client.set_stroke(channel, 0.2, Duration::from_secs(60))?;
+                }
             }
             println!("crowded {}", crowd.len());
             loop {
