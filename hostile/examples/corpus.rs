@@ -15,7 +15,15 @@ fn main() -> std::io::Result<()> {
     write("csv", "good", &[b"\x01", seed::CSV].concat())?;
     write("rig", "bench", seed::RIG)?;
     write("rig", "hexapod", sinew_rig::HEXAPOD_TOML.as_bytes())?;
-    for (format, good) in [("line", seed::lines()), ("firmware", seed::firmware()), ("command", seed::commands())] {
+    let scripts = [
+        ("line", seed::lines()),
+        ("firmware", seed::firmware()),
+        ("command", seed::commands()),
+        ("gate", seed::visitors()),
+        ("visit", seed::drivers()),
+        ("scan", seed::scans()),
+    ];
+    for (format, good) in scripts {
         for (number, bytes) in good.iter().enumerate() {
             write(format, &format!("good-{number}"), bytes)?;
         }

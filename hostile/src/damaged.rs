@@ -2,7 +2,7 @@
 
 use sinew_recording::session::Compression;
 
-use crate::{Mutator, command, csv, firmware, line, mcap, rig, seed};
+use crate::{Mutator, command, csv, firmware, gate, line, mcap, rig, scan, seed, visit};
 
 /// A format with a reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,12 +19,27 @@ pub enum Format {
     Firmware,
     /// What clients ask for, and what the converter shows.
     Command,
+    /// What visitors do at the gate.
+    Gate,
+    /// What a driver shows to a visitor.
+    Visit,
+    /// What Linux says of a converter, and its scans.
+    Scan,
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Format; 6] =
-        [Format::Csv, Format::Mcap, Format::Rig, Format::Line, Format::Firmware, Format::Command];
+    pub const ALL: [Format; 9] = [
+        Format::Csv,
+        Format::Mcap,
+        Format::Rig,
+        Format::Line,
+        Format::Firmware,
+        Format::Command,
+        Format::Gate,
+        Format::Visit,
+        Format::Scan,
+    ];
 
     /// Its name, that of its fuzzing target.
     pub const fn name(self) -> &'static str {
@@ -35,6 +50,9 @@ impl Format {
             Format::Line => "line",
             Format::Firmware => "firmware",
             Format::Command => "command",
+            Format::Gate => "gate",
+            Format::Visit => "visit",
+            Format::Scan => "scan",
         }
     }
 
@@ -45,6 +63,9 @@ impl Format {
             Format::Line => seed::lines(),
             Format::Firmware => seed::firmware(),
             Format::Command => seed::commands(),
+            Format::Gate => seed::visitors(),
+            Format::Visit => seed::drivers(),
+            Format::Scan => seed::scans(),
             Format::Rig => vec![HEXAPOD.to_vec(), seed::RIG.to_vec()],
             Format::Mcap => [Compression::None, Compression::Lz4, Compression::Zstd]
                 .into_iter()
@@ -62,7 +83,8 @@ impl Format {
         match self {
             Format::Csv => &CSV_WORDS,
             Format::Rig => &RIG_WORDS,
-            Format::Mcap | Format::Line | Format::Firmware | Format::Command => &[],
+            Format::Scan => &SCAN_WORDS,
+            Format::Mcap | Format::Line | Format::Firmware | Format::Command | Format::Gate | Format::Visit => &[],
         }
     }
 
@@ -74,6 +96,9 @@ impl Format {
             Format::Line => line(bytes),
             Format::Firmware => firmware(bytes),
             Format::Command => command(bytes),
+            Format::Gate => gate(bytes),
+            Format::Visit => visit(bytes),
+            Format::Scan => scan(bytes),
         }
     }
 }
@@ -109,6 +134,9 @@ const CSV_WORDS: [&[u8]; 14] = [
     b"\0",
     b"0.1",
 ];
+
+const SCAN_WORDS: [&[u8]; 12] =
+    [b"le:", b"be:", b"s", b"u", b"16", b"/", b"64", b">>", b"X4", b"\n", b"4294967295", b"\xc2\xb5"];
 
 const RIG_WORDS: [&[u8]; 16] = [
     b"=",

@@ -1,4 +1,4 @@
-//! What comes from outside and is not what it should be: files, frames off a line, requests; and what every reader of this project
+//! What comes from outside and is not what it should be: files, frames off a line, requests, visitors; and what every reader of this project
 //! has to do with it.
 //!
 //! One function a format takes any bytes at all, lets the reader have them and holds it to its promises: no panic, an
@@ -11,8 +11,10 @@
 mod command;
 mod damaged;
 mod frames;
+mod gate;
 mod mcap;
 mod mutate;
+mod scan;
 mod script;
 pub mod seed;
 
@@ -24,8 +26,10 @@ use sinew_rig::Rig;
 pub use command::command;
 pub use damaged::{Format, damaged};
 pub use frames::{firmware, line};
+pub use gate::{gate, visit};
 pub use mcap::mcap;
 pub use mutate::Mutator;
+pub use scan::scan;
 
 /// What messages call the bytes.
 const NAME: &str = "hostile";

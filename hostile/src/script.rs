@@ -33,6 +33,14 @@ impl<'a> Script<'a> {
         u64::from_le_bytes(std::array::from_fn(|_| self.byte()))
     }
 
+    /// What stands before the next such byte, which is taken too; all there is where there is none.
+    pub(crate) fn until(&mut self, end: u8) -> &'a [u8] {
+        let at = self.bytes.iter().position(|byte| *byte == end).unwrap_or(self.bytes.len());
+        let found = self.bytes(at);
+        self.step();
+        found
+    }
+
     /// At most so many bytes as they are.
     pub(crate) fn bytes(&mut self, most: usize) -> &'a [u8] {
         let (bytes, rest) = self.bytes.split_at(most.min(self.bytes.len()));

@@ -138,3 +138,66 @@ pub fn commands() -> Vec<Vec<u8>> {
     let faults = [&bad[..], &bad, &[3 | 4 << 3, 5 | 4 << 3, 1, 6 | 9 << 3], &[5 << 3, 0x80, 0, 3 | 30 << 3]].concat();
     vec![every.clone(), [&lengths[..], &faults, &lengths].concat(), [&every[..], &faults, &every].concat()]
 }
+
+/// Visitors who come, ask, are answered, send rubbish, flood, hang up: scripts of [`crate::gate`].
+pub fn visitors() -> Vec<Vec<u8>> {
+    // what a step does is its lower three bits; the byte behind it chooses a visitor
+    let come = [0u8, 0, 0, 0];
+    let ask = [1u8, 0, 0, 1, 1, 0];
+    let desk = [7 | 0x80 | 15 << 3, 0];
+    let fetch = [6 | 8, 0, 6 | 8, 1];
+    let flood = [1 | 7 << 3, 0].into_iter().chain([0; 22]).collect::<Vec<u8>>();
+    let rubbish = [&[3 | 3 << 3, 1][..], b"GET / HTTP/1.1\r\n\0\0"].concat();
+    let longer = [4 | 3 << 3, 0, 0, 4 | 7 << 3, 1, 0];
+    let handed = [1 | 0x80, 0, 0, 2 | 0x40, 1, 0];
+    let leave = [5, 0, 5 | 1 << 3, 1, 6, 0, 6, 1];
+    vec![
+        [&come[..], &ask, &desk, &fetch, &ask, &[7, 0], &leave, &come, &ask, &desk].concat(),
+        [&come[..], &rubbish, &ask, &desk, &come, &longer, &desk, &handed, &desk, &fetch].concat(),
+        [&come[..], &flood, &flood, &desk, &flood, &desk, &flood, &desk, &flood, &[6, 0]].concat(),
+    ]
+}
+
+/// Drivers a visitor can look at and ask, with words of their memory changed: scripts of [`crate::visit`].
+pub fn drivers() -> Vec<Vec<u8>> {
+    let answer = [&[0u8][..], &[0; 8], &[3, 0, 0, 0], &[0; 44]].concat();
+    let refusal = [&[0u8][..], &[0; 8], &[6, 0, 0, 0, 6, 0, 0, 0], &[0x7f; 40]].concat();
+    let nothing = [0u8; 9];
+    // the head one further, a slot's cycle another
+    let more = [3u8, 2 << 1, 6, 6 << 1 | 1, 0, 12, 7, 0, 0, 0, 0, 0, 0, 0, 4 << 1, 6, 9];
+    vec![
+        // as it should be, with two answers
+        [&[0x80 | 2 << 1][..], &answer, &refusal, &nothing].concat(),
+        // first words of another kind
+        [&[0x40 | 2 << 1 | 1][..], &[2, 8, 9, 12, 2, 20, 77, 0], &answer].concat(),
+        // cycles that come, and come otherwise
+        [&[2u8 << 1][..], &[0], &more, &more, &more, &[1, 0, 6], &more].concat(),
+        [&[2u8 << 1][..], &more, &more, &nothing].concat(),
+        // no memory, and memory that is none
+        vec![0],
+        [&[1u8 << 1, 26][..], b"sinewbrd", &[1; 200]].concat(),
+    ]
+}
+
+/// Formats of real converters' elements and a scan of each: for [`crate::scan`].
+pub fn scans() -> Vec<Vec<u8>> {
+    let scan: Vec<u8> = (0..64u8).map(|byte| byte.wrapping_mul(37)).collect();
+    let device = |elements: &[(u8, &str)]| {
+        let lines = elements.iter().flat_map(|(index, text)| [&[*index][..], text.as_bytes(), b"\n"].concat());
+        [elements.len() as u8].into_iter().chain(lines).chain(scan.iter().copied()).collect::<Vec<u8>>()
+    };
+    vec![
+        // ina2xx-adc, with its timestamp
+        device(&[
+            (0, "le:u16/16>>0"),
+            (1, "le:u16/16>>0"),
+            (2, "le:u16/16>>0"),
+            (3, "le:s16/16>>0"),
+            (4, "le:s64/64>>0"),
+        ]),
+        // ad7124, max1363, an accelerometer's upper bits
+        device(&[(0, "be:u24/32>>8"), (3, "be:u12/16>>0"), (1, "be:s12/16>>4")]),
+        // a quaternion beside a voltage
+        device(&[(9, "le:s16/16X4>>0"), (2, "le:s8/8>>0")]),
+    ]
+}

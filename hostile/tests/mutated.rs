@@ -32,3 +32,18 @@ fn no_frames_make_a_front_end_heat_beyond_its_limits_or_without_a_driver() {
 fn no_requests_and_no_samples_make_the_loop_heat_a_wire_beyond_its_limits() {
     damaged(Format::Command, 6, 1500);
 }
+
+#[test]
+fn no_visitors_keep_the_gate_from_serving_another() {
+    damaged(Format::Gate, 7, 3000);
+}
+
+#[test]
+fn no_driver_at_a_gate_makes_its_client_panic_or_hang() {
+    damaged(Format::Visit, 8, 3000);
+}
+
+#[test]
+fn a_damaged_scan_format_means_what_it_says_or_nothing() {
+    damaged(Format::Scan, 9, 20_000);
+}

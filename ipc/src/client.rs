@@ -75,16 +75,20 @@ impl Client {
     /// # Errors
     /// As [`Client::connect`].
     pub fn connect_with(rig: &str, options: ClientOptions) -> Result<Client, Error> {
-        static CLIENTS: AtomicU64 = AtomicU64::new(1);
         let (link, info) = Link::find(rig, options.connect)?;
-        Ok(Client {
+        Ok(Client::over(link, info, options))
+    }
+
+    pub(crate) fn over(link: Link, info: Info, options: ClientOptions) -> Client {
+        static CLIENTS: AtomicU64 = AtomicU64::new(1);
+        Client {
             info,
             sequence: AtomicU64::new(1),
             number: u64::from(std::process::id()) << 32 | CLIENTS.fetch_add(1, Ordering::Relaxed) & 0xffff_ffff,
             options,
             sleeper: Mutex::new(None),
             link: Arc::new(link),
-        })
+        }
     }
 
     /// Names of the rigs a driver is running for, sorted: the own user's, and those at whose gate somebody stands.

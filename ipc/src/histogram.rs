@@ -66,7 +66,8 @@ impl Histogram {
         let rank = ((q.clamp(0.0, 1.0) * self.count as f64).ceil() as u64).clamp(1, self.count.max(1));
         let mut seen = 0;
         for (bin, &n) in self.bins[..BINS].iter().enumerate() {
-            seen += n;
+            // Counts out of somebody else's memory may be anything.
+            seen = n.saturating_add(seen);
             if seen >= rank {
                 return last_of(bin).min(self.max_ns);
             }
@@ -76,11 +77,11 @@ impl Histogram {
 
     /// Adds the counts of another histogram.
     pub fn merge(&mut self, other: &Histogram) {
-        self.count += other.count;
+        self.count = self.count.saturating_add(other.count);
         self.sum_ns = self.sum_ns.wrapping_add(other.sum_ns);
         self.max_ns = self.max_ns.max(other.max_ns);
         for (mine, theirs) in self.bins.iter_mut().zip(&other.bins) {
-            *mine += theirs;
+            *mine = mine.saturating_add(*theirs);
         }
     }
 

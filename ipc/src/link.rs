@@ -23,6 +23,11 @@ impl Link {
         // A driver of one's own that is starting or ailing is not passed over for somebody else's.
         let Err(none @ (Error::NotRunning { .. } | Error::RuntimeDir { .. })) = own else { return own };
         let Some(visit) = Visit::find(rig, patience)? else { return Err(none) };
+        Link::through(visit, rig)
+    }
+
+    /// Through the gate of another user's driver.
+    pub fn through(visit: Visit, rig: &str) -> Result<(Link, Info), Error> {
         let info = visit.info();
         if info.protocol != PROTOCOL {
             return Err(Error::Protocol { rig: rig.into(), found: info.protocol, expected: PROTOCOL });

@@ -68,9 +68,9 @@ impl CycleStream {
         }
         let Some((header, channels)) = self.source.take() else { return Ok(None) };
         let lost = if self.expected == 0 { 0 } else { header.cycle.saturating_sub(self.expected) };
-        self.expected = header.cycle + 1;
+        self.expected = header.cycle.saturating_add(1);
         self.received += 1;
-        self.lost += lost;
+        self.lost = self.lost.saturating_add(lost);
         Ok(Some(Cycle { header, channels, lost }))
     }
 

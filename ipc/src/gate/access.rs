@@ -31,7 +31,7 @@ pub struct Access {
 
 /// What a visitor may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
+pub enum Role {
     /// Nothing.
     Stranger,
     /// Look.
@@ -68,6 +68,14 @@ impl Access {
             Role::Stranger
         }
     }
+
+    /// What this process might do at a driver of another user.
+    pub fn role_of_this_process(&self) -> Role {
+        self.role(&Peer::this_process(), Self::NOBODY)
+    }
+
+    /// No user has this number.
+    const NOBODY: u32 = u32::MAX;
 
     /// The group whose members may command, to be told to who may not.
     pub(crate) fn command_group(&self) -> Name {
@@ -116,6 +124,16 @@ mod tests {
         assert_eq!(of(Some("4343"), &group, &peer(7, 5, &[4242])), Role::Reader);
         assert_eq!(of(None, &group, &peer(7, 4242, &[])), Role::Reader);
         assert_eq!(of(None, &Readers::Everyone, &peer(7, 5, &[])), Role::Reader);
+    }
+
+    #[test]
+    fn this_process_is_judged_like_a_visitor() {
+        let (a, _b) = std::os::unix::net::UnixStream::pair().unwrap();
+        let peer = Peer::of(&a).unwrap();
+        for group in [peer.group, 4_000_123] {
+            let access = Access::new(Some(&group.to_string()), &Readers::Everyone).unwrap();
+            assert_eq!(access.role_of_this_process(), access.role(&peer, Access::NOBODY), "{group}");
+        }
     }
 
     #[test]

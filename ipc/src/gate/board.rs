@@ -100,7 +100,7 @@ const fn slot_words(channels: usize) -> usize {
     HEAD_WORDS + channels * CHANNEL_WORDS
 }
 
-fn store(words: &[AtomicU64], bytes: &[u8]) {
+pub(super) fn store(words: &[AtomicU64], bytes: &[u8]) {
     for (word, bytes) in words.iter().zip(bytes.chunks(size_of::<u64>())) {
         let mut whole = [0; size_of::<u64>()];
         whole[..bytes.len()].copy_from_slice(bytes);
@@ -197,6 +197,14 @@ impl Board {
     /// Makes this the latest state.
     pub fn show(&self, snapshot: &Snapshot) {
         AT_STATE.write(self.pages.words(), snapshot.as_bytes());
+    }
+
+    /// All of its memory.
+    pub fn bytes(&self) -> Vec<u8> {
+        let words = self.pages.words();
+        let mut bytes = vec![0; size_of_val(words)];
+        load(words, &mut bytes);
+        bytes
     }
 
     /// Makes these the latest figures of the loop.

@@ -16,6 +16,8 @@
 
 mod access;
 mod board;
+#[doc(hidden)]
+pub mod fuzzing;
 mod messages;
 mod pages;
 mod peer;
@@ -23,8 +25,8 @@ mod place;
 mod porter;
 mod visit;
 
-pub use access::{Access, Readers};
-pub use place::gate_dir;
+pub use access::{Access, Readers, Role};
+pub use place::{Doorway, gate_dir, survey};
 
 pub(crate) use board::{Board, Follower};
 pub(crate) use place::{Door, open_doors};
@@ -32,6 +34,8 @@ pub(crate) use porter::{Answer, Porter};
 pub(crate) use visit::Visit;
 
 /// Visitors at once, of all users.
-pub(crate) const MAX_VISITORS: usize = 384;
+#[doc(hidden)]
+pub const MAX_VISITORS: usize = 384;
 /// Visitors at once of one user, so that nobody can keep the others out.
-pub(crate) const MAX_VISITORS_OF_A_USER: usize = 256;
+#[doc(hidden)]
+pub const MAX_VISITORS_OF_A_USER: usize = 256;

@@ -46,6 +46,17 @@ impl Peer {
         Ok(Peer { pid: who[0].pid.max(0) as u32, user: who[0].uid, group: who[0].gid, groups })
     }
 
+    /// This process itself.
+    pub fn this_process() -> Peer {
+        let groups = rustix::process::getgroups().unwrap_or_default();
+        Peer {
+            pid: std::process::id(),
+            user: rustix::process::geteuid().as_raw(),
+            group: rustix::process::getegid().as_raw(),
+            groups: groups.into_iter().map(|group| group.as_raw()).collect(),
+        }
+    }
+
     /// Whether it has this group.
     pub fn is_in(&self, group: u32) -> bool {
         self.group == group || self.groups.contains(&group)

@@ -6,6 +6,7 @@
 
 use super::peer::Peer;
 use crate::{Error, check_rig_name};
+use rustix::fs::{Access, AtFlags, CWD, accessat};
 use rustix::net::{self, AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
 use std::fs::{self, DirBuilder, Metadata, Permissions};
 use std::io::{self, ErrorKind};
@@ -80,9 +81,7 @@ impl Door {
 
     pub fn open_in(dir: &Path, rig: &str) -> Result<Door, Error> {
         let own = crate::sys::user_id();
-        if !dir.is_absolute() {
-            return Err(wrong(dir, "it is not an absolute path"));
-        }
+        absolute(dir)?;
         match DirBuilder::new().mode(0o755).create(dir) {
             // Whatever the umask says: others are to find the door.
             Ok(()) => fs::set_permissions(dir, Permissions::from_mode(0o755)).map_err(|e| wrong(dir, e))?,
@@ -119,6 +118,66 @@ impl Drop for Door {
         if fs::symlink_metadata(&self.path).is_ok_and(ours) {
             let _ = fs::remove_file(&self.path);
         }
+    }
+}
+
+fn absolute(dir: &Path) -> Result<(), Error> {
+    if dir.is_absolute() { Ok(()) } else { Err(wrong(dir, "it is not an absolute path")) }
+}
+
+/// What this user's driver would find where the door of a rig is to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doorway {
+    /// Its folder is there, and kept as it has to be.
+    Free,
+    /// Its folder would be made.
+    ToBeMade,
+    /// The driver of this process stands there.
+    Taken(u32),
+}
+
+/// Whether a driver of this user could open the door of a rig, and where; nothing is changed.
+///
+/// # Errors
+/// [`Error::Gate`], as the driver would end with; [`Error::RigName`].
+pub fn survey(rig: &str) -> Result<(PathBuf, Doorway), Error> {
+    check_rig_name(rig)?;
+    let dir = gate_dir();
+    survey_in(&dir, rig).map(|found| (door_path(&dir, rig), found))
+}
+
+fn survey_in(dir: &Path, rig: &str) -> Result<Doorway, Error> {
+    let own = crate::sys::user_id();
+    absolute(dir)?;
+    let path = door_path(dir, rig);
+    SocketAddrUnix::new(&path).map_err(|_| wrong(&path, "its path is too long for a socket"))?;
+    if let Ok(Found::Driver(_, peer)) = find(dir, rig) {
+        return Ok(Doorway::Taken(peer.pid));
+    }
+    let (kept, doorway) = match dir.parent() {
+        Some(above) if !dir.exists() => {
+            // In a folder with the sticky bit, which is open to all, one's own is kept as well.
+            (is_kept_above(above, own), Doorway::ToBeMade)
+        }
+        _ => (is_kept(dir, [own; 2], own), Doorway::Free),
+    };
+    kept.map_err(|reason| wrong(dir, reason))?;
+    let place = if doorway == Doorway::ToBeMade { dir.parent().unwrap_or(dir) } else { dir };
+    let effective = (Access::WRITE_OK | Access::EXEC_OK, AtFlags::EACCESS);
+    accessat(CWD, place, effective.0, effective.1)
+        .map_err(|e| wrong(dir, format!("this user may not write to {}: {e}", place.display())))?;
+    Ok(doorway)
+}
+
+/// A folder that a new one is to be made in: open to others only where the sticky bit protects what is in it.
+fn is_kept_above(above: &Path, own: u32) -> Result<(), String> {
+    match is_kept(above, [own; 2], own) {
+        Err(reason) => {
+            let sticky = fs::symlink_metadata(above).is_ok_and(|meta| meta.is_dir() && meta.mode() & 0o1000 != 0);
+            let beyond = above.parent().map_or(Ok(()), |beyond| is_kept_above(beyond, own));
+            if sticky { beyond } else { Err(reason) }
+        }
+        Ok(()) => Ok(()),
     }
 }
 
@@ -213,6 +272,7 @@ mod tests {
         let dir = folder();
         let door = Door::open_in(dir.path(), "bench").unwrap();
         assert!(matches!(find(dir.path(), "bench"), Ok(Found::Driver(_, peer)) if peer.pid == std::process::id()));
+        assert_eq!(survey_in(dir.path(), "bench"), Ok(Doorway::Taken(std::process::id())));
         let second = Door::open_in(dir.path(), "bench").unwrap_err();
         assert!(second.to_string().contains("another driver"), "{second}");
         let path = door.path.clone();
@@ -225,6 +285,7 @@ mod tests {
         drop(dead);
         assert!(path.exists());
         assert!(matches!(find(dir.path(), "bench"), Ok(Found::Nobody)));
+        assert_eq!(survey_in(dir.path(), "bench"), Ok(Doorway::Free), "a dead one's is in nobody's way");
         let next = Door::open_in(dir.path(), "bench").unwrap();
         assert!(matches!(find(dir.path(), "bench"), Ok(Found::Driver(..))));
         drop(next);
@@ -240,13 +301,20 @@ mod tests {
             let inner = dir.path().join("gate");
             fs::create_dir_all(&inner).unwrap();
             fs::set_permissions(&inner, Permissions::from_mode(mode)).unwrap();
+            // What is foretold is what happens.
+            let foretold = survey_in(&inner, "bench");
             let found = Door::open_in(&inner, "bench");
+            assert_eq!(foretold.map(drop), found.as_ref().map(drop).map_err(Clone::clone), "{mode:o}");
             assert_eq!(found.is_ok(), trusted, "{mode:o}: {found:?}");
             if let Err(error) = found {
                 assert!(error.to_string().contains("others may write to"), "{error}");
             }
             drop(fs::remove_dir_all(&inner));
         }
+        assert_eq!(survey_in(&dir.path().join("gate"), "bench"), Ok(Doorway::ToBeMade));
+        assert!(!dir.path().join("gate").exists(), "looking changes nothing");
+        assert!(survey_in(Path::new("relative"), "bench").is_err());
+        assert!(survey_in(&dir.path().join("no/where"), "bench").is_err());
         // Its parent: somebody else could put another folder in its place.
         let inner = dir.path().join("gate");
         let door = Door::open_in(&inner, "bench").unwrap();

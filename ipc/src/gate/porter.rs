@@ -26,7 +26,7 @@ use zerocopy::IntoBytes;
 const KNOCKS_A_LOOK: usize = 8;
 const ASKS_A_LOOK: usize = 4;
 /// Requests a visitor may have unanswered.
-const MAX_UNANSWERED: usize = crate::service::MAX_ACTIVE_REQUESTS;
+pub const MAX_UNANSWERED: usize = crate::service::MAX_ACTIVE_REQUESTS;
 /// Sent without waiting, and without a signal when nobody is there.
 const AT_ONCE: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
 
@@ -111,6 +111,11 @@ impl Porter {
             self.look();
         }
         self.asks.pop_front()
+    }
+
+    /// How many are inside.
+    pub fn visitors(&self) -> usize {
+        self.seats.len()
     }
 
     /// Lets in who knocks, reads what is asked, shows out who has to go.
@@ -328,6 +333,59 @@ mod tests {
         send(&socket, wild.as_bytes(), AT_ONCE).unwrap();
         let (command, _) = gate.porter.receive().expect("a request");
         assert!(command.value.is_nan() && command.kind().is_none());
+        assert!(good.driver_lives());
+    }
+
+    #[test]
+    fn what_visitors_attach_shut_or_leave_unread_stays_nowhere() {
+        let mut gate = Gate::open();
+        let good = gate.visit();
+        // Whatever tests of other threads have open: these are counted by the memory they are of.
+        let attached = rustix::fs::memfd_create("sinew-attached", rustix::fs::MemfdFlags::CLOEXEC).unwrap();
+        let there = |name: &str| {
+            let links = std::fs::read_dir("/proc/self/fd").unwrap().flatten();
+            links
+                .filter_map(|entry| std::fs::read_link(entry.path()).ok())
+                .filter(|to| to.to_string_lossy().contains(name))
+                .count()
+        };
+        assert_eq!(there("sinew-attached"), 1);
+        for round in 0..40 {
+            // Descriptors on a request, as many as a message takes, and on rubbish.
+            for (bytes, is_request) in [(ask(round).as_bytes().to_vec(), true), (vec![0xa5; 56], false)] {
+                let socket = gate.knock();
+                let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(253))];
+                let mut beside = SendAncillaryBuffer::new(&mut space);
+                let many = [attached.as_fd(); 253];
+                assert!(beside.push(SendAncillaryMessage::ScmRights(&many)));
+                sendmsg(&socket, &[IoSlice::new(&bytes)], &mut beside, AT_ONCE).unwrap();
+                assert_eq!(gate.porter.receive().is_some(), is_request, "descriptors are no part of a request");
+                assert_eq!(gate.porter.visitors(), 1 + usize::from(is_request));
+                assert_eq!(there("sinew-attached"), 1, "the porter takes nothing that is handed to him");
+                drop(socket);
+                gate.porter.look();
+                assert_eq!(gate.porter.visitors(), 1);
+            }
+            // Half of the connection shut, either half, with a request on its way.
+            for how in [rustix::net::Shutdown::Read, rustix::net::Shutdown::Write, rustix::net::Shutdown::Both] {
+                let socket = gate.knock();
+                send(&socket, ask(round).as_bytes(), AT_ONCE).unwrap();
+                rustix::net::shutdown(&socket, how).unwrap();
+                while let Some((command, answer)) = gate.porter.receive() {
+                    answer.bring(&Reply::taken(&command, 0.0));
+                }
+                drop(socket);
+                gate.porter.look();
+                assert_eq!(gate.porter.visitors(), 1, "{how:?}");
+            }
+        }
+        // Knocked and gone before anybody opened.
+        for _ in 0..100 {
+            let Ok(Found::Driver(socket, _)) = place::find(gate.dir.path(), "bench") else { panic!("nobody there") };
+            drop(socket);
+            gate.porter.look();
+        }
+        assert_eq!(gate.porter.visitors(), 1);
         assert!(good.driver_lives());
     }
 

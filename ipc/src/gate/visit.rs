@@ -63,7 +63,13 @@ impl Visit {
         }
     }
 
-    fn of(rig: &str, socket: OwnedFd, user: u32, welcome: &Welcome, board: Option<OwnedFd>) -> Result<Visit, Error> {
+    pub(super) fn of(
+        rig: &str,
+        socket: OwnedFd,
+        user: u32,
+        welcome: &Welcome,
+        board: Option<OwnedFd>,
+    ) -> Result<Visit, Error> {
         if welcome.protocol != PROTOCOL {
             return Err(Error::Protocol { rig: rig.into(), found: welcome.protocol, expected: PROTOCOL });
         }
@@ -193,7 +199,11 @@ impl Visit {
 }
 
 /// The driver's first words, and the board; `None` when it has hung up without any.
-fn greeting(socket: &OwnedFd, rig: &str, patience: Duration) -> Result<Option<(Welcome, Option<OwnedFd>)>, Error> {
+pub(super) fn greeting(
+    socket: &OwnedFd,
+    rig: &str,
+    patience: Duration,
+) -> Result<Option<(Welcome, Option<OwnedFd>)>, Error> {
     let started = Instant::now();
     loop {
         let mut bytes = [0; size_of::<Welcome>()];
