@@ -117,8 +117,11 @@ pub fn wish_of(rig: &Rig) -> Wish {
     }
 }
 
-/// Which other users a rig file lets in.
-fn access_of(rig: &Rig) -> Result<Access, sinew_ipc::Error> {
+/// Which other users a rig file lets in, and to do what.
+///
+/// # Errors
+/// [`sinew_ipc::Error::UnknownGroup`].
+pub fn access_of(rig: &Rig) -> Result<Access, sinew_ipc::Error> {
     let readers = match rig.access.read_group.as_deref() {
         None => Readers::Nobody,
         Some(sinew_rig::Access::EVERYONE) => Readers::Everyone,

@@ -34,7 +34,7 @@ pub mod supervisor;
 pub use allocations::{CountingAllocator, calls_of_this_thread, is_counting};
 pub use backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
 pub use cycles::{NoOutlet, Outlet, Pace};
-pub use driver::{Driver, DriverHandle, Options, Stats, wish_of};
+pub use driver::{Driver, DriverHandle, Options, Stats, access_of, wish_of};
 pub use engine::{Answer, Ask, Beat, Engine, Event, Occurrence, Order};
 pub use error::Error;
 pub use program::Program;

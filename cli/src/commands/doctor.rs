@@ -13,7 +13,7 @@ use sinew_driver::report::BareLoop;
 use sinew_driver::wish_of;
 use sinew_rig::{RealtimeMode, Rig};
 
-use super::{attached, load_rig};
+use super::{admission, attached, load_rig};
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
@@ -77,6 +77,7 @@ pub fn doctor(args: &args::Doctor) -> Outcome {
     checks.extend(throttling(&rig));
     checks.push(shared_memory());
     checks.push(runtime_folder());
+    checks.extend(admission::admission(&rig));
     checks.push(drivable(&rig));
     checks.extend(attached::attached(&rig));
     let watched = baseline::bare_loop_with(&wish, rig.rate_hz, WATCH_S);

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod admission;
 mod attached;
 pub mod bench;
 pub mod bench_control;
