@@ -207,8 +207,8 @@ fn a_driver_takes_as_many_open_files_as_it_may_have() {
     driver.finish().expect(0);
 }
 
-/// Every place taken by a client that looks, sleeps and commands; the next one is told so and what to do, the others go on, and when they have
-/// gone there is nothing left of them: neither places nor descriptors nor memory.
+/// Every place taken by a client that looks, sleeps and commands; the next one is told so and what to do, the others go on, and of those that
+/// are killed neither places nor descriptors stay taken.
 #[test]
 fn as_many_clients_as_promised_and_not_one_more() {
     const MOST: usize = 256;
@@ -224,7 +224,7 @@ fn as_many_clients_as_promised_and_not_one_more() {
         crowd.wait_for_word("crowded");
         crowd
     };
-    let crowds: Vec<Process> = crowds.into_iter().map(crowded).collect();
+    let mut crowds: Vec<Process> = crowds.into_iter().map(crowded).collect();
     let mut rest = Vec::new();
     let full = loop {
         match Client::connect_with(&rig.name, at_once) {
@@ -244,26 +244,30 @@ fn as_many_clients_as_promised_and_not_one_more() {
     }
     let during = driver.process.resources();
     let dropped = observer.loop_stats().ring_drops;
+    // Fifty of them are killed. What they have left is cleared away with time, their descriptors too; then as many others may come.
     drop(rest);
-    crowds.into_iter().for_each(Process::kill);
-    // What the killed have left is cleared away with time; then the next may come, and nothing of them is left.
-    wait_until("the crowd's descriptors to be closed", || driver.process.resources().open_files <= before.open_files);
-    wait_until("room for others", || Client::connect_with(&rig.name, at_once).is_ok());
-    let after = driver.process.resources();
+    crowds.pop().expect("five crowds").kill();
+    wait_until("the crowd's descriptors to be closed", || {
+        driver.process.resources().open_files + 50 * 4 <= during.open_files
+    });
+    let mut newcomers = Vec::new();
+    wait_until("room for as many others", || {
+        newcomers.extend(Client::connect_with(&rig.name, at_once));
+        newcomers.len() == 50
+    });
+    assert!(crowds.iter_mut().all(|crowd| crowd.ended().is_none()), "the other two hundred go on");
     println!(
-        "none, {MOST}, none connected: {} {} {} files open, {} {} {} MiB; {dropped} and {} cycles not published",
+        "none and {MOST} connected: {} and {} files open, {} and {} MiB; {dropped} cycles not published",
         before.open_files,
         during.open_files,
-        after.open_files,
         before.memory_bytes >> 20,
         during.memory_bytes >> 20,
-        after.memory_bytes >> 20,
-        observer.loop_stats().ring_drops
     );
     assert!((during.open_files as u64) < sinew_ipc::descriptors::FULL_HOUSE, "{during:?}");
-    assert!(after.memory_bytes < before.memory_bytes + (16 << 20), "{before:?} {after:?}");
     // A machine on which 256 clients share two cores may starve the publisher; what it could not publish is counted.
+    drop(newcomers);
     driver.stop();
+    crowds.into_iter().for_each(|crowd| drop(crowd.finish().expect(3)));
 }
 
 #[test]
