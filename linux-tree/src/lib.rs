@@ -11,6 +11,7 @@
 mod files;
 mod iio;
 mod kernel;
+mod mounts;
 mod pwm;
 
 use std::io;
@@ -27,7 +28,8 @@ pub use iio::{Converter, Input};
 pub use kernel::{Kernel, Scans, TRIGGER};
 pub use pwm::{Chip, Output};
 
-/// A mounted tree. It is gone when this is dropped.
+/// A mounted tree. It is gone when this is dropped, whoever still has files of it open; should its process be killed, the next
+/// tree that is mounted clears it away.
 pub struct Tree {
     root: PathBuf,
     kernel: Arc<Mutex<Kernel>>,
@@ -44,11 +46,12 @@ impl Tree {
     /// # Errors
     /// No FUSE here, or a rig that cannot be simulated.
     pub fn mount(rig: &Rig, scans: Scans, root: &Path) -> io::Result<Tree> {
+        mounts::clear()?;
         let kernel = Kernel::new(rig, scans).map_err(|error| io::Error::other(error.to_string()))?;
         let kernel = Arc::new(Mutex::new(kernel));
         let files = files::Files { kernel: kernel.clone(), inodes: Mutex::default() };
         let mut config = Config::default();
-        config.mount_options = vec![MountOption::FSName("sinew-linux-tree".into()), MountOption::NoExec];
+        config.mount_options = vec![MountOption::FSName(mounts::name()), MountOption::NoExec];
         let session = fuser::spawn_mount(files, root, &config)?;
         let period = Duration::from_secs_f64(1.0 / rig.rate_hz);
         Ok(Tree { root: root.into(), kernel, clock: None, session: Some(session), period })
@@ -98,6 +101,9 @@ impl Drop for Tree {
             stop.store(true, Ordering::Relaxed);
             let _ = clock.join();
         }
-        drop(self.session.take());
+        if let Some(session) = self.session.take() {
+            mounts::take_away(&self.root);
+            drop(session);
+        }
     }
 }

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::thread;
 
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
 use sinew_linux_tree::{Scans, Tree};
 use sinew_rig::Rig;
 
@@ -28,9 +29,12 @@ fn main() -> ExitCode {
         Ok(mut tree) => {
             tree.run();
             eprintln!("{} is shown under {folder}; Ctrl-C ends it", rig.name);
-            loop {
-                thread::park();
+            // Until a signal says so, and then not without taking the mount away.
+            match Signals::new([SIGINT, SIGTERM, SIGHUP]) {
+                Ok(mut signals) => drop(signals.forever().next()),
+                Err(error) => eprintln!("signals cannot be waited for: {error}"),
             }
+            ExitCode::SUCCESS
         }
         Err(error) => {
             eprintln!("{folder}: {error}; it takes /dev/fuse and root (or fusermount3)");
