@@ -47,8 +47,15 @@ impl Port {
     }
 
     /// What has arrived; `Ok(0)` = nothing. The end of the line is an error.
+    ///
+    /// It asks first how much there is. Reading from a terminal with nothing to be read waits, non-blocking or not, for the kernel's
+    /// thread that hands bytes over (`tty_buffer_flush_work` in `n_tty_read`): an ordinary one, late by milliseconds when the machine
+    /// is busy.
     #[inline]
     pub fn read(&self, buffer: &mut [u8]) -> Result<usize, Errno> {
+        if rustix::io::ioctl_fionread(&self.0)? == 0 {
+            return Ok(0);
+        }
         match rustix::io::read(&self.0, buffer) {
             Ok(0) => Err(Errno::IO),
             Ok(count) => Ok(count),
