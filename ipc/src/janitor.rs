@@ -1,17 +1,26 @@
 //! Clears away what dead clients have left, on a thread of its own: on a busy machine that takes seconds, in which the thread that
 //! answers commands would answer nobody.
 
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use iceoryx2::node::{NodeState, NodeView};
+use iceoryx2::prelude::CallbackProgression;
+
 use crate::Error;
 use crate::server::Run;
+use crate::service::IpcNode;
 
 /// How often nodes of dead clients are looked for.
 const PERIOD: Duration = Duration::from_secs(1);
+/// A folder that has been empty for so long is nobody's who is just coming or going.
+const EMPTY: Duration = Duration::from_secs(60);
 
 /// The thread. Dropped, it ends, once it is through with what it is at.
 #[derive(Debug)]
@@ -27,8 +36,7 @@ impl Janitor {
         let run = run.clone();
         let work = move || {
             while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                // iceoryx2 panics when a node it took for dead turns out to live; that must not take the driver along.
-                let _ = catch_unwind(AssertUnwindSafe(|| run.node.try_cleanup_dead_nodes()));
+                clear(&run.node);
             }
         };
         let thread = thread::Builder::new().name("sinew-janitor".into()).spawn(work);
@@ -42,6 +50,60 @@ impl Drop for Janitor {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
+        }
+    }
+}
+
+/// Clears all dead nodes of the run. What cannot be cleared now is tried again the next time.
+fn clear(node: &IpcNode) {
+    let config = node.config();
+    let nodes = PathBuf::from(config.global.node_dir().to_string());
+    let each = |state| {
+        if let NodeState::Dead(dead) = state {
+            let id = dead.id().value().to_string();
+            let home = nodes.join(&id);
+            remove_unfinished(&home);
+            if dead.details().is_some() {
+                // iceoryx2 panics when a node it took for dead turns out to live; that must not take the driver along.
+                let _ = catch_unwind(AssertUnwindSafe(|| dead.try_remove_stale_resources()));
+            } else {
+                remove_rest(&nodes, &home, &format!("{}{id}.", config.global.prefix));
+            }
+        }
+        CallbackProgression::Continue
+    };
+    let _ = catch_unwind(AssertUnwindSafe(|| IpcNode::list(config, each)));
+    // Whoever died between its folder and its monitor is on nobody's list.
+    for entry in fs::read_dir(&nodes).into_iter().flatten().flatten() {
+        let changed = entry.metadata().and_then(|folder| folder.modified());
+        if changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > EMPTY)) {
+            // Only what is an empty folder goes.
+            let _ = fs::remove_dir(entry.path());
+        }
+    }
+}
+
+/// A client that is killed in the moment in which it writes a mark of itself (a tag of a service it opens, of a port) leaves a file that
+/// is not finished: still writable. iceoryx2 (0.10) does not see such a file, cannot remove the node's folder for it, and does not
+/// know the node any more from then on, whose place stays taken. The mark comes before what it marks, so it stands for nothing.
+fn remove_unfinished(home: &Path) {
+    for entry in fs::read_dir(home).into_iter().flatten().flatten() {
+        let unfinished = entry.metadata().is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o200 != 0);
+        if unfinished {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The files of a node that died before it had said anything of itself, or after it had taken that back: nothing but its monitor.
+fn remove_rest(nodes: &Path, home: &Path, prefix: &str) {
+    // What is in there still belongs to somebody.
+    if fs::remove_dir(home).is_err_and(|e| e.kind() != std::io::ErrorKind::NotFound) {
+        return;
+    }
+    for entry in fs::read_dir(nodes).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(prefix) {
+            let _ = fs::remove_file(entry.path());
         }
     }
 }

@@ -5,7 +5,11 @@
 mod common;
 use common::*;
 use sinew_ipc::*;
+use std::collections::BTreeSet;
+use std::fs;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Program, Stdio};
 use std::time::Duration;
 
@@ -265,6 +269,34 @@ fn the_places_of_killed_clients_can_be_taken_again() {
             }
             true
         });
+    }
+}
+
+/// The marks that its nodes leave in a run's folder.
+fn marks(nodes: &Path) -> BTreeSet<PathBuf> {
+    let files = |folder: &Path| -> Vec<PathBuf> {
+        fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+    };
+    files(nodes).into_iter().flat_map(|path| files(&path).into_iter().chain([path])).collect()
+}
+
+#[test]
+fn a_client_killed_while_it_writes_a_mark_of_itself_leaves_nothing() {
+    let rig = rig("unfinished");
+    let _driver = Driver::start(&rig, 18, 500.0);
+    let lock = fs::read_to_string(runtime_dir().unwrap().join(format!("{rig}.lock"))).unwrap();
+    let run = lock.lines().find_map(|line| line.strip_prefix("run ")).unwrap().trim();
+    let nodes = runtime_dir().unwrap().join(run).join("nodes");
+    let before = marks(&nodes);
+    assert!(!before.is_empty());
+    for which in [".service_tag", ".port_tag"] {
+        let mut victim = Process::ready("client", &rig);
+        let theirs: Vec<PathBuf> = marks(&nodes).difference(&before).cloned().collect();
+        let mark = theirs.iter().find(|path| path.to_string_lossy().ends_with(which)).expect(which);
+        // As it is before it is finished: still writable.
+        fs::set_permissions(mark, fs::Permissions::from_mode(0o600)).unwrap();
+        victim.kill();
+        until(&format!("nothing is left of it ({which})"), || marks(&nodes) == before);
     }
 }
 
