@@ -6,6 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -22,10 +23,11 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// A folder that has been empty for so long is nobody's who is just coming or going.
 const EMPTY: Duration = Duration::from_secs(60);
 
-/// The thread. Dropped, it ends, once it is through with what it is at.
+/// The thread. Dropped, it ends, once it is through with the node it is at.
 #[derive(Debug)]
 pub(crate) struct Janitor {
     stop: Option<Sender<()>>,
+    over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -33,20 +35,22 @@ impl Janitor {
     /// Looks from now on for what dead clients of this run have left.
     pub fn start(run: &Arc<Run>) -> Result<Janitor, Error> {
         let (stop, stopped) = mpsc::channel::<()>();
-        let run = run.clone();
+        let (run, over) = (run.clone(), Arc::new(AtomicBool::new(false)));
+        let ended = over.clone();
         let work = move || {
             while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                clear(&run.node);
+                clear(&run.node, &ended);
             }
         };
         let thread = thread::Builder::new().name("sinew-janitor".into()).spawn(work);
         let thread = thread.map_err(|e| Error::Service { what: "command", reason: format!("no thread: {e}") })?;
-        Ok(Janitor { stop: Some(stop), thread: Some(thread) })
+        Ok(Janitor { stop: Some(stop), over, thread: Some(thread) })
     }
 }
 
 impl Drop for Janitor {
     fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
         self.stop = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -54,8 +58,8 @@ impl Drop for Janitor {
     }
 }
 
-/// Clears all dead nodes of the run. What cannot be cleared now is tried again the next time.
-fn clear(node: &IpcNode) {
+/// Clears the dead nodes of the run, until it is over. What cannot be cleared now is tried again the next time.
+fn clear(node: &IpcNode, over: &AtomicBool) {
     let config = node.config();
     let nodes = PathBuf::from(config.global.node_dir().to_string());
     let each = |state| {
@@ -70,7 +74,7 @@ fn clear(node: &IpcNode) {
                 remove_rest(&nodes, &home, &format!("{}{id}.", config.global.prefix));
             }
         }
-        CallbackProgression::Continue
+        if over.load(Ordering::Relaxed) { CallbackProgression::Stop } else { CallbackProgression::Continue }
     };
     let _ = catch_unwind(AssertUnwindSafe(|| IpcNode::list(config, each)));
     // Whoever died between its folder and its monitor is on nobody's list.

@@ -14,11 +14,11 @@ fn hold(wanted: impl Fn(&Kind) -> bool, tries: usize) {
             kind.within = 10_000.0;
         }
         let row = kind.measure(&site, tries, 3);
-        match row.remark {
-            Some(why) if row.tries == 0 && why.contains(&Failure::Impossible(String::new()).to_string()) => {
+        match row.measured.remark {
+            Some(why) if row.measured.tries == 0 && why.contains(&Failure::Impossible(String::new()).to_string()) => {
                 println!("{}: {why}", row.name);
             }
-            _ if row.kept => {}
+            _ if row.measured.kept => {}
             remark => broken += &format!("{}: {}\n", row.name, remark.unwrap_or_default()),
         }
     }
@@ -43,4 +43,9 @@ fn clients_cost_nobody_else_anything() {
 #[test]
 fn what_breaks_on_the_simulated_clock_is_off_in_time() {
     hold(|kind| matches!(kind.group, Group::Electrical | Group::Budgets | Group::Commands), 3);
+}
+
+#[test]
+fn a_guard_or_a_kernel_that_lets_the_driver_down_leaves_no_wire_heated() {
+    hold(|kind| kind.group == Group::Linux, 1);
 }

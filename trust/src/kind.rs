@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sinew_ipc::Fault;
 
 use crate::site::Site;
@@ -170,6 +170,25 @@ impl Trials {
     }
 }
 
+/// What the tries of a kind came to.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Measured {
+    /// Tries carried out.
+    pub tries: usize,
+    /// The worst reaction of all tries; `null` without one.
+    pub worst: Option<f64>,
+    /// The median of them.
+    pub median: Option<f64>,
+    /// Tries that came out otherwise.
+    pub failed: usize,
+    /// What was wrong with the first of them, or why the kind could not be tried.
+    pub remark: Option<String>,
+    /// Whether everything came out as promised, in every try.
+    pub kept: bool,
+    /// How long it took, s.
+    pub seconds: f64,
+}
+
 /// A row of the table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
@@ -187,22 +206,11 @@ pub struct Row {
     pub unit: Unit,
     /// Flags of the driver's fault table that it shows.
     pub flags: Vec<&'static str>,
-    /// Tries carried out.
-    pub tries: usize,
-    /// The worst reaction of all tries; `null` without one.
-    pub worst: Option<f64>,
-    /// The median of them.
-    pub median: Option<f64>,
     /// What is lost, as checked in every try.
     pub lost: &'static str,
-    /// Tries that came out otherwise.
-    pub failed: usize,
-    /// What was wrong with the first of them, or why the kind could not be tried.
-    pub remark: Option<String>,
-    /// Whether everything came out as promised, in every try.
-    pub kept: bool,
-    /// How long it took, s.
-    pub seconds: f64,
+    /// What came of it.
+    #[serde(flatten)]
+    pub measured: Measured,
 }
 
 impl Kind {
@@ -218,6 +226,20 @@ impl Kind {
             Err(failure) => Some(failure.to_string()),
             Ok(()) => first,
         };
+        self.row(Measured {
+            tries: reactions.len().max(failures.len()),
+            worst: reactions.last().copied(),
+            median: reactions.get(reactions.len() / 2).copied(),
+            failed: failures.len(),
+            kept: ended.is_ok() && failures.is_empty() && reactions.len() == tries,
+            remark,
+            seconds: started.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// The row that this makes; what was measured earlier is held to the promise of today.
+    pub fn row(&self, mut measured: Measured) -> Row {
+        measured.kept &= measured.worst.is_none_or(|worst| worst <= self.within);
         Row {
             name: self.name,
             group: self.group,
@@ -226,14 +248,8 @@ impl Kind {
             within: self.within,
             unit: self.unit,
             flags: self.faults.iter().map(|fault| fault.flag()).collect(),
-            tries: reactions.len().max(failures.len()),
-            worst: reactions.last().copied(),
-            median: reactions.get(reactions.len() / 2).copied(),
             lost: self.lost,
-            failed: failures.len(),
-            kept: ended.is_ok() && failures.is_empty() && reactions.len() == tries,
-            remark,
-            seconds: started.elapsed().as_secs_f64(),
+            measured,
         }
     }
 }
@@ -270,7 +286,13 @@ mod tests {
     fn one_try_that_takes_too_long_breaks_the_promise() {
         let site = Site::new().unwrap();
         let good = kind(|_, trials| trials.each(|rng| Ok(between(rng, 0.0, 2.0)))).measure(&site, 50, 7);
-        assert!(good.kept && good.failed == 0 && good.tries == 50 && good.worst <= Some(2.0), "{good:?}");
+        assert!(
+            good.measured.kept
+                && good.measured.failed == 0
+                && good.measured.tries == 50
+                && good.measured.worst <= Some(2.0),
+            "{good:?}"
+        );
         let bad = kind(|_, trials| {
             let mut count = 0;
             trials.each(|_| {
@@ -279,17 +301,23 @@ mod tests {
             })
         })
         .measure(&site, 50, 7);
-        assert!(!bad.kept && bad.failed == 1 && bad.worst == Some(2.01) && bad.median == Some(1.0), "{bad:?}");
-        assert!(bad.remark.unwrap().starts_with("try 30"));
+        assert!(
+            !bad.measured.kept
+                && bad.measured.failed == 1
+                && bad.measured.worst == Some(2.01)
+                && bad.measured.median == Some(1.0),
+            "{bad:?}"
+        );
+        assert!(bad.measured.remark.unwrap().starts_with("try 30"));
         let nothing = kind(|_, trials| trials.each(|_| Ok(f64::NAN))).measure(&site, 3, 7);
-        assert!(!nothing.kept && nothing.failed == 3);
+        assert!(!nothing.measured.kept && nothing.measured.failed == 3);
     }
 
     #[test]
     fn what_cannot_be_tried_is_no_promise_kept() {
         let site = Site::new().unwrap();
         let row = kind(|_, _| Err(Failure::Impossible("no root".into()))).measure(&site, 3, 7);
-        assert!(!row.kept && row.tries == 0, "{row:?}");
-        assert!(row.remark.unwrap().contains("no root"));
+        assert!(!row.measured.kept && row.measured.tries == 0, "{row:?}");
+        assert!(row.measured.remark.unwrap().contains("no root"));
     }
 }

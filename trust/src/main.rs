@@ -60,9 +60,12 @@ struct Faults {
     /// Seed of all random phases.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Writes everything measured as JSON.
+    /// Writes everything measured as JSON, after each kind.
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
+    /// Takes what this run does not measure from the JSON of an earlier one.
+    #[arg(long, value_name = "FILE.json")]
+    with: Vec<PathBuf>,
     /// Writes the table as Markdown.
     #[arg(long, value_name = "FILE.md")]
     table: Option<PathBuf>,
@@ -111,25 +114,33 @@ fn faults(args: &Faults) -> Result<bool, Failure> {
         }
         return Ok(true);
     }
+    let earlier = args.with.iter().map(|path| table::earlier(path)).collect::<Result<Vec<_>, _>>()?;
     let site = Site::new()?;
     let started = Instant::now();
-    let mut rows = Vec::new();
-    for kind in &kinds {
-        let row = kind.measure(&site, args.tries, args.seed);
-        println!("{}", table::line(&row));
-        rows.push(row);
+    let mut report =
+        table::Report { schema: table::SCHEMA, tries: args.tries, seed: args.seed, seconds: 0.0, rows: Vec::new() };
+    for kind in sinew_trust::kinds() {
+        let row = if wanted(kind.name) {
+            let row = kind.measure(&site, args.tries, args.seed);
+            println!("{}", table::line(&row));
+            row
+        } else {
+            match earlier.iter().rev().find_map(|rows| rows.get(kind.name)) {
+                Some(measured) => kind.row(measured.clone()),
+                None => continue,
+            }
+        };
+        report.rows.push(row);
+        report.seconds = started.elapsed().as_secs_f64();
+        if let Some(path) = &args.json {
+            let text = serde_json::to_string_pretty(&report).map_err(std::io::Error::other)?;
+            std::fs::write(path, text + "\n")?;
+        }
     }
-    let kept = rows.iter().filter(|row| row.kept).count();
-    let seconds = started.elapsed().as_secs_f64();
-    println!("{} kinds, kept in {kept}, {seconds:.0} s", rows.len());
-    let all = kept == rows.len();
-    let report = table::Report { schema: table::SCHEMA, tries: args.tries, seed: args.seed, seconds, kept, rows };
+    let (kept, all) = (report.kept(), report.rows.len());
+    println!("{all} kinds, kept in {kept}, {:.0} s", report.seconds);
     if let Some(path) = &args.table {
         std::fs::write(path, table::markdown(&report))?;
     }
-    if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&report).map_err(std::io::Error::other)?;
-        std::fs::write(path, text + "\n")?;
-    }
-    Ok(all)
+    Ok(kept == all)
 }

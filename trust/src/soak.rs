@@ -159,7 +159,7 @@ pub fn soak(args: &Args) -> Result<bool, Failure> {
     let counts = counts.inspect_err(|_| eprintln!("after {:.1} min:", started.elapsed().as_secs_f64() / 60.0))?;
     expect(driver.ended()?.is_none(), || format!("the driver ended by itself: {}", driver.said()))?;
     driver.signal(Signal::TERM)?;
-    driver.finish()?;
+    driver.finish().map_err(|failure| Failure::Unexpected(format!("the driver, asked to end: {failure}")))?;
     let text = std::fs::read_to_string(&report)?;
     let report: serde_json::Value = serde_json::from_str(&text).map_err(std::io::Error::other)?;
     let summary = summarise(args, &report, &looks, &counts);
@@ -389,7 +389,9 @@ fn record(site: &Site, rig: &str, over: &AtomicBool) -> Result<(u64, u64), Failu
             }
             if over.load(Ordering::Relaxed) {
                 process.signal(Signal::INT)?;
-                break process.finish()?;
+                let ended = process.finish();
+                break ended
+                    .map_err(|failure| Failure::Unexpected(format!("the recorder, asked to end: {failure}")))?;
             }
             std::thread::sleep(Duration::from_millis(50));
         };

@@ -1,10 +1,12 @@
 //! The table: for the terminal while it grows, as Markdown, and as JSON.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::kind::{Group, Row, Unit};
+use crate::kind::{Failure, Group, Measured, Row, Unit};
 
 /// Name and version of the JSON's form.
 pub const SCHEMA: &str = "sinew.trust/1";
@@ -20,10 +22,36 @@ pub struct Report {
     pub seed: u64,
     /// How long it took, s.
     pub seconds: f64,
-    /// Kinds in which every try came out as promised.
-    pub kept: usize,
     /// A row for each kind.
     pub rows: Vec<Row>,
+}
+
+impl Report {
+    /// Kinds in which every try came out as promised.
+    pub fn kept(&self) -> usize {
+        self.rows.iter().filter(|row| row.measured.kept).count()
+    }
+}
+
+/// What an earlier run has measured, by the names of its kinds.
+///
+/// # Errors
+/// A file that cannot be read, or is none of these.
+pub fn earlier(path: &Path) -> Result<HashMap<String, Measured>, Failure> {
+    #[derive(Deserialize)]
+    struct Named {
+        name: String,
+        #[serde(flatten)]
+        measured: Measured,
+    }
+    #[derive(Deserialize)]
+    struct Rows {
+        rows: Vec<Named>,
+    }
+    let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(format!("{}: {error}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| wrong(&e))?;
+    let Rows { rows } = serde_json::from_str(&text).map_err(|e| wrong(&e))?;
+    Ok(rows.into_iter().map(|row| (row.name, row.measured)).collect())
 }
 
 impl Group {
@@ -57,7 +85,7 @@ pub fn promised(row: &Row) -> String {
 
 /// What was seen of it.
 pub fn observed(row: &Row) -> String {
-    match (row.worst, row.median) {
+    match (row.measured.worst, row.measured.median) {
         (Some(worst), Some(median)) => format!("{} / {}", number(worst, row.unit), number(median, row.unit)),
         _ => "–".into(),
     }
@@ -65,7 +93,7 @@ pub fn observed(row: &Row) -> String {
 
 /// What came of it, in a word.
 pub fn verdict(row: &Row) -> String {
-    match (row.kept, row.failed) {
+    match (row.measured.kept, row.measured.failed) {
         (true, _) => "kept".into(),
         (false, 0) => "not tried".into(),
         (false, failed) => format!("**broken** in {failed}"),
@@ -77,14 +105,14 @@ pub fn line(row: &Row) -> String {
     let mut text = format!(
         "{:<32} {:>5} tries  promised {:>10}  worst / median {:>14} {:<8} {:>5.1} s  {}",
         row.name,
-        row.tries,
+        row.measured.tries,
         promised(row),
         observed(row),
         row.unit.to_string(),
-        row.seconds,
+        row.measured.seconds,
         verdict(row)
     );
-    if let Some(remark) = row.remark.as_ref().filter(|_| !row.kept) {
+    if let Some(remark) = row.measured.remark.as_ref().filter(|_| !row.measured.kept) {
         let _ = write!(text, "\n    {remark}");
     }
     text
@@ -94,12 +122,11 @@ pub fn line(row: &Row) -> String {
 pub fn markdown(report: &Report) -> String {
     let rows = &report.rows;
     let mut text = format!(
-        "{} kinds, {} tries each; every promise kept in {} of them. Seed {}, {:.0} s on the clock.\n",
+        "{} kinds; every promise kept in {} of them. Seed {}, {:.0} s on the clock.\n",
         rows.len(),
-        report.tries,
-        report.kept,
+        report.kept(),
         report.seed,
-        report.seconds
+        rows.iter().map(|row| row.measured.seconds).sum::<f64>()
     );
     let mut group = None;
     for row in rows {
@@ -112,7 +139,8 @@ pub fn markdown(report: &Report) -> String {
         }
         let flags: Vec<String> = row.flags.iter().map(|flag| format!("`{flag}`")).collect();
         let flags = if flags.is_empty() { String::new() } else { format!(" ({})", flags.join(", ")) };
-        let remark = row.remark.as_deref().filter(|_| !row.kept).map(|r| format!(": {r}")).unwrap_or_default();
+        let remark =
+            row.measured.remark.as_deref().filter(|_| !row.measured.kept).map(|r| format!(": {r}")).unwrap_or_default();
         let _ = writeln!(
             text,
             "| `{}`{flags} | {} | {} | {} | {} | {} | {} | {}{} |",
@@ -121,7 +149,7 @@ pub fn markdown(report: &Report) -> String {
             row.expected,
             promised(row),
             observed(row),
-            row.tries,
+            row.measured.tries,
             row.lost,
             verdict(row),
             remark.replace('|', "/").replace('\n', " ")
