@@ -105,7 +105,7 @@ fn lease() -> Kind {
         let over = (hold_s * rate_hz) as u64;
         let mut cycles = 0u64;
         let pulse = sensing_duty(&twins.struck, victim);
-        // The lease is counted from the command; the next cycle comes a period later. A dark period is not its end.
+        // The lease is counted from the next cycle, which takes the command. A dark period is not its end.
         let holds = |twins: &Twins| twins.struck.state(victim).mode() == Mode::Duty;
         while cycles < 2 || holds(&twins) || twins.struck.in_force(victim) > pulse {
             twins.cycle(&[victim])?;
@@ -120,9 +120,9 @@ fn lease() -> Kind {
         command(&mut twins.struck, victim, CommandKind::Duty, 0.1, 10.0)?;
         twins.struck.run(3);
         expect(twins.struck.in_force(victim) == 0.1, || "the next setpoint is not carried out".into())?;
-        // The end of the lease lies between two cycles: the next one is the first that can know, and its duty goes out with
-        // the one after.
-        Ok(cycles.saturating_sub(over + 2) as f64)
+        // The end of the lease lies between two cycles, `over` periods after the first: the next one is the first that can know, its
+        // duty goes out with the one after, and is seen when that period has passed.
+        Ok(cycles.saturating_sub(over + 3) as f64)
     };
     Kind {
         expected: "the sensing pulse from the next duty on; the next setpoint is taken without a reset",
