@@ -15,11 +15,14 @@ use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
 
 use crate::Error;
+use crate::run::shared_memory;
 use crate::server::Run;
 use crate::service::IpcNode;
 
 /// How often nodes of dead clients are looked for.
 const PERIOD: Duration = Duration::from_secs(1);
+/// Shared memory that has had no size for so long was made by a client that died before it could give it one.
+const HALF_MADE: Duration = Duration::from_secs(2);
 /// A folder that has been empty for so long is nobody's who is just coming or going.
 const EMPTY: Duration = Duration::from_secs(60);
 
@@ -39,7 +42,7 @@ impl Janitor {
         let ended = over.clone();
         let work = move || {
             while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                clear(&run.node, &ended);
+                clear(&run, &ended);
             }
         };
         let thread = thread::Builder::new().name("sinew-janitor".into()).spawn(work);
@@ -59,11 +62,14 @@ impl Drop for Janitor {
 }
 
 /// Clears the dead nodes of the run, until it is over. What cannot be cleared now is tried again the next time.
-fn clear(node: &IpcNode, over: &AtomicBool) {
-    let config = node.config();
+fn clear(run: &Run, over: &AtomicBool) {
+    remove_half_made(run);
+    let config = run.node.config();
     let nodes = PathBuf::from(config.global.node_dir().to_string());
     let each = |state| {
-        if let NodeState::Dead(dead) = state {
+        if let NodeState::Dead(dead) = state
+            && half_made(run).is_empty()
+        {
             let id = dead.id().value().to_string();
             let home = nodes.join(&id);
             remove_unfinished(&home);
@@ -83,6 +89,24 @@ fn clear(node: &IpcNode, over: &AtomicBool) {
         if changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > EMPTY)) {
             // Only what is an empty folder goes.
             let _ = fs::remove_dir(entry.path());
+        }
+    }
+}
+
+/// Shared memory of the run without a size. Whoever opens it waits for it to get one, in iceoryx2 (0.10) without end: the driver's own
+/// threads, and the clearing of the node that made it. A dead node makes no more of it, so once there is none its clearing is safe.
+fn half_made(run: &Run) -> Vec<PathBuf> {
+    let mut all = shared_memory(run.lock.run());
+    all.retain(|path| fs::metadata(path).is_ok_and(|file| file.len() == 0));
+    all
+}
+
+/// Takes away what has been without a size for longer than a living client leaves it so; whoever waits for it goes on.
+fn remove_half_made(run: &Run) {
+    for path in half_made(run) {
+        let made = fs::metadata(&path).and_then(|file| file.modified());
+        if made.is_ok_and(|made| made.elapsed().is_ok_and(|age| age > HALF_MADE)) {
+            let _ = fs::remove_file(path);
         }
     }
 }

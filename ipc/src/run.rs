@@ -110,7 +110,7 @@ pub(crate) fn prefix(run: &str) -> String {
 }
 
 /// The shared memory of a run.
-fn shared_memory(run: &str) -> Vec<PathBuf> {
+pub(crate) fn shared_memory(run: &str) -> Vec<PathBuf> {
     let prefix = prefix(run);
     let all = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
     all.filter(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)))

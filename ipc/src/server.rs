@@ -32,7 +32,7 @@ const FEWEST_SLOTS: usize = 16;
 /// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
 pub(crate) struct Run {
     pub(crate) node: IpcNode,
-    _lock: RigLock,
+    pub(crate) lock: RigLock,
 }
 
 /// Everything a driver publishes and answers with.
@@ -67,13 +67,13 @@ impl Server {
         }
         let node = node(lock.run(), &lock.run_dir())?;
         lock.close_to_others()?;
-        let run = Arc::new(Run { node, _lock: lock });
+        let run = Arc::new(Run { node, lock });
         let server = Server {
             state: StateWriter::new(&run, info)?,
             cycles: CyclePublisher::new(&run, info)?,
             commands: CommandServer::new(&run)?,
         };
-        run._lock.publish(protocol)?;
+        run.lock.publish(protocol)?;
         Ok(server)
     }
 
@@ -84,7 +84,7 @@ impl Server {
     pub fn open_gate(&mut self, info: &Info, access: &Access, rig_text: &str) -> Result<(), Error> {
         let board = Board::new(info, rig_text)
             .map_err(|e| Error::Gate { path: gate::gate_dir(), reason: format!("no memory for its board: {e}") })?;
-        let rig = self.commands.run._lock.rig();
+        let rig = self.commands.run.lock.rig();
         let porter = Porter::new(Door::open(rig)?, access, board.glass())?;
         self.cycles.display = Some(Display::new(board, &self.commands.run)?);
         self.commands.porter = Some(porter);

@@ -301,6 +301,35 @@ fn a_client_killed_while_it_writes_a_mark_of_itself_leaves_nothing() {
 }
 
 #[test]
+fn a_client_killed_while_it_makes_its_shared_memory_holds_nobody_up() {
+    let rig = rig("halfmade");
+    let driver = Driver::start(&rig, 18, 500.0);
+    let lock = fs::read_to_string(runtime_dir().unwrap().join(format!("{rig}.lock"))).unwrap();
+    let run = lock.lines().find_map(|line| line.strip_prefix("run ")).unwrap().trim().to_string();
+    let connections = || -> BTreeSet<PathBuf> {
+        let all = fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path());
+        all.filter(|path| path.to_string_lossy().contains(&run) && path.extension().is_some_and(|e| e == "connection"))
+            .collect()
+    };
+    let nodes = runtime_dir().unwrap().join(&run).join("nodes");
+    let (before, ours) = (marks(&nodes), connections());
+    let mut victim = Process::ready("client", &rig);
+    let theirs: Vec<PathBuf> = connections().difference(&ours).cloned().collect();
+    assert!(!theirs.is_empty());
+    victim.kill();
+    // As they are between their making and their first page.
+    for path in theirs {
+        let _ = fs::remove_file(&path);
+        fs::File::create(&path).unwrap();
+    }
+    until("nothing is left of it", || marks(&nodes) == before && connections() == ours);
+    let client = Client::connect(&rig).unwrap();
+    client.set_stroke("c0", 0.5, Duration::ZERO).unwrap();
+    drop(client);
+    drop(driver);
+}
+
+#[test]
 fn a_client_that_dies_before_its_reply_is_nobodys_loss() {
     let rig = rig("noreply");
     let mut server = Server::create(RigLock::acquire(&rig).unwrap(), &info(&rig, 1, 1000.0)).unwrap();
