@@ -233,7 +233,7 @@ fn guard_killed() -> Kind {
         let from = Instant::now();
         strike(guard, Signal::KILL)?;
         let off_ms = bench.off_ms(from)?;
-        bench.driver()?.latched_by_the_backend()?;
+        bench.driver()?.latched(&[Fault::Backend, Fault::CycleOverrun])?;
         bench.stays_off()?;
         Ok(off_ms)
     };
@@ -251,7 +251,7 @@ fn guard_stopped() -> Kind {
         let off_ms = bench.off_ms(from);
         strike(guard, Signal::CONT)?;
         let off_ms = off_ms?;
-        bench.driver()?.latched_by_the_backend()?;
+        bench.driver()?.latched(&[Fault::Backend, Fault::CycleOverrun])?;
         bench.stays_off()?;
         Ok(off_ms)
     };
