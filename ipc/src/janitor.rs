@@ -6,8 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender, TryRecvError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -30,7 +29,6 @@ const EMPTY: Duration = Duration::from_secs(60);
 #[derive(Debug)]
 pub(crate) struct Janitor {
     stop: Option<Sender<()>>,
-    over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -38,22 +36,20 @@ impl Janitor {
     /// Looks from now on for what dead clients of this run have left.
     pub fn start(run: &Arc<Run>) -> Result<Janitor, Error> {
         let (stop, stopped) = mpsc::channel::<()>();
-        let (run, over) = (run.clone(), Arc::new(AtomicBool::new(false)));
-        let ended = over.clone();
+        let run = run.clone();
         let work = move || {
             while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                clear(&run, &ended);
+                clear(&run, || stopped.try_recv() == Err(TryRecvError::Disconnected));
             }
         };
         let thread = thread::Builder::new().name("sinew-janitor".into()).spawn(work);
         let thread = thread.map_err(|e| Error::Service { what: "command", reason: format!("no thread: {e}") })?;
-        Ok(Janitor { stop: Some(stop), over, thread: Some(thread) })
+        Ok(Janitor { stop: Some(stop), thread: Some(thread) })
     }
 }
 
 impl Drop for Janitor {
     fn drop(&mut self) {
-        self.over.store(true, Ordering::Relaxed);
         self.stop = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -62,7 +58,7 @@ impl Drop for Janitor {
 }
 
 /// Clears the dead nodes of the run, until it is over. What cannot be cleared now is tried again the next time.
-fn clear(run: &Run, over: &AtomicBool) {
+fn clear(run: &Run, is_over: impl Fn() -> bool) {
     remove_half_made(run);
     let config = run.node.config();
     let nodes = PathBuf::from(config.global.node_dir().to_string());
@@ -80,7 +76,7 @@ fn clear(run: &Run, over: &AtomicBool) {
                 remove_rest(&nodes, &home, &format!("{}{id}.", config.global.prefix));
             }
         }
-        if over.load(Ordering::Relaxed) { CallbackProgression::Stop } else { CallbackProgression::Continue }
+        if is_over() { CallbackProgression::Stop } else { CallbackProgression::Continue }
     };
     let _ = catch_unwind(AssertUnwindSafe(|| IpcNode::list(config, each)));
     // Whoever died between its folder and its monitor is on nobody's list.

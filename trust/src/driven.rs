@@ -8,7 +8,7 @@ use std::time::Duration;
 use sinew_ipc::{Client, Fault, Mode};
 
 use crate::kind::{Failure, expect, unexpected};
-use crate::running::{LONG, Process, connect, wait_for};
+use crate::running::{LONG, Process, started, wait_for};
 use crate::site::Site;
 
 /// A driver and its client.
@@ -27,17 +27,8 @@ impl Driven {
     pub fn start(site: &Site, file: &Path, rig: &str) -> Result<Driven, Failure> {
         let mut command = Command::new(site.itself()?);
         command.arg("drive").arg(file).arg(site.folder()?.join("log")).args(["--for", "3600"]);
-        let mut process = Process::start(site, &mut command)?;
-        wait_for("the driver to start", || {
-            if let Some(status) = process.ended()? {
-                return unexpected(format!("the driver ended with {status}: {}", process.said()));
-            }
-            match Client::connect(rig) {
-                Ok(client) if client.info().pid == process.pid() => Ok(Some(())),
-                _ => Ok(None),
-            }
-        })?;
-        Ok(Driven { process, client: connect(rig)? })
+        let (process, client) = started(site, &mut command, rig)?;
+        Ok(Driven { process, client })
     }
 
     /// Asks each channel for its duty, after a reset wherever a fault is latched. What is refused now is asked for again by the

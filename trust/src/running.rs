@@ -173,6 +173,24 @@ pub fn connect(rig: &str) -> Result<Client, Failure> {
     Ok(Client::connect_with(rig, ClientOptions { connect: PATIENCE, answer: PATIENCE })?)
 }
 
+/// Starts a driver of the rig called `rig`, and waits until it is there; a client of it.
+///
+/// # Errors
+/// One that does not come that far.
+pub fn started(site: &Site, command: &mut Command, rig: &str) -> Result<(Process, Client), Failure> {
+    let mut process = Process::start(site, command)?;
+    wait_for("the driver to start", || {
+        if let Some(status) = process.ended()? {
+            return unexpected(format!("the driver ended with {status}: {}", process.said()));
+        }
+        match Client::connect(rig) {
+            Ok(client) if client.info().pid == process.pid() => Ok(Some(())),
+            _ => Ok(None),
+        }
+    })?;
+    Ok((process, connect(rig)?))
+}
+
 impl Running {
     /// A driver with both wires at work.
     ///
@@ -181,17 +199,7 @@ impl Running {
     pub fn start(site: &Site, name: &str, how: &How) -> Result<Running, Failure> {
         let channels = 2;
         let (mut command, log, report) = command(site, name, channels, how)?;
-        let mut process = Process::start(site, &mut command)?;
-        wait_for("the driver to start", || {
-            if let Some(status) = process.ended()? {
-                return unexpected(format!("the driver ended with {status}: {}", process.said()));
-            }
-            match Client::connect(name) {
-                Ok(client) if client.info().pid == process.pid() => Ok(Some(())),
-                _ => Ok(None),
-            }
-        })?;
-        let client = connect(name)?;
+        let (process, client) = started(site, &mut command, name)?;
         let running = Running { process, rig: name.into(), channels, log, report, client };
         running.at_work()?;
         Ok(running)
