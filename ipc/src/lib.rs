@@ -25,6 +25,7 @@ mod janitor;
 mod link;
 mod memory;
 mod messages;
+mod remains;
 mod run;
 mod server;
 mod service;

@@ -284,9 +284,7 @@ fn marks(nodes: &Path) -> BTreeSet<PathBuf> {
 fn a_client_killed_while_it_writes_a_mark_of_itself_leaves_nothing() {
     let rig = rig("unfinished");
     let _driver = Driver::start(&rig, 18, 500.0);
-    let lock = fs::read_to_string(runtime_dir().unwrap().join(format!("{rig}.lock"))).unwrap();
-    let run = lock.lines().find_map(|line| line.strip_prefix("run ")).unwrap().trim();
-    let nodes = runtime_dir().unwrap().join(run).join("nodes");
+    let nodes = runtime_dir().unwrap().join(run_of(&rig)).join("nodes");
     let before = marks(&nodes);
     assert!(!before.is_empty());
     for which in [".service_tag", ".port_tag"] {
@@ -304,8 +302,7 @@ fn a_client_killed_while_it_writes_a_mark_of_itself_leaves_nothing() {
 fn a_client_killed_while_it_makes_its_shared_memory_holds_nobody_up() {
     let rig = rig("halfmade");
     let driver = Driver::start(&rig, 18, 500.0);
-    let lock = fs::read_to_string(runtime_dir().unwrap().join(format!("{rig}.lock"))).unwrap();
-    let run = lock.lines().find_map(|line| line.strip_prefix("run ")).unwrap().trim().to_string();
+    let run = run_of(&rig);
     let connections = || -> BTreeSet<PathBuf> {
         let all = fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path());
         all.filter(|path| path.to_string_lossy().contains(&run) && path.extension().is_some_and(|e| e == "connection"))
@@ -327,6 +324,59 @@ fn a_client_killed_while_it_makes_its_shared_memory_holds_nobody_up() {
     client.set_stroke("c0", 0.5, Duration::ZERO).unwrap();
     drop(client);
     drop(driver);
+}
+
+/// Those of a run's files that belong to its clients and its driver, not to the run itself.
+fn of_ports(run: &str) -> BTreeSet<PathBuf> {
+    let folders = [PathBuf::from("/dev/shm"), runtime_dir().unwrap().join(run)];
+    let all = folders.iter().flat_map(|folder| fs::read_dir(folder).unwrap().flatten()).map(|entry| entry.path());
+    let is_one =
+        |end: &std::ffi::OsStr| ["data", "connection", "event", "event_mgmt"].contains(&end.to_string_lossy().as_ref());
+    all.filter(|path| path.to_string_lossy().contains(run) && path.extension().is_some_and(is_one)).collect()
+}
+
+#[test]
+fn clients_killed_at_any_moment_of_their_start_leave_no_shared_memory() {
+    let rig = rig("starting");
+    let _driver = Driver::start(&rig, 18, 500.0);
+    let run = run_of(&rig);
+    let nodes = runtime_dir().unwrap().join(&run).join("nodes");
+    let before = of_ports(&run);
+    assert!(!before.is_empty());
+    let count = || fs::read_dir(&nodes).unwrap().count();
+    for kill in 0..100 {
+        let known = count();
+        let mut victim = Process::start("client", &rig);
+        // The clearing of those before may hide its coming: then it is killed later.
+        for _ in 0..200 {
+            if count() > known {
+                break;
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        std::thread::sleep(Duration::from_micros(kill * 37 % 100 * 40));
+        victim.kill();
+    }
+    until("nothing is left of them", || of_ports(&run) == before);
+    assert!(Client::connect(&rig).unwrap().set_stroke("c0", 0.5, Duration::ZERO).is_ok());
+}
+
+#[test]
+fn a_connection_that_died_before_its_ends_took_it_goes() {
+    let rig = rig("endless");
+    let _driver = Driver::start(&rig, 18, 500.0);
+    let run = run_of(&rig);
+    let client = Client::connect(&rig).unwrap();
+    client.set_stroke("c0", 0.5, Duration::ZERO).unwrap();
+    let before = of_ports(&run);
+    let model = before.iter().find(|path| path.extension().is_some_and(|end| end == "connection")).unwrap();
+    let [start, .., port] = model.to_str().unwrap().split('_').collect::<Vec<_>>()[..] else { panic!("{model:?}") };
+    let hash = model.to_str().unwrap().split('_').nth(2).unwrap();
+    let left = PathBuf::from(format!("{start}_{run}_{hash}_123456_{port}"));
+    fs::copy(model, &left).unwrap();
+    until("it is gone", || !left.exists());
+    assert_eq!(of_ports(&run), before);
+    assert!(client.set_stroke("c0", 0.7, Duration::ZERO).is_ok());
 }
 
 #[test]

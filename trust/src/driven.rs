@@ -1,15 +1,157 @@
-//! A driver's process whose outputs somebody else sees, and a client of it: what the hardware backends are struck with.
+//! A driver's process on hardware whose outputs are seen without asking the driver, and a client of it: the frame of every kind that
+//! strikes a hardware backend.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
+use rand::rngs::Xoshiro256PlusPlus;
+use rustix::process::Signal;
 use sinew_ipc::{Client, Fault, Mode};
+use sinew_rig::Rig;
 
-use crate::kind::{Failure, expect, unexpected};
+use crate::kind::{Failure, Group, Kind, Trials, Unit, between, expect, unexpected};
+use crate::lockstep::rig_text;
 use crate::running::{LONG, Process, started, wait_for};
 use crate::site::Site;
+
+/// What the wires get when they are struck, and the pulse that goes out whenever nothing more does.
+pub const DUTY: [f64; CHANNELS] = [0.1, 0.09];
+/// See [`DUTY`].
+pub const PULSE: f64 = 0.02;
+/// Wires.
+pub const CHANNELS: usize = 2;
+/// A machine that takes a core away now and then is that late, ms, besides what is measured.
+pub const SLACK_MS: f64 = 60.0;
+
+/// Something a driver works on that tells by itself what is put out.
+pub trait Hardware: Sized {
+    /// Where the faults of its kind are listed.
+    const GROUP: Group;
+    /// Rate of the loop, Hz. Slow: driver and hardware share a machine that may be busy.
+    const RATE_HZ: f64;
+    /// Duties closer than this are the same to it.
+    const STEP: f64;
+
+    /// The rig file of wires that are connected to it, of one of wires that are not; `folder` is for both of them.
+    fn wired(text: &str, folder: &Path) -> String;
+
+    /// It, there for a driver of that file.
+    ///
+    /// # Errors
+    /// What cannot be had on this machine.
+    fn start(rig: &Rig, folder: &Path) -> Result<Self, Failure>;
+
+    /// What is put out now, once something has been.
+    fn put_out(&mut self) -> Option<[f64; CHANNELS]>;
+
+    /// Whether all duties asked for are put out.
+    fn is_driven(&mut self) -> bool {
+        self.put_out().is_some_and(|put| put.iter().zip(DUTY).all(|(put, duty)| (put - duty).abs() < Self::STEP))
+    }
+
+    /// A try begins: only what is put out from now on counts.
+    fn forget(&mut self) {}
+}
+
+/// Hardware and a driver, both at work until one of them is struck.
+pub struct Bench<'s, H> {
+    site: &'s Site,
+    /// What the driver was started with.
+    pub rig: Rig,
+    file: PathBuf,
+    driver: Option<Driven>,
+    /// What it drives.
+    pub hardware: H,
+}
+
+impl<'s, H: Hardware> Bench<'s, H> {
+    fn start(site: &'s Site, kind: &str) -> Result<Bench<'s, H>, Failure> {
+        let folder = site.folder()?;
+        let file = folder.join("rig.toml");
+        let text = rig_text(&site.name(kind), CHANNELS, H::RATE_HZ, 7, "");
+        fs::write(&file, H::wired(&text, &folder))?;
+        let rig = Rig::load(&file).map_err(|error| Failure::Unexpected(error.to_string()))?;
+        let hardware = H::start(&rig, &folder)?;
+        Ok(Bench { site, rig, file, driver: None, hardware })
+    }
+
+    /// The driver of this try.
+    ///
+    /// # Errors
+    /// None was started, or it was killed.
+    pub fn driver(&self) -> Result<&Driven, Failure> {
+        self.driver.as_ref().ok_or_else(|| Failure::Unexpected("there is no driver".into()))
+    }
+
+    /// Kills the driver; its client is left.
+    ///
+    /// # Errors
+    /// As [`Bench::driver`].
+    pub fn kill_driver(&mut self) -> Result<Client, Failure> {
+        let Some(Driven { mut process, client }) = self.driver.take() else { return unexpected("there is no driver") };
+        process.signal(Signal::KILL)?;
+        process.finish()?;
+        Ok(client)
+    }
+
+    /// Gets both wires driven, by a new driver if need be, and by resets alone wherever a fault is latched; the outputs show it.
+    fn at_work(&mut self) -> Result<(), Failure> {
+        wait_for("both wires at work", || {
+            let driver = match &mut self.driver {
+                Some(driver) => driver,
+                none => none.insert(Driven::start(self.site, &self.file, &self.rig.name)?),
+            };
+            if self.hardware.is_driven() {
+                return Ok(Some(()));
+            }
+            driver.ask_for(&DUTY)?;
+            Ok(None)
+        })
+    }
+
+    /// Both wires at work, at a random moment of a period.
+    fn ready(&mut self, rng: &mut Xoshiro256PlusPlus) -> Result<(), Failure> {
+        wait_for("both wires to stay at work", || {
+            self.at_work()?;
+            thread::sleep(Duration::from_secs_f64(between(rng, 3.0, 5.0) / H::RATE_HZ));
+            Ok(self.hardware.is_driven().then_some(()))
+        })?;
+        self.hardware.forget();
+        Ok(())
+    }
+}
+
+/// A kind whose tries share the hardware, and a driver as long as it lives. Each try ends with both wires at work again.
+pub fn struck<H: Hardware>(
+    name: &'static str,
+    injected: &'static str,
+    within_ms: f64,
+    faults: &'static [Fault],
+    one: impl Fn(&mut Bench<H>, &mut Xoshiro256PlusPlus) -> Result<f64, Failure> + Send + Sync + 'static,
+) -> Kind {
+    Kind {
+        name,
+        group: H::GROUP,
+        injected,
+        expected: "",
+        within: within_ms,
+        unit: Unit::Milliseconds,
+        lost: "the power of all until their reset",
+        faults,
+        carry_out: Box::new(move |site: &Site, trials: &mut Trials| {
+            let mut bench = Bench::start(site, name)?;
+            trials.each(|rng| {
+                bench.ready(rng)?;
+                let reaction = one(&mut bench, rng)?;
+                bench.at_work()?;
+                Ok(reaction)
+            })
+        }),
+    }
+}
 
 /// A driver and its client.
 pub struct Driven {

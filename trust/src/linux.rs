@@ -2,7 +2,7 @@
 //! on a simulated kernel in a mounted folder. The outputs are the kernel's, which goes on with the last duty it was told.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -12,44 +12,31 @@ use sinew_ipc::{DriverHealth, Fault};
 use sinew_linux_tree::{Scans, TRIGGER, Tree};
 use sinew_rig::Rig;
 
-use crate::driven::Driven;
-use crate::kind::{Failure, Group, Kind, Trials, Unit, between, expect, unexpected};
-use crate::lockstep::rig_text;
+use crate::driven::{Bench, CHANNELS, Hardware, PULSE, SLACK_MS, struck};
+use crate::kind::{Failure, Group, Kind, between, expect, unexpected};
 use crate::running::wait_for;
-use crate::site::Site;
 
-/// Driver, guard and the simulated kernel share a machine that may be busy.
-const RATE_HZ: f64 = 200.0;
 /// Silence the guard bears, ms.
 const GUARD_MS: f64 = 100.0;
 /// Between two beats to the guard, ms, and how long its echo may be missing.
 const BEAT_MS: f64 = GUARD_MS / 5.0;
 const ECHO_MS: f64 = 2.0 * GUARD_MS;
-/// A machine that takes a core away now and then is that late, ms, besides what is measured.
-const SLACK_MS: f64 = 60.0;
-/// What the wires get when they are struck, and the pulse that goes out whenever nothing more does.
-const DUTY: [f64; CHANNELS] = [0.1, 0.09];
-const PULSE: f64 = 0.02;
-const CHANNELS: usize = 2;
-
 /// All kinds of this group.
 pub fn kinds() -> Vec<Kind> {
     vec![driver_killed(), driver_stopped(), guard_killed(), guard_stopped(), unplugged(), converter_fails()]
 }
 
-/// A driver on a simulated kernel, at work until one of them is struck.
-struct Bench<'s> {
-    site: &'s Site,
-    rig: Rig,
-    file: PathBuf,
-    driver: Option<Driven>,
-    tree: Tree,
-}
+/// A simulated kernel.
+struct Kernel(Tree);
 
-impl<'s> Bench<'s> {
-    fn start(site: &'s Site, kind: &str) -> Result<Bench<'s>, Failure> {
-        let (root, file) = (site.folder()?, site.folder()?.join("rig.toml"));
-        let mut text = rig_text(&site.name(kind), CHANNELS, RATE_HZ, 7, "");
+impl Hardware for Kernel {
+    const GROUP: Group = Group::Linux;
+    const RATE_HZ: f64 = 200.0;
+    // The kernel counts ns of a period.
+    const STEP: f64 = 1e-6;
+
+    fn wired(text: &str, root: &Path) -> String {
+        let mut text = text.to_owned();
         for channel in 0..CHANNELS {
             let converter = format!("2-00{:02x}", 0x48 + channel);
             let wired = format!(
@@ -59,62 +46,31 @@ impl<'s> Bench<'s> {
             );
             text = text.replace(&format!("name = \"wire{channel}\""), &wired);
         }
-        text += &format!(
-            "\n[backend]\nkind = \"linux\"\nlinux = {{ root = \"{}\", sampling = \"buffer\", phase = \"synchronised\", \
+        format!(
+            "{text}\n[backend]\nkind = \"linux\"\nlinux = {{ root = \"{}\", sampling = \"buffer\", phase = \"synchronised\", \
              trigger = \"{TRIGGER}\", guard_ms = {GUARD_MS} }}\n",
             root.display()
-        );
-        fs::write(&file, text)?;
-        let rig = Rig::load(&file).map_err(|error| Failure::Unexpected(error.to_string()))?;
-        let mut tree = Tree::mount(&rig, Scans::OnPhase, &root)
+        )
+    }
+
+    fn start(rig: &Rig, root: &Path) -> Result<Kernel, Failure> {
+        let mut tree = Tree::mount(rig, Scans::OnPhase, root)
             .map_err(|error| Failure::Impossible(format!("no file system in user space ({error})")))?;
         tree.run();
-        Ok(Bench { site, rig, file, driver: None, tree })
+        Ok(Kernel(tree))
     }
 
-    fn driver(&self) -> Result<&Driven, Failure> {
-        self.driver.as_ref().ok_or_else(|| Failure::Unexpected("there is no driver".into()))
+    fn put_out(&mut self) -> Option<[f64; CHANNELS]> {
+        let kernel = self.0.kernel();
+        Some(std::array::from_fn(|channel| kernel.output(channel).duty()))
     }
+}
 
-    /// What is put out now.
-    fn put_out(&self) -> [f64; CHANNELS] {
-        let kernel = self.tree.kernel();
-        std::array::from_fn(|channel| kernel.output(channel).duty())
-    }
-
-    /// Whether the duties asked for are put out, to the ns of a period.
-    fn is_driven(&self) -> bool {
-        self.put_out().iter().zip(DUTY).all(|(put, duty)| (put - duty).abs() < 1e-6)
-    }
-
-    /// Gets both wires driven, by a new driver if need be, and by resets alone wherever a fault is latched.
-    fn at_work(&mut self) -> Result<(), Failure> {
-        wait_for("both wires at work", || {
-            if self.is_driven() {
-                return Ok(Some(()));
-            }
-            let driver = match &mut self.driver {
-                Some(driver) => driver,
-                none => none.insert(Driven::start(self.site, &self.file, &self.rig.name)?),
-            };
-            driver.ask_for(&DUTY)?;
-            Ok(None)
-        })
-    }
-
-    /// Both wires at work, at a random moment of a period.
-    fn ready(&mut self, rng: &mut Xoshiro256PlusPlus) -> Result<(), Failure> {
-        wait_for("both wires to stay at work", || {
-            self.at_work()?;
-            thread::sleep(Duration::from_secs_f64(between(rng, 3.0, 5.0) / RATE_HZ));
-            Ok(self.is_driven().then_some(()))
-        })
-    }
-
+impl Kernel {
     /// Waits until nothing is put out: ms from `from` to the moment the last output went off.
     fn off_ms(&self, from: Instant) -> Result<f64, Failure> {
         wait_for("outputs off", || {
-            let kernel = self.tree.kernel();
+            let kernel = self.0.kernel();
             let off = (0..CHANNELS).all(|channel| kernel.output(channel).duty() == 0.0);
             let last = (0..CHANNELS).filter_map(|channel| kernel.output(channel).changed).max();
             Ok(if off { last.map(|last| last.saturating_duration_since(from).as_secs_f64() * 1e3) } else { None })
@@ -122,70 +78,39 @@ impl<'s> Bench<'s> {
     }
 
     /// Nothing more than the sensing pulse is put out for some time.
-    fn stays_off(&self) -> Result<(), Failure> {
+    fn stays_off(&mut self) -> Result<(), Failure> {
         for _ in 0..20 {
-            thread::sleep(Duration::from_secs_f64(1.0 / RATE_HZ));
+            thread::sleep(Duration::from_secs_f64(1.0 / Kernel::RATE_HZ));
             let put = self.put_out();
-            expect(put.iter().all(|duty| *duty <= PULSE), || format!("before any reset: {put:?}"))?;
+            expect(put.iter().flatten().all(|duty| *duty <= PULSE), || format!("before any reset: {put:?}"))?;
         }
         Ok(())
     }
+}
 
-    /// The driver's guard.
-    fn guard(&self) -> Result<Pid, Failure> {
-        let tasks = PathBuf::from(format!("/proc/{}/task", self.driver()?.process.pid()));
-        for task in fs::read_dir(tasks)? {
-            let children = fs::read_to_string(task?.path().join("children"))?;
-            if let Some(pid) = children.split_whitespace().find_map(|pid| Pid::from_raw(pid.parse().ok()?)) {
-                return Ok(pid);
-            }
+/// The driver's guard.
+fn guard(bench: &Bench<Kernel>) -> Result<Pid, Failure> {
+    let tasks = PathBuf::from(format!("/proc/{}/task", bench.driver()?.process.pid()));
+    for task in fs::read_dir(tasks)? {
+        let children = fs::read_to_string(task?.path().join("children"))?;
+        if let Some(pid) = children.split_whitespace().find_map(|pid| Pid::from_raw(pid.parse().ok()?)) {
+            return Ok(pid);
         }
-        unexpected("the driver has no guard")
     }
+    unexpected("the driver has no guard")
 }
 
 fn strike(pid: Pid, signal: Signal) -> Result<(), Failure> {
     kill_process(pid, signal).map_err(|error| Failure::Unexpected(format!("{signal:?}: {error}")))
 }
 
-/// A kind whose tries have one kernel, and one driver as long as it lives. Each try ends with both wires at work again.
-fn struck(
-    name: &'static str,
-    injected: &'static str,
-    within_ms: f64,
-    faults: &'static [Fault],
-    one: impl Fn(&mut Bench, &mut Xoshiro256PlusPlus) -> Result<f64, Failure> + Send + Sync + 'static,
-) -> Kind {
-    Kind {
-        name,
-        group: Group::Linux,
-        injected,
-        expected: "",
-        within: within_ms,
-        unit: Unit::Milliseconds,
-        lost: "the power of all until their reset",
-        faults,
-        carry_out: Box::new(move |site: &Site, trials: &mut Trials| {
-            let mut bench = Bench::start(site, name)?;
-            trials.each(|rng| {
-                bench.ready(rng)?;
-                let reaction = one(&mut bench, rng)?;
-                bench.at_work()?;
-                Ok(reaction)
-            })
-        }),
-    }
-}
-
 fn driver_killed() -> Kind {
-    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
-        let guard = bench.guard()?;
+    let one = |bench: &mut Bench<Kernel>, _: &mut Xoshiro256PlusPlus| {
+        let guard = guard(bench)?;
         let from = Instant::now();
-        let Some(Driven { mut process, client }) = bench.driver.take() else { return unexpected("there is no driver") };
-        process.signal(Signal::KILL)?;
-        process.finish()?;
-        let off_ms = bench.off_ms(from)?;
-        bench.stays_off()?;
+        let client = bench.kill_driver()?;
+        let off_ms = bench.hardware.off_ms(from)?;
+        bench.hardware.stays_off()?;
         expect(client.health() == DriverHealth::Died, || "the client is not told".into())?;
         wait_for("the guard to end", || Ok(test_kill_process(guard).is_err().then_some(())))?;
         Ok(off_ms)
@@ -204,15 +129,15 @@ fn driver_killed() -> Kind {
 }
 
 fn driver_stopped() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Kernel>, rng: &mut Xoshiro256PlusPlus| {
         let from = Instant::now();
         bench.driver()?.process.signal(Signal::STOP)?;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.35, 0.6)));
-        let off_ms = bench.off_ms(from);
+        let off_ms = bench.hardware.off_ms(from);
         bench.driver()?.process.signal(Signal::CONT)?;
         let off_ms = off_ms?;
         bench.driver()?.latched(&[Fault::CycleOverrun, Fault::Backend])?;
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(off_ms)
     };
     Kind {
@@ -228,13 +153,13 @@ fn driver_stopped() -> Kind {
 }
 
 fn guard_killed() -> Kind {
-    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
-        let guard = bench.guard()?;
+    let one = |bench: &mut Bench<Kernel>, _: &mut Xoshiro256PlusPlus| {
+        let guard = guard(bench)?;
         let from = Instant::now();
         strike(guard, Signal::KILL)?;
-        let off_ms = bench.off_ms(from)?;
+        let off_ms = bench.hardware.off_ms(from)?;
         bench.driver()?.latched(&[Fault::Backend, Fault::CycleOverrun])?;
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(off_ms)
     };
     Kind {
@@ -244,15 +169,15 @@ fn guard_killed() -> Kind {
 }
 
 fn guard_stopped() -> Kind {
-    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
-        let guard = bench.guard()?;
+    let one = |bench: &mut Bench<Kernel>, _: &mut Xoshiro256PlusPlus| {
+        let guard = guard(bench)?;
         let from = Instant::now();
         strike(guard, Signal::STOP)?;
-        let off_ms = bench.off_ms(from);
+        let off_ms = bench.hardware.off_ms(from);
         strike(guard, Signal::CONT)?;
         let off_ms = off_ms?;
         bench.driver()?.latched(&[Fault::Backend, Fault::CycleOverrun])?;
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(off_ms)
     };
     Kind {
@@ -268,15 +193,15 @@ fn guard_stopped() -> Kind {
 }
 
 fn unplugged() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Kernel>, rng: &mut Xoshiro256PlusPlus| {
         let from = Instant::now();
-        bench.tree.kernel().unplug();
+        bench.hardware.0.kernel().unplug();
         let latched = bench.driver()?.latched_by_the_backend();
         let latched_ms = from.elapsed().as_secs_f64() * 1e3;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.05)));
-        bench.tree.kernel().plug_in();
+        bench.hardware.0.kernel().plug_in();
         latched?;
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(latched_ms)
     };
     Kind {
@@ -284,7 +209,7 @@ fn unplugged() -> Kind {
         ..struck(
             "linux_chips_unplugged",
             "PWM chips and converters vanish and come back",
-            2e3 / RATE_HZ + SLACK_MS,
+            2e3 / Kernel::RATE_HZ + SLACK_MS,
             &[Fault::Backend],
             one,
         )
@@ -292,20 +217,20 @@ fn unplugged() -> Kind {
 }
 
 fn converter_fails() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Kernel>, rng: &mut Xoshiro256PlusPlus| {
         let victim = usize::from(between(rng, 0.0, 1.0) < 0.5);
         let from = Instant::now();
-        bench.tree.kernel().converters[victim].broken = true;
-        wait_for("its output off", || Ok((bench.put_out()[victim] == 0.0).then_some(())))?;
-        let changed = bench.tree.kernel().output(victim).changed;
+        bench.hardware.0.kernel().converters[victim].broken = true;
+        wait_for("its output off", || Ok(bench.hardware.put_out().filter(|put| put[victim] == 0.0)))?;
+        let changed = bench.hardware.0.kernel().output(victim).changed;
         let off_ms = changed.map_or(f64::NAN, |at| at.saturating_duration_since(from).as_secs_f64() * 1e3);
         let fault = wait_for("the fault", || Ok(bench.driver()?.client.latest().channel[victim].fault()))?;
-        bench.tree.kernel().converters[victim].broken = false;
+        bench.hardware.0.kernel().converters[victim].broken = false;
         expect(matches!(fault, Fault::Backend | Fault::NoSample), || format!("recognised as {fault:?}"))?;
         let (other, state) = (1 - victim, bench.driver()?.client.latest());
         expect(state.channel[other].fault().is_none(), || format!("the other wire: {:?}", state.channel[other]))?;
         // Not at once: it may just have a dark period.
-        wait_for("the other wire's power", || Ok((bench.put_out()[other] > PULSE).then_some(())))?;
+        wait_for("the other wire's power", || Ok(bench.hardware.put_out().filter(|put| put[other] > PULSE)))?;
         Ok(off_ms)
     };
     Kind {
@@ -314,7 +239,7 @@ fn converter_fails() -> Kind {
         ..struck(
             "linux_converter_fails",
             "reads of one converter answer EIO",
-            2e3 / RATE_HZ + SLACK_MS,
+            2e3 / Kernel::RATE_HZ + SLACK_MS,
             &[Fault::Backend, Fault::NoSample],
             one,
         )

@@ -2,7 +2,7 @@
 //! thread of this one, with a pseudo-terminal between them. The outputs are the front-end's own, as it puts them out: what the
 //! driver believes of them does not count.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -17,29 +17,16 @@ use sinew_front_end_host::{Options, Order, Spoilt, Told, What, run};
 use sinew_ipc::{CycleStream, DriverHealth, Fault};
 use sinew_rig::Rig;
 
-use crate::driven::Driven;
-use crate::kind::{Failure, Group, Kind, Trials, Unit, between, expect, unexpected, whole};
-use crate::lockstep::rig_text;
+use crate::driven::{Bench, CHANNELS, DUTY, Hardware, PULSE, SLACK_MS, struck};
+use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
 use crate::running::{LONG, wait_for};
-use crate::site::Site;
 use crate::witness::{Put, now_ns};
 
-/// Slow periods: driver and front-end share a machine that may be busy, and one late by a period loses a sample.
-const RATE_HZ: f64 = 100.0;
-/// The same, ms.
-const PERIOD_MS: f64 = 1e3 / RATE_HZ;
+/// A period, ms.
+const PERIOD_MS: f64 = 1e3 / Line::RATE_HZ;
 /// Silence the front-end bears, in periods and ms.
 const WATCHDOG_PERIODS: u32 = 10;
 const SILENCE_MS: f64 = WATCHDOG_PERIODS as f64 * PERIOD_MS;
-/// A machine that takes a core away now and then is that late, ms, besides what is measured.
-const SLACK_MS: f64 = 60.0;
-/// What the wires get when they are struck.
-const DUTY: [f64; CHANNELS] = [0.1, 0.09];
-const CHANNELS: usize = 2;
-/// The sensing pulse, which goes out whenever nothing more does.
-const PULSE: f64 = 0.02;
-/// Half of what one step of a duty on the line is worth, and a bit.
-const STEP: f64 = 0.6 / FULL_DUTY as f64;
 /// Share of the frames a bad line spoils, each way.
 const SHARE: f64 = 0.2;
 /// Setpoints that follow each other on a bad line, each lower than the one before.
@@ -108,45 +95,45 @@ impl Drop for FrontEnd {
     }
 }
 
-/// A driver and a front-end, both at work until one of them is struck.
-struct Bench<'s> {
-    site: &'s Site,
-    rig: Rig,
-    file: PathBuf,
+/// A front-end at the end of its line.
+struct Line {
     link: PathBuf,
     front_end: FrontEnd,
-    driver: Option<Driven>,
     /// Every change of the front-end's outputs since the last try began.
     outputs: Vec<Put>,
 }
 
-impl<'s> Bench<'s> {
-    fn start(site: &'s Site, kind: &str) -> Result<Bench<'s>, Failure> {
-        let folder = site.folder()?;
-        let (file, link) = (folder.join("rig.toml"), folder.join("line"));
-        let text = format!(
-            "{}\n[backend]\nkind = \"serial\"\nserial.port = \"{}\"\nserial.watchdog_periods = {WATCHDOG_PERIODS}\n",
-            rig_text(&site.name(kind), CHANNELS, RATE_HZ, 7, ""),
-            link.display()
-        );
-        std::fs::write(&file, text)?;
-        let rig = Rig::load(&file).map_err(|error| Failure::Unexpected(error.to_string()))?;
-        let front_end = FrontEnd::start(&rig, &link, 1)?;
-        Ok(Bench { site, rig, file, link, front_end, driver: None, outputs: Vec::new() })
+impl Hardware for Line {
+    const GROUP: Group = Group::Serial;
+    // One late by a period loses a sample.
+    const RATE_HZ: f64 = 100.0;
+    // Half of what one step of a duty on the line is worth, and a bit.
+    const STEP: f64 = 0.6 / FULL_DUTY as f64;
+
+    fn wired(text: &str, folder: &Path) -> String {
+        format!(
+            "{text}\n[backend]\nkind = \"serial\"\nserial.port = \"{}\"\nserial.watchdog_periods = {WATCHDOG_PERIODS}\n",
+            folder.join("line").display()
+        )
     }
 
-    /// A new driver, should there be none.
-    fn start_driver(&mut self) -> Result<&mut Driven, Failure> {
-        match &mut self.driver {
-            Some(driver) => Ok(driver),
-            none => Ok(none.insert(Driven::start(self.site, &self.file, &self.rig.name)?)),
-        }
+    fn start(rig: &Rig, folder: &Path) -> Result<Line, Failure> {
+        let link = folder.join("line");
+        let front_end = FrontEnd::start(rig, &link, 1)?;
+        Ok(Line { link, front_end, outputs: Vec::new() })
     }
 
-    fn driver(&self) -> Result<&Driven, Failure> {
-        self.driver.as_ref().ok_or_else(|| Failure::Unexpected("there is no driver".into()))
+    fn put_out(&mut self) -> Option<[f64; CHANNELS]> {
+        self.look();
+        self.outputs.last().and_then(|put| put.duty.as_slice().try_into().ok())
     }
 
+    fn forget(&mut self) {
+        self.outputs.drain(..self.outputs.len() - 1);
+    }
+}
+
+impl Line {
     fn order(&self, order: Order) {
         let _ = self.front_end.orders.send(order);
     }
@@ -159,35 +146,6 @@ impl<'s> Bench<'s> {
                 self.outputs.push(Put { at_ns: told.monotonic_ns, duty });
             }
         }
-    }
-
-    /// What is put out now.
-    fn put_out(&mut self) -> Vec<f64> {
-        self.look();
-        self.outputs.last().map_or_else(|| vec![0.0; CHANNELS], |put| put.duty.clone())
-    }
-
-    /// Gets both wires driven, by resets alone wherever a fault is latched; the outputs themselves show it.
-    fn at_work(&mut self) -> Result<(), Failure> {
-        self.start_driver()?;
-        wait_for("both wires at work", || {
-            if put_is(&self.put_out(), &DUTY) {
-                return Ok(Some(()));
-            }
-            self.start_driver()?.ask_for(&DUTY)?;
-            Ok(None)
-        })
-    }
-
-    /// Both wires at work, at a random moment of a period; only what is put out from now on is remembered.
-    fn ready(&mut self, rng: &mut Xoshiro256PlusPlus) -> Result<(), Failure> {
-        wait_for("both wires to stay at work", || {
-            self.at_work()?;
-            thread::sleep(Duration::from_secs_f64(between(rng, 3.0, 5.0) * PERIOD_MS * 1e-3));
-            Ok(put_is(&self.put_out(), &DUTY).then_some(()))
-        })?;
-        self.outputs.drain(..self.outputs.len() - 1);
-        Ok(())
     }
 
     /// Waits until the front-end puts nothing out: ms from `from_ns` to that.
@@ -210,48 +168,12 @@ impl<'s> Bench<'s> {
     }
 }
 
-/// Whether these duties are put out, as far as the line can tell them apart.
-fn put_is(put: &[f64], duty: &[f64]) -> bool {
-    put.len() == duty.len() && put.iter().zip(duty).all(|(put, duty)| (put - duty).abs() < STEP)
-}
-
-/// A kind whose tries have one front-end, and one driver as long as it lives. Each try ends with both wires at work again.
-fn struck(
-    name: &'static str,
-    injected: &'static str,
-    within_ms: f64,
-    faults: &'static [Fault],
-    one: impl Fn(&mut Bench, &mut Xoshiro256PlusPlus) -> Result<f64, Failure> + Send + Sync + 'static,
-) -> Kind {
-    Kind {
-        name,
-        group: Group::Serial,
-        injected,
-        expected: "",
-        within: within_ms,
-        unit: Unit::Milliseconds,
-        lost: "",
-        faults,
-        carry_out: Box::new(move |site: &Site, trials: &mut Trials| {
-            let mut bench = Bench::start(site, name)?;
-            trials.each(|rng| {
-                bench.ready(rng)?;
-                let reaction = one(&mut bench, rng)?;
-                bench.at_work()?;
-                Ok(reaction)
-            })
-        }),
-    }
-}
-
 fn driver_killed() -> Kind {
-    let one = |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Line>, _: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
-        let Some(Driven { mut process, client }) = bench.driver.take() else { return unexpected("there is no driver") };
-        process.signal(Signal::KILL)?;
-        process.finish()?;
-        let off_ms = bench.off_ms(from)?;
-        bench.stays_off()?;
+        let client = bench.kill_driver()?;
+        let off_ms = bench.hardware.off_ms(from)?;
+        bench.hardware.stays_off()?;
         expect(client.health() == DriverHealth::Died, || "the client is not told".into())?;
         Ok(off_ms)
     };
@@ -269,14 +191,14 @@ fn driver_killed() -> Kind {
 }
 
 fn driver_stopped() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Line>, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
         bench.driver()?.process.signal(Signal::STOP)?;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.35, 0.6)));
         bench.driver()?.process.signal(Signal::CONT)?;
-        let off_ms = bench.off_ms(from)?;
+        let off_ms = bench.hardware.off_ms(from)?;
         bench.driver()?.latched(&[Fault::CycleOverrun, Fault::Backend, Fault::NoSample])?;
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(off_ms)
     };
     Kind {
@@ -293,17 +215,17 @@ fn driver_stopped() -> Kind {
 }
 
 fn unplugged() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Line>, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
-        bench.order(Order::Disconnect);
-        let off_ms = bench.off_ms(from);
+        bench.hardware.order(Order::Disconnect);
+        let off_ms = bench.hardware.off_ms(from);
         let latched = bench.driver()?.latched_by_the_backend();
         thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.2)));
         // Whatever came of it: the next try needs the line.
-        bench.order(Order::Connect);
+        bench.hardware.order(Order::Connect);
         let off_ms = off_ms?;
         latched?;
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(off_ms)
     };
     Kind {
@@ -320,15 +242,15 @@ fn unplugged() -> Kind {
 }
 
 fn stalls() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Line>, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
-        bench.order(Order::Stall(whole(rng, 150_000_000, 400_000_000)));
-        let off_ms = bench.off_ms(from)?;
+        bench.hardware.order(Order::Stall(whole(rng, 150_000_000, 400_000_000)));
+        let off_ms = bench.hardware.off_ms(from)?;
         // The second sample that does not come switches off before the silence does.
         bench.driver()?.latched(&[Fault::NoSample, Fault::Backend, Fault::CycleOverrun])?;
         // Everything that was under way arrives in here.
         thread::sleep(Duration::from_millis(420).saturating_sub(Duration::from_nanos(now_ns() - from)));
-        bench.stays_off()?;
+        bench.hardware.stays_off()?;
         Ok(off_ms)
     };
     Kind {
@@ -345,23 +267,23 @@ fn stalls() -> Kind {
 }
 
 fn front_end_restarts() -> Kind {
-    let one = |bench: &mut Bench, rng: &mut Xoshiro256PlusPlus| {
+    let one = |bench: &mut Bench<Line>, rng: &mut Xoshiro256PlusPlus| {
         let from = now_ns();
-        bench.order(Order::Quit);
+        bench.hardware.order(Order::Quit);
         let latched = bench.driver()?.latched_by_the_backend();
         let latched_ms = (now_ns() - from) as f64 * 1e-6;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.2)));
         // The old one takes its link along, so it has to be gone first.
-        if let Some(thread) = bench.front_end.thread.take() {
+        if let Some(thread) = bench.hardware.front_end.thread.take() {
             let _ = thread.join();
         }
-        bench.front_end = FrontEnd::start(&bench.rig, &bench.link, whole(rng, 0, u64::MAX))?;
-        bench.outputs.clear();
+        bench.hardware.front_end = FrontEnd::start(&bench.rig, &bench.hardware.link, whole(rng, 0, u64::MAX))?;
+        bench.hardware.outputs.clear();
         latched?;
         // Time to find it and to go on talking to it.
         thread::sleep(Duration::from_millis(250));
-        bench.look();
-        expect(bench.outputs.is_empty(), || format!("before any reset: {:?}", bench.outputs))?;
+        bench.hardware.look();
+        expect(bench.hardware.outputs.is_empty(), || format!("before any reset: {:?}", bench.hardware.outputs))?;
         Ok(latched_ms)
     };
     Kind {
@@ -378,11 +300,11 @@ fn front_end_restarts() -> Kind {
 }
 
 fn bad(name: &'static str, injected: &'static str, spoilt: Spoilt) -> Kind {
-    let one = move |bench: &mut Bench, _: &mut Xoshiro256PlusPlus| {
-        bench.order(Order::Spoil([spoilt; 2]));
+    let one = move |bench: &mut Bench<Line>, _: &mut Xoshiro256PlusPlus| {
+        bench.hardware.order(Order::Spoil([spoilt; 2]));
         let driven = drive_down(bench);
         // Whatever came of it: the next try needs a good line.
-        bench.order(Order::Spoil([Spoilt::default(); 2]));
+        bench.hardware.order(Order::Spoil([Spoilt::default(); 2]));
         driven
     };
     Kind {
@@ -394,7 +316,7 @@ fn bad(name: &'static str, injected: &'static str, spoilt: Spoilt) -> Kind {
 }
 
 /// One setpoint after the other, each lower than the one before: the most periods without a sample until off.
-fn drive_down(bench: &mut Bench) -> Result<f64, Failure> {
+fn drive_down(bench: &mut Bench<Line>) -> Result<f64, Failure> {
     let before_ns = bench.driver()?.client.latest().monotonic_ns;
     let mut stream = bench.driver()?.client.stream()?;
     let mut asked: Vec<Vec<f64>> = DUTY.iter().map(|duty| vec![0.0, PULSE, *duty]).collect();
@@ -412,8 +334,8 @@ fn drive_down(bench: &mut Bench) -> Result<f64, Failure> {
         thread::sleep(Duration::from_millis(25));
         judge(&mut stream, &mut run)?;
     }
-    bench.look();
-    outputs_are(&bench.outputs, &asked)?;
+    bench.hardware.look();
+    outputs_are(&bench.hardware.outputs, &asked)?;
     Ok(run.wires.iter().map(|run| run.worst).max().unwrap_or(0).into())
 }
 
@@ -453,7 +375,7 @@ fn judge(stream: &mut CycleStream, judged: &mut Judged) -> Result<(), Failure> {
                 None if run.over => return unexpected(format!("not latched any more: {wire:?}")),
                 None => {
                     run.worst = run.worst.max(run.now);
-                    expect(run.now == 0 || wire.duty < PULSE + STEP, || format!("heated unseen: {wire:?}"))?;
+                    expect(run.now == 0 || wire.duty < PULSE + Line::STEP, || format!("heated unseen: {wire:?}"))?;
                 }
                 Some(fault) => {
                     if !std::mem::replace(&mut run.over, true) {
@@ -481,8 +403,8 @@ fn outputs_are(outputs: &[Put], asked: &[Vec<f64>]) -> Result<(), Failure> {
         let mut before = f64::INFINITY;
         for put in outputs {
             let duty = put.duty.get(place).copied().unwrap_or(f64::NAN);
-            expect(asked.iter().any(|asked| (duty - asked).abs() < STEP), || format!("nobody asked for {duty}"))?;
-            if duty > PULSE + STEP {
+            expect(asked.iter().any(|asked| (duty - asked).abs() < Line::STEP), || format!("nobody asked for {duty}"))?;
+            if duty > PULSE + Line::STEP {
                 expect(duty <= before, || format!("{duty} after {before}"))?;
                 before = duty;
             }
