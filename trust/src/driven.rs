@@ -35,7 +35,7 @@ pub trait Hardware: Sized {
     /// Duties closer than this are the same to it.
     const STEP: f64;
 
-    /// The rig file of wires that are connected to it, of one of wires that are not; `folder` is for both of them.
+    /// The rig file of wires that are connected to it, made of one of wires that are not; `folder` is its own.
     fn wired(text: &str, folder: &Path) -> String;
 
     /// It, there for a driver of that file.
@@ -69,8 +69,8 @@ pub struct Bench<'s, H> {
 
 impl<'s, H: Hardware> Bench<'s, H> {
     fn start(site: &'s Site, kind: &str) -> Result<Bench<'s, H>, Failure> {
-        let folder = site.folder()?;
-        let file = folder.join("rig.toml");
+        // A file system may be mounted over the hardware's own folder.
+        let (file, folder) = (site.folder()?.join("rig.toml"), site.folder()?);
         let text = rig_text(&site.name(kind), CHANNELS, H::RATE_HZ, 7, "");
         fs::write(&file, H::wired(&text, &folder))?;
         let rig = Rig::load(&file).map_err(|error| Failure::Unexpected(error.to_string()))?;
