@@ -37,7 +37,6 @@ impl Janitor {
     /// Looks from now on for what dead clients of this run have left.
     pub fn start(run: &Arc<Run>) -> Result<Janitor, Error> {
         let (stop, stopped) = mpsc::channel::<()>();
-        let run = run.clone();
         let mut rounds = Rounds {
             run: run.clone(),
             half_made: Since::default(),
