@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, Metadata};
+use std::io;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -42,10 +43,30 @@ pub(crate) fn unmarked(files: Vec<PathBuf>, prefix: &str, nodes: &Path) -> Vec<P
         return unmarked;
     }
     // Read after the files were: what has been made since then is not among them.
-    let marks: BTreeSet<u128> =
-        entries(nodes).iter().flat_map(|home| entries(home)).filter_map(|mark| mark_of(&mark, prefix)).collect();
+    let Ok(marks) = marks(nodes, prefix) else { return Vec::new() };
     unmarked.retain(|path| ports(path, prefix).iter().any(|port| !marks.contains(port)));
     unmarked
+}
+
+/// All ports that are marked. All or an error: a mark that could not be read (no descriptor left) would make a living port nobody's.
+fn marks(nodes: &Path, prefix: &str) -> io::Result<BTreeSet<u128>> {
+    let mut marks = BTreeSet::new();
+    for home in fs::read_dir(nodes)? {
+        let home = home?;
+        if !home.file_type()?.is_dir() {
+            continue;
+        }
+        let entries = match fs::read_dir(home.path()) {
+            Ok(entries) => entries,
+            // Its node has gone meanwhile.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(error),
+        };
+        for mark in entries {
+            marks.extend(mark_of(&mark?.path(), prefix));
+        }
+    }
+    Ok(marks)
 }
 
 /// The ports a file belongs to: `PREFIX[HASH_]PORT[_PORT].END`.
@@ -97,7 +118,7 @@ pub(crate) fn remove_rest(nodes: &Path, home: &Path, prefix: &str) {
     for path in all {
         let _ = fs::remove_file(path);
     }
-    if fs::remove_dir(home).is_err_and(|e| e.kind() != std::io::ErrorKind::NotFound) {
+    if fs::remove_dir(home).is_err_and(|e| e.kind() != io::ErrorKind::NotFound) {
         return;
     }
     let Some(id) = home.file_name().and_then(|id| id.to_str()) else { return };
@@ -109,7 +130,7 @@ pub(crate) fn remove_rest(nodes: &Path, home: &Path, prefix: &str) {
     }
 }
 
-/// What is in a folder.
+/// What is in a folder, as far as it can be read.
 pub(crate) fn entries(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
 }
@@ -159,6 +180,8 @@ mod tests {
         .map(|name| folder.path().join(name))
         .into();
         assert_eq!(unmarked(shared.clone(), PREFIX, &nodes), Vec::<PathBuf>::new());
+        // Nothing is nobody's as long as not every mark could be read.
+        assert_eq!(unmarked(shared.clone(), PREFIX, &folder.path().join("elsewhere")), Vec::<PathBuf>::new());
         fs::remove_file(mark).unwrap();
         assert_eq!(unmarked(shared.clone(), PREFIX, &nodes), [&shared[0], &shared[2], &shared[3]].map(Clone::clone));
     }

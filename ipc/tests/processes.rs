@@ -256,15 +256,17 @@ fn killed_clients_disturb_nobody() {
 fn the_places_of_killed_clients_can_be_taken_again() {
     let rig = rig("places");
     let _driver = Driver::start(&rig, 2, 200.0);
-    // 200 clients in all, where 128 fit at a time (and 64 streams).
+    // 200 clients in all that read streams, where 64 fit at a time: with 40 alive no more than 24 of the dead have theirs yet.
     for _ in 0..10 {
         Process::ready("crowd", &rig).kill();
         until("the dead make room", || {
             let mut live = Vec::new();
             while live.len() < 40 {
-                match Client::connect_with(&rig, ClientOptions { connect: Duration::ZERO, ..Default::default() }) {
-                    Ok(client) if client.stream().is_ok() => live.push(client),
-                    _ => return false,
+                let client =
+                    Client::connect_with(&rig, ClientOptions { connect: Duration::ZERO, ..Default::default() });
+                match client.and_then(|client| Ok((client.stream()?, client))) {
+                    Ok(reader) => live.push(reader),
+                    Err(_) => return false,
                 }
             }
             true
