@@ -28,24 +28,20 @@ impl Since {
 
 /// Shared memory that is not finished: without a size, or not yet readable. Whoever opens one without a size waits for it to get one, in
 /// iceoryx2 without end: the driver's own threads, and the clearing of the node that made it.
-pub(crate) fn half_made(shared_memory: Vec<PathBuf>) -> Vec<PathBuf> {
-    let mut all = shared_memory;
-    all.retain(|path| fs::metadata(path).is_ok_and(|file| file.len() == 0 || file.permissions().mode() & 0o400 == 0));
-    all
+pub(crate) fn half_made(mut shared_memory: Vec<PathBuf>) -> Vec<PathBuf> {
+    let is_half_made = |file: Metadata| file.len() == 0 || file.permissions().mode() & 0o400 == 0;
+    shared_memory.retain(|path| fs::metadata(path).is_ok_and(is_half_made));
+    shared_memory
 }
 
 /// Those of `files` that belong to a port nobody has marked as his. A port's mark is the first that is made of it and the last that is
 /// removed; its connection has two. A client that dies between the making of a connection and its own entry there leaves one that
 /// iceoryx2 takes for somebody else's.
-pub(crate) fn unmarked(files: Vec<PathBuf>, prefix: &str, nodes: &Path) -> Vec<PathBuf> {
-    let mut unmarked: Vec<PathBuf> = files.into_iter().filter(|path| !ports(path, prefix).is_empty()).collect();
-    if unmarked.is_empty() {
-        return unmarked;
-    }
+pub(crate) fn unmarked(mut files: Vec<PathBuf>, prefix: &str, nodes: &Path) -> Vec<PathBuf> {
     // Read after the files were: what has been made since then is not among them.
     let Ok(marks) = marks(nodes, prefix) else { return Vec::new() };
-    unmarked.retain(|path| ports(path, prefix).iter().any(|port| !marks.contains(port)));
-    unmarked
+    files.retain(|path| ports(path, prefix).iter().any(|port| !marks.contains(port)));
+    files
 }
 
 /// All ports that are marked. All or an error: a mark that could not be read (no descriptor left) would make a living port nobody's.

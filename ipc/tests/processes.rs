@@ -306,9 +306,7 @@ fn a_client_killed_while_it_makes_its_shared_memory_holds_nobody_up() {
     let driver = Driver::start(&rig, 18, 500.0);
     let run = run_of(&rig);
     let connections = || -> BTreeSet<PathBuf> {
-        let all = fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path());
-        all.filter(|path| path.to_string_lossy().contains(&run) && path.extension().is_some_and(|e| e == "connection"))
-            .collect()
+        of_ports(&run).into_iter().filter(|path| path.extension().is_some_and(|end| end == "connection")).collect()
     };
     let nodes = runtime_dir().unwrap().join(&run).join("nodes");
     let (before, ours) = (marks(&nodes), connections());
@@ -372,8 +370,8 @@ fn a_connection_that_died_before_its_ends_took_it_goes() {
     client.set_stroke("c0", 0.5, Duration::ZERO).unwrap();
     let before = of_ports(&run);
     let model = before.iter().find(|path| path.extension().is_some_and(|end| end == "connection")).unwrap();
-    let [start, .., port] = model.to_str().unwrap().split('_').collect::<Vec<_>>()[..] else { panic!("{model:?}") };
-    let hash = model.to_str().unwrap().split('_').nth(2).unwrap();
+    let parts: Vec<&str> = model.to_str().unwrap().split('_').collect();
+    let [start, _, hash, _, port] = parts[..] else { panic!("{model:?}") };
     let left = PathBuf::from(format!("{start}_{run}_{hash}_123456_{port}"));
     fs::copy(model, &left).unwrap();
     until("it is gone", || !left.exists());

@@ -23,8 +23,6 @@ pub const DUTY: [f64; CHANNELS] = [0.1, 0.09];
 pub const PULSE: f64 = 0.02;
 /// Wires.
 pub const CHANNELS: usize = 2;
-/// A machine that takes a core away now and then is that late, ms, besides what is measured.
-pub const SLACK_MS: f64 = 60.0;
 
 /// Something a driver works on that tells by itself what is put out.
 pub trait Hardware: Sized {

@@ -12,15 +12,16 @@ use sinew_ipc::{DriverHealth, Fault};
 use sinew_linux_tree::{Scans, TRIGGER, Tree};
 use sinew_rig::Rig;
 
-use crate::driven::{Bench, CHANNELS, Hardware, PULSE, SLACK_MS, struck};
+use crate::driven::{Bench, CHANNELS, Hardware, PULSE, struck};
 use crate::kind::{Failure, Group, Kind, between, expect, unexpected};
-use crate::running::wait_for;
+use crate::running::{SLACK_MS, wait_for};
 
 /// Silence the guard bears, ms.
 const GUARD_MS: f64 = 100.0;
 /// Between two beats to the guard, ms, and how long its echo may be missing.
 const BEAT_MS: f64 = GUARD_MS / 5.0;
 const ECHO_MS: f64 = 2.0 * GUARD_MS;
+
 /// All kinds of this group.
 pub fn kinds() -> Vec<Kind> {
     vec![driver_killed(), driver_stopped(), guard_killed(), guard_stopped(), unplugged(), converter_fails()]

@@ -10,12 +10,10 @@ use sinew_ipc::{Client, DriverHealth, Error, Fault, Mode};
 
 use crate::clocks::Clocks;
 use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
-use crate::running::{DUTY, How, LONG, PATIENCE, Process, RATE_HZ, Running, accounted, command, wait_for};
+use crate::running::{DUTY, How, LONG, PATIENCE, Process, RATE_HZ, Running, SLACK_MS, accounted, command, wait_for};
 use crate::site::Site;
 use crate::witness::now_ns;
 
-/// A machine whose host takes a core away now and then is that late, ms, besides what is measured.
-const SLACK_MS: f64 = 60.0;
 /// Time without punctual control that switches everything off, ms: `sinew_driver::supervisor::OVERRUN_S`.
 const OVERRUN_MS: f64 = 250.0;
 

@@ -17,9 +17,9 @@ use sinew_front_end_host::{Options, Order, Spoilt, Told, What, run};
 use sinew_ipc::{CycleStream, DriverHealth, Fault};
 use sinew_rig::Rig;
 
-use crate::driven::{Bench, CHANNELS, DUTY, Hardware, PULSE, SLACK_MS, struck};
+use crate::driven::{Bench, CHANNELS, DUTY, Hardware, PULSE, struck};
 use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
-use crate::running::{LONG, wait_for};
+use crate::running::{LONG, SLACK_MS, wait_for};
 use crate::witness::{Put, now_ns};
 
 /// A period, ms.
@@ -66,7 +66,7 @@ struct FrontEnd {
 }
 
 impl FrontEnd {
-    fn start(rig: &Rig, link: &std::path::Path, seed: u64) -> Result<FrontEnd, Failure> {
+    fn start(rig: &Rig, link: &Path, seed: u64) -> Result<FrontEnd, Failure> {
         let (orders, taken) = mpsc::channel();
         let (tell, told) = mpsc::channel();
         let options = Options { link: Some(link.into()), seed, tell_outputs: true, ..Options::default() };

@@ -10,11 +10,11 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use rustix::process::Signal;
 use serde::Serialize;
-use sinew_ipc::{Client, Error};
+use sinew_ipc::Error;
 
 use crate::kind::{Failure, between, expect, unexpected, whole};
 use crate::lockstep::rig_text;
-use crate::running::{Process, connect, wait_for};
+use crate::running::{self, Process, connect};
 use crate::site::Site;
 
 /// How long, how large.
@@ -113,12 +113,8 @@ pub fn soak(args: &Args) -> Result<bool, Failure> {
     let mut command = Command::new(site.itself()?);
     command.arg("drive").arg(&file).arg("/dev/null").arg("--report").arg(&report);
     command.args(["--for", "1e6", "--random-faults", &args.seed.to_string()]);
-    let mut driver = Process::start(&site, &mut command)?;
-    let client = wait_for("the driver to start", || match driver.ended()? {
-        Some(status) => unexpected(format!("{status}: {}", driver.said())),
-        None => Ok(Client::connect(&name).ok()),
-    })?;
-    let run = run_name(&name);
+    let (mut driver, client) = running::started(&site, &mut command, &name)?;
+    let run = run_name(&name)?;
 
     let over = AtomicBool::new(false);
     let started = Instant::now();
@@ -133,7 +129,7 @@ pub fn soak(args: &Args) -> Result<bool, Failure> {
         let goes_on =
             |driver: &mut Process| !over.load(Ordering::Relaxed) && driver.ended().is_ok_and(|ended| ended.is_none());
         while started.elapsed() < duration && goes_on(&mut driver) {
-            looks.extend(look(driver.pid(), run.as_deref(), started));
+            looks.extend(look(driver.pid(), &run, started));
             if said.elapsed() > Duration::from_secs(60) {
                 said = Instant::now();
                 let state = client.latest();
@@ -284,33 +280,21 @@ fn said(summary: &Summary) -> String {
 }
 
 /// Name of the run, as the rig's lock file has it; part of the name of everything in /dev/shm.
-fn run_name(rig: &str) -> Option<String> {
-    let folder = match std::env::var_os("SINEW_RUNTIME_DIR") {
-        Some(folder) => PathBuf::from(folder),
-        None => {
-            std::env::var_os("XDG_RUNTIME_DIR").map(|folder| PathBuf::from(folder).join("sinew")).unwrap_or_default()
-        }
-    };
-    let user = rustix::process::geteuid().as_raw();
-    [folder, format!("/run/user/{user}/sinew").into(), format!("/tmp/sinew-{user}").into()]
-        .into_iter()
-        .find_map(|folder| std::fs::read_to_string(folder.join(format!("{rig}.lock"))).ok())?
-        .lines()
-        .find_map(|line| line.strip_prefix("run ").map(|run| run.trim().to_owned()))
+fn run_name(rig: &str) -> Result<String, Failure> {
+    let lock = std::fs::read_to_string(sinew_ipc::runtime_dir()?.join(format!("{rig}.lock")))?;
+    let run = lock.lines().find_map(|line| line.strip_prefix("run "));
+    run.map(|run| run.trim().to_owned()).ok_or_else(|| Failure::Unexpected("the driver's lock names no run".into()))
 }
 
-fn look(pid: u32, run: Option<&str>, started: Instant) -> Option<Look> {
+fn look(pid: u32, run: &str, started: Instant) -> Option<Look> {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    let shared = |run: &str| {
-        let entries = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
-        entries.filter(|entry| entry.file_name().to_string_lossy().contains(run)).count()
-    };
+    let shared = std::fs::read_dir("/dev/shm").ok()?.flatten();
     Some(Look {
         at_min: started.elapsed().as_secs_f64() / 60.0,
         resident_kib: resident.split_whitespace().next()?.parse().ok()?,
         files: std::fs::read_dir(format!("/proc/{pid}/fd")).ok()?.count(),
-        shared: run.map_or(0, shared),
+        shared: shared.filter(|entry| entry.file_name().to_string_lossy().contains(run)).count(),
     })
 }
 
