@@ -67,7 +67,7 @@ const AGREEMENT: [(&str, f64); 7] = [
 ];
 
 fn agrees_with_reference(name: &str) {
-    let folder = checkout().join("physics/tests/reference");
+    let folder = checkout().join("model/physics/tests/reference");
     let (rig, inputs) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}.csv.gz")));
     let here = Rig::bench(&["unused"], "");
     let output = here.file("simulated.csv");

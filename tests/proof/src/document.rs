@@ -1,0 +1,358 @@
+//! docs/proof.md: the figures beside what is asked for, the confusion matrix and every failure.
+//!
+//! What others write into that page, between two markers, is kept.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use crate::generator::plan::Seeds;
+use crate::score::{Cost, Judged, Level, Share, confusion, figures};
+
+/// Between these the page belongs to whoever writes of real recordings.
+const REAL_BEGIN: &str = "<!-- real recordings: begin -->";
+const REAL_END: &str = "<!-- real recordings: end -->";
+
+/// Reasons for what is not reached, in words of a person; may be empty.
+const NOTES: &str = include_str!("../notes.md");
+
+/// A percentage with its interval.
+fn percent(share: &Share) -> String {
+    if share.of == 0 {
+        return "–".into();
+    }
+    let (value, low, high) = (100.0 * share.value(), 100.0 * share.low, 100.0 * share.high);
+    format!("{value:.0} % ({low:.0}–{high:.0}), {} of {}", share.count, share.of)
+}
+
+fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() { format!("{value:.digits$}") } else { "–".into() }
+}
+
+/// Whether a target is met; a figure of nothing is neither.
+fn met(is: bool, known: bool) -> &'static str {
+    match (known, is) {
+        (false, _) => "–",
+        (true, true) => "yes",
+        (true, false) => "**no**",
+    }
+}
+
+/// One line of the table of figures.
+fn line(text: &mut String, what: &str, target: &str, found: &str, met: &str) {
+    let _ = writeln!(text, "| {what} | {target} | {found} | {met} |");
+}
+
+/// The page. `before` is what it said until now; `notes` are the reasons for what is not reached.
+pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
+    let mut text = String::new();
+    let seeds_words = match seeds {
+        Seeds::Dev => "**development** seeds: not what is to be believed",
+        Seeds::Score => "scoring seeds, which were never used to tune anything",
+    };
+    let _ = writeln!(
+        text,
+        "# Proof\n\nHow well the diagnosis does where the truth is known: {} concealed cases from {seeds_words}.\n\
+         `cargo run --release -p sinew-proof` makes them, diagnoses them, scores them and writes this page (but for the \
+         real recordings below and the notes).\n",
+        all.len()
+    );
+    text.push_str(METHOD);
+    text.push_str("\n## Figures\n\n");
+    table(&mut text, all);
+    if !NOTES.trim().is_empty() {
+        let _ = writeln!(text, "\n## Where a figure is not reached\n\n{}", NOTES.trim());
+    }
+    text.push_str("\n## By level and by kind\n\n");
+    levels(&mut text, all);
+    text.push_str("\n## Confusion matrix\n\n");
+    matrix(&mut text, all);
+    text.push_str("\n## Pairs and triples\n\n");
+    several(&mut text, all);
+    text.push_str("\n## Traps\n\n");
+    traps(&mut text, all);
+    text.push_str("\n## Every failure\n\n");
+    failures(&mut text, all);
+    let _ = writeln!(text, "\n{}", kept(before));
+    text
+}
+
+/// The section on real recordings as it stands.
+fn kept(before: &str) -> &str {
+    let empty = "<!-- real recordings: begin -->\n<!-- real recordings: end -->";
+    match (before.find(REAL_BEGIN), before.find(REAL_END)) {
+        (Some(from), Some(to)) if to > from => &before[from..to + REAL_END.len()],
+        _ => empty,
+    }
+}
+
+const METHOD: &str = "\
+## How the cases are made
+
+The generator (`tests/proof/src/generator/`) shares no code with the simulator that the diagnosis fits with; a test keeps it so. \
+Its load moves by leapfrog, its heat and phase by Heun's method in steps of 0.1 ms, its hysteresis is a rate law with \
+energy-conserving projection onto the outer curves, its cold ends are a row of cells. It meets the reference trajectories to \
+0.03 % of their range, and at the true parameters and effects the project's simulator leaves chi 1.00 of its recordings (both \
+are tests).
+
+- **Benches** differ in wire (0.1–0.38 mm, 100–400 mm), alloy, load (hanging mass, stiff spring, soft spring), supply, taps, \
+sensors (all; position and resistance; position and force; resistance; position) and noise. The true parameters are drawn \
+from the priors of the rig file, cut at 2 σ. Recordings are 30–60 s at 100 Hz under random stairs, ramps, full and partial \
+loops; some are 90 s at 200 Hz. The diagnosis sees one recording; a second one under another programme only judges it.
+- **Level** of an effect: what is left of it, RMS over the noise over all sensors, once every uncertain parameter has been \
+refitted within its prior by the generator's own least squares. Effects are sized to leave 1, 3 or 10, within what rigs show; \
+where that cannot be reached, the level reached is the one that counts. A level between 0.5 and 1.7 is counted as 1×, up to \
+5.5 as 3×, beyond as 10×. What leaves less than half the noise is hidden and counted nowhere but below. Pairs and triples count where \
+each member leaves 3× by itself, what is outside the catalogue where it leaves 3× and more; the tables list all.
+- **Nulls**: parameters off, the rig file exactly right, coloured noise (lag-one correlation 0.3–0.9), a coarse converter, \
+missing samples, and a uniform wire computed with axial nodes.
+- **Outside the catalogue**: thirteen mechanisms that no effect of the catalogue is.
+- `thermal.neighbour` is not concealed: a recording of one channel does not hold the other wire's temperature. \
+`electrical.supply_sag` and `electrical.lead_resistance` are the same circuit where the supply is recorded ahead of its \
+own resistance, so either name is right.
+- **Intervals** in brackets are Wilson's, 90 %.
+";
+
+fn table(text: &mut String, all: &[Judged]) {
+    let f = figures(all);
+    text.push_str("| | asked for | found | reached |\n|---|---|---|---|\n");
+    let at_least = |share: &Share, target: f64| met(share.value() >= target, share.of > 0);
+    let at_most = |share: &Share, target: f64| met(share.value() <= target, share.of > 0);
+    line(text, "false alarms on nulls", "≤ 5 %", &percent(&f.false_alarms), at_most(&f.false_alarms, 0.05));
+    for (level, target) in [(Level::Three, 0.8), (Level::Ten, 0.98)] {
+        let share = &f.detected[&level];
+        let what = format!("detected, {} the noise left after refitting", level.words());
+        line(text, &what, &format!("{:.0} %", 100.0 * target), &percent(share), at_least(share, target));
+    }
+    line(text, "right equation (3× and 10×)", "90 %", &percent(&f.equation), at_least(&f.equation, 0.9));
+    line(text, "right effect first (3× and 10×)", "80 %", &percent(&f.first), at_least(&f.first, 0.8));
+    let what = "right effect named, or in its declared class (3× and 10×)";
+    line(text, what, "95 %", &percent(&f.named), at_least(&f.named, 0.95));
+    line(text, "pairs: both named", "60 %", &percent(&f.pairs), at_least(&f.pairs, 0.6));
+    line(text, "pairs: both named or in a declared class", "", &percent(&f.pairs_in_class), "");
+    line(text, "triples: members named", "", &percent(&f.triples), "");
+    let said = &f.outside_said;
+    line(text, "outside the catalogue: said so", "80 %", &percent(said), at_least(said, 0.8));
+    let wrong = &f.outside_wrong;
+    line(text, "outside the catalogue: given a wrong name", "≤ 10 %", &percent(wrong), at_most(wrong, 0.1));
+    let alike = "of the wrong names: the second recording is predicted to within its noise all the same";
+    line(text, alike, "", &percent(&f.outside_alike), "");
+    line(text, "outside the catalogue: right equation", "", &percent(&f.outside_equation), "");
+    let reached = met(f.held_median <= 1.15, f.held_good.of > 0);
+    let held = format!("{}; at most 1.15 in {}", number(f.held_median, 2), percent(&f.held_good));
+    line(text, "chi on the second recording, catalogue cases: median", "≤ 1.15", &held, reached);
+    let error = f.sizes.median_error;
+    let found = format!("{} %", number(100.0 * error, 1));
+    line(text, "effect's size: median error", "15 %", &found, met(error <= 0.15, error.is_finite()));
+    let covered = &f.sizes.covered;
+    let is = (0.85..=0.95).contains(&covered.value());
+    line(
+        text,
+        "effect's size: 90 % intervals that hold the truth",
+        "85–95 %",
+        &percent(covered),
+        met(is, covered.of > 0),
+    );
+    line(text, "parameters on nulls: 90 % intervals that hold the truth", "", &percent(&f.parameters), "");
+    let long = f.long;
+    let time = format!("{} s, longest {} s ({} cases)", number(long.median_s, 0), number(long.most_s, 0), long.of);
+    line(
+        text,
+        "time, 90 s at 200 Hz, 2 threads: median and longest",
+        "≤ 60 s",
+        &time,
+        met(long.most_s <= 60.0, long.of > 0),
+    );
+    let most = long.most_mib.max(f.short.most_mib);
+    line(text, "memory: largest", "≤ 1 GiB", &format!("{} MiB", number(most, 0)), met(most <= 1024.0, true));
+    let Cost { median_s, most_s, of, .. } = f.short;
+    let time = format!("{} s, longest {} s ({of} cases)", number(median_s, 0), number(most_s, 0));
+    line(text, "time, 30–60 s at 100 Hz, 1 thread: median and longest", "", &time, "");
+    line(text, "traps refused, or warned of and left alone", "", &percent(&f.traps), "");
+    line(text, "runs without an answer where one was due", "", &f.no_answer.to_string(), "");
+}
+
+fn levels(text: &mut String, all: &[Judged]) {
+    let f = figures(all);
+    text.push_str(
+        "| single effects, level left after refitting | something said to be missing | right effect first |\n",
+    );
+    text.push_str("|---|---|---|\n");
+    for level in Level::ALL {
+        let (detected, first) = (percent(&f.detected[&level]), percent(&f.first_by_level[&level]));
+        let _ = writeln!(text, "| {} | {detected} | {first} |", level.words());
+    }
+    text.push_str("\n| nulls | false alarms |\n|---|---|\n");
+    for (kind, share) in &f.false_alarms_by_kind {
+        let _ = writeln!(text, "| {kind} | {} |", percent(share));
+    }
+    text.push_str("\n| outside the catalogue | level | said | blamed equation | chi, second recording |\n");
+    text.push_str("|---|---|---|---|---|\n");
+    for j in all.iter().filter(|j| j.answer.group == "outside") {
+        let equation = j.said.equation.as_deref().unwrap_or("–");
+        let right = if j.equation_right() { "" } else { " (wrong)" };
+        let unknown = if j.said.says_unknown() && j.said.first() != "unknown" { ", and unknown" } else { "" };
+        let first = j.said.first();
+        let held = number(j.said.held.unwrap_or(f64::NAN), 2);
+        let (kind, level) = (&j.answer.kind, j.answer.level);
+        let _ = writeln!(text, "| {kind} | {level:.1} | {first}{unknown} | {equation}{right} | {held} |");
+    }
+}
+
+fn matrix(text: &mut String, all: &[Judged]) {
+    let counts = confusion(all);
+    let plain = ["nothing", "unknown", "no answer"];
+    let names: BTreeSet<&str> = counts
+        .keys()
+        .chain(counts.values().flat_map(BTreeMap::keys))
+        .map(String::as_str)
+        .filter(|n| n.contains('.'))
+        .collect();
+    let numbers: BTreeMap<&str, usize> = names.iter().enumerate().map(|(i, name)| (*name, i + 1)).collect();
+    text.push_str(
+        "Rows: what was concealed, at every level. Columns: what was said first, by the number of its row; – nothing, \
+         ? unknown physics, ✕ no answer.\n\n| | |",
+    );
+    for (_, number) in numbers.iter() {
+        let _ = write!(text, " {number} |");
+    }
+    text.push_str(" – | ? | ✕ |\n|---|---|");
+    text.push_str(&"---|".repeat(numbers.len() + plain.len()));
+    text.push('\n');
+    let rows = names.iter().copied().chain(["nothing", "outside the catalogue"]);
+    for name in rows {
+        let label = numbers.get(name).map_or_else(String::new, ToString::to_string);
+        let _ = write!(text, "| {label} | {name} |");
+        for said in names.iter().copied().chain(plain) {
+            let count = counts.get(name).and_then(|row| row.get(said)).copied().unwrap_or(0);
+            let cell = match count {
+                0 => String::new(),
+                n if said == name => format!("**{n}**"),
+                n => n.to_string(),
+            };
+            let _ = write!(text, " {cell} |");
+        }
+        text.push('\n');
+    }
+}
+
+fn several(text: &mut String, all: &[Judged]) {
+    text.push_str("| case | concealed, with the level each leaves alone | said | right |\n|---|---|---|---|\n");
+    for j in all.iter().filter(|j| j.answer.group == "several") {
+        let there: Vec<String> = j.answer.levels.iter().map(|(id, level)| format!("{id} {level:.1}")).collect();
+        let right = if j.right() { "yes" } else { "no" };
+        let _ = writeln!(text, "| {} | {} | {} | {right} |", j.answer.name, there.join(", "), everything_said(j));
+    }
+}
+
+fn traps(text: &mut String, all: &[Judged]) {
+    text.push_str("| trap | said | right |\n|---|---|---|\n");
+    for j in all.iter().filter(|j| j.answer.group == "trap") {
+        let said = match &j.said.verdict {
+            None => format!("refused: {}", one_line(&j.said.trouble)),
+            Some(verdict) => format!("{verdict}; {}", one_line(&j.said.warnings.join("; "))),
+        };
+        let _ = writeln!(text, "| {} | {said} | {} |", j.answer.kind, if j.right() { "yes" } else { "no" });
+    }
+}
+
+/// The text of a table's cell, without what belongs to this machine: paths.
+fn one_line(words: &str) -> String {
+    let words: Vec<String> = words
+        .split_whitespace()
+        .map(|word| match word.rsplit_once('/') {
+            Some((folder, file)) if folder.starts_with('/') => file.to_string(),
+            _ => word.to_string(),
+        })
+        .collect();
+    let text = words.join(" ").replace('|', "/");
+    if text.chars().count() > 160 { text.chars().take(157).chain("…".chars()).collect() } else { text }
+}
+
+fn everything_said(j: &Judged) -> String {
+    match j.said.verdict.as_deref() {
+        None => "no answer".into(),
+        Some(verdict) if j.said.effects.is_empty() => verdict.into(),
+        Some(_) => {
+            let ids: Vec<&str> = j.said.effects.iter().map(|e| e.id.as_str()).collect();
+            let unknown = if j.said.says_unknown() { ", and unknown" } else { "" };
+            ids.join(", ") + unknown
+        }
+    }
+}
+
+fn failures(text: &mut String, all: &[Judged]) {
+    let wrong: Vec<&Judged> = all.iter().filter(|j| !j.right() && j.answer.group != "trap").collect();
+    let _ = writeln!(
+        text,
+        "{} of {} cases, traps apart. A single effect counts as failed where another is said first. chi is over all \
+         sensors: of what refitting leaves (level), of the improved rig file on the second recording.\n",
+        wrong.len(),
+        all.len()
+    );
+    text.push_str("| case | seed | concealed | level | said | told alike | chi on the second recording |\n");
+    text.push_str("|---|---|---|---|---|---|---|\n");
+    for j in wrong {
+        let class: BTreeSet<&str> = j.said.effects.iter().flat_map(|e| e.class.iter().map(String::as_str)).collect();
+        let class: Vec<&str> = class.into_iter().collect();
+        let trouble =
+            if j.said.trouble.is_empty() { String::new() } else { format!(": {}", one_line(&j.said.trouble)) };
+        let held = j.said.held.map_or_else(|| "–".into(), |chi| number(chi, 2));
+        let a = &j.answer;
+        let said = everything_said(j);
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {:.1} | {said}{trouble} | {} | {held} |",
+            a.name,
+            a.seed,
+            a.kind,
+            a.level,
+            class.join(", ")
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::said::Said;
+    use crate::score::tests::{made_up, names, says};
+
+    fn cases() -> Vec<Judged> {
+        vec![
+            made_up("null", &[], 0.0, says("agrees")),
+            made_up("single", &["kinetic.lag"], 3.1, names(&["kinetic.minor_loop"], &["kinetic.lag"])),
+            made_up("several", &["kinetic.lag", "thermal.sheath"], 3.1, names(&["kinetic.lag"], &[])),
+            made_up("outside", &[], 9.0, says("unknown_physics")),
+            made_up("trap", &[], 0.0, Said::refused("/tmp/here/train.csv.gz: line 3 | too short")),
+        ]
+    }
+
+    #[test]
+    fn every_part_is_there_and_every_failure_is_listed() {
+        let page = page(&cases(), Seeds::Dev, "");
+        for part in ["## Figures", "## Confusion matrix", "## Pairs and triples", "## Traps", "## Every failure"] {
+            assert!(page.contains(part), "{part}");
+        }
+        let failures = page.split("## Every failure").nth(1).expect("the list");
+        assert!(failures.contains("kinetic.lag | 3.1 | kinetic.minor_loop | kinetic.lag"), "{failures}");
+        assert_eq!(failures.matches("d001").count(), 2);
+        assert!(!page.contains("/tmp/"), "a path of this machine");
+        assert!(page.contains("refused: train.csv.gz: line 3 / too short"));
+        assert!(page.contains("**development**"));
+    }
+
+    #[test]
+    fn what_others_wrote_is_kept() {
+        let real = format!("{REAL_BEGIN}\n## Real recordings\nas found\n{REAL_END}");
+        let page = page(&cases(), Seeds::Score, &format!("# Old\n{real}\nrest"));
+        assert!(page.contains(&real) && !page.contains("# Old") && !page.contains("rest"));
+        let again = super::page(&[], Seeds::Score, &page);
+        assert!(again.contains(&real));
+    }
+
+    #[test]
+    fn a_share_shows_its_interval() {
+        assert_eq!(percent(&Share::new(5, 100)), "5 % (2–10), 5 of 100");
+        assert_eq!(percent(&Share::new(0, 0)), "–");
+    }
+}
