@@ -8,7 +8,8 @@ mod common;
 
 use common::{Fake, rig};
 use divan::{Bencher, black_box};
-use sinew_driver::{Ask, Backend, Beat, Engine, Order, Sample};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Ask, Beat, Engine, Order};
 use sinew_ipc::{DriverState, RigLock, Server, Snapshot};
 
 fn main() {

@@ -6,7 +6,8 @@
 mod common;
 
 use common::{Fake, rig};
-use sinew_driver::{CountingAllocator, Driver, Options, Program};
+use sinew_backend::allocations::CountingAllocator;
+use sinew_driver::{Driver, Options, Program};
 use sinew_rig::RealtimeMode;
 
 #[global_allocator]

@@ -1,10 +1,12 @@
 //! A bare timer loop: what this machine does to a loop that does nothing. Its lateness is the floor beside which the real
 //! loop's is to be read.
 
+use sinew_backend::clock;
 use sinew_ipc::Histogram;
 
-use crate::realtime::{self, Wish};
 use crate::report::{BareLoop, Quantiles};
+use sinew_realtime as realtime;
+use sinew_realtime::Wish;
 
 /// Sleeps to an absolute grid of `rate_hz` for `seconds` in the calling thread and does nothing else. The caller has made the
 /// thread real-time or has not: the figures are of the thread as it is.
@@ -12,12 +14,12 @@ pub fn bare_loop(rate_hz: f64, seconds: f64) -> BareLoop {
     let period_ns = (1e9 / rate_hz).round().max(1.0) as u64;
     let mut lateness = Histogram::new();
     let (mut cycles, mut missed) = (0, 0);
-    let start_ns = realtime::now_ns();
+    let start_ns = clock::now_ns();
     let end_ns = start_ns + (seconds.max(0.0) * 1e9) as u64;
     let mut next_ns = start_ns + period_ns;
     while next_ns <= end_ns {
-        realtime::sleep_until_ns(next_ns);
-        let late_ns = realtime::now_ns().saturating_sub(next_ns);
+        clock::sleep_until_ns(next_ns);
+        let late_ns = clock::now_ns().saturating_sub(next_ns);
         lateness.record(late_ns);
         cycles += 1;
         // The grid stays where it is: periods slept through are gone, not made up for.

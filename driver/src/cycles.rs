@@ -6,12 +6,12 @@ use sinew_ipc::{DriverState, HeldCycle, LoopStats, Snapshot};
 use sinew_ring::{Consumer, Producer};
 use sinew_sensing::Sample;
 
-use crate::allocations;
-use crate::backend::{Backend, BackendError};
 use crate::engine::{Beat, Engine, Event, Occurrence, Order};
 use crate::last_words::caught;
-use crate::realtime;
 use crate::report::Ending;
+use sinew_backend::allocations;
+use sinew_backend::clock;
+use sinew_backend::{Backend, BackendError};
 
 /// Most orders taken in one cycle: a flood of commands is spread over cycles instead of making one late.
 const ORDERS_A_CYCLE: usize = 8;
@@ -119,7 +119,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
     /// Runs until told to end, its time is over or its code panics; outputs are zero afterwards, whatever happened.
     pub fn run(mut self, shared: &Shared) -> Remains {
         let last = Snapshot::new(self.engine.channels().len());
-        let mut remains = Remains { stats: self.stats, last, start_ns: realtime::now_ns(), ..Remains::nothing() };
+        let mut remains = Remains { stats: self.stats, last, start_ns: clock::now_ns(), ..Remains::nothing() };
         let result = caught(|| self.cycles(shared, &mut remains));
         // Once more, should it have come from before the guard in there was set up.
         self.backend.stop();
@@ -151,7 +151,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let publish_stats = (250_000_000 / period_ns).max(1);
         let backend = Stops(backend);
 
-        let start_ns = realtime::now_ns();
+        let start_ns = clock::now_ns();
         remains.start_ns = start_ns;
         // The grid all cycles lie on; one period ahead, so that the first one is on time.
         let mut due_ns = start_ns + period_ns;
@@ -159,15 +159,15 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let mut missed_since = 0;
         let mut held_back = false;
         let mut elapsed = 0u64;
-        let mut awake = realtime::Wakefulness::default();
+        let mut awake = crate::suspension::Wakefulness::default();
         let allocations_before = allocations::calls_of_this_thread();
 
         let ending = loop {
             // Tick.
             let now_ns = match pace {
                 Pace::RealTime => {
-                    realtime::sleep_until_ns(due_ns);
-                    let woke_ns = realtime::now_ns();
+                    clock::sleep_until_ns(due_ns);
+                    let woke_ns = clock::now_ns();
                     let late_ns = woke_ns.saturating_sub(due_ns);
                     stats.lateness.record(late_ns);
                     if let Some(before_ns) = woke_before_ns.replace(woke_ns) {
@@ -182,7 +182,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 }
                 Pace::AsFastAsPossible => due_ns,
             };
-            let busy_from_ns = if pace == Pace::RealTime { now_ns } else { realtime::now_ns() };
+            let busy_from_ns = if pace == Pace::RealTime { now_ns } else { clock::now_ns() };
             if shared.stop.load(Ordering::Relaxed) {
                 break Ending::Stopped;
             }
@@ -197,7 +197,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             elapsed += 1 + missed_since;
 
             // A machine that wakes up must not go on where it fell asleep: the first thing it puts out is nothing.
-            if pace == Pace::RealTime && awake.slept(now_ns, realtime::boottime_ns()) {
+            if pace == Pace::RealTime && awake.slept(now_ns, clock::boottime_ns()) {
                 engine.was_suspended();
                 duty.fill(0.0);
             }
@@ -264,7 +264,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             }
 
             // Until the next point of the grid that is still ahead.
-            let done_ns = realtime::now_ns();
+            let done_ns = clock::now_ns();
             stats.cycle_time.record(done_ns - busy_from_ns);
             due_ns += period_ns;
             missed_since = 0;

@@ -10,8 +10,6 @@ use sinew_ipc::{ChannelInfo, ChannelState, HeldCycle, Info, LoopStats, Name, Rig
 use sinew_rig::{RealtimeMode, Rig};
 use sinew_ring::ring;
 
-use crate::allocations;
-use crate::backend::Backend;
 use crate::baseline;
 use crate::commands::{ChannelRules, Desk, Diary};
 use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
@@ -20,8 +18,11 @@ use crate::error::Error;
 use crate::last_words::caught;
 use crate::program::Program;
 use crate::publish::{self, Tap};
-use crate::realtime::{self, Held, Mode, RealtimeReport, Wish};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
+use sinew_backend::Backend;
+use sinew_backend::allocations;
+use sinew_realtime as realtime;
+use sinew_realtime::{Held, Mode, RealtimeReport, Wish};
 
 /// Orders that may be on their way into the loop.
 const ORDERS: usize = 512;

@@ -5,12 +5,12 @@ use sinew_ipc::{ChannelState, DriverState, Fault, MAX_CHANNELS, Mode, Snapshot};
 use sinew_rig::Rig;
 use sinew_sensing::Sample;
 
-use crate::backend::BackendError;
 use crate::channel::{Channel, Happened, Source, Target, Tick};
 use crate::error::Error;
 use crate::joint::Joint;
 use crate::program::Program;
 use crate::supervisor::{Change, Punctuality};
+use sinew_backend::BackendError;
 
 /// What a client asks of a channel, checked and in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::backend::BackendError;
+use sinew_backend::BackendError;
 
 /// Why there is no running driver.
 #[derive(Debug)]

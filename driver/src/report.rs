@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use sinew_ipc::Histogram;
 
-use crate::realtime::RealtimeReport;
+use sinew_realtime::RealtimeReport;
 
 /// Name and version of the report's form.
 pub const SCHEMA: &str = "sinew.run/1";

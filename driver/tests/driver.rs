@@ -8,9 +8,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use common::{Fake, Mishap, rig};
-use sinew_driver::conformance::{Bench, suite};
+use sinew_backend::allocations::CountingAllocator;
+use sinew_backend::conformance::{Bench, suite};
+use sinew_backend::{Backend, BackendError, Sample};
 use sinew_driver::report::Ending;
-use sinew_driver::{Backend, BackendError, CountingAllocator, Driver, DriverHandle, Error, Options, Program, Sample};
+use sinew_driver::{Driver, DriverHandle, Error, Options, Program};
 use sinew_ipc::{Client, Fault, Mode};
 use sinew_rig::{Pace, Rig};
 

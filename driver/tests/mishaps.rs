@@ -7,8 +7,9 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use common::{Fake, Mishap, rig};
+use sinew_backend::{Backend, BackendError, Sample};
 use sinew_driver::report::Ending;
-use sinew_driver::{Backend, BackendError, Driver, Error, Options, Sample};
+use sinew_driver::{Driver, Error, Options};
 use sinew_rig::Pace;
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};

@@ -3,10 +3,8 @@
 mod common;
 
 use common::{Fake, Mishap, rig};
-use sinew_driver::{
-    Answer, Ask, Backend, BackendError, Beat, ChannelFault, Engine, Error, Event, Occurrence, Order, Program, Sample,
-    supervisor,
-};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
+use sinew_driver::{Answer, Ask, Beat, Engine, Error, Event, Occurrence, Order, Program, supervisor};
 use sinew_ipc::{ChannelState, CommandKind, DriverState, Fault, Mode, Snapshot};
 use sinew_rig::{Estimator, Rig};
 

@@ -128,7 +128,7 @@ pub struct ChannelState {
     pub flags: u32,
     /// The request the loop took right before this cycle, 0 = none: see [`ChannelState::order`].
     pub order: u32,
-    /// How the backend failed in this cycle: 0 = it did not, else the codes of `sinew_driver::BackendError`.
+    /// How the backend failed in this cycle: 0 = it did not, else the codes of `sinew_backend::BackendError`.
     pub backend: u32,
 }
 

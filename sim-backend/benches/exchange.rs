@@ -1,7 +1,7 @@
 //! What one period of the virtual rig costs, by number of channels: divide by it for the cost per channel.
 
 use divan::Bencher;
-use sinew_driver::{Backend, Sample};
+use sinew_backend::{Backend, Sample};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 

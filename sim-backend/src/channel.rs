@@ -1,6 +1,6 @@
 //! One channel of the virtual rig: a wire in its load, its power stage and its converter, in the order a period meets them.
 
-use sinew_driver::{Sample, Truth};
+use sinew_backend::{Sample, Truth};
 use sinew_physics::effects::{Gain, Offset};
 use sinew_physics::{Inputs, Outputs, Wire};
 use sinew_rig::{FaultKind, SamplingCircuit};

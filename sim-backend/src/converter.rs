@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
-use sinew_driver::Sample;
+use sinew_backend::Sample;
 use sinew_rig::Adc;
 
 /// How long the switch has to be closed before a sample is taken, in s: settling and acquisition.

@@ -6,7 +6,7 @@
 //!
 //! # One period
 //! The power stage closes the switch for the *last* part of the period, duty × period long, and the converter samples
-//! just before it opens: so the sample that [`exchange`](sinew_driver::Backend::exchange) brings back is as old as the
+//! just before it opens: so the sample that [`exchange`](sinew_backend::Backend::exchange) brings back is as old as the
 //! call, and a row of a recording made of it (duty of the period, sample at its end) is what `sinew_recording` says a
 //! row means. The converter needs the switch closed for [`MIN_ON_TIME_S`] to settle; with a shorter on-phase, or none, it
 //! sees a wire without current: offset and noise. The supply is seen at all times.
@@ -23,11 +23,9 @@ mod channel;
 mod circuit;
 mod converter;
 mod fault;
-mod lockstep;
 mod rig;
 
 pub use channel::World;
 pub use converter::MIN_ON_TIME_S;
 pub use fault::FaultHandle;
-pub use lockstep::{Lockstep, LockstepError, Trip};
 pub use rig::{Error, SimulatedRig};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
 use sinew_physics::{EnergyBalance, Inputs, JointMotion, Wire};
 use sinew_rig::{FaultKind, Rig};
 

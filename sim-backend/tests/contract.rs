@@ -1,7 +1,8 @@
 //! The driver's own suite for backends, with every call of the allocator counted.
 
-use sinew_driver::conformance::{Bench, suite};
-use sinew_driver::{ChannelFault, CountingAllocator};
+use sinew_backend::ChannelFault;
+use sinew_backend::allocations::CountingAllocator;
+use sinew_backend::conformance::{Bench, suite};
 use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
@@ -65,7 +66,8 @@ fn it_keeps_the_contract_of_backends() {
 
 #[test]
 fn it_allocates_nothing_while_faults_come_and_go() {
-    use sinew_driver::{Backend, Sample, calls_of_this_thread};
+    use sinew_backend::allocations::calls_of_this_thread;
+    use sinew_backend::{Backend, Sample};
     use sinew_rig::FaultKind;
 
     let mut backend = SimulatedRig::new(&Rig::hexapod()).unwrap_or_else(|e| panic!("{e}"));

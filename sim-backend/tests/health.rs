@@ -1,6 +1,6 @@
 //! Does the sensing recognise what the virtual rig breaks? Both sides of the converter, put together.
 
-use sinew_driver::{Backend, Sample};
+use sinew_backend::{Backend, Sample};
 use sinew_physics::{cold_length_m, hot_length_m};
 use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sensing::{Converter, Health, LengthSensor, LengthSensorConfig, Method};

@@ -1,6 +1,6 @@
 //! Two simulated wires on one joint, from the driver's side of the contract.
 
-use sinew_driver::{Backend, Sample};
+use sinew_backend::{Backend, Sample};
 use sinew_physics::{Inputs, JointMotion};
 use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::{SimulatedRig, World};

@@ -1,7 +1,7 @@
 //! The virtual rig from the driver's side of the contract: what it measures, what it does to its wires, what breaks.
 
 use proptest::prelude::*;
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
 use sinew_physics::{Inputs, Wire};
 use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sim_backend::{Error, MIN_ON_TIME_S, SimulatedRig, World};

@@ -12,7 +12,7 @@ use rustix::time::{
     Itimerspec, TimerfdClockId, TimerfdFlags, TimerfdTimerFlags, Timespec, timerfd_create, timerfd_settime,
 };
 use serde::Serialize;
-use sinew_driver::realtime::now_ns;
+use sinew_backend::clock::now_ns;
 use sinew_front_end::{ChannelFault, Event, FULL_DUTY, Firmware, MAX_CHANNELS};
 use sinew_rig::Rig;
 

@@ -9,9 +9,9 @@ use std::sync::mpsc;
 use std::thread;
 
 use clap::Parser;
-use sinew_driver::realtime::{Mode, Wish, prepare_process, prepare_thread};
 use sinew_front_end::{ChannelFault, MAX_CHANNELS};
 use sinew_front_end_host::{Options, Order, Spoilt, run};
+use sinew_realtime::{Mode, Wish, prepare_process, prepare_thread};
 use sinew_rig::Rig;
 
 /// The firmware of a front-end as a process: simulated wires behind it, a pseudo-terminal before it.

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering};
 
-use sinew_driver::realtime::now_ns;
-use sinew_driver::{Backend as _, Sample};
+use sinew_backend::clock::now_ns;
+use sinew_backend::{Backend as _, Sample};
 use sinew_front_end::{
     ChannelFault, ChannelLimits, ChannelRange, Event, FULL_DUTY, Hardware, Identification, MAX_CHANNELS, NOT_SAMPLED,
     RawSample,

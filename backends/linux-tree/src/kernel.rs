@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use fuser::Errno;
-use sinew_driver::{Backend, Sample};
+use sinew_backend::{Backend, Sample};
 use sinew_rig::Rig;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 

@@ -8,7 +8,8 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use sinew_driver::{Backend, CountingAllocator, Sample, calls_of_this_thread};
+use sinew_backend::allocations::{CountingAllocator, calls_of_this_thread};
+use sinew_backend::{Backend, Sample};
 use sinew_linux_backend::{LinuxRig, Settings, guard};
 use sinew_rig::Rig;
 

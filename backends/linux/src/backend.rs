@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use rustix::io::Errno;
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, check_exchange};
 
 use crate::Error;
 use crate::guard::{self, Guard, Watch};

@@ -30,7 +30,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use rustix::net::{RecvFlags, SendFlags, recv, send};
-use sinew_driver::realtime::{self, Held, Mode, Wish};
+use sinew_realtime as realtime;
+use sinew_realtime::{Held, Mode, Wish};
 
 use crate::Error;
 use crate::sysfs::Attribute;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
 
 use rustix::io::Errno;
-use sinew_driver::Sample;
+use sinew_backend::Sample;
 use sinew_rig::{LinuxInput, LinuxPhase, LinuxSampling};
 
 use crate::Error;

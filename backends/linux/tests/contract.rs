@@ -9,8 +9,9 @@ use std::thread;
 use std::time::Duration;
 
 use bench::{Bench, bench, guarded};
-use sinew_driver::conformance::suite;
-use sinew_driver::{Backend, BackendError, ChannelFault, CountingAllocator, Sample};
+use sinew_backend::allocations::CountingAllocator;
+use sinew_backend::conformance::suite;
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
 use sinew_linux_backend::LinuxRig;
 use sinew_linux_tree::Scans;
 use sinew_rig::LinuxSampling;

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use bench::{Bench, bench, guarded, wired};
 use rustix::process::{Pid, Signal, kill_process};
-use sinew_driver::{Backend, Sample};
+use sinew_backend::{Backend, Sample};
 use sinew_linux_backend::LinuxRig;
 use sinew_linux_tree::Scans;
 use sinew_rig::LinuxSampling;

@@ -4,12 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use sinew_driver::{Backend, BackendError, Sample, check_exchange};
-use sinew_ipc::{ChannelState, CycleHeader, HeldCycle};
+use sinew_backend::{Backend, BackendError, Sample, check_exchange};
 use sinew_ring::{Consumer, Producer, ring};
 
-use crate::error::Error;
-use crate::source::{Cycles, Source};
+use crate::source::{Cycle, Cycles, Source};
 
 /// Channels' states that are read ahead; at least [`AHEAD_CYCLES`] cycles.
 const AHEAD_STATES: usize = 1 << 14;
@@ -19,15 +17,9 @@ const ROOM: Duration = Duration::from_micros(200);
 /// Longest an `exchange` waits for the disk before it gives up. Nothing is heated meanwhile: there is no wire.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Number of a cycle's period, from the driver's start: cycles that ran and those that were missed.
-fn period(cycle: &HeldCycle) -> u64 {
-    cycle.header.cycle + cycle.header.missed
-}
-
-/// How the backend failed in a cycle.
-fn error(cycle: &HeldCycle) -> Option<BackendError> {
-    let named = |(channel, state): (usize, &ChannelState)| BackendError::from_code(state.backend, channel as u32);
-    cycle.channels.iter().enumerate().find_map(named)
+/// How the backend failed in a recorded cycle: as a whole, or the lowest channel alone.
+fn error(cycle: &impl Cycle, channels: usize) -> Option<BackendError> {
+    (0..channels).find_map(|channel| cycle.error(channel))
 }
 
 /// A recording as a backend: it brings back what was sampled then, period by period, whatever duty it is given.
@@ -41,11 +33,11 @@ pub struct ReplayBackend<S: Source> {
     source: S,
     channels: usize,
     /// What the reader leaves for the loop.
-    ahead: Option<Consumer<HeldCycle>>,
+    ahead: Option<Consumer<S::Cycle>>,
     /// The first trouble of the reader.
-    trouble: Arc<Mutex<Option<Error>>>,
+    trouble: Arc<Mutex<Option<S::Error>>>,
     /// The cycle whose period is present or yet to come.
-    recorded: HeldCycle,
+    recorded: S::Cycle,
     /// Whether `recorded` holds one.
     is_there: bool,
     /// Number of the present period; `None` before the first exchange.
@@ -68,8 +60,8 @@ impl<S: Source> ReplayBackend<S> {
             source,
             channels,
             ahead: None,
-            trouble: Arc::default(),
-            recorded: HeldCycle::new(channels),
+            trouble: Arc::new(Mutex::new(None)),
+            recorded: S::Cycle::new(channels),
             is_there: false,
             period: None,
             missed: 0,
@@ -81,30 +73,30 @@ impl<S: Source> ReplayBackend<S> {
     }
 
     /// Lets the next recorded cycle be present, however many periods later it is: how many went by without one, and the
-    /// cycle as it was then, which the next [`Backend::exchange`] will bring the samples of. `None` at the end.
+    /// recorded cycle, whose samples the next [`Backend::exchange`] will bring. `None` at the end.
     ///
     /// # Errors
     /// What kept the recording from being read on.
-    pub fn advance(&mut self) -> Result<Option<(u64, CycleHeader)>, Error> {
+    pub fn advance(&mut self) -> Result<Option<(u64, &S::Cycle)>, S::Error> {
         let at = self.period;
-        if at.is_some_and(|at| self.is_there && period(&self.recorded) <= at) {
+        if at.is_some_and(|at| self.is_there && self.recorded.period() <= at) {
             self.pass();
         }
         if !self.is_there && !self.take() {
             return self.trouble().map_or(Ok(None), Err);
         }
-        let between = at.map_or(0, |at| period(&self.recorded).saturating_sub(at + 1));
-        Ok(Some((between, self.recorded.header)))
+        let between = at.map_or(0, |at| self.recorded.period().saturating_sub(at + 1));
+        Ok(Some((between, &self.recorded)))
     }
 
     /// What kept the reader from going on, told once.
-    pub fn trouble(&self) -> Option<Error> {
+    pub fn trouble(&self) -> Option<S::Error> {
         self.trouble.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// The recorded states of the cycle that [`ReplayBackend::advance`] told of.
-    pub fn recorded(&self) -> &[ChannelState] {
-        &self.recorded.channels
+    /// The recorded cycle that [`ReplayBackend::advance`] returned last.
+    pub fn recorded(&self) -> &S::Cycle {
+        &self.recorded
     }
 
     /// Takes the next recorded cycle from the reader; false at the end of the recording.
@@ -128,25 +120,25 @@ impl<S: Source> ReplayBackend<S> {
 
     /// Leaves the present recorded cycle behind: what it put out is in force in the period after it.
     fn pass(&mut self) {
-        let head = self.recorded.header;
-        let follows = head.cycle == self.passed + 1;
-        let whole = error(&self.recorded).filter(|error| error.channel().is_none()).is_some();
-        for (channel, state) in self.recorded.channels.iter().enumerate() {
-            let failed = whole || state.backend != 0;
-            self.recorded_applied[channel] = match (failed, head.cycle) {
+        let number = self.recorded.number();
+        let follows = number == self.passed + 1;
+        let whole = error(&self.recorded, self.channels).filter(|error| error.channel().is_none()).is_some();
+        for channel in 0..self.channels {
+            let failed = whole || self.recorded.error(channel).is_some();
+            self.recorded_applied[channel] = match (failed, number) {
                 (true, _) | (_, 1) => 0.0,
                 _ if follows => self.recorded_next[channel],
                 _ => f64::NAN,
             };
-            self.recorded_next[channel] = state.duty;
+            self.recorded_next[channel] = self.recorded.duty(channel);
         }
-        self.passed = head.cycle;
+        self.passed = number;
         self.is_there = false;
     }
 
     /// Whether the recorded cycle follows the one passed last: only then is it known what was in force in between.
     fn follows(&self) -> bool {
-        self.recorded.header.cycle == self.passed + 1
+        self.recorded.number() == self.passed + 1
     }
 
     fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
@@ -157,9 +149,9 @@ impl<S: Source> ReplayBackend<S> {
 }
 
 /// Reads a recording ahead of the loop until it ends or nobody wants it any more.
-fn read_ahead(cycles: impl Cycles, mut ahead: Producer<HeldCycle>) -> Result<(), Error> {
-    cycles.each(&mut |head, channels| {
-        while !ahead.put(|cycle| cycle.copy_from(*head, channels)) {
+fn read_ahead<C: Cycles>(cycles: C, mut ahead: Producer<C::Cycle>) -> Result<(), C::Error> {
+    cycles.each(&mut |read| {
+        while !ahead.put(|cycle| cycle.copy_from(read)) {
             if ahead.is_alone() {
                 return false;
             }
@@ -177,7 +169,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
     fn start(&mut self) -> Result<(), BackendError> {
         self.stop();
         let unavailable = BackendError::Unavailable { os_error: 0 };
-        let note = |trouble: &Mutex<Option<Error>>, error: Error| {
+        let note = |trouble: &Mutex<Option<S::Error>>, error: S::Error| {
             trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         };
         let cycles = match self.source.cycles() {
@@ -189,7 +181,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
         };
         let (channels, trouble) = (self.channels, self.trouble.clone());
         let room = AHEAD_CYCLES.max(AHEAD_STATES / channels.max(1));
-        let (ahead, ahead_out) = ring((0..room).map(|_| HeldCycle::new(channels)));
+        let (ahead, ahead_out) = ring((0..room).map(|_| S::Cycle::new(channels)));
         let reader = thread::Builder::new().name("sinew-replay".into()).spawn(move || {
             if let Err(error) = read_ahead(cycles, ahead) {
                 note(&trouble, error);
@@ -215,7 +207,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
         let missed = std::mem::take(&mut self.missed);
         let present = self.period.map(|period| period.saturating_add(1 + missed));
         // The first exchange begins the recording, wherever that begins.
-        while !self.is_there || present.is_some_and(|present| period(&self.recorded) < present) {
+        while !self.is_there || present.is_some_and(|present| self.recorded.period() < present) {
             if self.is_there {
                 self.pass();
             }
@@ -223,15 +215,15 @@ impl<S: Source> Backend for ReplayBackend<S> {
                 return self.fail(samples, BackendError::Unavailable { os_error: 0 });
             }
         }
-        let present = present.unwrap_or_else(|| period(&self.recorded));
+        let present = present.unwrap_or_else(|| self.recorded.period());
         self.period = Some(present);
 
-        let is_recorded = period(&self.recorded) == present;
-        let known = is_recorded && (self.follows() || self.recorded.header.cycle == 1);
+        let is_recorded = self.recorded.period() == present;
+        let known = is_recorded && (self.follows() || self.recorded.number() == 1);
         for (channel, sample) in samples.iter_mut().enumerate() {
-            *sample = if is_recorded { sample_of(&self.recorded.channels[channel]) } else { Sample::NONE };
+            *sample = if is_recorded { self.recorded.sample(channel) } else { Sample::NONE };
             let (now, then) = (self.applied[channel] > 0.0, self.recorded_applied[channel]);
-            let driven_then = match self.recorded.header.cycle {
+            let driven_then = match self.recorded.number() {
                 1 => Some(false),
                 _ if known && !then.is_nan() => Some(then > 0.0),
                 _ => None,
@@ -241,7 +233,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
                 *sample = Sample { supply_v: sample.supply_v, ..Sample::NONE };
             }
         }
-        let error = error(&self.recorded).filter(|_| is_recorded);
+        let error = error(&self.recorded, self.channels).filter(|_| is_recorded);
         self.applied.copy_from_slice(duty);
         match error {
             None => Ok(()),
@@ -262,16 +254,5 @@ impl<S: Source> Backend for ReplayBackend<S> {
         // The reader finds itself alone and ends by itself.
         self.ahead = None;
         self.applied.fill(0.0);
-    }
-}
-
-/// The sample a recorded state came from.
-fn sample_of(state: &ChannelState) -> Sample {
-    Sample {
-        v1_v: state.v1_v,
-        v2_v: state.v2_v,
-        v3_v: state.v3_v,
-        current_a: state.current_a,
-        supply_v: state.supply_v,
     }
 }

@@ -1,26 +1,11 @@
-//! A recording behind the driver's backend contract, and what the driver makes of it today.
+//! A recording behind the contract of backends.
 //!
-//! [`ReplayBackend`] takes the place of power stage and converter: it brings back the voltages of then. [`Replay`] runs the
-//! driver's own cycle over them in lockstep, with the same beats and the same requests at the same cycles, and
-//! [`Comparison`] says what comes out otherwise than it was recorded.
-//!
-//! # What it says, and what not
-//! With the program, the rig file and a recording from the driver's first cycle on, everything comes out bit for bit the
-//! same. Change the rig, an algorithm or the program, and what differs is their doing. But a recorded wire does not answer: it
-//! goes on as it was heated then, whatever duty comes out now. Sensing, estimates, faults and the law's first answer are
-//! those a change would have had; how the wire would have moved under that answer only a simulation can say.
+//! [`ReplayBackend`] takes the place of power stage and converter: it brings back the voltages that were recorded. What it reads is a
+//! [`Source`]; it knows of a recorded [`Cycle`] what a backend needs to know and nothing of files or messages.
 #![forbid(unsafe_code)]
 
 mod backend;
-mod compare;
-mod error;
-mod replay;
-mod session;
 mod source;
 
 pub use backend::ReplayBackend;
-pub use compare::{Comparison, Difference, FIELDS, Field, Place};
-pub use error::Error;
-pub use replay::{Completeness, Replay};
-pub use session::{SessionCycles, SessionSource, encode};
-pub use source::{Cycles, Source};
+pub use source::{Cycle, Cycles, Source};

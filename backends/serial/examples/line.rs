@@ -18,9 +18,10 @@ use std::time::{Duration, Instant};
 use rustix::fs::{OFlags, open};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-use sinew_driver::realtime::{Held, Mode, Wish, now_ns, prepare_process, prepare_thread, sleep_until_ns};
-use sinew_driver::{Backend, Sample};
+use sinew_backend::clock::{now_ns, sleep_until_ns};
+use sinew_backend::{Backend, Sample};
 use sinew_front_end_host::{Host, Options, What};
+use sinew_realtime::{Held, Mode, Wish, prepare_process, prepare_thread};
 use sinew_rig::{BackendKind, Rig};
 use sinew_serial_backend::SerialBackend;
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
-use sinew_driver::realtime::now_ns;
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample, check_exchange};
+use sinew_backend::clock::now_ns;
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, check_exchange};
 use sinew_front_end::ChannelFault as DeviceFault;
 use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
 use sinew_rig::Rig;

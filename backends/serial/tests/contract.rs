@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use sinew_driver::conformance::{Bench, suite};
-use sinew_driver::{Backend, BackendError, ChannelFault, CountingAllocator, Sample};
+use sinew_backend::allocations::CountingAllocator;
+use sinew_backend::conformance::{Bench, suite};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
 use sinew_front_end::ChannelFault as DeviceFault;
 use sinew_front_end_host::{Host, Options, Order, Spoilt};
 use sinew_rig::{BackendKind, Rig, SamplingCircuit};

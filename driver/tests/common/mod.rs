@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use sinew_driver::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
 use sinew_rig::Rig;
 
 /// A rig of equal wires on bias springs.

@@ -2,8 +2,9 @@
 
 use std::sync::LazyLock;
 
+use sinew_backend::{Backend, BackendError, Sample};
 use sinew_driver::commands::ChannelRules;
-use sinew_driver::{Ask, Backend, BackendError, Beat, Engine, Occurrence, Order, Sample};
+use sinew_driver::{Ask, Beat, Engine, Occurrence, Order};
 use sinew_ipc::{ALL_CHANNELS, Command, DriverState, Mode, Snapshot};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;

@@ -9,7 +9,8 @@ use std::time::Duration;
 
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
-use sinew_driver::{Backend, Driver, Options};
+use sinew_backend::Backend;
+use sinew_driver::{Driver, Options};
 use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_rig::{BackendKind, FaultKind, Rig};
 use sinew_serial_backend::SerialBackend;

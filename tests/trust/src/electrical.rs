@@ -1,10 +1,11 @@
 //! What breaks between supply, power stage, wire, taps and converter. On a simulated clock, to the period.
 
 use rand::rngs::Xoshiro256PlusPlus;
-use sinew_driver::{Answer, Backend, Truth};
+use sinew_backend::{Backend, Truth};
+use sinew_driver::Answer;
 use sinew_ipc::{ChannelState, CommandKind, Fault};
+use sinew_lockstep::Lockstep;
 use sinew_rig::FaultKind;
-use sinew_sim_backend::Lockstep;
 
 use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
 use crate::lockstep::{CHANNELS, any_rate_hz, any_twins, at_rest, command, healthy, proved, rig_text, sensing_duty};

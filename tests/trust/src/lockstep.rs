@@ -7,8 +7,8 @@ use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
 use sinew_driver::Answer;
 use sinew_ipc::{ChannelState, CommandKind, Fault, Mode};
+use sinew_lockstep::Lockstep;
 use sinew_rig::Rig;
-use sinew_sim_backend::Lockstep;
 
 use crate::kind::{Failure, between, expect, unexpected, whole};
 

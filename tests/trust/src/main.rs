@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::{Parser, Subcommand};
-use sinew_driver::CountingAllocator;
+use sinew_backend::allocations::CountingAllocator;
 use sinew_linux_backend::guard;
 use sinew_trust::kind::Failure;
 use sinew_trust::site::Site;

@@ -11,10 +11,11 @@ use std::time::Duration;
 
 use rand::rngs::Xoshiro256PlusPlus;
 use rustix::process::Signal;
-use sinew_driver::realtime::{self, Wish};
 use sinew_front_end::{FULL_DUTY, MAX_CHANNELS};
 use sinew_front_end_host::{Options, Order, Spoilt, Told, What, run};
 use sinew_ipc::{CycleStream, DriverHealth, Fault};
+use sinew_realtime as realtime;
+use sinew_realtime::Wish;
 use sinew_rig::Rig;
 
 use crate::driven::{Bench, CHANNELS, DUTY, Hardware, PULSE, struck};

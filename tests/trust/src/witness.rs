@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
-use sinew_driver::{Backend, BackendError, Sample, Truth};
+use sinew_backend::{Backend, BackendError, Sample, Truth};
 
 use crate::kind::Failure;
 

@@ -3,8 +3,9 @@
 
 use std::fmt;
 
+use sinew_backend::{Backend, Sample, Truth};
 use sinew_control::{Estimate, StrokeRange};
-use sinew_driver::{Ask, Backend, Beat, Engine, Occurrence, Order, Sample, Truth};
+use sinew_driver::{Ask, Beat, Engine, Occurrence, Order};
 use sinew_ipc::Fault;
 use sinew_physics::{Inputs, Wire, WireModel};
 use sinew_rig::Rig;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sinew_driver::Backend;
+use sinew_backend::Backend;
 use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_rig::{BackendKind, Rig};
 use sinew_serial_backend::{self as serial, LineFigures, SerialBackend};

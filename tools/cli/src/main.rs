@@ -19,7 +19,7 @@ use args::{BenchWhat, Cli, Command, RecordingWhat};
 
 /// Counts allocations by thread, so that a run can report those of its loop.
 #[global_allocator]
-static ALLOCATOR: sinew_driver::CountingAllocator = sinew_driver::CountingAllocator;
+static ALLOCATOR: sinew_backend::allocations::CountingAllocator = sinew_backend::allocations::CountingAllocator;
 
 fn main() -> ExitCode {
     // A driver on Linux's own outputs starts this very program a second time, to watch over them.

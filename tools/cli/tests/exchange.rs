@@ -6,12 +6,13 @@ use std::fs::File;
 use std::path::Path;
 
 use serde_json::Value;
-use sinew_driver::{Ask, Backend, Beat, Engine, Order, Sample};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Ask, Beat, Engine, Order};
 use sinew_ipc::{DriverState, Snapshot};
 use sinew_recorder::layout;
 use sinew_recording::session::{About, Ended, Head, SessionWriter, WriteOptions};
 use sinew_recording::{Column, Options, read};
-use sinew_replay_backend::encode;
+use sinew_replay::encode;
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 use support::{RIG, Scratch};

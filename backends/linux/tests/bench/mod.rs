@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use sinew_driver::ChannelFault;
-use sinew_driver::conformance;
+use sinew_backend::ChannelFault;
+use sinew_backend::conformance;
 use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_linux_tree::{Scans, TRIGGER, Tree};
 use sinew_rig::{BackendKind, LinuxInput, LinuxPhase, LinuxSampling, Rig};

@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use serde::Serialize;
+use sinew_backend::{Backend, Sample};
 use sinew_driver::report::{BareLoop, Quantiles};
-use sinew_driver::{Backend, Beat, Driver, Engine, Options, Program, RunReport, Sample};
+use sinew_driver::{Beat, Driver, Engine, Options, Program, RunReport};
 use sinew_ipc::{ChannelInfo, Client, DriverState, Histogram, Info, Name, RigLock, Server, Snapshot};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;

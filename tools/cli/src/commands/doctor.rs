@@ -8,9 +8,10 @@ use std::path::Path;
 
 use serde::Serialize;
 use sinew_driver::baseline;
-use sinew_driver::realtime::{self, Wish};
 use sinew_driver::report::BareLoop;
 use sinew_driver::wish_of;
+use sinew_realtime as realtime;
+use sinew_realtime::Wish;
 use sinew_rig::{RealtimeMode, Rig};
 
 use super::{admission, attached, load_rig};

@@ -9,7 +9,7 @@ use serde::Serialize;
 use sinew_recorder::layout;
 use sinew_recording::Part;
 use sinew_recording::session::{About, Ended, Head, Session, SessionWriter, WriteOptions};
-use sinew_replay_backend::{Difference, Error, Replay, SessionSource, encode};
+use sinew_replay::{Difference, Error, Replay, SessionSource, encode};
 use sinew_rig::Rig;
 use toml_edit::{DocumentMut, Item, Value};
 

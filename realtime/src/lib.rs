@@ -4,7 +4,7 @@
 //! row for each request with what it costs to do without and what to type to get it. `realtime = "strict"` in the rig file
 //! turns a refusal into a refusal to start. `docs/realtime.md` tells the reasons at length.
 //!
-//! This is the one module (besides the counting allocator) with unsafe code: the bare system calls.
+//! Unsafe code here is the bare system calls.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
@@ -131,7 +131,7 @@ const PREFAULT_STACK: usize = 256 * 1024;
 /// Bytes of heap that are touched and given back to the allocator (not to the kernel) before the loop runs.
 const PREFAULT_HEAP: usize = 1024 * 1024;
 /// Stack of the loop thread.
-pub(crate) const LOOP_STACK: usize = 2 * 1024 * 1024;
+pub const LOOP_STACK: usize = 2 * 1024 * 1024;
 
 /// Asks for what belongs to the whole process: memory locks, a prefaulted heap, no deep idle states.
 pub fn prepare_process(wish: &Wish) -> (Held, RealtimeReport) {
@@ -346,7 +346,7 @@ fn schedule_fifo(priority: u8) -> io::Result<()> {
 
 /// Puts the calling thread before the machine's ordinary work, where that is allowed: a loop at real time takes a core when it likes,
 /// and what empties its ring must not wait behind everybody else for what is left.
-pub(crate) fn go_first(wish: &Wish) {
+pub fn go_first(wish: &Wish) {
     /// As much processor time as nine ordinary threads.
     const NICE: libc::c_int = -10;
     if wish.mode != Mode::Off {
@@ -408,76 +408,6 @@ fn kernel_row() -> Row {
     }
 }
 
-/// CLOCK_MONOTONIC now, ns. A read of shared memory (vDSO), no system call.
-#[inline]
-pub fn now_ns() -> u64 {
-    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `now` is a valid, writable timespec that outlives the call; CLOCK_MONOTONIC always exists.
-    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut now) };
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
-}
-
-/// CLOCK_BOOTTIME now, ns: like CLOCK_MONOTONIC, but it goes on while the machine is suspended. Through the vDSO too.
-#[inline]
-pub fn boottime_ns() -> u64 {
-    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `now` is a valid, writable timespec that outlives the call; CLOCK_BOOTTIME exists since Linux 2.6.39.
-    unsafe { libc::clock_gettime(libc::CLOCK_BOOTTIME, &mut now) };
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
-}
-
-/// Notices that the machine was suspended: then CLOCK_BOOTTIME is further ahead of CLOCK_MONOTONIC than before. Nothing else
-/// moves the one against the other; a step of the wall clock moves neither.
-#[derive(Debug, Default)]
-pub(crate) struct Wakefulness {
-    ahead_ns: Option<u64>,
-}
-
-impl Wakefulness {
-    /// Shorter than any suspension, longer than a thread may be kept from reading the second clock without missing
-    /// [`crate::supervisor::OVERRUN_S`], which switches off as well.
-    const SLEPT_NS: u64 = 250_000_000;
-
-    /// Whether the machine was suspended since the last call, by the clocks as read now: the monotonic one before the other.
-    #[inline]
-    pub fn slept(&mut self, monotonic_ns: u64, boottime_ns: u64) -> bool {
-        let ahead_ns = boottime_ns.saturating_sub(monotonic_ns);
-        let least_ns = *self.ahead_ns.get_or_insert(ahead_ns);
-        let slept = ahead_ns > least_ns + Self::SLEPT_NS;
-        // What lies between the two readings is never negative: the least is the best known.
-        if slept || ahead_ns < least_ns {
-            self.ahead_ns = Some(ahead_ns);
-        }
-        slept
-    }
-}
-
-/// How often the calling thread has let go of its processor by itself, to wait for something.
-pub fn voluntary_switches() -> u64 {
-    // SAFETY: all zeros are a valid rusage, and getrusage writes into no more than that.
-    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
-    // SAFETY: the pointer is to a live rusage; with RUSAGE_THREAD the call cannot fail.
-    unsafe { libc::getrusage(libc::RUSAGE_THREAD, &mut usage) };
-    usage.ru_nvcsw.unsigned_abs()
-}
-
-/// Sleeps until CLOCK_MONOTONIC shows `at_ns`; returns at once when that has passed. Signals do not shorten the sleep.
-#[inline]
-pub fn sleep_until_ns(at_ns: u64) {
-    let at = libc::timespec {
-        tv_sec: (at_ns / 1_000_000_000) as libc::time_t,
-        tv_nsec: (at_ns % 1_000_000_000) as libc::c_long,
-    };
-    loop {
-        // SAFETY: `at` is a valid timespec that outlives the call; the remaining time is not asked for (absolute sleep).
-        let code =
-            unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &at, std::ptr::null_mut()) };
-        if code != libc::EINTR {
-            return;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -503,36 +433,5 @@ mod tests {
             assert!(!row.cost.is_empty() && !row.remedy.is_empty() && !row.found.is_empty(), "{row:?}");
         }
         assert_eq!(report.policy, "SCHED_OTHER");
-    }
-
-    #[test]
-    fn only_a_suspension_moves_the_one_clock_against_the_other() {
-        let mut awake = Wakefulness::default();
-        let ahead_ns = 3_600_000_000_000;
-        let mut monotonic_ns = 1_000;
-        for k in 0..1000 {
-            monotonic_ns += 1_000_000;
-            // now and then the thread loses its core between the two readings
-            let between_ns = if k % 100 == 7 { 40_000_000 } else { 30 };
-            assert!(!awake.slept(monotonic_ns, monotonic_ns + ahead_ns + between_ns), "cycle {k}");
-        }
-        // half a minute with the lid closed
-        let ahead_ns = ahead_ns + 30_000_000_000;
-        assert!(awake.slept(monotonic_ns + 1_000_000, monotonic_ns + 1_000_000 + ahead_ns));
-        assert!(!awake.slept(monotonic_ns + 2_000_000, monotonic_ns + 2_000_000 + ahead_ns), "once");
-        let mut this_machine = Wakefulness::default();
-        assert!(!this_machine.slept(now_ns(), boottime_ns()));
-    }
-
-    #[test]
-    fn an_absolute_sleep_never_ends_early() {
-        for _ in 0..20 {
-            let at = now_ns() + 200_000;
-            sleep_until_ns(at);
-            assert!(now_ns() >= at);
-        }
-        let past = now_ns() - 1;
-        sleep_until_ns(past);
-        assert!(now_ns() > past);
     }
 }

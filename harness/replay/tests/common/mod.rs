@@ -3,9 +3,11 @@
 
 use std::sync::Arc;
 
-use sinew_driver::{Backend, Beat, Engine, Order, Program, Sample};
-use sinew_ipc::{ChannelState, CycleHeader, DriverState, Snapshot};
-use sinew_replay_backend::{Cycles, Error, Replay, Source};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Beat, Engine, Order, Program};
+use sinew_ipc::{ChannelState, CycleHeader, DriverState, HeldCycle, Snapshot};
+use sinew_replay::{Error, Replay, SessionCycle};
+use sinew_replay_backend::{Cycles, Source};
 use sinew_rig::Rig;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
@@ -16,7 +18,9 @@ pub struct Memory {
 }
 
 impl Source for Memory {
+    type Cycle = SessionCycle;
     type Cycles = Memory;
+    type Error = Error;
 
     fn channels(&self) -> usize {
         self.cycles[0].1.len()
@@ -28,8 +32,14 @@ impl Source for Memory {
 }
 
 impl Cycles for Memory {
-    fn each(self, see: &mut dyn FnMut(&CycleHeader, &[ChannelState]) -> bool) -> Result<(), Error> {
-        let _ = self.cycles.iter().all(|(head, states)| see(head, states));
+    type Cycle = SessionCycle;
+    type Error = Error;
+
+    fn each(self, see: &mut dyn FnMut(&SessionCycle) -> bool) -> Result<(), Error> {
+        let held = |(header, states): &(CycleHeader, Vec<ChannelState>)| {
+            SessionCycle(HeldCycle { header: *header, channels: states.clone().into() })
+        };
+        let _ = self.cycles.iter().all(|cycle| see(&held(cycle)));
         Ok(())
     }
 }

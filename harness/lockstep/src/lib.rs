@@ -3,12 +3,13 @@
 
 use std::collections::HashMap;
 
+use sinew_backend::{Backend, Sample};
 use sinew_driver::commands::ChannelRules;
-use sinew_driver::{Answer, Ask, Backend, Beat, Engine, Event, Occurrence, Order, Program, Sample};
+use sinew_driver::{Answer, Ask, Beat, Engine, Event, Occurrence, Order, Program};
 use sinew_ipc::{ChannelState, Command, DriverState, Fault, Reply, Snapshot};
 use sinew_rig::Rig;
 
-use crate::{Error, SimulatedRig};
+use sinew_sim_backend::{Error, SimulatedRig};
 
 /// A fault that was latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

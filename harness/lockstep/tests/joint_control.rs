@@ -1,7 +1,9 @@
 //! A joint between two simulated wires under the driver's cycle: how it follows, who commands it, what a fault does.
 
-use sinew_driver::{Answer, Ask, Backend, Beat, CountingAllocator, Engine, Event, Occurrence, Order, Sample};
-use sinew_driver::{calls_of_this_thread, is_counting};
+use sinew_backend::allocations::CountingAllocator;
+use sinew_backend::allocations::{calls_of_this_thread, is_counting};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Answer, Ask, Beat, Engine, Event, Occurrence, Order};
 use sinew_ipc::{ChannelState, DriverState, Fault, Mode, Snapshot};
 use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::SimulatedRig;

@@ -5,8 +5,9 @@
 use std::time::Instant;
 
 use crate::allocations;
-use crate::backend::{Backend, BackendError, ChannelFault, Sample};
-use crate::realtime::voluntary_switches;
+use crate::backend::Backend;
+use crate::error::{BackendError, ChannelFault};
+use sinew_sensing::Sample;
 
 /// Largest current, as a share of the one in the on-phase, that still counts as none (offset and noise of a converter).
 const NO_CURRENT: f64 = 0.05;
@@ -65,7 +66,7 @@ pub trait Bench {
 /// What a run of the suite found beside that every rule was kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Findings {
-    /// Whether allocations could be counted, that is, [`crate::CountingAllocator`] is installed.
+    /// Whether allocations could be counted, that is, [`crate::allocations::CountingAllocator`] is installed.
     pub counts_allocations: bool,
     /// Time of an exchange, ns: the median and the worst of some hundred. Measured, not judged: machines are busy.
     pub exchange_ns: [u64; 2],
@@ -384,4 +385,14 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     stand.drive_until_measured(0.1);
     stand.backend.stop();
     true
+}
+
+/// How often the calling thread has let go of its processor by itself, to wait for something.
+#[allow(unsafe_code)]
+fn voluntary_switches() -> u64 {
+    // SAFETY: all zeros are a valid rusage, and getrusage writes into no more than that.
+    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
+    // SAFETY: the pointer is to a live rusage; with RUSAGE_THREAD the call cannot fail.
+    unsafe { libc::getrusage(libc::RUSAGE_THREAD, &mut usage) };
+    usage.ru_nvcsw.unsigned_abs()
 }

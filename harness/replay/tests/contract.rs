@@ -3,8 +3,10 @@
 mod common;
 
 use common::{Memory, Turn, record};
-use sinew_driver::conformance::{Bench, suite};
-use sinew_driver::{Ask, Backend, BackendError, CountingAllocator, Order, Sample};
+use sinew_backend::allocations::CountingAllocator;
+use sinew_backend::conformance::{Bench, suite};
+use sinew_backend::{Backend, BackendError, Sample};
+use sinew_driver::{Ask, Order};
 use sinew_replay_backend::ReplayBackend;
 use sinew_rig::{Rig, SamplingCircuit};
 

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use sinew_ipc::{ChannelState, CycleHeader};
+use sinew_backend::{BackendError, Sample};
+use sinew_ipc::{ChannelState, CycleHeader, HeldCycle};
 use sinew_recording::rows::DRIVER;
 use sinew_recording::session::{CycleView, Layout, Session};
+use sinew_replay_backend::{Cycle, Cycles, Source};
 
 use crate::error::Error;
-use crate::source::{Cycles, Source};
 
 /// What a replay cannot do without: the samples and the requests.
 const NEEDED: [&str; 10] =
@@ -39,7 +40,9 @@ impl SessionSource {
 }
 
 impl Source for SessionSource {
+    type Cycle = SessionCycle;
     type Cycles = SessionCycles;
+    type Error = Error;
 
     fn channels(&self) -> usize {
         self.channels
@@ -55,21 +58,60 @@ impl Source for SessionSource {
 pub struct SessionCycles(Session);
 
 impl Cycles for SessionCycles {
-    fn each(self, see: &mut dyn FnMut(&CycleHeader, &[ChannelState]) -> bool) -> Result<(), Error> {
+    type Cycle = SessionCycle;
+    type Error = Error;
+
+    fn each(self, see: &mut dyn FnMut(&SessionCycle) -> bool) -> Result<(), Error> {
         let layout = self.0.layout();
         let decoder = Decoder::new(layout);
-        let mut states = vec![ChannelState::UNKNOWN; layout.channels.len()];
+        let mut held = SessionCycle::new(layout.channels.len());
         let mut cycles = self.0.cycles();
         while let Some(cycle) = cycles.next().map_err(Error::Recording)? {
-            for (channel, state) in states.iter_mut().enumerate() {
+            for (channel, state) in held.0.channels.iter_mut().enumerate() {
                 *state = decoder.state(&cycle, channel);
             }
             let head = &cycle.head;
-            if !see(&CycleHeader { cycle: head.cycle, monotonic_ns: head.monotonic_ns, missed: head.missed }, &states) {
+            held.0.header = CycleHeader { cycle: head.cycle, monotonic_ns: head.monotonic_ns, missed: head.missed };
+            if !see(&held) {
                 break;
             }
         }
         Ok(())
+    }
+}
+
+/// A cycle as the driver published it.
+#[derive(Debug, Clone)]
+pub struct SessionCycle(pub HeldCycle);
+
+impl Cycle for SessionCycle {
+    fn new(channels: usize) -> SessionCycle {
+        SessionCycle(HeldCycle::new(channels))
+    }
+
+    fn copy_from(&mut self, other: &SessionCycle) {
+        self.0.copy_from(other.0.header, &other.0.channels);
+    }
+
+    fn number(&self) -> u64 {
+        self.0.header.cycle
+    }
+
+    fn period(&self) -> u64 {
+        self.0.header.cycle + self.0.header.missed
+    }
+
+    fn sample(&self, channel: usize) -> Sample {
+        let ChannelState { v1_v, v2_v, v3_v, current_a, supply_v, .. } = self.0.channels[channel];
+        Sample { v1_v, v2_v, v3_v, current_a, supply_v }
+    }
+
+    fn duty(&self, channel: usize) -> f64 {
+        self.0.channels[channel].duty
+    }
+
+    fn error(&self, channel: usize) -> Option<BackendError> {
+        BackendError::from_code(self.0.channels[channel].backend, channel as u32)
     }
 }
 

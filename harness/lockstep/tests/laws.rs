@@ -1,6 +1,7 @@
 //! Every control law of the rig file, by its word, in the driver's engine before simulated wires with noise.
 
-use sinew_driver::{Answer, Ask, Backend, Beat, Engine, Occurrence, Order, Sample};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Answer, Ask, Beat, Engine, Occurrence, Order};
 use sinew_rig::{Algorithm, Rig};
 use sinew_sim_backend::SimulatedRig;
 

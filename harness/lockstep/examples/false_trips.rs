@@ -1,7 +1,7 @@
 //! What a supervisor must not do: switch off what is well. Runs rigs through an hour (or the seconds given) of ordinary work on the simulated
 //! clock, with the converter's noise, draughts, air that warms and cools and a supply that wanders, and counts what tripped.
 //!
-//! `cargo run -p sinew-sim-backend --example false_trips -- 3600` prints the table of `docs/supervisor.md`; it ends with 1 if
+//! `cargo run -p sinew-lockstep --example false_trips -- 3600` prints the table of `docs/supervisor.md`; it ends with 1 if
 //! anything has tripped.
 
 use std::error::Error;
@@ -10,8 +10,9 @@ use std::time::Instant;
 
 use sinew_driver::{Ask, Program};
 use sinew_ipc::ChannelState;
+use sinew_lockstep::Lockstep;
 use sinew_rig::{Rig, SamplingCircuit};
-use sinew_sim_backend::{Lockstep, World};
+use sinew_sim_backend::World;
 
 /// What happens to the world and to a channel's task changes about so often, s.
 const CHANGE_S: f64 = 2.0;

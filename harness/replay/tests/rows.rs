@@ -11,7 +11,7 @@ use sinew_physics::{Inputs, Wire};
 use sinew_recorder::layout;
 use sinew_recording::session::{About, Ended, Head, SessionWriter, WriteOptions};
 use sinew_recording::{Column, Options, Recording, read};
-use sinew_replay_backend::encode;
+use sinew_replay::encode;
 use sinew_rig::Rig;
 
 const RIG: &str = "[rig]\nname = \"bench\"\nrate_hz = 1000.0\n\n[[channel]]\nname = \"wire\"\n\

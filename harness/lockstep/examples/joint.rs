@@ -1,7 +1,8 @@
 //! How well a joint between two wires follows a sine of a quarter of its stroke, by the driver's cycle on the simulated rig:
-//! the table in docs/control-laws.md. `cargo run --release -p sinew-sim-backend --example joint`
+//! the table in docs/control-laws.md. `cargo run --release -p sinew-lockstep --example joint`
 
-use sinew_driver::{Ask, Backend, Beat, Engine, Order, Sample};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Ask, Beat, Engine, Order};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 

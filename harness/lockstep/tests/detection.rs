@@ -1,9 +1,10 @@
 //! What breaks is found: by the driver's own cycle, on the virtual rig, in both circuits, and within how many periods; and what
 //! is whole is not called broken in ten minutes of work.
 //!
-//! `cargo test -p sinew-sim-backend --test detection -- --nocapture` prints the table of `docs/sensing.md`.
+//! `cargo test -p sinew-lockstep --test detection -- --nocapture` prints the table of `docs/sensing.md`.
 
-use sinew_driver::{Ask, Backend, Beat, Engine, Occurrence, Order, Sample};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Ask, Beat, Engine, Occurrence, Order};
 use sinew_ipc::{ChannelState, DriverState, Fault, Snapshot};
 use sinew_rig::{Algorithm, FaultKind, Rig, SamplingCircuit};
 use sinew_sim_backend::{SimulatedRig, World};
@@ -29,7 +30,7 @@ const THESIS: &str = "l0_mm = 91.0, ls_mm = 55.0";
 struct Bench {
     engine: Engine,
     backend: SimulatedRig,
-    exchanged: Result<(), sinew_driver::BackendError>,
+    exchanged: Result<(), sinew_backend::BackendError>,
     duty: [f64; 1],
     samples: [Sample; 1],
     cycle: u64,

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! #[global_allocator]
-//! static ALLOCATOR: sinew_driver::CountingAllocator = sinew_driver::CountingAllocator;
+//! static ALLOCATOR: sinew_backend::allocations::CountingAllocator = sinew_backend::allocations::CountingAllocator;
 //! # fn main() {}
 //! ```
 

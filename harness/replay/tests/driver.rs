@@ -7,7 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use common::{Memory, replay_all};
-use sinew_driver::{Backend, BackendError, Driver, Options, Program, Sample};
+use sinew_backend::{Backend, BackendError, Sample};
+use sinew_driver::{Driver, Options, Program};
 use sinew_ipc::{Client, Fault, Mode};
 use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::SimulatedRig;

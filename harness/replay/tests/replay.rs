@@ -5,7 +5,7 @@ mod common;
 use common::{Memory, Turn, record, replay_all};
 use sinew_driver::{Ask, Order, Program};
 use sinew_ipc::{Fault, Mode};
-use sinew_replay_backend::{Difference, Replay};
+use sinew_replay::{Difference, Replay};
 use sinew_rig::{Algorithm, FaultKind, Rig};
 
 fn order(channel: usize, ask: Ask, hold_s: f64) -> Order {

@@ -1,17 +1,18 @@
 //! Writes a long session of simulated wires in little time, for measuring what reads it: `FILE.mcap CHANNELS RATE_HZ CYCLES`.
 //!
 //! ```text
-//! cargo run --release -p sinew-replay-backend --example session -- long.mcap 64 5000 130000
+//! cargo run --release -p sinew-replay --example session -- long.mcap 64 5000 130000
 //! ```
 
 use std::fs::File;
 use std::io::BufWriter;
 
-use sinew_driver::{Ask, Backend, Beat, Engine, Order, Sample};
+use sinew_backend::{Backend, Sample};
+use sinew_driver::{Ask, Beat, Engine, Order};
 use sinew_ipc::{DriverState, Snapshot};
 use sinew_recorder::layout;
 use sinew_recording::session::{About, Ended, Head, SessionWriter, WriteOptions};
-use sinew_replay_backend::encode;
+use sinew_replay::encode;
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 

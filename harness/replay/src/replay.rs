@@ -1,14 +1,15 @@
 //! The driver's cycle run again over a recording, in lockstep: the same beats, the same requests, the samples of then.
 
+use sinew_backend::{Backend, BackendError, Sample};
 use sinew_control::StrokeRange;
-use sinew_driver::{Ask, Backend, BackendError, Beat, Engine, Event, Order, Program, Sample};
+use sinew_driver::{Ask, Beat, Engine, Event, Order, Program};
 use sinew_ipc::{ChannelState, CommandKind, CycleHeader, DriverState, Fault, Mode, Snapshot};
+use sinew_replay_backend::{ReplayBackend, Source};
 use sinew_rig::Rig;
 
-use crate::backend::ReplayBackend;
 use crate::compare::Comparison;
 use crate::error::Error;
-use crate::source::Source;
+use crate::session::SessionCycle;
 
 /// How completely a recording says what the driver was in.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -30,7 +31,7 @@ impl Completeness {
 
 /// A recording on its way through the driver's sensing, estimation, supervision and control.
 #[derive(Debug)]
-pub struct Replay<S: Source> {
+pub struct Replay<S: Source<Cycle = SessionCycle, Error = Error>> {
     backend: ReplayBackend<S>,
     engine: Engine,
     /// Which channels turn a joint: there a force is a tension.
@@ -50,7 +51,7 @@ pub struct Replay<S: Source> {
     slept: bool,
 }
 
-impl<S: Source> Replay<S> {
+impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
     /// Of a recording, under this rig: the one it was recorded with, or another with as many channels.
     ///
     /// # Errors
@@ -88,7 +89,8 @@ impl<S: Source> Replay<S> {
     /// # Errors
     /// Where the recording cannot be read on.
     pub fn cycle(&mut self, tell: impl FnMut(Event)) -> Result<Option<(&[ChannelState], &Snapshot)>, Error> {
-        let Some((between, head)) = self.backend.advance()? else { return Ok(None) };
+        let Some((between, cycle)) = self.backend.advance()? else { return Ok(None) };
+        let head = cycle.0.header;
         // What the driver had missed before its first cycle it told its channels of as well.
         let missed = if head.cycle == 1 { head.missed } else { between };
         self.keep_count(&head);
@@ -98,7 +100,7 @@ impl<S: Source> Replay<S> {
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         self.command(&head);
         // No sample tells of a suspended machine; the fault it left does.
-        let slept = self.backend.recorded().iter().any(|state| state.fault == Fault::Suspended.code());
+        let slept = self.backend.recorded().0.channels.iter().any(|state| state.fault == Fault::Suspended.code());
         if slept && !self.slept {
             self.engine.was_suspended();
         }
@@ -107,7 +109,7 @@ impl<S: Source> Replay<S> {
         self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, tell);
         (self.now.cycle, self.now.monotonic_ns, self.now.missed) = (head.cycle, head.monotonic_ns, head.missed);
         self.engine.describe(head.monotonic_ns, DriverState::Running, &mut self.now);
-        let recorded = self.backend.recorded();
+        let recorded = &self.backend.recorded().0.channels;
         self.comparison.add(&head, recorded, self.now.channels());
         self.before = Some(head);
         Ok(Some((recorded, &self.now)))
@@ -140,7 +142,7 @@ impl<S: Source> Replay<S> {
     fn command(&mut self, head: &CycleHeader) {
         let begins = self.before.is_none() && head.cycle != 1;
         self.orders.clear();
-        for (channel, state) in self.backend.recorded().iter().enumerate() {
+        for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {
             // Without an order, a recording that begins in the middle still says what was in force.
             let (kind, place) = match state.order() {
                 Some(order) => order,
@@ -175,7 +177,7 @@ impl<S: Source> Replay<S> {
             // Who asked then has long had the answer.
             let _ = self.engine.take(order, head.monotonic_ns);
         }
-        for (channel, state) in self.backend.recorded().iter().enumerate() {
+        for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {
             let by_program = state.lease_s == f64::INFINITY && state.target_m.is_finite();
             let stroke = by_program.then(|| stroke_at(&self.engine.channels()[channel].stroke_range(), state.target_m));
             if let Some(program) = self.engine.program_mut() {

@@ -1,0 +1,133 @@
+//! The trait itself.
+
+use sinew_sensing::Sample;
+
+use crate::error::BackendError;
+
+/// What powers and measures the wires, seen from the loop. This crate's front page is the contract, and
+/// [`conformance`](crate::conformance) the suite every implementation has to pass.
+pub trait Backend: Send {
+    /// How many channels there are: constant for the life of the backend, and the length of both slices of `exchange`.
+    fn channels(&self) -> usize;
+
+    /// Brings the backend up with all outputs at zero. May allocate, block and take long: the loop does not run yet.
+    ///
+    /// # Errors
+    /// Anything that keeps even one channel from being driven and measured.
+    fn start(&mut self) -> Result<(), BackendError>;
+
+    /// One period: `duty` (0 ..= 1, of the supply) for the period that begins now, `samples` from the on-phase just past.
+    ///
+    /// # Errors
+    /// A whole-backend error means that no sample is valid; the backend has put all outputs to zero and the driver switches
+    /// every channel off. [`BackendError::Channel`] concerns that channel alone: its sample is all NaN and its output zero,
+    /// the others are valid. Where several channels fail at once the lowest is named; the NaN samples tell of the rest.
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError>;
+
+    /// Whether the duty of the last exchange has had the time it takes to be sampled. Where that exchange came late, the next
+    /// point of the grid may follow too soon for it: the sample is not missing then, and no fault of the sensor's. The loop lets
+    /// such a period pass as one it missed, but never two in a row. Called before `exchange`, under the same rules; a backend that is
+    /// sampled by the exchange itself is always due, which is the default.
+    fn is_due(&mut self) -> bool {
+        true
+    }
+
+    /// `periods` (at least 1) went by since the last `exchange` without one, because the loop was late. A power stage has
+    /// held the last duty meanwhile and needs to do nothing, which is the default; a simulated one advances its wires.
+    /// Called right before `exchange`, under the same rules.
+    fn missed(&mut self, periods: u64) {
+        let _ = periods;
+    }
+
+    /// Takes the supply from all power stages together, by whatever is there for it beside their own gates (a master switch,
+    /// an enable line), until the next [`Backend::start`]: the answer to a stage that conducts although it is given no duty.
+    /// Called under the rules of `exchange`, which goes on being called and may go on sampling; idempotent. Returns whether there
+    /// is such a thing; where there is not, which is the default, only a hand at the plug is left.
+    fn cut(&mut self) -> bool {
+        false
+    }
+
+    /// All outputs to zero, now. Idempotent, callable in any state (also before `start`), never fails, never unwinds: it is
+    /// what the driver calls on its way out, whatever the reason.
+    fn stop(&mut self);
+
+    /// What is really the case with a wire: simulated backends only, for tests and reports. `None` where nobody can know.
+    fn truth(&self, channel: usize) -> Option<Truth> {
+        let _ = channel;
+        None
+    }
+}
+
+impl<B: Backend + ?Sized> Backend for Box<B> {
+    fn channels(&self) -> usize {
+        (**self).channels()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        (**self).start()
+    }
+
+    #[inline]
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        (**self).exchange(duty, samples)
+    }
+
+    fn is_due(&mut self) -> bool {
+        (**self).is_due()
+    }
+
+    fn missed(&mut self, periods: u64) {
+        (**self).missed(periods);
+    }
+
+    fn cut(&mut self) -> bool {
+        (**self).cut()
+    }
+
+    fn stop(&mut self) {
+        (**self).stop();
+    }
+
+    fn truth(&self, channel: usize) -> Option<Truth> {
+        (**self).truth(channel)
+    }
+}
+
+/// What a simulated wire is really doing, without converter, noise or estimator in between.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// Length of the wire, m.
+    pub length_m: f64,
+    /// Rate of change of the length, m/s, positive when it gets longer.
+    pub velocity_m_s: f64,
+    /// Temperature, °C.
+    pub temperature_c: f64,
+    /// Martensite fraction, 0 ..= 1.
+    pub martensite: f64,
+    /// Tension, N.
+    pub force_n: f64,
+    /// Resistance of the wire alone, Ω.
+    pub resistance_ohm: f64,
+    /// Mean electrical power of the period just past, W.
+    pub power_w: f64,
+    /// The duty that was in force in the period just past, 0 ..= 1.
+    pub duty: f64,
+}
+
+/// What every backend asks of the slices of an exchange before it does anything: as many values as it has channels, and
+/// duties in 0 ..= 1.
+///
+/// # Errors
+/// [`BackendError::WrongCount`] or [`BackendError::BadDuty`], by which the exchange has failed.
+#[inline]
+pub fn check_exchange(channels: usize, duty: &[f64], samples: &[Sample]) -> Result<(), BackendError> {
+    for found in [duty.len(), samples.len()] {
+        if found != channels {
+            return Err(BackendError::WrongCount { expected: channels as u32, found: found as u32 });
+        }
+    }
+    match duty.iter().position(|duty| !(0.0..=1.0).contains(duty)) {
+        Some(channel) => Err(BackendError::BadDuty { channel: channel as u32 }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,86 @@
+//! The contract between the loop and whatever powers and measures the wires.
+//!
+//! A backend is the only thing that knows how volts come about: a power stage with converters, or a simulated rig. The
+//! loop knows it by a few calls of [`Backend`], in one fixed order:
+//!
+//! ```text
+//! start() -> ( is_due()* -> missed(n)? -> exchange(duty, samples) )* -> stop()
+//! ```
+//!
+//! **Timing.** [`Backend::exchange`] is called once a period, from the real-time thread. It hands over the duty of the
+//! period that begins now and brings back what was sampled in the on-phase of the period just past. It must return well
+//! within the period (aim at a tenth of it), in a time that does not grow with run length, and must neither allocate,
+//! lock, log nor unwind. The only system calls allowed in it are the ones its hardware needs.
+//!
+//! **Ranges.** Duty is finite and in 0 ..= 1, one for each channel in the rig's order; the driver guarantees it and a
+//! backend checks it anyway. Samples are SI; a value not sampled is NaN, never a stale or invented number. With duty 0
+//! there is no on-phase, so voltages and current are NaN (or what the converter really saw). Where one input is shared
+//! (`circuit = "shared"` in the rig file), V3 is NaN, the supply is what that input saw in the off-phase of the same
+//! period (NaN where duty 1 leaves none), the current is what it saw in the on-phase, over shunt and switch.
+//!
+//! **Dark.** With duty 0 a backend that can samples all the same, with the gate closed: a current there is the one sign by which
+//! a power stage that conducts on its own can be told (the driver's `stage`). A backend that cannot look leaves NaN, and reports such a
+//! stage as [`ChannelFault::Stage`] if its hardware can tell.
+//!
+//! **Zero.** Outputs are zero after [`Backend::start`], after [`Backend::stop`], after a failed `exchange` and after drop.
+//!
+//! # A backend of one's own
+//! The smallest that keeps the contract: one channel, a resistor of 10 Ω at 6 V that is sampled by the exchange itself.
+//!
+//! ```
+//! use sinew_backend::{Backend, BackendError, Sample, check_exchange};
+//!
+//! struct Resistor {
+//!     is_on: bool,
+//!     duty: f64,
+//! }
+//!
+//! impl Backend for Resistor {
+//!     fn channels(&self) -> usize {
+//!         1
+//!     }
+//!     fn start(&mut self) -> Result<(), BackendError> {
+//!         (self.is_on, self.duty) = (true, 0.0);
+//!         Ok(())
+//!     }
+//!     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+//!         let checked = if self.is_on { check_exchange(1, duty, samples) } else { Err(BackendError::NotStarted) };
+//!         if let Err(error) = checked {
+//!             samples.fill(Sample::NONE);
+//!             self.duty = 0.0;
+//!             return Err(error);
+//!         }
+//!         samples[0] = Sample { supply_v: 6.0, ..Sample::NONE };
+//!         if self.duty > 0.0 {
+//!             samples[0] = Sample { v1_v: 6.0, v2_v: 3.0, v3_v: 0.0, current_a: 0.6, supply_v: 6.0 };
+//!         }
+//!         self.duty = duty[0];
+//!         Ok(())
+//!     }
+//!     fn stop(&mut self) {
+//!         (self.is_on, self.duty) = (false, 0.0);
+//!     }
+//! }
+//!
+//! let mut resistor = Resistor { is_on: false, duty: 0.0 };
+//! let mut samples = [Sample::NONE];
+//! resistor.start()?;
+//! resistor.exchange(&[0.5], &mut samples)?;
+//! assert!(samples[0].current_a.is_nan(), "nothing was driven before the first exchange");
+//! resistor.exchange(&[0.5], &mut samples)?;
+//! assert_eq!(samples[0].current_a, 0.6);
+//! # Ok::<(), BackendError>(())
+//! ```
+#![deny(unsafe_code)]
+
+#[allow(unsafe_code)]
+pub mod allocations;
+mod backend;
+#[allow(unsafe_code)]
+pub mod clock;
+pub mod conformance;
+mod error;
+
+pub use backend::{Backend, Truth, check_exchange};
+pub use error::{BackendError, ChannelFault};
+pub use sinew_sensing::Sample;

@@ -1,0 +1,53 @@
+//! How a suspended machine is noticed: time that one clock counted and the other did not.
+
+/// Notices that the machine was suspended: then CLOCK_BOOTTIME is further ahead of CLOCK_MONOTONIC than before. Nothing else
+/// moves the one against the other; a step of the wall clock moves neither.
+#[derive(Debug, Default)]
+pub(crate) struct Wakefulness {
+    ahead_ns: Option<u64>,
+}
+
+impl Wakefulness {
+    /// Shorter than any suspension, longer than a thread may be kept from reading the second clock without missing
+    /// [`crate::supervisor::OVERRUN_S`], which switches off as well.
+    const SLEPT_NS: u64 = 250_000_000;
+
+    /// Whether the machine was suspended since the last call, by the clocks as read now: the monotonic one before the other.
+    #[inline]
+    pub fn slept(&mut self, monotonic_ns: u64, boottime_ns: u64) -> bool {
+        let ahead_ns = boottime_ns.saturating_sub(monotonic_ns);
+        let least_ns = *self.ahead_ns.get_or_insert(ahead_ns);
+        let slept = ahead_ns > least_ns + Self::SLEPT_NS;
+        // What lies between the two readings is never negative: the least is the best known.
+        if slept || ahead_ns < least_ns {
+            self.ahead_ns = Some(ahead_ns);
+        }
+        slept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_backend::clock::{boottime_ns, now_ns};
+
+    use super::*;
+
+    #[test]
+    fn only_a_suspension_moves_the_one_clock_against_the_other() {
+        let mut awake = Wakefulness::default();
+        let ahead_ns = 3_600_000_000_000;
+        let mut monotonic_ns = 1_000;
+        for k in 0..1000 {
+            monotonic_ns += 1_000_000;
+            // now and then the thread loses its core between the two readings
+            let between_ns = if k % 100 == 7 { 40_000_000 } else { 30 };
+            assert!(!awake.slept(monotonic_ns, monotonic_ns + ahead_ns + between_ns), "cycle {k}");
+        }
+        // half a minute with the lid closed
+        let ahead_ns = ahead_ns + 30_000_000_000;
+        assert!(awake.slept(monotonic_ns + 1_000_000, monotonic_ns + 1_000_000 + ahead_ns));
+        assert!(!awake.slept(monotonic_ns + 2_000_000, monotonic_ns + 2_000_000 + ahead_ns), "once");
+        let mut this_machine = Wakefulness::default();
+        assert!(!this_machine.slept(now_ns(), boottime_ns()));
+    }
+}
