@@ -16,8 +16,8 @@ use sinew_sensing::{
 };
 
 use crate::budget::Budgets;
-use crate::engine::Ask;
 use crate::error::Error;
+use crate::orders::Ask;
 use crate::stage::StageWatch;
 use crate::standstill::Standstill;
 use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};

@@ -24,8 +24,8 @@ use sinew_rig::Rig;
 use sinew_ring::{Consumer, Producer};
 
 use crate::cycles::Shared;
-use crate::engine::{Answer, Ask, Event, Occurrence, Order};
 use crate::error::Error;
+use crate::orders::{Answer, Ask, Event, Occurrence, Order};
 use crate::report::MAX_FAULTS;
 
 /// How often clients are asked for requests while none is under way.

@@ -6,9 +6,12 @@ use sinew_ipc::{DriverState, HeldCycle, LoopStats, Snapshot};
 use sinew_ring::{Consumer, Producer};
 use sinew_sensing::Sample;
 
-use crate::engine::{Beat, Engine, Event, Occurrence, Order};
+use crate::engine::Engine;
+use crate::grid::{Grid, Missed, Pace};
 use crate::last_words::caught;
+use crate::orders::{Beat, Event, Occurrence, Order};
 use crate::report::Ending;
+use crate::suspension::Wakefulness;
 use sinew_backend::allocations;
 use sinew_backend::clock;
 use sinew_backend::{Backend, BackendError};
@@ -53,15 +56,6 @@ pub(crate) struct Shared {
     pub missed: AtomicU64,
 }
 
-/// When cycles happen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
-    /// One period of time a period.
-    RealTime,
-    /// As fast as possible, by a simulated clock.
-    AsFastAsPossible,
-}
-
 /// Everything the loop's thread owns.
 pub(crate) struct Cycles<B, O> {
     pub backend: B,
@@ -85,8 +79,7 @@ pub(crate) struct Remains {
     pub ending: Ending,
     pub stats: LoopStats,
     pub last: Snapshot,
-    pub missed_by_wakeup: u64,
-    pub missed_by_cycle: u64,
+    pub missed: Missed,
     pub start_ns: u64,
     pub last_error: Option<BackendError>,
 }
@@ -98,8 +91,7 @@ impl Remains {
             ending: Ending::Panicked,
             stats: LoopStats::new(),
             last: Snapshot::new(0),
-            missed_by_wakeup: 0,
-            missed_by_cycle: 0,
+            missed: Missed::default(),
             start_ns: 0,
             last_error: None,
         }
@@ -143,69 +135,45 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
 
     fn cycles(&mut self, shared: &Shared, remains: &mut Remains) -> Ending {
         let Cycles { backend, engine, outlet, orders, events, published, .. } = self;
-        let (period_ns, pace) = (self.period_ns, self.pace);
         let channels = engine.channels().len();
         let mut duty = vec![0.0; channels];
         let mut samples = vec![Sample::NONE; channels];
-        let Remains { stats, last, missed_by_wakeup, missed_by_cycle, last_error, .. } = remains;
-        let publish_stats = (250_000_000 / period_ns).max(1);
+        let Remains { stats, last, missed, last_error, .. } = remains;
+        let publish_stats = (250_000_000 / self.period_ns).max(1);
         let backend = Stops(backend);
 
-        let start_ns = clock::now_ns();
-        remains.start_ns = start_ns;
-        // The grid all cycles lie on; one period ahead, so that the first one is on time.
-        let mut due_ns = start_ns + period_ns;
-        let mut woke_before_ns = None;
-        let mut missed_since = 0;
+        remains.start_ns = clock::now_ns();
+        let mut grid = Grid::new(remains.start_ns, self.period_ns, self.pace);
+        let is_real_time = self.pace == Pace::RealTime;
         let mut held_back = false;
         let mut elapsed = 0u64;
-        let mut awake = crate::suspension::Wakefulness::default();
+        let mut awake = Wakefulness::default();
         let allocations_before = allocations::calls_of_this_thread();
 
         let ending = loop {
             // Tick.
-            let now_ns = match pace {
-                Pace::RealTime => {
-                    clock::sleep_until_ns(due_ns);
-                    let woke_ns = clock::now_ns();
-                    let late_ns = woke_ns.saturating_sub(due_ns);
-                    stats.lateness.record(late_ns);
-                    if let Some(before_ns) = woke_before_ns.replace(woke_ns) {
-                        stats.period.record(woke_ns - before_ns);
-                    }
-                    // Slept through whole periods: go on at the present point of the grid.
-                    let gone = late_ns / period_ns;
-                    due_ns += gone * period_ns;
-                    *missed_by_wakeup += gone;
-                    missed_since += gone;
-                    woke_ns
-                }
-                Pace::AsFastAsPossible => due_ns,
-            };
-            let busy_from_ns = if pace == Pace::RealTime { now_ns } else { clock::now_ns() };
+            let tick = grid.wait(stats, missed);
             if shared.stop.load(Ordering::Relaxed) {
                 break Ending::Stopped;
             }
             // A late exchange: what it asked for cannot have been measured by now. Only once, so that no backend stops the loop.
-            held_back = pace == Pace::RealTime && !held_back && !backend.0.is_due();
+            held_back = is_real_time && !held_back && !backend.0.is_due();
             if held_back {
-                due_ns += period_ns;
-                *missed_by_wakeup += 1;
-                missed_since += 1;
+                grid.skip(missed);
                 continue;
             }
-            elapsed += 1 + missed_since;
+            elapsed += 1 + grid.missed_since();
 
             // A machine that wakes up must not go on where it fell asleep: the first thing it puts out is nothing.
-            if pace == Pace::RealTime && awake.slept(now_ns, clock::boottime_ns()) {
+            if is_real_time && awake.slept(tick.now_ns, clock::boottime_ns()) {
                 engine.was_suspended();
                 duty.fill(0.0);
             }
 
             // Exchange.
-            if missed_since > 0 {
-                backend.0.missed(missed_since);
-                stats.missed += missed_since;
+            if grid.missed_since() > 0 {
+                backend.0.missed(grid.missed_since());
+                stats.missed += grid.missed_since();
             }
             // What the backend leaves unwritten is not measured, and must not pass for the sample of the period before.
             samples.fill(Sample::NONE);
@@ -220,40 +188,20 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                     shared.events_lost.fetch_add(1, Ordering::Relaxed);
                 }
             };
-            for _ in 0..ORDERS_A_CYCLE {
-                // A second one for the same channel waits for the next cycle: a recording has room for one.
-                if orders.peek(|order| engine.has_order(order.channel)) == Some(true) {
-                    break;
-                }
-                let Some(order) = orders.pop() else { break };
-                stats.commands += 1;
-                if let Some(answer) = engine.take(&order, now_ns) {
-                    let what = Occurrence::Answered { ticket: order.ticket, answer };
-                    tell(Event { at_ns: now_ns, channel: order.channel as u32, what });
-                }
-            }
-            engine.cycle(Beat { now_ns, missed: missed_since }, exchanged, &samples, &mut duty, tell);
+            stats.commands += take_orders(orders, engine, tick.now_ns, &mut tell);
+            let beat = Beat { now_ns: tick.now_ns, missed: grid.missed_since() };
+            engine.cycle(beat, exchanged, &samples, &mut duty, tell);
             if engine.must_cut() {
                 backend.0.cut();
             }
 
             // Publish.
             stats.cycles += 1;
-            last.cycle = stats.cycles;
-            last.monotonic_ns = now_ns;
-            last.missed = stats.missed;
-            engine.describe(now_ns, DriverState::Running, last);
+            (last.cycle, last.monotonic_ns, last.missed) = (stats.cycles, tick.now_ns, stats.missed);
+            engine.describe(tick.now_ns, DriverState::Running, last);
             outlet.latest(last);
-            loop {
-                if published.put(|cycle| cycle.copy_from(last.header(), last.channels())) {
-                    break;
-                }
-                if pace == Pace::RealTime || shared.stop.load(Ordering::Relaxed) {
-                    stats.ring_drops += 1;
-                    break;
-                }
-                // Nobody waits for us on a simulated clock: rather wait for the publisher than lose a cycle.
-                std::thread::yield_now();
+            if !hand_over(published, last, is_real_time, shared) {
+                stats.ring_drops += 1;
             }
             stats.allocations = allocations::calls_of_this_thread() - allocations_before;
             shared.cycles.store(stats.cycles, Ordering::Relaxed);
@@ -263,21 +211,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 outlet.stats(stats);
             }
 
-            // Until the next point of the grid that is still ahead.
-            let done_ns = clock::now_ns();
-            stats.cycle_time.record(done_ns - busy_from_ns);
-            due_ns += period_ns;
-            missed_since = 0;
-            if pace == Pace::RealTime && done_ns >= due_ns {
-                stats.overruns += u64::from(done_ns - busy_from_ns >= period_ns);
-                let gone = (done_ns - due_ns) / period_ns + 1;
-                due_ns += gone * period_ns;
-                // Woken late and then busy past the end of the period: it is the wake-up that cost it.
-                let lost_by =
-                    if done_ns - busy_from_ns >= period_ns { &mut *missed_by_cycle } else { &mut *missed_by_wakeup };
-                *lost_by += gone;
-                missed_since = gone;
-            }
+            grid.advance(&tick, stats, missed);
             if elapsed >= self.periods {
                 break Ending::Duration;
             }
@@ -285,5 +219,39 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         // Zero first, then everything else.
         drop(backend);
         ending
+    }
+}
+
+/// Hands waiting orders to the engine, as many as a cycle takes; how many it took.
+#[inline]
+fn take_orders(orders: &mut Consumer<Order>, engine: &mut Engine, now_ns: u64, tell: &mut impl FnMut(Event)) -> u64 {
+    let mut taken = 0;
+    for _ in 0..ORDERS_A_CYCLE {
+        // A second one for the same channel waits for the next cycle: a recording has room for one.
+        if orders.peek(|order| engine.has_order(order.channel)) == Some(true) {
+            break;
+        }
+        let Some(order) = orders.pop() else { break };
+        taken += 1;
+        if let Some(answer) = engine.take(&order, now_ns) {
+            let what = Occurrence::Answered { ticket: order.ticket, answer };
+            tell(Event { at_ns: now_ns, channel: order.channel as u32, what });
+        }
+    }
+    taken
+}
+
+/// Puts a cycle into the publisher's ring; `false` where there is no room for it and it is lost.
+#[inline]
+fn hand_over(published: &mut Producer<HeldCycle>, last: &Snapshot, is_real_time: bool, shared: &Shared) -> bool {
+    loop {
+        if published.put(|cycle| cycle.copy_from(last.header(), last.channels())) {
+            return true;
+        }
+        if is_real_time || shared.stop.load(Ordering::Relaxed) {
+            return false;
+        }
+        // Nobody waits for us on a simulated clock: rather wait for the publisher than lose a cycle.
+        std::thread::yield_now();
     }
 }

@@ -6,16 +6,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use sinew_ipc::gate::{Access, Readers};
-use sinew_ipc::{ChannelInfo, ChannelState, HeldCycle, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
+use sinew_ipc::{
+    ChannelInfo, ChannelState, CommandServer, CyclePublisher, HeldCycle, Info, LoopStats, Name, RigLock, Server,
+    Snapshot, StateWriter,
+};
 use sinew_rig::{RealtimeMode, Rig};
 use sinew_ring::ring;
 
 use crate::baseline;
 use crate::commands::{ChannelRules, Desk, Diary};
-use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
-use crate::engine::{Engine, Event, Order};
+use crate::cycles::{Cycles, Outlet, Remains, Shared};
+use crate::engine::Engine;
 use crate::error::Error;
+use crate::grid::Pace;
 use crate::last_words::caught;
+use crate::orders::{Event, Order};
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
@@ -84,6 +89,30 @@ struct Threads {
     main: JoinHandle<(Remains, Option<BareLoop>)>,
     publisher: JoinHandle<()>,
     desk: JoinHandle<()>,
+}
+
+/// The driver's ends of its services to other processes; a private driver has none.
+#[derive(Default)]
+struct Services {
+    state: Option<StateWriter>,
+    cycles: Option<CyclePublisher>,
+    commands: Option<CommandServer>,
+}
+
+impl Services {
+    /// Takes the rig's name and opens the services under it.
+    fn open(rig: &Rig, rules: &[ChannelRules], simulated: bool) -> Result<Services, Error> {
+        let lock = RigLock::acquire(&rig.name)?;
+        lock.leave_rig_text(rig.text())?;
+        let mut info = info(rig, rules)?;
+        info.simulated = simulated.into();
+        let mut server = Server::create(lock, &info)?;
+        if rig.access.is_open() {
+            server.open_gate(&info, &access_of(rig)?, rig.text())?;
+        }
+        let (state, cycles, commands) = server.split();
+        Ok(Services { state: Some(state), cycles: Some(cycles), commands: Some(commands) })
+    }
 }
 
 /// What the loop writes to: the blackboard, or nothing.
@@ -165,19 +194,8 @@ impl Driver {
         // A loop that never sleeps would keep its core from everybody else for good.
         let wish = if pace == Pace::RealTime { wish_of(rig) } else { Wish::OFF };
 
-        let (mut state, mut cycles, mut commands) = (None, None, None);
-        if !options.private {
-            let lock = RigLock::acquire(&rig.name)?;
-            lock.leave_rig_text(rig.text())?;
-            let mut info = info(rig, &rules)?;
-            info.simulated = options.simulated.into();
-            let mut server = Server::create(lock, &info)?;
-            if rig.access.is_open() {
-                server.open_gate(&info, &access_of(rig)?, rig.text())?;
-            }
-            let parts = server.split();
-            (state, cycles, commands) = (Some(parts.0), Some(parts.1), Some(parts.2));
-        }
+        let services =
+            if options.private { Services::default() } else { Services::open(rig, &rules, options.simulated)? };
 
         // After the services, so that their memory is locked with the rest.
         let (held, realtime) = realtime::prepare_process(&wish);
@@ -192,7 +210,7 @@ impl Driver {
         let looping = Cycles {
             backend,
             engine,
-            outlet: Blackboard(state),
+            outlet: Blackboard(services.state),
             orders,
             events,
             published,
@@ -211,14 +229,11 @@ impl Driver {
         };
         let realtime = match started.recv() {
             Ok(Ok(realtime)) => realtime,
-            Ok(Err(error)) => {
+            failed => {
                 let _ = main.join();
-                return Err(error);
-            }
-            // It ended without a word: it panicked before its first cycle.
-            Err(_) => {
-                let _ = main.join();
-                return Err(Error::Thread(std::io::Error::other("the loop's thread died while it started")));
+                // Without a word it panicked before its first cycle.
+                let died = || Error::Thread(std::io::Error::other("the loop's thread died while it started"));
+                return Err(failed.ok().and_then(Result::err).unwrap_or_else(died));
             }
         };
 
@@ -226,12 +241,13 @@ impl Driver {
             let shared = shared.clone();
             spawn("publisher", 0, move || {
                 realtime::go_first(&wish);
-                guarded(&shared, || publish::publish(publishing, cycles, tap, &shared));
+                guarded(&shared, || publish::publish(publishing, services.cycles, tap, &shared));
             })
         };
         let desk = {
             let (shared, diary) = (shared.clone(), diary.clone());
-            let desk = Desk { port: commands, rules, names: names.clone(), orders: orders_in, events: events_out };
+            let desk =
+                Desk { port: services.commands, rules, names: names.clone(), orders: orders_in, events: events_out };
             spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &diary)))
         };
         let (publisher, desk) = match (publisher, desk) {
@@ -402,8 +418,8 @@ impl DriverHandle {
             channels: self.names.len(),
             cycles: stats.cycles,
             missed: stats.missed,
-            missed_by_wakeup: remains.missed_by_wakeup,
-            missed_by_cycle: remains.missed_by_cycle,
+            missed_by_wakeup: remains.missed.by_wakeup,
+            missed_by_cycle: remains.missed.by_cycle,
             lateness_us: Quantiles::of(&stats.lateness),
             cycle_us: Quantiles::of(&stats.cycle_time),
             period_us: Quantiles::of(&stats.period),

@@ -1,107 +1,16 @@
 //! A cycle of all channels without clock, thread or backend: samples in, duties out. What the loop runs, the tests test and the
 //! benchmarks measure.
 
+use sinew_backend::{BackendError, Sample};
 use sinew_ipc::{ChannelState, DriverState, Fault, MAX_CHANNELS, Mode, Snapshot};
 use sinew_rig::Rig;
-use sinew_sensing::Sample;
 
 use crate::channel::{Channel, Happened, Source, Target, Tick};
 use crate::error::Error;
 use crate::joint::Joint;
+use crate::orders::{Answer, Ask, Beat, Event, Occurrence, Order};
 use crate::program::Program;
 use crate::supervisor::{Change, Punctuality};
-use sinew_backend::BackendError;
-
-/// What a client asks of a channel, checked and in SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Ask {
-    /// Keep this length, m.
-    Length(f64),
-    /// Keep this length, m, at which the load pulls with the force that was asked for.
-    Force(f64),
-    /// Of a wire in a joint: keep the angle and bring the tension to this, N.
-    Tension(f64),
-    /// Give this duty, 0 ..= 1.
-    Duty(f64),
-    /// Nothing but the sensing pulse.
-    Off,
-    /// Clear the latched fault.
-    Reset,
-}
-
-/// A request on its way into the loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Order {
-    /// What the answer will refer to.
-    pub ticket: u64,
-    /// Which channel.
-    pub channel: usize,
-    /// What is asked.
-    pub ask: Ask,
-    /// For how long, ns from when the loop takes it; `u64::MAX` = until the next command.
-    pub hold_ns: u64,
-}
-
-impl Order {
-    /// What an empty place in the ring holds; nobody gets to see it.
-    pub(crate) const NONE: Order = Order { ticket: 0, channel: 0, ask: Ask::Off, hold_ns: 0 };
-}
-
-/// The loop's answer to an order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Answer {
-    /// It is in force.
-    Done,
-    /// The channel has a latched fault and takes no setpoint.
-    Latched(Fault),
-    /// The fault cannot be cleared: its cause is still there.
-    CauseRemains(Fault),
-}
-
-/// Something that happened in the loop and that somebody outside wants to know.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// The loop's clock, ns.
-    pub at_ns: u64,
-    /// Which channel.
-    pub channel: u32,
-    /// What.
-    pub what: Occurrence,
-}
-
-impl Event {
-    /// What an empty place in the ring holds; nobody gets to see it.
-    pub(crate) const NONE: Event = Event { at_ns: 0, channel: 0, what: Occurrence::Proved };
-}
-
-/// Kinds of [`Event`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Occurrence {
-    /// A fault was latched.
-    Tripped(Fault),
-    /// The latched fault is cleared (or, after the start, the channel has reported).
-    Proved,
-    /// A setpoint's lease ran out and the channel is off.
-    Lapsed,
-    /// The backend reports an error it did not report in the cycle before; where it is about a channel, about that one.
-    Complained(BackendError),
-    /// An order is answered.
-    Answered {
-        /// The order's.
-        ticket: u64,
-        /// The answer.
-        answer: Answer,
-    },
-}
-
-/// One beat of the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Beat {
-    /// The loop's clock, ns.
-    pub now_ns: u64,
-    /// Periods without a cycle since the last one.
-    pub missed: u64,
-}
 
 /// All channels of a rig.
 #[derive(Debug, Clone)]
@@ -185,7 +94,7 @@ impl Engine {
     }
 
     /// Whether an output stage conducts with its gate closed, so that its supply has to be taken from it: the backend is to be
-    /// told so, see [`Backend::cut`](crate::Backend::cut).
+    /// told so, see [`Backend::cut`](sinew_backend::Backend::cut).
     #[inline]
     pub fn must_cut(&self) -> bool {
         self.cut
@@ -297,82 +206,44 @@ impl Engine {
         let dt_s = self.period_s * (1 + beat.missed) as f64;
         let tick = Tick { now_ns: beat.now_ns, dt_s };
         let time_s = (beat.now_ns - *self.start_ns.get_or_insert(beat.now_ns)) as f64 * 1e-9;
-
-        let mut everything = self.punctuality.lost(beat.missed, dt_s).then_some(Fault::CycleOverrun);
-        if std::mem::take(&mut self.suspended) {
-            everything = Some(Fault::Suspended);
-        }
-        let mut failed = None;
-        if let Err(error) = exchanged {
-            match error {
-                BackendError::Channel { channel, .. } if (channel as usize) < self.channels.len() => {
-                    failed = Some(channel as usize);
-                }
-                // A channel there is none of, or a duty that kept all others from going out as well: no sample is to be trusted.
-                _ => everything = Some(Fault::Backend),
-            }
-        }
-        if let Err(error) = exchanged
-            && exchanged != self.exchanged
-        {
-            let channel = error.channel().unwrap_or(0) as u32;
-            tell(Event { at_ns: beat.now_ns, channel, what: Occurrence::Complained(error) });
-        }
-        let no_samples = everything == Some(Fault::Backend);
+        let outside = self.faults_from_outside(&beat, dt_s, exchanged, &mut tell);
         self.exchanged = exchanged;
 
-        let sample = |index: usize| if no_samples { Sample::NONE } else { samples[index] };
-        let outside = |index: usize| everything.or((failed == Some(index)).then_some(Fault::Backend));
+        let sample = |index: usize| if outside.has_no_samples() { Sample::NONE } else { samples[index] };
         let program = |index: usize| self.program.as_ref().and_then(|program| program.stroke(index, time_s));
-        let resets = &mut self.resets;
         if self.first.is_some_and(|index| self.channels[index].guard.fault().is_none()) {
             self.first = None;
         }
-        let none_latched = self.first.is_none() && !self.latched;
-        let mut first = self.first;
-        let mut report = |index: usize, before: Option<Change>, happened: Happened| {
-            let event = |what| Event { at_ns: beat.now_ns, channel: index as u32, what };
-            if happened.lapsed {
-                tell(event(Occurrence::Lapsed));
-            }
-            let (what, answer) = match before.or(happened.change) {
-                None => return,
-                Some(Change::Tripped(fault)) => {
-                    if none_latched && !fault.follows_another() {
-                        first = Some(first.map_or(index, |first: usize| first.min(index)));
-                    }
-                    (Occurrence::Tripped(fault), Answer::CauseRemains(fault))
-                }
-                Some(Change::Proved) => (Occurrence::Proved, Answer::Done),
-            };
-            tell(event(what));
-            if let Some(ticket) = resets[index].take() {
-                tell(event(Occurrence::Answered { ticket, answer }));
-            }
+        let mut reports = Reports {
+            at_ns: beat.now_ns,
+            resets: &mut self.resets,
+            none_latched: self.first.is_none() && !self.latched,
+            first: self.first,
+            tell,
         };
 
         for (index, channel) in self.channels.iter_mut().enumerate() {
             if self.places[index].is_some() {
                 continue;
             }
-            let before = outside(index).and_then(|fault| channel.trip(fault));
+            let before = outside.of(index).and_then(|fault| channel.trip(fault));
             let happened = channel.step(&sample(index), &tick, program(index));
             duty[index] = channel.duty;
-            report(index, before, happened);
+            reports.add(index, before, happened);
         }
         for joint in &mut self.joints {
             let [agonist, antagonist] = joint.channels;
             let Ok([forward, back]) = self.channels.get_disjoint_mut([agonist, antagonist]) else { continue };
             let before = [
-                outside(agonist).and_then(|fault| forward.trip(fault)),
-                outside(antagonist).and_then(|fault| back.trip(fault)),
+                outside.of(agonist).and_then(|fault| forward.trip(fault)),
+                outside.of(antagonist).and_then(|fault| back.trip(fault)),
             ];
             let samples = [&sample(agonist), &sample(antagonist)];
             let tripped = before.map(|change| change.is_some());
             let happened = joint.step([forward, back], samples, tripped, &tick, program(agonist));
             for (side, index) in [agonist, antagonist].into_iter().enumerate() {
                 duty[index] = self.channels[index].duty;
-                report(index, before[side], happened[side]);
+                reports.add(index, before[side], happened[side]);
             }
         }
         self.latched = false;
@@ -384,10 +255,41 @@ impl Engine {
             for (index, channel) in self.channels.iter_mut().enumerate() {
                 let change = channel.cut_off();
                 duty[index] = 0.0;
-                report(index, None, Happened { change, lapsed: false });
+                reports.add(index, None, Happened { change, lapsed: false });
             }
         }
-        self.first = first;
+        self.first = reports.first;
+    }
+
+    /// What loop, machine and backend report of a cycle before any sample is looked at.
+    #[inline]
+    fn faults_from_outside(
+        &mut self,
+        beat: &Beat,
+        dt_s: f64,
+        exchanged: Result<(), BackendError>,
+        tell: &mut impl FnMut(Event),
+    ) -> Outside {
+        let mut outside = Outside {
+            everything: self.punctuality.lost(beat.missed, dt_s).then_some(Fault::CycleOverrun),
+            failed: None,
+        };
+        if std::mem::take(&mut self.suspended) {
+            outside.everything = Some(Fault::Suspended);
+        }
+        let Err(error) = exchanged else { return outside };
+        match error {
+            BackendError::Channel { channel, .. } if (channel as usize) < self.channels.len() => {
+                outside.failed = Some(channel as usize);
+            }
+            // A channel there is none of, or a duty that kept all others from going out as well: no sample is to be trusted.
+            _ => outside.everything = Some(Fault::Backend),
+        }
+        if exchanged != self.exchanged {
+            let channel = error.channel().unwrap_or(0) as u32;
+            tell(Event { at_ns: beat.now_ns, channel, what: Occurrence::Complained(error) });
+        }
+        outside
     }
 
     /// Writes the state after a cycle into a snapshot: copies, no allocation. Its cycle number, time and count of missed periods
@@ -405,6 +307,61 @@ impl Engine {
             channel.describe(now_ns, state);
             state.flags |= if self.first == Some(index) { ChannelState::FLAG_FIRST } else { 0 };
             state.backend = if whom.is_none_or(|whom| whom == index) { code } else { 0 };
+        }
+    }
+}
+
+/// The faults of a cycle that come from outside of the channels.
+struct Outside {
+    /// Concerns all of them.
+    everything: Option<Fault>,
+    /// The one channel whose hardware failed alone.
+    failed: Option<usize>,
+}
+
+impl Outside {
+    #[inline]
+    fn of(&self, channel: usize) -> Option<Fault> {
+        self.everything.or((self.failed == Some(channel)).then_some(Fault::Backend))
+    }
+
+    #[inline]
+    fn has_no_samples(&self) -> bool {
+        self.everything == Some(Fault::Backend)
+    }
+}
+
+/// Makes events of what happened to the channels in a cycle, and finds the first fault among them.
+struct Reports<'a, F> {
+    at_ns: u64,
+    resets: &'a mut [Option<u64>],
+    /// Whether no fault was latched before this cycle: only then can one be the first.
+    none_latched: bool,
+    first: Option<usize>,
+    tell: F,
+}
+
+impl<F: FnMut(Event)> Reports<'_, F> {
+    #[inline]
+    fn add(&mut self, index: usize, before: Option<Change>, happened: Happened) {
+        let (at_ns, channel) = (self.at_ns, index as u32);
+        let event = |what| Event { at_ns, channel, what };
+        if happened.lapsed {
+            (self.tell)(event(Occurrence::Lapsed));
+        }
+        let (what, answer) = match before.or(happened.change) {
+            None => return,
+            Some(Change::Tripped(fault)) => {
+                if self.none_latched && !fault.follows_another() {
+                    self.first = Some(self.first.map_or(index, |first| first.min(index)));
+                }
+                (Occurrence::Tripped(fault), Answer::CauseRemains(fault))
+            }
+            Some(Change::Proved) => (Occurrence::Proved, Answer::Done),
+        };
+        (self.tell)(event(what));
+        if let Some(ticket) = self.resets[index].take() {
+            (self.tell)(event(Occurrence::Answered { ticket, answer }));
         }
     }
 }
