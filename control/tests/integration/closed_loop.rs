@@ -1,9 +1,7 @@
 //! The figures of the step, in simulated time, on fixed seeds.
 
-mod rig;
-
+use crate::rig::{self, Bench, CONVERTER, Noise, STEPS, duty_for_power, figure_wire};
 use proptest::prelude::*;
-use rig::{Bench, CONVERTER, Noise, STEPS, duty_for_power, figure_wire};
 use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PidGains, Priming,
     Settings, StateEstimator,

@@ -1,8 +1,6 @@
 //! The field of rivals in closed loop: what the thesis found of each, in simulated time, on fixed seeds.
 
-mod rig;
-
-use rig::{Bench, CONVERTER, Noise, Step, duty_for_power, figure_wire};
+use crate::rig::{self, Bench, CONVERTER, Noise, Step, duty_for_power, figure_wire};
 use sinew_control::{Algorithm, AlgorithmKind, Controller, Demand, Estimate, PidGains, Priming, Settings, StrokeRange};
 use sinew_physics::Wire;
 

@@ -1,10 +1,7 @@
 //! Chapter 9's findings about its estimators, on a simulated wire under PI (figures 93, 94 and 98).
 
-mod observing;
-mod rig;
-
-use observing::{ESTIMATORS, Watch, draught, table_10, transients};
-use rig::{CONVERTER, figure_wire, other_wires};
+use crate::observing::{ESTIMATORS, Watch, draught, table_10, transients};
+use crate::rig::{CONVERTER, figure_wire, other_wires};
 use sinew_control::{EstimatorKind, StateEstimator};
 
 /// Seeds of this test alone.

@@ -1,7 +1,7 @@
 //! What the estimators believe of a wire that a PI controller moves, beside what it is: chapter 9's comparison.
 #![allow(dead_code)]
 
-use super::rig::{Bench, Noise, figure_wire};
+use crate::rig::{Bench, Noise, figure_wire};
 use sinew_control::{AlgorithmKind, Estimate, EstimatorKind, Settings, StateEstimator};
 use sinew_physics::{Geometry, Load, Taps, WireModel};
 

@@ -1,21 +1,16 @@
 //! A whole driver with its threads, rings and services, on the scripted backend. Nothing here depends on how fast the
 //! machine is: what has to be awaited is awaited by cycles.
 
-mod common;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{Fake, Mishap, rig};
+use crate::common::{Fake, Mishap, rig};
 use sinew_driver::conformance::{Bench, suite};
 use sinew_driver::report::Ending;
-use sinew_driver::{Backend, BackendError, CountingAllocator, Driver, DriverHandle, Error, Options, Program, Sample};
+use sinew_driver::{Backend, BackendError, Driver, DriverHandle, Error, Options, Program, Sample};
 use sinew_ipc::{Client, Fault, Mode};
 use sinew_rig::{Pace, Rig};
-
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// A rig name of this test's own, so that tests run side by side.
 fn name(test: &str) -> String {
@@ -317,7 +312,7 @@ fn what_cannot_be_started_says_why_and_leaves_nothing_behind() {
     let error = Driver::start(&rig, Broken(Fake::new(&rig)), Options::default()).unwrap_err();
     assert!(matches!(error, Error::Backend(BackendError::Unavailable { os_error: 19 })), "{error}");
 
-    let other = common::rig("other", 3, 1000.0);
+    let other = crate::common::rig("other", 3, 1000.0);
     let error = Driver::start(&rig, Fake::new(&other), Options::default()).unwrap_err();
     assert!(matches!(error, Error::Channels { expected: 2, found: 3 }), "{error}");
 

@@ -1,8 +1,6 @@
 //! The safety list, played: each fault within its periods, latched, with its first cause, reset only when it is gone.
 
-mod common;
-
-use common::{Fake, Mishap, rig};
+use crate::common::{Fake, Mishap, rig};
 use sinew_driver::{
     Answer, Ask, Backend, BackendError, Beat, ChannelFault, Engine, Error, Event, Occurrence, Order, Program, Sample,
     supervisor,

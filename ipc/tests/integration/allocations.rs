@@ -1,7 +1,6 @@
 //! Writing the latest state allocates nothing.
 
-mod common;
-use common::*;
+use crate::common::*;
 use sinew_ipc::*;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -1,5 +1,4 @@
 //! A driver of no wires, for the tests: publishes states that can be checked for being whole, and answers commands.
-#![allow(dead_code)]
 
 use sinew_ipc::*;
 use std::sync::Arc;

@@ -1,7 +1,6 @@
 //! The example program against a driver of no wires: it commands every leg, renews its leases, and leaves everything off.
 
-mod common;
-use common::*;
+use crate::common::*;
 use sinew_ipc::*;
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};

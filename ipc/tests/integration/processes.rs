@@ -2,8 +2,7 @@
 //!
 //! The other processes are this test program again, started for the one test [`another_process`] with its role in the environment.
 
-mod common;
-use common::*;
+use crate::common::*;
 use sinew_ipc::*;
 use std::collections::BTreeSet;
 use std::fs;
@@ -24,7 +23,7 @@ struct Process {
 impl Process {
     fn start(role: &str, rig: &str) -> Process {
         let mut child = Program::new(std::env::current_exe().unwrap())
-            .args(["another_process", "--exact", "--nocapture"])
+            .args(["processes::another_process", "--exact", "--nocapture"])
             .env(ROLE, role)
             .env("SINEW_IPC_TEST_RIG", rig)
             .stdin(Stdio::piped())

@@ -1,7 +1,6 @@
 //! Driver and clients in threads of one process.
 
-mod common;
-use common::*;
+use crate::common::*;
 use sinew_ipc::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

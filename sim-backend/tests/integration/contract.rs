@@ -1,12 +1,9 @@
 //! The driver's own suite for backends, with every call of the allocator counted.
 
+use sinew_driver::ChannelFault;
 use sinew_driver::conformance::{Bench, suite};
-use sinew_driver::{ChannelFault, CountingAllocator};
 use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
-
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Simulated wires, and the hold on what can break in them.
 struct Simulated {

@@ -1,7 +1,7 @@
 //! What breaks is found: by the driver's own cycle, on the virtual rig, in both circuits, and within how many periods; and what
 //! is whole is not called broken in ten minutes of work.
 //!
-//! `cargo test -p sinew-sim-backend --test detection -- --nocapture` prints the table of `docs/sensing.md`.
+//! `cargo test -p sinew-sim-backend --test integration detection:: -- --nocapture` prints the table of `docs/sensing.md`.
 
 use sinew_driver::{Ask, Backend, Beat, Engine, Occurrence, Order, Sample};
 use sinew_ipc::{ChannelState, DriverState, Fault, Snapshot};

@@ -1,7 +1,7 @@
 //! The supervisor against wires, stages and supplies that are not as they should be: what is found and how fast over a hundred
 //! phases of motion, what is derated instead of tripped, and how hot a wire gets that is not the one believed in.
 //!
-//! `cargo test -p sinew-sim-backend --test guard -- --nocapture` prints the tables of `docs/supervisor.md`.
+//! `cargo test -p sinew-sim-backend --test integration guard:: -- --nocapture` prints the tables of `docs/supervisor.md`.
 
 use sinew_driver::Ask;
 use sinew_ipc::{ChannelState, Fault};

@@ -1,13 +1,10 @@
 //! A joint between two simulated wires under the driver's cycle: how it follows, who commands it, what a fault does.
 
-use sinew_driver::{Answer, Ask, Backend, Beat, CountingAllocator, Engine, Event, Occurrence, Order, Sample};
+use sinew_driver::{Answer, Ask, Backend, Beat, Engine, Event, Occurrence, Order, Sample};
 use sinew_driver::{calls_of_this_thread, is_counting};
 use sinew_ipc::{ChannelState, DriverState, Fault, Mode, Snapshot};
 use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::SimulatedRig;
-
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn rig(diameter_mm: f64, supply_v: f64, seed: u64) -> Rig {
     let channel = |name: &str| {

@@ -1,5 +1,4 @@
 //! What the tests share: a rig on a simulated kernel, and a backend whose periods pass when it is called.
-#![allow(dead_code, reason = "each test uses its part")]
 
 use std::path::PathBuf;
 use std::thread;

@@ -1,22 +1,17 @@
 //! The driver's own suite for backends against a simulated kernel, with every call of the allocator counted, and what is
 //! Linux's own: names, takeovers, things that vanish.
 
-mod bench;
-
 use std::fs;
 use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use bench::{Bench, bench, guarded};
+use crate::bench::{Bench, bench, guarded};
 use sinew_driver::conformance::suite;
-use sinew_driver::{Backend, BackendError, ChannelFault, CountingAllocator, Sample};
+use sinew_driver::{Backend, BackendError, ChannelFault, Sample};
 use sinew_linux_backend::LinuxRig;
 use sinew_linux_tree::Scans;
 use sinew_rig::LinuxSampling;
-
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn keeps(bench: &mut Bench) {
     let findings = suite(bench);

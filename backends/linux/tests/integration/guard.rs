@@ -1,15 +1,13 @@
 //! The dead program: a driver in a process of its own is killed, stopped, starved of its guard, and the outputs are at zero
 //! within the stated time. `SINEW_TRIES` repeats each that often (default 3), `-- --nocapture` prints the times.
 
-mod bench;
-
 use std::env;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench::{Bench, bench, guarded, wired};
+use crate::bench::{Bench, bench, guarded, wired};
 use rustix::process::{Pid, Signal, kill_process};
 use sinew_driver::{Backend, Sample};
 use sinew_linux_backend::LinuxRig;
@@ -57,7 +55,7 @@ struct Driver {
 impl Driver {
     fn start(bench: &Bench) -> Driver {
         let mut child = Command::new(env::current_exe().unwrap())
-            .args(["--exact", "a_driver_in_a_process_of_its_own", "--nocapture"])
+            .args(["--exact", "guard::a_driver_in_a_process_of_its_own", "--nocapture"])
             .env(ROOT, bench.tree.root())
             .stdout(Stdio::piped())
             .spawn()

@@ -1,5 +1,4 @@
 //! Recordings in memory, made by the driver's own cycle over simulated wires.
-#![allow(dead_code)] // each test takes what it needs
 
 use std::sync::Arc;
 

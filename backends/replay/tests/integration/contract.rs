@@ -1,15 +1,10 @@
 //! The driver's own suite for backends, over a recording of simulated wires that were driven all the time.
 
-mod common;
-
-use common::{Memory, Turn, record};
+use crate::common::{Memory, Turn, record};
 use sinew_driver::conformance::{Bench, suite};
-use sinew_driver::{Ask, Backend, BackendError, CountingAllocator, Order, Sample};
+use sinew_driver::{Ask, Backend, BackendError, Order, Sample};
 use sinew_replay_backend::ReplayBackend;
 use sinew_rig::{Rig, SamplingCircuit};
-
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// A recording, replayed from its beginning by every backend.
 struct Recorded(Memory);

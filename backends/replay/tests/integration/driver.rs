@@ -1,12 +1,10 @@
 //! A whole driver, recorded by a client from its first cycle on while things happen to it, comes out again bit for bit.
 
-mod common;
-
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{Memory, replay_all};
+use crate::common::{Memory, replay_all};
 use sinew_driver::{Backend, BackendError, Driver, Options, Program, Sample};
 use sinew_ipc::{Client, Fault, Mode};
 use sinew_rig::{FaultKind, Rig};

@@ -1,8 +1,6 @@
 //! What was recorded comes out again bit for bit, and what was changed shows itself.
 
-mod common;
-
-use common::{Memory, Turn, record, replay_all};
+use crate::common::{Memory, Turn, record, replay_all};
 use sinew_driver::{Ask, Order, Program};
 use sinew_ipc::{Fault, Mode};
 use sinew_replay_backend::{Difference, Replay};

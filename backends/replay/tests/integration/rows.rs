@@ -1,11 +1,9 @@
 //! What a session says of a wire, in the contract's columns: simulated again with the rig it came from, it differs by no
 //! more than the converter's noise.
 
-mod common;
-
 use std::fs::File;
 
-use common::{Memory, Turn, record};
+use crate::common::{Memory, Turn, record};
 use sinew_driver::{Ask, Order};
 use sinew_physics::{Inputs, Wire};
 use sinew_recorder::layout;

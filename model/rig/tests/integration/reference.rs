@@ -1,7 +1,7 @@
 //! `docs/rig.md` and `docs/effects.md` say what the code does: their tables are those of the schema and the catalogue,
 //! their examples are read.
 //!
-//! `SINEW_BLESS=1 cargo test -p sinew-rig --test reference` writes the tables into the pages.
+//! `SINEW_BLESS=1 cargo test -p sinew-rig --test integration reference::` writes the tables into the pages.
 
 use std::fmt::Write as _;
 use std::path::Path;

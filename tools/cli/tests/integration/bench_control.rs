@@ -1,8 +1,6 @@
 //! `sinew bench control`: what it writes, what it prints, what it refuses.
 
-mod support;
-
-use support::Scratch;
+use crate::support::Scratch;
 
 #[test]
 fn names_there_are_none_of_are_refused_before_anything_runs() {

@@ -1,8 +1,6 @@
 //! `sinew design`: from requirements to a rig file that the other commands take.
 
-mod support;
-
-use support::Scratch;
+use crate::support::Scratch;
 
 #[test]
 fn a_designed_wire_is_a_rig() {

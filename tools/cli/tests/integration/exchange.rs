@@ -1,10 +1,9 @@
 //! Recordings out, in and once more: export, import, replay, and sessions where CSV is taken.
 
-mod support;
-
 use std::fs::File;
 use std::path::Path;
 
+use crate::support::{RIG, Scratch};
 use serde_json::Value;
 use sinew_driver::{Ask, Backend, Beat, Engine, Order, Sample};
 use sinew_ipc::{DriverState, Snapshot};
@@ -14,7 +13,6 @@ use sinew_recording::{Column, Options, read};
 use sinew_replay_backend::encode;
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
-use support::{RIG, Scratch};
 
 /// A session as a recorder has it that was there from the driver's first cycle: every wire heated in steps.
 fn session(path: &Path, rig_toml: &str, cycles: u64) {

@@ -1,10 +1,8 @@
 //! `sinew plot`: recordings become figures, and what cannot be drawn is said with the remedy.
 
-mod support;
-
 use std::fs;
 
-use support::Scratch;
+use crate::support::Scratch;
 
 /// A furnace experiment: four columns over two minutes, one cell missing.
 fn furnace(scratch: &Scratch, name: &str, scale: f64) {

@@ -1,12 +1,10 @@
 //! The driver as a process, commanded by others: taken, refused, stopped in order, and found by its name.
 
-mod support;
-
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::support::{RIG, Scratch};
 use serde_json::Value;
-use support::{RIG, Scratch};
 
 /// A running driver; killed if a test fails before it is stopped.
 struct Driver<'a> {

@@ -1,16 +1,14 @@
 //! `sinew simulate`: good input gives what the physics gives, bad input is refused with its place and remedy.
 
-mod support;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
 
+use crate::support::{FURNACE, RIG, Scratch, WORK_LOOP};
 use flate2::read::GzDecoder;
 use sinew_physics::{Inputs, Wire};
 use sinew_rig::Rig;
-use support::{FURNACE, RIG, Scratch, WORK_LOOP};
 
 /// A table's columns by name, in order.
 struct Table {

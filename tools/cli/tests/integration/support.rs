@@ -1,7 +1,5 @@
 //! What the tests of the command line share: running it, and small files to run it on.
 
-#![allow(dead_code)]
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -1,13 +1,11 @@
 //! `sinew test`: routines, their files, and what is refused before anything runs.
 
-mod support;
-
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use support::Scratch;
+use crate::support::Scratch;
 
-const RIG: &str = include_str!("../../../examples/test-machine.toml");
+const RIG: &str = include_str!("../../../../examples/test-machine.toml");
 
 fn scratch() -> Scratch {
     let scratch = Scratch::new();

@@ -1,8 +1,6 @@
 //! Bad use of any command: exit 2, a message naming what is wrong, a hint naming what would be right.
 
-mod support;
-
-use support::{RIG, Scratch};
+use crate::support::{FURNACE, RIG, Scratch};
 
 #[test]
 fn words_that_mean_nothing_are_refused_with_a_hint() {
@@ -68,7 +66,7 @@ fn a_rig_that_cannot_be_read_or_driven_is_refused_before_anything_runs() {
     scratch.file("typo.toml", RIG.replace("rate_hz", "rat_hz"));
     scratch.sinew(["run", "typo.toml"]).refused(&["typo.toml:4", "rat_hz", "rate_hz"]);
     scratch.sinew(["doctor", "typo.toml"]).refused(&["typo.toml:4"]);
-    scratch.file("furnace.toml", support::FURNACE);
+    scratch.file("furnace.toml", FURNACE);
     scratch.sinew(["run", "furnace.toml"]).refused(&["furnace.toml", "pwm"]);
     scratch.file("rig.toml", RIG);
     scratch.sinew(["run", "rig.toml", "--report", "no/such/report.json"]).refused(&["no/such", "mkdir -p no/such"]);
