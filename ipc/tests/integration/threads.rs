@@ -285,10 +285,20 @@ fn a_driver_that_does_not_answer_is_reported_and_the_command_is_not_carried_out_
         }
     }
     assert_eq!(server.commands.serve(|_| panic!("a command whose sender has given up")), 0);
-    // And it is not deaf from then on.
+    // And it is not deaf from then on, to who asks until he is answered.
     std::thread::scope(|scope| {
-        let asking = scope.spawn(|| client.set_duty("c0", 0.2, Duration::ZERO));
-        until("the command arrives", || server.commands.serve(decide) == 1);
+        let asking = scope.spawn(|| {
+            loop {
+                match client.set_duty("c0", 0.2, Duration::ZERO) {
+                    Err(Error::NoAnswer { .. }) => {}
+                    answer => return answer,
+                }
+            }
+        });
+        until("it is answered", || {
+            server.commands.serve(decide);
+            asking.is_finished()
+        });
         assert_eq!(asking.join().unwrap().unwrap().value, 0.2);
     });
 }

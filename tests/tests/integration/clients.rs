@@ -18,23 +18,28 @@ fn a_client_killed_in_the_middle_costs_only_its_own_setpoint() {
     observer.set_duty("right", 0.1, LONG).unwrap();
     let mut stream = observer.stream().unwrap();
     for round in 0..4 {
-        let mut holder = robot(&rig, &["hold", "left", "0.3", "1.0"]);
-        holder.wait_for_word("holding");
-        let mut reader = robot(&rig, &["stream"]);
-        reader.wait_for_word("streaming");
-        wait_until("the setpoint to be seen", || observer.latest().channels()[0].mode() == Mode::Length);
+        // The others see every cycle, and keep their setpoint. They read all the time: a stream holds two seconds.
+        let mut others_go_on = || {
+            while let Some(cycle) = stream.next().unwrap() {
+                assert_eq!((cycle.channels[1].mode(), cycle.channels[1].duty), (Mode::Duty, 0.1), "round {round}");
+            }
+        };
+        let holder = robot(&rig, &["hold", "left", "0.3", "1.0"]);
+        let reader = robot(&rig, &["stream"]);
+        wait_until("the setpoint to be seen and the stream to be read", || {
+            others_go_on();
+            observer.latest().channels()[0].mode() == Mode::Length && reader.stdout().contains("streaming")
+        });
         holder.kill();
         reader.kill();
         let left = wait_for("the lease to run out", || {
+            others_go_on();
             let left = observer.latest().channels()[0];
             (left.mode() != Mode::Length).then_some(left)
         });
+        others_go_on();
         assert_eq!((left.mode(), left.fault()), (Mode::Off, Some(Fault::StaleSetpoint)), "round {round}: {left:?}");
         assert_eq!(left.duty, SENSING_DUTY, "round {round}");
-        // The others have seen every cycle, and keep their setpoint.
-        while let Some(cycle) = stream.next().unwrap() {
-            assert_eq!((cycle.channels[1].mode(), cycle.channels[1].duty), (Mode::Duty, 0.1), "round {round}");
-        }
         assert_eq!(stream.lost(), 0, "round {round}");
     }
     let report = driver.stop();

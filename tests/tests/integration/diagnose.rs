@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sinew_tests::{Finished, Process, Rig, entries, run, sinew};
+use sinew_tests::{Finished, Process, Rig, entries, run, sinew, wait_until};
 
 const RIG: &str = "
 [[channel]]
@@ -303,7 +303,8 @@ fn an_interrupt_leaves_nothing_behind() {
     let mut diagnose = Command::new(sinew());
     diagnose.arg("diagnose").arg(bench.rig.path()).arg(&recording).arg("--out").arg(bench.rig.file("out"));
     let mut running = Process::start(&mut diagnose);
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    // What it reads and checks it does alone; the work that takes seconds is that of many threads.
+    wait_until("it to be at work", || running.resources().threads > 1);
     assert_eq!(running.ended(), None, "it takes seconds");
     running.signal(libc::SIGINT);
     let ended = running.finish();

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use sinew_recording::{Column, Options, read};
-use sinew_tests::{Driver, Process, Rig, run, sinew, wait_until};
+use sinew_tests::{Driver, Process, Rig, recorded_so_far, run, sinew, wait_until};
 
 #[test]
 fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
@@ -16,8 +16,7 @@ fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
     let mut command = Command::new(sinew());
     command.arg("record").arg(&file).args(["--rig", &rig.name, "--for", "2.5", "--json"]);
     let recorder = Process::start(&mut command);
-    wait_until("the recording to begin", || std::fs::metadata(&file).is_ok_and(|there| there.len() > 0));
-    std::thread::sleep(Duration::from_millis(400));
+    wait_until("a chunk of the recording", || !recorded_so_far(&file).is_empty());
     client.set_stroke("left", 0.5, Duration::from_millis(800)).unwrap();
     client.set_duty("right", 0.2, Duration::from_millis(400)).unwrap();
     let recorded = recorder.finish().expect(0).json();

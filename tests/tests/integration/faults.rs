@@ -8,6 +8,8 @@ use std::time::Duration;
 
 const LONG: Duration = Duration::from_secs(120);
 const DUTY: f64 = 0.1;
+/// When the first thing breaks, s of simulated time: long after a driver is ready and its wires are powered, on any machine.
+const BREAKS_S: f64 = 10.0;
 
 /// Simulated time, which goes on through periods the loop misses, s.
 fn time_s(state: &Snapshot) -> f64 {
@@ -57,7 +59,7 @@ const BROKEN: [(&str, &str, Option<f64>, &[Fault]); 10] = [
 
 #[test]
 fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
-    let (from_s, to_s) = (4.0, 12.0);
+    let (from_s, to_s) = (BREAKS_S, BREAKS_S + 10.0);
     let mut faults = String::new();
     for (channel, kind, value, _) in BROKEN {
         faults += &fault(channel, kind, value, from_s, to_s);
@@ -173,8 +175,8 @@ fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
 
 #[test]
 fn the_first_cause_stays_whatever_breaks_next() {
-    let mut faults = fault("left", "probe_lost", Some(2.0), 4.0, 5.0);
-    faults += &fault("left", "open_wire", None, 4.5, 8.0);
+    let mut faults = fault("left", "probe_lost", Some(2.0), BREAKS_S, BREAKS_S + 1.0);
+    faults += &fault("left", "open_wire", None, BREAKS_S + 0.5, BREAKS_S + 6.0);
     let rig = Rig::bench(&["left", "right"], &faults);
     let (driver, client) = Driver::ready(&rig);
     for name in ["left", "right"] {
@@ -190,12 +192,12 @@ fn the_first_cause_stays_whatever_breaks_next() {
                 seen.push(fault);
             }
         }
-        time_s(&client.latest()) > 6.0
+        time_s(&client.latest()) > BREAKS_S + 2.0
     });
     assert_eq!(seen, [None, Some(Fault::ProbeLost)]);
     // The first cause has gone, but another is there: it is refused, and says what is wrong now.
     assert_eq!(refused(client.reset("left")), Reason::CauseRemains(Fault::OpenWire));
-    wait_until("that to go too", || time_s(&client.latest()) > 8.1);
+    wait_until("that to go too", || time_s(&client.latest()) > BREAKS_S + 6.1);
     client.reset("left").unwrap();
     client.set_stroke("left", 0.2, LONG).unwrap();
     assert_eq!(client.latest().channels()[1].mode(), Mode::Length, "nobody has disturbed the other one");
@@ -204,8 +206,10 @@ fn the_first_cause_stays_whatever_breaks_next() {
 
 #[test]
 fn a_backend_that_fails_takes_all_its_channels_and_one_channel_of_it_only_itself() {
-    let mut faults = fault("left", "backend_error", None, 4.0, 6.0);
-    faults += &fault("", "backend_error", None, 8.0, 10.0);
+    let ends_s = BREAKS_S + 2.0;
+    let (all_from_s, all_to_s) = (BREAKS_S + 6.0, BREAKS_S + 8.0);
+    let mut faults = fault("left", "backend_error", None, BREAKS_S, ends_s);
+    faults += &fault("", "backend_error", None, all_from_s, all_to_s);
     let rig = Rig::bench(&["left", "right"], &faults);
     let (driver, client) = Driver::ready(&rig);
     let both = || client.latest().channels().iter().map(|c| (c.fault(), c.duty)).collect::<Vec<_>>();
@@ -216,17 +220,17 @@ fn a_backend_that_fails_takes_all_its_channels_and_one_channel_of_it_only_itself
     assert_eq!(both(), [(Some(Fault::Backend), 0.0), (None, DUTY)]);
     assert_eq!(refused(client.reset("left")), Reason::CauseRemains(Fault::Backend));
     reset_when_possible(&client, "left");
-    assert!(time_s(&client.latest()) >= 6.0, "at {} s", time_s(&client.latest()));
+    assert!(time_s(&client.latest()) >= ends_s, "at {} s", time_s(&client.latest()));
     client.set_duty("left", DUTY, LONG).unwrap();
     wait_until("all to fail", || client.latest().channels().iter().all(|c| c.fault().is_some()));
     assert_eq!(both(), [(Some(Fault::Backend), 0.0); 2]);
-    assert!(time_s(&client.latest()) >= 8.0 - 0.01);
+    assert!(time_s(&client.latest()) >= all_from_s - 0.01);
     for name in ["left", "right"] {
         assert_eq!(refused(client.reset(name)), Reason::CauseRemains(Fault::Backend));
     }
     for name in ["left", "right"] {
         reset_when_possible(&client, name);
-        assert!(time_s(&client.latest()) >= 10.0, "at {} s", time_s(&client.latest()));
+        assert!(time_s(&client.latest()) >= all_to_s, "at {} s", time_s(&client.latest()));
     }
     assert_eq!(both(), [(None, SENSING_DUTY); 2]);
     let report = driver.stop();
@@ -271,7 +275,8 @@ fn a_wire_asked_for_too_much_is_held_at_its_budget_and_told_so() {
         (left.flags & derated != 0).then_some(left)
     });
     assert_ne!(held.flags & ChannelState::FLAG_LIMITED, 0, "{held:?}");
-    std::thread::sleep(Duration::from_secs(2));
+    let since_s = time_s(&client.latest());
+    wait_until("two seconds of it", || time_s(&client.latest()) > since_s + 2.0);
     let left = client.latest().channels()[0];
     assert_eq!(left.fault(), None, "held, and not tripped: {left:?}");
     assert!(left.temperature_c < limit_c, "{} °C where {limit_c} °C are allowed", left.temperature_c);

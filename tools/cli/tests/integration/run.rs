@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::support::{RIG, Scratch};
+use crate::support::{RIG, Scratch, program};
 use serde_json::Value;
 
 /// A running driver; killed if a test fails before it is stopped.
@@ -16,7 +16,7 @@ impl<'a> Driver<'a> {
     /// Starts it on the contract's rig, at leisure, and waits until its wire has been measured.
     fn start(scratch: &'a Scratch) -> Driver<'a> {
         scratch.file("rig.toml", RIG.replace("rate_hz = 100.0", "rate_hz = 200.0\nrealtime = \"off\""));
-        let child = Command::new(env!("CARGO_BIN_EXE_sinew"))
+        let child = program()
             .args(["run", "rig.toml", "--report", "report.json"])
             .current_dir(scratch.path("."))
             .env("SINEW_RUNTIME_DIR", scratch.runtime())

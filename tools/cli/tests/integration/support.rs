@@ -1,5 +1,6 @@
 //! What the tests of the command line share: running it, and small files to run it on.
 
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -30,7 +31,7 @@ impl Scratch {
 
     /// Runs the program in this folder, with no driver of anybody else's in sight.
     pub fn sinew<'a>(&self, args: impl IntoIterator<Item = &'a str>) -> Ran {
-        let output = Command::new(env!("CARGO_BIN_EXE_sinew"))
+        let output = program()
             .args(args)
             .current_dir(self.folder.path())
             .env("SINEW_RUNTIME_DIR", self.runtime())
@@ -51,6 +52,23 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(self.runtime());
     }
+}
+
+/// The program, not started yet, its signals as from a terminal: whoever starts the tests may ignore some (`nohup`, a job in the
+/// background, CI runners), and what is ignored stays so from one program to the next.
+pub fn program() -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    // SAFETY: `signal` is a plain system call and may be called between fork and exec.
+    unsafe {
+        program.pre_exec(|| {
+            // All but those of real time; SIGKILL and SIGSTOP refuse and are as they should be.
+            for signal in 1..32 {
+                libc::signal(signal, libc::SIG_DFL);
+            }
+            Ok(())
+        });
+    }
+    program
 }
 
 /// What a run of the program came to.

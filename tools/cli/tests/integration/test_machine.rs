@@ -1,9 +1,12 @@
 //! `sinew test`: routines, their files, and what is refused before anything runs.
 
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crate::support::Scratch;
+use sinew_recording::session::Session;
+
+use crate::support::{Scratch, program};
 
 const RIG: &str = include_str!("../../../../examples/test-machine.toml");
 
@@ -65,19 +68,27 @@ fn what_cannot_be_run_is_refused_with_what_could() {
     test(&["characterise", "rig.toml"]).refused(&["--out"]);
 }
 
+/// How many rows are safe in a recording that is still being written.
+fn rows_so_far(recording: &Path) -> usize {
+    let Ok(session) = Session::open(recording) else { return 0 };
+    let mut rows = session.cycles();
+    std::iter::from_fn(|| rows.next().ok().flatten().map(drop)).count()
+}
+
 #[test]
 fn an_interrupt_ends_it_with_a_partial_report_and_exit_code_0() {
     let scratch = scratch();
-    let mut running = Command::new(env!("CARGO_BIN_EXE_sinew"))
+    let mut running = program()
         .args(["test", "direct-strain", "rig.toml", "--real-time", "--out", "out", "--json"])
         .current_dir(scratch.path(""))
         .stdout(Stdio::piped())
         .spawn()
         .expect("the program runs");
-    while !scratch.path("out/direct-strain.mcap").is_file() {
+    let (recording, patience) = (scratch.path("out/direct-strain.mcap"), Instant::now() + Duration::from_secs(60));
+    while rows_so_far(&recording) <= 10 {
+        assert!(Instant::now() < patience, "no rows in the recording");
         std::thread::sleep(Duration::from_millis(20));
     }
-    std::thread::sleep(Duration::from_millis(500));
     let sent = Command::new("kill").args(["-INT", &running.id().to_string()]).status().expect("kill");
     assert!(sent.success());
     let code = running.wait().expect("it ends").code();
