@@ -2,6 +2,7 @@
 
 mod access;
 mod black_box;
+mod circles;
 mod clients;
 mod commands;
 mod diagnose;
@@ -14,6 +15,7 @@ mod linux;
 mod process_faults;
 mod recording;
 mod report;
+mod rooms;
 mod scope;
 mod simulate;
 mod tune;
