@@ -4,9 +4,9 @@
 //! `cargo run --release -p sinew-control --example observers` prints the tables;
 //! `… --example observers -- trace` one run of steps as CSV on stdout.
 
-#[path = "../tests/observing/mod.rs"]
+#[path = "../tests/integration/observing.rs"]
 mod observing;
-#[path = "../tests/rig/mod.rs"]
+#[path = "../tests/integration/rig.rs"]
 mod rig;
 
 use observing::{ESTIMATORS, Watch, draught, table_10, transients};

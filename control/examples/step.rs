@@ -4,7 +4,7 @@
 //! as modelled; `… --example step -- trace LAW RATE_HZ SEED` one run as CSV on stdout. A LAW is its word in the rig file, with
 //! `+loss` for the heat loss fed forward (`-loss` for not), `+rapid` for rapid heating and `+whole` for whole periods after it.
 
-#[path = "../tests/rig/mod.rs"]
+#[path = "../tests/integration/rig.rs"]
 mod rig;
 
 use rig::{Bench, CONVERTER, STEPS, Step, duty_for_power, figure_wire};

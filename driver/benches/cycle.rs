@@ -3,7 +3,7 @@
 //! `cargo bench -p sinew-driver`. Figures to hold: 100 ns for sensing, supervisor and control of a channel (so 1.8 µs for
 //! `engine` at 18 channels and 6.4 µs at 64), 2 µs for `blackboard` at 64.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/integration/common.rs"]
 mod common;
 
 use common::{Fake, rig};

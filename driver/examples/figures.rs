@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p sinew-driver --example figures [CHANNELS] [RATE_HZ] [SECONDS]` prints the run's report as JSON.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/integration/common.rs"]
 mod common;
 
 use common::{Fake, rig};

@@ -1,6 +1,8 @@
-//! A driver around code that breaks its promises: backends that panic or write nothing, a helper's thread that dies. In a process
-//! of its own, because its log is one that panics.
+//! A driver around code that breaks its promises: backends that panic or write nothing, a helper's thread that dies.
+//!
+//! A binary of its own: its log, of which a process has but one, panics.
 
+#[path = "integration/common.rs"]
 mod common;
 
 use std::sync::atomic::Ordering;

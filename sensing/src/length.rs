@@ -317,7 +317,7 @@ impl Repeats {
         let weight = inputs.map(|(sigma, lsb)| {
             // The noise may turn out to be half of what the rig file says; then a code is at most this likely, wherever the
             // signal stands within it, and so is its repetition.
-            let likeliest = erf(lsb / (2.0 * std::f64::consts::SQRT_2 * 0.5 * sigma));
+            let likeliest = libm::erf(lsb / (2.0 * std::f64::consts::SQRT_2 * 0.5 * sigma));
             let weight = -likeliest.ln();
             // NaN and infinity: no noise at all.
             if weight.is_finite() && weight * STUCK_LIMIT > -STUCK_CHANCE.ln() { weight } else { 0.0 }
@@ -342,13 +342,6 @@ impl Repeats {
         let weight: f64 = inputs.iter().map(|&i| self.weight[i]).sum();
         (weight > 0.0).then(|| (-STUCK_CHANCE.ln() / weight).ceil() as u32)
     }
-}
-
-/// Error function, Abramowitz & Stegun 7.1.26 (to 1.5·10⁻⁷, rounded up by that much: an upper bound).
-fn erf(x: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.3275911 * x);
-    let poly = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));
-    (1.0 - poly * (-x * x).exp() + 1.5e-7).min(1.0)
 }
 
 /// Turns samples of one channel into lengths.

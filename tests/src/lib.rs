@@ -7,9 +7,11 @@ pub mod browser;
 
 use serde_json::Value;
 use sinew_ipc::{Client, ClientOptions, DriverHealth};
+use sinew_recording::session::Session;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::Write as _;
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
@@ -255,9 +257,26 @@ pub struct Process {
     said: TempDir,
 }
 
+/// Lets a program have its signals as from a terminal. Whoever starts the tests may ignore some (`nohup`, a job in the background,
+/// CI runners), and what is ignored stays so from one program to the next.
+fn with_default_signals(command: &mut Command) {
+    // SAFETY: `signal` is a plain system call and may be called between fork and exec.
+    unsafe {
+        command.pre_exec(|| {
+            // All but those of real time; SIGKILL and SIGSTOP refuse and are as they should be.
+            for signal in 1..32 {
+                libc::signal(signal, libc::SIG_DFL);
+            }
+            Ok(())
+        });
+    }
+}
+
 /// What a process has of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resources {
+    /// Threads.
+    pub threads: usize,
     /// Descriptors.
     pub open_files: usize,
     /// Memory it has touched, bytes.
@@ -283,6 +302,7 @@ impl Process {
         let file = |name| File::create(said.path().join(name)).expect("the folder is writable");
         let (stdout, stderr) = (file("stdout"), file("stderr"));
         command.stdin(stdin).stdout(stdout).stderr(stderr);
+        with_default_signals(command);
         let child = command.spawn().unwrap_or_else(|e| panic!("{command:?}: {e}"));
         Process { child, said }
     }
@@ -345,6 +365,7 @@ impl Process {
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("a process has memory");
         let kib = resident.trim().trim_end_matches(" kB").parse::<usize>().expect("a number of KiB");
         Resources {
+            threads: fs::read_dir(format!("{proc}/task")).expect("our child").count(),
             open_files: fs::read_dir(format!("{proc}/fd")).expect("our child").count(),
             memory_bytes: kib << 10,
         }
@@ -478,6 +499,18 @@ pub fn check_report(report: &Value) {
         }
         assert!(matches!(channel.get("fault"), Some(Value::String(_) | Value::Null)), "{channel:#}");
     }
+}
+
+/// Numbers of the cycles that are safe in a recording which may still be being written.
+pub fn recorded_so_far(path: &Path) -> Vec<u64> {
+    let mut found = Vec::new();
+    if let Ok(session) = Session::open(path) {
+        let mut cycles = session.cycles();
+        while let Ok(Some(cycle)) = cycles.next() {
+            found.push(cycle.head.cycle);
+        }
+    }
+    found
 }
 
 /// Files in a folder, sorted.

@@ -4,19 +4,16 @@
 //! consumer alone. Their difference is what is inside. Each end keeps the last it saw of the other's counter and looks again only
 //! when that says full or empty, so that the two cores do not fight over a cache line once a cycle.
 
-use crate::sync::{Arc, AtomicBool, AtomicUsize, Ordering, UnsafeCell};
+use crossbeam_utils::CachePadded;
 
-/// A counter on cache lines of its own: two, because processors fetch them in pairs.
-#[derive(Debug)]
-#[repr(align(128))]
-struct Counter(AtomicUsize);
+use crate::sync::{Arc, AtomicBool, AtomicUsize, Ordering, UnsafeCell};
 
 #[derive(Debug)]
 struct Ring<T> {
     /// How many were put in, wrapping: slots before it are the consumer's.
-    put: Counter,
+    put: CachePadded<AtomicUsize>,
     /// How many were taken out, wrapping: slots before it are the producer's again.
-    taken: Counter,
+    taken: CachePadded<AtomicUsize>,
     /// One of the two ends is gone.
     alone: AtomicBool,
     slots: Box<[UnsafeCell<T>]>,
@@ -60,7 +57,7 @@ pub struct Consumer<T> {
 pub fn ring<T: Send>(slots: impl IntoIterator<Item = T>) -> (Producer<T>, Consumer<T>) {
     let slots: Box<[UnsafeCell<T>]> = slots.into_iter().map(UnsafeCell::new).collect();
     assert!(!slots.is_empty(), "a ring needs at least one slot");
-    let counter = || Counter(AtomicUsize::new(0));
+    let counter = || CachePadded::new(AtomicUsize::new(0));
     let ring = Arc::new(Ring { put: counter(), taken: counter(), alone: AtomicBool::new(false), slots });
     (Producer { ring: ring.clone(), at: 0, put: 0, taken: 0 }, Consumer { ring, at: 0, taken: 0, put: 0 })
 }
@@ -78,7 +75,7 @@ impl<T> Producer<T> {
         self.ring.slots[self.at].with_mut(|slot| fill(unsafe { &mut *slot }));
         self.at = next(self.at, self.ring.slots.len());
         self.put = self.put.wrapping_add(1);
-        self.ring.put.0.store(self.put, Ordering::Release);
+        self.ring.put.store(self.put, Ordering::Release);
         true
     }
 
@@ -91,7 +88,7 @@ impl<T> Producer<T> {
     /// How many slots are free; the consumer may make them more at any time.
     #[inline]
     pub fn free(&mut self) -> usize {
-        self.taken = self.ring.taken.0.load(Ordering::Acquire);
+        self.taken = self.ring.taken.load(Ordering::Acquire);
         self.ring.slots.len() - self.put.wrapping_sub(self.taken)
     }
 
@@ -112,7 +109,7 @@ impl<T> Consumer<T> {
         let found = self.ring.slots[self.at].with_mut(|slot| look(unsafe { &mut *slot }));
         self.at = next(self.at, self.ring.slots.len());
         self.taken = self.taken.wrapping_add(1);
-        self.ring.taken.0.store(self.taken, Ordering::Release);
+        self.ring.taken.store(self.taken, Ordering::Release);
         Some(found)
     }
 
@@ -138,7 +135,7 @@ impl<T> Consumer<T> {
     #[inline]
     fn has_one(&mut self) -> bool {
         if self.put == self.taken {
-            self.put = self.ring.put.0.load(Ordering::Acquire);
+            self.put = self.ring.put.load(Ordering::Acquire);
         }
         self.put != self.taken
     }

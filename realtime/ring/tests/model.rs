@@ -4,6 +4,8 @@
 //!
 //! The three hand-overs of the driver: cycles from the loop to the publisher, orders from the desk to the loop, and the flag by
 //! which the publisher knows that it has seen the last cycle.
+//!
+//! A binary of its own: the source file finds loom's cells and atomics under `crate::sync`, where the library has the real ones.
 
 mod sync {
     pub(crate) use loom::cell::UnsafeCell;

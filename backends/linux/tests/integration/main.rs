@@ -1,0 +1,8 @@
+//! The backend on a simulated kernel.
+
+mod bench;
+mod contract;
+mod guard;
+
+#[global_allocator]
+static ALLOCATOR: sinew_backend::allocations::CountingAllocator = sinew_backend::allocations::CountingAllocator;

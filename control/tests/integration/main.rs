@@ -1,0 +1,8 @@
+//! Laws and estimators on simulated wires.
+
+mod closed_loop;
+mod joint;
+mod laws;
+mod observers;
+mod observing;
+mod rig;

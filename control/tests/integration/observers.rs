@@ -1,0 +1,84 @@
+//! Chapter 9's findings about its estimators, on a simulated wire under PI (figures 93, 94 and 98).
+
+use crate::observing::{ESTIMATORS, Watch, draught, table_10, transients};
+use crate::rig::{CONVERTER, figure_wire, other_wires};
+use sinew_control::{EstimatorKind, StateEstimator};
+
+/// Seeds of this test alone.
+const SEEDS: [u64; 3] = [11, 12, 13];
+const CONSTANT: usize = 0;
+const SCHEDULED: usize = 1;
+
+/// Figures 93 and 94: constant gains get the phase right and the temperature wrong; scheduling mends the temperature.
+#[test]
+fn constant_gains_know_the_phase_and_not_the_temperature() {
+    assert_eq!(ESTIMATORS[CONSTANT].1, EstimatorKind::Luenberger);
+    assert_eq!(ESTIMATORS[SCHEDULED].1, EstimatorKind::LuenbergerScheduled);
+    for (seed, model) in SEEDS.into_iter().flat_map(|seed| [(seed, figure_wire()), (seed, table_10())]) {
+        let off = transients(&mut Watch::new(&model, &model, 1e3, CONVERTER, seed));
+        let (constant, scheduled) = (off[CONSTANT], off[SCHEDULED]);
+        // steps of 40 % in the fraction, 26 K of hysteresis in the temperature
+        assert!(constant.martensite < 0.03, "{constant:?}");
+        assert!(constant.temperature_k > 26.0, "{constant:?}");
+        assert!(scheduled.martensite < 0.8 * constant.martensite, "{scheduled:?} {constant:?}");
+        assert!(scheduled.temperature_k < 0.4 * constant.temperature_k, "{scheduled:?} {constant:?}");
+    }
+}
+
+/// Figure 98: blown upon, the wire cools; more power is needed to hold it, and the estimators believe that it heats. The phase
+/// stays right.
+#[test]
+fn a_draught_turns_the_temperature_the_wrong_way() {
+    for seed in SEEDS {
+        let blown = draught(&mut Watch::new(&figure_wire(), &figure_wire(), 1e3, CONVERTER, seed));
+        assert!(blown.truth_k < -8.0, "{}", blown.truth_k);
+        for (kind, least) in [(CONSTANT, 20.0), (SCHEDULED, 3.0)] {
+            assert!(blown.changes_k[kind] > least, "{}: {:?}", ESTIMATORS[kind].0, blown.changes_k);
+            assert!(blown.martensite_errors[kind].abs() < 0.01, "{:?}", blown.martensite_errors);
+        }
+    }
+}
+
+/// Held still, with the model right, both know everything, on wires of any size.
+#[test]
+fn both_settle_on_any_wire() {
+    for (name, model, _) in other_wires() {
+        let mut watch = Watch::new(&model, &model, 1e3, CONVERTER, 5);
+        let range = watch.bench.range;
+        // all hot and held by full sensing of the loop: the thick wire takes its time
+        for _ in 0..20_000 {
+            watch.cycle(range.length_m(0.5));
+        }
+        let mut sums = [0.0; 2];
+        for _ in 0..1000 {
+            watch.cycle(range.length_m(0.5));
+            for kind in [CONSTANT, SCHEDULED] {
+                sums[kind] += (watch.estimates[kind].martensite - watch.bench.wire.martensite()) / 1000.0;
+            }
+        }
+        assert!(sums.iter().all(|off: &f64| off.abs() < 0.03), "{name}: {sums:?}");
+    }
+}
+
+/// A cycle without a length goes on with the model alone, and the next length brings it back.
+#[test]
+fn a_lost_length_is_survived() {
+    let model = figure_wire();
+    for (name, kind) in ESTIMATORS {
+        let mut watch = Watch::new(&model, &model, 1e3, CONVERTER, 6);
+        watch.follow(4.0, |_| 0.5, |_, _| false);
+        let mut alone = StateEstimator::new(&model, kind);
+        for k in 0..6000 {
+            watch.cycle(watch.bench.range.length_m(0.5));
+            let mut seen = watch.bench.observation;
+            if (2000..2200).contains(&k) {
+                seen.length_m = f64::NAN;
+            }
+            let estimate = alone.update(&seen);
+            if k > 4000 {
+                let off = estimate.martensite - watch.bench.wire.martensite();
+                assert!(off.abs() < 0.03, "{name} {k}: {off}");
+            }
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! The diagnosis as a whole.
+
+mod answers;
+mod shared;

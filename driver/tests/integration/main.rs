@@ -1,0 +1,8 @@
+//! The driver on a scripted backend.
+
+mod common;
+mod driver;
+mod safety;
+
+#[global_allocator]
+static ALLOCATOR: sinew_backend::allocations::CountingAllocator = sinew_backend::allocations::CountingAllocator;

@@ -1,0 +1,7 @@
+//! Messages, services and the client between threads and processes.
+
+mod allocations;
+mod common;
+mod gait;
+mod processes;
+mod threads;

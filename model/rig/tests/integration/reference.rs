@@ -1,0 +1,132 @@
+//! `docs/rig.md` and `docs/effects.md` say what the code does: their tables are those of the schema and the catalogue,
+//! their examples are read.
+//!
+//! `SINEW_BLESS=1 cargo test -p sinew-rig --test integration reference::` writes the tables into the pages.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use sinew_physics::effects::Home;
+use sinew_rig::{FaultKind, Prior, RECORDING_COLUMNS, Rig, default_priors};
+
+fn priors() -> String {
+    let mut out = "| key | 1 σ |\n|---|---|\n".to_string();
+    for (key, prior) in default_priors() {
+        let sigma = match prior {
+            Prior::Relative(fraction) => format!("{} %", (fraction * 100.0).round()),
+            Prior::Absolute(kelvin) => format!("{kelvin} K"),
+        };
+        writeln!(out, "| `{key}` | {sigma} |").unwrap();
+    }
+    out
+}
+
+fn effects() -> String {
+    let mut out = "| id | in | what it does |\n|---|---|---|\n".to_string();
+    for effect in sinew_physics::effects::catalogue() {
+        let home = match effect.home {
+            Home::Material => "`[channel.material]`",
+            Home::Table => "a table of its own",
+        };
+        let anchor = effect.id.replace('.', "");
+        writeln!(out, "| [`{}`](effects.md#{anchor}) | {home} | {}. |", effect.id, effect.says).unwrap();
+    }
+    out
+}
+
+fn faults() -> String {
+    let mut out = "| kind | `value` | range | default |\n|---|---|---|---|\n".to_string();
+    for (word, kind) in FaultKind::ALL {
+        match (kind.value_key(), kind.value_range()) {
+            (Some(meaning), Some((low, high, default))) => {
+                writeln!(out, "| `{word}` | {meaning} | {low} to {high} | {default} |").unwrap();
+            }
+            _ => writeln!(out, "| `{word}` | none | | |").unwrap(),
+        }
+    }
+    out
+}
+
+fn columns() -> String {
+    let quoted: Vec<String> = RECORDING_COLUMNS.iter().map(|c| format!("`{c}`")).collect();
+    format!("{}.\n", quoted.join(", "))
+}
+
+/// Compares what stands between the marks of a page with what the code says, or writes it there.
+fn carries(page: &str, marked: &[(&str, String)]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+    let mut text = std::fs::read_to_string(&path).unwrap();
+    let bless = std::env::var_os("SINEW_BLESS").is_some();
+    for (mark, says) in marked {
+        let (open, close) = (format!("<!-- {mark} -->\n"), format!("<!-- /{mark} -->"));
+        let start = text.find(&open).expect(mark) + open.len();
+        let end = start + text[start..].find(&close).expect(mark);
+        if bless {
+            text.replace_range(start..end, says);
+        } else {
+            assert!(
+                text[start..end] == *says,
+                "docs/{page}: the {mark} are not those of the code; run with SINEW_BLESS=1"
+            );
+        }
+    }
+    if bless {
+        std::fs::write(path, text).unwrap();
+    }
+}
+
+#[test]
+fn the_pages_carry_the_tables_of_the_code() {
+    let keys = [
+        ("keys", sinew_rig::reference()),
+        ("priors", priors()),
+        ("effects", effects()),
+        ("columns", columns()),
+        ("faults", faults()),
+    ];
+    carries("rig.md", &keys);
+    carries("effects.md", &[("catalogue", sinew_rig::catalogue())]);
+}
+
+#[test]
+fn the_examples_of_the_page_are_read() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/rig.md")).unwrap();
+    let examples: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert_eq!(examples.len(), 5);
+    let smallest = examples[0];
+    Rig::parse(smallest, "docs/rig.md").unwrap().check_drivable().unwrap();
+    for more in &examples[1..] {
+        Rig::parse(&format!("{smallest}\n{more}"), "docs/rig.md").unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
+#[test]
+fn keys_and_columns_are_those_of_the_contract() {
+    let contract = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/contract");
+    let Ok(page) = std::fs::read_to_string(contract.join("rig.md")) else {
+        println!("skipped: no ../shared beside the project");
+        return;
+    };
+    // The contract's own example uses every table.
+    let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let rig = Rig::parse(example, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
+    rig.check_drivable().unwrap();
+    assert_eq!(rig.effect_parameter(0, "thermal.draught", "end_s"), Some(52.0));
+
+    // Every effect of the contract can be named with all its keys.
+    let effects = std::fs::read_to_string(contract.join("effects.md")).unwrap();
+    let rows = effects.lines().filter_map(|line| line.strip_prefix("| `"));
+    for row in rows {
+        let (id, rest) = row.split_once('`').unwrap();
+        for key in rest.split('|').nth(1).unwrap().split('`').skip(1).step_by(2) {
+            // what begins with dots, or stands for a choice of channel, is no number's name
+            let known = rig.effect_parameter(0, id, key).is_some() || key == "channel" || key.starts_with("...");
+            assert!(known, "{id} {key}");
+        }
+    }
+
+    let recording = std::fs::read_to_string(contract.join("recording.md")).unwrap();
+    for column in RECORDING_COLUMNS {
+        assert!(recording.contains(&format!("`{column}`")), "{column}");
+    }
+}

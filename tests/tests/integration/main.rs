@@ -1,0 +1,21 @@
+//! Across processes: real driver, real shared memory, simulated wires.
+
+mod access;
+mod black_box;
+mod circles;
+mod clients;
+mod commands;
+mod diagnose;
+mod effects;
+mod exchange;
+mod faults;
+mod front_end;
+mod lifecycle;
+mod linux;
+mod process_faults;
+mod recording;
+mod report;
+mod rooms;
+mod scope;
+mod simulate;
+mod tune;

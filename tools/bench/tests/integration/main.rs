@@ -1,0 +1,4 @@
+//! The bench of controllers and what physics allows.
+
+mod bench;
+mod bound;

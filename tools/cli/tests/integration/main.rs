@@ -1,0 +1,11 @@
+//! The program `sinew`, run as its users run it.
+
+mod bench_control;
+mod design;
+mod exchange;
+mod plot;
+mod run;
+mod simulate;
+mod support;
+mod test_machine;
+mod usage;
