@@ -5,15 +5,17 @@
 //! The format is described in `docs/rig.md`; the tables of that page and this crate come from one schema.
 #![forbid(unsafe_code)]
 
+mod declare;
 mod derive;
 mod effects;
 mod error;
+mod key;
 mod parameters;
 mod read;
-mod schema;
+mod reference;
 mod suggest;
+mod tables;
 mod tree;
-mod types;
 mod write;
 
 use std::path::Path;
@@ -21,18 +23,24 @@ use std::path::Path;
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
 pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
-pub use schema::{reference, word, words};
+pub use reference::{reference, word, words};
 pub use suggest::nearest;
-pub use types::{
-    Access, Adc, Algorithm, Backend, BackendKind, BlackBox, Channel, Column, ColumnMap, Control, Estimator, FaultKind,
-    Joint, Limits, LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, MAX_CHANNEL_NAME,
-    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, Polarity,
-    PositionZero, RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine, SimulatedFault,
-    Simulation,
-};
-
-/// The columns a recording can have: the keys of [`ColumnMap`].
-pub const RECORDING_COLUMNS: [&str; 13] = read::COLUMNS;
+pub use tables::MAX_PATH;
+pub use tables::access::Access;
+pub use tables::adc::{Adc, SamplingCircuit};
+pub use tables::backend::linux::{LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, Polarity};
+pub use tables::backend::serial::SerialLine;
+pub use tables::backend::{Backend, BackendKind};
+pub use tables::black_box::BlackBox;
+pub use tables::channel::{Channel, MAX_CHANNEL_NAME, MAX_CHANNELS};
+pub use tables::control::{Algorithm, Control, Estimator, RapidHeating, Sensing};
+pub use tables::joint::Joint;
+pub use tables::limits::Limits;
+pub use tables::machine::Machine;
+pub use tables::recording::{Column, ColumnMap, RECORDING_COLUMNS};
+pub use tables::rig::{MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Realtime, RealtimeMode, Rig};
+pub use tables::sensors::PositionZero;
+pub use tables::simulation::{FaultKind, Pace, SimulatedFault, Simulation};
 
 /// The rig file of the built-in hexapod.
 pub const HEXAPOD_TOML: &str = include_str!("../../../examples/hexapod.toml");
@@ -80,12 +88,6 @@ impl Rig {
     /// The channel of this name and its index.
     pub fn channel(&self, name: &str) -> Option<(usize, &Channel)> {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
-    }
-
-    /// Which channel of a serial front-end a channel of the rig is.
-    pub fn front_end_index(&self, channel: usize) -> Option<u32> {
-        let own = self.channels.get(channel)?.front_end_index;
-        own.or(u32::try_from(channel).ok())
     }
 
     /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.
