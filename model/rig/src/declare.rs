@@ -1,13 +1,14 @@
 //! The macros that tables of the rig file are written with, and how a field of the rig holds a key's value.
 //!
-//! A row says everything about a key, its doc comment what it is; that comment is the line of `docs/rig.md` as well:
+//! A row says everything about a key. Its doc comment says what it is, on the field and in `docs/rig.md` alike:
 //!
 //! ```text
 //! /// How far the cross-head travels.
 //! travel_m: f64 = "travel_mm", number(milli("mm"), 1.0, 2000.0), Number(250.0);
 //! ```
-//! Field (in SI) and its type; key, what it takes, in its own unit, and its default; where it means something only beside
-//! certain others, `, only …` follows.
+//!
+//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit); `, only …` follows where it
+//! means something only beside certain others.
 
 use crate::key::{Default, Kind, Value};
 
@@ -163,8 +164,8 @@ macro_rules! keys {
     };
 }
 
-/// A table whose keys are the fields of a struct of its own: declares both. What one key stands for may be multiplied:
-/// see [`Kind::Integer`].
+/// A table whose keys are the fields of a struct of its own: declares both. `of` says whose it is, `at` which field of that
+/// holds the struct, `check` what else there is to be found wrong with it.
 macro_rules! table {
     (
         $table:literal of $of:ty, at $place:tt $(, check $check:ident)?: $about:literal;

@@ -267,3 +267,38 @@ fn prior(node: &Node) -> Result<Prior, What> {
     }
     Ok(Prior::Relative(percent / 100.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changed_parameters_are_checked() {
+        let text = "[rig]\nname = \"bench\"\n[[channel]]\nname = \"wire\"\ndrive.supply_v = 6.0\nload.mass_kg = 0.2\n\
+                    wire = { diameter_mm = 0.125, length_mm = 160.0 }\nmaterial.latent_heat_j_per_kg = 24200\n";
+        let mut rig = Rig::parse(text, "rig.toml").unwrap();
+        let before = rig.clone();
+        for (channel, id, key, value) in [
+            (0, "kinetic.lag", "seconds", -1.0),
+            (0, "kinetic.lag", "seconds", f64::NAN),
+            (0, "kinetic.lag", "second", 1.0),
+            (0, "kinetic.lagg", "seconds", 1.0),
+            (1, "kinetic.lag", "seconds", 1.0),
+            (0, "thermal.latent_heat", "latent_heat_j_per_kg", -1.0),
+        ] {
+            let error = rig.set_effect(channel, id, key, value).unwrap_err();
+            assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }), "{error}");
+            assert_eq!(rig, before);
+        }
+        assert_eq!(rig.effect_parameter(0, "thermal.latent_heat", "latent_heat_j_per_kg"), Some(24200.0));
+        assert_eq!(rig.effect_parameter(0, "kinetic.lag", "seconds"), Some(0.0));
+        assert_eq!(rig.effect_parameter(0, "kinetic.lag", "gain"), None);
+        for (channel, key, value) in
+            [(0, "mass_kg", -1.0), (0, "mass_kg", f64::NAN), (0, "colour", 1.0), (1, "mass_kg", 1.0)]
+        {
+            let error = rig.set_parameter(channel, key, value).unwrap_err();
+            assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }));
+            assert_eq!(rig, before);
+        }
+    }
+}

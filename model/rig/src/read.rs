@@ -261,8 +261,8 @@ impl Reader<'_> {
             joint::complete(self, node, &mut rig);
         }
         channel::complete(self, &read, &mut rig);
-        for places in backend::PLACES {
-            places(self, &rig, &read);
+        for check_channels in backend::CHECKS {
+            check_channels(self, &rig, &read);
         }
         if let Some(node) = root.get("recording") {
             rig.columns = recording::columns(self, node);

@@ -1,7 +1,8 @@
 //! The tables of the rig file, a module each: what a table is read into, its keys, and what they need of each other.
 //!
-//! Another key is a row of its table's file. Another table is a file here, a field of [`Rig`] or [`Channel`] and a place in
-//! [`of_rig`] or [`of_channel`].
+//! - Another key is a row in its table's file: parser, writer, checks, error messages and `docs/rig.md` follow from it.
+//! - Another table is a file here, a field of [`Rig`] or [`Channel`] and a place in [`of_rig`] or [`of_channel`].
+//! - Another backend is a file in `backend/`, see [`backend`]; another law or estimator is a row of [`control`].
 
 pub(crate) mod access;
 pub(crate) mod adc;

@@ -1,7 +1,8 @@
 //! `[backend]`: what powers and measures the wires, and which backends there are.
 //!
-//! Another backend is a file in this folder, which has its tables `[backend.NAME]` and `[channel.NAME]`, what they are read
-//! into and their checks; a word of [`BackendKind`]; and its places in the lists below.
+//! Another backend is a file in this folder with its tables `[backend.NAME]` and `[channel.NAME]`, what they are read into and
+//! their checks. Here it is a word of [`BackendKind`], a field of [`Backend`] and an entry in each of the lists below; where
+//! channels have to be told apart, [`Channel`] gets a field.
 
 pub(crate) mod linux;
 pub(crate) mod serial;
@@ -62,4 +63,5 @@ pub(crate) static OF_RIG: [&Section<Rig>; 2] = [&serial::SECTION, &linux::SECTIO
 /// Where a channel is for each kind.
 pub(crate) static OF_CHANNEL: [&Section<Channel>; 2] = [&serial::CHANNEL, &linux::CHANNEL];
 /// What each kind cannot do without, and what it cannot do, once all channels are read.
-pub(crate) static PLACES: [fn(&mut Reader<'_>, &Rig, &[Stated<'_>]); 2] = [serial::places, linux::places];
+pub(crate) static CHECKS: [fn(&mut Reader<'_>, &Rig, &[Stated<'_>]); 2] =
+    [serial::check_channels, linux::check_channels];

@@ -1,7 +1,7 @@
 //! `[channel.control]`: the controller and what it measures by.
 //!
-//! Another law is one line of [`Algorithm`] and, where it takes keys that not all laws take, one of [`Algorithm::takes`];
-//! another estimator is one line of [`Estimator`]. What they do is crate `control`'s to say.
+//! Another law is a row of `laws!`, which names the keys it takes; a key that is new with it is a row of the table below.
+//! Another estimator is a line of [`Estimator`]. What they do is crate `control`'s to say.
 
 use sinew_physics::DriveKind;
 
@@ -10,60 +10,62 @@ use crate::key::rows::*;
 use crate::read::{Reader, Stated, tidy};
 use crate::tables::Channel;
 
-words! {
-    /// The control law.
-    pub enum Algorithm, default TimeOptimal {
-        /// Sliding mode along the stopping distance, in the wire's estimated state.
-        TimeOptimal = "time_optimal",
-        /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
-        SlidingMode = "sliding_mode",
-        /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
-        SlidingModePlain = "sliding_mode_plain",
-        /// Sliding mode on a first-order surface, switched.
-        SlidingModeFirstOrder = "sliding_mode_first_order",
-        /// Sliding mode on a first-order surface, in the wire's estimated state.
-        SlidingModeFirstOrderEquivalent = "sliding_mode_first_order_equivalent",
-        /// On and off with a band.
-        Relay = "relay",
-        /// Proportional-integral with anti-windup.
-        Pi = "pi",
-        /// Proportional-integral-derivative with anti-windup.
-        Pid = "pid",
-        /// Input–output linearisation with the estimated slope ∂ξ/∂T.
-        InputOutputLinearised = "input_output_linearised",
-        /// Input–output linearisation with a constant slope.
-        InputOutputLinearisedConstant = "input_output_linearised_constant",
-        /// Robust servo on the velocity linearisation with static gains.
-        VelocityServo = "velocity_servo",
-        /// Robust servo on the velocity linearisation with scheduled gains.
-        VelocityServoScheduled = "velocity_servo_scheduled",
-    }
+/// The laws: what each is, its word, and the keys it takes of those that only some laws take.
+macro_rules! laws {
+    (
+        default $usual:ident;
+        $( $(#[doc = $doc:literal])+ $law:ident = $word:literal, takes [$($key:literal),*]; )+
+    ) => {
+        words! {
+            /// The control law.
+            pub enum Algorithm, default $usual {
+                $( $(#[doc = $doc])+ $law = $word, )+
+            }
+        }
+
+        impl Algorithm {
+            /// The keys it takes of those that only some laws take.
+            const fn own_keys(self) -> &'static [&'static str] {
+                match self {
+                    $( Algorithm::$law => &[$($key),*], )+
+                }
+            }
+        }
+    };
+}
+
+laws! {
+    default TimeOptimal;
+    /// Sliding mode along the stopping distance, in the wire's estimated state.
+    TimeOptimal = "time_optimal", takes ["lambda_per_s"];
+    /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
+    SlidingMode = "sliding_mode", takes ["lambda_per_s"];
+    /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
+    SlidingModePlain = "sliding_mode_plain", takes ["lambda_per_s"];
+    /// Sliding mode on a first-order surface, switched.
+    SlidingModeFirstOrder = "sliding_mode_first_order", takes ["lambda_per_s"];
+    /// Sliding mode on a first-order surface, in the wire's estimated state.
+    SlidingModeFirstOrderEquivalent = "sliding_mode_first_order_equivalent", takes ["lambda_per_s"];
+    /// On and off with a band.
+    Relay = "relay", takes ["relay_band_mm"];
+    /// Proportional-integral with anti-windup.
+    Pi = "pi", takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s"];
+    /// Proportional-integral-derivative with anti-windup.
+    Pid = "pid",
+        takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Input–output linearisation with the estimated slope ∂ξ/∂T.
+    InputOutputLinearised = "input_output_linearised", takes ["lambda_per_s", "heat_loss_feedforward"];
+    /// Input–output linearisation with a constant slope.
+    InputOutputLinearisedConstant = "input_output_linearised_constant", takes ["lambda_per_s", "heat_loss_feedforward"];
+    /// Robust servo on the velocity linearisation with static gains.
+    VelocityServo = "velocity_servo", takes ["lambda_per_s"];
+    /// Robust servo on the velocity linearisation with scheduled gains.
+    VelocityServoScheduled = "velocity_servo_scheduled", takes ["lambda_per_s"];
 }
 
 impl Algorithm {
-    /// The keys it takes of those that only some laws take.
-    const fn own_keys(self) -> &'static [&'static str] {
-        match self {
-            Algorithm::TimeOptimal
-            | Algorithm::SlidingMode
-            | Algorithm::SlidingModePlain
-            | Algorithm::SlidingModeFirstOrder
-            | Algorithm::SlidingModeFirstOrderEquivalent
-            | Algorithm::VelocityServo
-            | Algorithm::VelocityServoScheduled => &["lambda_per_s"],
-            Algorithm::InputOutputLinearised | Algorithm::InputOutputLinearisedConstant => {
-                &["lambda_per_s", "heat_loss_feedforward"]
-            }
-            Algorithm::Relay => &["relay_band_mm"],
-            Algorithm::Pi => &["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s"],
-            Algorithm::Pid => {
-                &["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"]
-            }
-        }
-    }
-
-    /// Whether a key of `[channel.control]` that only some laws take means something with this one.
-    fn takes(self, key: &str) -> bool {
+    /// Whether it takes a key of `[channel.control]` of those that only some laws take, such as `lambda_per_s`.
+    pub fn takes(self, key: &str) -> bool {
         self.own_keys().contains(&key)
     }
 }

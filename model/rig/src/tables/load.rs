@@ -17,6 +17,7 @@ const IN_JOINT: Load = Load::ImposedPosition;
 
 const KIND: Kind = Kind::Choice(&["spring_mass_damper", "imposed_position", "imposed_force"]);
 
+/// Which load it is.
 macro_rules! kind {
     (of the load) => {
         Access {

@@ -169,7 +169,7 @@ pub(crate) static CHANNEL: Section<Channel> = Section {
 };
 
 /// What a channel on Linux's own interfaces cannot do without, and what these cannot do.
-pub(crate) fn places(reader: &mut Reader<'_>, rig: &Rig, stated: &[Stated<'_>]) {
+pub(crate) fn check_channels(reader: &mut Reader<'_>, rig: &Rig, stated: &[Stated<'_>]) {
     for (channel, stated) in rig.channels.iter().zip(stated) {
         gains_measure(reader, channel, stated);
         if rig.backend.kind == BackendKind::Linux {

@@ -53,7 +53,7 @@ impl Rig {
 }
 
 /// No two channels can be the same one of a front-end.
-pub(crate) fn places(reader: &mut Reader<'_>, rig: &Rig, stated: &[Stated<'_>]) {
+pub(crate) fn check_channels(reader: &mut Reader<'_>, rig: &Rig, stated: &[Stated<'_>]) {
     if rig.backend.kind != BackendKind::Serial {
         return;
     }
