@@ -1,18 +1,14 @@
-//! Defaults that follow from the rest of the channel: lengths, currents, temperatures and energies it cannot leave
-//! while everything is well.
+//! Lengths, currents, temperatures and energies that a channel cannot leave while everything is well: what computed defaults and
+//! cross-checks of its tables follow from.
 
 use sinew_physics::{Convection, DriveKind, Load, Material, WireModel};
 
-use crate::types::{Channel, Joint, SamplingCircuit, Sensing};
+use crate::tables::{Channel, Joint};
 
-/// Standard gravity, in m/s².
-const GRAVITY: f64 = 9.80665;
 /// How far above A the wire counts as wholly austenite, in K.
 const FULLY_HOT_K: f64 = 40.0;
 /// How far above A, at its stress, the wire may be by default, in K.
 const HOTTEST_K: f64 = 60.0;
-/// What an unpowered or unknown drive is given as full-on current (A) and power (W): no rig is driven with it.
-const UNKNOWN: f64 = 1.0;
 
 /// Length (m) and stress (Pa) at rest in one of the two pure phases: wholly austenite 40 K above A at its stress, or
 /// wholly martensite at ambient temperature. Where position or force are inputs, those of the unloaded wire.
@@ -97,138 +93,77 @@ fn loss_w(model: &WireModel, temperature_c: f64) -> f64 {
     h * model.geometry.surface_m2() * above
 }
 
-/// Current (A, rms) the wire bears for good: the thesis' rule of thumb (eq. 8) between what the model says of two
-/// temperatures. That rule grows with the area, the heat that the air takes from a hot wire only with the diameter: it says less
-/// than what keeps a wire of 0.1 mm contracted, and what takes one of 0.5 mm far beyond its limit.
-fn continuous_current_a(model: &WireModel, contracted_c: f64, hottest_c: f64, hot_ohm: f64) -> f64 {
-    let holds = |temperature_c: f64| (loss_w(model, temperature_c) / hot_ohm).sqrt();
-    model.geometry.safe_current_a().max(holds(contracted_c)).min(holds(hottest_c)).max(1e-6)
+/// How far a wire goes while everything is well, in the load it is reckoned with: its lengths and temperatures, from which its
+/// computed limits follow.
+pub(crate) struct Reach {
+    model: WireModel,
+    hot_m: f64,
+    cold_m: f64,
+    /// A at the stress of the hot wire, in °C.
+    stressed_c: f64,
 }
 
-/// Resistance (Ω) of the wholly austenite wire at a temperature.
-fn hot_ohm(model: &WireModel, hot_m: f64, temperature_c: f64) -> f64 {
-    let m = &model.material;
-    let warm_k = temperature_c - m.reference_temperature_c;
-    let resistivity = m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm_k;
-    resistivity.max(1e-9) * hot_m / model.geometry.area_m2()
-}
-
-/// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.
-fn heat_j(model: &WireModel, temperature_c: f64) -> f64 {
-    let Material { density_kg_per_m3, specific_heat_j_per_kg_k, latent_heat_j_per_kg, .. } = model.material;
-    let mass = density_kg_per_m3 * model.geometry.volume_m3();
-    mass * (specific_heat_j_per_kg_k * (temperature_c - model.ambient_c).max(0.0) + latent_heat_j_per_kg)
-}
-
-/// Stress at which wires are mounted and kept taut by default, in Pa.
-const TAUT_PA: f64 = 100e6;
-/// Stress in the thinner wire of a joint that is not exceeded by default, in Pa: short of what wears a wire out in a day.
-const MOST_PA: f64 = 500e6;
-/// Damping of a joint where nothing is said, as a share of what is critical on its wires at their stiffest.
-const DAMPING: f64 = 0.3;
-
-/// Fills in every computed default of a joint; `given(key)` says what the file gives itself.
-pub(crate) fn fill_joint(joint: &mut Joint, wires: [&WireModel; 2], given: &dyn Fn(&str) -> bool) {
-    let area = wires[0].geometry.area_m2().min(wires[1].geometry.area_m2());
-    let mechanics = &mut joint.mechanics;
-    if !given("damping_n_mm_s") {
-        mechanics.damping_n_m_s = DAMPING * 2.0 * mechanics.inertia_kg_m2 * mechanics.fastest_rad_s(wires);
-    }
-    if !given("pretension_n") {
-        mechanics.pretension_n = TAUT_PA * area;
-    }
-    if !given("minimum_tension_n") {
-        joint.min_tension_n = 0.5 * mechanics.pretension_n;
-    }
-    if !given("maximum_tension_n") {
-        joint.max_tension_n = MOST_PA * area;
-    }
-    if !given("tension_n") {
-        joint.tension_n = (2.0 * mechanics.pretension_n).min(joint.max_tension_n);
-    }
-}
-
-/// Fills in every computed default of a channel, which may be a wire of a joint; `given(table, key)` says what the file
-/// gives itself.
-pub(crate) fn fill(channel: &mut Channel, joint: Option<&Joint>, given: &dyn Fn(&str, &str) -> bool) {
-    if let Load::SpringMassDamper { mass_kg, preload_n, .. } = &mut channel.model.load
-        && !given("load", "preload_n")
-    {
-        *preload_n = *mass_kg * GRAVITY;
-    }
-    if !given("control", "sensing") {
-        channel.control.sensing = if channel.model.taps.is_some() { Sensing::Dual } else { Sensing::Resistance };
+impl Reach {
+    /// Of a channel's wire, which may be one of a joint's.
+    pub(crate) fn of(channel: &Channel, joint: Option<&Joint>) -> Reach {
+        let model = channel.nominal_model(joint);
+        let (hot_m, hot_stress) = equilibrium(&model, true);
+        let hot_stress = joint.map_or(hot_stress, |joint| joint.max_tension_n / model.geometry.area_m2());
+        let (cold_m, _) = equilibrium(&model, false);
+        let m = &model.material;
+        let stressed_c = m.austenite_temperature_c + m.stress_shift_k_per_pa * hot_stress;
+        Reach { model, hot_m, cold_m, stressed_c }
     }
 
-    let model = &channel.nominal_model(joint);
-    let nominal = model.geometry.length_m;
-    let (hot, hot_stress) = equilibrium(model, true);
-    let hot_stress = joint.map_or(hot_stress, |joint| joint.max_tension_n / model.geometry.area_m2());
-    let (cold, _) = equilibrium(model, false);
-    let stroke = (cold - hot).abs();
-    let margin = 0.1 * stroke + 0.005 * nominal;
-    let limits = &mut channel.limits;
-    if !given("limits", "minimum_length_mm") {
-        limits.min_length_m = (hot.min(cold) - margin).max(0.0);
-    }
-    if !given("limits", "maximum_length_mm") {
-        limits.max_length_m = hot.max(cold) + margin;
-    }
-    let m = &model.material;
-    let stressed_c = m.austenite_temperature_c + m.stress_shift_k_per_pa * hot_stress;
-    if !given("limits", "maximum_temperature_c") {
-        limits.max_temperature_c = stressed_c + HOTTEST_K;
-    }
-    let hottest = limits.max_temperature_c;
-    let hot_ohm = hot_ohm(model, hot, hottest);
-    if !given("limits", "continuous_current_a") {
-        limits.continuous_current_a = continuous_current_a(model, stressed_c + FULLY_HOT_K, hottest, hot_ohm);
-    }
-    if !given("limits", "energy_drain_w") {
-        limits.energy_drain_w = limits.continuous_current_a.powi(2) * hot_ohm;
-    }
-    if !given("limits", "energy_budget_j") {
-        limits.energy_budget_j = (1.25 * heat_j(model, hottest)).max(1e-9);
-    }
-    if !given("limits", "default_hold_s") {
-        limits.lease_s = 0.5_f64.min(limits.max_lease_s);
+    /// Way between hot and cold, in m.
+    pub(crate) fn stroke_m(&self) -> f64 {
+        (self.cold_m - self.hot_m).abs()
     }
 
-    let on = full_on(channel, hottest);
-    let (largest_current, largest_power) =
-        on.map_or((UNKNOWN, UNKNOWN), |on| (on.largest_current_a, on.largest_power_w));
-    let limits = &mut channel.limits;
-    if !given("limits", "maximum_current_a") {
-        limits.max_current_a = 1.15 * largest_current;
-    }
-    if !given("limits", "maximum_power_w") {
-        limits.max_power_w = 1.1 * largest_power;
-    }
-    if !given("limits", "maximum_duty") {
-        // Where the supply is measured in the off-phase, that phase must never be shorter than the sensing pulse.
-        let longest = match channel.adc.circuit {
-            SamplingCircuit::SeparateTaps => 1.0,
-            SamplingCircuit::Shared => 1.0 - channel.control.minimum_duty,
-        };
-        limits.max_duty = (limits.max_power_w / largest_power).min(longest);
-    }
-    if !given("adc", "voltage_range_v") {
-        let supply = channel.model.drive.supply_v;
-        channel.adc.voltage_range_v = if 1.25 * supply > 10.0 { 1.25 * supply } else { 10.0 };
-    }
-    if !given("adc", "current_range_a") {
-        channel.adc.current_range_a = 1.1 * channel.limits.max_current_a;
+    /// What a measured length may be beyond hot and cold, in m.
+    fn margin_m(&self) -> f64 {
+        0.1 * self.stroke_m() + 0.005 * self.model.geometry.length_m
     }
 
-    let stroke = stroke.max(0.001 * nominal);
-    if !given("control", "pi_proportional_per_mm") {
-        channel.control.pi_proportional_per_m = 1.0 / (0.3 * stroke);
+    /// Shortest length, in m.
+    pub(crate) fn shortest_m(&self) -> f64 {
+        (self.hot_m.min(self.cold_m) - self.margin_m()).max(0.0)
     }
-    if !given("control", "pi_integral_per_mm_s") {
-        channel.control.pi_integral_per_m_s = 1.0 / (0.3 * stroke);
+
+    /// Longest length, in m.
+    pub(crate) fn longest_m(&self) -> f64 {
+        self.hot_m.max(self.cold_m) + self.margin_m()
     }
-    if !given("control", "pid_derivative_s_per_mm") {
-        channel.control.pid_derivative_s_per_m = 0.05 / (0.3 * stroke);
+
+    /// How hot the wire may be by default, in °C.
+    pub(crate) fn hottest_c(&self) -> f64 {
+        self.stressed_c + HOTTEST_K
+    }
+
+    /// Current (A, rms) the wire bears for good, where it may be this hot: the thesis' rule of thumb (eq. 8) between what the
+    /// model says of two temperatures. That rule grows with the area, the heat that the air takes from a hot wire only with
+    /// the diameter: it says less than what keeps a wire of 0.1 mm contracted, and what takes one of 0.5 mm far beyond its
+    /// limit.
+    pub(crate) fn continuous_current_a(&self, hottest_c: f64) -> f64 {
+        let hot_ohm = self.hot_ohm(hottest_c);
+        let holds = |temperature_c: f64| (loss_w(&self.model, temperature_c) / hot_ohm).sqrt();
+        let contracted_c = self.stressed_c + FULLY_HOT_K;
+        self.model.geometry.safe_current_a().max(holds(contracted_c)).min(holds(hottest_c)).max(1e-6)
+    }
+
+    /// Resistance (Ω) of the wholly austenite wire at a temperature.
+    pub(crate) fn hot_ohm(&self, temperature_c: f64) -> f64 {
+        let m = &self.model.material;
+        let warm_k = temperature_c - m.reference_temperature_c;
+        let resistivity = m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm_k;
+        resistivity.max(1e-9) * self.hot_m / self.model.geometry.area_m2()
+    }
+
+    /// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.
+    pub(crate) fn heat_j(&self, temperature_c: f64) -> f64 {
+        let Material { density_kg_per_m3, specific_heat_j_per_kg_k, latent_heat_j_per_kg, .. } = self.model.material;
+        let mass = density_kg_per_m3 * self.model.geometry.volume_m3();
+        mass * (specific_heat_j_per_kg_k * (temperature_c - self.model.ambient_c).max(0.0) + latent_heat_j_per_kg)
     }
 }
 

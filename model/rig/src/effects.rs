@@ -1,7 +1,7 @@
 //! Effects of the catalogue in a rig file.
 //!
 //! What they are is said once, in [`sinew_physics::effects`]. Here is how they stand in the text: the few keys that take
-//! a word instead of a number, names of their numbers for priors, and the page `docs/effects.md`.
+//! a word instead of a number, names of their numbers for priors, how they are read, and the page `docs/effects.md`.
 
 use std::fmt::Write as _;
 
@@ -9,9 +9,13 @@ use sinew_physics::WireModel;
 use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Equation, Home, Nature, Role};
 
 use crate::error::{Plain, What};
+use crate::key::shortest;
 use crate::parameters::parameters;
-use crate::read::not_a_choice;
-use crate::types::{Channel, Rig};
+use crate::read::value::{channel_choices, in_range, not_a_choice, number as any_number, unknown_hint};
+use crate::read::{Reader, Stated};
+use crate::suggest::nearest;
+use crate::tables::{Channel, Rig};
+use crate::tree::{Node, Table, Tree};
 
 /// The effect that needs to be told when it acts.
 pub(crate) const DRAUGHT: &str = "thermal.draught";
@@ -32,15 +36,11 @@ pub(crate) fn number(name: &str) -> Option<(&'static Effect, &'static EffectPara
 
 /// A number of an effect as the shortest decimal that reads back as the same model.
 pub(crate) fn in_file(parameter: &EffectParameter, model: &WireModel) -> f64 {
-    let value = (parameter.get)(model);
     let mut again = model.clone();
-    (0..17)
-        .filter_map(|digits| format!("{value:.digits$e}").parse::<f64>().ok())
-        .find(|decimal| {
-            (parameter.set)(&mut again, *decimal);
-            again.effects == model.effects
-        })
-        .unwrap_or(value)
+    shortest((parameter.get)(model), |decimal| {
+        (parameter.set)(&mut again, decimal);
+        again.effects == model.effects
+    })
 }
 
 /// A key of an effect that takes a word.
@@ -93,6 +93,104 @@ pub(crate) static WORDS: [Word; 2] = [
 /// The words of one effect.
 pub(crate) fn words(effect: &'static Effect) -> impl Iterator<Item = &'static Word> {
     WORDS.iter().filter(|word| word.effect == effect.id)
+}
+
+/// Reads `[channel.effects."ID"]`.
+pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, channel: &mut Channel) {
+    let Some(table) = reader.table(node, Some(label), "effects", "[channel.effects.\"ID\"]") else { return };
+    for (id, node) in table {
+        let path = format!("effects.\"{id}\"");
+        let Some(effect) = in_tables().find(|e| e.id == id) else {
+            reader.problem(node.line, Some(label), path, What::Unknown { hint: unknown_effect(id) });
+            continue;
+        };
+        let Some(keys) = reader.table(node, Some(label), &path, &format!("[channel.effects.\"{id}\"]")) else {
+            continue;
+        };
+        let before = reader.found();
+        for (key, node) in keys {
+            let result = if let Some(p) = effect.parameters.iter().find(|p| p.key == key) {
+                in_range(node, p.low, p.high).map(|value| (p.set)(&mut channel.model, value))
+            } else if let Some(word) = words(effect).find(|word| word.key == key) {
+                match &node.value {
+                    Tree::Text(text) => (word.set)(channel, Some(text)),
+                    other => Err(What::WrongType { found: other.describe(), expected: "a name in quotes".into() }),
+                }
+            } else {
+                let known = effect.parameters.iter().map(|p| p.key).chain(words(effect).map(|w| w.key));
+                Err(What::Unknown { hint: unknown_hint(key, "", known) })
+            };
+            if let Err(what) = result {
+                reader.problem(node.line, Some(label), format!("{path}.{key}"), what);
+            }
+        }
+        if reader.found() > before || effect.is_null(&channel.model) {
+            continue;
+        }
+        if id == DRAUGHT {
+            draught(reader, node.line, keys, label);
+        }
+        if !effect.applies_to(&channel.model) {
+            let message = "has nothing to act on with this drive, load and taps; take it out".into();
+            reader.problem(node.line, Some(label), path, What::Contradiction { message });
+        }
+    }
+}
+
+/// A draught that blows does so for a while, and only the file can say when.
+fn draught(reader: &mut Reader<'_>, header: usize, keys: &Table, label: &str) {
+    let path = |key: &str| format!("effects.\"{}\".{key}", DRAUGHT);
+    let mut times = [0.0; 2];
+    for (time, (key, moment)) in times.iter_mut().zip([("start_s", "begins"), ("end_s", "ends")]) {
+        match keys.get(key).map(|node| any_number(node, "")) {
+            Some(Ok(found)) => *time = found,
+            _ => {
+                let expected = format!("when it {moment}, in s from the first sample");
+                return reader.problem(header, Some(label), path(key), What::Missing { expected });
+            }
+        }
+    }
+    let [start, end] = times;
+    if end <= start {
+        let message = format!("is {end}, expected more than start_s, {start}");
+        let line = keys.get("end_s").map_or(header, |node| node.line);
+        reader.problem(line, Some(label), path("end_s"), What::Contradiction { message });
+    }
+}
+
+/// Neighbours named by effects must be other channels.
+pub(crate) fn neighbours(reader: &mut Reader<'_>, channels: &[Channel], read: &[Stated<'_>]) {
+    for (channel, stated) in channels.iter().zip(read) {
+        let Some(name) = &channel.neighbour else { continue };
+        let what = if *name == channel.name {
+            What::Contradiction {
+                message: "is the channel itself, expected another, or none for a body at ambient".into(),
+            }
+        } else if channels.iter().any(|c| c.name == *name) {
+            continue;
+        } else {
+            What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels) }
+        };
+        let line = stated.line_at(&["effects", "thermal.neighbour", "channel"]);
+        reader.problem(line, Some(&channel.name), "effects.\"thermal.neighbour\".channel", what);
+    }
+}
+
+/// What an unknown effect was probably meant to be.
+fn unknown_effect(id: &str) -> String {
+    let known = effects::catalogue();
+    if let Some(effect) = known.clone().find(|e| e.id == id && e.home == Home::Material) {
+        let keys: Vec<&str> = effect.parameters.iter().map(|p| p.key).collect();
+        return format!(" here: it is part of the reference model, set {} in [channel.material]", keys.join(" and "));
+    }
+    if known.clone().any(|e| e.id.split('.').next() == Some(id)) {
+        // [channel.effects.thermal.draught] without quotes is a table in a table.
+        return " as an effect; write its id in quotes, such as [channel.effects.\"thermal.draught\"]".into();
+    }
+    match nearest(id, known.map(|e| e.id)) {
+        Some(near) => format!(", did you mean \"{near}\"?"),
+        None => "; the effects are listed in docs/effects.md".into(),
+    }
 }
 
 /// The catalogue as Markdown, by equation: every effect with its term and its keys.

@@ -2,18 +2,46 @@
 //!
 //! [`Rig::load`] reads, checks and completes a file, or says every mistake in it with file, line, key and remedy.
 //! [`Rig::to_toml`] writes a changed rig back into its own text, comments and order kept.
-//! The format is described in `docs/rig.md`; the tables of that page and this crate come from one schema.
+//! The format is described in `docs/rig.md`; the tables of that page, the reader and the writer are made from the same
+//! tables of keys.
+//!
+//! ```
+//! use sinew_rig::Rig;
+//!
+//! let text = r#"
+//! [rig]
+//! name = "bench"
+//!
+//! [[channel]]
+//! name = "wire"
+//! wire = { diameter_mm = 0.125, length_mm = 160.0 } # measured
+//! drive = { supply_v = 6.0 }
+//! load = { mass_kg = 0.2 }
+//! "#;
+//! let mut rig = Rig::parse(text, "bench.toml")?;
+//! assert_eq!(rig.channels[0].model.geometry.length_m, 0.16);
+//! assert_eq!(rig.channels[0].model.material.latent_heat_j_per_kg, 24_200.0, "the default");
+//!
+//! rig.set_parameter(0, "length_mm", 150.0)?;
+//! assert_eq!(rig.to_toml(), text.replace("160.0", "150.0"));
+//!
+//! let error = Rig::parse(&text.replace("mass_kg", "mas_kg"), "bench.toml").unwrap_err().to_string();
+//! assert!(error.contains("bench.toml:9: channel \"wire\": load.mas_kg is unknown, did you mean mass_kg?"), "{error}");
+//! # Ok::<(), sinew_rig::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
+mod declare;
 mod derive;
 mod effects;
 mod error;
+mod key;
 mod parameters;
 mod read;
-mod schema;
+mod reference;
 mod suggest;
+mod tables;
 mod tree;
-mod types;
 mod write;
 
 use std::path::Path;
@@ -21,18 +49,24 @@ use std::path::Path;
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
 pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
-pub use schema::{reference, word, words};
+pub use reference::{reference, word, words};
 pub use suggest::nearest;
-pub use types::{
-    Access, Adc, Algorithm, Backend, BackendKind, BlackBox, Channel, Column, ColumnMap, Control, Estimator, FaultKind,
-    Joint, Limits, LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, MAX_CHANNEL_NAME,
-    MAX_CHANNELS, MAX_DRIVEN_RATE_HZ, MAX_PATH, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Machine, Pace, Polarity,
-    PositionZero, RapidHeating, Realtime, RealtimeMode, Rig, SamplingCircuit, Sensing, SerialLine, SimulatedFault,
-    Simulation,
-};
-
-/// The columns a recording can have: the keys of [`ColumnMap`].
-pub const RECORDING_COLUMNS: [&str; 13] = read::COLUMNS;
+pub use tables::MAX_PATH;
+pub use tables::access::Access;
+pub use tables::adc::{Adc, SamplingCircuit};
+pub use tables::backend::linux::{LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, Polarity};
+pub use tables::backend::serial::SerialLine;
+pub use tables::backend::{Backend, BackendKind};
+pub use tables::black_box::BlackBox;
+pub use tables::channel::{Channel, MAX_CHANNEL_NAME, MAX_CHANNELS};
+pub use tables::control::{Algorithm, Control, Estimator, RapidHeating, Sensing};
+pub use tables::joint::Joint;
+pub use tables::limits::Limits;
+pub use tables::machine::Machine;
+pub use tables::recording::{Column, ColumnMap, RECORDING_COLUMNS};
+pub use tables::rig::{MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Realtime, RealtimeMode, Rig};
+pub use tables::sensors::PositionZero;
+pub use tables::simulation::{FaultKind, Pace, SimulatedFault, Simulation};
 
 /// The rig file of the built-in hexapod.
 pub const HEXAPOD_TOML: &str = include_str!("../../../examples/hexapod.toml");
@@ -80,12 +114,6 @@ impl Rig {
     /// The channel of this name and its index.
     pub fn channel(&self, name: &str) -> Option<(usize, &Channel)> {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
-    }
-
-    /// Which channel of a serial front-end a channel of the rig is.
-    pub fn front_end_index(&self, channel: usize) -> Option<u32> {
-        let own = self.channels.get(channel)?.front_end_index;
-        own.or(u32::try_from(channel).ok())
     }
 
     /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.

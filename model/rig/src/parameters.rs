@@ -6,8 +6,12 @@ use sinew_physics::effects::Home;
 
 use crate::effects;
 use crate::error::{Error, Problem, What};
-use crate::schema::{self, Kind, Value};
-use crate::types::{Channel, Rig};
+use crate::key::{Key, Kind, Section, Unit, Value};
+use crate::read::Reader;
+use crate::read::value::number;
+use crate::suggest::nearest;
+use crate::tables::{self, Channel, Rig, of_channel};
+use crate::tree::{Node, Tree};
 
 /// How far a parameter may be off, as 1 σ around the rig file's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,23 +80,22 @@ pub(crate) const MODEL_TABLES: [&str; 6] =
 /// Every parameter of the model: the numbers of wire, taps, drive, load, initial state and material, and the ambient
 /// temperature, in the order of the reference.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
-    let of_channel = schema::CHANNEL
-        .iter()
-        .filter(|s| MODEL_TABLES.contains(&s.table))
-        .flat_map(|s| s.keys.iter().filter_map(move |k| describe(s.table, k.name, &k.kind, k.about)));
-    let of_rig = schema::RIG
-        .keys
-        .iter()
-        .filter(|k| k.name == "ambient_c")
-        .filter_map(|k| describe(schema::RIG.table, k.name, &k.kind, k.about));
-    of_rig.chain(of_channel)
+    let of_rig = describe(&tables::rig::SECTION).filter(|parameter| parameter.key == "ambient_c");
+    of_rig.chain(tables_of_model().flat_map(describe))
 }
 
-fn describe(table: &'static str, key: &'static str, kind: &Kind, about: &'static str) -> Option<Parameter> {
-    match *kind {
-        Kind::Number { unit, low, high, .. } => Some(Parameter { key, table, unit, low, high, about }),
+fn tables_of_model() -> impl Iterator<Item = &'static Section<Channel>> {
+    of_channel().filter(|section| MODEL_TABLES.contains(&section.table))
+}
+
+/// The numbers of a table.
+fn describe<T>(section: &'static Section<T>) -> impl Iterator<Item = Parameter> {
+    section.keys().filter_map(|key| match key.takes {
+        Kind::Number { unit, low, high } => {
+            Some(Parameter { key: key.name, table: section.table, unit: unit.name, low, high, about: key.about() })
+        }
         _ => None,
-    }
+    })
 }
 
 /// Unit, least and largest value of what a prior may stand for: a parameter, or a number of an effect by its full name,
@@ -100,11 +103,6 @@ fn describe(table: &'static str, key: &'static str, kind: &Kind, about: &'static
 pub fn range_of(key: &str) -> Option<(&'static str, f64, f64)> {
     let of_model = parameters().find(|p| p.key == key).map(|p| (p.unit, p.low, p.high));
     of_model.or_else(|| effects::number(key).map(|(_, number)| (number.unit, number.low, number.high)))
-}
-
-/// Whether a key may stand in `[channel.priors]`.
-pub(crate) fn is_parameter(key: &str) -> bool {
-    range_of(key).is_some()
 }
 
 impl Channel {
@@ -124,9 +122,9 @@ impl Channel {
         if let Some((_, number)) = effects::number(key) {
             return Some((number.get)(&self.model));
         }
-        let (_, k) = find(key)?;
-        match ((k.get)(self), &k.kind) {
-            (Some(Value::Number(si)), Kind::Number { scale, .. }) => Some(scale.to_file(si)),
+        let (key, unit) = find(key)?;
+        match key.get(self) {
+            Some(Value::Number(si)) => Some(unit.to_file(si)),
             _ => None,
         }
     }
@@ -177,10 +175,8 @@ impl Rig {
             for c in &mut self.channels {
                 c.model.ambient_c = value;
             }
-        } else if let Some((_, k)) = find(key)
-            && let Kind::Number { scale, .. } = k.kind
-        {
-            (k.set)(&mut self.channels[channel], Value::Number(scale.to_si(value)));
+        } else if let Some((key, unit)) = find(key) {
+            key.set(&mut self.channels[channel], Value::Number(unit.to_si(value)));
         }
         Ok(())
     }
@@ -214,10 +210,95 @@ fn name_of(id: &str, key: &str) -> Option<String> {
     })
 }
 
-fn find(key: &str) -> Option<(&'static str, &'static schema::Key<Channel>)> {
-    schema::CHANNEL
-        .iter()
-        .filter(|s| MODEL_TABLES.contains(&s.table))
-        .find_map(|s| s.keys.iter().find(|k| k.name == key).map(|k| (s.table, k)))
-        .filter(|(_, k)| matches!(k.kind, Kind::Number { .. }))
+/// A number of the model's tables, with its unit.
+fn find(name: &str) -> Option<(&'static Key<Channel>, Unit)> {
+    let key = tables_of_model().find_map(|section| section.key(name))?;
+    match key.takes {
+        Kind::Number { unit, .. } => Some((key, unit)),
+        _ => None,
+    }
+}
+
+/// Reads `[channel.priors]`.
+pub(crate) fn priors(reader: &mut Reader<'_>, node: &Node, label: &str) -> BTreeMap<String, Prior> {
+    let mut priors = BTreeMap::new();
+    let Some(table) = reader.table(node, Some(label), "priors", "[channel.priors]") else { return priors };
+    for (key, node) in table {
+        let path = format!("priors.{key}");
+        if range_of(key).is_none() {
+            let known: Vec<&str> = parameters().map(|p| p.key).collect();
+            let hint = match nearest(key, known.iter().copied()) {
+                Some(near) => format!(", did you mean {near}?"),
+                None if effects::in_tables().any(|e| e.id.split('.').next() == Some(key)) => {
+                    "; write the name of an effect's number in quotes, such as \"thermal.draught.gain\"".into()
+                }
+                None => "; expected a numeric key of wire, taps, drive, load, initial or material, ambient_c, \
+                         or a number of an effect, such as \"thermal.draught.gain\""
+                    .into(),
+            };
+            reader.problem(node.line, Some(label), path, What::Unknown { hint });
+            continue;
+        }
+        match prior(node) {
+            Ok(prior) => {
+                priors.insert(key.clone(), prior);
+            }
+            Err(what) => reader.problem(node.line, Some(label), path, what),
+        }
+    }
+    priors
+}
+
+fn prior(node: &Node) -> Result<Prior, What> {
+    const EXPECTED: &str = "1 sigma, 0 or more: a number in the key's unit, or text such as \"20 %\"";
+    let Tree::Text(text) = &node.value else {
+        return match number(node, EXPECTED)? {
+            found if found < 0.0 => Err(What::WrongType { found: node.value.describe(), expected: EXPECTED.into() }),
+            sigma => Ok(Prior::Absolute(sigma)),
+        };
+    };
+    let wrong = || What::WrongType { found: node.value.describe(), expected: EXPECTED.into() };
+    let percent: f64 = text.strip_suffix('%').and_then(|t| t.trim().parse().ok()).ok_or_else(wrong)?;
+    if !percent.is_finite() {
+        return Err(What::NotFinite { found: format!("\"{text}\""), expected: EXPECTED.into() });
+    }
+    if !(0.0..=1000.0).contains(&percent) {
+        return Err(What::OutOfRange { found: percent, low: 0.0, high: 1000.0, defaulted: false });
+    }
+    Ok(Prior::Relative(percent / 100.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changed_parameters_are_checked() {
+        let text = "[rig]\nname = \"bench\"\n[[channel]]\nname = \"wire\"\ndrive.supply_v = 6.0\nload.mass_kg = 0.2\n\
+                    wire = { diameter_mm = 0.125, length_mm = 160.0 }\nmaterial.latent_heat_j_per_kg = 24200\n";
+        let mut rig = Rig::parse(text, "rig.toml").unwrap();
+        let before = rig.clone();
+        for (channel, id, key, value) in [
+            (0, "kinetic.lag", "seconds", -1.0),
+            (0, "kinetic.lag", "seconds", f64::NAN),
+            (0, "kinetic.lag", "second", 1.0),
+            (0, "kinetic.lagg", "seconds", 1.0),
+            (1, "kinetic.lag", "seconds", 1.0),
+            (0, "thermal.latent_heat", "latent_heat_j_per_kg", -1.0),
+        ] {
+            let error = rig.set_effect(channel, id, key, value).unwrap_err();
+            assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }), "{error}");
+            assert_eq!(rig, before);
+        }
+        assert_eq!(rig.effect_parameter(0, "thermal.latent_heat", "latent_heat_j_per_kg"), Some(24200.0));
+        assert_eq!(rig.effect_parameter(0, "kinetic.lag", "seconds"), Some(0.0));
+        assert_eq!(rig.effect_parameter(0, "kinetic.lag", "gain"), None);
+        for (channel, key, value) in
+            [(0, "mass_kg", -1.0), (0, "mass_kg", f64::NAN), (0, "colour", 1.0), (1, "mass_kg", 1.0)]
+        {
+            let error = rig.set_parameter(channel, key, value).unwrap_err();
+            assert!(matches!(error.problems()[0].what, What::OutOfRange { .. } | What::Unknown { .. }));
+            assert_eq!(rig, before);
+        }
+    }
 }

@@ -1,13 +1,13 @@
 //! From a rig back to text: the user's own text with the changed values in their places.
 
 use sinew_physics::effects::Nature;
-use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike};
 
 use crate::effects;
+use crate::key::{Kind, Section, Value, shortest};
 use crate::parameters::{MODEL_TABLES, Prior};
 use crate::read;
-use crate::schema::{CHANNEL, JOINT, Kind, OF_RIG, RIG, Section, Value, local};
-use crate::types::*;
+use crate::tables::{self, Channel, Rig, joint, of_channel, of_rig, recording, simulation};
 
 impl Rig {
     /// The rig as the text of a rig file. It is the text the rig came from: comments, order and what was not changed
@@ -24,14 +24,14 @@ impl Rig {
         if base.is_some_and(|base| self == base) {
             return self.source.text.clone();
         }
-        for section in [&RIG].into_iter().chain(OF_RIG) {
+        for section in [&tables::rig::SECTION].into_iter().chain(of_rig()) {
             let path: Vec<&str> = section.table.split('.').collect();
             write_section(document.as_table_mut(), &path, section, self, base);
         }
         self.write_channels(&mut document, base);
         self.write_joints(&mut document, base);
-        self.write_columns(&mut document, base);
-        self.write_faults(&mut document, base);
+        recording::write_columns(document.as_table_mut(), self, base);
+        simulation::write_faults(document.as_table_mut(), self, base);
         // A model is what it is to the last number. Where one was a default computed from another that has changed
         // (the preload of a hanging mass), it has to be written out to stay.
         if let Ok(again) = read::rig(&document.to_string(), "") {
@@ -40,8 +40,8 @@ impl Rig {
                     continue;
                 }
                 let Some(table) = table_in(&mut document, "channel", index) else { continue };
-                for section in CHANNEL.iter().filter(|s| MODEL_TABLES.contains(&s.table)) {
-                    write_section(table, &[local(section.table)], section, channel, Some(read));
+                for section in of_channel().filter(|s| MODEL_TABLES.contains(&s.table)) {
+                    write_section(table, &[section.local()], section, channel, Some(read));
                 }
                 write_effects(table, channel, Some(read));
             }
@@ -58,8 +58,8 @@ impl Rig {
             // What was its joint's to say before has to be said now.
             let left = place.is_some_and(|place| base.is_some_and(|b| b.joint_of(place).is_some()))
                 && self.joint_of(index).is_none();
-            if let Some(load) = CHANNEL.iter().find(|section| left && section.table == "channel.load") {
-                write_section(table, &[local(load.table)], load, channel, None);
+            if let Some(load) = of_channel().find(|section| left && section.table == "channel.load") {
+                write_section(table, &[load.local()], load, channel, None);
             }
         }
     }
@@ -69,63 +69,8 @@ impl Rig {
         let places = arrange(document, "joint", old, &self.joints, |joint| &joint.name);
         for (index, (joint, place)) in self.joints.iter().zip(places).enumerate() {
             if let Some(table) = table_in(document, "joint", index) {
-                write_section(table, &[], &JOINT, joint, place.map(|place| &old[place]));
+                write_section(table, &[], &joint::SECTION, joint, place.map(|place| &old[place]));
             }
-        }
-    }
-
-    fn write_columns(&self, document: &mut DocumentMut, base: Option<&Rig>) {
-        let root = document.as_table_mut();
-        let path = ["recording", "columns"];
-        let nothing = ColumnMap::new();
-        let old = base.map_or(&nothing, |b| &b.columns);
-        for name in old.keys().filter(|name| !self.columns.contains_key(*name)) {
-            remove(root, &path, name);
-        }
-        for (name, column) in self.columns.iter().filter(|(name, column)| old.get(*name) != Some(column)) {
-            let mut table = InlineTable::new();
-            table.insert("column", column.column.as_str().into());
-            table.insert("scale", column.scale.into());
-            table.insert("offset", column.offset.into());
-            put(root, &path, name, table.into());
-        }
-    }
-
-    fn write_faults(&self, document: &mut DocumentMut, base: Option<&Rig>) {
-        // By name, not by index: channels may have moved.
-        let named = |rig: &Rig| -> Vec<(Option<String>, SimulatedFault)> {
-            let name = |f: &SimulatedFault| f.channel.and_then(|i| rig.channels.get(i)).map(|c| c.name.clone());
-            let unplaced = |f: &SimulatedFault| SimulatedFault { channel: None, ..f.clone() };
-            rig.simulation.faults.iter().map(|f| (name(f), unplaced(f))).collect()
-        };
-        let faults = named(self);
-        if base.map(named).unwrap_or_default() == faults {
-            return;
-        }
-        remove(document.as_table_mut(), &["simulation"], "fault");
-        if faults.is_empty() {
-            return;
-        }
-        let mut tables = ArrayOfTables::new();
-        for (channel, fault) in faults {
-            let mut table = Table::new();
-            if let Some(name) = channel {
-                table.insert("channel", toml_edit::value(name));
-            }
-            if let Some((word, _)) = FaultKind::ALL.iter().find(|(_, kind)| *kind == fault.kind) {
-                table.insert("kind", toml_edit::value(*word));
-            }
-            table.insert("start_s", toml_edit::value(fault.start_s));
-            if fault.end_s.is_finite() {
-                table.insert("end_s", toml_edit::value(fault.end_s));
-            }
-            if let Some(value) = fault.value {
-                table.insert("value", toml_edit::value(value));
-            }
-            tables.push(table);
-        }
-        if let Some(simulation) = table_at(document.as_table_mut(), &["simulation"]) {
-            simulation.insert("fault", Item::ArrayOfTables(tables));
         }
     }
 }
@@ -172,9 +117,9 @@ fn table_in<'a>(document: &'a mut DocumentMut, name: &str, index: usize) -> Opti
 }
 
 fn write_channel(table: &mut dyn TableLike, channel: &Channel, base: Option<&Channel>) {
-    for section in CHANNEL {
-        let name = local(section.table);
-        if section.optional && section.keys.iter().all(|k| (k.get)(channel).is_none()) {
+    for section in of_channel() {
+        let name = section.local();
+        if section.optional && section.keys().all(|k| k.get(channel).is_none()) {
             // Its required keys would be missed if the empty table stayed.
             table.remove(name);
         } else {
@@ -251,26 +196,29 @@ fn write_section<T>(
     target: &T,
     base: Option<&T>,
 ) {
-    for key in section.keys {
-        let now = (key.get)(target);
-        if base.is_some_and(|base| (key.get)(base) == now) {
+    for key in section.keys() {
+        let now = key.get(target);
+        if base.is_some_and(|base| key.get(base) == now) {
             continue;
         }
-        match (now, &key.kind) {
-            (Some(Value::Number(si)), Kind::Number { scale, .. }) => {
-                put(root, path, key.name, scale.to_file(si).into())
+        let value = match (now, &key.takes) {
+            (Some(Value::Number(si)), Kind::Number { unit, .. }) => unit.to_file(si).into(),
+            (Some(Value::Number(n)), _) => n.into(),
+            (Some(Value::Integer(i)), Kind::Integer { times, .. }) => (i / times).into(),
+            (Some(Value::Integer(i)), _) => i.into(),
+            (Some(Value::Boolean(on)), _) => on.into(),
+            (Some(Value::Text(text)), _) => text.into(),
+            (None, _) => {
+                remove(root, path, key.name);
+                continue;
             }
-            (Some(Value::Number(n)), _) => put(root, path, key.name, n.into()),
-            (Some(Value::Boolean(on)), _) => put(root, path, key.name, on.into()),
-            (Some(Value::Integer(i)), _) => put(root, path, key.name, i.into()),
-            (Some(Value::Text(text)), _) => put(root, path, key.name, text.into()),
-            (None, _) => remove(root, path, key.name),
-        }
+        };
+        put(root, path, key.name, value);
     }
 }
 
 /// The table at a path, made where it is not there yet.
-fn table_at<'a>(root: &'a mut dyn TableLike, path: &[&str]) -> Option<&'a mut dyn TableLike> {
+pub(crate) fn table_at<'a>(root: &'a mut dyn TableLike, path: &[&str]) -> Option<&'a mut dyn TableLike> {
     let mut at = root;
     for (depth, part) in path.iter().enumerate() {
         let item = at.entry(part).or_insert_with(|| {
@@ -290,7 +238,7 @@ fn table_if<'a>(root: &'a dyn TableLike, path: &[&str]) -> Option<&'a dyn TableL
 }
 
 /// Sets a value, keeping the spaces and the comment around the one it replaces.
-fn put(root: &mut dyn TableLike, path: &[&str], key: &str, mut value: toml_edit::Value) {
+pub(crate) fn put(root: &mut dyn TableLike, path: &[&str], key: &str, mut value: toml_edit::Value) {
     let Some(table) = table_at(root, path) else { return };
     match table.get_mut(key) {
         Some(Item::Value(old)) => {
@@ -315,7 +263,8 @@ fn forget_place(table: &mut Table) {
     }
 }
 
-fn remove(root: &mut dyn TableLike, path: &[&str], key: &str) {
+/// Takes a key out of the table at a path, where there is one.
+pub(crate) fn remove(root: &mut dyn TableLike, path: &[&str], key: &str) {
     let mut at = root;
     for part in path {
         let Some(next) = at.get_mut(part).and_then(Item::as_table_like_mut) else { return };
@@ -326,9 +275,5 @@ fn remove(root: &mut dyn TableLike, path: &[&str], key: &str) {
 
 /// A fraction in percent, as the decimal that reads back as the same fraction.
 fn percent(fraction: f64) -> f64 {
-    let guess = fraction * 100.0;
-    (0..17)
-        .filter_map(|digits| format!("{guess:.digits$e}").parse::<f64>().ok())
-        .find(|p| p / 100.0 == fraction)
-        .unwrap_or(guess)
+    shortest(fraction * 100.0, |percent| percent / 100.0 == fraction)
 }

@@ -1,4 +1,4 @@
-//! `docs/rig.md` and `docs/effects.md` say what the code does: their tables are those of the schema and the catalogue,
+//! `docs/rig.md` and `docs/effects.md` say what the code does: their tables are those of the keys and the catalogue,
 //! their examples are read.
 //!
 //! `SINEW_BLESS=1 cargo test -p sinew-rig --test integration reference::` writes the tables into the pages.

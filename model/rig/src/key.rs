@@ -1,0 +1,278 @@
+//! What a key of the rig file is: its name, what it takes, its default, its meaning, and where it lives in the rig.
+//!
+//! The tables themselves stand in [`crate::tables`], a file each, written with the macros of [`crate::declare`]. The
+//! reader, the writer, the fits' parameters and the reference in `docs/rig.md` (a test compares them) go through them by
+//! what is said here and know no key of their own, so that none of the four can say something else.
+
+use std::fmt::Display;
+
+use crate::read::{Reader, Stated};
+
+/// A table of the rig file whose keys live in `T`: the rig, a channel or a joint.
+pub(crate) struct Section<T: 'static> {
+    /// As in the header, such as `channel.wire`.
+    pub table: &'static str,
+    /// What it is for.
+    pub about: &'static str,
+    /// Where the table is left out, its defaults do not apply either.
+    pub optional: bool,
+    /// One list, or several where some of them repeat a pattern.
+    pub keys: &'static [&'static [Key<T>]],
+    /// What its keys need of each other, once they are read.
+    pub check: Option<Check<T>>,
+}
+
+/// Finds what keys of a table need of each other, in what was read.
+pub(crate) type Check<T> = fn(&mut Reader<'_>, &T, &Stated<'_>);
+
+impl<T> Section<T> {
+    /// Its keys in the order of the reference.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key<T>> + Clone + use<T> {
+        let keys = self.keys;
+        keys.iter().copied().flatten()
+    }
+
+    /// The key of this name.
+    pub fn key(&self, name: &str) -> Option<&'static Key<T>> {
+        self.keys().find(|key| key.name == name)
+    }
+
+    /// The table without the `channel.` before it; empty for the channel itself.
+    pub fn local(&self) -> &'static str {
+        local(self.table)
+    }
+}
+
+/// A channel's table without the `channel.` before it; empty for the channel itself.
+pub(crate) fn local(table: &'static str) -> &'static str {
+    table.strip_prefix("channel").map_or(table, |t| t.strip_prefix('.').unwrap_or(t))
+}
+
+/// One key.
+pub(crate) struct Key<T: 'static> {
+    pub name: &'static str,
+    pub takes: Kind,
+    pub default: Default,
+    /// What it is, as its doc comment says it.
+    pub doc: &'static str,
+    pub access: Access<T>,
+    /// Where it means something only beside certain others.
+    pub only: Option<&'static Only<T>>,
+}
+
+/// The way from a rig, a channel or a joint to a value and back, in SI.
+pub(crate) struct Access<T> {
+    pub get: fn(&T) -> Option<Value>,
+    pub set: fn(&mut T, Value),
+}
+
+/// When a key means something.
+pub(crate) struct Only<T> {
+    /// Whether the key of this name does, here.
+    pub with: fn(&T, &str) -> bool,
+    /// What is said of one that does not, and the remedy.
+    pub otherwise: fn(&T, &str) -> String,
+}
+
+impl<T> Key<T> {
+    /// What it is, for the reference.
+    pub fn about(&self) -> &'static str {
+        let doc = self.doc.trim_start();
+        doc.strip_suffix('.').unwrap_or(doc)
+    }
+
+    /// Its value in SI; `None` where there is none or it means nothing here.
+    pub fn get(&self, of: &T) -> Option<Value> {
+        if self.belongs(of) { (self.access.get)(of) } else { None }
+    }
+
+    /// Sets it, in SI.
+    pub fn set(&self, of: &mut T, value: Value) {
+        (self.access.set)(of, value);
+    }
+
+    /// Whether it means something here.
+    pub fn belongs(&self, of: &T) -> bool {
+        self.only.is_none_or(|only| (only.with)(of, self.name))
+    }
+
+    /// The default in SI where it is always the same.
+    pub fn fixed_default(&self) -> Option<Value> {
+        match self.default {
+            Default::Number(in_file) => Some(Value::Number(match self.takes {
+                Kind::Number { unit, .. } => unit.to_si(in_file),
+                _ => in_file,
+            })),
+            Default::Integer(in_file) => Some(Value::Integer(match self.takes {
+                Kind::Integer { times, .. } => in_file * times,
+                _ => in_file,
+            })),
+            Default::Boolean(on) => Some(Value::Boolean(on)),
+            Default::Text(text) => Some(Value::Text(text.into())),
+            Default::Required(_) | Default::Computed(_) => None,
+        }
+    }
+}
+
+/// What a key takes; ranges are inclusive and in the key's own unit.
+pub(crate) enum Kind {
+    Number {
+        unit: Unit,
+        low: f64,
+        high: f64,
+    },
+    Integer {
+        low: i64,
+        high: i64,
+        /// What one of it stands for in the rig.
+        times: i64,
+    },
+    Boolean,
+    Choice(&'static [&'static str]),
+    Name {
+        longest: usize,
+    },
+    /// Any text without control characters; the words say what it names.
+    Text {
+        what: &'static str,
+        longest: usize,
+    },
+}
+
+/// What holds where a key is not given.
+pub(crate) enum Default {
+    /// It must be given; the words say what.
+    Required(&'static str),
+    /// In the key's own unit.
+    Number(f64),
+    Integer(i64),
+    Boolean(bool),
+    Text(&'static str),
+    /// Computed from other keys as the words say.
+    Computed(&'static str),
+}
+
+/// A value in SI on its way between text and rig.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Value {
+    Number(f64),
+    Integer(i64),
+    Boolean(bool),
+    Text(String),
+}
+
+/// The unit of a key and the way from it to SI: times `mul`, divided by `div`. One of the two is always 1,
+/// and dividing by a power of ten (rather than multiplying by its inexact inverse) gives the
+/// double nearest to the decimal that was written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Unit {
+    pub name: &'static str,
+    mul: f64,
+    div: f64,
+}
+
+impl Unit {
+    pub(crate) fn to_si(self, in_file: f64) -> f64 {
+        in_file * self.mul / self.div
+    }
+
+    /// The shortest decimal that reads back as exactly `si`, or the nearest double where there is none.
+    pub(crate) fn to_file(self, si: f64) -> f64 {
+        let guess = si / self.mul * self.div;
+        shortest(guess, |in_file| self.to_si(in_file) == si)
+    }
+}
+
+/// The shortest decimal near `guess` that is right, or `guess` where none is.
+pub(crate) fn shortest(guess: f64, mut right: impl FnMut(f64) -> bool) -> f64 {
+    (0..17)
+        .filter_map(|digits| format!("{guess:.digits$e}").parse::<f64>().ok())
+        .find(|decimal| right(*decimal))
+        .unwrap_or(guess)
+}
+
+/// What the rows of a table are written with.
+pub(crate) mod rows {
+    pub(crate) use super::Default::{Boolean, Computed, Integer, Number, Required, Text};
+    pub(crate) use super::{Access, Kind, Only, Section, Unit, Value};
+    pub(crate) use crate::declare::{Field, Words, at, key_words, keys, table, words};
+
+    const fn unit(name: &'static str, mul: f64, div: f64) -> Unit {
+        Unit { name, mul, div }
+    }
+
+    /// A unit that is SI's own, or kept as it is.
+    pub(crate) const fn si(name: &'static str) -> Unit {
+        unit(name, 1.0, 1.0)
+    }
+
+    /// A thousandth of SI's; so the others, each by its name.
+    pub(crate) const fn milli(name: &'static str) -> Unit {
+        unit(name, 1.0, 1e3)
+    }
+
+    pub(crate) const fn micro(name: &'static str) -> Unit {
+        unit(name, 1.0, 1e6)
+    }
+
+    pub(crate) const fn kilo(name: &'static str) -> Unit {
+        unit(name, 1e3, 1.0)
+    }
+
+    pub(crate) const fn mega(name: &'static str) -> Unit {
+        unit(name, 1e6, 1.0)
+    }
+
+    pub(crate) const fn giga(name: &'static str) -> Unit {
+        unit(name, 1e9, 1.0)
+    }
+
+    /// Of resistivities: 1 µΩ cm = 1e-8 Ω m.
+    pub(crate) const fn uohm_cm(name: &'static str) -> Unit {
+        unit(name, 1.0, 1e8)
+    }
+
+    pub(crate) const BOOLEAN: Kind = Kind::Boolean;
+
+    pub(crate) const fn number(unit: Unit, low: f64, high: f64) -> Kind {
+        Kind::Number { unit, low, high }
+    }
+
+    pub(crate) const fn integer(low: i64, high: i64) -> Kind {
+        Kind::Integer { low, high, times: 1 }
+    }
+
+    pub(crate) const fn name(longest: usize) -> Kind {
+        Kind::Name { longest }
+    }
+
+    pub(crate) const fn text(what: &'static str, longest: usize) -> Kind {
+        Kind::Text { what, longest }
+    }
+}
+
+/// Words one of which is meant: `"a", "b" or "c"`.
+pub(crate) fn choices(words: &[impl Display]) -> String {
+    let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
+    match quoted.as_slice() {
+        [one] => one.clone(),
+        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
+        [] => "nothing".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rows::*;
+
+    #[test]
+    fn units_convert_there_and_back() {
+        assert_eq!(milli("mm").to_si(160.0), 0.16);
+        assert_eq!(uohm_cm("µΩ cm").to_si(86.5), 86.5e-8);
+        for unit in [si, milli, giga, mega, micro, uohm_cm, kilo].map(|of| of("")) {
+            for n in [0.0, 0.1, 0.125, 1.0 / 3.0, 1.96133, 86.5, 160.0, 24_200.0, -0.05, 1e-200, 1e200] {
+                assert_eq!(unit.to_file(unit.to_si(n)), n, "{unit:?} {n}");
+            }
+        }
+    }
+}

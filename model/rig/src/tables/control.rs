@@ -1,0 +1,223 @@
+//! `[channel.control]`: the controller and what it measures by.
+//!
+//! Another law is a row of `laws!`, which names the keys it takes; a key that is new with it is a row of the table below.
+//! Another estimator is a line of [`Estimator`]. What they do is crate `control`'s to say.
+
+use sinew_physics::DriveKind;
+
+use crate::key::choices;
+use crate::key::rows::*;
+use crate::read::{Reader, Stated, tidy};
+use crate::tables::Channel;
+
+/// The laws: what each is, its word, and the keys it takes of those that only some laws take.
+macro_rules! laws {
+    (
+        default $usual:ident;
+        $( $(#[doc = $doc:literal])+ $law:ident = $word:literal, takes [$($key:literal),*]; )+
+    ) => {
+        words! {
+            /// The control law.
+            pub enum Algorithm, default $usual {
+                $( $(#[doc = $doc])+ $law = $word, )+
+            }
+        }
+
+        impl Algorithm {
+            /// The keys it takes of those that only some laws take.
+            const fn own_keys(self) -> &'static [&'static str] {
+                match self {
+                    $( Algorithm::$law => &[$($key),*], )+
+                }
+            }
+        }
+    };
+}
+
+laws! {
+    default TimeOptimal;
+    /// Sliding mode along the stopping distance, in the wire's estimated state.
+    TimeOptimal = "time_optimal", takes ["lambda_per_s"];
+    /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
+    SlidingMode = "sliding_mode", takes ["lambda_per_s"];
+    /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
+    SlidingModePlain = "sliding_mode_plain", takes ["lambda_per_s"];
+    /// Sliding mode on a first-order surface, switched.
+    SlidingModeFirstOrder = "sliding_mode_first_order", takes ["lambda_per_s"];
+    /// Sliding mode on a first-order surface, in the wire's estimated state.
+    SlidingModeFirstOrderEquivalent = "sliding_mode_first_order_equivalent", takes ["lambda_per_s"];
+    /// On and off with a band.
+    Relay = "relay", takes ["relay_band_mm"];
+    /// Proportional-integral with anti-windup.
+    Pi = "pi", takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s"];
+    /// Proportional-integral-derivative with anti-windup.
+    Pid = "pid",
+        takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Input–output linearisation with the estimated slope ∂ξ/∂T.
+    InputOutputLinearised = "input_output_linearised", takes ["lambda_per_s", "heat_loss_feedforward"];
+    /// Input–output linearisation with a constant slope.
+    InputOutputLinearisedConstant = "input_output_linearised_constant", takes ["lambda_per_s", "heat_loss_feedforward"];
+    /// Robust servo on the velocity linearisation with static gains.
+    VelocityServo = "velocity_servo", takes ["lambda_per_s"];
+    /// Robust servo on the velocity linearisation with scheduled gains.
+    VelocityServoScheduled = "velocity_servo_scheduled", takes ["lambda_per_s"];
+}
+
+impl Algorithm {
+    /// Whether it takes a key of `[channel.control]` of those that only some laws take, such as `lambda_per_s`.
+    pub fn takes(self, key: &str) -> bool {
+        self.own_keys().contains(&key)
+    }
+}
+
+/// Keys that only some laws take.
+static OF_LAW: Only<Channel> = Only {
+    with: |c, key| c.control.algorithm.takes(key),
+    otherwise: |c, key| {
+        let takers: Vec<&str> =
+            Algorithm::ALL.iter().filter(|(_, law)| law.takes(key)).map(|(word, _)| *word).collect();
+        let law = c.control.algorithm.word();
+        format!("makes no sense with algorithm = \"{law}\"; take it out or choose {}", choices(&takers))
+    },
+};
+
+words! {
+    /// What the wire's temperature and phase are estimated by.
+    pub enum Estimator, default Fused {
+        /// Length, resistance, power and model weighed together.
+        Fused = "fused",
+        /// Enthalpy from the power, phase from the length.
+        Enthalpy = "enthalpy",
+        /// The thesis' linear state estimator with constant gains, for comparison.
+        Luenberger = "luenberger",
+        /// The same with gains scheduled by the slope of the phase.
+        LuenbergerScheduled = "luenberger_scheduled",
+    }
+}
+
+words! {
+    /// Whether full power comes before the law, and what tells when to stop.
+    pub enum RapidHeating, default Off {
+        /// The law alone.
+        Off = "off",
+        /// The estimated temperature.
+        Temperature = "temperature",
+        /// The measured resistance.
+        Resistance = "resistance",
+    }
+}
+
+words! {
+    /// What the length is measured by.
+    pub enum Sensing, default Resistance {
+        /// Two taps and the moving end: length and resistivity apart (eq. 42–44).
+        Dual = "dual",
+        /// The resistance of the whole wire by a calibrated line.
+        Resistance = "resistance",
+    }
+}
+
+table! {
+    "channel.control" of Channel, at (control), check dual_has_taps:
+    "The controller and what it measures by.";
+
+    /// The controller of one channel. `None` = from the wire, or as is usual with the law.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Control {
+        /// Control law, see [control.md](control.md); all but the default are there for comparison.
+        algorithm: Algorithm = "algorithm", Algorithm::KIND, Algorithm::DEFAULT;
+        /// What the wire's temperature and martensite are estimated by, see [control.md](control.md): all that is
+        /// measured and the model, weighed together; the heat that its power feeds; the thesis' linear state estimator
+        /// with constant gains, or with scheduled ones.
+        estimator: Estimator = "estimator", Estimator::KIND, Estimator::DEFAULT;
+        /// λ of the sliding surface, of the linearised loop or of the servo's integral; not with `relay`, `pi`, `pid`.
+        lambda_per_s: Option<f64> = "lambda_per_s", number(si("1/s"), 0.01, 10_000.0),
+            Computed("from the wire's heating and cooling limits"), only OF_LAW;
+        /// Full power to a wire that has to shorten, whatever the law says, until just below its transformation, as
+        /// told by the estimated temperature or by the resistance measured.
+        rapid_heating: RapidHeating = "rapid_heating", RapidHeating::KIND, RapidHeating::DEFAULT;
+        /// Whether the estimated loss to the air is added to what the law asks for; with `pi`, `pid` and input–output
+        /// linearisation.
+        heat_loss_feedforward: Option<bool> = "heat_loss_feedforward", BOOLEAN,
+            Computed("`false` with `pi` and `pid`, `true` with input–output linearisation"), only OF_LAW;
+        /// What the length is measured by.
+        sensing: Sensing = "sensing", Sensing::KIND, Computed("`dual` with taps, else `resistance`");
+        /// Duty that is always on so that there is something to measure; below `maximum_duty`.
+        minimum_duty: f64 = "sensing_duty", number(si("1"), 0.0, 0.5), Number(0.02);
+        /// Proportional gain of `pi` and `pid`: duty per mm of error.
+        pi_proportional_per_m: f64 = "pi_proportional_per_mm", number(kilo("1/mm"), 0.0, 1e6),
+            Computed("1 / (0.3 stroke)"), only OF_LAW;
+        /// Integral gain of `pi` and `pid`.
+        pi_integral_per_m_s: f64 = "pi_integral_per_mm_s", number(kilo("1/(mm s)"), 0.0, 1e6),
+            Computed("1 / (0.3 stroke) per second"), only OF_LAW;
+        /// Derivative gain of `pid`: duty per mm/s.
+        pid_derivative_s_per_m: f64 = "pid_derivative_s_per_mm", number(kilo("s/mm"), 0.0, 1e6),
+            Computed("0.05 s / (0.3 stroke)"), only OF_LAW;
+        /// Half width of the band of `relay` in which nothing is switched.
+        relay_band_m: Option<f64> = "relay_band_mm", number(milli("mm"), 0.0, 1000.0),
+            Computed("1 % of the stroke"), only OF_LAW;
+    }
+}
+
+fn dual_has_taps(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
+    if channel.model.taps.is_none() && !stated.has_table("taps") && channel.control.sensing == Sensing::Dual {
+        let message = "is \"dual\" but there is no [channel.taps]; add the taps or use \"resistance\"";
+        reader.out_of_place(stated, ("control", "sensing"), message);
+    }
+}
+
+/// Fills in what is measured by, where the file does not say it.
+pub(crate) fn fill_sensing(channel: &mut Channel, stated: &Stated<'_>) {
+    if !stated.gives("control", "sensing") {
+        channel.control.sensing = if channel.model.taps.is_some() { Sensing::Dual } else { Sensing::Resistance };
+    }
+}
+
+/// Fills in the gains that follow from the wire's stroke, in m.
+pub(crate) fn fill_gains(channel: &mut Channel, stroke_m: f64, stated: &Stated<'_>) {
+    let control = &mut channel.control;
+    let stroke_m = stroke_m.max(0.001 * channel.model.geometry.length_m);
+    if !stated.gives("control", "pi_proportional_per_mm") {
+        control.pi_proportional_per_m = 1.0 / (0.3 * stroke_m);
+    }
+    if !stated.gives("control", "pi_integral_per_mm_s") {
+        control.pi_integral_per_m_s = 1.0 / (0.3 * stroke_m);
+    }
+    if !stated.gives("control", "pid_derivative_s_per_mm") {
+        control.pid_derivative_s_per_m = 0.05 / (0.3 * stroke_m);
+    }
+}
+
+/// The duty that is always on against the largest one, of a complete channel.
+pub(crate) fn relations(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
+    let Channel { limits, control, model, .. } = channel;
+    if model.drive.kind == DriveKind::Pwm && control.minimum_duty >= limits.max_duty {
+        reader.contradiction(
+            stated,
+            &[("control", "sensing_duty"), ("limits", "maximum_duty"), ("limits", "maximum_power_w")],
+            format!(
+                "leaves nothing to control with: sensing_duty {} is not below the largest duty, {}",
+                control.minimum_duty,
+                tidy(limits.max_duty)
+            ),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laws_take_keys_of_the_table_that_ask_for_the_law() {
+        for (word, law) in Algorithm::ALL {
+            for key in law.own_keys() {
+                let found = SECTION.key(key).unwrap_or_else(|| panic!("{word}: {key}"));
+                assert!(found.only.is_some(), "{word}: {key}");
+            }
+        }
+        for key in SECTION.keys().filter(|key| key.only.is_some()) {
+            assert!(Algorithm::ALL.iter().any(|(_, law)| law.takes(key.name)), "{}", key.name);
+        }
+    }
+}

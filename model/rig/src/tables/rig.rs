@@ -1,0 +1,140 @@
+//! `[rig]`: the rig as a whole, and what all of it is made of.
+
+use crate::declare::Unread;
+use crate::key::rows::*;
+use crate::read::{Reader, Stated};
+use crate::tables::access::Access as AccessTo;
+use crate::tables::backend::Backend;
+use crate::tables::{BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
+
+/// Longest name of a rig, in bytes.
+pub const MAX_RIG_NAME: usize = 48;
+/// Slowest rate the driver runs a rig at, in Hz.
+pub const MIN_DRIVEN_RATE_HZ: f64 = 10.0;
+/// Fastest rate the driver runs a rig at, in Hz.
+pub const MAX_DRIVEN_RATE_HZ: f64 = 20_000.0;
+
+/// A whole rig: what a rig file says, with every default filled in.
+///
+/// Comes from [`Rig::load`](crate::Rig::load) or [`Rig::parse`](crate::Rig::parse); fields may be changed and
+/// written back with [`Rig::to_toml`](crate::Rig::to_toml). Two rigs are equal when they say the same,
+/// whatever the text they came from looks like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rig {
+    /// Name of the rig; the driver's services are found by it.
+    pub name: String,
+    /// Rate of PWM, sampling and control, in Hz.
+    pub rate_hz: f64,
+    /// Ambient temperature T_∞, in °C; every channel's model carries it too.
+    pub ambient_c: f64,
+    /// How hard the driver tries for real time.
+    pub realtime: Realtime,
+    /// Which other users may look and command.
+    pub access: AccessTo,
+    /// The wires, in the order of the file; at most [`MAX_CHANNELS`](crate::MAX_CHANNELS).
+    pub channels: Vec<Channel>,
+    /// The joints that pairs of channels turn, in the order of the file.
+    pub joints: Vec<Joint>,
+    /// How a recording's foreign columns are named and scaled.
+    pub columns: ColumnMap,
+    /// What powers and measures the wires.
+    pub backend: Backend,
+    /// What is kept for the moment something breaks.
+    pub black_box: BlackBox,
+    /// The simulated backend.
+    pub simulation: Simulation,
+    /// The tensile testing machine a wire may be mounted in.
+    pub machine: Machine,
+    pub(crate) source: Source,
+}
+
+/// How hard the driver tries for real time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Realtime {
+    /// What a refusal by the system means.
+    pub mode: RealtimeMode,
+    /// SCHED_FIFO priority of the loop, 1 to 98.
+    pub priority: u32,
+    /// Core the loop is pinned to; `None` = the driver chooses.
+    pub cpu: Option<u32>,
+}
+
+words! {
+    /// What a refusal of real-time scheduling by the system means.
+    pub enum RealtimeMode, default Try {
+        /// Do not ask for any of it.
+        Off = "off",
+        /// Ask, say what was refused, go on.
+        Try = "try",
+        /// Ask, and refuse to start without.
+        Strict = "strict",
+    }
+}
+
+/// Keys of `[rig]`.
+pub(crate) static SECTION: Section<Rig> = Section {
+    table: "rig",
+    about: "The rig as a whole. Required.",
+    optional: false,
+    check: Some(realtime_is_asked_for),
+    keys: &[keys! {
+        Rig;
+        /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first, at
+        /// most 48.
+        "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
+        /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
+        "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
+        /// Temperature of the air, where a recording does not give it.
+        "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0);
+        /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`).
+        "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
+        /// SCHED_FIFO priority of the loop (99 belongs to the kernel).
+        "realtime_priority" = at(realtime.priority), integer(1, 98), Integer(80);
+        /// Core the loop is pinned to.
+        "realtime_cpu" = at(realtime.cpu), integer(0, 4095), Computed("the driver chooses");
+    }],
+};
+
+fn realtime_is_asked_for(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
+    if rig.realtime.mode == RealtimeMode::Off {
+        for key in ["realtime_priority", "realtime_cpu"] {
+            let message = "makes no sense with realtime = \"off\"; take one of the two out";
+            reader.out_of_place(stated, ("rig", key), message);
+        }
+    }
+}
+
+impl Rig {
+    /// A rig of which nothing is read yet.
+    pub(crate) fn unread() -> Rig {
+        Rig {
+            name: String::UNREAD,
+            rate_hz: f64::UNREAD,
+            ambient_c: f64::UNREAD,
+            realtime: Realtime { mode: Field::UNREAD, priority: Field::UNREAD, cpu: Field::UNREAD },
+            access: Unread::UNREAD,
+            channels: Vec::new(),
+            joints: Vec::new(),
+            columns: ColumnMap::new(),
+            backend: Backend::unread(),
+            black_box: Unread::UNREAD,
+            simulation: Simulation::unread(),
+            machine: Unread::UNREAD,
+            source: Source::default(),
+        }
+    }
+}
+
+/// The text a rig came from.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Source {
+    pub file: String,
+    pub text: String,
+}
+
+/// Where a rig came from is no part of what it says.
+impl PartialEq for Source {
+    fn eq(&self, _: &Source) -> bool {
+        true
+    }
+}
