@@ -1,14 +1,11 @@
 //! Defaults that follow from the rest of the channel: lengths, currents, temperatures and energies it cannot leave
 //! while everything is well.
 
-use sinew_physics::{Convection, DriveKind, Load, Material, WireModel};
+use sinew_physics::formulas::{STANDARD_GRAVITY_M_S2, SURELY_HOT_K, heating_power_w, resistance_ohm};
+use sinew_physics::{DriveKind, Load, WireModel};
 
 use crate::types::{Channel, Joint, SamplingCircuit, Sensing};
 
-/// Standard gravity, in m/s².
-const GRAVITY: f64 = 9.80665;
-/// How far above A the wire counts as wholly austenite, in K.
-const FULLY_HOT_K: f64 = 40.0;
 /// How far above A, at its stress, the wire may be by default, in K.
 const HOTTEST_K: f64 = 60.0;
 /// What an unpowered or unknown drive is given as full-on current (A) and power (W): no rig is driven with it.
@@ -21,7 +18,7 @@ const UNKNOWN: f64 = 1.0;
 /// A_c σ = F − K L_0 ε.
 fn equilibrium(model: &WireModel, hot: bool) -> (f64, f64) {
     let m = &model.material;
-    let warm = if hot { m.austenite_temperature_c + FULLY_HOT_K } else { model.ambient_c } - m.reference_temperature_c;
+    let warm = if hot { m.austenite_temperature_c + SURELY_HOT_K } else { model.ambient_c } - m.reference_temperature_c;
     let (compliance, shape) = if hot {
         // The temperature of a hot wire rises with its stress: A is shifted.
         let shift = 1.0 + m.thermoelastic_pa_per_k * m.stress_shift_k_per_pa;
@@ -46,19 +43,13 @@ fn equilibrium(model: &WireModel, hot: bool) -> (f64, f64) {
 /// Resistances (Ω) the whole wire can have: least and largest over both phases, from ambient to `hot_c`.
 fn resistances(model: &WireModel, hot_c: f64) -> (f64, f64) {
     let m = &model.material;
-    let per_length = |t: f64| {
-        let warm = t - m.reference_temperature_c;
-        [
-            m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm,
-            m.martensite_resistivity_ohm_m + m.martensite_resistivity_slope_ohm_m_per_k * warm,
-        ]
-    };
-    let all = per_length(model.ambient_c).into_iter().chain(per_length(hot_c));
+    let resistivities = |t: f64| [m.austenite_resistivity(t), m.martensite_resistivity(t)];
+    let all = resistivities(model.ambient_c).into_iter().chain(resistivities(hot_c));
     let (low, high) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(r), high.max(r)));
     let geometry = model.geometry;
     let longest = equilibrium(model, false).0.max(geometry.length_m);
     // A strongly negative slope could take a resistivity through zero; no metal gets near it.
-    (low.max(1e-9) * geometry.length_m / geometry.area_m2(), high.max(1e-9) * longest / geometry.area_m2())
+    (geometry.resistance_ohm(low.max(1e-9)), resistance_ohm(high.max(1e-9), longest, geometry.area_m2()))
 }
 
 /// The wire while the switch is on: currents (A) and powers (W) the supply can drive through it.
@@ -76,25 +67,18 @@ pub(crate) fn full_on(channel: &Channel, hot_c: f64) -> Option<FullOn> {
         return None;
     }
     let (low, high) = resistances(&channel.model, hot_c);
-    let series = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
-    let power = |r: f64| r * (drive.supply_v / (r + series)).powi(2);
     Some(FullOn {
-        least_current_a: drive.supply_v / (high + series),
-        largest_current_a: drive.supply_v / (low + series),
+        least_current_a: drive.on_current_a(high),
+        largest_current_a: drive.on_current_a(low),
         // Power over resistance has its peak where the wire matches the rest of the circuit.
-        largest_power_w: power(series.max(low).min(high)),
+        largest_power_w: drive.on_power_w(drive.series_ohm().max(low).min(high)),
     })
 }
 
 /// Loss to the air at a wire temperature, in W.
 fn loss_w(model: &WireModel, temperature_c: f64) -> f64 {
     let above = (temperature_c - model.ambient_c).max(0.0);
-    let h = match model.material.convection {
-        Convection::Constant => model.material.convection_w_per_m2_k,
-        // Eq. 34, diameter in mm.
-        Convection::Natural => 65.5 * (-model.geometry.diameter_m * 1e3 / 4.0).exp() * above.powf(1.0 / 6.0),
-    };
-    h * model.geometry.surface_m2() * above
+    model.loss_w_per_k(above) * above
 }
 
 /// Current (A, rms) the wire bears for good: the thesis' rule of thumb (eq. 8) between what the model says of two
@@ -107,17 +91,12 @@ fn continuous_current_a(model: &WireModel, contracted_c: f64, hottest_c: f64, ho
 
 /// Resistance (Ω) of the wholly austenite wire at a temperature.
 fn hot_ohm(model: &WireModel, hot_m: f64, temperature_c: f64) -> f64 {
-    let m = &model.material;
-    let warm_k = temperature_c - m.reference_temperature_c;
-    let resistivity = m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm_k;
-    resistivity.max(1e-9) * hot_m / model.geometry.area_m2()
+    resistance_ohm(model.material.austenite_resistivity(temperature_c).max(1e-9), hot_m, model.geometry.area_m2())
 }
 
 /// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.
 fn heat_j(model: &WireModel, temperature_c: f64) -> f64 {
-    let Material { density_kg_per_m3, specific_heat_j_per_kg_k, latent_heat_j_per_kg, .. } = model.material;
-    let mass = density_kg_per_m3 * model.geometry.volume_m3();
-    mass * (specific_heat_j_per_kg_k * (temperature_c - model.ambient_c).max(0.0) + latent_heat_j_per_kg)
+    model.heat_capacity_j_per_k() * (temperature_c - model.ambient_c).max(0.0) + model.latent_heat_j()
 }
 
 /// Stress at which wires are mounted and kept taut by default, in Pa.
@@ -154,7 +133,7 @@ pub(crate) fn fill(channel: &mut Channel, joint: Option<&Joint>, given: &dyn Fn(
     if let Load::SpringMassDamper { mass_kg, preload_n, .. } = &mut channel.model.load
         && !given("load", "preload_n")
     {
-        *preload_n = *mass_kg * GRAVITY;
+        *preload_n = *mass_kg * STANDARD_GRAVITY_M_S2;
     }
     if !given("control", "sensing") {
         channel.control.sensing = if channel.model.taps.is_some() { Sensing::Dual } else { Sensing::Resistance };
@@ -175,17 +154,17 @@ pub(crate) fn fill(channel: &mut Channel, joint: Option<&Joint>, given: &dyn Fn(
         limits.max_length_m = hot.max(cold) + margin;
     }
     let m = &model.material;
-    let stressed_c = m.austenite_temperature_c + m.stress_shift_k_per_pa * hot_stress;
+    let stressed_c = m.austenite_at_c(hot_stress);
     if !given("limits", "maximum_temperature_c") {
         limits.max_temperature_c = stressed_c + HOTTEST_K;
     }
     let hottest = limits.max_temperature_c;
     let hot_ohm = hot_ohm(model, hot, hottest);
     if !given("limits", "continuous_current_a") {
-        limits.continuous_current_a = continuous_current_a(model, stressed_c + FULLY_HOT_K, hottest, hot_ohm);
+        limits.continuous_current_a = continuous_current_a(model, stressed_c + SURELY_HOT_K, hottest, hot_ohm);
     }
     if !given("limits", "energy_drain_w") {
-        limits.energy_drain_w = limits.continuous_current_a.powi(2) * hot_ohm;
+        limits.energy_drain_w = heating_power_w(1.0, limits.continuous_current_a, hot_ohm);
     }
     if !given("limits", "energy_budget_j") {
         limits.energy_budget_j = (1.25 * heat_j(model, hottest)).max(1e-9);

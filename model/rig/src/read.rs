@@ -1308,7 +1308,7 @@ fn shared_input(channel: &Channel, contradiction: &mut dyn FnMut(&[Place], Strin
     const CLEAR: f64 = 16.0;
     let Channel { limits, adc, control, model, .. } = channel;
     let drive = &model.drive;
-    let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+    let low_ohm = drive.low_ohm();
     let on_v = derive::full_on(channel, limits.max_temperature_c).map_or(0.0, |on| on.least_current_a * low_ohm);
     if on_v <= CLEAR * adc.voltage_noise_v {
         contradiction(
