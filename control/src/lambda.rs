@@ -2,6 +2,7 @@
 
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
+use sinew_physics::formulas::cooling_time_s;
 
 /// Share of the least limit that the default λ uses.
 pub const MARGIN: f64 = 0.75;
@@ -59,7 +60,7 @@ pub(crate) fn mechanical_limit(m: &WireMap) -> f64 {
     if !(m.load_known && m.mass > 0.0) {
         return MOST;
     }
-    let stiffness = m.spring + m.area / (m.compliance_m * m.length);
+    let stiffness = m.spring + m.stiffness(1.0);
     let half = 0.5 * m.damping / m.mass;
     let square = half * half - stiffness / m.mass;
     let slowest = if square > 0.0 {
@@ -77,7 +78,7 @@ pub(crate) fn limits(m: &WireMap, max_power: f64) -> Lambda {
     let mechanical = mechanical_limit(m);
     let (heating, cooling) = (e * speeds.heating / speeds.stroke, e * speeds.cooling / speeds.stroke);
     // a supply too weak to transform the wire still gets a λ it can be run with
-    let floor = (0.1 * m.loss / m.heat_capacity).clamp(1e-3, 1.0);
+    let floor = (0.1 / cooling_time_s(m.heat_capacity, m.loss)).clamp(1e-3, 1.0);
     let value = (MARGIN * heating.min(mechanical)).clamp(floor, MOST);
     Lambda { value, heating_limit: heating, cooling_limit: cooling, mechanical_limit: mechanical }
 }

@@ -10,6 +10,7 @@
 
 use crate::wire_map::WireMap;
 use sinew_linear::DMatrix;
+use sinew_physics::formulas::{cooling_time_s, logistic};
 use sinew_physics::{Load, WireModel};
 
 /// As near as this to an outer curve, in martensite fraction, is on it: rounding, no more.
@@ -120,7 +121,7 @@ impl LpvModel {
 
     /// h A_s/(m c_p): how fast a wire that does not transform cools, 1/s (the thesis' 0.7228/s).
     pub fn temperature_pole(&self) -> f64 {
-        self.map.loss * self.map.per_heat_capacity
+        1.0 / cooling_time_s(self.map.heat_capacity, self.map.loss)
     }
 
     /// ∂ξ/∂ϑ on the branch that leaves this point in its direction, in 1/K: −k ξ(1−ξ) on the outer curve, inside it
@@ -129,7 +130,7 @@ impl LpvModel {
         let m = &self.map;
         let xi = at.martensite.clamp(0.0, 1.0);
         let theta = at.temperature_c - m.shift * at.stress_pa;
-        let curve = |centre: f64, width: f64| 1.0 / (1.0 + ((theta - centre) / width).min(700.0).exp());
+        let curve = |centre: f64, width: f64| logistic(theta, centre, width);
         if at.heating {
             let outer = curve(m.heating_centre, m.heating_width);
             let steepness = 1.0 / m.heating_width;

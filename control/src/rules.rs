@@ -4,8 +4,6 @@
 //! that makes it agree with the other rules is taken and said. The table's efficiency (eq. 17) is left out: it promises 2.5 %,
 //! where its own work (eq. 14) over its own heating (eq. 11) is a quarter of that.
 
-use std::f64::consts::PI;
-
 use sinew_physics::Geometry;
 
 /// Stress a wire pulls with for 100 000 cycles, Pa (eq. 2).
@@ -25,13 +23,17 @@ pub struct WireRules {
 }
 
 impl WireRules {
+    fn geometry(&self) -> Geometry {
+        Geometry { diameter_m: self.diameter_m, length_m: self.length_m }
+    }
+
     fn diameter_mm(&self) -> f64 {
         self.diameter_m * 1e3
     }
 
     /// Cross-section, m² (eq. 1).
     pub fn area_m2(&self) -> f64 {
-        0.25 * PI * self.diameter_m * self.diameter_m
+        self.geometry().area_m2()
     }
 
     /// Largest pull, N (eq. 2).
@@ -71,12 +73,12 @@ impl WireRules {
 
     /// Resistance, Ω (eq. 7).
     pub fn resistance_ohm(&self) -> f64 {
-        1e-6 * self.length_m / self.area_m2()
+        self.geometry().resistance_ohm(1e-6)
     }
 
     /// Current it bears for good, A: 20 A per mm² and 40 mA on top (eq. 8).
     pub fn safe_current_a(&self) -> f64 {
-        Geometry { diameter_m: self.diameter_m, length_m: self.length_m }.safe_current_a()
+        self.geometry().safe_current_a()
     }
 
     /// Voltage it bears for good, V (eq. 9).

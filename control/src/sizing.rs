@@ -1,6 +1,7 @@
 //! A wire from what it is to do (thesis, chapter 2, design methods A and B): the wires that are sold, how many of each it takes,
 //! and what each would come to by the rules of Table 3; then what the physics says of the one that is chosen.
 
+use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{DriveKind, Error, Inputs, Load, Wire, WireModel};
 
 use crate::{StrokeRange, WireRules};
@@ -240,7 +241,7 @@ pub fn predict(model: &WireModel) -> Result<Prediction, Error> {
 pub fn load_of(candidate: &Candidate) -> Load {
     let preload_n = candidate.wire.preload_n() + candidate.useful_n;
     // Critical against the wire's own austenite would take more; this settles within a tenth of the cooling time.
-    let mass_kg = preload_n / 9.80665;
+    let mass_kg = preload_n / STANDARD_GRAVITY_M_S2;
     let damping_n_s_per_m = 0.1 * candidate.cooling_s * preload_n / candidate.wire.stroke_m().max(1e-9);
     Load::SpringMassDamper { mass_kg, damping_n_s_per_m: damping_n_s_per_m.max(1.0), spring_n_per_m: 0.0, preload_n }
 }

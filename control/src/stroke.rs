@@ -37,12 +37,9 @@ pub fn length_for_force(model: &WireModel, force_n: f64) -> Result<f64, CommandE
         return Err(CommandError::NotFinite { found: force_n });
     }
     match model.load {
-        Load::SpringMassDamper { spring_n_per_m, preload_n, .. } => {
-            if spring_n_per_m > 0.0 {
-                Ok(model.geometry.length_m + (preload_n - force_n) / spring_n_per_m)
-            } else {
-                Err(CommandError::NoSpring)
-            }
+        Load::SpringMassDamper { .. } => {
+            let elongation_m = model.load.elongation_at_rest_m(force_n).ok_or(CommandError::NoSpring)?;
+            Ok(model.geometry.length_m + elongation_m)
         }
         Load::ImposedPosition | Load::ImposedForce => Err(CommandError::LoadUnknown),
     }

@@ -4,7 +4,8 @@
 //! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
 
 use crate::{Estimate, Observation};
-use sinew_physics::{Convection, Load, WireModel};
+use sinew_physics::formulas::{self, WORKING_EXCESS_K};
+use sinew_physics::{Load, WireModel};
 
 /// Martensite fraction is kept this far from 0 and 1 where a branch temperature (a logarithm) is taken of it.
 const EDGE: f64 = 0.01;
@@ -69,20 +70,15 @@ impl WireMap {
             }
             Load::ImposedPosition | Load::ImposedForce => (0.0, 0.0, 0.0, 0.0, false),
         };
-        let convection = match m.convection {
-            Convection::Constant => m.convection_w_per_m2_k,
-            // eq. 34, at the 60 K above ambient at which wires work
-            Convection::Natural => 65.5 * (-g.diameter_m * 1e3 / 4.0).exp() * 60f64.powf(1.0 / 6.0),
-        };
         let mut map = WireMap {
             length: g.length_m,
             area: g.area_m2(),
-            heat_capacity: m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k,
-            per_heat_capacity: 1.0 / (m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k),
+            heat_capacity: model.heat_capacity_j_per_k(),
+            per_heat_capacity: 1.0 / model.heat_capacity_j_per_k(),
             per_length: 1.0 / g.length_m,
             per_area: 1.0 / g.area_m2(),
-            latent: m.density_kg_per_m3 * g.volume_m3() * m.latent_heat_j_per_kg,
-            loss: convection * g.surface_m2(),
+            latent: model.latent_heat_j(),
+            loss: model.loss_w_per_k(WORKING_EXCESS_K),
             ambient: model.ambient_c,
             preload,
             damping,
@@ -103,7 +99,7 @@ impl WireMap {
             drag: 0.0,
             full_power: 0.0,
             supply: d.supply_v,
-            series: d.shunt_ohm + d.switch_ohm + d.lead_ohm,
+            series: d.series_ohm(),
             rho_a0: m.austenite_resistivity_ohm_m,
             rho_m0: m.martensite_resistivity_ohm_m,
             rho_a1: m.austenite_resistivity_slope_ohm_m_per_k,
@@ -117,13 +113,19 @@ impl WireMap {
 
     /// Wire tension over area with the load moving at `v`, in Pa; a wire cannot push (eq. 51 without inertia).
     pub fn stress(&self, elongation: f64, velocity: f64) -> f64 {
-        ((self.preload - self.spring * elongation - self.damping * velocity) * self.per_area).max(0.0)
+        let pull = formulas::load_pull_n(self.preload, self.spring, self.damping, elongation, velocity);
+        (pull * self.per_area).max(0.0)
     }
 
     /// Martensite fraction at an elongation (eq. 6 and 23 solved for ξ), unclipped.
     pub fn fraction(&self, elongation: f64, stress: f64, temperature: f64) -> f64 {
         let s = stress + self.thermoelastic * (temperature - self.reference);
         (elongation * self.per_length - self.compliance_a * s) / self.strain_per_fraction(s)
+    }
+
+    /// Compliance of a phase mixture (eq. 4), in 1/Pa.
+    pub fn compliance(&self, fraction: f64) -> f64 {
+        formulas::compliance(self.compliance_a, self.compliance_m - self.compliance_a, fraction)
     }
 
     /// ∂ε/∂ξ at constant stress and temperature, kept away from 0; `s` = σ + θ(T − T_0).
@@ -145,20 +147,21 @@ impl WireMap {
     /// ln((1−ξ)/ξ), the distance from a branch's centre in units of its width (eq. 20 inverted).
     pub fn logit(fraction: f64) -> f64 {
         let xi = fraction.clamp(EDGE, 1.0 - EDGE);
-        ((1.0 - xi) / xi).ln()
+        formulas::logit(xi)
     }
 
     /// Resistance (eq. 37, 39), in Ω.
     pub fn resistance(&self, fraction: f64, temperature: f64, elongation: f64) -> f64 {
-        let t = temperature - self.reference;
-        let rho = (1.0 - fraction) * (self.rho_a0 + self.rho_a1 * t) + fraction * (self.rho_m0 + self.rho_m1 * t);
-        rho.max(1e-9) * (self.length + elongation).max(0.5 * self.length) / self.area
+        let (austenite, martensite) = self.resistivities(temperature);
+        let rho = formulas::mixture(1.0 - fraction, fraction, austenite, martensite);
+        formulas::resistance_ohm(rho.max(1e-9), (self.length + elongation).max(0.5 * self.length), self.area)
     }
 
     /// Resistivity of austenite and martensite (eq. 37), in Ω m.
     pub fn resistivities(&self, temperature: f64) -> (f64, f64) {
         let t = temperature - self.reference;
-        (self.rho_a0 + self.rho_a1 * t, self.rho_m0 + self.rho_m1 * t)
+        let of = formulas::phase_resistivity;
+        (of(self.rho_a0, self.rho_a1, t), of(self.rho_m0, self.rho_m1, t))
     }
 
     /// Resistivity of the mixture (eq. 36) and its change with temperature, in Ω m and Ω m/K; `off` = by what share those
@@ -166,20 +169,21 @@ impl WireMap {
     pub fn resistivity(&self, fraction: f64, temperature: f64, off: (f64, f64)) -> (f64, f64) {
         let (austenite, martensite) = self.resistivities(temperature);
         let (a, m) = ((1.0 - fraction) * (1.0 + off.0), fraction * (1.0 + off.1));
-        ((a * austenite + m * martensite).max(1e-9), a * self.rho_a1 + m * self.rho_m1)
+        let rho = formulas::mixture(a, m, austenite, martensite);
+        (rho.max(1e-9), formulas::mixture(a, m, self.rho_a1, self.rho_m1))
     }
 
     /// Thermal strain of a phase mixture as a length per kelvin (eq. 6), in m/K.
     pub fn thermal_expansion(&self, fraction: f64) -> f64 {
         let xi = fraction.clamp(0.0, 1.0);
-        self.length * self.thermoelastic * (self.compliance_a + xi * (self.compliance_m - self.compliance_a))
+        self.length * self.thermoelastic * self.compliance(xi)
     }
 
     /// What a branch is like at this phase; `s` = σ + θ(T − T_0).
     #[inline]
     pub fn branch(&self, fraction: f64, s: f64) -> Branch {
         let xi = fraction.clamp(0.03, 0.97);
-        let compliance = self.compliance_a + xi * (self.compliance_m - self.compliance_a);
+        let compliance = self.compliance(xi);
         let per_strain = 1.0 / (xi * (1.0 - xi) * self.strain_per_fraction(s));
         Branch {
             drag: self.drag,
@@ -203,8 +207,7 @@ impl WireMap {
     /// Power in the wire during the on-phase, in W.
     pub fn power_at_full_duty(&self, fraction: f64, temperature: f64, elongation: f64) -> f64 {
         let r = self.resistance(fraction, temperature, elongation);
-        let current = self.supply / (r + self.series);
-        current * current * r
+        formulas::heating_power_w(1.0, formulas::current_a(self.supply, r, self.series), r)
     }
 
     /// How fast the phase changes with temperature when heated (else cooled) from here, |∂ξ/∂T| in 1/K: k g (1 − g) on the outer
@@ -212,7 +215,7 @@ impl WireMap {
     pub fn slope(&self, heating: bool, fraction: f64, driving_temperature: f64) -> f64 {
         let (centre, width) =
             if heating { (self.heating_centre, self.heating_width) } else { (self.cooling_centre, self.cooling_width) };
-        let outer = 1.0 / (1.0 + ((driving_temperature - centre) / width).min(300.0).exp());
+        let outer = formulas::logistic(driving_temperature, centre, width);
         (outer * (1.0 - outer)).max(self.inside * fraction * (1.0 - fraction)) / width
     }
 
@@ -231,8 +234,7 @@ impl WireMap {
 
     /// Stiffness of the wire as a spring in series with its phase, K_SMA = A_c E(ξ)/L_0, in N/m.
     pub fn stiffness(&self, fraction: f64) -> f64 {
-        let compliance = self.compliance_a + fraction * (self.compliance_m - self.compliance_a);
-        self.area * self.per_length / compliance
+        self.area * self.per_length / self.compliance(fraction)
     }
 
     /// Mean power of a cycle, in W: as measured, else what the duty gives at this state, else the most there is.

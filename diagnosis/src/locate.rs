@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sinew_physics::effects::Equation;
+use sinew_physics::formulas::WORKING_EXCESS_K;
 use sinew_physics::{Unknown, Wire, WireModel};
 use sinew_recording::Column;
 
@@ -163,7 +164,7 @@ impl Kind {
     fn natural(self, data: &Data, model: &WireModel) -> f64 {
         let g = &model.geometry;
         match self {
-            Kind::Heat => 0.1 * model.material.convection_w_per_m2_k.max(20.0) * g.surface_m2() * 60.0,
+            Kind::Heat => 0.1 * g.loss_w_per_k(model.material.convection_w_per_m2_k.max(20.0)) * WORKING_EXCESS_K,
             Kind::Resistivity => 0.01,
             Kind::Driving => 1.0,
             Kind::Strain => 3e-4,
@@ -423,7 +424,7 @@ fn explain(
 pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Vec<(f64, f64)> {
     let Some(heat) = located.iter().find(|l| l.kind == Kind::Heat) else { return Vec::new() };
     let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
-    let loss = model.material.convection_w_per_m2_k * model.geometry.surface_m2();
+    let loss = model.constant_loss_w_per_k();
     let mut windows: Vec<(f64, (f64, f64))> = Vec::new();
     let Some(states) = fit.states(data) else { return Vec::new() };
     let fitted = data.runs.iter().zip(&states).filter(|(run, _)| !run.held_out);

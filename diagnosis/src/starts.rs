@@ -84,9 +84,8 @@ fn parameter(
     }
     if effect.id == "thermal.sheath" {
         // what a sleeve means depends on the wire it is on
-        let loss = model.material.convection_w_per_m2_k * model.geometry.surface_m2();
-        let capacity =
-            model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
+        let loss = model.constant_loss_w_per_k();
+        let capacity = model.heat_capacity_j_per_k();
         let value = match p.key {
             "inner_w_per_k" => 4.0 * loss,
             "outer_w_per_k" => 4.0 / 3.0 * loss,

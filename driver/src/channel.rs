@@ -5,14 +5,15 @@ use sinew_control::{
     PidGains, Priming, Settings, StateEstimator, StrokeRange, TensionLimits,
 };
 use sinew_ipc::{ChannelState, CommandKind, Fault};
-use sinew_physics::{Convection, DriveKind, Load, WireModel};
+use sinew_physics::formulas::{SURELY_HOT_K, WORKING_EXCESS_K, heating_power_w, logit, resistance_ohm, stress_shift_k};
+use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_rig::{
     Algorithm as RigAlgorithm, Channel as RigChannel, Estimator as RigEstimator, RapidHeating, Rig, SamplingCircuit,
     Sensing,
 };
 use sinew_sensing::{
-    Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
-    Reading, ResistanceLine, Sample, SlideConfig, SlideWatch,
+    Bounds, Converter, Drive, Health, LengthSensor, LengthSensorConfig, Method, Motion, MotionObserver, ObserverConfig,
+    Reading, ResistanceLine, Sample, SlideConfig, SlideWatch, WireEnd,
 };
 
 use crate::budget::Budgets;
@@ -160,14 +161,14 @@ impl Channel {
         let hot = Ends::of(model, true, stroke.hot_m);
         let cold = Ends::of(model, false, stroke.cold_m);
 
-        let sensor = sensor(channel, hot, cold).map_err(|error| refuse(error.to_string()))?;
+        let sensor = sensor(channel, hot.wire, cold.wire).map_err(|error| refuse(error.to_string()))?;
         let middle_m = 0.5 * (stroke.hot_m + stroke.cold_m);
-        let volts = cold.current_a * cold.resistance_ohm;
+        let volts = cold.current_a * cold.wire.resistance_ohm;
         let sigma_m = sensor.expected_sigma_m(middle_m, volts, cold.current_a).clamp(1e-9, 1e-2);
         let observer = match model.load {
             Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } if mass_kg > 0.0 => {
                 // The wire's own stiffness changes with its phase by a factor of three: the softer end, where ω is lowest.
-                let own = model.material.martensite_modulus_pa * model.geometry.area_m2() / model.geometry.length_m;
+                let own = model.cold_stiffness_n_per_m();
                 // No word on how fast duty moves the wire: inside the hysteresis it hardly does, and "better too small".
                 let drive = Drive::of_load(mass_kg, damping_n_s_per_m, spring_n_per_m + own, 0.0);
                 ObserverConfig::with_drive(sigma_m, drive)
@@ -184,11 +185,10 @@ impl Channel {
         let standstill = slide.is_some().then(|| Standstill::new(&stroke));
         let noise_a = sensor.config().converter.current_sigma_a();
         let drive = &model.drive;
-        let series_ohm = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
+        let series_ohm = drive.series_ohm();
         let max_current_a = limits.max_current_a + CURRENT_GUARD * noise_a;
         let full_w = cold.power_w().max(hot.power_w());
-        let heat_capacity_j_per_k =
-            model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
+        let heat_capacity_j_per_k = model.heat_capacity_j_per_k();
         let most_w = (limits.max_duty * full_w).min(limits.max_power_w);
         Ok(Channel {
             applied_duty: 0.0,
@@ -263,7 +263,7 @@ impl Channel {
         let driven = self.applied_duty > 0.0;
         self.reading = if driven { self.sensor.read(sample) } else { Reading::none(Health::NoCurrent) };
         if self.reading.health.is_ok() {
-            self.on_power_w = sample.current_a * sample.current_a * self.reading.resistance_ohm;
+            self.on_power_w = heating_power_w(1.0, sample.current_a, self.reading.resistance_ohm);
         }
         self.power_w = self.applied_duty * self.on_power_w;
         let sticks = self.slide.as_mut().is_some_and(|slide| slide.sticks(&self.reading, self.power_w, tick.dt_s));
@@ -585,31 +585,24 @@ pub fn estimator(channel: &RigChannel) -> EstimatorKind {
 /// One end of a wire's stroke, seen electrically.
 #[derive(Debug, Clone, Copy)]
 struct Ends {
-    length_m: f64,
-    resistance_ohm: f64,
+    wire: WireEnd,
     current_a: f64,
 }
 
 impl Ends {
     fn of(model: &WireModel, hot: bool, length_m: f64) -> Ends {
         let m = &model.material;
-        let (rho, slope, temperature_c) = if hot {
-            // As far above A as a wire that is surely hot.
-            let hot_c = m.austenite_temperature_c + 40.0;
-            (m.austenite_resistivity_ohm_m, m.austenite_resistivity_slope_ohm_m_per_k, hot_c)
+        let resistivity = if hot {
+            m.austenite_resistivity(m.austenite_temperature_c + SURELY_HOT_K)
         } else {
-            (m.martensite_resistivity_ohm_m, m.martensite_resistivity_slope_ohm_m_per_k, model.ambient_c)
+            m.martensite_resistivity(model.ambient_c)
         };
-        // eq. 37, 39
-        let resistance_ohm =
-            (rho + slope * (temperature_c - m.reference_temperature_c)) * length_m / model.geometry.area_m2();
-        let drive = &model.drive;
-        let series_ohm = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
-        Ends { length_m, resistance_ohm, current_a: drive.supply_v / (resistance_ohm + series_ohm) }
+        let resistance_ohm = resistance_ohm(resistivity, length_m, model.geometry.area_m2());
+        Ends { wire: WireEnd { resistance_ohm, length_m }, current_a: model.drive.on_current_a(resistance_ohm) }
     }
 
     fn power_w(&self) -> f64 {
-        self.current_a * self.current_a * self.resistance_ohm
+        heating_power_w(1.0, self.current_a, self.wire.resistance_ohm)
     }
 }
 
@@ -617,35 +610,28 @@ impl Ends {
 /// and temperatures of transformation above ambient, relative; the loss to the air, as factors; the measured power.
 const SLIDE_CAPACITY: f64 = 0.15;
 const SLIDE_TEMPERATURE: f64 = 0.2;
-const SLIDE_LOSS: (f64, f64) = (0.5, 2.0);
+const SLIDE_LOSS: Bounds = Bounds { least: 0.5, most: 2.0 };
 const SLIDE_POWER: f64 = 0.05;
 
 /// The watch over the taps. `None` where there are none, where something else than the channel's own load pulls at the wire
 /// (in a joint the partner can hold it still however hot it is), or where the air is so warm that nothing can be told.
 fn slide_watch(channel: &RigChannel, model: &WireModel, stroke: &StrokeRange) -> Option<SlideWatch> {
-    let Load::SpringMassDamper { spring_n_per_m, preload_n, .. } = channel.model.load else { return None };
+    let load @ Load::SpringMassDamper { .. } = channel.model.load else { return None };
     if channel.control.sensing != Sensing::Dual || model.taps.is_none() {
         return None;
     }
     let (m, area_m2) = (&model.material, model.geometry.area_m2());
     let shift_k = |length_m: f64| {
-        let pull_n = preload_n - spring_n_per_m * (length_m - model.geometry.length_m);
-        m.stress_shift_k_per_pa * pull_n.max(0.0) / area_m2
+        let pull_n = load.pull_at_rest_n(length_m - model.geometry.length_m).unwrap_or(0.0);
+        stress_shift_k(m.stress_shift_k_per_pa, pull_n.max(0.0)) / area_m2
     };
     // The curves at 90 % of the way, by eq. 20, at the end of the stroke where the stress is in the way.
-    let tail = 9f64.ln();
+    let tail = logit(0.1);
     let (hot_k, cold_k) = (shift_k(stroke.hot_m), shift_k(stroke.cold_m));
     let short_c = m.austenite_temperature_c + hot_k.max(cold_k) + tail / m.heating_steepness_per_k;
     let long_c = m.martensite_temperature_c + hot_k.min(cold_k) - tail / m.cooling_steepness_per_k;
     let above = |temperature_c: f64, share: f64| model.ambient_c + (1.0 + share) * (temperature_c - model.ambient_c);
-    let mass_kg = m.density_kg_per_m3 * model.geometry.volume_m3();
-    let capacity = mass_kg * m.specific_heat_j_per_kg_k;
-    let convection = match m.convection {
-        Convection::Constant => m.convection_w_per_m2_k,
-        // eq. 34 at the 60 K above ambient at which wires work
-        Convection::Natural => 65.5 * (-model.geometry.diameter_m * 1e3 / 4.0).exp() * 60f64.powf(1.0 / 6.0),
-    };
-    let loss = convection * model.geometry.surface_m2();
+    let (capacity, loss) = (model.heat_capacity_j_per_k(), model.loss_w_per_k(WORKING_EXCESS_K));
     SlideWatch::new(SlideConfig {
         hot_length_m: stroke.hot_m,
         cold_length_m: stroke.cold_m,
@@ -653,16 +639,18 @@ fn slide_watch(channel: &RigChannel, model: &WireModel, stroke: &StrokeRange) ->
         surely_long_c: above(long_c, -SLIDE_TEMPERATURE),
         ambient_c: model.ambient_c,
         hottest_c: channel.limits.max_temperature_c,
-        heat_capacity_j_per_k: ((1.0 - SLIDE_CAPACITY) * capacity, (1.0 + SLIDE_CAPACITY) * capacity),
-        loss_w_per_k: (SLIDE_LOSS.0 * loss, SLIDE_LOSS.1 * loss),
+        heat_capacity_j_per_k: Bounds {
+            least: (1.0 - SLIDE_CAPACITY) * capacity,
+            most: (1.0 + SLIDE_CAPACITY) * capacity,
+        },
+        loss_w_per_k: Bounds { least: SLIDE_LOSS.least * loss, most: SLIDE_LOSS.most * loss },
         power_error: SLIDE_POWER,
     })
     .ok()
 }
 
-fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, sinew_sensing::Error> {
+fn sensor(channel: &RigChannel, hot: WireEnd, cold: WireEnd) -> Result<LengthSensor, sinew_sensing::Error> {
     let model = &channel.model;
-    let (hot, cold) = ((hot.resistance_ohm, hot.length_m), (cold.resistance_ohm, cold.length_m));
     let method = match (channel.control.sensing, model.taps) {
         (Sensing::Dual, Some(taps)) => Method::DualMeasurement { l0_m: taps.l0_m, ls_m: taps.ls_m },
         _ => Method::Resistance { line: ResistanceLine::through(hot, cold)? },
@@ -680,7 +668,7 @@ fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, s
     let mut config = LengthSensorConfig::for_wire(method, area_m2, model.drive.supply_v, hot, cold, converter);
     // The rig file's limits are what a length may show; but never so short that a lost second tap (V2 = V3) would pass.
     let lost_tap_m = match method {
-        Method::DualMeasurement { l0_m, ls_m } => 0.5 * (hot.1.min(cold.1) + l0_m + ls_m),
+        Method::DualMeasurement { l0_m, ls_m } => 0.5 * (hot.length_m.min(cold.length_m) + l0_m + ls_m),
         Method::Resistance { .. } => 0.0,
     };
     config.min_length_m = channel.limits.min_length_m.max(lost_tap_m);
@@ -688,7 +676,7 @@ fn sensor(channel: &RigChannel, hot: Ends, cold: Ends) -> Result<LengthSensor, s
     let drive = &model.drive;
     LengthSensor::new(match adc.circuit {
         SamplingCircuit::SeparateTaps => config,
-        SamplingCircuit::Shared => config.sharing(drive.shunt_ohm + drive.switch_ohm, drive.lead_ohm),
+        SamplingCircuit::Shared => config.sharing(drive.low_ohm(), drive.lead_ohm),
     })
 }
 

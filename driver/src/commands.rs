@@ -105,12 +105,7 @@ impl ChannelRules {
 
     /// Force at a length of the load at rest, N: the inverse of [`length_for_force`].
     fn force_n(&self, length_m: f64) -> f64 {
-        match self.model.load {
-            sinew_physics::Load::SpringMassDamper { spring_n_per_m, preload_n, .. } => {
-                preload_n - spring_n_per_m * (length_m - self.model.geometry.length_m)
-            }
-            _ => f64::NAN,
-        }
+        self.model.load.pull_at_rest_n(length_m - self.model.geometry.length_m).unwrap_or(f64::NAN)
     }
 
     /// Judges a request for this channel as a client may send it: any bytes at all. `None` where they are not as many as a request has.

@@ -6,8 +6,8 @@ use divan::{Bencher, black_box, counter::ItemsCount};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use sinew_sensing::{
-    Converter, Drive, LengthSensor, LengthSensorConfig, Method, MotionObserver, ObserverConfig, ResistanceLine, Sample,
-    SlideConfig, SlideWatch,
+    Bounds, Converter, Drive, LengthSensor, LengthSensorConfig, Method, MotionObserver, ObserverConfig, ResistanceLine,
+    Sample, SlideConfig, SlideWatch, WireEnd,
 };
 
 const CHANNELS: usize = 64;
@@ -35,7 +35,8 @@ fn samples() -> Vec<[Sample; CHANNELS]> {
 }
 
 fn sensors(method: Method) -> Vec<LengthSensor> {
-    let (hot, cold) = ((11.9, 0.1603), (10.4, 0.1667));
+    let (hot, cold) =
+        (WireEnd { resistance_ohm: 11.9, length_m: 0.1603 }, WireEnd { resistance_ohm: 10.4, length_m: 0.1667 });
     let config = LengthSensorConfig::for_wire(method, 1.2272e-8, 6.0, hot, cold, Converter::default());
     vec![LengthSensor::new(config).expect("a valid configuration"); CHANNELS]
 }
@@ -50,7 +51,11 @@ const DUAL: Method = Method::DualMeasurement { l0_m: 0.0, ls_m: 0.150 };
 
 #[divan::bench(args = ["dual", "resistance"])]
 fn read(bencher: Bencher, method: &str) {
-    let line = ResistanceLine::through((11.9, 0.1603), (10.4, 0.1667)).expect("two resistances");
+    let line = ResistanceLine::through(
+        WireEnd { resistance_ohm: 11.9, length_m: 0.1603 },
+        WireEnd { resistance_ohm: 10.4, length_m: 0.1667 },
+    )
+    .expect("two resistances");
     let mut sensors = sensors(if method == "dual" { DUAL } else { Method::Resistance { line } });
     let samples = samples();
     let mut cycle = 0;
@@ -72,8 +77,8 @@ fn slide(bencher: Bencher) {
         surely_long_c: 64.0,
         ambient_c: 25.0,
         hottest_c: 170.0,
-        heat_capacity_j_per_k: (0.009, 0.012),
-        loss_w_per_k: (0.004, 0.015),
+        heat_capacity_j_per_k: Bounds { least: 0.009, most: 0.012 },
+        loss_w_per_k: Bounds { least: 0.004, most: 0.015 },
         power_error: 0.05,
     };
     let mut watches = vec![SlideWatch::new(config).expect("a valid configuration"); CHANNELS];

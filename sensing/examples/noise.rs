@@ -10,7 +10,9 @@ mod estimator;
 use estimator::Estimator;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use sinew_sensing::{Converter, Drive, LengthSensor, LengthSensorConfig, Method, Motion, ObserverConfig, Sample};
+use sinew_sensing::{
+    Converter, Drive, LengthSensor, LengthSensorConfig, Method, Motion, ObserverConfig, Sample, WireEnd,
+};
 
 const LAMBDA: f64 = 10.0;
 const LENGTH_M: f64 = 0.1630;
@@ -21,8 +23,14 @@ const RESISTANCE_OHM: f64 = 11.3;
 fn sensor() -> LengthSensor {
     let area_m2 = std::f64::consts::FRAC_PI_4 * 0.125e-3f64.powi(2);
     let method = Method::DualMeasurement { l0_m: 0.0, ls_m: LS_M };
-    let config =
-        LengthSensorConfig::for_wire(method, area_m2, 6.0, (11.9, 0.1603), (10.4, 0.1667), Converter::default());
+    let config = LengthSensorConfig::for_wire(
+        method,
+        area_m2,
+        6.0,
+        WireEnd { resistance_ohm: 11.9, length_m: 0.1603 },
+        WireEnd { resistance_ohm: 10.4, length_m: 0.1667 },
+        Converter::default(),
+    );
     LengthSensor::new(config).expect("a valid configuration")
 }
 

@@ -3,7 +3,16 @@
 //! It needs no taps, and it pays for that: temperature, stress and hysteresis move the resistance too, so the thesis
 //! finds ten per cent of the stroke as its standard error against under two for the dual measurement.
 
-use crate::Error;
+use crate::error::{Error, check};
+
+/// One end of a wire's stroke as the meter sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WireEnd {
+    /// Resistance of the whole wire there, in Ω.
+    pub resistance_ohm: f64,
+    /// Its length there, in m.
+    pub length_m: f64,
+}
 
 /// L = offset + slope · R.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,19 +26,17 @@ pub struct ResistanceLine {
 impl ResistanceLine {
     /// The line through the hot and the cold end of the stroke: the default where no calibration was made.
     ///
-    /// Each point is (resistance in Ω, length in m).
-    ///
     /// # Errors
     /// [`Error::OutOfRange`] for a point that is not positive and finite; [`Error::TooFewPoints`] if the
     /// resistances are equal to one part in a million, since then resistance says nothing of length.
-    pub fn through(hot: (f64, f64), cold: (f64, f64)) -> Result<ResistanceLine, Error> {
+    pub fn through(hot: WireEnd, cold: WireEnd) -> Result<ResistanceLine, Error> {
         let mut fit = LineFit::new();
-        for (name_r, name_l, (r, l)) in
+        for (resistance, length, end) in
             [("hot resistance in Ω", "hot length in m", hot), ("cold resistance in Ω", "cold length in m", cold)]
         {
-            crate::error::check(name_r, r, f64::MIN_POSITIVE, 1e9)?;
-            crate::error::check(name_l, l, f64::MIN_POSITIVE, 1e3)?;
-            fit.push(r, l);
+            check(resistance, end.resistance_ohm, f64::MIN_POSITIVE, 1e9)?;
+            check(length, end.length_m, f64::MIN_POSITIVE, 1e3)?;
+            fit.push(end.resistance_ohm, end.length_m);
         }
         fit.line()
     }
@@ -105,19 +112,23 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn end(resistance_ohm: f64, length_m: f64) -> WireEnd {
+        WireEnd { resistance_ohm, length_m }
+    }
+
     #[test]
     fn default_line_goes_through_both_ends() {
-        let line = ResistanceLine::through((11.9, 0.160), (10.4, 0.1665)).unwrap();
+        let line = ResistanceLine::through(end(11.9, 0.160), end(10.4, 0.1665)).unwrap();
         assert!((line.length_m(11.9) - 0.160).abs() < 1e-15);
         assert!((line.length_m(10.4) - 0.1665).abs() < 1e-15);
     }
 
     #[test]
     fn a_line_needs_two_resistances() {
-        let same = ResistanceLine::through((11.0, 0.160), (11.0, 0.1665));
+        let same = ResistanceLine::through(end(11.0, 0.160), end(11.0, 0.1665));
         assert_eq!(same, Err(Error::TooFewPoints { points: 2 }));
         assert!(LineFit::new().line().is_err());
-        assert!(ResistanceLine::through((f64::NAN, 0.160), (11.0, 0.1665)).is_err());
+        assert!(ResistanceLine::through(end(f64::NAN, 0.160), end(11.0, 0.1665)).is_err());
         let mut fit = LineFit::new();
         fit.push(f64::NAN, 0.1);
         fit.push(1.0, f64::INFINITY);

@@ -14,8 +14,8 @@
 //! the most begins anew at the highest temperature allowed. So the verdict comes late, but what it says is true of every
 //! wire within those bounds.
 
-use crate::error::{check, check_ordered};
-use crate::{Error, Reading};
+use crate::error::{Error, check, check_ordered};
+use crate::reading::Reading;
 
 /// How far the filtered length must move to count as moved, in its standard deviations.
 const MOVED: f64 = 8.0;
@@ -25,6 +25,15 @@ const FILTER_S: f64 = 0.05;
 const PERIODS: u32 = 2;
 /// Within this share of the stroke from its end the length has nowhere to go.
 const AT_END: f64 = 0.15;
+
+/// Between which values something lies, in its own unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// It is no less than this.
+    pub least: f64,
+    /// It is no more than this.
+    pub most: f64,
+}
 
 /// What a [`SlideWatch`] has to know of the wire. Every "most" and "least" is with the errors allowed for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,9 +51,9 @@ pub struct SlideConfig {
     /// No wire is allowed to be hotter, in °C.
     pub hottest_c: f64,
     /// Least and most heat capacity, in J/K.
-    pub heat_capacity_j_per_k: (f64, f64),
+    pub heat_capacity_j_per_k: Bounds,
     /// Least and most loss to the air, in W/K.
-    pub loss_w_per_k: (f64, f64),
+    pub loss_w_per_k: Bounds,
     /// Relative error of the measured power.
     pub power_error: f64,
 }
@@ -59,7 +68,7 @@ impl SlideConfig {
         check_ordered("temperatures of the hysteresis in °C", self.surely_long_c, self.surely_short_c)?;
         check("ambient in °C", self.ambient_c, -273.15, 1e4)?;
         check("hottest in °C", self.hottest_c, self.ambient_c, 1e4)?;
-        for (name, (least, most)) in
+        for (name, Bounds { least, most }) in
             [("heat capacity in J/K", self.heat_capacity_j_per_k), ("loss in W/K", self.loss_w_per_k)]
         {
             check(name, least, 1e-12, 1e12)?;
@@ -69,29 +78,46 @@ impl SlideConfig {
     }
 }
 
+/// How one bound of the temperature relaxes in a period: [`relaxed`](sinew_physics::formulas::relaxed) with its exponentials
+/// taken beforehand.
+#[derive(Debug, Clone, Copy)]
+struct Relaxation {
+    /// Where a watt brings it in the end, K/W: 1 over the loss.
+    k_per_w: f64,
+    /// What is left after a period of a distance from rest, with the least and with the most heat capacity.
+    kept_by_least: f64,
+    kept_by_most: f64,
+}
+
+impl Relaxation {
+    fn of(loss_w_per_k: f64, heat_capacity_j_per_k: Bounds, dt_s: f64) -> Relaxation {
+        let kept = |capacity: f64| (-dt_s * loss_w_per_k / capacity).exp();
+        Relaxation {
+            k_per_w: 1.0 / loss_w_per_k,
+            kept_by_least: kept(heat_capacity_j_per_k.least),
+            kept_by_most: kept(heat_capacity_j_per_k.most),
+        }
+    }
+}
+
 /// What a period's length makes of the configuration; as good as always the same.
 #[derive(Debug, Clone, Copy)]
 struct Pace {
     dt_s: f64,
+    /// Of the filter on the length.
     gain: f64,
-    /// 1 over the least and the most loss, K/W.
-    per_loss: (f64, f64),
-    /// What is left after a period of a distance from rest, for the least and the most heat capacity: of the coldest bound
-    /// (most loss) and of the hottest (least).
-    keep_cold: [f64; 2],
-    keep_hot: [f64; 2],
+    /// Of the coldest bound, with the most loss, and of the hottest, with the least.
+    coldest: Relaxation,
+    hottest: Relaxation,
 }
 
 impl Pace {
     fn of(c: &SlideConfig, dt_s: f64) -> Pace {
-        let keep = |loss: f64, capacity: f64| (-dt_s * loss / capacity).exp();
-        let ((least_j, most_j), (least_w, most_w)) = (c.heat_capacity_j_per_k, c.loss_w_per_k);
         Pace {
             dt_s,
             gain: dt_s / (FILTER_S + dt_s),
-            per_loss: (1.0 / least_w, 1.0 / most_w),
-            keep_cold: [keep(most_w, least_j), keep(most_w, most_j)],
-            keep_hot: [keep(least_w, least_j), keep(least_w, most_j)],
+            coldest: Relaxation::of(c.loss_w_per_k.most, c.heat_capacity_j_per_k, dt_s),
+            hottest: Relaxation::of(c.loss_w_per_k.least, c.heat_capacity_j_per_k, dt_s),
         }
     }
 }
@@ -195,13 +221,14 @@ impl SlideWatch {
         let (c, pace) = (&self.config, &self.pace);
         // Exact for a constant power: no step of any length overshoots.
         let (weak, strong) = (power_w * (1.0 - c.power_error), power_w * (1.0 + c.power_error));
-        let (cold_rest_c, hot_rest_c) = (c.ambient_c + weak * pace.per_loss.1, c.ambient_c + strong * pace.per_loss.0);
+        let (cold_rest_c, hot_rest_c) =
+            (c.ambient_c + weak * pace.coldest.k_per_w, c.ambient_c + strong * pace.hottest.k_per_w);
         let (cold_off_k, hot_off_k) = (self.coldest_c - cold_rest_c, self.hottest_c - hot_rest_c);
         // The heat capacity that leaves the least, or the most, of it.
-        let [little, much] = pace.keep_cold;
-        self.coldest_c = cold_rest_c + (cold_off_k * little).min(cold_off_k * much);
-        let [little, much] = pace.keep_hot;
-        self.hottest_c = hot_rest_c + (hot_off_k * little).max(hot_off_k * much);
+        let Relaxation { kept_by_least, kept_by_most, .. } = pace.coldest;
+        self.coldest_c = cold_rest_c + (cold_off_k * kept_by_least).min(cold_off_k * kept_by_most);
+        let Relaxation { kept_by_least, kept_by_most, .. } = pace.hottest;
+        self.hottest_c = hot_rest_c + (hot_off_k * kept_by_least).max(hot_off_k * kept_by_most);
     }
 
     /// Bounds of the wire's temperature as far as the heat tells, in °C.
@@ -213,8 +240,9 @@ impl SlideWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Health;
+    use crate::health::Health;
     use proptest::prelude::*;
+    use sinew_physics::formulas::relaxed;
 
     fn config() -> SlideConfig {
         SlideConfig {
@@ -224,8 +252,8 @@ mod tests {
             surely_long_c: 64.0,
             ambient_c: 25.0,
             hottest_c: 170.0,
-            heat_capacity_j_per_k: (0.009, 0.012),
-            loss_w_per_k: (0.004, 0.011),
+            heat_capacity_j_per_k: Bounds { least: 0.009, most: 0.012 },
+            loss_w_per_k: Bounds { least: 0.004, most: 0.011 },
             power_error: 0.05,
         }
     }
@@ -295,7 +323,7 @@ mod tests {
         for bad in [
             SlideConfig { cold_length_m: 0.16, ..config() },
             SlideConfig { surely_long_c: 150.0, ..config() },
-            SlideConfig { loss_w_per_k: (0.0, 1.0), ..config() },
+            SlideConfig { loss_w_per_k: Bounds { least: 0.0, most: 1.0 }, ..config() },
             SlideConfig { power_error: f64::NAN, ..config() },
         ] {
             assert!(SlideWatch::new(bad).is_err(), "{bad:?}");
@@ -313,7 +341,7 @@ mod tests {
             for power in powers {
                 watch.sticks(&reading(0.163), power, dt);
                 let rest = 25.0 + power * (1.0 + error) / loss;
-                true_c = rest + (true_c - rest) * (-dt * loss / capacity).exp();
+                true_c = relaxed(true_c, rest, dt * loss / capacity);
                 let (low, high) = watch.temperature_bounds_c();
                 prop_assert!(low <= true_c + 1e-9 && true_c <= high + 1e-9, "{low} {true_c} {high}");
             }

@@ -82,19 +82,18 @@ impl Channel {
     pub fn new(wire: Wire, channel: &sinew_rig::Channel, seed: u64, schedule: Schedule) -> Channel {
         let model = &channel.model;
         let drive = &model.drive;
-        let (electrical, sensing) = (&model.effects.electrical, &model.effects.sensing);
+        let sensing = &model.effects.sensing;
         let low_ohm = match channel.adc.circuit {
             SamplingCircuit::SeparateTaps => None,
-            SamplingCircuit::Shared => Some(drive.shunt_ohm + drive.switch_ohm),
+            SamplingCircuit::Shared => Some(drive.low_ohm()),
         };
-        let leads_ohm = drive.lead_ohm + electrical.lead_resistance.lead_ohm + electrical.supply_sag.source_ohm;
         Channel {
             duty: 0.0,
             inputs: model.rest_inputs(),
             wire,
             supply_v: drive.supply_v,
             nominal: (drive.supply_v, model.ambient_c),
-            series_ohm: drive.shunt_ohm + drive.switch_ohm + leads_ohm,
+            series_ohm: model.outside_ohm(),
             contact_ohm: sensing.contact_resistance.ohm,
             gain: sensing.gain,
             offset: sensing.offset,

@@ -167,7 +167,7 @@ impl Hardware for Wires {
 /// The converters a rig file describes.
 fn range(channel: &sinew_rig::Channel) -> ChannelRange {
     let (adc, drive) = (&channel.adc, &channel.model.drive);
-    let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+    let low_ohm = drive.low_ohm();
     let current_a = match adc.circuit {
         SamplingCircuit::Shared if low_ohm > 0.0 => adc.voltage_range_v / low_ohm,
         _ => adc.current_range_a,

@@ -98,11 +98,9 @@ impl ChannelPlan {
         let channel = &rig.channels[index];
         let (limits, drive, adc) = (&channel.limits, &channel.model.drive, &channel.adc);
         // I²t from heat: the least resistance lets the most current through for it.
-        let material = &channel.model.material;
-        let resistivity = material.martensite_resistivity_ohm_m.min(material.austenite_resistivity_ohm_m);
-        let ohm = resistivity * channel.model.geometry.length_m / channel.model.geometry.area_m2();
+        let ohm = channel.model.geometry.resistance_ohm(channel.model.material.least_resistivity());
         let whole = |value: f64| value.ceil().clamp(0.0, u32::MAX.into()) as u32;
-        let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+        let low_ohm = drive.low_ohm();
         ChannelPlan {
             name: channel.name.clone(),
             place: rig.front_end_index(index).unwrap_or(0) as usize,

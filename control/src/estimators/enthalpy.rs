@@ -10,6 +10,7 @@ use super::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
+use sinew_physics::formulas::logistic;
 
 // Rates and speeds below are multiples of the wire's own: its λ, and the fastest the air lets it lengthen. The factors are
 // those that serve the figure wire of docs/control-laws.md best, and hold for others as those scale.
@@ -111,8 +112,8 @@ impl EnthalpyObserver {
     /// ξ inside the outer curves (eq. 20).
     fn clipped(&self, fraction: f64, theta: f64) -> f64 {
         let m = &self.map;
-        let low = 1.0 / (1.0 + ((theta - m.cooling_centre) / m.cooling_width).min(700.0).exp());
-        let high = 1.0 / (1.0 + ((theta - m.heating_centre) / m.heating_width).min(700.0).exp());
+        let low = logistic(theta, m.cooling_centre, m.cooling_width);
+        let high = logistic(theta, m.heating_centre, m.heating_width);
         fraction.clamp(low.min(high), high)
     }
 

@@ -20,6 +20,7 @@ use super::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
+use sinew_physics::formulas::{logistic, resistivity_ohm_m};
 
 /// Correlation time of the velocity's bias, s.
 const BIAS_TIME_S: f64 = 0.1;
@@ -440,7 +441,7 @@ impl FusedEstimator {
     #[inline]
     fn weigh_resistivity(&mut self, resistance: f64, patience: f64) {
         let (m, state) = (&self.map, &self.heat.state);
-        let measured = resistance * m.area / (m.length + self.motion.x);
+        let measured = resistivity_ohm_m(resistance, m.length + self.motion.x, m.area);
         if !(measured > 0.0 && measured.is_finite()) {
             return;
         }
@@ -481,7 +482,7 @@ impl FusedEstimator {
         }
         let expected = if cold {
             let centre = m.cooling_centre + stress * m.shift + self.heat.state[COOLING];
-            1.0 / (1.0 + ((temperature - centre) / width).min(700.0).exp())
+            logistic(temperature, centre, width)
         } else {
             1.0
         };

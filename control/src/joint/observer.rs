@@ -78,13 +78,7 @@ struct Side {
 
 impl Side {
     fn stiffness(&self) -> f64 {
-        if self.wire.tension_n() > 0.0 {
-            let m = &self.map;
-            let compliance = m.compliance_a + self.wire.martensite() * (m.compliance_m - m.compliance_a);
-            m.area * m.per_length / compliance
-        } else {
-            0.0
-        }
+        if self.wire.tension_n() > 0.0 { self.map.stiffness(self.wire.martensite()) } else { 0.0 }
     }
 
     /// Elongation that a measured length says, m; `None` for a length no wire can have.

@@ -17,6 +17,7 @@ use super::hold::Hold;
 use crate::demand::Range;
 use crate::wire_map::WireMap;
 use crate::{Controller, Demand};
+use sinew_physics::formulas::sliding_surface;
 
 /// How much steeper a cooling wire approaches: heating brakes it with several times the power that cools it.
 pub const COOLING_HASTE: f64 = 3.5;
@@ -132,7 +133,7 @@ impl Controller for SlidingMode2 {
             return self.range.give(wanted);
         }
         let error = demand.length_m - demand.reference_m;
-        self.surface = demand.acceleration_m_s2 + self.lambda * (2.0 * demand.velocity_m_s + self.lambda * error);
+        self.surface = sliding_surface(error, demand.velocity_m_s, demand.acceleration_m_s2, self.lambda);
         self.range.switch(self.surface)
     }
 

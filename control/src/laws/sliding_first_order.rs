@@ -8,6 +8,7 @@ use super::Law;
 use crate::demand::Range;
 use crate::wire_map::WireMap;
 use crate::{Controller, Demand};
+use sinew_physics::formulas::sliding_surface_first_order;
 
 /// Half thickness of the layer in which the switch's mean is proportional to σ, in strokes times λ.
 const LAYER: f64 = 0.1;
@@ -62,7 +63,8 @@ impl Controller for SlidingMode1 {
             let wanted = self.equivalent(demand);
             return self.range.give(wanted);
         }
-        self.surface = demand.velocity_m_s + self.lambda * (demand.length_m - demand.reference_m);
+        let error = demand.length_m - demand.reference_m;
+        self.surface = sliding_surface_first_order(error, demand.velocity_m_s, self.lambda);
         self.range.switch(self.surface)
     }
 

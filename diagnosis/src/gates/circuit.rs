@@ -147,7 +147,7 @@ fn voltage(gate: &Gate, samples: &Samples) -> Result<(), Error> {
 /// The wire's resistance from what is measured, against the rig file's wire.
 fn resistance(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let drive = &gate.model.drive;
-    let series = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
+    let series = drive.series_ohm();
     let Some(current) = &samples.current else { return Ok(()) };
     let flowing = 0.2 * quantile(current.iter().map(|i| i.abs()), 0.95);
     let each = |over_wire: &dyn Fn(usize, f64) -> f64| {
@@ -218,7 +218,7 @@ fn taps(gate: &Gate, samples: &Samples, warnings: &mut Vec<Warning>) -> Result<(
     let whole = samples.v3.as_ref().map(|v3| median(v3.iter().copied())).filter(|v| *v > 0.0);
     let length = gate.model.geometry.length_m;
     let mut lost = Vec::new();
-    for (column, at) in [(Column::V1V, taps.l0_m), (Column::V2V, taps.l0_m + taps.ls_m)] {
+    for (column, at) in [(Column::V1V, taps.l0_m), (Column::V2V, taps.second_m())] {
         let share = whole.and_then(|whole| volts(column).map(|v| median(v) / whole)).filter(|r| r.is_finite());
         let (Some(found), expected) = (share, at / length) else { continue };
         if found.abs() < TAP_ORDER && expected > 5.0 * TAP_ORDER {
@@ -237,7 +237,7 @@ fn taps(gate: &Gate, samples: &Samples, warnings: &mut Vec<Warning>) -> Result<(
             return Err(gate.broken(Some(low), Trouble::Exchanged { with: high }));
         }
     }
-    for (column, at) in [(Column::V1V, taps.l0_m), (Column::V2V, taps.l0_m + taps.ls_m)] {
+    for (column, at) in [(Column::V1V, taps.l0_m), (Column::V2V, taps.second_m())] {
         let share = whole.and_then(|whole| volts(column).map(|v| median(v) / whole)).filter(|r| r.is_finite());
         let (Some(found), expected) = (share, at / length) else { continue };
         let far = found > TAP_FACTOR * expected + TAP_ORDER || found < expected / TAP_FACTOR - TAP_ORDER;

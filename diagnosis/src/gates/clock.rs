@@ -326,8 +326,8 @@ impl Pacer<'_> {
     /// The least that a sleeve leaves which makes the wire slower by this factor: the one thing of the catalogue that can.
     fn in_sleeve(&self, factor: f64) -> Result<f64, Error> {
         let given = self.gate.model;
-        let capacity = self.gate.capacity_j_per_k();
-        let loss = given.material.convection_w_per_m2_k.max(LEAST_CONVECTION) * given.geometry.surface_m2();
+        let capacity = given.heat_capacity_j_per_k();
+        let loss = given.geometry.loss_w_per_k(given.material.convection_w_per_m2_k.max(LEAST_CONVECTION));
         let mut least = f64::INFINITY;
         for more in SLEEVE_CAPACITIES {
             for (inner, outer) in SLEEVE_CONTACTS.into_iter().flat_map(|i| SLEEVE_LOSSES.map(|o| (i, o))) {

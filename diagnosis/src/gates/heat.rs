@@ -1,6 +1,7 @@
 //! Energy: whether what went in can have heated this wire, and whether anything was to be seen at all.
 
 use sinew_physics::DriveKind;
+use sinew_physics::formulas::relaxed;
 use sinew_recording::{Column, drive_column};
 
 use super::{Gate, LEAST_CONVECTION, span, stroke};
@@ -65,9 +66,8 @@ fn energy(gate: &Gate) -> Result<(), Error> {
 /// The highest temperature the wire reached, °C: if it loses much, and if it loses little.
 fn peaks(gate: &Gate) -> (f64, f64) {
     let (m, geometry) = (&gate.model.material, &gate.model.geometry);
-    let capacity = gate.capacity_j_per_k();
-    let latent = m.density_kg_per_m3 * geometry.volume_m3() * m.latent_heat_j_per_kg;
-    let loss = m.convection_w_per_m2_k.max(LEAST_CONVECTION) * geometry.surface_m2();
+    let (capacity, latent) = (gate.model.heat_capacity_j_per_k(), gate.model.latent_heat_j());
+    let loss = geometry.loss_w_per_k(m.convection_w_per_m2_k.max(LEAST_CONVECTION));
     let ambient_c = gate.model.ambient_c;
     let power = powers(gate);
     let times = gate.recording.time_s();
@@ -75,22 +75,17 @@ fn peaks(gate: &Gate) -> (f64, f64) {
     // latent heat holds the wire back once, on its way up
     let mut cool = (ambient_c - latent / capacity, ambient_c);
     let mut hot = (ambient_c, ambient_c);
-    let more_loss = LOSS_FACTOR * loss.max(100.0 * geometry.surface_m2());
+    let more_loss = LOSS_FACTOR * loss.max(geometry.loss_w_per_k(100.0));
     for (i, row) in rows.iter().enumerate() {
         let until = rows.get(i + 1).map_or(times[*row], |next| times[*next]);
         let interval = until - times[*row];
-        cool.0 = toward(cool.0, ambient_c + power[i] / more_loss, interval * more_loss / (CAPACITY_FACTOR * capacity));
+        cool.0 = relaxed(cool.0, ambient_c + power[i] / more_loss, interval * more_loss / (CAPACITY_FACTOR * capacity));
         let less_loss = loss / LOSS_FACTOR;
-        hot.0 = toward(hot.0, ambient_c + power[i] / less_loss, interval * less_loss * CAPACITY_FACTOR / capacity);
+        hot.0 = relaxed(hot.0, ambient_c + power[i] / less_loss, interval * less_loss * CAPACITY_FACTOR / capacity);
         cool.1 = cool.1.max(cool.0);
         hot.1 = hot.1.max(hot.0);
     }
     (cool.1, hot.1)
-}
-
-/// What relaxes from one value to another, after so many of its time constants.
-fn toward(from: f64, to: f64, time_constants: f64) -> f64 {
-    to + (from - to) * (-time_constants).exp()
 }
 
 /// Heating power at the compared rows, W: as measured where it was, else as the rig file has it.

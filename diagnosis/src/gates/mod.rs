@@ -13,6 +13,7 @@ mod units;
 
 use std::collections::BTreeMap;
 
+use sinew_physics::formulas::cooling_time_s;
 use sinew_physics::{DriveKind, Wire, WireModel};
 use sinew_recording::{Column, Recording, drive_column, imposed_column};
 use sinew_rig::Channel;
@@ -178,16 +179,10 @@ impl<'a> Gate<'a> {
         span(&self.simulated.columns[&Column::TemperatureC])
     }
 
-    /// Heat capacity m c_p of the wire, J/K.
-    fn capacity_j_per_k(&self) -> f64 {
-        let m = &self.model.material;
-        m.density_kg_per_m3 * self.model.geometry.volume_m3() * m.specific_heat_j_per_kg_k
-    }
-
     /// Time constant of the wire's cooling m c_p/(h A_s), s.
     fn time_constant_s(&self) -> f64 {
         let loss = self.model.material.convection_w_per_m2_k.max(LEAST_CONVECTION);
-        self.capacity_j_per_k() / (loss * self.model.geometry.surface_m2())
+        cooling_time_s(self.model.heat_capacity_j_per_k(), self.model.geometry.loss_w_per_k(loss))
     }
 }
 

@@ -3,6 +3,7 @@
 //! come in where their [`Terms`] are asked; without any, the equations are the reference model's to the last digit.
 
 use crate::effects::{Grip, Loss, MOST_STRESS, STRESS_PA, Term, Terms};
+use crate::formulas;
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Convection, DriveKind, Load, Mixing, Taps, WireModel};
 use crate::signals::Inputs;
@@ -191,17 +192,12 @@ impl Balance {
         let area = g.area_m2();
         let effects = &model.effects;
         let ohm_per_resistivity = g.length_m / area;
-        let mass = m.density_kg_per_m3 * g.volume_m3();
         let (stiffness_base, stiffness_slope) = match m.mixing {
             Mixing::Series => {
                 let austenite = 1.0 / m.austenite_modulus_pa;
                 (austenite, 1.0 / m.martensite_modulus_pa - austenite)
             }
             Mixing::Parallel => (m.austenite_modulus_pa, m.martensite_modulus_pa - m.austenite_modulus_pa),
-        };
-        let convection = match m.convection {
-            Convection::Constant => m.convection_w_per_m2_k,
-            Convection::Natural => 65.5 * (-0.25 * g.diameter_m * 1e3).exp(), // eq. 34
         };
         let settling = Settling::of(model);
         Balance {
@@ -230,20 +226,15 @@ impl Balance {
             volume: g.volume_m3(),
             fastest_rate: settling.fastest_rate,
             longest_piece: settling.longest_piece,
-            heat_capacity: mass * m.specific_heat_j_per_kg_k,
-            latent: mass * m.latent_heat_j_per_kg,
-            loss_w_per_k: convection * g.surface_m2(),
+            heat_capacity: model.heat_capacity_j_per_k(),
+            latent: model.latent_heat_j(),
+            loss_w_per_k: model.loss_w_per_k(1.0),
             natural_convection: m.convection == Convection::Natural,
             austenite_ohm: m.austenite_resistivity_ohm_m * ohm_per_resistivity,
             martensite_ohm: m.martensite_resistivity_ohm_m * ohm_per_resistivity,
             austenite_ohm_per_k: m.austenite_resistivity_slope_ohm_m_per_k * ohm_per_resistivity,
             martensite_ohm_per_k: m.martensite_resistivity_slope_ohm_m_per_k * ohm_per_resistivity,
-            series_ohm: model.drive.shunt_ohm
-                + model.drive.switch_ohm
-                + model.drive.lead_ohm
-                + effects.electrical.lead_resistance.lead_ohm
-                + effects.electrical.supply_sag.source_ohm
-                + effects.sensing.contact_resistance.ohm,
+            series_ohm: model.outside_ohm() + effects.sensing.contact_resistance.ohm,
             taps: model.taps,
             ohm_per_resistivity,
             surface: g.surface_m2(),
@@ -260,7 +251,7 @@ impl Balance {
     /// Compliance C(ξ) and dC/dξ, in 1/Pa (eq. 4 or 3).
     #[inline(always)]
     pub(crate) fn compliance(&self, fraction: &Fraction) -> (f64, f64) {
-        let linear = self.stiffness_base + self.stiffness_slope * fraction.martensite;
+        let linear = formulas::compliance(self.stiffness_base, self.stiffness_slope, fraction.martensite);
         match self.mixing {
             Mixing::Series => (linear, self.stiffness_slope),
             Mixing::Parallel => {
@@ -273,7 +264,7 @@ impl Balance {
     /// Loss coefficient h A_s at `temperature`, in W/K.
     pub(crate) fn loss_coefficient(&self, temperature: f64, ambient: f64) -> f64 {
         if self.natural_convection {
-            self.loss_w_per_k * (temperature - ambient).abs().powf(1.0 / 6.0)
+            self.loss_w_per_k * formulas::convection_growth(temperature - ambient)
         } else {
             self.loss_w_per_k
         }
@@ -283,11 +274,11 @@ impl Balance {
     pub(crate) fn power(&self, inputs: &Inputs, resistance: f64) -> f64 {
         match self.drive {
             DriveKind::Pwm => {
-                let current = inputs.supply_v / (resistance + self.series_ohm);
-                inputs.drive * current * current * resistance
+                let current = formulas::current_a(inputs.supply_v, resistance, self.series_ohm);
+                formulas::heating_power_w(inputs.drive, current, resistance)
             }
             DriveKind::Power => inputs.drive,
-            DriveKind::Current => inputs.drive * inputs.drive * resistance,
+            DriveKind::Current => formulas::heating_power_w(1.0, inputs.drive, resistance),
             DriveKind::Temperature => 0.0,
         }
     }
@@ -295,7 +286,7 @@ impl Balance {
     /// Current in the on-phase, in A.
     pub(crate) fn current(&self, inputs: &Inputs, resistance: f64) -> f64 {
         match self.drive {
-            DriveKind::Pwm => inputs.supply_v / (resistance + self.series_ohm),
+            DriveKind::Pwm => formulas::current_a(inputs.supply_v, resistance, self.series_ohm),
             DriveKind::Power => (inputs.drive.max(0.0) / resistance).sqrt(),
             DriveKind::Current => inputs.drive,
             DriveKind::Temperature => 0.0,
@@ -375,8 +366,8 @@ impl Balance {
     #[inline(always)]
     pub(crate) fn unstrained(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64, stress: f64) -> f64 {
         let warm = temperature - self.reference_c;
-        let mut austenite = self.austenite_ohm + self.austenite_ohm_per_k * warm;
-        let mut martensite = self.martensite_ohm + self.martensite_ohm_per_k * warm;
+        let mut austenite = formulas::phase_resistivity(self.austenite_ohm, self.austenite_ohm_per_k, warm);
+        let mut martensite = formulas::phase_resistivity(self.martensite_ohm, self.martensite_ohm_per_k, warm);
         if let Some(terms) = terms {
             let electrical = &terms.effects.electrical;
             austenite *= 1.0 + electrical.resistivity_stress.austenite_per_pa * stress;
@@ -384,7 +375,7 @@ impl Balance {
             // carried by the martensite fraction
             martensite += electrical.r_phase.resistivity(temperature) * self.ohm_per_resistivity;
         }
-        fraction.austenite * austenite + fraction.martensite * martensite
+        formulas::mixture(fraction.austenite, fraction.martensite, austenite, martensite)
     }
 
     /// R = ρL/A_c (eq. 36, 37, 39), in Ω.
@@ -815,9 +806,7 @@ impl Settling {
             let longest_piece = if furnace { LONGEST_FURNACE_PIECE_S } else { LONGEST_PIECE_S };
             return Settling { fastest_rate: 0.0, longest_piece };
         };
-        let (m, g) = (&model.material, &model.geometry);
-        let stiffest = m.austenite_modulus_pa.max(m.martensite_modulus_pa);
-        let square = (spring_n_per_m + stiffest * g.area_m2() / g.length_m) / mass_kg;
+        let square = (spring_n_per_m + model.stiffest_n_per_m()) / mass_kg;
         let half = 0.5 * damping_n_s_per_m / mass_kg;
         if half * half > square {
             Settling { fastest_rate: half + (half * half - square).sqrt(), longest_piece: LONGEST_PIECE_S }

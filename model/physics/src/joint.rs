@@ -65,7 +65,7 @@ impl Joint {
     /// Angular frequency of the joint on its two wires where both are as stiff as they get (austenite), in rad/s:
     /// ω² = (r² (k_1 + k_2) + K)/J, k = E A_c/L_0.
     pub fn fastest_rad_s(&self, models: [&WireModel; 2]) -> f64 {
-        let stiffness: f64 = models.iter().map(|model| stiffest_n_per_m(model)).sum();
+        let stiffness: f64 = models.iter().map(|model| model.stiffest_n_per_m()).sum();
         ((self.radius_m * self.radius_m * stiffness + self.spring_n_m) / self.inertia_kg_m2).sqrt()
     }
 
@@ -92,12 +92,6 @@ impl Joint {
         let least = self.inertia_kg_m2 * (rate / most) * (rate / most) * 1e6;
         check("inertia_kg_mm2", self.inertia_kg_m2 * 1e6, least, 1e9)
     }
-}
-
-/// The stiffest a wire gets, E A_c/L_0, in N/m.
-fn stiffest_n_per_m(model: &WireModel) -> f64 {
-    let (m, g) = (&model.material, &model.geometry);
-    m.austenite_modulus_pa.max(m.martensite_modulus_pa) * g.area_m2() / g.length_m
 }
 
 /// Where a joint's energy went since the start, in J.

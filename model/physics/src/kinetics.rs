@@ -365,6 +365,7 @@ impl Branch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formulas::logistic;
     use proptest::prelude::*;
 
     fn laws() -> [Kinetics; 6] {
@@ -409,6 +410,21 @@ mod tests {
         for i in 0..200 {
             let theta = 10.0 + f64::from(i);
             assert!((logistic.upper(theta).martensite - richards.upper(theta).martensite).abs() < 1e-14);
+        }
+    }
+
+    /// The curve that keeps the small phase's digits is the one formula of eq. 20.
+    #[test]
+    fn logistic_curves_are_the_formula() {
+        let (m, h) = (Material::default(), Hysteresis::new(&Material::default()));
+        for i in 0..200 {
+            let theta = f64::from(i);
+            let (upper, lower) = (
+                logistic(theta, m.austenite_temperature_c, 1.0 / m.heating_steepness_per_k),
+                logistic(theta, m.martensite_temperature_c, 1.0 / m.cooling_steepness_per_k),
+            );
+            assert!((h.upper(theta).martensite - upper).abs() < 1e-14, "{theta}");
+            assert!((h.lower(theta).martensite - lower).abs() < 1e-14, "{theta}");
         }
     }
 

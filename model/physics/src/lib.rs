@@ -6,6 +6,7 @@
 
 mod balance;
 pub mod effects;
+pub mod formulas;
 mod joint;
 mod kinetics;
 mod params;

@@ -149,11 +149,6 @@ impl Geometry {
     pub fn volume_m3(&self) -> f64 {
         self.area_m2() * self.length_m
     }
-
-    /// Current a wire of this size bears for good by the thesis' rule of thumb, in A: 20 A per mm² and 40 mA on top (eq. 8).
-    pub fn safe_current_a(&self) -> f64 {
-        20.0 * self.area_m2() * 1e6 + 0.04
-    }
 }
 
 /// Where the two fixed probes of the dual measurement touch, counted from the fixed end.

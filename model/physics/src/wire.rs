@@ -10,6 +10,7 @@
 use crate::Error;
 use crate::balance::{Balance, Motion, Stage, State, Trial, fitted_implicitness};
 use crate::effects::{Ledger, Terms, Unknown};
+use crate::formulas;
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis};
 use crate::params::{DriveKind, WireModel};
 use crate::signals::{EnergyBalance, Inputs, Outputs};
@@ -429,7 +430,7 @@ impl Wire {
         // taps are fixed in space: the wire between fixed end and tap is the same share of the whole as l of L (eq. 42)
         let per_metre = voltage / (c.length * (1.0 + c.strain(c.terms.as_deref(), s)));
         let (v1, v2) = match c.taps {
-            Some(taps) => (per_metre * taps.l0_m, per_metre * (taps.l0_m + taps.ls_m)),
+            Some(taps) => (per_metre * taps.l0_m, per_metre * taps.second_m()),
             None => (0.0, 0.0),
         };
         let mut outputs = Outputs {
@@ -455,7 +456,7 @@ impl Wire {
         let (s, c, sensing) = (&self.state, &self.balance, &terms.effects.sensing);
         let phi = terms.features_now(s);
         if let Some(taps) = c.taps {
-            let second = taps.l0_m + taps.ls_m - sensing.probe_deflection.m_per_n * o.force_n;
+            let second = taps.second_m() - sensing.probe_deflection.m_per_n * o.force_n;
             o.v1_v = self.current * c.resistance_up_to(terms, s, taps.l0_m);
             o.v2_v = self.current * c.resistance_up_to(terms, s, second);
         }
@@ -542,7 +543,7 @@ pub fn cold_length_m(model: &WireModel) -> Result<f64, Error> {
     Ok(c.length + state.position)
 }
 
-/// Length L of the hot wire at rest in its load, in m: transformed to austenite, 40 K above where the load's stress has
+/// Length L of the hot wire at rest in its load, in m: transformed to austenite, [`formulas::SURELY_HOT_K`] above where the load's stress has
 /// moved A to.
 ///
 /// # Errors
@@ -555,7 +556,7 @@ pub fn hot_length_m(model: &WireModel) -> Result<f64, Error> {
     let mut position = 0.0;
     // stress moves A, and the hotter wire is stiffer: settles in two or three rounds
     for _ in 0..8 {
-        let temperature = model.material.austenite_temperature_c + stress * c.stress_shift + 40.0;
+        let temperature = model.material.austenite_at_c(stress) + formulas::SURELY_HOT_K;
         let state = c.at_rest(temperature, Fraction::of_martensite(0.0), &inputs);
         (stress, position) = (state.stress, state.position);
     }

@@ -265,7 +265,7 @@ fn wire(session: &Session, channel: usize, model: Option<&WireModel>) -> Result<
     let taps = channel.model.taps.is_some();
     Ok(Wire {
         rest_m: model.unwrap_or(&channel.model).geometry.length_m,
-        low_ohm: (channel.adc.circuit == SamplingCircuit::Shared).then_some(drive.shunt_ohm + drive.switch_ohm),
+        low_ohm: (channel.adc.circuit == SamplingCircuit::Shared).then_some(drive.low_ohm()),
         taps,
         measured: taps && channel.control.sensing == Sensing::Dual,
     })

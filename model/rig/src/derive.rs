@@ -1,12 +1,11 @@
 //! Lengths, currents, temperatures and energies that a channel cannot leave while everything is well: what computed defaults and
 //! cross-checks of its tables follow from.
 
-use sinew_physics::{Convection, DriveKind, Load, Material, WireModel};
+use sinew_physics::formulas::{SURELY_HOT_K, resistance_ohm};
+use sinew_physics::{DriveKind, Load, WireModel};
 
 use crate::tables::{Channel, Joint};
 
-/// How far above A the wire counts as wholly austenite, in K.
-const FULLY_HOT_K: f64 = 40.0;
 /// How far above A, at its stress, the wire may be by default, in K.
 const HOTTEST_K: f64 = 60.0;
 
@@ -17,7 +16,7 @@ const HOTTEST_K: f64 = 60.0;
 /// A_c σ = F − K L_0 ε.
 fn equilibrium(model: &WireModel, hot: bool) -> (f64, f64) {
     let m = &model.material;
-    let warm = if hot { m.austenite_temperature_c + FULLY_HOT_K } else { model.ambient_c } - m.reference_temperature_c;
+    let warm = if hot { m.austenite_temperature_c + SURELY_HOT_K } else { model.ambient_c } - m.reference_temperature_c;
     let (compliance, shape) = if hot {
         // The temperature of a hot wire rises with its stress: A is shifted.
         let shift = 1.0 + m.thermoelastic_pa_per_k * m.stress_shift_k_per_pa;
@@ -42,19 +41,13 @@ fn equilibrium(model: &WireModel, hot: bool) -> (f64, f64) {
 /// Resistances (Ω) the whole wire can have: least and largest over both phases, from ambient to `hot_c`.
 fn resistances(model: &WireModel, hot_c: f64) -> (f64, f64) {
     let m = &model.material;
-    let per_length = |t: f64| {
-        let warm = t - m.reference_temperature_c;
-        [
-            m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm,
-            m.martensite_resistivity_ohm_m + m.martensite_resistivity_slope_ohm_m_per_k * warm,
-        ]
-    };
-    let all = per_length(model.ambient_c).into_iter().chain(per_length(hot_c));
+    let resistivities = |t: f64| [m.austenite_resistivity(t), m.martensite_resistivity(t)];
+    let all = resistivities(model.ambient_c).into_iter().chain(resistivities(hot_c));
     let (low, high) = all.fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(r), high.max(r)));
     let geometry = model.geometry;
     let longest = equilibrium(model, false).0.max(geometry.length_m);
     // A strongly negative slope could take a resistivity through zero; no metal gets near it.
-    (low.max(1e-9) * geometry.length_m / geometry.area_m2(), high.max(1e-9) * longest / geometry.area_m2())
+    (geometry.resistance_ohm(low.max(1e-9)), resistance_ohm(high.max(1e-9), longest, geometry.area_m2()))
 }
 
 /// The wire while the switch is on: currents (A) and powers (W) the supply can drive through it.
@@ -72,25 +65,18 @@ pub(crate) fn full_on(channel: &Channel, hot_c: f64) -> Option<FullOn> {
         return None;
     }
     let (low, high) = resistances(&channel.model, hot_c);
-    let series = drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm;
-    let power = |r: f64| r * (drive.supply_v / (r + series)).powi(2);
     Some(FullOn {
-        least_current_a: drive.supply_v / (high + series),
-        largest_current_a: drive.supply_v / (low + series),
+        least_current_a: drive.on_current_a(high),
+        largest_current_a: drive.on_current_a(low),
         // Power over resistance has its peak where the wire matches the rest of the circuit.
-        largest_power_w: power(series.max(low).min(high)),
+        largest_power_w: drive.on_power_w(drive.series_ohm().max(low).min(high)),
     })
 }
 
 /// Loss to the air at a wire temperature, in W.
 fn loss_w(model: &WireModel, temperature_c: f64) -> f64 {
     let above = (temperature_c - model.ambient_c).max(0.0);
-    let h = match model.material.convection {
-        Convection::Constant => model.material.convection_w_per_m2_k,
-        // Eq. 34, diameter in mm.
-        Convection::Natural => 65.5 * (-model.geometry.diameter_m * 1e3 / 4.0).exp() * above.powf(1.0 / 6.0),
-    };
-    h * model.geometry.surface_m2() * above
+    model.loss_w_per_k(above) * above
 }
 
 /// How far a wire goes while everything is well, in the load it is reckoned with: its lengths and temperatures, from which its
@@ -111,7 +97,7 @@ impl Reach {
         let hot_stress = joint.map_or(hot_stress, |joint| joint.max_tension_n / model.geometry.area_m2());
         let (cold_m, _) = equilibrium(&model, false);
         let m = &model.material;
-        let stressed_c = m.austenite_temperature_c + m.stress_shift_k_per_pa * hot_stress;
+        let stressed_c = m.austenite_at_c(hot_stress);
         Reach { model, hot_m, cold_m, stressed_c }
     }
 
@@ -147,28 +133,27 @@ impl Reach {
     pub(crate) fn continuous_current_a(&self, hottest_c: f64) -> f64 {
         let hot_ohm = self.hot_ohm(hottest_c);
         let holds = |temperature_c: f64| (loss_w(&self.model, temperature_c) / hot_ohm).sqrt();
-        let contracted_c = self.stressed_c + FULLY_HOT_K;
+        let contracted_c = self.stressed_c + SURELY_HOT_K;
         self.model.geometry.safe_current_a().max(holds(contracted_c)).min(holds(hottest_c)).max(1e-6)
     }
 
     /// Resistance (Ω) of the wholly austenite wire at a temperature.
     pub(crate) fn hot_ohm(&self, temperature_c: f64) -> f64 {
-        let m = &self.model.material;
-        let warm_k = temperature_c - m.reference_temperature_c;
-        let resistivity = m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm_k;
-        resistivity.max(1e-9) * self.hot_m / self.model.geometry.area_m2()
+        let resistivity = self.model.material.austenite_resistivity(temperature_c).max(1e-9);
+        resistance_ohm(resistivity, self.hot_m, self.model.geometry.area_m2())
     }
 
     /// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.
     pub(crate) fn heat_j(&self, temperature_c: f64) -> f64 {
-        let Material { density_kg_per_m3, specific_heat_j_per_kg_k, latent_heat_j_per_kg, .. } = self.model.material;
-        let mass = density_kg_per_m3 * self.model.geometry.volume_m3();
-        mass * (specific_heat_j_per_kg_k * (temperature_c - self.model.ambient_c).max(0.0) + latent_heat_j_per_kg)
+        let above_k = (temperature_c - self.model.ambient_c).max(0.0);
+        self.model.heat_capacity_j_per_k() * above_k + self.model.latent_heat_j()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use sinew_physics::Convection;
+
     use super::*;
     use crate::Rig;
 

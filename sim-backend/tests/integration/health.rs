@@ -3,7 +3,7 @@
 use sinew_backend::{Backend, Sample};
 use sinew_physics::{cold_length_m, hot_length_m};
 use sinew_rig::{FaultKind, Rig, SamplingCircuit};
-use sinew_sensing::{Converter, Health, LengthSensor, LengthSensorConfig, Method};
+use sinew_sensing::{Converter, Health, LengthSensor, LengthSensorConfig, Method, WireEnd};
 use sinew_sim_backend::SimulatedRig;
 
 /// The sensor of the hexapod's first wire, from the rig file alone.
@@ -26,7 +26,9 @@ fn sensor(rig: &Rig) -> LengthSensor {
     };
     let method = Method::DualMeasurement { l0_m: taps.l0_m, ls_m: taps.ls_m };
     let supply = model.drive.supply_v;
-    let config = LengthSensorConfig::for_wire(method, area, supply, (hot_ohm, hot_m), (cold_ohm, cold_m), converter);
+    let hot = WireEnd { resistance_ohm: hot_ohm, length_m: hot_m };
+    let cold = WireEnd { resistance_ohm: cold_ohm, length_m: cold_m };
+    let config = LengthSensorConfig::for_wire(method, area, supply, hot, cold, converter);
     let drive = &model.drive;
     let config = match adc.circuit {
         SamplingCircuit::SeparateTaps => config,

@@ -13,6 +13,7 @@
 //! A load that rings when it is stopped has to be stopped in two blows half a swing apart: for such a one two more switches are
 //! searched from there, by descent from several stops of that kind.
 
+use sinew_physics::formulas::heating_power_w;
 use sinew_physics::{Inputs, Load, Wire, WireModel};
 
 /// Steps of the searched trajectories, s.
@@ -64,7 +65,7 @@ pub struct Aim {
 /// does away with it.
 pub fn swing_s(model: &WireModel) -> Option<f64> {
     let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = model.load else { return None };
-    let own = model.material.martensite_modulus_pa * model.geometry.area_m2() / model.geometry.length_m;
+    let own = model.cold_stiffness_n_per_m();
     let undamped = (spring_n_per_m + own) / mass_kg;
     let damped = undamped - (0.5 * damping_n_s_per_m / mass_kg).powi(2);
     (damped > 0.75 * undamped).then(|| std::f64::consts::PI / damped.sqrt())
@@ -415,7 +416,7 @@ impl Hold {
         let missing = self.temperature_c - wire.temperature_c();
         let power_w = self.loss_w + self.heat_capacity_j_per_k * missing / HOLD_S;
         let current_a = wire.outputs().current_a;
-        let full_w = current_a * current_a * wire.resistance_ohm();
+        let full_w = heating_power_w(1.0, current_a, wire.resistance_ohm());
         let duty = if full_w > 0.0 { (power_w / full_w).clamp(0.0, self.max_duty) } else { 0.0 };
         let before = wire.energy().loss_j;
         wire.step(&Inputs { drive: duty, ..self.inputs }, dt_s);

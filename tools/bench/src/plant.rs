@@ -1,13 +1,11 @@
 //! The plants: rigs as their drivers believe them, and as they are.
 
 use serde::Serialize;
+use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{Load, WireModel};
 use sinew_rig::Rig;
 
 use crate::{Choice, Error};
-
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.80665;
 
 /// Why a plant is in the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -235,7 +233,7 @@ impl Plant {
         }
         let taps_mm = 0.9375 * self.length_mm;
         let Plant { rate_hz, diameter_mm, length_mm, supply_v, mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = self;
-        let (preload_n, power_w, control) = (mass_kg * GRAVITY, self.max_power_w, choice.table());
+        let (preload_n, power_w, control) = (mass_kg * STANDARD_GRAVITY_M_S2, self.max_power_w, choice.table());
         let more = if choice.controller.starts_with(self.control.0) { self.control.1 } else { "" };
         let preload_n = if *spring_n_per_m > 100.0 { 2.4 } else { preload_n };
         let adc = if self.exact {

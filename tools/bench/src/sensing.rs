@@ -23,20 +23,19 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
 use sinew_control::{EstimatorKind, Observation, StateEstimator};
+use sinew_physics::formulas::{STANDARD_GRAVITY_M_S2, dual_variance, logit, resistance_ohm};
 use sinew_physics::{
     Drive, DriveKind, Effects, Geometry, Initial, Inputs, Load, Material, Outputs, Taps, Wire, WireModel,
     cold_length_m, hot_length_m,
 };
 use sinew_sensing::{
     Converter, LengthSensor, LengthSensorConfig, LineFit, Method, MotionObserver, ObserverConfig, Reading,
-    ResistanceLine, Sample,
+    ResistanceLine, Sample, WireEnd,
 };
 
 /// What the thesis reports: standard deviations of the error of length, mm and percent of the stroke.
 pub const THESIS: Thesis = Thesis { dual_mm: 0.154, dual_percent: 1.7, resistance_percent: 9.95 };
 
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.80665;
 /// Time between samples, s.
 const PERIOD_S: f64 = 1e-3;
 /// One sweep up and down, s: what the thesis records under each load.
@@ -233,7 +232,7 @@ impl Plan {
 pub fn believed(taps: Taps, load_gf: f64) -> WireModel {
     let default = Material::default();
     let hysteresis_k = default.austenite_temperature_c - default.martensite_temperature_c;
-    let austenite_temperature_c = 90.0 - 99f64.ln() / default.heating_steepness_per_k;
+    let austenite_temperature_c = 90.0 - logit(0.01) / default.heating_steepness_per_k;
     let mass_kg = load_gf * 1e-3;
     WireModel {
         geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.160 },
@@ -255,7 +254,7 @@ pub fn believed(taps: Taps, load_gf: f64) -> WireModel {
             mass_kg,
             damping_n_s_per_m: 40.0,
             spring_n_per_m: 0.0,
-            preload_n: mass_kg * GRAVITY,
+            preload_n: mass_kg * STANDARD_GRAVITY_M_S2,
         },
         initial: Initial::default(),
         ambient_c: AMBIENT_C,
@@ -376,9 +375,11 @@ fn sensor(model: &WireModel, method: Method, noise: Noise) -> LengthSensor {
     let end = |length: Result<f64, sinew_physics::Error>| length.unwrap_or(model.geometry.length_m);
     let (hot_m, cold_m) = (end(hot_length_m(model)), end(cold_length_m(model)));
     let (m, area_m2) = (&model.material, model.geometry.area_m2());
-    let warm = 150.0 - m.reference_temperature_c;
-    let hot_ohm = (m.austenite_resistivity_ohm_m + warm * m.austenite_resistivity_slope_ohm_m_per_k) * hot_m / area_m2;
-    let cold_ohm = m.martensite_resistivity_ohm_m * cold_m / area_m2;
+    let end = |resistivity: f64, length_m: f64| WireEnd {
+        resistance_ohm: resistance_ohm(resistivity, length_m, area_m2),
+        length_m,
+    };
+    let (hot, cold) = (end(m.austenite_resistivity(150.0), hot_m), end(m.martensite_resistivity_ohm_m, cold_m));
     let converter = Converter {
         // bits over 0 to the range there, over both signs here
         bits: BITS + 1,
@@ -387,8 +388,7 @@ fn sensor(model: &WireModel, method: Method, noise: Noise) -> LengthSensor {
         voltage_noise_v: noise.voltage_v,
         current_noise_a: noise.current_a,
     };
-    let ends = ((hot_ohm, hot_m), (cold_ohm, cold_m));
-    let config = LengthSensorConfig::for_wire(method, area_m2, SUPPLY_V, ends.0, ends.1, converter);
+    let config = LengthSensorConfig::for_wire(method, area_m2, SUPPLY_V, hot, cold, converter);
     let config = LengthSensorConfig { min_current_a: 0.5 * CURRENT_A.0, ..config };
     LengthSensor::new(config).unwrap_or_else(|error| panic!("the bench's own sensor: {error}"))
 }
@@ -530,7 +530,7 @@ pub fn implied_noise(plan: &Plan) -> Noise {
             let squares = sweep.points.iter().map(|p| {
                 let ratio = (p.length_m - l0_m) / ls_m;
                 let between = p.outputs.v2_v - p.outputs.v1_v;
-                (ls_m / between).powi(2) * (1.0 + ratio * ratio + (ratio - 1.0).powi(2))
+                (ls_m / between).powi(2) * dual_variance(ratio)
             });
             squares.sum::<f64>() / sweep.points.len() as f64
         })

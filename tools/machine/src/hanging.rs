@@ -8,6 +8,7 @@
 use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator,
 };
+use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{DriveKind, Load, WireModel};
 
 use crate::machine::Reading;
@@ -87,8 +88,7 @@ pub fn controlled(model: &WireModel, plant: &Plant, full_power_w: f64) -> WireMo
         spring_n_per_m: 0.0,
         preload_n: plant.load_n,
     };
-    let (m, g) = (&model.material, &model.geometry);
-    let ohm = 0.5 * (m.austenite_resistivity_ohm_m + m.martensite_resistivity_ohm_m) * g.length_m / g.area_m2();
+    let ohm = model.geometry.resistance_ohm(model.material.mean_resistivity());
     seen.drive = sinew_physics::Drive {
         kind: DriveKind::Pwm,
         supply_v: (full_power_w.max(0.0) * ohm).sqrt(),
@@ -173,11 +173,10 @@ pub fn playable(
     mass_kg: Option<f64>,
     spec: &sinew_rig::Machine,
 ) -> Plant {
-    let (g, m) = (&model.geometry, &model.material);
-    let stiffness = m.austenite_modulus_pa.max(m.martensite_modulus_pa) * g.area_m2() / g.length_m;
+    let stiffness = model.stiffest_n_per_m();
     let delay_s = delay_s(spec);
     let fastest = FASTEST_TURN / delay_s;
-    let least_kg = (load_n / STANDARD_GRAVITY).max(stiffness / (fastest * fastest)).max(1e-6);
+    let least_kg = (load_n / STANDARD_GRAVITY_M_S2).max(stiffness / (fastest * fastest)).max(1e-6);
     let mass_kg = mass_kg.unwrap_or(least_kg);
     let natural = (stiffness / mass_kg).sqrt();
     // what the delay undamps is put back: ω T/2
@@ -187,8 +186,6 @@ pub fn playable(
 
 /// Why a mass is played as more than its load weighs.
 pub const DAMPING_NOTE: &str = "on a wire this stiff a lighter one would swing faster than the machine can follow";
-/// m/s².
-pub const STANDARD_GRAVITY: f64 = 9.80665;
 /// Radians the plant's oscillation may turn within the delay of the force.
 const FASTEST_TURN: f64 = 0.35;
 

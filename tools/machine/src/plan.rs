@@ -1,6 +1,7 @@
 //! The seven routines of chapter 8: which stages each is made of, and what holds where nothing was said.
 
 use sinew_control::{AlgorithmKind, EstimatorKind, Settings};
+use sinew_physics::formulas::cooling_time_s;
 use sinew_physics::{WireModel, cold_length_m, hot_length_m};
 use sinew_rig::Machine as Spec;
 
@@ -141,21 +142,18 @@ const TAKE_UP_MOST_S: f64 = 120.0;
 
 /// Thermal time constant of a wire, s.
 pub fn thermal_time_s(model: &WireModel) -> f64 {
-    let (m, g) = (&model.material, &model.geometry);
-    let loss = m.convection_w_per_m2_k * g.surface_m2();
-    m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k / loss.max(1e-12)
+    cooling_time_s(model.heat_capacity_j_per_k(), model.constant_loss_w_per_k().max(1e-12))
 }
 
 /// Power that keeps a wire at a temperature, W.
 pub fn holding_power_w(model: &WireModel, temperature_c: f64, ambient_c: f64) -> f64 {
-    let loss = model.material.convection_w_per_m2_k * model.geometry.surface_m2();
-    (loss * (temperature_c - ambient_c)).max(0.0)
+    (model.constant_loss_w_per_k() * (temperature_c - ambient_c)).max(0.0)
 }
 
 /// Temperature above which a wire under a stress is austenite for good, °C.
 pub fn hot_c(model: &WireModel, stress_pa: f64) -> f64 {
     let m = &model.material;
-    m.austenite_temperature_c + m.stress_shift_k_per_pa * stress_pa + NEARLY_ALL / m.heating_steepness_per_k + ABOVE_K
+    m.austenite_at_c(stress_pa) + NEARLY_ALL / m.heating_steepness_per_k + ABOVE_K
 }
 
 /// So many frequencies, evenly spaced by their logarithms, both ends included.

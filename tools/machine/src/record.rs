@@ -134,8 +134,7 @@ impl<W: Write + Seek> RecordingFile<W> {
 /// *measured* current, so that the noise of the current is in it too.
 pub fn noise(model: &WireModel, spec: &Spec) -> BTreeMap<String, f64> {
     let of = |noise: f64, step: f64| (noise * noise + step * step / 12.0).sqrt();
-    let (m, g) = (&model.material, &model.geometry);
-    let ohm = 0.5 * (m.austenite_resistivity_ohm_m + m.martensite_resistivity_ohm_m) * g.length_m / g.area_m2();
+    let ohm = model.geometry.resistance_ohm(model.material.mean_resistivity());
     let current = of(spec.current_noise_a, spec.current_step_a);
     let voltage = of(spec.voltage_noise_v, spec.voltage_step_v).hypot(ohm * current).max(1e-9);
     let mut noise = BTreeMap::new();

@@ -58,12 +58,10 @@ pub struct Routine {
 impl Routine {
     /// The stages in their order, on a wire that is believed to be like `model`.
     pub fn new(stages: Vec<Stage>, model: &WireModel, spec: &Spec) -> Routine {
-        let (g, m) = (&model.geometry, &model.material);
-        let modulus = m.austenite_modulus_pa.max(m.martensite_modulus_pa);
         Routine {
             stages,
             spec: *spec,
-            stiffness_n_per_m: modulus * g.area_m2() / g.length_m,
+            stiffness_n_per_m: model.stiffest_n_per_m(),
             hanging: None,
             at: 0,
             periods: 0,

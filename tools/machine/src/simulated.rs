@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
+use sinew_physics::formulas::current_a;
 use sinew_physics::{DriveKind, Inputs, Load, Wire, WireModel};
 use sinew_rig::Machine as Spec;
 
@@ -55,13 +56,12 @@ impl SimulatedMachine {
         let mounted = mounted(model);
         let inputs = mounted.rest_inputs();
         let wire = Wire::with_inputs(&mounted, &inputs).map_err(MachineError::Wire)?;
-        let drive = &model.drive;
         Ok(SimulatedMachine {
             spec: *spec,
             amplifier: Amplifier { current_a: 0.0, believed_ohm: wire.resistance_ohm() },
             wire,
             inputs,
-            series_ohm: drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm,
+            series_ohm: model.drive.series_ohm(),
             crosshead: Crosshead::default(),
             chamber: Chamber::new(model.ambient_c, spec),
             force_n: 0.0,
@@ -120,7 +120,7 @@ impl Machine for SimulatedMachine {
             self.steps += 1;
             let time_s = self.steps as f64 * step_s;
             // the amplifier gives no more than its supply drives
-            let most_a = spec.heater_supply_v / (self.wire.resistance_ohm() + self.series_ohm);
+            let most_a = current_a(spec.heater_supply_v, self.wire.resistance_ohm(), self.series_ohm);
             self.amplifier.step(wanted_a, most_a, spec.heater_cutoff_hz, step_s);
             self.chamber.step(step_s);
             self.inputs.drive = self.amplifier.current_a;

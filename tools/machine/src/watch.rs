@@ -1,6 +1,7 @@
 //! What no routine may exceed: watched at every sample, and the first breach ends it.
 
 use sinew_physics::WireModel;
+use sinew_physics::formulas::relaxed;
 use sinew_rig::Limits;
 
 use crate::machine::Reading;
@@ -72,14 +73,13 @@ impl std::fmt::Display for Breach {
 impl Watch {
     /// Limits of a machine and a wire.
     pub fn new(model: &WireModel, limits: &Limits, spec: &sinew_rig::Machine) -> Watch {
-        let (geometry, material) = (&model.geometry, &model.material);
         Watch {
-            most_position_m: spec.max_strain * geometry.length_m,
+            most_position_m: spec.max_strain * model.geometry.length_m,
             most_force_n: spec.max_force_n,
             most_current_a: limits.max_current_a,
             most_temperature_c: limits.max_temperature_c,
-            heat_capacity: material.density_kg_per_m3 * geometry.volume_m3() * material.specific_heat_j_per_kg_k,
-            loss: material.convection_w_per_m2_k * geometry.surface_m2(),
+            heat_capacity: model.heat_capacity_j_per_k(),
+            loss: model.constant_loss_w_per_k(),
             temperature_c: None,
             last_s: 0.0,
         }
@@ -99,8 +99,7 @@ impl Watch {
         self.last_s = seen.time_s;
         let start_c = self.temperature_c.unwrap_or(seen.chamber_c);
         let rests_at = seen.chamber_c + seen.power_w() / self.loss.max(1e-12);
-        let share = 1.0 - (-passed_s * self.loss / self.heat_capacity.max(1e-12)).exp();
-        let temperature_c = start_c + share * (rests_at - start_c);
+        let temperature_c = relaxed(start_c, rests_at, passed_s * self.loss / self.heat_capacity.max(1e-12));
         self.temperature_c = Some(temperature_c);
         let checks = [
             (Bounded::Elongation, seen.position_m, self.most_position_m),

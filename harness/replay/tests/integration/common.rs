@@ -5,8 +5,8 @@ use std::sync::Arc;
 use sinew_backend::{Backend, Sample};
 use sinew_driver::{Beat, Engine, Order, Program};
 use sinew_ipc::{ChannelState, CycleHeader, DriverState, HeldCycle, Snapshot};
-use sinew_replay_backend::{Cycles, Source};
 use sinew_replay::{Error, Replay, SessionCycle};
+use sinew_replay_backend::{Cycles, Source};
 use sinew_rig::Rig;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 

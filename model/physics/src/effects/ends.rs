@@ -7,8 +7,8 @@
 
 use super::Effects;
 use super::terms::{Ledger, Terms};
-use super::thermal::CONVECTION_SCALE_K;
 use crate::balance::{Balance, State};
+use crate::formulas::{WORKING_EXCESS_K, convection_growth};
 use crate::kinetics::{Branch, Direction, Fraction};
 use crate::params::DriveKind;
 
@@ -143,7 +143,7 @@ impl Ends {
         if k <= 0.0 {
             return None;
         }
-        let warm = if c.natural_convection { CONVECTION_SCALE_K.powf(1.0 / 6.0) } else { 1.0 };
+        let warm = if c.natural_convection { convection_growth(WORKING_EXCESS_K) } else { 1.0 };
         let conductance = (c.loss_w_per_k * warm).max(1e-12);
         // ℓ² = k A_c/(h π d) = k A_c L_0/(h A_s)
         let reach = (k * c.area * c.length / conductance).sqrt();

@@ -6,9 +6,9 @@ use super::ends::Ends;
 use super::kinetic::Grains;
 use super::mechanical::Grip;
 use super::sensing::Memory;
-use super::thermal::CONVECTION_SCALE_K;
 use super::{Effects, Form, Term};
 use crate::balance::{Balance, State, fitted_implicitness};
+use crate::formulas::{CONVECTION_EXPONENT, WORKING_EXCESS_K};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{DriveKind, WireModel};
 use crate::signals::{Inputs, Outputs};
@@ -305,8 +305,8 @@ const IMPLICIT_LOSS: [Term; 3] = [Term::Tau, Term::Tau2, Term::MovedWarm];
 impl Terms {
     /// Loss to the air through the film, `above` ambient: value in W and slope in W/K.
     fn air(&self, c: &Balance, above: f64, draught: f64) -> (f64, f64) {
-        let exponent =
-            self.effects.thermal.natural_convection.exponent + if c.natural_convection { 1.0 / 6.0 } else { 0.0 };
+        let exponent = self.effects.thermal.natural_convection.exponent
+            + if c.natural_convection { CONVECTION_EXPONENT } else { 0.0 };
         let film = c.loss_coefficient(above, 0.0) * draught * self.effects.thermal.natural_convection.factor(above);
         (film * above, (1.0 + exponent) * film)
     }
@@ -376,14 +376,14 @@ impl Terms {
             return (value, slope);
         }
         let form = &self.effects.empirical.thermal;
-        let tau = above / CONVECTION_SCALE_K;
+        let tau = above / WORKING_EXCESS_K;
         let moved = self.now.features.0[Term::Position as usize];
         let linear = form.get(Term::Tau) + form.get(Term::MovedWarm) * moved;
         let square = form.get(Term::Tau2);
         let bounded = tau.clamp(-MOST_WARM, MOST_WARM);
         value += (linear + square * bounded) * bounded;
         if bounded == tau {
-            slope += (linear + 2.0 * square * tau) / CONVECTION_SCALE_K;
+            slope += (linear + 2.0 * square * tau) / WORKING_EXCESS_K;
         }
         (value, slope)
     }
@@ -552,7 +552,7 @@ impl Terms {
         if !self.forms {
             return Features(phi);
         }
-        let tau = ((state.temperature - ambient) / CONVECTION_SCALE_K).clamp(-MOST_WARM, MOST_WARM);
+        let tau = ((state.temperature - ambient) / WORKING_EXCESS_K).clamp(-MOST_WARM, MOST_WARM);
         let stress = (state.stress / STRESS_PA).clamp(0.0, MOST_STRESS);
         let r = (state.position / self.stroke).clamp(-MOST_POSITION, MOST_POSITION);
         let v = (self.rates[0] / VELOCITY_M_S).clamp(-MOST_RATE, MOST_RATE);

@@ -1,6 +1,7 @@
 //! Terms of the heat balance (eq. 48).
 
 use super::{Effect, Equation, Home, Nature, shape, switch};
+use crate::formulas::WORKING_EXCESS_K;
 
 /// Terms of the heat balance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -23,8 +24,6 @@ pub struct Thermal {
 
 /// Time scale of a draught's edges, s: a logistic edge rises from 10 % to 90 % in 4.39 of it, 0.15 s.
 const DRAUGHT_EDGE_S: f64 = 0.034;
-/// Temperature above ambient at which natural convection leaves h as the material gives it, in K.
-pub(crate) const CONVECTION_SCALE_K: f64 = 60.0;
 /// Stefan and Boltzmann's constant σ_SB, in W/(m² K⁴).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 /// 0 °C, in K.
@@ -68,7 +67,7 @@ pub struct NaturalConvection {
 impl NaturalConvection {
     /// The factor (|ΔT|/60 K)^n on h.
     pub(crate) fn factor(&self, above_ambient: f64) -> f64 {
-        if self.exponent == 0.0 { 1.0 } else { (above_ambient.abs() / CONVECTION_SCALE_K).powf(self.exponent) }
+        if self.exponent == 0.0 { 1.0 } else { (above_ambient.abs() / WORKING_EXCESS_K).powf(self.exponent) }
     }
 }
 

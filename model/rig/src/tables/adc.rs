@@ -86,7 +86,7 @@ fn shared_input(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>)
     const CLEAR: f64 = 16.0;
     let Channel { limits, adc, control, model, .. } = channel;
     let drive = &model.drive;
-    let low_ohm = drive.shunt_ohm + drive.switch_ohm;
+    let low_ohm = drive.low_ohm();
     let on_v = derive::full_on(channel, limits.max_temperature_c).map_or(0.0, |on| on.least_current_a * low_ohm);
     if on_v <= CLEAR * adc.voltage_noise_v {
         reader.contradiction(

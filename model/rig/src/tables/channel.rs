@@ -74,12 +74,8 @@ impl Channel {
 
     /// Power in the on-phase with the wire at its most conductive, W: what bounds a duty of 1.
     pub fn full_power_w(&self) -> f64 {
-        let drive = &self.model.drive;
-        let m = &self.model.material;
-        let ohm = m.martensite_resistivity_ohm_m.min(m.austenite_resistivity_ohm_m) * self.model.geometry.length_m
-            / self.model.geometry.area_m2();
-        let current_a = drive.supply_v / (ohm + drive.shunt_ohm + drive.switch_ohm + drive.lead_ohm);
-        current_a * current_a * ohm
+        let model = &self.model;
+        model.drive.on_power_w(model.geometry.resistance_ohm(model.material.least_resistivity()))
     }
 
     /// A channel before anything is read.

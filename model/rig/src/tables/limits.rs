@@ -1,6 +1,7 @@
 //! `[channel.limits]`: what the driver's supervisor holds the channel within.
 
 use sinew_physics::DriveKind;
+use sinew_physics::formulas::heating_power_w;
 
 use crate::derive::{self, Reach};
 use crate::key::rows::*;
@@ -76,7 +77,7 @@ pub(crate) fn fill(channel: &mut Channel, reach: &Reach, stated: &Stated<'_>) {
         limits.continuous_current_a = reach.continuous_current_a(hottest_c);
     }
     if !given("energy_drain_w") {
-        limits.energy_drain_w = limits.continuous_current_a.powi(2) * reach.hot_ohm(hottest_c);
+        limits.energy_drain_w = heating_power_w(1.0, limits.continuous_current_a, reach.hot_ohm(hottest_c));
     }
     if !given("energy_budget_j") {
         limits.energy_budget_j = (1.25 * reach.heat_j(hottest_c)).max(1e-9);

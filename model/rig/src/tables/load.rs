@@ -1,14 +1,13 @@
 //! `[channel.load]`: what the moving end pulls against.
 
 use sinew_physics::Load;
+use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 
 use crate::error::What;
 use crate::key::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::{Channel, Joint};
 
-/// Standard gravity, in m/s².
-const GRAVITY: f64 = 9.80665;
 /// A load whose numbers are still to be read.
 pub(crate) const UNREAD: Load =
     Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
@@ -99,7 +98,7 @@ pub(crate) fn fill(channel: &mut Channel, stated: &Stated<'_>) {
     if let Load::SpringMassDamper { mass_kg, preload_n, .. } = &mut channel.model.load
         && !stated.gives("load", "preload_n")
     {
-        *preload_n = *mass_kg * GRAVITY;
+        *preload_n = *mass_kg * STANDARD_GRAVITY_M_S2;
     }
 }
 

@@ -397,7 +397,7 @@ fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
 /// What a reader must know of how a routine was run.
 fn notes(kind: RoutineKind, options: &Options, bench: &Bench) -> Vec<String> {
     let mut notes = Vec::new();
-    let weighs_kg = options.plant.load_n / sinew_machine::hanging::STANDARD_GRAVITY;
+    let weighs_kg = options.plant.load_n / sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
     if kind.is_closed_loop() && options.plant.mass_kg > 1.001 * weighs_kg {
         notes.push(format!(
             "the mass is played as {:.3} kg, the load as {:.3} N: {DAMPING_NOTE}",

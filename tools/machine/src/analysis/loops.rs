@@ -93,7 +93,7 @@ fn by_warmth(key: &str, run: &Run<'_>) -> f64 {
 fn heat_of_transformation(run: &Run<'_>) -> f64 {
     let (m, g) = (&run.model.material, &run.model.geometry);
     let per_s = run.options.speed_m_s / (m.transformation_strain * g.length_m).max(1e-12);
-    let watts = m.density_kg_per_m3 * g.volume_m3() * m.latent_heat_j_per_kg * per_s;
+    let watts = run.model.latent_heat_j() * per_s;
     let kelvins = watts / holding_power_w(run.model, 1.0, 0.0).max(1e-12);
     if m.stress_shift_k_per_pa > 0.0 { kelvins / m.stress_shift_k_per_pa } else { 0.0 }
 }
