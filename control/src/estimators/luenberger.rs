@@ -11,9 +11,9 @@ use super::{Estimate, Observation};
 use crate::lambda;
 use crate::lpv::{Coupling, LpvModel, OperatingPoint};
 use crate::wire_map::WireMap;
-use sinew_linear::place::place_observer;
-use sinew_linear::{Complex, DMatrix, eigenvalues};
 use sinew_physics::WireModel;
+use sinew_state_space::place::place_observer;
+use sinew_state_space::{Complex, DMatrix, eigenvalues};
 
 /// The poles of the phase and of the temperature, in poles of the wire's temperature h A_s/(m c_p): the thesis wants all of
 /// the estimator's beyond 10.

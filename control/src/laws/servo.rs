@@ -13,10 +13,10 @@ use crate::demand::Range;
 use crate::lpv::{Coupling, LpvModel, OperatingPoint};
 use crate::wire_map::WireMap;
 use crate::{CONSTANT_SLOPE_PER_K, Controller, Demand};
-use sinew_linear::DMatrix;
-use sinew_linear::riccati::lqr;
-use sinew_linear::servo::augment;
 use sinew_physics::WireModel;
+use sinew_state_space::DMatrix;
+use sinew_state_space::riccati::lqr;
+use sinew_state_space::servo::augment;
 
 /// Flattest |∂ξ/∂T| that the gains are scheduled to, in shares of the steepest. Below they keep: gains for a wire that answers
 /// nothing let power pile up that it does answer to when its transformation begins.
@@ -230,7 +230,7 @@ mod tests {
         let plant = lpv.velocity_form(&at, -0.05);
         let (a, b) = augment(&plant.a, &plant.b, &plant.c).unwrap();
         for omega in [0.3, 2.0, 11.0, 90.0] {
-            let s = sinew_linear::Complex::new(0.0, omega);
+            let s = sinew_state_space::Complex::new(0.0, omega);
             let resolvent = DMatrix::identity(4, 4).map(|v: f64| s * v) - a.map(|v| s * 0.0 + v);
             let answer = resolvent.try_inverse().unwrap() * b.map(|v| s * 0.0 + v);
             let loop_gain = (0..4).fold(s * 0.0, |sum, i| sum + answer[i] * k[i]);
