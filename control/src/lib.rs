@@ -5,6 +5,7 @@
 
 mod algorithm;
 mod demand;
+mod estimate;
 mod estimators;
 mod joint;
 mod lambda;
@@ -18,17 +19,15 @@ mod stroke;
 mod testing;
 mod wire_map;
 
-pub use algorithm::{Algorithm, AlgorithmKind, Settings};
+pub use algorithm::{Algorithm, Settings};
 pub use demand::{Controller, Demand, Modulation};
+pub use estimate::{Estimate, Observation};
 pub use estimators::{
-    EnthalpyObserver, Estimate, EstimatorKind, FusedEstimator, LuenbergerObserver, Observation, StateEstimator,
+    EnthalpyObserver, EstimatorKind, EstimatorRow, FusedEstimator, LuenbergerObserver, StateEstimator,
 };
 pub use joint::{JointDemand, JointEstimate, JointLaw, JointObserver, JointSettings};
 pub use lambda::{Lambda, MARGIN, default_lambda};
-pub use laws::{
-    CONSTANT_SLOPE_PER_K, InputOutputLinearised, Law, Pid, PidGains, Priming, Relay, SlidingMode1, SlidingMode2, Slope,
-    TensionLimits, TimeOptimal, VelocityServo,
-};
+pub use laws::{AlgorithmKind, KEYS_OF_LAWS, LawRow, PidGains, Priming, TensionLimits};
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
 pub use reach::{Holding, Limits, Reach, ReachConfig, Shares};
 pub use rules::WireRules;

@@ -3,7 +3,8 @@
 
 use sinew_physics::{DriveKind, Error, Inputs, Load, Wire, WireModel};
 
-use crate::{StrokeRange, WireRules};
+use crate::rules::WireRules;
+use crate::stroke::StrokeRange;
 
 /// Diameters that are sold, m.
 pub const STOCK_DIAMETERS_M: [f64; 12] =

@@ -3,7 +3,7 @@
 //!
 //! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
 
-use crate::{Estimate, Observation};
+use crate::estimate::{Estimate, Observation};
 use sinew_physics::{Convection, Load, WireModel};
 
 /// Martensite fraction is kept this far from 0 and 1 where a branch temperature (a logarithm) is taken of it.

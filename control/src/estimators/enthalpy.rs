@@ -6,7 +6,7 @@
 //! that is measured (g_M ≤ ξ ≤ g_A), and a wire that shortens on its own sits on the heating curve, one that lengthens on the
 //! cooling curve. Both pull with bounded gains, so a wrong parameter biases the estimate and can never make it run away.
 
-use super::{Estimate, Observation};
+use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;

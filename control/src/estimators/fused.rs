@@ -16,7 +16,7 @@
 //! Without a length the motion goes on by the model alone: a kelvin changes the resistance as much as a quarter of a millimetre does,
 //! so that it says nothing of the length that the heat balance does not say better.
 
-use super::{Estimate, Observation};
+use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;

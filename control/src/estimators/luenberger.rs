@@ -7,7 +7,7 @@
 //! of the air: at rest the temperature is the one at which P = h A_s (T − T_∞) with the h of the model, so that a draught,
 //! against which more power is needed, looks like heat (figure 98).
 
-use super::{Estimate, Observation};
+use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::lpv::{Coupling, LpvModel, OperatingPoint};
 use crate::wire_map::WireMap;

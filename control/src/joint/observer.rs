@@ -11,9 +11,9 @@
 //! - Each temperature by the wire's resistance (eq. 36): the only witness of what both wires have in common. What has to be
 //!   corrected that way again and again is a loss to the air that is not as the model has it.
 
-use super::stroke_rad;
+use super::stroke::stroke_rad;
+use crate::estimate::{Estimate, Observation};
 use crate::wire_map::WireMap;
-use crate::{Estimate, Observation};
 use sinew_physics::{Drive, DriveKind, Effects, Error, Inputs, Joint, Load, Wire, WireModel};
 
 /// Rate at which the angle follows what is measured, 1/s; and that of slack wires, which the model knows nothing of.

@@ -2,7 +2,7 @@
 //! readings are noisier than the accuracy wanted: so within a band around the reference it is left at the temperature it has,
 //! until its mean error says otherwise.
 
-use crate::Demand;
+use crate::demand::Demand;
 use crate::wire_map::WireMap;
 
 /// Time over which the error of a held wire is averaged, in 1/λ.

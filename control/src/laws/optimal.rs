@@ -14,9 +14,8 @@
 //! does not know. Near the reference the temperature is held as in [`super::sliding`].
 
 use super::hold::Hold;
-use crate::demand::Range;
+use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
-use crate::{Controller, Demand};
 
 /// Share of the braking power that the surface counts on.
 const RESERVE: (f64, f64) = (0.7, 0.4);
@@ -48,7 +47,6 @@ pub struct TimeOptimal {
     /// Excess temperature that is missing to the surface, K; positive = heat.
     surface: f64,
     pace: Pace,
-    blind: bool,
 }
 
 /// How fast the reference moves.
@@ -117,7 +115,6 @@ impl TimeOptimal {
             given,
             surface: 0.0,
             pace: Pace::NONE,
-            blind: false,
         }
     }
 
@@ -198,18 +195,17 @@ fn fastest(m: &WireMap) -> f64 {
     RETURN.0.min(0.5 * fast)
 }
 
-impl Controller for TimeOptimal {
+impl Law for TimeOptimal {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable() || !demand.estimate.temperature_c.is_finite();
-        if self.blind {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
+        if !demand.is_usable() || !demand.estimate.temperature_c.is_finite() {
             (self.surface, self.given) = (0.0, self.range.minimum);
-            return self.range.minimum;
+            return None;
         }
         self.pace.follow(demand.reference_m, demand.dt_s, self.hold.reach());
         let wanted = self.wanted(demand);
         self.given = self.range.give(wanted);
-        self.given
+        Some(self.given)
     }
 
     fn reset(&mut self) {
@@ -217,15 +213,10 @@ impl Controller for TimeOptimal {
         self.hold.reset();
         self.pace = Pace::NONE;
         (self.surface, self.given) = (0.0, self.range.minimum);
-        self.blind = false;
     }
 
     fn surface(&self) -> f64 {
         self.surface
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }
 

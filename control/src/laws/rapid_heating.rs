@@ -4,7 +4,7 @@
 //! is afraid of one, wastes the time; how far full power is safe can be told from the estimated temperature, or, with nothing but a
 //! calibrated model of the cold wire, from its resistance (resistance priming).
 
-use crate::Demand;
+use crate::demand::Demand;
 use crate::wire_map::WireMap;
 
 /// How far below its heating curve a wire is handed over, in widths 1/k_A of the curve.

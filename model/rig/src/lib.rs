@@ -8,6 +8,7 @@
 mod derive;
 mod effects;
 mod error;
+mod generated;
 mod parameters;
 mod read;
 mod schema;

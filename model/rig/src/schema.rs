@@ -1787,20 +1787,22 @@ pub(crate) static CHANNEL: &[Section<Channel>] = &[
                     }
                 },
             },
-            choice!(
-                "estimator",
-                [
-                    ("fused", Estimator::Fused),
-                    ("enthalpy", Estimator::Enthalpy),
-                    ("luenberger", Estimator::Luenberger),
-                    ("luenberger_scheduled", Estimator::LuenbergerScheduled),
-                ],
-                Default::Text("fused"),
-                "What the wire's temperature and martensite are estimated by, see [control.md](control.md): all that is \
-                 measured and the model, weighed together; the heat that its \
-                 power feeds; the thesis' linear state estimator with constant gains, or with scheduled ones",
-                c.control.estimator
-            ),
+            Key {
+                name: "estimator",
+                kind: Kind::Choice(&Estimator::WORDS),
+                default: Default::Text("fused"),
+                about: "What the wire's temperature and martensite are estimated by, see [control.md](control.md): all that is \
+                        measured and the model, weighed together; the heat that its \
+                        power feeds; the thesis' linear state estimator with constant gains, or with scheduled ones",
+                get: |c| Some(Value::Text(c.control.estimator.word().into())),
+                set: |c, value| {
+                    if let Value::Text(text) = value
+                        && let Some((_, estimator)) = Estimator::ALL.into_iter().find(|(word, _)| *word == text)
+                    {
+                        c.control.estimator = estimator;
+                    }
+                },
+            },
             law_number!(
                 "lambda_per_s",
                 "1/s",

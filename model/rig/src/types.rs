@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use sinew_physics::{Load, WireModel};
 
+pub(crate) use crate::generated::KEYS_OF_LAWS;
+pub use crate::generated::{Algorithm, Estimator};
 use crate::parameters::Prior;
 
 /// Most channels a rig can have.
@@ -312,110 +314,11 @@ pub struct Control {
     pub relay_band_m: Option<f64>,
 }
 
-/// The control law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Algorithm {
-    /// Sliding mode along the stopping distance, in the wire's estimated state.
-    TimeOptimal,
-    /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
-    SlidingMode,
-    /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
-    SlidingModePlain,
-    /// Sliding mode on a first-order surface, switched.
-    SlidingModeFirstOrder,
-    /// Sliding mode on a first-order surface, in the wire's estimated state.
-    SlidingModeFirstOrderEquivalent,
-    /// On and off with a band.
-    Relay,
-    /// Proportional-integral with anti-windup.
-    Pi,
-    /// Proportional-integral-derivative with anti-windup.
-    Pid,
-    /// Input–output linearisation with the estimated slope ∂ξ/∂T.
-    InputOutputLinearised,
-    /// Input–output linearisation with a constant slope.
-    InputOutputLinearisedConstant,
-    /// Robust servo on the velocity linearisation with static gains.
-    VelocityServo,
-    /// Robust servo on the velocity linearisation with scheduled gains.
-    VelocityServoScheduled,
-}
-
-/// Keys of `[channel.control]` that only some laws take, and those.
-pub(crate) const KEYS_OF_LAWS: [(&str, &[Algorithm]); 6] = {
-    use Algorithm::*;
-    [
-        (
-            "lambda_per_s",
-            &[
-                TimeOptimal,
-                SlidingMode,
-                SlidingModePlain,
-                SlidingModeFirstOrder,
-                SlidingModeFirstOrderEquivalent,
-                InputOutputLinearised,
-                InputOutputLinearisedConstant,
-                VelocityServo,
-                VelocityServoScheduled,
-            ],
-        ),
-        ("heat_loss_feedforward", &[Pi, Pid, InputOutputLinearised, InputOutputLinearisedConstant]),
-        ("pi_proportional_per_mm", &[Pi, Pid]),
-        ("pi_integral_per_mm_s", &[Pi, Pid]),
-        ("pid_derivative_s_per_mm", &[Pid]),
-        ("relay_band_mm", &[Relay]),
-    ]
-};
-
 impl Algorithm {
-    /// Every law with its word in the rig file.
-    pub const ALL: [(&'static str, Algorithm); 12] = [
-        ("time_optimal", Algorithm::TimeOptimal),
-        ("sliding_mode", Algorithm::SlidingMode),
-        ("sliding_mode_plain", Algorithm::SlidingModePlain),
-        ("sliding_mode_first_order", Algorithm::SlidingModeFirstOrder),
-        ("sliding_mode_first_order_equivalent", Algorithm::SlidingModeFirstOrderEquivalent),
-        ("relay", Algorithm::Relay),
-        ("pi", Algorithm::Pi),
-        ("pid", Algorithm::Pid),
-        ("input_output_linearised", Algorithm::InputOutputLinearised),
-        ("input_output_linearised_constant", Algorithm::InputOutputLinearisedConstant),
-        ("velocity_servo", Algorithm::VelocityServo),
-        ("velocity_servo_scheduled", Algorithm::VelocityServoScheduled),
-    ];
-
-    pub(crate) const WORDS: [&'static str; Algorithm::ALL.len()] = {
-        let mut words = [""; Algorithm::ALL.len()];
-        let mut i = 0;
-        while i < words.len() {
-            words[i] = Algorithm::ALL[i].0;
-            i += 1;
-        }
-        words
-    };
-
-    /// Its word in the rig file.
-    pub fn word(self) -> &'static str {
-        Algorithm::ALL.iter().find(|(_, algorithm)| *algorithm == self).map_or("", |(word, _)| word)
-    }
-
     /// Whether a key of `[channel.control]` means something with this law.
-    pub(crate) fn takes(self, key: &str) -> bool {
+    pub fn takes(self, key: &str) -> bool {
         KEYS_OF_LAWS.iter().find(|(of_some, _)| *of_some == key).is_none_or(|(_, laws)| laws.contains(&self))
     }
-}
-
-/// What the wire's temperature and phase are estimated by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Estimator {
-    /// Length, resistance, power and model weighed together.
-    Fused,
-    /// Enthalpy from the power, phase from the length.
-    Enthalpy,
-    /// The thesis' linear state estimator with constant gains, for comparison.
-    Luenberger,
-    /// The same with gains scheduled by the slope of the phase.
-    LuenbergerScheduled,
 }
 
 /// Whether full power comes before the law, and what tells when to stop.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use sinew_control::{Holding, Limits, Reach, ReachConfig, default_lambda};
 use sinew_physics::{DriveKind, Load};
-use sinew_rig::{Algorithm, Rig};
+use sinew_rig::Rig;
 
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -141,7 +141,7 @@ impl Tuned {
         let lambda_per_s = of(worst).map(round_down);
         let shares = lambda_per_s.map(|lambda| reach.shares(lambda));
         let algorithm = sinew_rig::word(channel, "channel.control", "algorithm").unwrap_or_default();
-        let uses_lambda = !matches!(channel.control.algorithm, Algorithm::Relay | Algorithm::Pi | Algorithm::Pid);
+        let uses_lambda = channel.control.algorithm.takes("lambda_per_s");
         let default = default_lambda(&model, limits.max_power_w.min(limits.max_duty * channel.full_power_w())).value;
         let mut tuned = Tuned {
             name: channel.name.clone(),
