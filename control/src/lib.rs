@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod algorithm;
+mod cycle;
 mod demand;
 mod estimate;
 mod estimators;

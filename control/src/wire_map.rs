@@ -3,7 +3,7 @@
 //!
 //! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
 
-use crate::estimate::{Estimate, Observation};
+use crate::estimate::Estimate;
 use sinew_physics::{Convection, Load, WireModel};
 
 /// Martensite fraction is kept this far from 0 and 1 where a branch temperature (a logarithm) is taken of it.
@@ -233,18 +233,6 @@ impl WireMap {
     pub fn stiffness(&self, fraction: f64) -> f64 {
         let compliance = self.compliance_a + fraction * (self.compliance_m - self.compliance_a);
         self.area * self.per_length / compliance
-    }
-
-    /// Mean power of a cycle, in W: as measured, else what the duty gives at this state, else the most there is.
-    #[inline]
-    pub fn power(&self, seen: &Observation, fraction: f64, temperature: f64, elongation: f64) -> f64 {
-        if seen.power_w.is_finite() {
-            seen.power_w.clamp(0.0, 100.0 * self.full_power + 100.0)
-        } else if seen.duty.is_finite() {
-            seen.duty.clamp(0.0, 1.0) * self.power_at_full_duty(fraction, temperature, elongation)
-        } else {
-            self.full_power
-        }
     }
 
     /// How much driving temperature one unit of elongation is worth on a branch of the given width at this phase, K/m:

@@ -14,6 +14,7 @@
 //! - The last correction out of a hold is crept at.
 
 use super::hold::Hold;
+use crate::cycle::Curves;
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
 
@@ -65,9 +66,10 @@ impl SlidingMode {
         let (m, lambda) = (&self.map, self.lambda);
         // the curves where the wire stands still: without the drag's share of the stress
         let drag_k = m.stress(seen.length_m - m.length, 0.0) * m.shift - seen.stress_pa * m.shift;
-        let (heating, cooling) = (seen.heating_curve_c + drag_k, seen.cooling_curve_c + drag_k);
+        let curves = Curves { heating_c: seen.heating_curve_c + drag_k, cooling_c: seen.cooling_curve_c + drag_k };
+        let Curves { heating_c: heating, cooling_c: cooling } = curves;
         let drag = m.drag;
-        let held = self.hold.decide(m, demand, error, 0.0, (heating, cooling), lambda);
+        let held = self.hold.decide(m, demand, error, 0.0, curves, lambda);
         let error = if self.hold.shortens() {
             error - self.hold.lead(m, seen.martensite)
         } else {
