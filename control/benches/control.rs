@@ -73,7 +73,7 @@ fn run(bencher: Bencher, kind: AlgorithmKind, estimating: Option<EstimatorKind>,
 
 #[divan::bench(args = EstimatorKind::ALL, sample_size = 1000)]
 fn estimator(bencher: Bencher, kind: EstimatorKind) {
-    run(bencher, AlgorithmKind::SlidingMode2, Some(kind), false);
+    run(bencher, AlgorithmKind::SlidingMode, Some(kind), false);
 }
 
 #[divan::bench(args = AlgorithmKind::ALL)]

@@ -13,30 +13,29 @@ use sinew_physics::WireModel;
 
 /// The default law was not tuned on them.
 const SEEDS: std::ops::Range<u64> = 2001..2021;
-/// What the table is made of, besides the default law.
-const LAWS: [&str; 16] = [
-    "sliding_mode",
-    "sliding_mode+whole",
-    "sliding_mode_plain",
-    "sliding_mode_first_order",
-    "sliding_mode_first_order_equivalent",
-    "relay",
-    "pi",
-    "pi+loss",
-    "pi+rapid",
-    "pid",
-    "pid+loss",
-    "input_output_linearised",
-    "input_output_linearised_constant",
-    "input_output_linearised_constant-loss",
-    "velocity_servo",
-    "velocity_servo_scheduled",
+/// With which options a law is in the table besides as it is.
+const OPTIONS: [(&str, &str); 5] = [
+    ("sliding_mode", "+whole"),
+    ("pi", "+loss"),
+    ("pi", "+rapid"),
+    ("pid", "+loss"),
+    ("input_output_linearised_constant", "-loss"),
 ];
+
+/// What the table is made of, besides the default law.
+fn laws() -> Vec<String> {
+    let others = AlgorithmKind::ALL.into_iter().filter(|kind| *kind != AlgorithmKind::TimeOptimal);
+    let with_options = |word: &'static str| {
+        let options = OPTIONS.into_iter().filter(move |(law, _)| *law == word);
+        std::iter::once(word.to_string()).chain(options.map(|(law, option)| format!("{law}{option}")))
+    };
+    others.flat_map(|kind| with_options(kind.word())).collect()
+}
 
 /// A law's settings by its word and options.
 fn settings(law: &str, maximum_duty: f64) -> Option<Settings> {
     let word = law.split(['+', '-']).next()?;
-    let kind = AlgorithmKind::ALL.into_iter().find(|kind| kind.word() == word)?;
+    let kind = AlgorithmKind::named(word)?;
     let mut settings = Settings { kind, maximum_duty, ..Settings::default() };
     let mut options = &law[word.len()..];
     while !options.is_empty() {
@@ -149,9 +148,9 @@ fn main() {
     for rate_hz in [1e3, 2e3, 5e3, 1e4] {
         table("as modelled", &model, &model, 3.0, "time_optimal", rate_hz, 1.0);
     }
-    for law in LAWS {
+    for law in laws() {
         for rate_hz in [1e3, 1e4] {
-            table("as modelled", &model, &model, 3.0, law, rate_hz, 1.0);
+            table("as modelled", &model, &model, 3.0, &law, rate_hz, 1.0);
         }
     }
     for (title, plant) in rig::misjudged(&model) {

@@ -1,90 +1,9 @@
-//! Which law runs on a channel, with which numbers; chosen once, dispatched without indirection.
+//! The law that runs on a channel, with its numbers and the rapid heating that may come before it; chosen once, dispatched without
+//! indirection.
 
-use crate::demand::Range;
-use crate::laws::{RapidHeating, Schedule};
-use crate::wire_map::WireMap;
-use crate::{
-    Controller, Coupling, Demand, InputOutputLinearised, Law, Modulation, Pid, PidGains, Priming, Relay, SlidingMode1,
-    SlidingMode2, Slope, TimeOptimal, VelocityServo, lambda,
-};
+use crate::demand::{Controller, Demand, Law, Modulation, Range};
+use crate::laws::{AlgorithmKind, AnyLaw, Given, PidGains, Priming, RapidHeating, Setup};
 use sinew_physics::WireModel;
-
-/// The laws to choose from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AlgorithmKind {
-    /// Second-order sliding mode along the stopping distance.
-    TimeOptimal,
-    /// Second-order surface, eq. 70's equivalent control (the default).
-    SlidingMode2,
-    /// Second-order surface, the thesis' switching law on measured derivatives.
-    SlidingMode2Plain,
-    /// First-order surface, switched.
-    SlidingMode1,
-    /// First-order surface with its equivalent control.
-    SlidingMode1Equivalent,
-    /// On and off with a band.
-    Relay,
-    /// Proportional-integral with anti-windup.
-    Pi,
-    /// The same with a filtered derivative of the length.
-    Pid,
-    /// Input–output linearisation, ∂ξ/∂T as estimated.
-    InputOutputLinearised,
-    /// Input–output linearisation, ∂ξ/∂T constant.
-    InputOutputLinearisedConstant,
-    /// Robust servo on the velocity linearisation, gains for one ∂ξ/∂T.
-    VelocityServo,
-    /// The same with gains scheduled over ∂ξ/∂T.
-    VelocityServoScheduled,
-}
-
-impl AlgorithmKind {
-    /// Every law.
-    pub const ALL: [AlgorithmKind; 12] = [
-        AlgorithmKind::TimeOptimal,
-        AlgorithmKind::SlidingMode2,
-        AlgorithmKind::SlidingMode2Plain,
-        AlgorithmKind::SlidingMode1,
-        AlgorithmKind::SlidingMode1Equivalent,
-        AlgorithmKind::Relay,
-        AlgorithmKind::Pi,
-        AlgorithmKind::Pid,
-        AlgorithmKind::InputOutputLinearised,
-        AlgorithmKind::InputOutputLinearisedConstant,
-        AlgorithmKind::VelocityServo,
-        AlgorithmKind::VelocityServoScheduled,
-    ];
-
-    /// Whether it is blind without an estimate of the wire's state; the others make do with the length.
-    pub fn needs_estimate(self) -> bool {
-        matches!(
-            self,
-            AlgorithmKind::TimeOptimal
-                | AlgorithmKind::InputOutputLinearised
-                | AlgorithmKind::InputOutputLinearisedConstant
-                | AlgorithmKind::VelocityServo
-                | AlgorithmKind::VelocityServoScheduled
-        )
-    }
-
-    /// Its word in the rig file.
-    pub fn word(self) -> &'static str {
-        match self {
-            AlgorithmKind::TimeOptimal => "time_optimal",
-            AlgorithmKind::SlidingMode2 => "sliding_mode",
-            AlgorithmKind::SlidingMode2Plain => "sliding_mode_plain",
-            AlgorithmKind::SlidingMode1 => "sliding_mode_first_order",
-            AlgorithmKind::SlidingMode1Equivalent => "sliding_mode_first_order_equivalent",
-            AlgorithmKind::Relay => "relay",
-            AlgorithmKind::Pi => "pi",
-            AlgorithmKind::Pid => "pid",
-            AlgorithmKind::InputOutputLinearised => "input_output_linearised",
-            AlgorithmKind::InputOutputLinearisedConstant => "input_output_linearised_constant",
-            AlgorithmKind::VelocityServo => "velocity_servo",
-            AlgorithmKind::VelocityServoScheduled => "velocity_servo_scheduled",
-        }
-    }
-}
 
 /// Numbers of a channel's law. `None` = from the wire.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,89 +54,32 @@ impl Default for Settings {
 pub struct Algorithm {
     law: AnyLaw,
     rapid_heating: Option<RapidHeating>,
+    minimum_duty: f64,
     maximum_duty: f64,
+    /// Whether the law had no answer to the last demand.
+    blind: bool,
     /// Whether the last duty was rapid heating's.
     priming: bool,
-}
-
-// Lies by value in the channel's struct, where the loop touches it: a box would cost more than the bytes.
-#[allow(clippy::large_enum_variant)]
-#[derive(Debug, Clone)]
-enum AnyLaw {
-    TimeOptimal(TimeOptimal),
-    SlidingMode2(SlidingMode2),
-    SlidingMode1(SlidingMode1),
-    Relay(Relay),
-    Pid(Pid),
-    InputOutputLinearised(InputOutputLinearised),
-    VelocityServo(VelocityServo),
-}
-
-/// Does with the law what is said of it, whichever it is.
-macro_rules! with {
-    ($law:ident in $algorithm:expr => $what:expr) => {
-        match $algorithm {
-            AnyLaw::TimeOptimal($law) => $what,
-            AnyLaw::SlidingMode2($law) => $what,
-            AnyLaw::SlidingMode1($law) => $what,
-            AnyLaw::Relay($law) => $what,
-            AnyLaw::Pid($law) => $what,
-            AnyLaw::InputOutputLinearised($law) => $what,
-            AnyLaw::VelocityServo($law) => $what,
-        }
-    };
 }
 
 impl Algorithm {
     /// The law for a wire.
     pub fn new(model: &WireModel, settings: &Settings) -> Algorithm {
-        let map = WireMap::new(model);
         let range = Range::new(settings.minimum_duty, settings.maximum_duty, settings.modulation);
-        let limits = lambda::limits(&map, map.full_power * range.maximum);
-        let lambda = match settings.lambda_per_s {
-            Some(value) if (1e-3..=1e4).contains(&value) => value,
-            _ => limits.value,
+        let given = Given {
+            lambda_per_s: settings.lambda_per_s,
+            hold_band_m: settings.hold_band_m,
+            relay_band_m: settings.relay_band_m,
+            gains: settings.pid,
+            heat_loss_feedforward: settings.heat_loss_feedforward,
         };
-        let stroke = lambda::speeds(&map, map.full_power).stroke;
-        let band = |given: Option<f64>, share: f64| match given {
-            Some(value) if value >= 0.0 && value.is_finite() => value,
-            _ => share * stroke,
-        };
-        let fed_forward = |by_default: bool| settings.heat_loss_feedforward.unwrap_or(by_default);
-        let second_order = |law| {
-            let hold = band(settings.hold_band_m, 0.0025);
-            AnyLaw::SlidingMode2(SlidingMode2::new(map, lambda, law, hold, range))
-        };
-        let first_order = |law| AnyLaw::SlidingMode1(SlidingMode1::new(map, lambda, law, stroke, range));
-        let linearised = |slope| {
-            AnyLaw::InputOutputLinearised(InputOutputLinearised::new(map, lambda, slope, fed_forward(true), range))
-        };
-        let gains = settings.pid.unwrap_or_else(|| PidGains::for_stroke(stroke));
-        let pid = |gains| AnyLaw::Pid(Pid::new(gains, fed_forward(false), range));
-        let integral = lambda * map.full_power * range.maximum / stroke;
-        let servo = |schedule, coupling| {
-            AnyLaw::VelocityServo(VelocityServo::new(model, map, schedule, coupling, integral, range))
-        };
-        let law = match settings.kind {
-            AlgorithmKind::TimeOptimal => {
-                AnyLaw::TimeOptimal(TimeOptimal::new(map, lambda, band(settings.hold_band_m, 0.0025), range))
-            }
-            AlgorithmKind::SlidingMode2 => second_order(Law::Equivalent),
-            AlgorithmKind::SlidingMode2Plain => second_order(Law::Plain),
-            AlgorithmKind::SlidingMode1 => first_order(Law::Plain),
-            AlgorithmKind::SlidingMode1Equivalent => first_order(Law::Equivalent),
-            AlgorithmKind::Relay => AnyLaw::Relay(Relay::new(band(settings.relay_band_m, 0.01), range)),
-            AlgorithmKind::Pi => pid(PidGains { derivative_s_per_m: 0.0, ..gains }),
-            AlgorithmKind::Pid => pid(gains),
-            AlgorithmKind::InputOutputLinearised => linearised(Slope::Estimated),
-            AlgorithmKind::InputOutputLinearisedConstant => linearised(Slope::Constant),
-            AlgorithmKind::VelocityServo => servo(Schedule::Static, Coupling::Thermal),
-            AlgorithmKind::VelocityServoScheduled => servo(Schedule::Scheduled, Coupling::Full),
-        };
+        let setup = Setup::new(model, range, given);
         Algorithm {
-            law,
-            rapid_heating: settings.rapid_heating.map(|by| RapidHeating::new(&map, by, stroke)),
+            law: AnyLaw::new(settings.kind, &setup),
+            rapid_heating: settings.rapid_heating.map(|by| RapidHeating::new(&setup.map, by, setup.stroke)),
+            minimum_duty: range.minimum,
             maximum_duty: range.maximum,
+            blind: false,
             priming: false,
         }
     }
@@ -233,23 +95,24 @@ impl Controller for Algorithm {
     fn duty(&mut self, demand: &Demand) -> f64 {
         self.priming = demand.is_usable() && self.rapid_heating.as_mut().is_some_and(|rapid| rapid.acts(demand));
         // Asked in any case: a law that takes over has to have seen how the wire came there.
-        let duty = with!(law in &mut self.law => law.duty(demand));
-        if self.priming { self.maximum_duty } else { duty }
+        let duty = self.law.duty(demand);
+        self.blind = duty.is_none();
+        if self.priming { self.maximum_duty } else { duty.unwrap_or(self.minimum_duty) }
     }
 
     fn reset(&mut self) {
-        self.priming = false;
+        (self.blind, self.priming) = (false, false);
         if let Some(rapid) = &mut self.rapid_heating {
             rapid.reset();
         }
-        with!(law in &mut self.law => law.reset());
+        self.law.reset();
     }
 
     fn surface(&self) -> f64 {
-        if self.priming { 0.0 } else { with!(law in &self.law => law.surface()) }
+        if self.priming { 0.0 } else { self.law.surface() }
     }
 
     fn is_blind(&self) -> bool {
-        !self.priming && with!(law in &self.law => law.is_blind())
+        !self.priming && self.blind
     }
 }

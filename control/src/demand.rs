@@ -1,6 +1,6 @@
 //! What a controller is told each cycle, what it answers, and the modulation of power that all sliding modes share.
 
-use crate::Estimate;
+use crate::estimate::Estimate;
 
 /// One cycle's question: which duty for the next PWM period?
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,18 +34,6 @@ impl Demand {
     }
 }
 
-impl Estimate {
-    /// Whether what a law computes power from is there.
-    pub(crate) fn is_usable(&self) -> bool {
-        self.temperature_c.is_finite()
-            && self.martensite.is_finite()
-            && self.length_m.is_finite()
-            && self.velocity_m_s.is_finite()
-            && self.loss_w.is_finite()
-            && self.full_power_w > 0.0
-    }
-}
-
 /// A law from length to duty.
 pub trait Controller {
     /// The duty for the next period, always between the minimum and the maximum it was made with.
@@ -61,6 +49,21 @@ pub trait Controller {
 
     /// Whether the last demand held a number that was none, or lacked an estimate that the law cannot do without.
     fn is_blind(&self) -> bool;
+}
+
+/// One of the laws from length to duty, as a channel runs it.
+pub(crate) trait Law {
+    /// The duty for the next period, between the least and the most of its [`Range`]; `None` where the demand is not usable, or
+    /// lacks the estimate that this law cannot do without.
+    fn duty(&mut self, demand: &Demand) -> Option<f64>;
+
+    /// Forgets the past: as newly made.
+    fn reset(&mut self);
+
+    /// The sliding surface of the last cycle, see [`Controller::surface`]; most laws have none.
+    fn surface(&self) -> f64 {
+        0.0
+    }
 }
 
 /// When the power is switched between its maximum and its minimum, so that its mean is the one wanted.

@@ -9,9 +9,9 @@
 //! For construction time: every function allocates its matrices.
 
 use crate::wire_map::WireMap;
-use sinew_linear::DMatrix;
 use sinew_physics::formulas::{cooling_time_s, logistic};
 use sinew_physics::{Load, WireModel};
+use sinew_state_space::DMatrix;
 
 /// As near as this to an outer curve, in martensite fraction, is on it: rounding, no more.
 const ON_CURVE: f64 = 1e-9;
@@ -245,13 +245,13 @@ impl LpvModel {
 mod tests {
     use super::*;
     use crate::testing::{self, by_power, wire};
-    use sinew_linear::convert::discretise;
-    use sinew_linear::derive::jacobian;
-    use sinew_linear::rank::{
+    use sinew_physics::{Geometry, Inputs, Wire};
+    use sinew_state_space::convert::discretise;
+    use sinew_state_space::derive::jacobian;
+    use sinew_state_space::rank::{
         TOLERANCE, controllability_rank, controllable, observability_rank, observable, uncontrollable_modes,
     };
-    use sinew_linear::{Complex, DVector, eigenvalues};
-    use sinew_physics::{Geometry, Inputs, Wire};
+    use sinew_state_space::{Complex, DVector, eigenvalues};
 
     /// Table 10: 0.1 mm × 233 mm on 0.13 kg, 18 N/m, 0.915 N s/m; preloaded to 150 MPa.
     fn table_10() -> WireModel {

@@ -18,7 +18,8 @@ use crate::lambda::mechanical_limit;
 use crate::wire_map::WireMap;
 
 /// Least and largest λ looked at, 1/s.
-const LAMBDA: (f64, f64) = (0.02, 1e3);
+const LEAST_LAMBDA: f64 = 0.02;
+const MOST_LAMBDA: f64 = 1e3;
 /// Steps of λ in that range, then halvings of the last.
 const STEPS: u32 = 60;
 const HALVINGS: u32 = 24;
@@ -29,12 +30,16 @@ const LAST: f64 = 7.0;
 /// What a channel has, and what is asked of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReachConfig {
-    /// Least and most duty.
-    pub duty: (f64, f64),
+    /// Least duty.
+    pub least_duty: f64,
+    /// Most duty.
+    pub most_duty: f64,
     /// Most mean power, W.
     pub max_power_w: f64,
-    /// Strokes the steps go between, 0 = cold and long, 1 = hot and short.
-    pub strokes: (f64, f64),
+    /// Strokes the steps go between, 0 = cold and long, 1 = hot and short: one end.
+    pub from_stroke: f64,
+    /// And the other.
+    pub to_stroke: f64,
     /// Share by which each parameter may be wrong: transformation temperatures (above ambient), their widths, loss to the air,
     /// heat capacity and latent heat, shape-memory strain, damping, mass, power.
     pub uncertainty: f64,
@@ -118,8 +123,8 @@ struct Motion {
     width: f64,
     x_from: f64,
     x_to: f64,
-    /// Least and most martensite.
-    phases: (f64, f64),
+    least_martensite: f64,
+    most_martensite: f64,
 }
 
 /// One point of it: elongation, phase, temperature, and the powers that hold and that move the wire, W.
@@ -175,7 +180,7 @@ impl Corner {
     /// The least and the most power the channel gives at a phase and temperature, W.
     fn powers(&self, config: &ReachConfig, phase: f64, temperature: f64, x: f64) -> (f64, f64) {
         let full = self.power * self.map.power_at_full_duty(phase, temperature, x);
-        (config.duty.0 * full, (config.duty.1 * full).min(config.max_power_w * self.power))
+        (config.least_duty * full, (config.most_duty * full).min(config.max_power_w * self.power))
     }
 
     /// The motion over the strokes on the surface, shortening or lengthening.
@@ -189,13 +194,13 @@ impl Corner {
         let (from, to) = if heating { (long, short) } else { (short, long) };
         let (x_from, ..) = self.rest(from, centre, width);
         let (x_to, ..) = self.rest(to, centre, width);
-        Motion { centre, width, x_from, x_to, phases: (short.min(long), short.max(long)) }
+        Motion { centre, width, x_from, x_to, least_martensite: short.min(long), most_martensite: short.max(long) }
     }
 
     /// What a motion asks for at λt = `s`.
     fn needs(&self, motion: &Motion, lambda: f64, s: f64) -> Need {
         let m = &self.map;
-        let Motion { centre, width, x_from, x_to, phases } = *motion;
+        let Motion { centre, width, x_from, x_to, .. } = *motion;
         let fading = (x_from - x_to) * (-s).exp();
         let x = x_to + fading * (1.0 + s);
         let v = -fading * lambda * s;
@@ -209,7 +214,7 @@ impl Corner {
         let mut temperature = centre + m.shift * stress;
         let mut phase = 0.5;
         for _ in 0..3 {
-            phase = m.fraction(x, stress, temperature).clamp(phases.0, phases.1);
+            phase = m.fraction(x, stress, temperature).clamp(motion.least_martensite, motion.most_martensite);
             temperature = centre + width * WireMap::logit(phase) + m.shift * stress;
         }
         let compliance = m.compliance_a + phase * (m.compliance_m - m.compliance_a);
@@ -256,12 +261,12 @@ fn worst(a: f64, b: f64) -> f64 {
 /// Martensite at the long and at the short end of the strokes.
 fn phases(config: &ReachConfig) -> (f64, f64) {
     let phase = |stroke: f64| (1.0 - stroke).clamp(0.01, 0.99);
-    (phase(config.strokes.0.min(config.strokes.1)), phase(config.strokes.0.max(config.strokes.1)))
+    (phase(config.from_stroke.min(config.to_stroke)), phase(config.from_stroke.max(config.to_stroke)))
 }
 
 /// The largest λ up to which something holds; `None` where it does not even for the least.
 fn largest(holds: impl Fn(f64) -> bool) -> Option<f64> {
-    let (least, most) = LAMBDA;
+    let (least, most) = (LEAST_LAMBDA, MOST_LAMBDA);
     let at = |step: u32| least * (most / least).powf(f64::from(step) / f64::from(STEPS));
     if !holds(least) {
         return None;
@@ -340,7 +345,7 @@ mod tests {
     }
 
     fn config(max_power_w: f64, uncertainty: f64) -> ReachConfig {
-        ReachConfig { duty: (0.02, 1.0), max_power_w, strokes: (0.1, 0.9), uncertainty }
+        ReachConfig { least_duty: 0.02, most_duty: 1.0, max_power_w, from_stroke: 0.1, to_stroke: 0.9, uncertainty }
     }
 
     fn reach(max_power_w: f64, uncertainty: f64) -> Reach {
@@ -369,7 +374,7 @@ mod tests {
         let heating = |power| reach(power, 0.1).worst_case().heating_per_s.unwrap_or(0.0);
         assert!(heating(1.5) < heating(2.0) && heating(2.0) < heating(3.0));
         assert!(at(Reach::new(&model(0.25), config(3.0, 0.1))) < at(reach(3.0, 0.1)));
-        let narrow = ReachConfig { strokes: (0.4, 0.6), ..config(3.0, 0.1) };
+        let narrow = ReachConfig { from_stroke: 0.4, to_stroke: 0.6, ..config(3.0, 0.1) };
         assert!(at(Reach::new(&model(0.125), narrow)) > at(reach(3.0, 0.1)));
     }
 
@@ -433,9 +438,11 @@ mod tests {
     fn any_configuration_has_an_answer() {
         for number in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300] {
             let config = ReachConfig {
-                duty: (number, number),
+                least_duty: number,
+                most_duty: number,
                 max_power_w: number,
-                strokes: (number, 0.5),
+                from_stroke: number,
+                to_stroke: 0.5,
                 uncertainty: number,
             };
             let reach = Reach::new(&model(0.125), config);

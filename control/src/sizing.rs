@@ -4,7 +4,8 @@
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{DriveKind, Error, Inputs, Load, Wire, WireModel};
 
-use crate::{StrokeRange, WireRules};
+use crate::rules::WireRules;
+use crate::stroke::StrokeRange;
 
 /// Diameters that are sold, m.
 pub const STOCK_DIAMETERS_M: [f64; 12] =
@@ -13,8 +14,9 @@ pub const STOCK_DIAMETERS_M: [f64; 12] =
 const MOST_WIRES: f64 = 1000.0;
 /// Without a supply given, one that heats with so many times the voltage a wire bears for good.
 const SUPPLY_OVER_SAFE: f64 = 1.5;
-/// A motion counts from here to there of the stroke, 0 = cold.
-const FROM_TO: (f64, f64) = (0.1, 0.9);
+/// A motion counts from the one of these strokes to the other, 0 = cold.
+const LONG_STROKE: f64 = 0.1;
+const SHORT_STROKE: f64 = 0.9;
 /// Longest motion that is simulated, s, and its step, s.
 const LONGEST_S: f64 = 120.0;
 const STEP_S: f64 = 1e-3;
@@ -223,8 +225,8 @@ pub fn predict(model: &WireModel) -> Result<Prediction, Error> {
         }
         None
     };
-    let heating_s = travel(1.0, FROM_TO.0, FROM_TO.1);
-    let cooling_s = heating_s.and_then(|_| travel(0.0, FROM_TO.1, FROM_TO.0));
+    let heating_s = travel(1.0, LONG_STROKE, SHORT_STROKE);
+    let cooling_s = heating_s.and_then(|_| travel(0.0, SHORT_STROKE, LONG_STROKE));
 
     let rules = WireRules { diameter_m: model.geometry.diameter_m, length_m: model.geometry.length_m };
     let mut driven = model.clone();

@@ -3,7 +3,7 @@
 //!
 //! The static part of the model only. Nothing here has a state, and every output is finite for finite inputs.
 
-use crate::{Estimate, Observation};
+use crate::estimate::Estimate;
 use sinew_physics::formulas::{self, WORKING_EXCESS_K};
 use sinew_physics::{Load, WireModel};
 
@@ -235,18 +235,6 @@ impl WireMap {
     /// Stiffness of the wire as a spring in series with its phase, K_SMA = A_c E(ξ)/L_0, in N/m.
     pub fn stiffness(&self, fraction: f64) -> f64 {
         self.area * self.per_length / self.compliance(fraction)
-    }
-
-    /// Mean power of a cycle, in W: as measured, else what the duty gives at this state, else the most there is.
-    #[inline]
-    pub fn power(&self, seen: &Observation, fraction: f64, temperature: f64, elongation: f64) -> f64 {
-        if seen.power_w.is_finite() {
-            seen.power_w.clamp(0.0, 100.0 * self.full_power + 100.0)
-        } else if seen.duty.is_finite() {
-            seen.duty.clamp(0.0, 1.0) * self.power_at_full_duty(fraction, temperature, elongation)
-        } else {
-            self.full_power
-        }
     }
 
     /// How much driving temperature one unit of elongation is worth on a branch of the given width at this phase, K/m:

@@ -536,20 +536,7 @@ const SETTLED_STROKE: f64 = 0.005;
 pub fn settings(channel: &RigChannel) -> Settings {
     let control = &channel.control;
     Settings {
-        kind: match control.algorithm {
-            RigAlgorithm::TimeOptimal => AlgorithmKind::TimeOptimal,
-            RigAlgorithm::SlidingMode => AlgorithmKind::SlidingMode2,
-            RigAlgorithm::SlidingModePlain => AlgorithmKind::SlidingMode2Plain,
-            RigAlgorithm::SlidingModeFirstOrder => AlgorithmKind::SlidingMode1,
-            RigAlgorithm::SlidingModeFirstOrderEquivalent => AlgorithmKind::SlidingMode1Equivalent,
-            RigAlgorithm::Relay => AlgorithmKind::Relay,
-            RigAlgorithm::Pi => AlgorithmKind::Pi,
-            RigAlgorithm::Pid => AlgorithmKind::Pid,
-            RigAlgorithm::InputOutputLinearised => AlgorithmKind::InputOutputLinearised,
-            RigAlgorithm::InputOutputLinearisedConstant => AlgorithmKind::InputOutputLinearisedConstant,
-            RigAlgorithm::VelocityServo => AlgorithmKind::VelocityServo,
-            RigAlgorithm::VelocityServoScheduled => AlgorithmKind::VelocityServoScheduled,
-        },
+        kind: AlgorithmKind::ALL[control.algorithm as usize],
         lambda_per_s: control.lambda_per_s,
         minimum_duty: control.minimum_duty,
         maximum_duty: channel.limits.max_duty,
@@ -574,12 +561,38 @@ pub fn settings(channel: &RigChannel) -> Settings {
 
 /// The estimator that a rig file asks for.
 pub fn estimator(channel: &RigChannel) -> EstimatorKind {
-    match channel.control.estimator {
-        RigEstimator::Fused => EstimatorKind::Fused,
-        RigEstimator::Enthalpy => EstimatorKind::Enthalpy,
-        RigEstimator::Luenberger => EstimatorKind::Luenberger,
-        RigEstimator::LuenbergerScheduled => EstimatorKind::LuenbergerScheduled,
+    EstimatorKind::ALL[channel.control.estimator as usize]
+}
+
+// The rig file's laws and estimators are those of `control`, word by word: so their places say which is which.
+const _: () = {
+    let mut i = 0;
+    assert!(
+        RigAlgorithm::ALL.len() == AlgorithmKind::ALL.len(),
+        "model/rig/src/generated.rs lacks a law: write it anew"
+    );
+    while i < RigAlgorithm::ALL.len() {
+        let (word, algorithm) = RigAlgorithm::ALL[i];
+        assert!(algorithm as usize == i && is_same(word, AlgorithmKind::ALL[i].word()), "a law of another word");
+        i += 1;
     }
+    let mut i = 0;
+    assert!(RigEstimator::ALL.len() == EstimatorKind::ALL.len(), "model/rig/src/generated.rs lacks an estimator");
+    while i < RigEstimator::ALL.len() {
+        let (word, estimator) = RigEstimator::ALL[i];
+        assert!(estimator as usize == i && is_same(word, EstimatorKind::ALL[i].word()), "an estimator of another word");
+        i += 1;
+    }
+};
+
+/// Whether two words are the same; at compile time, where `==` is not to be had.
+const fn is_same(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    let mut i = 0;
+    while i < one.len() && i < other.len() && one[i] == other[i] {
+        i += 1;
+    }
+    i == one.len() && i == other.len()
 }
 
 /// One end of a wire's stroke, seen electrically.
@@ -721,9 +734,7 @@ mod tests {
     fn words_of_the_rig_file_are_those_of_the_estimators() {
         let mut channel = sinew_rig::Rig::hexapod().channels.swap_remove(0);
         let mut chosen = Vec::new();
-        for kind in
-            [RigEstimator::Fused, RigEstimator::Enthalpy, RigEstimator::Luenberger, RigEstimator::LuenbergerScheduled]
-        {
+        for (_, kind) in RigEstimator::ALL {
             channel.control.estimator = kind;
             let word = sinew_rig::word(&channel, "channel.control", "estimator");
             assert_eq!(word.as_deref(), Some(estimator(&channel).word()));

@@ -6,7 +6,8 @@
 //! that is measured (g_M ≤ ξ ≤ g_A), and a wire that shortens on its own sits on the heating curve, one that lengthens on the
 //! cooling curve. Both pull with bounded gains, so a wrong parameter biases the estimate and can never make it run away.
 
-use super::{Estimate, Observation};
+use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start, inside};
+use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
@@ -36,15 +37,6 @@ const LOSS_PER_K: f64 = 0.035;
 const BALANCE: f64 = 0.25;
 /// Fastest that evidence from the length moves the temperature, K/s.
 const MOST_K_PER_S: f64 = 60.0;
-/// More stress than a wire bears, Pa.
-const MOST_PA: f64 = 5e9;
-/// Hottest and coldest temperature an estimate can take, °C.
-const RANGE_C: (f64, f64) = (-250.0, 1000.0);
-
-/// How far a phase is inside its range at this end: 0 where it cannot be told from the end, 1 a few per cent in.
-fn inside(fraction: f64) -> f64 {
-    (25.0 * (fraction - 0.03)).clamp(0.0, 1.0)
-}
 
 /// Temperature and martensite of one wire from the enthalpy its power feeds.
 #[derive(Debug, Clone)]
@@ -67,7 +59,7 @@ pub struct EnthalpyObserver {
     full_power: f64,
     /// Whether a length has come yet.
     seen: bool,
-    initial: (f64, f64),
+    start: Start,
 }
 
 impl EnthalpyObserver {
@@ -90,7 +82,7 @@ impl EnthalpyObserver {
             loss_scale: 1.0,
             full_power: map.full_power,
             seen: false,
-            initial: (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite),
+            start: Start::of(model),
         };
         estimator.reset();
         estimator
@@ -98,7 +90,7 @@ impl EnthalpyObserver {
 
     /// Back to the start.
     pub fn reset(&mut self) {
-        (self.temperature, self.fraction) = self.initial;
+        (self.temperature, self.fraction) = (self.start.temperature_c, self.start.martensite);
         self.hottest = self.temperature;
         self.seen = false;
         (self.velocity, self.variance, self.loss_scale) = (0.0, 0.0, 1.0);
@@ -135,6 +127,45 @@ impl EnthalpyObserver {
         self.variance += (self.lambda * dt).min(1.0) * (surprise * surprise - self.variance);
     }
 
+    /// How far the temperature is off, K/λ: outside the outer curves, or, of a wire that surely moves, off the curve it moves
+    /// on.
+    #[inline]
+    fn pull(&self, curves: &Curves, dt: f64) -> f64 {
+        // a phase that cannot be told from the end of its range says nothing of that side
+        let (below, above) = (inside(self.fraction), inside(1.0 - self.fraction));
+        if self.temperature > curves.heating_c {
+            below * BOUND_RATE * (curves.heating_c - self.temperature)
+        } else if self.temperature < curves.cooling_c {
+            above * BOUND_RATE * (curves.cooling_c - self.temperature)
+        } else if self.velocity.abs() > STANDING * self.cooling_speed {
+            let rate = MOTION_RATE * self.lambda;
+            let noise = STANDING_SIGMA * rate * (0.5 * rate * dt * self.variance).sqrt();
+            let standing = (STANDING * self.cooling_speed).max(noise);
+            let sure = ((self.velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
+            let curve = if self.velocity < 0.0 { curves.heating_c } else { curves.cooling_c };
+            below.min(above) * sure * BRANCH_RATE * (curve - self.temperature)
+        } else {
+            0.0
+        }
+    }
+
+    /// Pulls the temperature to where the length says it is, in a cycle in which `heat` was left of the power beyond the
+    /// `loss`, W.
+    #[inline]
+    fn correct(&mut self, curves: &Curves, heat: f64, loss: f64, dt: f64) {
+        let pull = self.pull(curves, dt);
+        if pull == 0.0 {
+            return;
+        }
+        let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
+        self.temperature += pulled;
+        // What has to be pulled again and again is a loss to the air that is not as the model has it; but only
+        // near balance, where the loss is what the power is for.
+        let sure = inside(self.fraction).min(inside(1.0 - self.fraction));
+        let balanced = (1.0 - heat.abs() / (BALANCE * loss.abs()).max(1e-12)).max(0.0) * sure;
+        self.loss_scale = (self.loss_scale - balanced * LOSS_PER_K * pulled).clamp(0.4, 2.5);
+    }
+
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
@@ -147,16 +178,9 @@ impl EnthalpyObserver {
             self.velocity = 0.0;
         }
         let m = &self.map;
-        let power = m.power(seen, self.fraction, self.temperature, self.elongation);
-        if seen.duty > 1e-3 && seen.duty <= 1.0 {
-            // a supply that has gone is no reason to ask for a thousandfold duty when it comes back
-            self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
-        }
-        let stress = if seen.tension_n.is_finite() {
-            (seen.tension_n * m.per_area).clamp(0.0, MOST_PA)
-        } else {
-            m.stress(self.elongation, self.velocity)
-        };
+        let power = cycle::power(m, seen, || m.power_at_full_duty(self.fraction, self.temperature, self.elongation));
+        self.full_power = cycle::full_power(m, seen, power, self.full_power);
+        let stress = cycle::stress(m, seen, self.elongation, self.velocity);
         let shift = stress * m.shift;
         // heat balance (eq. 48): what is not lost to the air, and what the change of phase releases
         let loss = self.loss_scale * m.loss * (self.temperature - m.ambient);
@@ -173,48 +197,23 @@ impl EnthalpyObserver {
         self.temperature += (heat * dt + release * (fraction - self.fraction)) * m.per_heat_capacity;
         self.fraction = fraction;
 
-        let logit = WireMap::logit(fraction);
-        let heating_curve = m.heating_centre + m.heating_width * logit + shift;
-        let cooling_curve = m.cooling_centre + m.cooling_width * logit + shift;
+        let curves = Curves::at(m, fraction, stress);
         if measured {
-            // a phase that cannot be told from the end of its range says nothing of that side
-            let (below, above) = (inside(fraction), inside(1.0 - fraction));
-            let pull = if self.temperature > heating_curve {
-                below * BOUND_RATE * (heating_curve - self.temperature)
-            } else if self.temperature < cooling_curve {
-                above * BOUND_RATE * (cooling_curve - self.temperature)
-            } else if self.velocity.abs() > STANDING * self.cooling_speed {
-                let rate = MOTION_RATE * self.lambda;
-                let noise = STANDING_SIGMA * rate * (0.5 * rate * dt * self.variance).sqrt();
-                let standing = (STANDING * self.cooling_speed).max(noise);
-                let sure = ((self.velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);
-                let curve = if self.velocity < 0.0 { heating_curve } else { cooling_curve };
-                below.min(above) * sure * BRANCH_RATE * (curve - self.temperature)
-            } else {
-                0.0
-            };
-            if pull != 0.0 {
-                let pulled = (self.lambda * pull).clamp(-MOST_K_PER_S, MOST_K_PER_S) * dt;
-                self.temperature += pulled;
-                // What has to be pulled again and again is a loss to the air that is not as the model has it; but only
-                // near balance, where the loss is what the power is for.
-                let balanced = (1.0 - heat.abs() / (BALANCE * loss.abs()).max(1e-12)).max(0.0) * below.min(above);
-                self.loss_scale = (self.loss_scale - balanced * LOSS_PER_K * pulled).clamp(0.4, 2.5);
-            }
+            self.correct(&curves, heat, loss, dt);
         }
-        self.temperature = self.temperature.clamp(RANGE_C.0, RANGE_C.1);
+        let m = &self.map;
+        self.temperature = self.temperature.clamp(COLDEST_C, HOTTEST_C);
         if !measured {
             self.elongation = m.elongation(fraction, stress, self.temperature);
         }
-        let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
-        self.hottest = (self.hottest + rise * dt * m.per_heat_capacity).min(RANGE_C.1).max(self.temperature);
+        self.hottest = cycle::hottest(m, self.hottest, power, dt, self.temperature);
         Estimate {
             temperature_c: self.temperature,
             martensite: fraction,
             hottest_c: self.hottest,
             stress_pa: stress,
-            heating_curve_c: heating_curve,
-            cooling_curve_c: cooling_curve,
+            heating_curve_c: curves.heating_c,
+            cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.elongation,
             loss_sigma_w: 0.2 * self.loss_scale * m.loss * (self.temperature - m.ambient).abs(),
             release_j: release,

@@ -16,7 +16,8 @@
 //! Without a length the motion goes on by the model alone: a kelvin changes the resistance as much as a quarter of a millimetre does,
 //! so that it says nothing of the length that the heat balance does not say better.
 
-use super::{Estimate, Observation};
+use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start, inside};
+use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
@@ -25,7 +26,8 @@ use sinew_physics::formulas::{logistic, resistivity_ohm_m};
 /// Correlation time of the velocity's bias, s.
 const BIAS_TIME_S: f64 = 0.1;
 /// Spread of the bias of a standing wire, in the cooling speed, and of a moving one, as a share of its velocity.
-const BIAS: (f64, f64) = (0.015, 0.12);
+const BIAS_STANDING: f64 = 0.015;
+const BIAS_MOVING: f64 = 0.12;
 /// Shorter than that no time has passed, s.
 const SHORTEST_STEP_S: f64 = 1e-9;
 /// Fastest a wire is taken to follow its temperature, 1/s: with a load that hardly damps it, a kelvin of error is half a millimetre.
@@ -36,7 +38,8 @@ const EXCESS_MODEL: f64 = 0.04;
 const LONGEST_STEP_S: f64 = 0.1;
 /// Time over which innovations of the length are averaged, in samples, and the mean (in standard deviations) beyond which the
 /// model has lost the wire.
-const LOST: (f64, f64) = (12.0, 1.2);
+const LOST_SAMPLES: f64 = 12.0;
+const LOST_SIGMAS: f64 = 1.2;
 /// Time over which what the model leaves out keeps its sign, s: a measurement that is wrong by the model counts once in it.
 const MODEL_TIME_S: f64 = 0.1;
 /// What the model leaves out of the resistivity, as a share of it.
@@ -47,10 +50,12 @@ const CURVE_MODEL: f64 = 0.35;
 const STANDING: f64 = 0.14;
 /// Share of the latent heat that is not as the model has it.
 const LATENT_MODEL: f64 = 0.05;
-/// Drift of temperature (K), loss, resistivities, curves (widths), latent heat per √s.
-const DRIFT: [f64; 5] = [0.3, 0.15, 5e-4, 0.03, 0.01];
-/// Spread at the start: temperature (K), loss, resistivities, curves (widths), latent heat.
-const START: [f64; 5] = [6.0, 0.3, 0.01, 1.2, 0.2];
+/// Drift of the heat filter's states, per √s.
+const DRIFT: Spread =
+    Spread { temperature_k: 0.3, loss: 0.15, resistivities: 5e-4, curves_widths: 0.03, latent_heat: 0.01 };
+/// Their spread at the start.
+const AT_START: Spread =
+    Spread { temperature_k: 6.0, loss: 0.3, resistivities: 0.01, curves_widths: 1.2, latent_heat: 0.2 };
 /// Innovations beyond so many standard deviations count as that many: a model that is wrong is no reason to jump.
 const HUBER: f64 = 3.0;
 /// Rate at which the strain is learned from a wire at its cold end, 1/s.
@@ -59,10 +64,6 @@ const STRAIN_RATE: f64 = 4.0;
 const COLD: f64 = 2.0;
 /// Faster than any wire moves, m/s.
 const MOST_M_PER_S: f64 = 100.0;
-/// More stress than a wire bears, Pa.
-const MOST_PA: f64 = 5e9;
-/// Hottest and coldest temperature an estimate can take, °C.
-const RANGE_C: (f64, f64) = (-250.0, 1000.0);
 
 /// States of the heat filter.
 const STATES: usize = 7;
@@ -77,6 +78,34 @@ const HEATING: usize = 4;
 const COOLING: usize = 5;
 /// Latent heat over what the model says.
 const LATENT: usize = 6;
+
+/// Standard deviations of the heat filter's states.
+#[derive(Debug, Clone, Copy)]
+struct Spread {
+    temperature_k: f64,
+    /// Shares of what the model says, here and below.
+    loss: f64,
+    resistivities: f64,
+    /// Places of both curves, in widths 1/k.
+    curves_widths: f64,
+    latent_heat: f64,
+}
+
+impl Spread {
+    /// State by state, for a wire.
+    fn of_states(&self, m: &WireMap) -> [f64; STATES] {
+        let curves = self.curves_widths;
+        [
+            self.temperature_k,
+            self.loss,
+            self.resistivities,
+            self.resistivities,
+            curves * m.heating_width,
+            curves * m.cooling_width,
+            self.latent_heat,
+        ]
+    }
+}
 
 /// A scalar that says something of the heat filter's state: `surprise` = measured − predicted, the slopes of the prediction (all
 /// others are 0) and its variance.
@@ -94,10 +123,9 @@ struct Heat {
 }
 
 impl Heat {
-    fn new(temperature_c: f64, widths: (f64, f64)) -> Heat {
+    fn new(temperature_c: f64, map: &WireMap) -> Heat {
         let mut covariance = [[0.0; STATES]; STATES];
-        let spread = [START[0], START[1], START[2], START[2], START[3] * widths.0, START[3] * widths.1, START[4]];
-        for (k, spread) in spread.into_iter().enumerate() {
+        for (k, spread) in AT_START.of_states(map).into_iter().enumerate() {
             covariance[k][k] = spread * spread;
         }
         Heat { state: [temperature_c, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0], covariance }
@@ -181,6 +209,16 @@ impl Motion {
     }
 }
 
+/// The velocity by the model.
+#[derive(Debug, Clone, Copy)]
+struct ModelVelocity {
+    velocity_m_s: f64,
+    /// By how much it falls per metre, 1/s.
+    falls_per_s: f64,
+    /// What it may be off, m/s.
+    doubt_m_s: f64,
+}
+
 /// Length, temperature, phase and loss of one wire from all that is measured of it.
 #[derive(Debug, Clone)]
 pub struct FusedEstimator {
@@ -203,7 +241,7 @@ pub struct FusedEstimator {
     variance: f64,
     /// Whether a length has come yet.
     seen: bool,
-    initial: (f64, f64),
+    start: Start,
 }
 
 impl FusedEstimator {
@@ -211,21 +249,21 @@ impl FusedEstimator {
     pub fn new(model: &WireModel) -> FusedEstimator {
         let map = WireMap::new(model);
         let speeds = lambda::speeds(&map, map.full_power);
-        let initial = (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite);
+        let start = Start::of(model);
         let mut estimator = FusedEstimator {
             cooling_speed: speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3)),
             inertia_s: map.inertia_s(),
             motion: Motion { x: 0.0, model: 0.0, bias: 0.0, xx: 0.0, xb: 0.0, bb: 0.0 },
-            heat: Heat::new(initial.0, (map.heating_width, map.cooling_width)),
+            heat: Heat::new(start.temperature_c, &map),
             fraction: 1.0,
             strain: 1.0,
             rate: 0.0,
-            hottest: initial.0,
+            hottest: start.temperature_c,
             full_power: map.full_power,
             astray: 0.0,
             variance: 0.0,
             seen: false,
-            initial,
+            start,
             map,
         };
         estimator.reset();
@@ -235,10 +273,10 @@ impl FusedEstimator {
     /// Back to the start.
     pub fn reset(&mut self) {
         let m = &self.map;
-        let (temperature, fraction) = self.initial;
-        self.heat = Heat::new(temperature, (m.heating_width, m.cooling_width));
+        let temperature = self.start.temperature_c;
+        self.heat = Heat::new(temperature, m);
         let stress = m.stress(m.strain * m.length, 0.0);
-        self.fraction = fraction.clamp(0.0, 1.0);
+        self.fraction = self.start.martensite.clamp(0.0, 1.0);
         let x = m.elongation(self.fraction, stress, temperature);
         let spread = 0.3 * m.strain * m.length;
         self.motion = Motion { x, model: 0.0, bias: 0.0, xx: spread * spread, xb: 0.0, bb: 0.0 };
@@ -253,29 +291,33 @@ impl FusedEstimator {
         (self.map.fraction(x, stress, self.heat.state[T]) / self.strain).clamp(0.0, 1.0)
     }
 
-    /// Velocity by the model, m/s, by how much it falls per metre, 1/s, and what it may be off, m/s.
+    /// What the model says of the velocity.
     #[inline]
-    fn velocity(&self, dt: f64) -> (f64, f64, f64) {
+    fn model_velocity(&self, dt: f64) -> ModelVelocity {
         let m = &self.map;
         let temperature = self.heat.state[T];
         let stress = m.stress(self.motion.x, 0.0);
         let fraction = self.fraction_at(self.motion.x, stress);
         let s = stress + m.thermoelastic * (temperature - m.reference);
-        let logit = WireMap::logit(fraction);
-        let shift = stress * m.shift;
-        let above = temperature - (m.heating_centre + m.heating_width * logit + shift + self.heat.state[HEATING]);
-        let below = temperature - (m.cooling_centre + m.cooling_width * logit + shift + self.heat.state[COOLING]);
+        let curves = Curves::at(m, fraction, stress);
+        let above = temperature - (curves.heating_c + self.heat.state[HEATING]);
+        let below = temperature - (curves.cooling_c + self.heat.state[COOLING]);
         let (excess, width) = if above > 0.0 {
             (above, m.heating_width)
         } else if below < 0.0 && !self.is_cold(below, fraction, s) {
             (below, m.cooling_width)
         } else {
-            return (m.thermal_expansion(fraction) * self.rate, 0.0, 0.0);
+            let velocity_m_s = m.thermal_expansion(fraction) * self.rate;
+            return ModelVelocity { velocity_m_s, falls_per_s: 0.0, doubt_m_s: 0.0 };
         };
         let branch = m.branch(fraction, s);
         let slope = branch.kelvin_per_metre(width);
         let k = slope / (branch.drag(width).max(slope / STIFFEST_PER_S) + slope * dt);
-        (-excess * k / slope + m.thermal_expansion(fraction) * self.rate, k, EXCESS_MODEL * width * k / slope)
+        ModelVelocity {
+            velocity_m_s: -excess * k / slope + m.thermal_expansion(fraction) * self.rate,
+            falls_per_s: k,
+            doubt_m_s: EXCESS_MODEL * width * k / slope,
+        }
     }
 
     /// Takes one cycle in.
@@ -296,64 +338,70 @@ impl FusedEstimator {
         let m = &self.map;
         let x = self.motion.x;
 
-        let power = if seen.power_w.is_finite() {
-            seen.power_w.clamp(0.0, 100.0 * m.full_power + 100.0)
-        } else if seen.duty.is_finite() {
-            seen.duty.clamp(0.0, 1.0) * m.power_at_full_duty(self.fraction, self.heat.state[T], x)
-        } else {
-            m.full_power
-        };
-        if seen.duty > 1e-3 && seen.duty <= 1.0 {
-            // a supply that has gone is no reason to ask for a thousandfold duty when it comes back
-            self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
-        }
-        let stress = if seen.tension_n.is_finite() {
-            (seen.tension_n * m.per_area).clamp(0.0, MOST_PA)
-        } else {
-            m.stress(x, velocity)
-        };
+        let power = cycle::power(m, seen, || m.power_at_full_duty(self.fraction, self.heat.state[T], x));
+        self.full_power = cycle::full_power(m, seen, power, self.full_power);
+        let stress = cycle::stress(m, seen, x, velocity);
 
-        // Heat balance (eq. 48).
         let before = self.heat.state[T];
-        let fraction = self.fraction_at(x, stress);
+        self.balance(power, stress, dt);
+        let fraction = self.fraction;
+        let curves = Curves::at(&self.map, fraction, stress);
+        if measured && dt > 0.0 {
+            let patience = MODEL_TIME_S / dt.max(1e-6);
+            self.weigh_resistivity(seen.resistance_ohm, patience);
+            if !self.learn_strain(curves.cooling_c, stress, dt) {
+                self.weigh_curves(&curves, velocity, patience);
+            }
+        }
+        self.keep_in_range();
+        let (m, state) = (&self.map, &self.heat.state);
+        let temperature = state[T];
+        if dt > 0.0 {
+            let fresh = (dt / 0.02).min(1.0);
+            self.rate += fresh * ((temperature - before) / dt - self.rate);
+        }
+        self.hottest = cycle::hottest(m, self.hottest, power, dt, temperature);
+        Estimate {
+            temperature_c: temperature,
+            martensite: fraction,
+            hottest_c: self.hottest,
+            stress_pa: stress,
+            heating_curve_c: curves.heating_c + state[HEATING],
+            cooling_curve_c: curves.cooling_c + state[COOLING],
+            length_m: m.length + x,
+            full_power_w: self.full_power,
+            velocity_m_s: velocity,
+            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt() * m.loss * (temperature - m.ambient).abs(),
+            release_j: state[LATENT] * m.release(stress),
+            loss_w: state[LOSS] * m.loss * (temperature - m.ambient),
+        }
+    }
+
+    /// The heat balance (eq. 48): the phase from the length, the temperature and its covariance one cycle on.
+    #[inline]
+    fn balance(&mut self, power: f64, stress: f64, dt: f64) {
+        let fraction = self.fraction_at(self.motion.x, stress);
         let change = if self.seen { fraction - self.fraction } else { 0.0 };
         self.fraction = fraction;
+        let m = &self.map;
         let release = m.release(stress) * m.per_heat_capacity;
-        let loss = m.loss * (before - m.ambient);
+        let loss = m.loss * (self.heat.state[T] - m.ambient);
         let heat = power - self.heat.state[LOSS] * loss;
         let released = release * change;
         let rise = heat * dt * m.per_heat_capacity + self.heat.state[LATENT] * released;
         self.heat.state[T] += rise;
         let latent = LATENT_MODEL * release * change;
-        let walk = |rate: f64| rate * rate * dt;
-        let noise = [
-            walk(DRIFT[0])
-                + latent.abs() * LATENT_MODEL * release * (MODEL_TIME_S / dt.max(1e-6)).min(100.0) * change.abs(),
-            walk(DRIFT[1]),
-            walk(DRIFT[2]),
-            walk(DRIFT[2]),
-            walk(DRIFT[3] * m.heating_width),
-            walk(DRIFT[3] * m.cooling_width),
-            walk(DRIFT[4]),
-        ];
+        let mut noise = DRIFT.of_states(m).map(|rate| rate * rate * dt);
+        noise[T] += latent.abs() * LATENT_MODEL * release * (MODEL_TIME_S / dt.max(1e-6)).min(100.0) * change.abs();
         let per_kelvin = m.loss * dt * m.per_heat_capacity;
         self.heat.predict(1.0 - self.heat.state[LOSS] * per_kelvin, -loss * dt * m.per_heat_capacity, released, &noise);
+    }
 
-        // What the resistivity says, and what the curves say.
-        let shift = stress * m.shift;
-        let logit = WireMap::logit(fraction);
-        let curves =
-            (m.heating_centre + m.heating_width * logit + shift, m.cooling_centre + m.cooling_width * logit + shift);
-        let patience = MODEL_TIME_S / dt.max(1e-6);
-        if measured && dt > 0.0 {
-            self.weigh_resistivity(seen.resistance_ohm, patience);
-            if !self.learn_strain(curves.1, stress, dt) {
-                self.weigh_curves(curves, velocity, patience);
-            }
-        }
-        let m = &self.map;
-        let state = &mut self.heat.state;
-        state[T] = state[T].clamp(RANGE_C.0, RANGE_C.1);
+    /// Keeps the heat filter's state to what a wire can have.
+    #[inline]
+    fn keep_in_range(&mut self) {
+        let (m, state) = (&self.map, &mut self.heat.state);
+        state[T] = state[T].clamp(COLDEST_C, HOTTEST_C);
         state[LOSS] = state[LOSS].clamp(0.2, 5.0);
         state[LATENT] = state[LATENT].clamp(0.3, 2.0);
         for resistivity in [RHO_A, RHO_M] {
@@ -362,27 +410,6 @@ impl FusedEstimator {
         let gap = 0.5 * (m.heating_centre - m.cooling_centre).max(0.0);
         state[HEATING] = state[HEATING].clamp(-gap, 20.0);
         state[COOLING] = state[COOLING].clamp(-20.0, gap);
-        if dt > 0.0 {
-            let fresh = (dt / 0.02).min(1.0);
-            self.rate += fresh * ((state[T] - before) / dt - self.rate);
-        }
-        let temperature = state[T];
-        let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
-        self.hottest = (self.hottest + rise * dt * m.per_heat_capacity).min(RANGE_C.1).max(temperature);
-        Estimate {
-            temperature_c: temperature,
-            martensite: fraction,
-            hottest_c: self.hottest,
-            stress_pa: stress,
-            heating_curve_c: curves.0 + state[HEATING],
-            cooling_curve_c: curves.1 + state[COOLING],
-            length_m: m.length + x,
-            full_power_w: self.full_power,
-            velocity_m_s: velocity,
-            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt() * m.loss * (temperature - m.ambient).abs(),
-            release_j: state[LATENT] * m.release(stress),
-            loss_w: state[LOSS] * m.loss * (temperature - m.ambient),
-        }
     }
 
     /// Whether length, velocity and covariances are such as a wire can have.
@@ -409,17 +436,17 @@ impl FusedEstimator {
             self.seen = true;
             return 0.0;
         }
-        let (velocity, falls, doubt) = self.velocity(dt);
+        let ModelVelocity { velocity_m_s, falls_per_s, doubt_m_s } = self.model_velocity(dt);
         let follows = dt / (dt + self.inertia_s).max(SHORTEST_STEP_S);
         let m = &mut self.motion;
-        m.model += follows * (velocity - m.model);
+        m.model += follows * (velocity_m_s - m.model);
         let velocity = m.model;
-        let spread = BIAS.0 * self.cooling_speed + BIAS.1 * (velocity + m.bias).abs() + doubt;
+        let spread = BIAS_STANDING * self.cooling_speed + BIAS_MOVING * (velocity + m.bias).abs() + doubt_m_s;
         // twelve samples on the same side: then the bias may be anything up to the velocity that explains it
-        let lost = ((self.astray.abs() - LOST.1) / LOST.1).clamp(0.0, 1.0);
+        let lost = ((self.astray.abs() - LOST_SIGMAS) / LOST_SIGMAS).clamp(0.0, 1.0);
         let spread = spread + lost * 0.5 * self.cooling_speed;
         let keep = BIAS_TIME_S / (BIAS_TIME_S + dt);
-        let own = 1.0 - falls * dt;
+        let own = 1.0 - falls_per_s * dt;
         m.x += dt * (velocity + m.bias);
         m.bias *= keep;
         let (xx, xb, bb) = (m.xx, m.xb, m.bb);
@@ -429,7 +456,7 @@ impl FusedEstimator {
         if measured {
             let surprise = elongation - m.x;
             let spread = (m.xx + variance).max(1e-18);
-            self.astray += (surprise / spread.sqrt() - self.astray) / LOST.0;
+            self.astray += (surprise / spread.sqrt() - self.astray) / LOST_SAMPLES;
             self.variance += (dt / 1.0).min(0.1) * ((surprise * surprise - m.xx).max(0.05 * spread) - self.variance);
             m.correct(surprise, 1.0, variance);
         } else {
@@ -496,13 +523,12 @@ impl FusedEstimator {
     }
 
     #[inline]
-    fn weigh_curves(&mut self, curves: (f64, f64), velocity: f64, patience: f64) {
+    fn weigh_curves(&mut self, curves: &Curves, velocity: f64, patience: f64) {
         let m = &self.map;
         let state = &self.heat.state;
-        let (heating, cooling) = (curves.0 + state[HEATING], curves.1 + state[COOLING]);
+        let (heating, cooling) = (curves.heating_c + state[HEATING], curves.cooling_c + state[COOLING]);
         let temperature = state[T];
         // a phase that cannot be told from the end of its range says nothing of that side
-        let inside = |fraction: f64| (25.0 * (fraction - 0.03)).clamp(0.0, 1.0);
         let (low, high) = (inside(self.fraction), inside(1.0 - self.fraction));
         let standing = STANDING * self.cooling_speed;
         let moving = ((velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);

@@ -7,13 +7,14 @@
 //! of the air: at rest the temperature is the one at which P = h A_s (T − T_∞) with the h of the model, so that a draught,
 //! against which more power is needed, looks like heat (figure 98).
 
-use super::{Estimate, Observation};
+use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start};
+use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::lpv::{Coupling, LpvModel, OperatingPoint};
 use crate::wire_map::WireMap;
-use sinew_linear::place::place_observer;
-use sinew_linear::{Complex, DMatrix, eigenvalues};
 use sinew_physics::WireModel;
+use sinew_state_space::place::place_observer;
+use sinew_state_space::{Complex, DMatrix, eigenvalues};
 
 /// The poles of the phase and of the temperature, in poles of the wire's temperature h A_s/(m c_p): the thesis wants all of
 /// the estimator's beyond 10.
@@ -30,10 +31,6 @@ const STANDING: f64 = 0.14;
 const RATE_POLE: f64 = 40.0;
 /// Least inertia of the model: the load follows its wire within this, s. The form needs a mass.
 const QUICKEST_S: f64 = 1e-3;
-/// More stress than a wire bears, Pa.
-const MOST_PA: f64 = 5e9;
-/// Hottest and coldest temperature an estimate can take, °C.
-const RANGE_C: (f64, f64) = (-250.0, 1000.0);
 
 /// Gains on what the length differs by: 1/s, 1/s², 1/(m s), K/(m s).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +40,13 @@ struct Gains {
     martensite: f64,
     /// Times the slope it was placed for: what is left varies little, and is interpolated.
     temperature_slope: f64,
+}
+
+/// A state after the cycle, as far as it does not depend on the error of the length, and how much it changes with that.
+#[derive(Debug, Clone, Copy)]
+struct Answer {
+    alone: f64,
+    per_error: f64,
 }
 
 /// The state estimator of chapter 9.
@@ -79,7 +83,7 @@ pub struct LuenbergerObserver {
     hottest: f64,
     full_power: f64,
     seen: bool,
-    initial: (f64, f64),
+    start: Start,
 }
 
 impl LuenbergerObserver {
@@ -142,7 +146,7 @@ impl LuenbergerObserver {
             hottest: 0.0,
             full_power: map.full_power,
             seen: false,
-            initial: (model.initial.temperature_c.unwrap_or(model.ambient_c), model.initial.martensite),
+            start: Start::of(model),
             map,
         };
         observer.reset();
@@ -151,7 +155,7 @@ impl LuenbergerObserver {
 
     /// Back to the start.
     pub fn reset(&mut self) {
-        (self.temperature, self.martensite) = self.initial;
+        (self.temperature, self.martensite) = (self.start.temperature_c, self.start.martensite);
         self.hottest = self.temperature;
         (self.velocity, self.rate, self.seen) = (0.0, 0.0, false);
         self.full_power = self.map.full_power;
@@ -196,11 +200,8 @@ impl LuenbergerObserver {
     pub fn update(&mut self, seen: &Observation) -> Estimate {
         let dt = if seen.dt_s > 0.0 { seen.dt_s.min(0.1) } else { 0.0 };
         let m = &self.map;
-        let power = m.power(seen, self.martensite, self.temperature, self.elongation);
-        if seen.duty > 1e-3 && seen.duty <= 1.0 {
-            // a supply that has gone is no reason to ask for a thousandfold duty when it comes back
-            self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
-        }
+        let power = cycle::power(m, seen, || m.power_at_full_duty(self.martensite, self.temperature, self.elongation));
+        self.full_power = cycle::full_power(m, seen, power, self.full_power);
         // a length that no wire can have is none
         let read = seen.length_m - m.length;
         let measured = read.abs() < m.length;
@@ -210,11 +211,7 @@ impl LuenbergerObserver {
             (self.elongation, self.velocity, self.seen) = (read, 0.0, true);
             self.martensite = m.fraction(read, stress, self.temperature).clamp(0.0, 1.0);
         }
-        let stress = if seen.tension_n.is_finite() {
-            (seen.tension_n * m.per_area).clamp(0.0, MOST_PA)
-        } else {
-            m.stress(self.elongation, self.velocity)
-        };
+        let stress = cycle::stress(m, seen, self.elongation, self.velocity);
         // what pulls beyond spring, damper and preload
         let pull =
             if seen.tension_n.is_finite() { (stress - m.stress(self.elongation, self.velocity)) * m.area } else { 0.0 };
@@ -231,43 +228,42 @@ impl LuenbergerObserver {
         // bottom up every state is linear in e, and the first row says e.
         let thermal_mass = self.heat_capacity + self.release * slope;
         let cooling = 1.0 + dt * m.loss / thermal_mass;
-        let warm = [(above + dt * power / thermal_mass) / cooling, dt * temperature_gain / cooling];
-        let phase = [
-            self.martensite - dt * slope / thermal_mass * (power - m.loss * warm[0]),
-            dt * (on * gains.martensite + slope / thermal_mass * m.loss * warm[1]),
-        ];
+        let warm =
+            Answer { alone: (above + dt * power / thermal_mass) / cooling, per_error: dt * temperature_gain / cooling };
+        let phase = Answer {
+            alone: self.martensite - dt * slope / thermal_mass * (power - m.loss * warm.alone),
+            per_error: dt * (on * gains.martensite + slope / thermal_mass * m.loss * warm.per_error),
+        };
         let drag = 1.0 + dt * self.damping;
         let y = if measured { read } else { self.elongation };
-        let push = -self.stiffness * (y - self.elongation_0) + self.phase_push * (phase[0] - 0.5);
-        let speed = [
-            (self.velocity + dt * (push + pull * self.per_mass)) / drag,
-            dt * (self.stiffness + self.phase_push * phase[1] + on * gains.velocity) / drag,
-        ];
-        let error = (y - self.elongation - dt * speed[0]) / (1.0 + dt * (speed[1] + on * gains.elongation));
+        let push = -self.stiffness * (y - self.elongation_0) + self.phase_push * (phase.alone - 0.5);
+        let speed = Answer {
+            alone: (self.velocity + dt * (push + pull * self.per_mass)) / drag,
+            per_error: dt * (self.stiffness + self.phase_push * phase.per_error + on * gains.velocity) / drag,
+        };
+        let error = (y - self.elongation - dt * speed.alone) / (1.0 + dt * (speed.per_error + on * gains.elongation));
         let before = self.elongation;
         self.elongation = (y - error).clamp(-m.length, m.length);
         let smoothing = RATE_POLE * m.loss * m.per_heat_capacity;
         self.rate += smoothing / (1.0 + smoothing * dt) * (self.elongation - before - self.rate * dt);
-        self.velocity = (speed[0] + speed[1] * error).clamp(-1e3 * m.length, 1e3 * m.length);
-        self.martensite = (phase[0] + phase[1] * error).clamp(-0.5, 1.5);
-        self.temperature = (m.ambient + warm[0] + warm[1] * error).clamp(RANGE_C.0, RANGE_C.1);
+        self.velocity = (speed.alone + speed.per_error * error).clamp(-1e3 * m.length, 1e3 * m.length);
+        self.martensite = (phase.alone + phase.per_error * error).clamp(-0.5, 1.5);
+        self.temperature = (m.ambient + warm.alone + warm.per_error * error).clamp(COLDEST_C, HOTTEST_C);
 
         let martensite = self.martensite.clamp(0.0, 1.0);
-        let shift = stress * m.shift;
-        let logit = WireMap::logit(martensite);
-        let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
-        self.hottest = (self.hottest + rise * dt * m.per_heat_capacity).min(RANGE_C.1).max(self.temperature);
+        let curves = Curves::at(m, martensite, stress);
+        self.hottest = cycle::hottest(m, self.hottest, power, dt, self.temperature);
         Estimate {
             temperature_c: self.temperature,
             martensite,
             hottest_c: self.hottest,
             stress_pa: stress,
-            heating_curve_c: m.heating_centre + m.heating_width * logit + shift,
-            cooling_curve_c: m.cooling_centre + m.cooling_width * logit + shift,
+            heating_curve_c: curves.heating_c,
+            cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.elongation,
             loss_w: m.loss * (self.temperature - m.ambient),
             loss_sigma_w: 0.2 * m.loss * (self.temperature - m.ambient).abs(),
-            release_j: self.map.release(stress),
+            release_j: m.release(stress),
             full_power_w: self.full_power,
             velocity_m_s: self.velocity,
         }

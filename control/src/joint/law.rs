@@ -18,8 +18,9 @@
 //! (anti-overload), below the lower one both wires are (anti-slack). A joint that stands on too much tension lets both wires
 //! go alike; one that was asked for a tension moves them alike until it has it.
 
-use super::{JointEstimate, stroke_rad};
-use crate::Estimate;
+use super::observer::JointEstimate;
+use super::stroke::stroke_rad;
+use crate::estimate::Estimate;
 use crate::wire_map::WireMap;
 use sinew_physics::{Error, Joint, WireModel};
 
@@ -32,7 +33,8 @@ const INTEGRAL_RATE: f64 = 1.0;
 const MOST_INTEGRAL: f64 = 0.05;
 /// While the lengthening wire is not on its curve yet: the most speed that is asked for to make an error good, strokes per
 /// second, and share of the reference's own speed. More would only be stored as tension, and let go at once.
-const MOST_WAITING: (f64, f64) = (0.3, 0.5);
+const MOST_WAITING: f64 = 0.3;
+const MOST_WAITING_SHARE: f64 = 0.5;
 /// Speed no joint reaches, strokes per second.
 const MOST_SPEED: f64 = 20.0;
 /// An error up to this share of the stroke does not turn the motion, nor does a speed up to this, strokes per second.
@@ -58,9 +60,10 @@ const CHANGE_READY_K: f64 = 1.5;
 const CHANGE_SHARE: f64 = 0.2;
 /// A motion that is to go on may be asked to go back by so much, strokes per second.
 const MOST_BACK: f64 = 0.3;
-/// Rate at which a wire is brought to the curve it is to move on, 1/s, and from how far off in K: heating, cooling.
+/// Rate at which a wire is brought to the curve it is to move on, 1/s, and from how far off the heating and the cooling curve, K.
 const CROSS_RATE: f64 = 200.0;
-const CROSS_BEYOND_K: (f64, f64) = (0.3, 4.0);
+const CROSS_BEYOND_HEATING_K: f64 = 0.3;
+const CROSS_BEYOND_COOLING_K: f64 = 4.0;
 /// Rate of the last part of the way to the cooling curve, 1/s: the wire lets go when it arrives.
 const ARRIVE_RATE: f64 = 10.0;
 /// Within this of its curve the lengthening wire counts as on it, K.
@@ -176,6 +179,134 @@ impl Line {
     }
 }
 
+/// One wire of the pair in this cycle.
+#[derive(Debug, Clone, Copy)]
+struct Pulling<'a> {
+    /// 0 = agonist.
+    side: usize,
+    map: &'a WireMap,
+    seen: &'a Estimate,
+}
+
+impl Pulling<'_> {
+    /// How far below its heating curve it is, K.
+    fn below_heating(&self) -> f64 {
+        self.seen.heating_curve_c - self.seen.temperature_c
+    }
+
+    /// How far above its cooling curve it is, K.
+    fn above_cooling(&self) -> f64 {
+        self.seen.temperature_c - self.seen.cooling_curve_c
+    }
+
+    /// Its line where its phase changes with `share` of the slope of an outer curve of this width.
+    #[inline]
+    fn line(&self, share: f64, width: f64) -> Line {
+        Line::of(self.map, self.seen, share * phase_slope(self.seen.martensite, width))
+    }
+
+    /// Power that keeps it inside its hysteresis, W.
+    fn kept(&self) -> f64 {
+        let low = self.seen.cooling_curve_c + HOLD_INSIDE_K;
+        let high = self.seen.heating_curve_c - HOLD_INSIDE_K;
+        let inside = self.seen.temperature_c.max(low).min(high);
+        self.map.heat_capacity * CROSS_RATE * (inside - self.seen.temperature_c)
+    }
+
+    /// Power that tightens a slack wire, W: to its heating curve and up along it.
+    fn tautening(&self) -> f64 {
+        let m = self.map;
+        let moving = m.heat_capacity + self.seen.release_j * phase_slope(self.seen.martensite, m.heating_width);
+        m.heat_capacity * CROSS_RATE * self.below_heating() + moving * TAUTEN_K_PER_S
+    }
+
+    /// How far it is off the curve it changes its tension along, K: the heating curve to shorten, the cooling curve to lengthen.
+    fn off_curve(&self, up: bool) -> f64 {
+        if up { self.below_heating() } else { self.above_cooling() }
+    }
+
+    /// Power that moves it along that curve while it lengthens at `rate` for the angle's sake, W; until both wires are `ready`,
+    /// power that brings it there. `way` = 1 to more tension, −1 to less.
+    fn changing(&self, way: f64, ready: bool, rate: f64) -> f64 {
+        let (m, up) = (self.map, way > 0.0);
+        let off = self.off_curve(up);
+        let heat = if ready {
+            let line = self.line(1.0, if up { m.heating_width } else { m.cooling_width });
+            let heat = line.heat(way * CHANGE_PA_PER_S, rate) * way;
+            heat.max(0.0) + m.heat_capacity * ARRIVE_RATE * off
+        } else if off < CHANGE_READY_K {
+            -m.heat_capacity * CROSS_RATE * (HOLD_INSIDE_K - off).max(0.0)
+        } else {
+            m.heat_capacity * (CROSS_RATE * (off - CROSS_BEYOND_COOLING_K).max(0.0) + ARRIVE_RATE * off)
+        };
+        heat * way
+    }
+}
+
+/// Powers beyond the loss of the wire that shortens and of the one that lengthens, W.
+#[derive(Debug, Clone, Copy)]
+struct Heat {
+    short: f64,
+    long: f64,
+}
+
+/// The motion wanted of the joint.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    /// In the direction of the motion, rad/s.
+    speed: f64,
+    /// How fast what the joint itself takes of the wires' pull changes: half of it on either side of the tension, N/s.
+    between: f64,
+    /// How far the wire that lengthens has come to its curve, 0 to 1.
+    arrived: f64,
+}
+
+/// Both wires by what the motion asks of them.
+#[derive(Debug, Clone, Copy)]
+struct Pair<'a> {
+    /// The wire that shortens.
+    short: Pulling<'a>,
+    /// The wire that lengthens.
+    long: Pulling<'a>,
+    /// 1 where the agonist is the one that shortens, else −1.
+    direction: f64,
+    /// The mean of both tensions, N; 0 while a wire hangs slack.
+    tension: f64,
+}
+
+impl<'a> Pair<'a> {
+    fn of(maps: &'a [WireMap; 2], seen: &'a JointEstimate, forward: bool) -> Pair<'a> {
+        let (short, long) = if forward { (0, 1) } else { (1, 0) };
+        let pulling = |side: usize| Pulling { side, map: &maps[side], seen: &seen.wires[side] };
+        Pair {
+            short: pulling(short),
+            long: pulling(long),
+            direction: if forward { 1.0 } else { -1.0 },
+            tension: if seen.is_slack { 0.0 } else { 0.5 * (seen.tension_n[0] + seen.tension_n[1]) },
+        }
+    }
+
+    /// Powers that move both wires of a standing joint alike, and one a little more, at `rate` in m/s for the angle's sake.
+    fn changing(&self, way: f64, rate: f64) -> Heat {
+        let ready = [self.short, self.long].iter().all(|wire| wire.off_curve(way > 0.0) < CHANGE_READY_K);
+        Heat {
+            short: self.short.changing(way, ready, -rate * self.short.map.per_length),
+            long: self.long.changing(way, ready, rate * self.long.map.per_length),
+        }
+    }
+
+    /// The same powers, but no less than what tightens wires that lack `missing` of the least tension; wires that hang slack turn
+    /// nothing, so that what the angle wants is of no account then.
+    fn tautened(&self, heat: Heat, missing: f64) -> Heat {
+        let (short, long) = (missing * self.short.tautening(), missing * self.long.tautening());
+        if missing == 1.0 {
+            Heat { short, long }
+        } else {
+            Heat { short: heat.short.max(short), long: heat.long.max(long) }
+        }
+    }
+}
+
 /// See the module.
 #[derive(Debug, Clone)]
 pub struct JointLaw {
@@ -266,132 +397,114 @@ impl JointLaw {
         if !self.holding {
             self.choose_direction(seen, rate, acceleration, error);
         }
-        let direction = if self.forward { 1.0 } else { -1.0 };
-        let (short, long) = if self.forward { (0, 1) } else { (1, 0) };
-        let s = &self.settings;
-        let (shortens, lengthens) = (&self.maps[short], &self.maps[long]);
-        let (wire, other) = (&seen.wires[short], &seen.wires[long]);
-        let below_heating = wire.heating_curve_c - wire.temperature_c;
-        let above_cooling = other.temperature_c - other.cooling_curve_c;
-        let tension = if seen.is_slack { 0.0 } else { 0.5 * (seen.tension_n[0] + seen.tension_n[1]) };
+        let pair = Pair::of(&self.maps, seen, self.forward);
+        let wanted = self.wanted(&pair, seen, Trend { acceleration, ..self.reference }, error);
+        let (mut heat, held_back) = self.moving(&pair, &wanted, set_n);
 
-        // Speed wanted, in the direction of the motion.
-        let arrived = (1.5 - 0.5 * above_cooling).clamp(0.0, 1.0);
-        let most = (MOST_WAITING.0 + arrived * MOST_SPEED) * stroke + MOST_WAITING.1 * rate.abs();
+        // A standing joint leaves the tension free: both wires moved alike change it and not the angle.
+        self.changing =
+            if self.holding { self.change_standing(pair.tension, set_n, asked, error.abs() / stroke) } else { 0.0 };
+        if self.changing != 0.0 {
+            let rate = self.settings.joint.radius_m * ANGLE_RATE * CHANGE_SHARE * error * pair.direction;
+            heat = pair.changing(self.changing, rate);
+        } else if self.holding {
+            heat = Heat { short: pair.short.kept(), long: pair.long.kept() };
+        }
+
+        // Anti-slack: as far as tension is missing, both are brought to where they shorten, and shorten.
+        let missing = (1.0 - pair.tension / self.settings.minimum_tension_n).clamp(0.0, 1.0);
+        if missing > 0.0 {
+            heat = pair.tautened(heat, missing);
+        }
+
+        // Anti-overload: near the limit less is heated beyond the loss, at the limit nothing is, and above it nothing at all.
+        let most_n = self.settings.maximum_tension_n;
+        let room = (most_n - pair.tension) / (LIMIT_SHARE * most_n);
+        let short = self.given(&pair.short, heat.short, room);
+        let long = self.given(&pair.long, heat.long, room);
+        self.limited = room < 1.0 || missing > 0.0 || held_back;
+
+        // Integral action only while both wires can answer to it.
+        let full = short >= self.settings.maximum_duty[pair.short.side] || self.limited;
+        let answers = wanted.arrived > 0.5 && pair.short.below_heating() < 2.0;
+        if !self.holding && answers && !(full && error * pair.direction > 0.0) {
+            let most = MOST_INTEGRAL * stroke;
+            self.integral = (self.integral + INTEGRAL_RATE * ANGLE_RATE * error * dt).clamp(-most, most);
+        }
+        if self.forward { [short, long] } else { [long, short] }
+    }
+
+    /// The motion wanted of the joint.
+    #[inline]
+    fn wanted(&self, pair: &Pair, seen: &JointEstimate, reference: Trend, error: f64) -> Wanted {
+        let (stroke, rate, joint) = (self.stroke, reference.rate, &self.settings.joint);
+        let arrived = (1.5 - 0.5 * pair.long.above_cooling()).clamp(0.0, 1.0);
+        let most = (MOST_WAITING + arrived * MOST_SPEED) * stroke + MOST_WAITING_SHARE * rate.abs();
         let wanted = rate + (ANGLE_RATE * error).clamp(-most, most) + self.integral;
-        let speed = (wanted * direction).max(-MOST_BACK * stroke);
+        // what the joint takes of the wires' pull, and how fast that changes
+        let speeding = reference.acceleration + SPEED_RATE * (wanted - seen.rate_rad_s);
+        Wanted {
+            speed: (wanted * pair.direction).max(-MOST_BACK * stroke),
+            between: 0.5 * pair.direction * (joint.spring_n_m * wanted + joint.damping_n_m_s * speeding)
+                / joint.radius_m,
+            arrived,
+        }
+    }
 
-        // What the joint takes of the wires' pull, and how fast that changes: half of it on either side of the tension.
-        let r = s.joint.radius_m;
-        let speeding = acceleration + SPEED_RATE * (wanted - seen.rate_rad_s);
-        let between = 0.5 * direction * (s.joint.spring_n_m * wanted + s.joint.damping_n_m_s * speeding) / r;
+    /// The powers beyond the loss that move the joint as wanted and bring its tension to `set_n`, and whether the upper limit of
+    /// the tension held the motion back.
+    #[inline]
+    fn moving(&self, pair: &Pair, wanted: &Wanted, set_n: f64) -> (Heat, bool) {
+        let s = &self.settings;
+        let (shortens, lengthens) = (pair.short.map, pair.long.map);
+        let (r, tension, Wanted { speed, between, .. }) = (s.joint.radius_m, pair.tension, *wanted);
 
         // The wire that lengthens.
-        let on_curve = Line::of(lengthens, other, phase_slope(other.martensite, lengthens.cooling_width));
+        let above_cooling = pair.long.above_cooling();
+        let on_curve = pair.long.line(1.0, lengthens.cooling_width);
         let line = {
             let on = (1.0 - above_cooling / ON_CURVE_K).clamp(0.0, 1.0);
-            let inside = self.inner[long] * (-above_cooling.max(0.0) / lengthens.cooling_width).exp();
-            let share = on + (1.0 - on) * inside;
-            Line::of(lengthens, other, share * phase_slope(other.martensite, lengthens.cooling_width))
+            let inside = self.inner[pair.long.side] * (-above_cooling.max(0.0) / lengthens.cooling_width).exp();
+            pair.long.line(on + (1.0 - on) * inside, lengthens.cooling_width)
         };
         let rate_long = r * speed * lengthens.per_length;
         let most_towards = TENSION_K_PER_S * lengthens.heat_capacity * on_curve.b / on_curve.a * lengthens.area;
         let towards = (TENSION_RATE * (set_n - tension)).clamp(-most_towards, most_towards);
-        let cross = CROSS_RATE * (above_cooling - CROSS_BEYOND_K.1).max(0.0) + ARRIVE_RATE * above_cooling.max(0.0);
-        let least_heat = s.minimum_duty[long] * other.full_power_w - other.loss_w;
+        let cross =
+            CROSS_RATE * (above_cooling - CROSS_BEYOND_COOLING_K).max(0.0) + ARRIVE_RATE * above_cooling.max(0.0);
+        let least_heat = s.minimum_duty[pair.long.side] * pair.long.seen.full_power_w - pair.long.seen.loss_w;
         // a wire that is to lengthen is not heated beyond its loss
-        let mut heat_long = (on_curve.heat((towards - between) * lengthens.per_area, rate_long)
+        let long = (on_curve.heat((towards - between) * lengthens.per_area, rate_long)
             - lengthens.heat_capacity * cross)
             .min(0.0)
             .max(least_heat);
 
         // How the tension rises with that, and what the other wire has to do.
-        let mut rise = line.stress(rate_long, heat_long) * lengthens.area + between;
+        let mut rise = line.stress(rate_long, long) * lengthens.area + between;
         let mut rate_short = r * speed * shortens.per_length;
         let most_rise = LIMIT_RATE * (s.maximum_tension_n - tension);
         let held_back = rise > most_rise;
         if held_back {
             rise = most_rise;
-            let rate = line.a * (rise - between) * lengthens.per_area - line.b * heat_long;
+            let rate = line.a * (rise - between) * lengthens.per_area - line.b * long;
             rate_short = rate.max(0.0) * lengthens.length * shortens.per_length;
         }
-        let line = Line::of(shortens, wire, phase_slope(wire.martensite, shortens.heating_width));
-        let mut heat_short = line.heat((rise + between) * shortens.per_area, -rate_short)
-            + shortens.heat_capacity * CROSS_RATE * (below_heating - CROSS_BEYOND_K.0).max(0.0);
+        let line = pair.short.line(1.0, shortens.heating_width);
+        let short = line.heat((rise + between) * shortens.per_area, -rate_short)
+            + shortens.heat_capacity * CROSS_RATE * (pair.short.below_heating() - CROSS_BEYOND_HEATING_K).max(0.0);
+        (Heat { short, long }, held_back)
+    }
 
-        // A standing joint leaves the tension free: both wires moved alike change it and not the angle.
-        self.changing =
-            if self.holding { self.change_standing(tension, set_n, asked, error.abs() / stroke) } else { 0.0 };
-        if self.changing != 0.0 {
-            let up = self.changing > 0.0;
-            // to the heating curve to shorten, to the cooling curve to lengthen
-            let off_curve = |wire: &Estimate| {
-                if up { wire.heating_curve_c - wire.temperature_c } else { wire.temperature_c - wire.cooling_curve_c }
-            };
-            let ready = seen.wires.iter().all(|wire| off_curve(wire) < CHANGE_READY_K);
-            let change = |m: &WireMap, wire: &Estimate, rate: f64| {
-                let off = off_curve(wire);
-                let heat = if ready {
-                    let width = if up { m.heating_width } else { m.cooling_width };
-                    let line = Line::of(m, wire, phase_slope(wire.martensite, width));
-                    let heat = line.heat(self.changing * CHANGE_PA_PER_S, rate) * self.changing;
-                    heat.max(0.0) + m.heat_capacity * ARRIVE_RATE * off
-                } else if off < CHANGE_READY_K {
-                    -m.heat_capacity * CROSS_RATE * (HOLD_INSIDE_K - off).max(0.0)
-                } else {
-                    m.heat_capacity * (CROSS_RATE * (off - CROSS_BEYOND_K.1).max(0.0) + ARRIVE_RATE * off)
-                };
-                heat * self.changing
-            };
-            let rate = r * ANGLE_RATE * CHANGE_SHARE * error * direction;
-            heat_short = change(shortens, wire, -rate * shortens.per_length);
-            heat_long = change(lengthens, other, rate * lengthens.per_length);
-        } else if self.holding {
-            let keep = |m: &WireMap, wire: &Estimate| {
-                let low = wire.cooling_curve_c + HOLD_INSIDE_K;
-                let high = wire.heating_curve_c - HOLD_INSIDE_K;
-                m.heat_capacity * CROSS_RATE * (wire.temperature_c.max(low).min(high) - wire.temperature_c)
-            };
-            (heat_short, heat_long) = (keep(shortens, wire), keep(lengthens, other));
-        }
-
-        // Anti-slack: as far as tension is missing, both are brought to where they shorten, and shorten. Slack wires turn
-        // nothing, so what the angle wants is of no account then.
-        let missing = (1.0 - tension / s.minimum_tension_n).clamp(0.0, 1.0);
-        if missing > 0.0 {
-            let tauten = |m: &WireMap, wire: &Estimate| {
-                let below = wire.heating_curve_c - wire.temperature_c;
-                let moving = m.heat_capacity + wire.release_j * phase_slope(wire.martensite, m.heating_width);
-                missing * (m.heat_capacity * CROSS_RATE * below + moving * TAUTEN_K_PER_S)
-            };
-            let (short_taut, long_taut) = (tauten(shortens, wire), tauten(lengthens, other));
-            let slack = missing == 1.0;
-            heat_short = if slack { short_taut } else { heat_short.max(short_taut) };
-            heat_long = if slack { long_taut } else { heat_long.max(long_taut) };
-        }
-
-        // Anti-overload: near the limit less is heated beyond the loss, at the limit nothing is, and above it nothing at all.
-        let room = (s.maximum_tension_n - tension) / (LIMIT_SHARE * s.maximum_tension_n);
+    /// The duty that gives a wire `heat` beyond its loss, as far as there is `room` below the most tension, in shares of the
+    /// last of it.
+    #[inline]
+    fn given(&self, wire: &Pulling, heat: f64, room: f64) -> f64 {
+        let (least, most) = (self.settings.minimum_duty[wire.side], self.settings.maximum_duty[wire.side]);
         let (room, above) = (room.clamp(0.0, 1.0), (-room).clamp(0.0, 1.0));
-        let give = |heat: f64, wire: &Estimate, side: usize| {
-            let (least, most) = (s.minimum_duty[side], s.maximum_duty[side]);
-            let heat = if heat > 0.0 { room * heat } else { heat };
-            let duty = (1.0 - above) * (heat + wire.loss_w) / wire.full_power_w;
-            // in this order a NaN becomes the least
-            duty.max(least).min(most)
-        };
-        let mut duties = [0.0; 2];
-        duties[short] = give(heat_short, wire, short);
-        duties[long] = give(heat_long, other, long);
-        self.limited = room < 1.0 || missing > 0.0 || held_back;
-
-        // Integral action only while both wires can answer to it.
-        let full = duties[short] >= s.maximum_duty[short] || self.limited;
-        if !self.holding && arrived > 0.5 && below_heating < 2.0 && !(full && error * direction > 0.0) {
-            let most = MOST_INTEGRAL * stroke;
-            self.integral = (self.integral + INTEGRAL_RATE * ANGLE_RATE * error * dt).clamp(-most, most);
-        }
-        duties
+        let heat = if heat > 0.0 { room * heat } else { heat };
+        let duty = (1.0 - above) * (heat + wire.seen.loss_w) / wire.seen.full_power_w;
+        // in this order a NaN becomes the least
+        duty.max(least).min(most)
     }
 
     /// The tension to keep, N: what is asked for within the limits.

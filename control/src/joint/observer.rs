@@ -11,9 +11,10 @@
 //! - Each temperature by the wire's resistance (eq. 36): the only witness of what both wires have in common. What has to be
 //!   corrected that way again and again is a loss to the air that is not as the model has it.
 
-use super::stroke_rad;
+use super::stroke::stroke_rad;
+use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C};
+use crate::estimate::{Estimate, Observation};
 use crate::wire_map::WireMap;
-use crate::{Estimate, Observation};
 use sinew_physics::{Drive, DriveKind, Effects, Error, Inputs, Joint, Load, Wire, WireModel};
 
 /// Rate at which the angle follows what is measured, 1/s; and that of slack wires, which the model knows nothing of.
@@ -22,7 +23,8 @@ const SLACK_RATE: f64 = 100.0;
 /// Rate at which the temperatures follow a surprise of the angle, 1/s.
 const SURPRISE_RATE: f64 = 20.0;
 /// Within this of its curve a wire counts as standing on it, K: wholly at the first, no longer at the second.
-const ON_CURVE_K: (f64, f64) = (0.5, 1.5);
+const ON_CURVE_K: f64 = 0.5;
+const OFF_CURVE_K: f64 = 1.5;
 /// Rate at which a temperature follows the wire's resistance, 1/s.
 const RESISTANCE_RATE: f64 = 1.0;
 /// Rate at which the surprise is averaged before the phases are doubted, and at which they are corrected then, 1/s.
@@ -33,7 +35,8 @@ const DOUBT_STROKE: f64 = 0.002;
 const DOUBT_SIGMA: f64 = 4.0;
 /// How much a kelvin of correction by the resistance changes the loss that is believed, 1/K, and how far it can.
 const LOSS_PER_K: f64 = 0.01;
-const LOSS_SCALE: (f64, f64) = (0.4, 2.5);
+const LEAST_LOSS_SCALE: f64 = 0.4;
+const MOST_LOSS_SCALE: f64 = 2.5;
 /// Fastest that evidence moves a temperature, K/s.
 const MOST_K_PER_S: f64 = 200.0;
 /// Rate at which the slack is averaged, 1/s, and from which share of the stroke on it is one.
@@ -41,8 +44,6 @@ const SLACK_AVERAGE: f64 = 10.0;
 const SLACK_STROKE: f64 = 0.02;
 /// Stress at which the sensitivity of the angle to temperature is reckoned, Pa.
 const MIDDLE_PA: f64 = 300e6;
-/// Hottest and coldest temperature an estimate can take, °C.
-const RANGE_C: (f64, f64) = (-250.0, 1000.0);
 
 /// What is believed of a joint and its wires.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -243,23 +244,15 @@ impl Side {
     /// and on average beyond what noise makes; `shortened` is how much shorter than at angle 0 the joint now holds it.
     fn update(&mut self, seen: &Observation, dt: f64, shorter: f64, beyond: f64, shortened: f64) -> Estimate {
         let m = &self.map;
-        let power = if seen.power_w.is_finite() {
-            seen.power_w.clamp(0.0, 100.0 * m.full_power + 100.0)
-        } else if seen.duty.is_finite() {
-            seen.duty.clamp(0.0, 1.0) * m.full_power
-        } else {
-            m.full_power
-        };
-        if seen.duty > 1e-3 && seen.duty <= 1.0 {
-            self.full_power = (power / seen.duty).clamp(0.2 * m.full_power, 5.0 * m.full_power);
-        }
+        let power = cycle::power(m, seen, || m.full_power);
+        self.full_power = cycle::full_power(m, seen, power, self.full_power);
         let (temperature, martensite) = (self.wire.temperature_c(), self.wire.martensite());
         let (stress, elongation) = (self.wire.stress_pa(), self.wire.position_m());
 
         // How much too cold the model is, as a rate: by the angle, if the wire stands on the curve it has to move along …
-        let (heating, cooling) = self.curves(martensite, stress);
-        let inside = if shorter > 0.0 { heating - temperature } else { temperature - cooling };
-        let on_curve = ((ON_CURVE_K.1 - inside) / (ON_CURVE_K.1 - ON_CURVE_K.0)).clamp(0.0, 1.0);
+        let curves = Curves::at(m, martensite, stress);
+        let inside = if shorter > 0.0 { curves.heating_c - temperature } else { temperature - curves.cooling_c };
+        let on_curve = ((OFF_CURVE_K - inside) / (OFF_CURVE_K - ON_CURVE_K)).clamp(0.0, 1.0);
         let mut warmer = 0.5 * SURPRISE_RATE * on_curve * shorter * m.per_length / self.strain_per_k;
         // … and by the resistance.
         if seen.resistance_ohm > 0.0 && seen.resistance_ohm.is_finite() {
@@ -269,7 +262,7 @@ impl Side {
                 let cold = ((seen.resistance_ohm - self.wire.resistance_ohm()) / ohm_per_k).clamp(-50.0, 50.0);
                 let step = (RESISTANCE_RATE * dt).min(1.0) * cold;
                 warmer += RESISTANCE_RATE * cold;
-                self.loss_scale = (self.loss_scale - LOSS_PER_K * step).clamp(LOSS_SCALE.0, LOSS_SCALE.1);
+                self.loss_scale = (self.loss_scale - LOSS_PER_K * step).clamp(LEAST_LOSS_SCALE, MOST_LOSS_SCALE);
             }
         }
         let warmer = warmer.clamp(-MOST_K_PER_S, MOST_K_PER_S);
@@ -284,21 +277,20 @@ impl Side {
         let drive = power + less_loss + m.heat_capacity * warmer;
         self.wire.step(&Inputs { drive, imposed: self.rest - shortened, ..self.inputs }, dt);
 
-        let temperature = self.wire.temperature_c().clamp(RANGE_C.0, RANGE_C.1);
+        let temperature = self.wire.temperature_c().clamp(COLDEST_C, HOTTEST_C);
         if temperature != self.wire.temperature_c() {
             self.wire.correct(temperature - self.wire.temperature_c(), 0.0);
         }
         let (martensite, stress) = (self.wire.martensite(), self.wire.stress_pa());
-        let rise = power - 0.5 * m.loss * (self.hottest - m.ambient);
-        self.hottest = (self.hottest + rise * dt * m.per_heat_capacity).min(RANGE_C.1).max(temperature);
-        let (heating_curve_c, cooling_curve_c) = self.curves(martensite, stress);
+        self.hottest = cycle::hottest(m, self.hottest, power, dt, temperature);
+        let curves = Curves::at(m, martensite, stress);
         Estimate {
             temperature_c: temperature,
             martensite,
             hottest_c: self.hottest,
             stress_pa: stress,
-            heating_curve_c,
-            cooling_curve_c,
+            heating_curve_c: curves.heating_c,
+            cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.rest - shortened,
             loss_w: self.loss_scale * m.loss * (temperature - m.ambient),
             // it is learned without a measure of how well
@@ -307,12 +299,5 @@ impl Side {
             full_power_w: self.full_power,
             velocity_m_s: f64::NAN,
         }
-    }
-
-    /// Temperatures of the heating and the cooling curve at a phase and stress (eq. 20 inverted), °C.
-    fn curves(&self, martensite: f64, stress: f64) -> (f64, f64) {
-        let (m, logit) = (&self.map, WireMap::logit(martensite));
-        let shift = stress * m.shift;
-        (m.heating_centre + m.heating_width * logit + shift, m.cooling_centre + m.cooling_width * logit + shift)
     }
 }

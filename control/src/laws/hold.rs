@@ -2,7 +2,8 @@
 //! readings are noisier than the accuracy wanted: so within a band around the reference it is left at the temperature it has,
 //! until its mean error says otherwise.
 
-use crate::Demand;
+use crate::cycle::Curves;
+use crate::demand::Demand;
 use crate::wire_map::WireMap;
 
 /// Time over which the error of a held wire is averaged, in 1/λ.
@@ -12,7 +13,8 @@ const AT_LEAST: f64 = 1.5;
 /// What the first error of a hold is worth as averaging time, in 1/λ.
 const FIRST: f64 = 0.3;
 /// Where a hold begins for a wire that comes from being too long, and from too short, in hold bands.
-const ARRIVE: (f64, f64) = (0.8, 0.4);
+const ARRIVE_SHORTENING: f64 = 0.8;
+const ARRIVE_LENGTHENING: f64 = 0.4;
 /// Mean error at which a hold ends if the wire can be moved along the curve it stands near, in hold bands.
 const LEAVE_ALONG: f64 = 1.7;
 /// The same if it has to cross the hysteresis.
@@ -20,10 +22,11 @@ const LEAVE_ACROSS: f64 = 2.2;
 /// Error at which a hold ends at once, in hold bands.
 const LEAVE_AT_ONCE: f64 = 4.0;
 /// How far off the heating and the cooling curve a held wire's temperature is kept, in widths 1/k of the curve.
-const RETREAT: (f64, f64) = (3.0, 3.0);
+const RETREAT: f64 = 3.0;
 /// Rate at which the mean error of a held wire is trimmed away by its thermal strain, 1/s, and fastest change of its
 /// temperature for that, K/s.
-const TRIM: (f64, f64) = (0.7, 12.0);
+const TRIM_RATE: f64 = 0.7;
+const MOST_TRIM_K_PER_S: f64 = 12.0;
 /// Mean error from which it is, in hold bands.
 const TRIM_FROM: f64 = 0.3;
 
@@ -77,12 +80,12 @@ impl Hold {
     /// the retreat from the curve, m.
     #[inline]
     pub fn lead(&self, map: &WireMap, fraction: f64) -> f64 {
-        let retreat = if self.shortens { RETREAT.0 * map.heating_width } else { RETREAT.1 * map.cooling_width };
+        let retreat = if self.shortens { RETREAT * map.heating_width } else { RETREAT * map.cooling_width };
         map.thermal_expansion(fraction) * retreat
     }
 
     /// Begins, goes on with or ends holding the wire, whose believed error is `error` and whose reference moves by `pace`,
-    /// between the curves of a wire at rest (`heating`, `cooling`); λ sets the time scale. While it is held: the temperature to hold it at.
+    /// between the curves of a wire at rest (`curves`); λ sets the time scale. While it is held: the temperature to hold it at.
     ///
     /// That is the one it came with, inside the hysteresis, trimmed by its thermal strain: away from the curve that it is nearer
     /// to nothing else moves it. Back towards the curve it would transform as well, and far more: so the trim goes one way
@@ -94,12 +97,13 @@ impl Hold {
         demand: &Demand,
         error: f64,
         pace: f64,
-        (heating, cooling): (f64, f64),
+        curves: Curves,
         lambda: f64,
     ) -> Option<f64> {
         let (seen, band) = (&demand.estimate, self.band);
         let expansion = map.thermal_expansion(seen.martensite).max(1e-12);
-        let (high, low) = (heating - RETREAT.0 * map.heating_width, cooling + RETREAT.1 * map.cooling_width);
+        let (high, low) =
+            (curves.heating_c - RETREAT * map.heating_width, curves.cooling_c + RETREAT * map.cooling_width);
         if self.is_tracking(pace) {
             // It will come to a wire that is ahead of it sooner than that could cross its hysteresis.
             let ahead = if pace < 0.0 { -error } else { error };
@@ -132,7 +136,7 @@ impl Hold {
                 return None;
             }
             let over = self.error - self.error.max(-TRIM_FROM * band).min(TRIM_FROM * band);
-            let trim = (TRIM.0 * over / expansion).clamp(-TRIM.1, TRIM.1) * demand.dt_s;
+            let trim = (TRIM_RATE * over / expansion).clamp(-MOST_TRIM_K_PER_S, MOST_TRIM_K_PER_S) * demand.dt_s;
             let trimmed = if self.temperature > middle {
                 self.temperature - trim.max(0.0).min(self.temperature - middle)
             } else {
@@ -145,7 +149,7 @@ impl Hold {
             if error.abs() > self.reach() + self.lead(map, seen.martensite) {
                 self.shortens = error > 0.0;
             }
-            let (ahead, arrive) = if self.shortens { (error, ARRIVE.0) } else { (-error, ARRIVE.1) };
+            let (ahead, arrive) = if self.shortens { (error, ARRIVE_SHORTENING) } else { (-error, ARRIVE_LENGTHENING) };
             if ahead > arrive * band + self.lead(map, seen.martensite) {
                 return None;
             }

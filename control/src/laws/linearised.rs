@@ -5,9 +5,8 @@
 //! proportional u = λ(x − x_ref) closes. Far from the transformation ∂ξ/∂T vanishes and α with it grows beyond use; the thesis
 //! finds a constant slope to do as well, because β is what counts.
 
-use crate::demand::Range;
+use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
-use crate::{Controller, Demand};
 
 /// The thesis' constant |∂ξ/∂T|, 1/K.
 pub const CONSTANT_SLOPE_PER_K: f64 = 0.05;
@@ -30,22 +29,20 @@ pub struct InputOutputLinearised {
     /// Whether β is in: left out only to show what it is worth.
     feedforward: bool,
     range: Range,
-    blind: bool,
 }
 
 impl InputOutputLinearised {
     pub(crate) fn new(map: WireMap, lambda: f64, slope: Slope, feedforward: bool, range: Range) -> Self {
-        InputOutputLinearised { map, lambda, slope, feedforward, range, blind: false }
+        InputOutputLinearised { map, lambda, slope, feedforward, range }
     }
 }
 
-impl Controller for InputOutputLinearised {
+impl Law for InputOutputLinearised {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
         let seen = &demand.estimate;
-        self.blind = !demand.is_usable() || !seen.is_usable();
-        if self.blind {
-            return self.range.minimum;
+        if !demand.is_usable() || !seen.is_usable() {
+            return None;
         }
         let shorten = self.lambda * (seen.length_m - demand.reference_m);
         let slope = match self.slope {
@@ -53,28 +50,21 @@ impl Controller for InputOutputLinearised {
             Slope::Constant => CONSTANT_SLOPE_PER_K,
         };
         let offset = if self.feedforward { seen.loss_w } else { 0.0 };
-        self.range.give((self.map.heat_per_metre(slope, seen) * shorten + offset) / seen.full_power_w)
+        let power = self.map.heat_per_metre(slope, seen) * shorten + offset;
+        Some(self.range.give(power / seen.full_power_w))
     }
 
     fn reset(&mut self) {
         self.range.reset();
-        self.blind = false;
-    }
-
-    fn surface(&self) -> f64 {
-        0.0
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::demand::Modulation;
+    use crate::estimate::Estimate;
     use crate::testing::{by_power, hanging, wire};
-    use crate::{Estimate, Modulation};
     use sinew_physics::{Inputs, Wire, WireModel};
 
     fn model() -> WireModel {
@@ -107,15 +97,17 @@ mod tests {
         for _ in 0..60_000 {
             let estimate = believed(&map, &wire);
             // an error that is always worth the same speed
-            let duty = law.duty(&Demand {
-                reference_m: estimate.length_m - asked / 10.0,
-                length_m: estimate.length_m,
-                velocity_m_s: 0.0,
-                acceleration_m_s2: 0.0,
-                resistance_ohm: f64::NAN,
-                dt_s,
-                estimate,
-            });
+            let duty = law
+                .duty(&Demand {
+                    reference_m: estimate.length_m - asked / 10.0,
+                    length_m: estimate.length_m,
+                    velocity_m_s: 0.0,
+                    acceleration_m_s2: 0.0,
+                    resistance_ohm: f64::NAN,
+                    dt_s,
+                    estimate,
+                })
+                .unwrap();
             wire.step(&Inputs { drive: 10.0 * duty, ..model.rest_inputs() }, dt_s);
             if (0.1..0.85).contains(&wire.martensite()) {
                 // over a tenth of a second, in which the load rings several times

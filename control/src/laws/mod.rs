@@ -1,4 +1,7 @@
-//! The laws from length to duty, one a file.
+//! The laws from length to duty, one a file, and the table they are registered in.
+//!
+//! **To add a law**: write its file here, with a type that is a [`Law`]; add its `mod` line and its row below; run
+//! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::`. Rig file, driver, bench, command line and docs follow from the row.
 
 mod hold;
 mod linearised;
@@ -7,18 +10,187 @@ mod pid;
 mod rapid_heating;
 mod relay;
 mod servo;
+mod setup;
 mod sliding;
 mod sliding_first_order;
+#[macro_use]
+mod table;
 mod tension;
 
-pub use linearised::{CONSTANT_SLOPE_PER_K, InputOutputLinearised, Slope};
-pub use optimal::TimeOptimal;
-pub use pid::{Pid, PidGains};
+pub use pid::PidGains;
 pub use rapid_heating::Priming;
 pub(crate) use rapid_heating::RapidHeating;
-pub use relay::Relay;
-pub(crate) use servo::Schedule;
-pub use servo::VelocityServo;
-pub use sliding::{Law, SlidingMode2};
-pub use sliding_first_order::SlidingMode1;
+pub(crate) use setup::{Given, Setup};
+pub use table::LawRow;
 pub use tension::TensionLimits;
+
+use crate::demand::{Demand, Law};
+use crate::lpv::Coupling;
+use linearised::Slope;
+use servo::Schedule;
+use sliding::SurfaceLaw;
+
+/// Keys of `[channel.control]` that only some laws take.
+pub const KEYS_OF_LAWS: [&str; 6] = [
+    "lambda_per_s",
+    "heat_loss_feedforward",
+    "pi_proportional_per_mm",
+    "pi_integral_per_mm_s",
+    "pid_derivative_s_per_mm",
+    "relay_band_mm",
+];
+
+// For each type of law its words in the rig file. `takes`: which of KEYS_OF_LAWS mean something with it. `law` and
+// `defaults`: its row in docs/control-laws.md, with e = x − x_ref, S the stroke, D duty. `needs_estimate`: whether it
+// gives the least duty where no estimator says temperature and phase; the others make do with the length.
+laws! {
+    optimal::TimeOptimal {
+        /// Sliding mode along the stopping distance, in the wire's estimated state.
+        TimeOptimal {
+            word: "time_optimal",
+            takes: ["lambda_per_s"],
+            needs_estimate: true,
+            law: "full power or none as long as the wire can still be stopped, then along the stopping distance, see above",
+            defaults: "λ as below",
+            new: |s| TimeOptimal::new(s.map, s.lambda, s.hold_band(), s.range),
+        }
+    }
+    sliding::SlidingMode {
+        /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
+        SlidingMode {
+            word: "sliding_mode",
+            takes: ["lambda_per_s"],
+            needs_estimate: false,
+            law: "P_eq of eq. 70 on σ = ẍ + 2λẋ + λ²e (chapter 11), in the estimated state, see above",
+            defaults: "λ",
+            new: |s| SlidingMode::new(s.map, s.lambda, SurfaceLaw::Equivalent, s.hold_band(), s.range),
+        }
+        /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
+        SlidingModePlain {
+            word: "sliding_mode_plain",
+            takes: ["lambda_per_s"],
+            needs_estimate: false,
+            law: "maximum where σ > 0 of the measured derivatives, else minimum (chapter 11)",
+            defaults: "λ",
+            new: |s| SlidingMode::new(s.map, s.lambda, SurfaceLaw::Plain, s.hold_band(), s.range),
+        }
+    }
+    sliding_first_order::SlidingModeFirstOrder {
+        /// Sliding mode on a first-order surface, switched.
+        SlidingModeFirstOrder {
+            word: "sliding_mode_first_order",
+            takes: ["lambda_per_s"],
+            needs_estimate: false,
+            law: "the same with σ = ẋ + λe; it limit-cycles (figure 113)",
+            defaults: "λ",
+            new: |s| SlidingModeFirstOrder::new(s.map, s.lambda, SurfaceLaw::Plain, s.stroke, s.range),
+        }
+        /// Sliding mode on a first-order surface, in the wire's estimated state.
+        SlidingModeFirstOrderEquivalent {
+            word: "sliding_mode_first_order_equivalent",
+            takes: ["lambda_per_s"],
+            needs_estimate: false,
+            law: "P = P_eq + ½P_max sat(σ/(0.1 λS)); P_eq keeps σ = 0: eq. 70 one order lower, at ẋ = −λe",
+            defaults: "λ",
+            new: |s| SlidingModeFirstOrder::new(s.map, s.lambda, SurfaceLaw::Equivalent, s.stroke, s.range),
+        }
+    }
+    relay::Relay {
+        /// On and off with a band.
+        Relay {
+            word: "relay",
+            takes: ["relay_band_mm"],
+            needs_estimate: false,
+            law: "maximum above x_ref + b, minimum below x_ref − b, between them as before",
+            defaults: "b = `relay_band_mm` = 1 % of S",
+            new: |s| Relay::new(s.relay_band(), s.range),
+        }
+    }
+    pid::Pid {
+        /// Proportional-integral with anti-windup.
+        Pi {
+            word: "pi",
+            takes: ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s"],
+            needs_estimate: false,
+            law: "D = K_P e + ∫K_I e dt, anti-windup by back-calculation in 0.3 s",
+            defaults: "K_P = 1/(0.3 S), T_i = 1 s",
+            new: |s| Pid::new(s.pi_gains(), s.feeds_loss_forward(false), s.range),
+        }
+        /// Proportional-integral-derivative with anti-windup.
+        Pid {
+            word: "pid",
+            takes: [
+                "heat_loss_feedforward",
+                "pi_proportional_per_mm",
+                "pi_integral_per_mm_s",
+                "pid_derivative_s_per_mm",
+            ],
+            needs_estimate: false,
+            law: "the same + K_D ẋ through 10 ms: of the length, so a step of the reference does not kick",
+            defaults: "T_d = 50 ms",
+            new: |s| Pid::new(s.pid_gains(), s.feeds_loss_forward(false), s.range),
+        }
+    }
+    linearised::InputOutputLinearised {
+        /// Input–output linearisation with the estimated slope ∂ξ/∂T.
+        InputOutputLinearised {
+            word: "input_output_linearised",
+            takes: ["lambda_per_s", "heat_loss_feedforward"],
+            needs_estimate: true,
+            law: "P = α λe + β, α = Q/\\|∂ξ/∂T\\| · (K + K_SMA)/(K_SMA L ε_L), β = the loss to the air, Q = m c_p + H\\|∂ξ/∂T\\| \
+                  (eq. 58); ∂ξ/∂T of the estimated branch",
+            defaults: "λ",
+            new: |s| {
+                InputOutputLinearised::new(s.map, s.lambda, Slope::Estimated, s.feeds_loss_forward(true), s.range)
+            },
+        }
+        /// Input–output linearisation with a constant slope.
+        InputOutputLinearisedConstant {
+            word: "input_output_linearised_constant",
+            takes: ["lambda_per_s", "heat_loss_feedforward"],
+            needs_estimate: true,
+            law: "the same with ∂ξ/∂T = −0.05 per K",
+            defaults: "λ",
+            new: |s| InputOutputLinearised::new(s.map, s.lambda, Slope::Constant, s.feeds_loss_forward(true), s.range),
+        }
+    }
+    servo::VelocityServo {
+        /// Robust servo on the velocity linearisation with static gains.
+        VelocityServo {
+            word: "velocity_servo",
+            takes: ["lambda_per_s"],
+            needs_estimate: true,
+            law: "ΔP = −K (−e Δt, Δx, Δẋ, ΔT), K the linear-quadratic regulator of eq. 64 for ∂ξ/∂T = −0.05 per K, weight only \
+                  on e",
+            defaults: "K_e = λP_max/S",
+            new: |s| {
+                VelocityServo::new(
+                    s.model,
+                    s.map,
+                    Schedule::Static,
+                    Coupling::Thermal,
+                    s.integral_w_per_m_s(),
+                    s.range,
+                )
+            },
+        }
+        /// Robust servo on the velocity linearisation with scheduled gains.
+        VelocityServoScheduled {
+            word: "velocity_servo_scheduled",
+            takes: ["lambda_per_s"],
+            needs_estimate: true,
+            law: "the same with K interpolated over the estimated ∂ξ/∂T, designed on all couplings of the reference model",
+            defaults: "K_e = λP_max/S",
+            new: |s| {
+                VelocityServo::new(
+                    s.model,
+                    s.map,
+                    Schedule::Scheduled,
+                    Coupling::Full,
+                    s.integral_w_per_m_s(),
+                    s.range,
+                )
+            },
+        }
+    }
+}

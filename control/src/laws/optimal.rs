@@ -10,29 +10,35 @@
 //!
 //! where what brakes a shortening wire is the air, and what brakes a lengthening one is the supply. So the largest excess
 //! from which it still stops at the reference is the inverse of Δx, and that is the surface: below it the power is full (or the wire
-//! cools freely), on it the equivalent control (eq. 70) brakes with [`RESERVE`] of what there is, so that there is something left for what the model
+//! cools freely), on it the equivalent control (eq. 70) brakes with [`RESERVE_SHORTENING`] or [`RESERVE_LENGTHENING`] of what there is, so that there is something left for what the model
 //! does not know. Near the reference the temperature is held as in [`super::sliding`].
 
 use super::hold::Hold;
-use crate::demand::Range;
+use crate::cycle::Curves;
+use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
-use crate::{Controller, Demand};
 
-/// Share of the braking power that the surface counts on.
-const RESERVE: (f64, f64) = (0.7, 0.4);
+/// Share of the braking power that the surface counts on, of a shortening and of a lengthening wire.
+const RESERVE_SHORTENING: f64 = 0.7;
+const RESERVE_LENGTHENING: f64 = 0.4;
 /// Time over which the speed of a reference is averaged, s.
 const PACE_TIME_S: f64 = 0.02;
 /// Fastest return to the surface, in 1/s, and in samples.
-const RETURN: (f64, f64) = (120.0, 4.0);
+const RETURN_PER_S: f64 = 120.0;
+const RETURN_SAMPLES: f64 = 4.0;
 
 /// How fast the last correction out of a hold approaches its curve: widths per second, and 1/s of what is beyond so many widths.
-const CREEP: (f64, f64, f64) = (1.5, 15.0, 1.5);
+const CREEP_WIDTHS_PER_S: f64 = 1.5;
+const CREEP_PER_S: f64 = 15.0;
+const CREEP_BEYOND_WIDTHS: f64 = 1.5;
 /// Rate at which a held wire is kept at its temperature, and brought to it from a kelvin off, 1/s: slow, because every ripple of the
 /// temperature ratchets it along the curve that it is nearer to.
-const HOLD: (f64, f64) = (1.5, 8.0);
+const KEEP_PER_S: f64 = 1.5;
+const BRING_PER_S: f64 = 8.0;
 
 /// How far below its curve a wire is kept that is ahead of its reference by as much as it may be near it, and at most, in widths.
-const PAST: (f64, f64) = (2.0, 2.0);
+const PAST_WIDTHS: f64 = 2.0;
+const MOST_PAST_WIDTHS: f64 = 2.0;
 
 /// Near-time-optimal sliding mode.
 #[derive(Debug, Clone)]
@@ -48,7 +54,6 @@ pub struct TimeOptimal {
     /// Excess temperature that is missing to the surface, K; positive = heat.
     surface: f64,
     pace: Pace,
-    blind: bool,
 }
 
 /// How fast the reference moves.
@@ -95,7 +100,7 @@ impl Approach {
     #[inline]
     fn surface(&self) -> f64 {
         if self.ahead <= 0.0 {
-            return (self.ahead * self.past).max(-PAST.1 * self.width);
+            return (self.ahead * self.past).max(-MOST_PAST_WIDTHS * self.width);
         }
         let b = (self.settle_s * self.brake).max(1e-9);
         let u = self.ahead * self.drag / (self.settle_s * b);
@@ -117,7 +122,6 @@ impl TimeOptimal {
             given,
             surface: 0.0,
             pace: Pace::NONE,
-            blind: false,
         }
     }
 
@@ -132,22 +136,26 @@ impl TimeOptimal {
         // the curves where the wire stands still: without the drag's share
         let branch = m.branch(seen.martensite, s);
         let still = |curve: f64, width: f64| curve + seen.velocity_m_s * branch.drag(width);
-        let curves = (still(seen.heating_curve_c, m.heating_width), still(seen.cooling_curve_c, m.cooling_width));
+        let curves = Curves {
+            heating_c: still(seen.heating_curve_c, m.heating_width),
+            cooling_c: still(seen.cooling_curve_c, m.cooling_width),
+        };
         let pace = self.pace.velocity;
         if let Some(target) = self.hold.decide(m, demand, error, pace, curves, self.lambda) {
             self.surface = target - seen.temperature_c;
-            let rate = HOLD.0 + (HOLD.1 - HOLD.0) * self.surface.abs().min(1.0);
+            let rate = KEEP_PER_S + (BRING_PER_S - KEEP_PER_S) * self.surface.abs().min(1.0);
             return (loss + m.heat_capacity * rate * self.surface) / seen.full_power_w;
         }
         let heating = self.hold.shortens();
-        let (width, curve) = if heating { (m.heating_width, curves.0) } else { (m.cooling_width, curves.1) };
+        let (width, curve) =
+            if heating { (m.heating_width, curves.heating_c) } else { (m.cooling_width, curves.cooling_c) };
         let drag = branch.drag(width).max(1e-6);
         let slope = branch.kelvin_per_metre(width);
         let latent = m.latent_kelvin_per_metre(seen.release_j, s);
         let settle_s = drag / (slope + latent);
         let capacity = m.heat_capacity;
         let most = seen.full_power_w * self.range.maximum;
-        let gain = self.fastest.min(1.0 / (RETURN.1 * demand.dt_s));
+        let gain = self.fastest.min(1.0 / (RETURN_SAMPLES * demand.dt_s));
         let sign = if heating { 1.0 } else { -1.0 };
         let towards = -sign * seen.velocity_m_s;
         let mut excess = sign * (seen.temperature_c - curve);
@@ -166,9 +174,10 @@ impl TimeOptimal {
         let kept = keeping_up * drag;
         excess += dt * (sign * pending - excess.max(0.0) / settle_s.max(dt));
         let sure = (loss - seen.loss_sigma_w).max(0.2 * loss).max(0.0);
-        let brake = if heating { RESERVE.0 * sure } else { RESERVE.1 * (most - loss).max(0.0) } / capacity;
+        let brake =
+            if heating { RESERVE_SHORTENING * sure } else { RESERVE_LENGTHENING * (most - loss).max(0.0) } / capacity;
         let approach =
-            Approach { ahead, excess, drag, settle_s, brake, past: PAST.0 * width / self.hold.reach(), width };
+            Approach { ahead, excess, drag, settle_s, brake, past: PAST_WIDTHS * width / self.hold.reach(), width };
         let most_excess = approach.surface();
         self.surface = sign * (most_excess + kept - approach.excess);
         // on the surface it brakes by the share counted on; a wire that does not move yet needs no braking
@@ -177,7 +186,7 @@ impl TimeOptimal {
         let mut power = braking + capacity * gain * self.surface;
         if !tracking && error.abs() < self.hold.reach() + lead && excess < 0.0 {
             // A correction out of a hold: below its curve the wire moves already, by the inner loop, and nobody knows how far.
-            let rate = CREEP.0 * width + CREEP.1 * (-excess - CREEP.2 * width).max(0.0);
+            let rate = CREEP_WIDTHS_PER_S * width + CREEP_PER_S * (-excess - CREEP_BEYOND_WIDTHS * width).max(0.0);
             power = if heating { power.min(loss + capacity * rate) } else { power.max(loss - capacity * rate) };
         }
         power / seen.full_power_w
@@ -187,7 +196,7 @@ impl TimeOptimal {
 /// Fastest return to the surface that load and wire can follow, 1/s, at mid-stroke.
 fn fastest(m: &WireMap) -> f64 {
     if m.mass <= 0.0 || m.shift <= 0.0 {
-        return RETURN.0;
+        return RETURN_PER_S;
     }
     let s = m.stress(0.5 * m.strain * m.length, 0.0);
     let slope = m.kelvin_per_metre(0.5, m.heating_width, s) + m.latent_kelvin_per_metre(m.release(s), s);
@@ -195,21 +204,20 @@ fn fastest(m: &WireMap) -> f64 {
     let half = 0.5 * m.damping / m.mass;
     let square = half * half - stiffness / m.mass;
     let fast = if square > 0.0 { half + square.sqrt() } else { (stiffness / m.mass).sqrt() };
-    RETURN.0.min(0.5 * fast)
+    RETURN_PER_S.min(0.5 * fast)
 }
 
-impl Controller for TimeOptimal {
+impl Law for TimeOptimal {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable() || !demand.estimate.temperature_c.is_finite();
-        if self.blind {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
+        if !demand.is_usable() || !demand.estimate.temperature_c.is_finite() {
             (self.surface, self.given) = (0.0, self.range.minimum);
-            return self.range.minimum;
+            return None;
         }
         self.pace.follow(demand.reference_m, demand.dt_s, self.hold.reach());
         let wanted = self.wanted(demand);
         self.given = self.range.give(wanted);
-        self.given
+        Some(self.given)
     }
 
     fn reset(&mut self) {
@@ -217,15 +225,10 @@ impl Controller for TimeOptimal {
         self.hold.reset();
         self.pace = Pace::NONE;
         (self.surface, self.given) = (0.0, self.range.minimum);
-        self.blind = false;
     }
 
     fn surface(&self) -> f64 {
         self.surface
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }
 
@@ -260,7 +263,7 @@ mod tests {
             drag: 407.0,
             settle_s: 0.06,
             brake: 40.0,
-            past: PAST.0 * 3.0 / 1e-4,
+            past: PAST_WIDTHS * 3.0 / 1e-4,
             width: 3.0,
         };
         assert!((approach(-1e-5).surface() + 0.6).abs() < 1e-12);

@@ -3,8 +3,7 @@
 //! PI is the one with a derivative gain of 0. Either may be told the power that the wire loses to the air, which its integral
 //! would otherwise have to find anew at every length (chapter 10: the offset β of eq. 58 without its inversion α).
 
-use crate::demand::Range;
-use crate::{Controller, Demand};
+use crate::demand::{Demand, Law, Range};
 
 /// Gains of PI and PID.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,22 +50,20 @@ pub struct Pid {
     integral: f64,
     /// ẋ, filtered, m/s.
     velocity: f64,
-    blind: bool,
 }
 
 impl Pid {
     pub(crate) fn new(gains: PidGains, feedforward: bool, range: Range) -> Pid {
         let integral = if feedforward { 0.0 } else { range.minimum };
-        Pid { gains, feedforward, range, integral, velocity: 0.0, blind: false }
+        Pid { gains, feedforward, range, integral, velocity: 0.0 }
     }
 }
 
-impl Controller for Pid {
+impl Law for Pid {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable();
-        if self.blind {
-            return self.range.minimum;
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
+        if !demand.is_usable() {
+            return None;
         }
         let g = &self.gains;
         let error = demand.length_m - demand.reference_m;
@@ -80,26 +77,19 @@ impl Controller for Pid {
         let dt = demand.dt_s.min(g.tracking_s);
         let rate = g.integral_per_m_s * error + (given - wanted) / g.tracking_s;
         self.integral = (self.integral + rate * dt).clamp(-10.0, 10.0);
-        given
+        Some(given)
     }
 
     fn reset(&mut self) {
         *self = Pid::new(self.gains, self.feedforward, self.range);
-    }
-
-    fn surface(&self) -> f64 {
-        0.0
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Estimate, Modulation};
+    use crate::demand::Modulation;
+    use crate::estimate::Estimate;
 
     const GAINS: PidGains = PidGains {
         proportional_per_m: 100.0,
@@ -130,12 +120,12 @@ mod tests {
     fn is_the_sum_of_its_terms() {
         let mut law = pid(false);
         let (error, velocity) = (2e-3, 0.01);
-        let duty = (0..1000).map(|_| law.duty(&demand(error, velocity))).last().unwrap();
+        let duty = (0..1000).map(|_| law.duty(&demand(error, velocity)).unwrap()).last().unwrap();
         let expected = 0.02 + 100.0 * error + 50.0 * error * 0.999 + 4.0 * velocity;
         assert!((duty - expected).abs() < 1e-9, "{duty} {expected}");
         // the filter's own time: 1 − 1/e of the way after 20 ms
         let mut law = pid(false);
-        let duty = (0..20).map(|_| law.duty(&demand(0.0, velocity))).last().unwrap();
+        let duty = (0..20).map(|_| law.duty(&demand(0.0, velocity)).unwrap()).last().unwrap();
         assert!(((duty - 0.02) / (4.0 * velocity) - 0.632).abs() < 0.02, "{duty}");
     }
 
@@ -143,8 +133,8 @@ mod tests {
     #[test]
     fn a_step_of_the_reference_does_not_kick() {
         let mut law = pid(false);
-        let before = law.duty(&demand(1e-3, 0.0));
-        let after = law.duty(&demand(3e-3, 0.0));
+        let before = law.duty(&demand(1e-3, 0.0)).unwrap();
+        let after = law.duty(&demand(3e-3, 0.0)).unwrap();
         assert!((after - before - 100.0 * 2e-3).abs() < 1e-3, "{before} {after}");
     }
 
@@ -152,10 +142,10 @@ mod tests {
     #[test]
     fn does_not_wind_up() {
         let mut law = pid(false);
-        (0..20_000).for_each(|_| assert!(law.duty(&demand(0.02, 0.0)) <= 1.0));
+        (0..20_000).for_each(|_| assert!(law.duty(&demand(0.02, 0.0)).unwrap() <= 1.0));
         let wanted = 100.0 * 0.02 + law.integral;
         assert!((wanted - (1.0 + 50.0 * 0.02 * 0.3)).abs() < 1e-6, "{wanted}");
-        assert!(law.duty(&demand(0.01, 0.0)) < 1.0);
+        assert!(law.duty(&demand(0.01, 0.0)).unwrap() < 1.0);
     }
 
     /// The loss is added as a duty; without an estimate nothing is.
@@ -171,8 +161,8 @@ mod tests {
             ..Estimate::UNKNOWN
         };
         let seen = Demand { estimate, ..demand(1e-3, 0.0) };
-        assert!((pid(true).duty(&seen) - (0.1 + 0.2)).abs() < 1e-12);
-        assert!((pid(true).duty(&demand(1e-3, 0.0)) - 0.1).abs() < 1e-12);
-        assert!((pid(false).duty(&seen) - (0.02 + 0.1)).abs() < 1e-12);
+        assert!((pid(true).duty(&seen).unwrap() - (0.1 + 0.2)).abs() < 1e-12);
+        assert!((pid(true).duty(&demand(1e-3, 0.0)).unwrap() - 0.1).abs() < 1e-12);
+        assert!((pid(false).duty(&seen).unwrap() - (0.02 + 0.1)).abs() < 1e-12);
     }
 }

@@ -4,7 +4,7 @@
 //! is afraid of one, wastes the time; how far full power is safe can be told from the estimated temperature, or, with nothing but a
 //! calibrated model of the cold wire, from its resistance (resistance priming).
 
-use crate::Demand;
+use crate::demand::Demand;
 use crate::wire_map::WireMap;
 
 /// How far below its heating curve a wire is handed over, in widths 1/k_A of the curve.
@@ -25,16 +25,29 @@ pub enum Priming {
     Resistance,
 }
 
+/// Where a wire is handed over to its law, and where it is taken back from it.
+#[derive(Debug, Clone, Copy)]
+struct Handover {
+    to_law: f64,
+    back: f64,
+}
+
+impl Handover {
+    fn now(&self, acting: bool) -> f64 {
+        if acting { self.to_law } else { self.back }
+    }
+}
+
 /// Full power until just below the transformation.
 #[derive(Debug, Clone)]
 pub(crate) struct RapidHeating {
     by: Priming,
     /// Least error, m.
     worth: f64,
-    /// Temperatures below the curve at which a wire is handed over and taken back, K.
-    margins: (f64, f64),
-    /// Resistances at which a martensitic wire is handed over and taken back, Ω.
-    resistances: (f64, f64),
+    /// Temperatures below the curve, K.
+    margin_k: Handover,
+    /// Resistances of a martensitic wire, Ω.
+    resistance_ohm: Handover,
     /// Shorter than this, in m, a wire has begun to transform, and its resistance says nothing of its temperature.
     cold: f64,
     acting: bool,
@@ -50,8 +63,8 @@ impl RapidHeating {
         RapidHeating {
             by,
             worth: WORTH_IT * stroke,
-            margins: (SHORT_OF * map.heating_width, TAKEN_BACK * map.heating_width),
-            resistances: (at(BEGINS + SHORT_OF), at(BEGINS + TAKEN_BACK)),
+            margin_k: Handover { to_law: SHORT_OF * map.heating_width, back: TAKEN_BACK * map.heating_width },
+            resistance_ohm: Handover { to_law: at(BEGINS + SHORT_OF), back: at(BEGINS + TAKEN_BACK) },
             cold: map.length + map.elongation(1.0, stress, map.ambient) - WORTH_IT * stroke,
             acting: false,
         }
@@ -70,11 +83,10 @@ impl RapidHeating {
         let below = match self.by {
             Priming::Temperature => {
                 let short_of = demand.estimate.heating_curve_c - demand.estimate.temperature_c;
-                short_of > if self.acting { self.margins.0 } else { self.margins.1 }
+                short_of > self.margin_k.now(self.acting)
             }
             Priming::Resistance => {
-                let most = if self.acting { self.resistances.0 } else { self.resistances.1 };
-                demand.resistance_ohm < most && demand.length_m > self.cold
+                demand.resistance_ohm < self.resistance_ohm.now(self.acting) && demand.length_m > self.cold
             }
         };
         self.acting = wanted && below;

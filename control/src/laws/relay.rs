@@ -3,8 +3,7 @@
 //! The simplest of the field (table 5: positioning to 2 %, with limit cycles). It needs no model; the band keeps noise from
 //! switching it and is about what it cycles by.
 
-use crate::demand::Range;
-use crate::{Controller, Demand};
+use crate::demand::{Demand, Law, Range};
 
 /// On above the reference by half a band, off below it by as much.
 #[derive(Debug, Clone)]
@@ -13,46 +12,36 @@ pub struct Relay {
     band: f64,
     range: Range,
     on: bool,
-    blind: bool,
 }
 
 impl Relay {
     pub(crate) fn new(band: f64, range: Range) -> Relay {
-        Relay { band, range, on: false, blind: false }
+        Relay { band, range, on: false }
     }
 }
 
-impl Controller for Relay {
+impl Law for Relay {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable();
-        if self.blind {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
+        if !demand.is_usable() {
             self.on = false;
-            return self.range.minimum;
+            return None;
         }
         let error = demand.length_m - demand.reference_m;
         self.on = if self.on { error > -self.band } else { error > self.band };
-        if self.on { self.range.maximum } else { self.range.minimum }
+        Some(if self.on { self.range.maximum } else { self.range.minimum })
     }
 
     fn reset(&mut self) {
         self.on = false;
-        self.blind = false;
-    }
-
-    fn surface(&self) -> f64 {
-        0.0
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Estimate, Modulation};
+    use crate::demand::Modulation;
+    use crate::estimate::Estimate;
 
     #[test]
     fn switches_at_the_edges_of_its_band() {
@@ -69,6 +58,8 @@ mod tests {
             })
         };
         let errors = [0.9e-4, 1.1e-4, 0.0, -0.9e-4, -1.1e-4, 0.9e-4, f64::NAN, 0.9e-4];
-        assert_eq!(errors.map(&mut at), [0.02, 0.7, 0.7, 0.7, 0.02, 0.02, 0.02, 0.02]);
+        let least = Some(0.02);
+        let most = Some(0.7);
+        assert_eq!(errors.map(&mut at), [least, most, most, most, least, least, None, least]);
     }
 }

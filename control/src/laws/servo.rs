@@ -9,14 +9,14 @@
 //! hardly mends that: what it does not know is that the load's drag lets the wire lag behind its temperature (eq. 12 and 51).
 //! So the scheduled servo is designed on all couplings of the reference model.
 
-use crate::demand::Range;
+use super::linearised::CONSTANT_SLOPE_PER_K;
+use crate::demand::{Demand, Law, Range};
 use crate::lpv::{Coupling, LpvModel, OperatingPoint};
 use crate::wire_map::WireMap;
-use crate::{CONSTANT_SLOPE_PER_K, Controller, Demand};
-use sinew_linear::DMatrix;
-use sinew_linear::riccati::lqr;
-use sinew_linear::servo::augment;
 use sinew_physics::WireModel;
+use sinew_state_space::DMatrix;
+use sinew_state_space::riccati::lqr;
+use sinew_state_space::servo::augment;
 
 /// Flattest |∂ξ/∂T| that the gains are scheduled to, in shares of the steepest. Below they keep: gains for a wire that answers
 /// nothing let power pile up that it does answer to when its transformation begins.
@@ -24,8 +24,31 @@ const FLATTEST: f64 = 0.4;
 /// Points of the schedule.
 const POINTS: usize = 17;
 
-/// Gains on (x_ref − x, ẋ, ẍ, Ṫ): W/(m s), W/m, W s/m, W/K.
-type Gains = [f64; 4];
+/// The gains K of Ṗ = −K (x_ref − x, ẋ, ẍ, Ṫ).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gains {
+    /// On the error x_ref − x, W/(m s).
+    error: f64,
+    /// On ẋ, W/m.
+    velocity: f64,
+    /// On ẍ, W s/m.
+    acceleration: f64,
+    /// On Ṫ, W/K.
+    temperature_rate: f64,
+}
+
+impl Gains {
+    const NONE: Gains = Gains { error: 0.0, velocity: 0.0, acceleration: 0.0, temperature_rate: 0.0 };
+}
+
+/// The power asked for, and the state it was asked for at.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    power_w: f64,
+    length_m: f64,
+    velocity_m_s: f64,
+    temperature_c: f64,
+}
 
 /// Which ∂ξ/∂T the gains are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,9 +70,8 @@ pub struct VelocityServo {
     /// Whether there are gains for this wire at all.
     designed: bool,
     range: Range,
-    /// Power asked for, W, and the (x, ẋ, T) it was asked for at; `None` before the first cycle.
-    last: Option<(f64, [f64; 3])>,
-    blind: bool,
+    /// The cycle before; `None` in the first.
+    last: Option<Asked>,
 }
 
 /// Gains of the regulator at one slope, for an integral gain of `integral_w_per_m_s`: weight 1 on Ṗ, its square on the error,
@@ -60,7 +82,12 @@ fn gains(lpv: &LpvModel, at: &OperatingPoint, slope: f64, integral_w_per_m_s: f6
     let mut weight = DMatrix::zeros(4, 4);
     weight[(0, 0)] = integral_w_per_m_s * integral_w_per_m_s;
     let k = lqr(&a, &b, &weight, &DMatrix::identity(1, 1)).ok()?;
-    k.iter().all(|gain| gain.is_finite()).then(|| [k[0], k[1], k[2], k[3]])
+    k.iter().all(|gain| gain.is_finite()).then(|| Gains {
+        error: k[0],
+        velocity: k[1],
+        acceleration: k[2],
+        temperature_rate: k[3],
+    })
 }
 
 impl VelocityServo {
@@ -82,7 +109,7 @@ impl VelocityServo {
             stress_pa,
             heating: true,
         };
-        let mut table = [[0.0; 4]; POINTS];
+        let mut table = [Gains::NONE; POINTS];
         let mut designed = false;
         if let Ok(lpv) = LpvModel::new(model, coupling) {
             designed = true;
@@ -97,7 +124,7 @@ impl VelocityServo {
                 }
             }
         }
-        VelocityServo { map, gains: table, flattest, per_step: 1.0 / step, designed, range, last: None, blind: false }
+        VelocityServo { map, gains: table, flattest, per_step: 1.0 / step, designed, range, last: None }
     }
 
     /// The gains at a slope, between the points of the schedule.
@@ -107,53 +134,56 @@ impl VelocityServo {
         let place = ((slope - self.flattest) * self.per_step).max(0.0).min((POINTS - 1) as f64);
         let below = (place as usize).min(POINTS - 2);
         let (low, high, share) = (&self.gains[below], &self.gains[below + 1], place - below as f64);
-        [0, 1, 2, 3].map(|i| low[i] + share * (high[i] - low[i]))
+        let between = |low: f64, high: f64| low + share * (high - low);
+        Gains {
+            error: between(low.error, high.error),
+            velocity: between(low.velocity, high.velocity),
+            acceleration: between(low.acceleration, high.acceleration),
+            temperature_rate: between(low.temperature_rate, high.temperature_rate),
+        }
     }
 }
 
-impl Controller for VelocityServo {
+impl Law for VelocityServo {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
         let seen = &demand.estimate;
-        self.blind = !self.designed || !demand.is_usable() || !seen.is_usable();
-        if self.blind {
+        if !self.designed || !demand.is_usable() || !seen.is_usable() {
             self.last = None;
-            return self.range.minimum;
+            return None;
         }
-        let state = [seen.length_m, seen.velocity_m_s, seen.temperature_c];
         let (low, high) = (self.range.minimum * seen.full_power_w, self.range.maximum * seen.full_power_w);
-        let (power, before) = self.last.unwrap_or((low, state));
-        let k = self.gains_at(self.map.slope_here(power > seen.loss_w, seen));
-        let mut change = k[0] * (demand.reference_m - seen.length_m) * demand.dt_s;
-        for i in 0..3 {
-            change += k[i + 1] * (state[i] - before[i]);
-        }
+        let now = Asked {
+            power_w: low,
+            length_m: seen.length_m,
+            velocity_m_s: seen.velocity_m_s,
+            temperature_c: seen.temperature_c,
+        };
+        let last = self.last.unwrap_or(now);
+        let k = self.gains_at(self.map.slope_here(last.power_w > seen.loss_w, seen));
+        let mut change = k.error * (demand.reference_m - seen.length_m) * demand.dt_s;
+        change += k.velocity * (now.length_m - last.length_m);
+        change += k.acceleration * (now.velocity_m_s - last.velocity_m_s);
+        change += k.temperature_rate * (now.temperature_c - last.temperature_c);
         // in this order a NaN becomes the least
-        let power = (power - change).max(low).min(high);
-        self.last = Some((power, state));
-        self.range.give(power / seen.full_power_w)
+        let power_w = (last.power_w - change).max(low).min(high);
+        self.last = Some(Asked { power_w, ..now });
+        Some(self.range.give(power_w / seen.full_power_w))
     }
 
     fn reset(&mut self) {
         self.range.reset();
         self.last = None;
-        self.blind = false;
-    }
-
-    fn surface(&self) -> f64 {
-        0.0
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::demand::Modulation;
+    use crate::estimate::Estimate;
+    use crate::stroke::StrokeRange;
     use crate::testing::{by_power, wire};
-    use crate::{Estimate, Modulation, StrokeRange};
     use sinew_physics::{Load, Wire};
 
     fn model() -> WireModel {
@@ -163,6 +193,10 @@ mod tests {
     fn servo(schedule: Schedule, coupling: Coupling, integral: f64) -> VelocityServo {
         let range = Range::new(0.0, 1.0, Modulation::Switched);
         VelocityServo::new(&model(), WireMap::new(&model()), schedule, coupling, integral, range)
+    }
+
+    fn each(k: Gains) -> [f64; 4] {
+        [k.error, k.velocity, k.acceleration, k.temperature_rate]
     }
 
     /// Mean overshoot of three steps, shares of the step, where the state is known exactly.
@@ -198,7 +232,7 @@ mod tests {
                         ..Estimate::UNKNOWN
                     },
                 });
-                inputs.drive = duty * full_power_w;
+                inputs.drive = duty.unwrap() * full_power_w;
                 most = most.max((length_m - reference_m) / (reference_m - start));
             }
             most
@@ -224,13 +258,13 @@ mod tests {
         let lpv = LpvModel::new(&model(), Coupling::Thermal).unwrap();
         let stress_pa = map.stress(0.5 * map.length * map.strain, 0.0);
         let at = OperatingPoint { temperature_c: 113.0, martensite: 0.5, stress_pa, heating: true };
-        let k = gains(&lpv, &at, 0.05, 500.0).unwrap();
+        let k = each(gains(&lpv, &at, 0.05, 500.0).unwrap());
         assert!((k[0] - 500.0).abs() < 1e-6, "{k:?}");
         // Kalman's identity, |1 + K (jω − A)⁻¹ B|² = 1 + |weight · C (jω − A)⁻¹ B|², at any frequency
         let plant = lpv.velocity_form(&at, -0.05);
         let (a, b) = augment(&plant.a, &plant.b, &plant.c).unwrap();
         for omega in [0.3, 2.0, 11.0, 90.0] {
-            let s = sinew_linear::Complex::new(0.0, omega);
+            let s = sinew_state_space::Complex::new(0.0, omega);
             let resolvent = DMatrix::identity(4, 4).map(|v: f64| s * v) - a.map(|v| s * 0.0 + v);
             let answer = resolvent.try_inverse().unwrap() * b.map(|v| s * 0.0 + v);
             let loop_gain = (0..4).fold(s * 0.0, |sum, i| sum + answer[i] * k[i]);
@@ -249,8 +283,8 @@ mod tests {
         let temperature_c = map.heating_centre + stress_pa * map.shift;
         let at = OperatingPoint { temperature_c, martensite: 0.5, stress_pa, heating: true };
         for slope in [0.0325, 0.041, 0.05, 0.0769] {
-            let exact = gains(&lpv, &at, slope, 5000.0).unwrap();
-            for (found, exact) in servo.gains_at(slope).iter().zip(exact) {
+            let exact = each(gains(&lpv, &at, slope, 5000.0).unwrap());
+            for (found, exact) in each(servo.gains_at(slope)).into_iter().zip(exact) {
                 assert!((found / exact - 1.0).abs() < 0.01, "{slope}: {found} {exact}");
             }
         }
@@ -285,6 +319,6 @@ mod tests {
             dt_s: 1e-3,
             estimate,
         };
-        assert_eq!((servo.duty(&demand), servo.is_blind()), (0.02, true));
+        assert_eq!(servo.duty(&demand), None);
     }
 }

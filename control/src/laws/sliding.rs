@@ -1,7 +1,7 @@
 //! Sliding mode control of a wire (chapter 11) on the second-order surface.
 //!
 //! The thesis' law takes ẍ from the length, differentiated twice; at the accuracy of one reading in a hundred of the
-//! stroke that is all noise. [`Law::Equivalent`] takes it from the wire instead: where the load is damped, the speed of a
+//! stroke that is all noise. [`SurfaceLaw::Equivalent`] takes it from the wire instead: where the load is damped, the speed of a
 //! transforming wire is its excess temperature over the curve it is on, v = −(T − T_b(x))/κ with κ = B/(αA_c) (the stress shift
 //! of the drag, eq. 12 and 51), and so the surface σ = ẍ + 2λẋ + λ²(x − x_ref) is one in temperature:
 //! σ = (2λ/κ)(T_b(x) + κ(λ/2)(x − x_ref) − T) up to the slow drift of T_b. The power that keeps σ = 0 follows from the heat
@@ -14,13 +14,13 @@
 //! - The last correction out of a hold is crept at.
 
 use super::hold::Hold;
-use crate::demand::Range;
+use crate::cycle::Curves;
+use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
-use crate::{Controller, Demand};
 use sinew_physics::formulas::sliding_surface;
 
 /// How much steeper a cooling wire approaches: heating brakes it with several times the power that cools it.
-pub const COOLING_HASTE: f64 = 3.5;
+const COOLING_HASTE: f64 = 3.5;
 /// Within this of its curve, in widths, and within [`LEAVE_AT_ONCE`] of the reference, a wire is crept at.
 const CREEP_WITHIN: f64 = 0.6;
 /// Rate of creeping, in widths times λ.
@@ -32,7 +32,7 @@ const MADE_UP: f64 = 0.975;
 
 /// How σ becomes power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
+pub(crate) enum SurfaceLaw {
     /// The thesis' law as it stands: maximum power where the measured σ > 0, minimum elsewhere.
     Plain,
     /// With the equivalent control that keeps σ = 0 (eq. 70), in the wire's estimated state.
@@ -41,28 +41,22 @@ pub enum Law {
 
 /// Critically damped second-order surface σ = ẍ + 2λẋ + λ²(x − x_ref).
 #[derive(Debug, Clone)]
-pub struct SlidingMode2 {
+pub struct SlidingMode {
     map: WireMap,
     lambda: f64,
-    law: Law,
+    law: SurfaceLaw,
     range: Range,
     /// 1/κ at mid-stroke, m/(K s): from a rate of temperature to σ.
     per_kelvin: f64,
     hold: Hold,
     surface: f64,
-    blind: bool,
 }
 
-impl SlidingMode2 {
-    pub(crate) fn new(map: WireMap, lambda: f64, law: Law, band: f64, range: Range) -> SlidingMode2 {
+impl SlidingMode {
+    pub(crate) fn new(map: WireMap, lambda: f64, law: SurfaceLaw, band: f64, range: Range) -> SlidingMode {
         let lead = 0.5 * map.kelvin_per_metre(0.5, map.heating_width, map.stress(0.0, 0.0));
         let per_kelvin = 1.0 / (map.drag + lead / lambda).max(1e-12);
-        SlidingMode2 { map, lambda, law, range, per_kelvin, hold: Hold::new(band), surface: 0.0, blind: false }
-    }
-
-    /// λ, in 1/s.
-    pub fn lambda_per_s(&self) -> f64 {
-        self.lambda
+        SlidingMode { map, lambda, law, range, per_kelvin, hold: Hold::new(band), surface: 0.0 }
     }
 
     /// Equivalent control: the mean duty that keeps σ = 0.
@@ -73,9 +67,10 @@ impl SlidingMode2 {
         let (m, lambda) = (&self.map, self.lambda);
         // the curves where the wire stands still: without the drag's share of the stress
         let drag_k = m.stress(seen.length_m - m.length, 0.0) * m.shift - seen.stress_pa * m.shift;
-        let (heating, cooling) = (seen.heating_curve_c + drag_k, seen.cooling_curve_c + drag_k);
+        let curves = Curves { heating_c: seen.heating_curve_c + drag_k, cooling_c: seen.cooling_curve_c + drag_k };
+        let Curves { heating_c: heating, cooling_c: cooling } = curves;
         let drag = m.drag;
-        let held = self.hold.decide(m, demand, error, 0.0, (heating, cooling), lambda);
+        let held = self.hold.decide(m, demand, error, 0.0, curves, lambda);
         let error = if self.hold.shortens() {
             error - self.hold.lead(m, seen.martensite)
         } else {
@@ -120,35 +115,29 @@ impl SlidingMode2 {
     }
 }
 
-impl Controller for SlidingMode2 {
+impl Law for SlidingMode {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable();
-        if self.blind {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
+        if !demand.is_usable() {
             self.surface = 0.0;
-            return self.range.minimum;
+            return None;
         }
-        if self.law == Law::Equivalent && demand.estimate.temperature_c.is_finite() {
+        if self.law == SurfaceLaw::Equivalent && demand.estimate.temperature_c.is_finite() {
             let wanted = self.equivalent(demand);
-            return self.range.give(wanted);
+            return Some(self.range.give(wanted));
         }
         let error = demand.length_m - demand.reference_m;
         self.surface = sliding_surface(error, demand.velocity_m_s, demand.acceleration_m_s2, self.lambda);
-        self.range.switch(self.surface)
+        Some(self.range.switch(self.surface))
     }
 
     fn reset(&mut self) {
         self.range.reset();
         self.hold.reset();
         self.surface = 0.0;
-        self.blind = false;
     }
 
     fn surface(&self) -> f64 {
         self.surface
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }

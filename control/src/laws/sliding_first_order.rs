@@ -4,10 +4,9 @@
 //! equivalent control that keeps σ = 0 (eq. 70, one order lower) the switch has only to make up for what the model misses,
 //! and its mean inside the PWM period is proportional to σ within a thin layer around the surface.
 
-use super::Law;
-use crate::demand::Range;
+use super::sliding::SurfaceLaw;
+use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
-use crate::{Controller, Demand};
 use sinew_physics::formulas::sliding_surface_first_order;
 
 /// Half thickness of the layer in which the switch's mean is proportional to σ, in strokes times λ.
@@ -17,21 +16,20 @@ const SWITCHED: f64 = 0.5;
 
 /// First-order surface σ = ẋ + λ(x − x_ref).
 #[derive(Debug, Clone)]
-pub struct SlidingMode1 {
+pub struct SlidingModeFirstOrder {
     map: WireMap,
     lambda: f64,
-    law: Law,
+    law: SurfaceLaw,
     range: Range,
     /// 1/(half thickness of the layer), s/m.
     per_layer: f64,
     surface: f64,
-    blind: bool,
 }
 
-impl SlidingMode1 {
-    pub(crate) fn new(map: WireMap, lambda: f64, law: Law, stroke: f64, range: Range) -> SlidingMode1 {
+impl SlidingModeFirstOrder {
+    pub(crate) fn new(map: WireMap, lambda: f64, law: SurfaceLaw, stroke: f64, range: Range) -> SlidingModeFirstOrder {
         let per_layer = 1.0 / (LAYER * lambda * stroke);
-        SlidingMode1 { map, lambda, law, range, per_layer, surface: 0.0, blind: false }
+        SlidingModeFirstOrder { map, lambda, law, range, per_layer, surface: 0.0 }
     }
 
     /// Equivalent control and what the switch adds to it on average, as a duty.
@@ -51,34 +49,28 @@ impl SlidingMode1 {
     }
 }
 
-impl Controller for SlidingMode1 {
+impl Law for SlidingModeFirstOrder {
     #[inline]
-    fn duty(&mut self, demand: &Demand) -> f64 {
-        self.blind = !demand.is_usable();
-        if self.blind {
+    fn duty(&mut self, demand: &Demand) -> Option<f64> {
+        if !demand.is_usable() {
             self.surface = 0.0;
-            return self.range.minimum;
+            return None;
         }
-        if self.law == Law::Equivalent && demand.estimate.is_usable() {
+        if self.law == SurfaceLaw::Equivalent && demand.estimate.is_usable() {
             let wanted = self.equivalent(demand);
-            return self.range.give(wanted);
+            return Some(self.range.give(wanted));
         }
         let error = demand.length_m - demand.reference_m;
         self.surface = sliding_surface_first_order(error, demand.velocity_m_s, self.lambda);
-        self.range.switch(self.surface)
+        Some(self.range.switch(self.surface))
     }
 
     fn reset(&mut self) {
         self.range.reset();
         self.surface = 0.0;
-        self.blind = false;
     }
 
     fn surface(&self) -> f64 {
         self.surface
-    }
-
-    fn is_blind(&self) -> bool {
-        self.blind
     }
 }

@@ -5,7 +5,7 @@
 //! tension it will have when it stands, one that has less than its least is heated although nobody asks for it. Where the load has no
 //! spring heat cannot change the tension, and there is nothing to limit but the drag of a moving load.
 
-use crate::Estimate;
+use crate::estimate::Estimate;
 use crate::wire_map::WireMap;
 use sinew_physics::WireModel;
 
@@ -84,8 +84,9 @@ impl TensionLimits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::Observation;
+    use crate::estimators::EnthalpyObserver;
     use crate::testing::{hanging, wire};
-    use crate::{EnthalpyObserver, Observation};
     use sinew_physics::{Inputs, Wire};
 
     fn model() -> WireModel {

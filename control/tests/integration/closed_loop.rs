@@ -42,14 +42,14 @@ fn forty_per_cent_steps_meet_the_figure() {
 /// The law of the thesis on derivatives of the noisy length does not: the reason why it is not the default.
 #[test]
 fn plain_switching_on_derivatives_overshoots_in_noise() {
-    let step = bench(AlgorithmKind::SlidingMode2Plain, 1e3, 1001).step_to(0.4, 3.0, |_, _, _| ());
+    let step = bench(AlgorithmKind::SlidingModePlain, 1e3, 1001).step_to(0.4, 3.0, |_, _, _| ());
     assert!(step.overshoot > 0.05, "{step:?}");
 }
 
 /// Figure 113: the first-order surface goes on cycling.
 #[test]
 fn first_order_surface_does_not_settle() {
-    let step = bench(AlgorithmKind::SlidingMode1, 1e3, 1001).step_to(0.4, 3.0, |_, _, _| ());
+    let step = bench(AlgorithmKind::SlidingModeFirstOrder, 1e3, 1001).step_to(0.4, 3.0, |_, _, _| ());
     assert!(step.settle_s > 2.9 && step.overshoot > 0.03, "{step:?}");
 }
 
@@ -72,7 +72,7 @@ fn pi_settles_and_does_not_wind_up() {
 #[test]
 fn whole_periods_are_on_or_off() {
     let model = figure_wire();
-    let settings = Settings { modulation: Modulation::WholePeriods, ..settings(AlgorithmKind::SlidingMode2) };
+    let settings = Settings { modulation: Modulation::WholePeriods, ..settings(AlgorithmKind::SlidingMode) };
     let mut bench = Bench::new(&model, &model, &settings, 5e3, CONVERTER, 1);
     let step = bench.step_to(0.4, 3.0, |bench, _, _| {
         let duty = bench.duty();
@@ -86,7 +86,7 @@ fn whole_periods_are_on_or_off() {
 fn a_misjudged_wire_still_settles() {
     let model = figure_wire();
     for (title, plant) in rig::misjudged(&model) {
-        let mut bench = Bench::new(&plant, &model, &settings(AlgorithmKind::SlidingMode2), 1e3, CONVERTER, 1001);
+        let mut bench = Bench::new(&plant, &model, &settings(AlgorithmKind::SlidingMode), 1e3, CONVERTER, 1001);
         bench.idle(0.3);
         for stroke in [0.4, 0.8, 0.4, 0.7] {
             let step = bench.step_to(stroke, 6.0, |_, _, _| ());
@@ -100,7 +100,7 @@ fn a_misjudged_wire_still_settles() {
 /// The temperature estimate follows the wire through steps, noise on; the upper bound stays above it.
 #[test]
 fn temperature_is_estimated() {
-    let mut bench = bench(AlgorithmKind::SlidingMode2, 1e3, 7);
+    let mut bench = bench(AlgorithmKind::SlidingMode, 1e3, 7);
     for &(stroke, seconds) in &STEPS {
         bench.step_to(stroke, seconds, |bench, t, _| {
             let (e, wire) = (&bench.estimate, &bench.wire);
@@ -301,7 +301,7 @@ proptest! {
 fn without_noise_the_hold_is_still() {
     let model = figure_wire();
     let quiet = Noise { voltage_v: 0.0, current_a: 0.0, bits: 28 };
-    let mut bench = Bench::new(&model, &model, &settings(AlgorithmKind::SlidingMode2), 1e3, quiet, 1);
+    let mut bench = Bench::new(&model, &model, &settings(AlgorithmKind::SlidingMode), 1e3, quiet, 1);
     bench.idle(0.3);
     let step = bench.step_to(0.4, 4.0, |_, _, _| ());
     assert!((step.rms * step.rms - step.bias * step.bias).sqrt() < 0.0012, "{step:?}");

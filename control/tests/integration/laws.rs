@@ -65,7 +65,7 @@ fn on_true_derivatives(kind: AlgorithmKind, power_w: f64) -> [(f64, f64, f64); 2
 /// Figure 110: with 3 W the second-order surface settles near one second both ways and does not overshoot.
 #[test]
 fn three_watts_settle_near_one_second_both_ways() {
-    for (_, settles, past) in on_true_derivatives(AlgorithmKind::SlidingMode2Plain, 3.0) {
+    for (_, settles, past) in on_true_derivatives(AlgorithmKind::SlidingModePlain, 3.0) {
         assert!((0.7..1.3).contains(&settles) && past < 0.002, "{settles} s, {past}");
     }
 }
@@ -73,7 +73,7 @@ fn three_watts_settle_near_one_second_both_ways() {
 /// Figure 111: with 1 W the same surface is reached late, heating and cooling; and far out of the time it asks for.
 #[test]
 fn one_watt_reaches_the_surface_late() {
-    let [enough, too_little] = [3.0, 1.0].map(|power| on_true_derivatives(AlgorithmKind::SlidingMode2Plain, power));
+    let [enough, too_little] = [3.0, 1.0].map(|power| on_true_derivatives(AlgorithmKind::SlidingModePlain, power));
     assert!(enough[0].0 < 0.6 && too_little[0].0 > 1.0, "{enough:?} {too_little:?}");
     assert!(too_little[0].1 > 2.0 * enough[0].1, "{enough:?} {too_little:?}");
 }
@@ -88,10 +88,11 @@ fn rest_of(step: &Step) -> (f64, f64) {
 #[test]
 fn the_first_order_surface_cycles_unless_its_power_is_known() {
     for seed in 1001..1004 {
-        let steps = [AlgorithmKind::SlidingMode1, AlgorithmKind::SlidingMode1Equivalent].map(|kind| {
-            let mut bench = bench(&settings(kind, 3.0), 1e3, CONVERTER, seed);
-            [0.4, 0.8].map(|stroke| bench.step_to(stroke, 3.0, |_, _, _| ()))
-        });
+        let steps =
+            [AlgorithmKind::SlidingModeFirstOrder, AlgorithmKind::SlidingModeFirstOrderEquivalent].map(|kind| {
+                let mut bench = bench(&settings(kind, 3.0), 1e3, CONVERTER, seed);
+                [0.4, 0.8].map(|stroke| bench.step_to(stroke, 3.0, |_, _, _| ()))
+            });
         for (switched, equivalent) in steps[0].iter().zip(&steps[1]) {
             assert!(switched.settle_s > 2.9 && switched.overshoot > 0.03, "{switched:?}");
             assert!(equivalent.overshoot < 0.015 && equivalent.rms < 0.01, "{equivalent:?}");

@@ -6,3 +6,4 @@ mod laws;
 mod observers;
 mod observing;
 mod rig;
+mod tables;

@@ -22,10 +22,10 @@ impl Choice {
         let mut all = Vec::new();
         for sensing in words(TABLE, "sensing") {
             for controller in words(TABLE, "algorithm") {
-                for estimator in estimators() {
+                for estimator in words(TABLE, "estimator") {
                     all.push(Choice {
                         controller: (*controller).into(),
-                        estimator: estimator.into(),
+                        estimator: (*estimator).into(),
                         sensing: (*sensing).into(),
                     });
                 }
@@ -52,20 +52,8 @@ impl Choice {
 
     /// The rig file's `[channel.control]` that says so.
     pub(crate) fn table(&self) -> String {
-        let estimator = if words(TABLE, "estimator").is_empty() {
-            String::new()
-        } else {
-            format!("estimator = \"{}\"\n", self.estimator)
-        };
-        format!("algorithm = \"{}\"\n{estimator}sensing = \"{}\"\n", self.controller, self.sensing)
-    }
-}
-
-/// The rig file's estimators; the only one there is where it lets nobody choose.
-fn estimators() -> Vec<&'static str> {
-    match words(TABLE, "estimator") {
-        [] => vec!["enthalpy"],
-        words => words.to_vec(),
+        let Choice { controller, estimator, sensing } = self;
+        format!("algorithm = \"{controller}\"\nestimator = \"{estimator}\"\nsensing = \"{sensing}\"\n")
     }
 }
 
@@ -76,7 +64,7 @@ impl Default for Choice {
         let word = |key: &str| rig.channels.first().and_then(|channel| sinew_rig::word(channel, TABLE, key));
         Choice {
             controller: word("algorithm").unwrap_or_default(),
-            estimator: word("estimator").unwrap_or_else(|| estimators()[0].into()),
+            estimator: word("estimator").unwrap_or_default(),
             sensing: word("sensing").unwrap_or_default(),
         }
     }

@@ -5,9 +5,7 @@
 //! with it. On a wire of stiffness k the error obeys ë + (k/b) ė + (k/M) e = 0, so the proportional part is what damps.
 //! A force that is seen late undamps by as much as the delay turns the oscillation.
 
-use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator,
-};
+use sinew_control::{Algorithm, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator};
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{DriveKind, Load, WireModel};
 
@@ -188,13 +186,3 @@ pub fn playable(
 pub const DAMPING_NOTE: &str = "on a wire this stiff a lighter one would swing faster than the machine can follow";
 /// Radians the plant's oscillation may turn within the delay of the force.
 const FASTEST_TURN: f64 = 0.35;
-
-/// The law of this word in the rig file.
-pub fn law_named(word: &str) -> Option<AlgorithmKind> {
-    AlgorithmKind::ALL.into_iter().find(|kind| kind.word() == word)
-}
-
-/// The estimator of this word in the rig file.
-pub fn estimator_named(word: &str) -> Option<EstimatorKind> {
-    EstimatorKind::ALL.into_iter().find(|kind| kind.word() == word)
-}

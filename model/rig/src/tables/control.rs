@@ -1,7 +1,7 @@
 //! `[channel.control]`: the controller and what it measures by.
 //!
-//! Another law is a row of `laws!`, which names the keys it takes; a key that is new with it is a row of the table below.
-//! Another estimator is a line of [`Estimator`]. What they do is crate `control`'s to say.
+//! Laws and estimators, their words and the keys each law takes are the business of crate `control`, which writes
+//! `control/generated.rs`; a key that is new with a law is a row of the table below.
 
 use sinew_physics::DriveKind;
 
@@ -25,7 +25,7 @@ macro_rules! laws {
 
         impl Algorithm {
             /// The keys it takes of those that only some laws take.
-            const fn own_keys(self) -> &'static [&'static str] {
+            pub(super) const fn own_keys(self) -> &'static [&'static str] {
                 match self {
                     $( Algorithm::$law => &[$($key),*], )+
                 }
@@ -34,34 +34,9 @@ macro_rules! laws {
     };
 }
 
-laws! {
-    default TimeOptimal;
-    /// Sliding mode along the stopping distance, in the wire's estimated state.
-    TimeOptimal = "time_optimal", takes ["lambda_per_s"];
-    /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
-    SlidingMode = "sliding_mode", takes ["lambda_per_s"];
-    /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
-    SlidingModePlain = "sliding_mode_plain", takes ["lambda_per_s"];
-    /// Sliding mode on a first-order surface, switched.
-    SlidingModeFirstOrder = "sliding_mode_first_order", takes ["lambda_per_s"];
-    /// Sliding mode on a first-order surface, in the wire's estimated state.
-    SlidingModeFirstOrderEquivalent = "sliding_mode_first_order_equivalent", takes ["lambda_per_s"];
-    /// On and off with a band.
-    Relay = "relay", takes ["relay_band_mm"];
-    /// Proportional-integral with anti-windup.
-    Pi = "pi", takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s"];
-    /// Proportional-integral-derivative with anti-windup.
-    Pid = "pid",
-        takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
-    /// Input–output linearisation with the estimated slope ∂ξ/∂T.
-    InputOutputLinearised = "input_output_linearised", takes ["lambda_per_s", "heat_loss_feedforward"];
-    /// Input–output linearisation with a constant slope.
-    InputOutputLinearisedConstant = "input_output_linearised_constant", takes ["lambda_per_s", "heat_loss_feedforward"];
-    /// Robust servo on the velocity linearisation with static gains.
-    VelocityServo = "velocity_servo", takes ["lambda_per_s"];
-    /// Robust servo on the velocity linearisation with scheduled gains.
-    VelocityServoScheduled = "velocity_servo_scheduled", takes ["lambda_per_s"];
-}
+mod generated;
+
+pub use generated::{Algorithm, Estimator};
 
 impl Algorithm {
     /// Whether it takes a key of `[channel.control]` of those that only some laws take, such as `lambda_per_s`.
@@ -80,20 +55,6 @@ static OF_LAW: Only<Channel> = Only {
         format!("makes no sense with algorithm = \"{law}\"; take it out or choose {}", choices(&takers))
     },
 };
-
-words! {
-    /// What the wire's temperature and phase are estimated by.
-    pub enum Estimator, default Fused {
-        /// Length, resistance, power and model weighed together.
-        Fused = "fused",
-        /// Enthalpy from the power, phase from the length.
-        Enthalpy = "enthalpy",
-        /// The thesis' linear state estimator with constant gains, for comparison.
-        Luenberger = "luenberger",
-        /// The same with gains scheduled by the slope of the phase.
-        LuenbergerScheduled = "luenberger_scheduled",
-    }
-}
 
 words! {
     /// Whether full power comes before the law, and what tells when to stop.

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use sinew_machine::hanging::{Disturbance, estimator_named, law_named};
+use sinew_control::{AlgorithmKind, EstimatorKind};
+use sinew_machine::hanging::Disturbance;
 use sinew_machine::{Quantity, Shape};
 
 /// `sinew test`.
@@ -278,10 +279,10 @@ pub struct Hanging {
     pub heating: Option<Heating>,
     /// The law, by its word in the rig file.
     #[arg(long, value_name = "LAW", default_value = "time_optimal", value_parser = law)]
-    pub controller: sinew_control::AlgorithmKind,
+    pub controller: AlgorithmKind,
     /// The estimator, by its word in the rig file.
     #[arg(long, value_name = "ESTIMATOR", default_value = "fused", value_parser = estimator)]
-    pub estimator: sinew_control::EstimatorKind,
+    pub estimator: EstimatorKind,
     /// Bandwidth of the sliding surface, 1/s.
     #[arg(long, value_name = "1/s", value_parser = positive)]
     pub lambda: Option<f64>,
@@ -444,16 +445,16 @@ fn gains(text: &str) -> Result<sinew_control::PidGains, String> {
     }
 }
 
-fn law(text: &str) -> Result<sinew_control::AlgorithmKind, String> {
-    law_named(text).ok_or_else(|| {
-        let words: Vec<&str> = sinew_control::AlgorithmKind::ALL.iter().map(|kind| kind.word()).collect();
+fn law(text: &str) -> Result<AlgorithmKind, String> {
+    AlgorithmKind::named(text).ok_or_else(|| {
+        let words: Vec<&str> = AlgorithmKind::ALL.iter().map(|kind| kind.word()).collect();
         format!("there are {}", words.join(", "))
     })
 }
 
-fn estimator(text: &str) -> Result<sinew_control::EstimatorKind, String> {
-    estimator_named(text).ok_or_else(|| {
-        let words: Vec<&str> = sinew_control::EstimatorKind::ALL.iter().map(|kind| kind.word()).collect();
+fn estimator(text: &str) -> Result<EstimatorKind, String> {
+    EstimatorKind::named(text).ok_or_else(|| {
+        let words: Vec<&str> = EstimatorKind::ALL.iter().map(|kind| kind.word()).collect();
         format!("there are {}", words.join(", "))
     })
 }

@@ -130,9 +130,11 @@ impl Tuned {
         let reach = Reach::new(
             &model,
             ReachConfig {
-                duty: (channel.control.minimum_duty, limits.max_duty),
+                least_duty: channel.control.minimum_duty,
+                most_duty: limits.max_duty,
                 max_power_w: limits.max_power_w,
-                strokes: args.range,
+                from_stroke: args.range.0,
+                to_stroke: args.range.1,
                 uncertainty: args.uncertainty,
             },
         );

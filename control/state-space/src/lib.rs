@@ -10,6 +10,20 @@
 //! | [`riccati`] | optimal gains: LQR and its dual, both times | State-Feedback Controller; State Estimator |
 //! | [`servo`] | the integral of the error as a state | Robust Servo Control |
 //!
+//! ```
+//! use sinew_state_space::riccati::lqr;
+//! use sinew_state_space::{DMatrix, eigenvalues};
+//!
+//! // A mass of 1 kg on nothing, pushed by a force: the gain that brings its position back.
+//! let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
+//! let b = DMatrix::from_row_slice(2, 1, &[0.0, 1.0]);
+//! let k = lqr(&a, &b, &DMatrix::identity(2, 2), &DMatrix::identity(1, 1))?;
+//! assert!((k[0] - 1.0).abs() < 1e-9 && (k[1] - 3f64.sqrt()).abs() < 1e-9);
+//! // u = −K x makes the loop stable.
+//! assert!(eigenvalues(&(&a - &b * &k))?.iter().all(|pole| pole.re < 0.0));
+//! # Ok::<(), sinew_state_space::Error>(())
+//! ```
+//!
 //! For small systems (up to some ten states) at construction time: everything here allocates. Feedback is u = −K x,
 //! observers correct by +L (y − C x). Nothing panics; what cannot be answered is an [`Error`].
 #![forbid(unsafe_code)]

@@ -6,8 +6,9 @@
 //! exactly if [λI − A, B] has full rank at every eigenvalue λ of A. All is done in units that make the entries
 //! comparable and with rows of equal size, so that metres or millimetres do not decide.
 
-use crate::error::{check, check_pair};
-use crate::{Error, balance, eigenvalues};
+use crate::balance;
+use crate::error::{Error, check, check_pair};
+use crate::spectrum::eigenvalues;
 use nalgebra::{Complex, DMatrix, SVD};
 
 /// A singular value below this share of the rows' size counts as 0: far above rounding (10⁻¹⁵, and its square root

@@ -1,8 +1,7 @@
 //! Between continuous and discrete time (appendix A, "Deterministic/Stochastic State-Space Models"; C. F. Van Loan,
 //! *Computing integrals involving the matrix exponential*, 1978).
 
-use crate::Error;
-use crate::error::{check, check_pair, check_positive, check_symmetric};
+use crate::error::{Error, check, check_pair, check_positive, check_symmetric};
 use nalgebra::DMatrix;
 
 /// What ẋ = A x + B u does in `dt_s` seconds with u held (zero-order hold): x⁺ = A_d x + B_d u.

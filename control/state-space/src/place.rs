@@ -1,7 +1,7 @@
 //! Gains that put the poles where they are wanted (appendix A, "State-Feedback Controller" and "State Estimator").
 
-use crate::error::{check, check_pair};
-use crate::{Error, balance};
+use crate::balance;
+use crate::error::{Error, check, check_pair};
 use nalgebra::{Complex, DMatrix, RowDVector};
 
 /// An entry below the diagonal that is smaller than this share of the matrix ends the chain from the input.
@@ -123,7 +123,7 @@ fn real_factors(poles: &[Complex<f64>]) -> Result<Vec<Factor>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eigenvalues;
+    use crate::spectrum::eigenvalues;
     use proptest::prelude::*;
 
     fn matrix(n: usize, m: usize) -> impl Strategy<Value = DMatrix<f64>> {

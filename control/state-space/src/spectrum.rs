@@ -1,6 +1,7 @@
 //! Eigenvalues.
 
-use crate::{Error, balance, error::check};
+use crate::balance;
+use crate::error::{Error, check};
 use nalgebra::{Complex, DMatrix, Schur};
 
 /// QR sweeps a Schur decomposition may take.

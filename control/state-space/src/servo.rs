@@ -1,8 +1,7 @@
 //! The robust servo: a controller that holds a constant reference without error, whatever constant disturbance there is
 //! (appendix A, "Robust Servo Control").
 
-use crate::Error;
-use crate::error::{check, check_pair};
+use crate::error::{Error, check, check_pair};
 use nalgebra::DMatrix;
 
 /// The system of z = (e, ẋ), e = r − y, driven by u̇: ż = [0 −C; 0 A] z + [0; B] u̇.
@@ -28,7 +27,9 @@ pub fn augment(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Complex, place::place, rank::controllable};
+    use crate::place::place;
+    use crate::rank::controllable;
+    use nalgebra::Complex;
 
     fn plant() -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
         (

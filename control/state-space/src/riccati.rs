@@ -2,8 +2,8 @@
 //! "State-Feedback Controller" and "State Estimator"), and the Riccati equations they come from.
 
 use crate::convert::symmetric;
-use crate::error::{check, check_pair, check_symmetric};
-use crate::{Error, balance, spectrum};
+use crate::error::{Error, check, check_pair, check_symmetric};
+use crate::{balance, spectrum};
 use nalgebra::{DMatrix, DVector};
 
 /// Iterations of either equation; both converge quadratically, in about ten.

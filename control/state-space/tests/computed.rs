@@ -1,10 +1,10 @@
 //! Against what scipy and mpmath compute (`fixture.py` writes `fixture.json`).
 
 use serde::Deserialize;
-use sinew_linear::convert::{continuous, discretise, discretise_noise};
-use sinew_linear::place::{place, place_observer};
-use sinew_linear::riccati::{care, dare, dlqe, dlqr, lqe, lqr};
-use sinew_linear::{Complex, DMatrix, eigenvalues};
+use sinew_state_space::convert::{continuous, discretise, discretise_noise};
+use sinew_state_space::place::{place, place_observer};
+use sinew_state_space::riccati::{care, dare, dlqe, dlqr, lqe, lqr};
+use sinew_state_space::{Complex, DMatrix, eigenvalues};
 
 type Rows = Vec<Vec<f64>>;
 

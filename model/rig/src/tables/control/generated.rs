@@ -1,0 +1,49 @@
+//! The words of the control laws and estimators, and which keys each law takes.
+//!
+//! Written from the tables in `control/src/laws/mod.rs` and `control/src/estimators/mod.rs`, which own them: do not edit.
+//! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes it anew.
+
+use crate::key::rows::*;
+
+#[rustfmt::skip]
+laws! {
+    default TimeOptimal;
+    /// Sliding mode along the stopping distance, in the wire's estimated state.
+    TimeOptimal = "time_optimal", takes ["lambda_per_s"];
+    /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
+    SlidingMode = "sliding_mode", takes ["lambda_per_s"];
+    /// The same surface on the observed derivatives of the length: the thesis' law as it stands, for comparison.
+    SlidingModePlain = "sliding_mode_plain", takes ["lambda_per_s"];
+    /// Sliding mode on a first-order surface, switched.
+    SlidingModeFirstOrder = "sliding_mode_first_order", takes ["lambda_per_s"];
+    /// Sliding mode on a first-order surface, in the wire's estimated state.
+    SlidingModeFirstOrderEquivalent = "sliding_mode_first_order_equivalent", takes ["lambda_per_s"];
+    /// On and off with a band.
+    Relay = "relay", takes ["relay_band_mm"];
+    /// Proportional-integral with anti-windup.
+    Pi = "pi", takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s"];
+    /// Proportional-integral-derivative with anti-windup.
+    Pid = "pid", takes ["heat_loss_feedforward", "pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Input–output linearisation with the estimated slope ∂ξ/∂T.
+    InputOutputLinearised = "input_output_linearised", takes ["lambda_per_s", "heat_loss_feedforward"];
+    /// Input–output linearisation with a constant slope.
+    InputOutputLinearisedConstant = "input_output_linearised_constant", takes ["lambda_per_s", "heat_loss_feedforward"];
+    /// Robust servo on the velocity linearisation with static gains.
+    VelocityServo = "velocity_servo", takes ["lambda_per_s"];
+    /// Robust servo on the velocity linearisation with scheduled gains.
+    VelocityServoScheduled = "velocity_servo_scheduled", takes ["lambda_per_s"];
+}
+
+words! {
+    /// What the wire's temperature and phase are estimated by.
+    pub enum Estimator, default Fused {
+        /// Length, resistance, power and model weighed together.
+        Fused = "fused",
+        /// Enthalpy from the power, phase from the length.
+        Enthalpy = "enthalpy",
+        /// The thesis' linear state estimator with constant gains, for comparison.
+        Luenberger = "luenberger",
+        /// The same with gains scheduled by the slope of the phase.
+        LuenbergerScheduled = "luenberger_scheduled",
+    }
+}
