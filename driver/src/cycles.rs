@@ -9,9 +9,9 @@ use sinew_sensing::Sample;
 use crate::allocations;
 use crate::backend::{Backend, BackendError};
 use crate::engine::{Beat, Engine, Event, Occurrence, Order};
-use crate::last_words::caught;
 use crate::realtime;
 use crate::report::Ending;
+use crate::shutdown_notice::caught;
 
 /// Most orders taken in one cycle: a flood of commands is spread over cycles instead of making one late.
 const ORDERS_A_CYCLE: usize = 8;

@@ -5,7 +5,7 @@ use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use sinew_ipc::gate::{Access, Readers};
+use sinew_ipc::gateway::{Access, Readers};
 use sinew_ipc::{ChannelInfo, ChannelState, HeldCycle, Info, LoopStats, Name, RigLock, Server, Snapshot, StateWriter};
 use sinew_rig::{RealtimeMode, Rig};
 use sinew_ring::ring;
@@ -17,11 +17,11 @@ use crate::commands::{ChannelRules, Desk, Diary};
 use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
 use crate::engine::{Engine, Event, Order};
 use crate::error::Error;
-use crate::last_words::caught;
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::realtime::{self, Held, Mode, RealtimeReport, Wish};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
+use crate::shutdown_notice::caught;
 
 /// Orders that may be on their way into the loop.
 const ORDERS: usize = 512;

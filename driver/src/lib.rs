@@ -21,12 +21,12 @@ mod driver;
 mod engine;
 mod error;
 pub mod joint;
-mod last_words;
 mod program;
 mod publish;
 #[allow(unsafe_code)]
 pub mod realtime;
 pub mod report;
+mod shutdown_notice;
 pub mod stage;
 pub mod standstill;
 pub mod supervisor;

@@ -4,7 +4,7 @@
 //! one process or many. Reading the latest state never waits for anything. When the driver ends or dies, reading keeps
 //! giving the last state it wrote, [`Client::is_alive`] says no, and commands fail with [`Error::DriverGone`]; connect again for the next one.
 //!
-//! A driver of one's own is reached over iceoryx2's shared memory, another user's through its [gate](crate::gate), where it has one;
+//! A driver of one's own is reached over iceoryx2's shared memory, another user's through its [gate](crate::gateway), where it has one;
 //! nothing else differs.
 
 use crate::link::{Link, Waiter};

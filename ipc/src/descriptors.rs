@@ -3,7 +3,7 @@
 //! Many systems start every program with a soft limit of 1024, for the sake of `select(2)`, which nothing here uses; the hard
 //! limit, up to which a program may help itself, is far higher.
 
-use crate::gate::MAX_VISITORS;
+use crate::gateway::MAX_VISITORS;
 use crate::service::{MAX_CLIENTS, MAX_STREAMS};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 

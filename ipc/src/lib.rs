@@ -12,14 +12,14 @@
 //!
 //! Which driver runs, and where its services are, stands in its lock file: see [`RigLock`].
 //!
-//! All that is the driver's user's alone. Other users come in by the [`gate`], if the rig file opens one.
+//! All that is the driver's user's alone. Other users come in by the [`gateway`], if the rig file opens one.
 #![deny(unsafe_code)]
 
 mod client;
 pub mod descriptors;
 mod error;
 pub mod fault;
-pub mod gate;
+pub mod gateway;
 mod histogram;
 mod janitor;
 mod link;

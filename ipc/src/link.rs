@@ -1,6 +1,6 @@
 //! A connection to a driver, whichever way: what is common to a client, its streams and its waiters.
 
-use crate::gate::{Follower, Visit};
+use crate::gateway::{Follower, Visit};
 use crate::memory::{self, Memory};
 use crate::run::Attachment;
 use crate::service::TickListener;

@@ -468,7 +468,7 @@ impl Drop for Attachment {
 /// # Errors
 /// [`Error::RuntimeDir`].
 pub fn running() -> Result<Vec<String>, Error> {
-    runtime_dir().map(|dir| known(&dir)).or_else(|error| match crate::gate::open_doors() {
+    runtime_dir().map(|dir| known(&dir)).or_else(|error| match crate::gateway::open_doors() {
         none if none.is_empty() => Err(error),
         others => Ok(others),
     })
@@ -476,7 +476,7 @@ pub fn running() -> Result<Vec<String>, Error> {
 
 fn known(dir: &Path) -> Vec<String> {
     let mut rigs = running_in(dir);
-    rigs.extend(crate::gate::open_doors());
+    rigs.extend(crate::gateway::open_doors());
     rigs.sort();
     rigs.dedup();
     rigs

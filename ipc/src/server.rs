@@ -3,7 +3,7 @@
 //! [`Server::create`] makes all of it; [`Server::split`] hands the parts to the threads that use them. The rig's name is
 //! released when the last part is dropped.
 
-use crate::gate::{self, Access, Board, Door, Porter};
+use crate::gateway::{self, Access, Board, Door, Porter};
 use crate::janitor::Janitor;
 use crate::service::{
     ActiveRequest, BatchPublisher, Entry, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
@@ -83,7 +83,7 @@ impl Server {
     /// [`Error::Gate`] when there is no place for its door, or no memory for its board.
     pub fn open_gate(&mut self, info: &Info, access: &Access, rig_text: &str) -> Result<(), Error> {
         let board = Board::new(info, rig_text)
-            .map_err(|e| Error::Gate { path: gate::gate_dir(), reason: format!("no memory for its board: {e}") })?;
+            .map_err(|e| Error::Gate { path: gateway::gate_dir(), reason: format!("no memory for its board: {e}") })?;
         let rig = self.commands.run.lock.rig();
         let porter = Porter::new(Door::open(rig)?, access, board.glass())?;
         self.cycles.display = Some(Display::new(board, &self.commands.run)?);
@@ -436,7 +436,7 @@ pub struct Request {
 /// The way its answer goes.
 enum Way {
     Memory(Box<ActiveRequest>),
-    Gate(gate::Answer),
+    Gate(gateway::Answer),
 }
 
 impl Request {

@@ -1,6 +1,6 @@
 //! Every cycle in order, with an exact count of those this reader has lost.
 
-use crate::gate::Visit;
+use crate::gateway::Visit;
 use crate::link::{Link, Waiter};
 use crate::service::{Batch, BatchSubscriber, failed};
 use crate::{ChannelState, CycleHeader, Error};

@@ -12,7 +12,7 @@ use std::time::Duration;
 use rustix::net::{
     RecvFlags, SendAncillaryBuffer, SendAncillaryMessage, SendFlags, Shutdown, recv, send, sendmsg, shutdown,
 };
-use sinew_ipc::gate::fuzzing::{self, Asked, Entrance, MAX_UNANSWERED, Memory};
+use sinew_ipc::gateway::fuzzing::{self, Asked, Entrance, MAX_UNANSWERED, Memory};
 use sinew_ipc::{Client, Command, CommandKind, DriverHealth, Error, MAX_CHANNELS, Reply};
 use tempfile::TempDir;
 

@@ -3,7 +3,7 @@
 
 use sinew_driver::access_of;
 use sinew_ipc::descriptors;
-use sinew_ipc::gate::{self, Doorway, Role};
+use sinew_ipc::gateway::{self, Doorway, Role};
 use sinew_rig::Rig;
 
 use super::doctor::{Check, Verdict, check};
@@ -73,7 +73,7 @@ fn groups(rig: &Rig) -> Check {
 /// Whether this user's driver could open the door.
 fn door(rig: &Rig) -> Check {
     let wanted = "a place for the door of the gate, kept from others";
-    match gate::survey(&rig.name) {
+    match gateway::survey(&rig.name) {
         Ok((path, found)) => {
             let found = match found {
                 Doorway::Free => "free".to_string(),

@@ -4,9 +4,9 @@
 //! requests, or does not fetch his answers, is shown out.
 
 use super::access::{Access, Role};
+use super::endpoint::Door;
 use super::messages::{Ask, LARGEST, Verdict, WELCOME, Welcome};
 use super::peer::Peer;
-use super::place::Door;
 use super::{MAX_VISITORS, MAX_VISITORS_OF_A_USER};
 use crate::{Command, Error, Outcome, PROTOCOL, Reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -233,9 +233,9 @@ impl Porter {
 mod tests {
     use super::super::Readers;
     use super::super::board::Board;
+    use super::super::connection::Visit;
+    use super::super::endpoint::{self, Found};
     use super::super::messages::{ASK, Ask};
-    use super::super::place::{self, Found};
-    use super::super::visit::Visit;
     use super::*;
     use crate::{ChannelInfo, CommandKind, Info};
     use std::time::{Duration, Instant};
@@ -259,7 +259,7 @@ mod tests {
 
         /// Somebody who knocks and is let in.
         fn knock(&mut self) -> OwnedFd {
-            let Ok(Found::Driver(socket, _)) = place::find(self.dir.path(), "bench") else { panic!("nobody there") };
+            let Ok(Found::Driver(socket, _)) = endpoint::find(self.dir.path(), "bench") else { panic!("nobody there") };
             self.porter.look();
             socket
         }
@@ -381,7 +381,7 @@ mod tests {
         }
         // Knocked and gone before anybody opened.
         for _ in 0..100 {
-            let Ok(Found::Driver(socket, _)) = place::find(gate.dir.path(), "bench") else { panic!("nobody there") };
+            let Ok(Found::Driver(socket, _)) = endpoint::find(gate.dir.path(), "bench") else { panic!("nobody there") };
             drop(socket);
             gate.porter.look();
         }

@@ -16,22 +16,22 @@
 
 mod access;
 mod board;
+mod connection;
+mod endpoint;
 #[doc(hidden)]
 pub mod fuzzing;
+mod listener;
 mod messages;
 mod pages;
 mod peer;
-mod place;
-mod porter;
-mod visit;
 
 pub use access::{Access, Readers, Role};
-pub use place::{Doorway, gate_dir, survey};
+pub use endpoint::{Doorway, gate_dir, survey};
 
 pub(crate) use board::{Board, Follower};
-pub(crate) use place::{Door, open_doors};
-pub(crate) use porter::{Answer, Porter};
-pub(crate) use visit::Visit;
+pub(crate) use connection::Visit;
+pub(crate) use endpoint::{Door, open_doors};
+pub(crate) use listener::{Answer, Porter};
 
 /// Visitors at once, of all users.
 #[doc(hidden)]

@@ -1,11 +1,11 @@
 //! The gate for those who fuzz it (`hostile/`), with either end in the hands of anybody. No part of the interface.
 
 use super::board::{self, Board};
+use super::connection::{self, Visit};
+use super::endpoint::{self, Door, Found};
+use super::listener::{Answer, Porter};
 use super::messages::{ASK, Ask, Verdict, WELCOME, Welcome};
 use super::pages::Written;
-use super::place::{self, Door, Found};
-use super::porter::{Answer, Porter};
-use super::visit::{self, Visit};
 use super::{Access, Readers};
 use crate::link::Link;
 use crate::{
@@ -20,7 +20,7 @@ use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 use zerocopy::IntoBytes;
 
-pub use super::porter::MAX_UNANSWERED;
+pub use super::listener::MAX_UNANSWERED;
 pub use super::{MAX_VISITORS, MAX_VISITORS_OF_A_USER};
 
 /// The rig of this gate.
@@ -52,7 +52,7 @@ impl Entrance {
     /// # Errors
     /// [`Error::Gate`].
     pub fn knock(&self) -> Result<OwnedFd, Error> {
-        match place::find(&self.dir, RIG)? {
+        match endpoint::find(&self.dir, RIG)? {
             Found::Driver(socket, _) => Ok(socket),
             Found::Busy | Found::Nobody => Err(Error::Gate { path: self.dir.clone(), reason: "nobody there".into() }),
         }
@@ -161,7 +161,7 @@ pub fn client(words: &[u8], memory: Option<&Memory>, answers: &[&[u8]]) -> Resul
         // What does not fit any more is not sent.
         let _ = rustix::net::send(&driver, answer, SendFlags::NOSIGNAL | SendFlags::DONTWAIT);
     }
-    let Some((welcome, board)) = visit::greeting(&visitor, RIG, Duration::ZERO)? else {
+    let Some((welcome, board)) = connection::greeting(&visitor, RIG, Duration::ZERO)? else {
         return Err(wrong("it does not speak".into()));
     };
     let visit = Visit::of(RIG, visitor, 0, &welcome, board)?;

@@ -1,8 +1,8 @@
 //! The visitor's side: a client of another user's driver.
 
 use super::board::Follower;
+use super::endpoint::{self, Found};
 use super::messages::{ASK, Ask, Verdict, WELCOME, Welcome};
-use super::place::{self, Found};
 use crate::{Command, CommandKind, DriverState, Error, Info, Name, Outcome, PROTOCOL, Reply, monotonic_ns};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -37,13 +37,13 @@ impl Visit {
     /// # Errors
     /// [`Error::Gate`], [`Error::NotAdmitted`], [`Error::Full`], [`Error::Protocol`], [`Error::NoAnswer`].
     pub fn find(rig: &str, patience: Duration) -> Result<Option<Visit>, Error> {
-        Visit::find_in(&place::gate_dir(), rig, patience)
+        Visit::find_in(&endpoint::gate_dir(), rig, patience)
     }
 
     pub(super) fn find_in(dir: &Path, rig: &str, patience: Duration) -> Result<Option<Visit>, Error> {
         let started = Instant::now();
         loop {
-            match place::find(dir, rig)? {
+            match endpoint::find(dir, rig)? {
                 Found::Nobody => return Ok(None),
                 Found::Driver(socket, driver) => {
                     let left = patience.saturating_sub(started.elapsed());

@@ -59,7 +59,7 @@ mod tests {
     fn the_words_come_with_the_place_and_only_to_who_caught_them() {
         assert_eq!(caught(|| 3), Ok(3));
         let words = caught(|| panic!("the script says: {}", "panic")).unwrap_err();
-        assert!(words.contains("the script says: panic") && words.contains("last_words.rs"), "{words}");
+        assert!(words.contains("the script says: panic") && words.contains("shutdown_notice.rs"), "{words}");
         // Afterwards this thread is as before.
         assert!(catch_unwind(|| panic!("reported by the hook that was there")).is_err());
         assert_eq!(caught(|| 4), Ok(4));
