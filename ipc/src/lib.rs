@@ -38,8 +38,9 @@ pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
 pub use histogram::Histogram;
 pub use link::Waiter;
 pub use messages::{
-    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, DriverState, HeldCycle,
-    Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Reply, Snapshot,
+    ALL_CHANNELS, BatchHeader, ChannelField, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, Detail,
+    DriverState, FieldKind, HeldCycle, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Replay,
+    Reply, Snapshot, field_table_markdown,
 };
 pub use run::{MAX_RIG_NAME, RigLock, check_rig_name, running, runtime_dir};
 pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};

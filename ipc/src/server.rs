@@ -6,8 +6,8 @@
 use crate::gateway::{self, Access, Board, Door, Porter};
 use crate::janitor::Janitor;
 use crate::service::{
-    ActiveRequest, BatchPublisher, Entry, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
-    MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, StateReader, TickNotifier, failed, name, node,
+    ActiveRequest, BatchPublisher, Entry, EntryMut, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
+    MAX_CLIENTS, MAX_STREAMS, Replies, Run, StatePort, StateReader, TickNotifier, failed, name, node,
 };
 use crate::{
     BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, Outcome, PROTOCOL, Reply,
@@ -28,12 +28,6 @@ const STREAM_MEMORY: usize = 96 << 20;
 const EXTRA_SLOTS: usize = MAX_STREAMS + 4;
 /// Fewest batches a reader may lag behind.
 const FEWEST_SLOTS: usize = 16;
-
-/// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
-pub(crate) struct Run {
-    pub(crate) node: IpcNode,
-    pub(crate) lock: RigLock,
-}
 
 /// Everything a driver publishes and answers with.
 pub struct Server {

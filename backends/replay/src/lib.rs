@@ -19,7 +19,7 @@ mod session;
 mod source;
 
 pub use backend::ReplayBackend;
-pub use compare::{Comparison, Difference, FIELDS, Field, Place};
+pub use compare::{Comparison, Difference, Place};
 pub use error::Error;
 pub use replay::{Completeness, Replay};
 pub use session::{SessionCycles, SessionSource, encode};

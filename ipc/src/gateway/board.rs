@@ -352,7 +352,8 @@ mod tests {
     /// A cycle of which every number says its own number.
     fn cycle(number: u64, channels: usize) -> (CycleHeader, Vec<ChannelState>) {
         let header = CycleHeader { cycle: number, monotonic_ns: number * 1000, missed: number };
-        let state = ChannelState::from_parts(&[number as f64; 18], &[number as u32; 6]);
+        let state =
+            ChannelState::from_parts(&[number as f64; ChannelState::FLOATS], &[number as u32; ChannelState::CODES]);
         (header, vec![state; channels])
     }
 

@@ -6,7 +6,7 @@ use sinew_ipc::descriptors;
 use sinew_ipc::gateway::{self, Doorway, Role};
 use sinew_rig::Rig;
 
-use super::doctor::{Check, Verdict, check};
+use super::check::{Check, Verdict, check};
 
 /// Everything about who comes in.
 pub(super) fn admission(rig: &Rig) -> Vec<Check> {
