@@ -13,7 +13,7 @@ use sinew_ring::ring;
 use crate::allocations;
 use crate::backend::Backend;
 use crate::baseline;
-use crate::commands::{ChannelRules, Desk, Diary};
+use crate::commands::{ChannelRules, Desk, FaultLog};
 use crate::cycles::{Cycles, Outlet, Pace, Remains, Shared};
 use crate::engine::{Engine, Event, Order};
 use crate::error::Error;
@@ -69,7 +69,7 @@ pub struct Stats {
 #[derive(Debug)]
 pub struct DriverHandle {
     shared: Arc<Shared>,
-    diary: Arc<Mutex<Diary>>,
+    fault_log: Arc<Mutex<FaultLog>>,
     threads: Option<Threads>,
     rig: String,
     names: Vec<String>,
@@ -172,7 +172,7 @@ impl Driver {
             info.simulated = options.simulated.into();
             let mut server = Server::create(lock, &info)?;
             if rig.access.is_open() {
-                server.open_gate(&info, &access_of(rig)?, rig.text())?;
+                server.open_gateway(&info, &access_of(rig)?, rig.text())?;
             }
             let parts = server.split();
             (state, cycles, commands) = (Some(parts.0), Some(parts.1), Some(parts.2));
@@ -187,7 +187,7 @@ impl Driver {
         let (events, events_out) = ring(vec![Event::NONE; EVENTS]);
         let (published, publishing) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let shared = Arc::new(Shared::default());
-        let diary = Arc::new(Mutex::new(Diary::default()));
+        let fault_log = Arc::new(Mutex::new(FaultLog::default()));
         let looping = Cycles {
             backend,
             engine,
@@ -229,9 +229,9 @@ impl Driver {
             })
         };
         let desk = {
-            let (shared, diary) = (shared.clone(), diary.clone());
+            let (shared, fault_log) = (shared.clone(), fault_log.clone());
             let desk = Desk { port: commands, rules, names: names.clone(), orders: orders_in, events: events_out };
-            spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &diary)))
+            spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &fault_log)))
         };
         let (publisher, desk) = match (publisher, desk) {
             (Ok(publisher), Ok(desk)) => (publisher, desk),
@@ -243,7 +243,7 @@ impl Driver {
         };
         Ok(DriverHandle {
             shared,
-            diary,
+            fault_log,
             threads: Some(Threads { main, publisher, desk }),
             rig: rig.name.clone(),
             names,
@@ -363,12 +363,12 @@ impl DriverHandle {
 
     /// The loop's progress.
     pub fn stats(&self) -> Stats {
-        let diary = self.diary.lock().unwrap_or_else(PoisonError::into_inner);
+        let fault_log = self.fault_log.lock().unwrap_or_else(PoisonError::into_inner);
         Stats {
             running: self.is_running(),
             cycles: self.shared.cycles.load(Ordering::Relaxed),
             missed: self.shared.missed.load(Ordering::Relaxed),
-            faults: diary.faults.len() as u64 + diary.not_listed,
+            faults: fault_log.faults.len() as u64 + fault_log.not_listed,
         }
     }
 
@@ -389,7 +389,7 @@ impl DriverHandle {
     }
 
     fn report(&self, remains: Remains, floor: Option<BareLoop>) -> RunReport {
-        let diary = std::mem::take(&mut *self.diary.lock().unwrap_or_else(PoisonError::into_inner));
+        let fault_log = std::mem::take(&mut *self.fault_log.lock().unwrap_or_else(PoisonError::into_inner));
         let name = |channel: u32| self.names.get(channel as usize).cloned().unwrap_or_default();
         let stats = &remains.stats;
         RunReport {
@@ -410,7 +410,7 @@ impl DriverHandle {
             allocations_in_loop: allocations::is_counting().then_some(stats.allocations),
             unpublished: stats.ring_drops + self.shared.unsent.load(Ordering::Relaxed),
             rt: self.realtime.clone(),
-            faults: diary
+            faults: fault_log
                 .faults
                 .iter()
                 .map(|&(at_ns, channel, fault)| FaultRecord {
@@ -420,8 +420,8 @@ impl DriverHandle {
                     cause: fault.cause(),
                 })
                 .collect(),
-            faults_not_listed: diary.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
-            leases_lapsed: diary.lapsed,
+            faults_not_listed: fault_log.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
+            leases_lapsed: fault_log.lapsed,
             backend_error: remains.last_error.map(|error| error.to_string()),
             black_boxes: Vec::new(),
             black_box_error: None,

@@ -1,18 +1,20 @@
-//! How other users reach a driver: a door with a porter, and a board behind glass.
+//! The gateway: how other users reach a driver.
 //!
 //! What iceoryx2 keeps is the driver's user's alone (mode 0600), because whoever may map it may also write to it. Others
-//! come by the gate, which exists only where the rig file has `[access]`:
+//! come through the gateway, which exists only where the rig file has `[access]`:
 //!
-//! - the **door** is a Unix socket `RIG.sock` in the gate's folder ([`gate_dir`]). The kernel says who knocks (user, groups); the
-//!   [`Access`] of the rig decides what he may do;
+//! - the **endpoint** is a Unix socket `RIG.sock` in the gateway's folder ([`gateway_dir`]). The kernel says who connects (user,
+//!   groups); the [`Access`] of the rig decides what he may do;
+//! - the **listener** accepts connections, keeps a **session** for each, reads their commands and sends the replies. Commands are
+//!   messages of fixed size and are judged by the same thread as everybody's;
 //! - the **board** is shared memory with the latest state and the last two seconds of cycles. It is sealed before it is handed
 //!   out: the kernel refuses every way of writing to it but the driver's own mapping;
-//! - **commands** travel over the socket, each a message of fixed size, and are judged at the same desk as everybody's.
+//! - the **connection** is the client's side of all that.
 //!
-//! A visitor costs the driver one descriptor and one entry of a `poll`. There is no thread for him, nothing waits for him, and
-//! who sends rubbish or does not read his answers is shown out.
+//! A session costs the driver one descriptor and one entry of a `poll`. There is no thread for it, nothing waits for it, and
+//! a client that sends anything but requests, or does not read its replies, is disconnected.
 //!
-//! The loop knows nothing of this: the board is written by the publisher's thread, the porter stands at the desk's.
+//! The loop knows nothing of this: the board is written by the publisher's thread, the listener runs on the command server's.
 
 mod access;
 mod board;
@@ -26,16 +28,16 @@ mod pages;
 mod peer;
 
 pub use access::{Access, Readers, Role};
-pub use endpoint::{Doorway, gate_dir, survey};
+pub use endpoint::{EndpointState, gateway_dir, survey};
 
-pub(crate) use board::{Board, Follower};
-pub(crate) use connection::Visit;
-pub(crate) use endpoint::{Door, open_doors};
-pub(crate) use listener::{Answer, Porter};
+pub(crate) use board::{Board, BoardReader};
+pub(crate) use connection::Connection;
+pub(crate) use endpoint::{Endpoint, open_endpoints};
+pub(crate) use listener::{Answer, Listener};
 
-/// Visitors at once, of all users.
+/// Sessions at once, of all users.
 #[doc(hidden)]
-pub const MAX_VISITORS: usize = 384;
-/// Visitors at once of one user, so that nobody can keep the others out.
+pub const MAX_GATEWAY_CLIENTS: usize = 384;
+/// Sessions at once of one user, so that nobody can keep the others out.
 #[doc(hidden)]
-pub const MAX_VISITORS_OF_A_USER: usize = 256;
+pub const MAX_GATEWAY_CLIENTS_OF_A_USER: usize = 256;

@@ -69,7 +69,7 @@ pub struct ChannelField {
     pub kind: FieldKind,
     /// What it is to a replay.
     pub replay: Replay,
-    /// Whether it is a key of a channel in `status --json`.
+    /// Whether it is a key of a channel in `status --json`; mode and fault are there by name.
     pub in_status: bool,
     /// Its line among the monitor's details, if it has one.
     pub detail: Option<Detail>,
@@ -215,9 +215,9 @@ channel_state! {
     }
     codes {
         /// What the channel is doing: 0 waiting, 1 off, 2 length, 3 duty, 4 force, 5 program, 6 fault.
-        mode = 0, {}
+        mode = 0, { in_status: true, }
         /// Code of the latched fault, 0 = none.
-        fault = 0, {}
+        fault = 0, { in_status: true, }
         /// Verdict on the present sample, 0 = good: the codes of `sinew_sensing::Health`.
         health = 0, {}
         /// Bits of `ChannelState::FLAG_…`: 1 controller at its limit, 2 settled, 4 held back by the supervisor or the limits of the
