@@ -168,9 +168,9 @@ impl ChannelRules {
     }
 }
 
-/// Faults and lapsed leases as they happened, for the report.
+/// The fault log: faults and lapsed leases as they happened, for the report.
 #[derive(Debug, Default)]
-pub(crate) struct Diary {
+pub(crate) struct FaultLog {
     /// When (ns on the loop's clock), which channel, what; the first [`MAX_FAULTS`].
     pub faults: Vec<(u64, u32, Fault)>,
     /// Those beyond.
@@ -179,7 +179,7 @@ pub(crate) struct Diary {
     pub lapsed: u64,
 }
 
-impl Diary {
+impl FaultLog {
     fn note(&mut self, event: &Event, names: &[String]) {
         let fault = match event.what {
             Occurrence::Tripped(fault) => fault,
@@ -231,7 +231,7 @@ pub(crate) struct Desk {
 
 impl Desk {
     /// Serves until the loop has ended and everything that was under way is answered.
-    pub fn serve(mut self, shared: &Shared, diary: &Mutex<Diary>) {
+    pub fn serve(mut self, shared: &Shared, fault_log: &Mutex<FaultLog>) {
         let mut waiting: HashMap<u64, Waiting> = HashMap::new();
         let mut tickets = 0;
         loop {
@@ -243,7 +243,7 @@ impl Desk {
                 if let Occurrence::Answered { ticket, answer } = event.what {
                     answered(&mut waiting, ticket, event.channel, answer, shared);
                 } else {
-                    diary.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
+                    fault_log.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
                 }
             }
             // So many at a time: a flood of requests does not keep the desk from the loop's answers.

@@ -8,9 +8,9 @@ use sinew_sensing::Sample;
 
 use crate::engine::Engine;
 use crate::grid::{Grid, Missed, Pace};
-use crate::last_words::caught;
 use crate::orders::{Beat, Event, Occurrence, Order};
 use crate::report::Ending;
+use crate::shutdown_notice::caught;
 use crate::suspension::Wakefulness;
 use sinew_backend::allocations;
 use sinew_backend::clock;

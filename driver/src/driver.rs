@@ -5,7 +5,7 @@ use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use sinew_ipc::gate::{Access, Readers};
+use sinew_ipc::gateway::{Access, Readers};
 use sinew_ipc::{
     ChannelInfo, ChannelState, CommandServer, CyclePublisher, HeldCycle, Info, LoopStats, Name, RigLock, Server,
     Snapshot, StateWriter,
@@ -14,16 +14,16 @@ use sinew_rig::{RealtimeMode, Rig};
 use sinew_ring::ring;
 
 use crate::baseline;
-use crate::commands::{ChannelRules, Desk, Diary};
+use crate::commands::{ChannelRules, Desk, FaultLog};
 use crate::cycles::{Cycles, Outlet, Remains, Shared};
 use crate::engine::Engine;
 use crate::error::Error;
 use crate::grid::Pace;
-use crate::last_words::caught;
 use crate::orders::{Event, Order};
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
+use crate::shutdown_notice::caught;
 use sinew_backend::Backend;
 use sinew_backend::allocations;
 use sinew_realtime as realtime;
@@ -75,7 +75,7 @@ pub struct Stats {
 #[derive(Debug)]
 pub struct DriverHandle {
     shared: Arc<Shared>,
-    diary: Arc<Mutex<Diary>>,
+    fault_log: Arc<Mutex<FaultLog>>,
     threads: Option<Threads>,
     rig: String,
     names: Vec<String>,
@@ -108,7 +108,7 @@ impl Services {
         info.simulated = simulated.into();
         let mut server = Server::create(lock, &info)?;
         if rig.access.is_open() {
-            server.open_gate(&info, &access_of(rig)?, rig.text())?;
+            server.open_gateway(&info, &access_of(rig)?, rig.text())?;
         }
         let (state, cycles, commands) = server.split();
         Ok(Services { state: Some(state), cycles: Some(cycles), commands: Some(commands) })
@@ -206,7 +206,7 @@ impl Driver {
         let (events, events_out) = ring(vec![Event::NONE; EVENTS]);
         let (published, publishing) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let shared = Arc::new(Shared::default());
-        let diary = Arc::new(Mutex::new(Diary::default()));
+        let fault_log = Arc::new(Mutex::new(FaultLog::default()));
         let looping = Cycles {
             backend,
             engine,
@@ -245,10 +245,10 @@ impl Driver {
             })
         };
         let desk = {
-            let (shared, diary) = (shared.clone(), diary.clone());
+            let (shared, fault_log) = (shared.clone(), fault_log.clone());
             let desk =
                 Desk { port: services.commands, rules, names: names.clone(), orders: orders_in, events: events_out };
-            spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &diary)))
+            spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &fault_log)))
         };
         let (publisher, desk) = match (publisher, desk) {
             (Ok(publisher), Ok(desk)) => (publisher, desk),
@@ -260,7 +260,7 @@ impl Driver {
         };
         Ok(DriverHandle {
             shared,
-            diary,
+            fault_log,
             threads: Some(Threads { main, publisher, desk }),
             rig: rig.name.clone(),
             names,
@@ -380,12 +380,12 @@ impl DriverHandle {
 
     /// The loop's progress.
     pub fn stats(&self) -> Stats {
-        let diary = self.diary.lock().unwrap_or_else(PoisonError::into_inner);
+        let fault_log = self.fault_log.lock().unwrap_or_else(PoisonError::into_inner);
         Stats {
             running: self.is_running(),
             cycles: self.shared.cycles.load(Ordering::Relaxed),
             missed: self.shared.missed.load(Ordering::Relaxed),
-            faults: diary.faults.len() as u64 + diary.not_listed,
+            faults: fault_log.faults.len() as u64 + fault_log.not_listed,
         }
     }
 
@@ -406,7 +406,7 @@ impl DriverHandle {
     }
 
     fn report(&self, remains: Remains, floor: Option<BareLoop>) -> RunReport {
-        let diary = std::mem::take(&mut *self.diary.lock().unwrap_or_else(PoisonError::into_inner));
+        let fault_log = std::mem::take(&mut *self.fault_log.lock().unwrap_or_else(PoisonError::into_inner));
         let name = |channel: u32| self.names.get(channel as usize).cloned().unwrap_or_default();
         let stats = &remains.stats;
         RunReport {
@@ -427,7 +427,7 @@ impl DriverHandle {
             allocations_in_loop: allocations::is_counting().then_some(stats.allocations),
             unpublished: stats.ring_drops + self.shared.unsent.load(Ordering::Relaxed),
             rt: self.realtime.clone(),
-            faults: diary
+            faults: fault_log
                 .faults
                 .iter()
                 .map(|&(at_ns, channel, fault)| FaultRecord {
@@ -437,8 +437,8 @@ impl DriverHandle {
                     cause: fault.cause(),
                 })
                 .collect(),
-            faults_not_listed: diary.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
-            leases_lapsed: diary.lapsed,
+            faults_not_listed: fault_log.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
+            leases_lapsed: fault_log.lapsed,
             backend_error: remains.last_error.map(|error| error.to_string()),
             black_boxes: Vec::new(),
             black_box_error: None,

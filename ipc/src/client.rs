@@ -4,7 +4,7 @@
 //! one process or many. Reading the latest state never waits for anything. When the driver ends or dies, reading keeps
 //! giving the last state it wrote, [`Client::is_alive`] says no, and commands fail with [`Error::DriverGone`]; connect again for the next one.
 //!
-//! A driver of one's own is reached over iceoryx2's shared memory, another user's through its [gate](crate::gate), where it has one;
+//! A driver of one's own is reached over iceoryx2's shared memory, another user's through its [gateway](crate::gateway), where it has one;
 //! nothing else differs.
 
 use crate::link::{Link, Waiter};
@@ -65,7 +65,7 @@ impl Client {
     ///
     /// # Errors
     /// [`Error::NotRunning`] (with the rigs that are), [`Error::Starting`], [`Error::Protocol`], [`Error::RigName`],
-    /// [`Error::Full`], [`Error::Service`], [`Error::RuntimeDir`]; at another user's gate [`Error::NotAdmitted`], [`Error::Gate`].
+    /// [`Error::Full`], [`Error::Service`], [`Error::RuntimeDir`]; at another user's gatewayway [`Error::NotAdmitted`], [`Error::Gateway`].
     pub fn connect(rig: &str) -> Result<Client, Error> {
         Client::connect_with(rig, ClientOptions::default())
     }
@@ -91,7 +91,7 @@ impl Client {
         }
     }
 
-    /// Names of the rigs a driver is running for, sorted: the own user's, and those at whose gate somebody stands.
+    /// Names of the rigs a driver is running for, sorted: the own user's, and those whose gateway a driver listens at.
     ///
     /// # Errors
     /// [`Error::RuntimeDir`].
@@ -99,7 +99,7 @@ impl Client {
         crate::run::running()
     }
 
-    /// Whether the driver is another user's, reached through its gate.
+    /// Whether the driver is another user's, reached through its gateway.
     pub fn is_foreign(&self) -> bool {
         self.link.is_foreign()
     }

@@ -3,7 +3,7 @@
 //! Many systems start every program with a soft limit of 1024, for the sake of `select(2)`, which nothing here uses; the hard
 //! limit, up to which a program may help itself, is far higher.
 
-use crate::gate::MAX_VISITORS;
+use crate::gateway::MAX_GATEWAY_CLIENTS;
 use crate::service::{MAX_CLIENTS, MAX_STREAMS};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
@@ -13,8 +13,8 @@ const OF_A_STREAM: usize = 1;
 /// The driver's own: locks, shared memory, log, backend, black box.
 const OWN: usize = 128;
 
-/// Descriptors of a driver with all the clients it serves: of its own user and through the gate.
-pub const FULL_HOUSE: u64 = (OWN + MAX_CLIENTS * OF_A_CLIENT + MAX_STREAMS * OF_A_STREAM + MAX_VISITORS) as u64;
+/// Descriptors of a driver with all the clients it serves: of its own user and through the gateway.
+pub const ALL_CLIENTS: u64 = (OWN + MAX_CLIENTS * OF_A_CLIENT + MAX_STREAMS * OF_A_STREAM + MAX_GATEWAY_CLIENTS) as u64;
 
 /// Lets this process have as many descriptors open as the system allows it (the soft limit becomes the hard one), and says how
 /// many that are. Call it before anything is opened. Where it is refused the limit stays what it was.
@@ -39,6 +39,6 @@ mod tests {
     fn the_limit_is_raised_as_far_as_it_goes() {
         assert_eq!(raise_limit(), allowed());
         assert_eq!(getrlimit(Resource::Nofile).current, getrlimit(Resource::Nofile).maximum);
-        assert!((1500..4096).contains(&FULL_HOUSE), "{FULL_HOUSE}");
+        assert!((1500..4096).contains(&ALL_CLIENTS), "{ALL_CLIENTS}");
     }
 }

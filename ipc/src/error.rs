@@ -106,9 +106,9 @@ pub enum Error {
         /// Group whose members may look; empty = nobody's.
         read_group: String,
     },
-    /// The gate for other users cannot be opened, or could be anybody's.
-    Gate {
-        /// The folder or the door.
+    /// The gateway for other users cannot be opened, or could be anybody's.
+    Gateway {
+        /// The folder or the socket.
         path: PathBuf,
         /// Why not.
         reason: String,
@@ -228,7 +228,7 @@ impl Error {
                     (commanders, readers) => format!("{} (to look: {readers})", join(commanders)),
                 }
             }
-            Error::Gate { .. } => {
+            Error::Gateway { .. } => {
                 "make its folder the driver's user's own with mode 0755 (docs/access.md tells how), or name \
                                    another one in SINEW_GATE_DIR"
                     .into()
@@ -295,7 +295,7 @@ impl Error {
             Error::NotAdmitted { rig, user, .. } => {
                 format!("the driver for rig {rig:?} belongs to user {user}, and this user may neither look nor command")
             }
-            Error::Gate { path, reason } => format!("cannot use {}: {reason}", path.display()),
+            Error::Gateway { path, reason } => format!("cannot use {}: {reason}", path.display()),
             Error::UnknownGroup { name } => format!("there is no group {name:?}"),
             Error::Service { what, reason } => format!("shared memory of {what}: {reason}"),
         }

@@ -16,8 +16,7 @@ use iceoryx2::prelude::CallbackProgression;
 use crate::Error;
 use crate::remains::{Since, entries, half_made, remove_rest, remove_unfinished, unlisted, unmarked};
 use crate::run::shared_memory;
-use crate::server::Run;
-use crate::service::IpcNode;
+use crate::service::{IpcNode, Run};
 
 /// How often nodes of dead clients are looked for.
 const PERIOD: Duration = Duration::from_secs(1);

@@ -10,16 +10,47 @@
 //! | `tick` | event | "something new is there" | the same |
 //! | `command` | request–response | [`Command`] and [`Reply`] | clients; answered by an ordinary thread ([`CommandServer`]) |
 //!
+//! What a channel publishes is one table, [`ChannelState::FIELDS`]; what can go wrong with it another, [`FAULT_TABLE`].
+//!
 //! Which driver runs, and where its services are, stands in its lock file: see [`RigLock`].
 //!
-//! All that is the driver's user's alone. Other users come in by the [`gate`], if the rig file opens one.
+//! All that is the driver's user's alone. Other users come in by the [`gateway`], if the rig file opens one.
+//!
+//! # Example
+//! A robot program, with a driver running (`sinew run`):
+//!
+//! ```no_run
+//! use sinew_ipc::Client;
+//! use std::time::Duration;
+//!
+//! let driver = Client::connect("hexapod")?;
+//! // 40 % of the stroke; the wire goes off half a second later unless this is sent again
+//! driver.set_stroke("front_left_coxa", 0.4, Duration::from_millis(500))?;
+//! for (info, state) in driver.channels().iter().zip(driver.latest().channels()) {
+//!     println!("{}: {:.2} mm, {}", info.name, 1e3 * state.length_m, state.mode());
+//!     if let Some(fault) = state.fault() {
+//!         println!("  {}; {}", fault.cause(), fault.remedy());
+//!     }
+//! }
+//! # Ok::<(), sinew_ipc::Error>(())
+//! ```
+//!
+//! The published fields, as a program that writes them into columns finds them:
+//!
+//! ```
+//! use sinew_ipc::ChannelState;
+//!
+//! let state = ChannelState { resistance_ohm: 9.5, ..ChannelState::UNKNOWN };
+//! let resistance = ChannelState::field("resistance_ohm").unwrap();
+//! assert_eq!((resistance.unit, resistance.of(&state)), ("Ω", 9.5));
+//! ```
 #![deny(unsafe_code)]
 
 mod client;
 pub mod descriptors;
 mod error;
 pub mod fault;
-pub mod gate;
+pub mod gateway;
 mod histogram;
 mod janitor;
 mod link;
@@ -38,8 +69,9 @@ pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
 pub use histogram::Histogram;
 pub use link::Waiter;
 pub use messages::{
-    ALL_CHANNELS, BatchHeader, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, DriverState, HeldCycle,
-    Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Reply, Snapshot,
+    ALL_CHANNELS, BatchHeader, ChannelField, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, Detail,
+    DriverState, FieldKind, HeldCycle, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Replay,
+    Reply, Snapshot, field_table_markdown,
 };
 pub use run::{MAX_RIG_NAME, RigLock, check_rig_name, running, runtime_dir};
 pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};

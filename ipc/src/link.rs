@@ -1,6 +1,6 @@
 //! A connection to a driver, whichever way: what is common to a client, its streams and its waiters.
 
-use crate::gate::{Follower, Visit};
+use crate::gateway::{BoardReader, Connection};
 use crate::memory::{self, Memory};
 use crate::run::Attachment;
 use crate::service::TickListener;
@@ -13,32 +13,32 @@ pub(crate) enum Link {
     /// The own user's.
     Memory(Box<Memory>),
     /// Another user's.
-    Gate(Box<Visit>),
+    Gateway(Box<Connection>),
 }
 
 impl Link {
-    /// Finds a rig's driver: the own user's first, then at the gate.
+    /// Finds a rig's driver: the own user's first, then at the gateway.
     pub fn find(rig: &str, patience: Duration) -> Result<(Link, Info), Error> {
         let own = own(rig, patience);
         // A driver of one's own that is starting or ailing is not passed over for somebody else's.
         let Err(none @ (Error::NotRunning { .. } | Error::RuntimeDir { .. })) = own else { return own };
-        let Some(visit) = Visit::find(rig, patience)? else { return Err(none) };
-        Link::through(visit, rig)
+        let Some(connection) = Connection::find(rig, patience)? else { return Err(none) };
+        Link::through(connection, rig)
     }
 
-    /// Through the gate of another user's driver.
-    pub fn through(visit: Visit, rig: &str) -> Result<(Link, Info), Error> {
-        let info = visit.info();
+    /// Through the gateway of another user's driver.
+    pub fn through(connection: Connection, rig: &str) -> Result<(Link, Info), Error> {
+        let info = connection.info();
         if info.protocol != PROTOCOL {
             return Err(Error::Protocol { rig: rig.into(), found: info.protocol, expected: PROTOCOL });
         }
-        Ok((Link::Gate(Box::new(visit)), info))
+        Ok((Link::Gateway(Box::new(connection)), info))
     }
 
     pub fn driver_lives(&self) -> bool {
         match self {
             Link::Memory(memory) => memory.driver_lives(),
-            Link::Gate(visit) => visit.driver_lives(),
+            Link::Gateway(connection) => connection.driver_lives(),
         }
     }
 
@@ -46,28 +46,28 @@ impl Link {
     pub fn check(&self) -> Result<(), Error> {
         match self {
             Link::Memory(memory) => memory.check(),
-            Link::Gate(visit) => visit.check(),
+            Link::Gateway(connection) => connection.check(),
         }
     }
 
     pub fn with_latest<T>(&self, look: impl FnOnce(&Snapshot) -> T) -> T {
         match self {
             Link::Memory(memory) => memory.with_latest(look),
-            Link::Gate(visit) => look(&visit.board.latest()),
+            Link::Gateway(connection) => look(&connection.board.latest()),
         }
     }
 
     pub fn stats(&self) -> LoopStats {
         match self {
             Link::Memory(memory) => memory.stats(),
-            Link::Gate(visit) => visit.board.stats(),
+            Link::Gateway(connection) => connection.board.stats(),
         }
     }
 
     pub fn rig_text(&self) -> Result<Option<String>, Error> {
         match self {
             Link::Memory(memory) => memory.rig_text(),
-            Link::Gate(visit) => Ok(visit.board.text()),
+            Link::Gateway(connection) => Ok(connection.board.text()),
         }
     }
 
@@ -75,7 +75,7 @@ impl Link {
     pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, Error> {
         match self {
             Link::Memory(memory) => memory.ask(command, patience),
-            Link::Gate(visit) => visit.ask(command, patience),
+            Link::Gateway(connection) => connection.ask(command, patience),
         }
     }
 
@@ -83,13 +83,13 @@ impl Link {
     pub fn command_group(&self) -> Name {
         match self {
             Link::Memory(_) => Name::EMPTY,
-            Link::Gate(visit) => visit.command_group(),
+            Link::Gateway(connection) => connection.command_group(),
         }
     }
 
     /// Whether the driver is another user's.
     pub fn is_foreign(&self) -> bool {
-        matches!(self, Link::Gate(_))
+        matches!(self, Link::Gateway(_))
     }
 }
 
@@ -111,23 +111,23 @@ fn own(rig: &str, patience: Duration) -> Result<(Link, Info), Error> {
 
 /// Sleeps until the driver rings. Made by [`crate::Client::waiter`].
 pub struct Waiter {
-    ear: Ear,
+    source: WakeSource,
     link: Arc<Link>,
 }
 
-enum Ear {
+enum WakeSource {
     Memory(Box<TickListener>),
-    /// How often the bell had rung when it was heard last.
-    Gate(u32),
+    /// The count of wake-ups seen last.
+    Gateway(u32),
 }
 
 impl Waiter {
     pub(crate) fn new(link: &Arc<Link>) -> Result<Waiter, Error> {
-        let ear = match &**link {
-            Link::Memory(memory) => Ear::Memory(Box::new(memory.listener()?)),
-            Link::Gate(visit) => Ear::Gate(visit.board.rings()),
+        let source = match &**link {
+            Link::Memory(memory) => WakeSource::Memory(Box::new(memory.listener()?)),
+            Link::Gateway(connection) => WakeSource::Gateway(connection.board.wakes()),
         };
-        Ok(Waiter { ear, link: link.clone() })
+        Ok(Waiter { source, link: link.clone() })
     }
 
     /// Sleeps until something is new, up to `timeout`; false when nothing came.
@@ -140,10 +140,12 @@ impl Waiter {
         let end = Instant::now() + timeout;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let woken = match (&mut self.ear, &*self.link) {
-                (Ear::Memory(port), _) => memory::listen(port, left.min(SLICE))? > 0,
-                (Ear::Gate(heard), Link::Gate(visit)) => listen(&visit.board, heard, left.min(SLICE)),
-                (Ear::Gate(_), Link::Memory(_)) => false,
+            let woken = match (&mut self.source, &*self.link) {
+                (WakeSource::Memory(port), _) => memory::listen(port, left.min(SLICE))? > 0,
+                (WakeSource::Gateway(seen), Link::Gateway(connection)) => {
+                    listen(&connection.board, seen, left.min(SLICE))
+                }
+                (WakeSource::Gateway(_), Link::Memory(_)) => false,
             };
             if woken {
                 return Ok(true);
@@ -156,10 +158,10 @@ impl Waiter {
     }
 }
 
-fn listen(board: &Follower, heard: &mut u32, timeout: Duration) -> bool {
-    if board.rings() == *heard && !timeout.is_zero() {
-        board.sleep(*heard, timeout);
+fn listen(board: &BoardReader, seen: &mut u32, timeout: Duration) -> bool {
+    if board.wakes() == *seen && !timeout.is_zero() {
+        board.sleep(*seen, timeout);
     }
-    let rings = board.rings();
-    std::mem::replace(heard, rings) != rings
+    let wakes = board.wakes();
+    std::mem::replace(seen, wakes) != wakes
 }

@@ -158,7 +158,7 @@ fn full_or_failed<E: Debug>(what: &'static str, rig: &str) -> impl Fn(E) -> Erro
     }
 }
 
-/// Sleeps until the bell rings, up to `timeout`; how often it has rung.
+/// Sleeps until the driver notifies, up to `timeout`; how often it did.
 pub(crate) fn listen(port: &TickListener, timeout: Duration) -> Result<usize, Error> {
     const SHORTEST: Duration = Duration::from_micros(10);
     // iceoryx2 hands the time to SO_RCVTIMEO in microseconds, where 0 means "for ever".

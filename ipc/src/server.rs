@@ -3,11 +3,11 @@
 //! [`Server::create`] makes all of it; [`Server::split`] hands the parts to the threads that use them. The rig's name is
 //! released when the last part is dropped.
 
-use crate::gate::{self, Access, Board, Door, Porter};
+use crate::gateway::{self, Access, Board, Endpoint, Listener};
 use crate::janitor::Janitor;
 use crate::service::{
-    ActiveRequest, BatchPublisher, Entry, EntryMut, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
-    MAX_CLIENTS, MAX_STREAMS, Replies, StatePort, StateReader, TickNotifier, failed, name, node,
+    ActiveRequest, BatchPublisher, Entry, EntryMut, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
+    MAX_CLIENTS, MAX_STREAMS, Replies, Run, StatePort, StateReader, TickNotifier, failed, name, node,
 };
 use crate::{
     BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, Outcome, PROTOCOL, Reply,
@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
-/// How often the loop's figures are put on the board of the gate.
+/// How often the loop's figures are put on the board of the gateway.
 const STATS_PERIOD: Duration = Duration::from_millis(100);
 /// Commands answered in one call, so that a flood of them cannot keep the thread from its other work.
 const REQUESTS_PER_CALL: usize = 256;
@@ -28,12 +28,6 @@ const STREAM_MEMORY: usize = 96 << 20;
 const EXTRA_SLOTS: usize = MAX_STREAMS + 4;
 /// Fewest batches a reader may lag behind.
 const FEWEST_SLOTS: usize = 16;
-
-/// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
-pub(crate) struct Run {
-    pub(crate) node: IpcNode,
-    pub(crate) lock: RigLock,
-}
 
 /// Everything a driver publishes and answers with.
 pub struct Server {
@@ -77,17 +71,19 @@ impl Server {
         Ok(server)
     }
 
-    /// Opens the gate for other users: who may do what, and the rig file's text for them to read.
+    /// Opens the gateway for other users: who may do what, and the rig file's text for them to read.
     ///
     /// # Errors
-    /// [`Error::Gate`] when there is no place for its door, or no memory for its board.
-    pub fn open_gate(&mut self, info: &Info, access: &Access, rig_text: &str) -> Result<(), Error> {
-        let board = Board::new(info, rig_text)
-            .map_err(|e| Error::Gate { path: gate::gate_dir(), reason: format!("no memory for its board: {e}") })?;
+    /// [`Error::Gateway`] when there is no place for its socket, or no memory for its board.
+    pub fn open_gateway(&mut self, info: &Info, access: &Access, rig_text: &str) -> Result<(), Error> {
+        let board = Board::new(info, rig_text).map_err(|e| Error::Gateway {
+            path: gateway::gateway_dir(),
+            reason: format!("no memory for its board: {e}"),
+        })?;
         let rig = self.commands.run.lock.rig();
-        let porter = Porter::new(Door::open(rig)?, access, board.glass())?;
-        self.cycles.display = Some(Display::new(board, &self.commands.run)?);
-        self.commands.porter = Some(porter);
+        let listener = Listener::new(Endpoint::open(rig)?, access, board.read_only())?;
+        self.cycles.feed = Some(BoardFeed::new(board, &self.commands.run)?);
+        self.commands.listener = Some(listener);
         Ok(())
     }
 
@@ -174,12 +170,12 @@ pub struct CyclePublisher {
     channels: usize,
     cycles_per_batch: usize,
     unsent: u64,
-    display: Option<Display>,
+    feed: Option<BoardFeed>,
     _run: Arc<Run>,
 }
 
-/// Keeps the board of the gate in step with the blackboard.
-struct Display {
+/// Keeps the board of the gateway in step with the blackboard.
+struct BoardFeed {
     board: Board,
     snapshot: Entry<Snapshot>,
     stats: Entry<LoopStats>,
@@ -188,14 +184,14 @@ struct Display {
     _reader: StateReader,
 }
 
-impl Display {
-    fn new(board: Board, run: &Run) -> Result<Display, Error> {
+impl BoardFeed {
+    fn new(board: Board, run: &Run) -> Result<BoardFeed, Error> {
         const WHAT: &str = "state";
         let service = run.node.service_builder(&name(WHAT)?).blackboard_opener::<u64>().open().map_err(failed(WHAT))?;
         let reader = service.reader_builder().create().map_err(failed(WHAT))?;
         let snapshot = reader.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed(WHAT))?;
         let stats = reader.entry::<LoopStats>(&KEY_STATS).map_err(failed(WHAT))?;
-        Ok(Display { board, snapshot, stats, stats_due: Instant::now(), _reader: reader })
+        Ok(BoardFeed { board, snapshot, stats, stats_due: Instant::now(), _reader: reader })
     }
 
     fn show(&mut self, now: Instant) {
@@ -268,7 +264,7 @@ impl CyclePublisher {
             channels,
             cycles_per_batch,
             unsent: 0,
-            display: None,
+            feed: None,
             _run: run.clone(),
         })
     }
@@ -279,8 +275,8 @@ impl CyclePublisher {
         let n = channels.len().min(self.channels);
         self.states.extend_from_slice(&channels[..n]);
         self.states.resize(self.states.len() + self.channels - n, ChannelState::UNKNOWN);
-        if let Some(display) = &mut self.display {
-            display.board.push(header, &self.states[self.states.len() - self.channels..]);
+        if let Some(feed) = &mut self.feed {
+            feed.board.push(header, &self.states[self.states.len() - self.channels..]);
         }
         self.batch.cycle[self.batch.cycles as usize] = header;
         self.batch.cycles += 1;
@@ -313,17 +309,17 @@ impl CyclePublisher {
         self.states.clear();
     }
 
-    /// Puts the latest state on the board of the gate, where there is one. Each time there is something new.
+    /// Puts the latest state on the board of the gateway, where there is one. Each time there is something new.
     pub fn show(&mut self) {
-        if let Some(display) = &mut self.display {
-            display.show(Instant::now());
+        if let Some(feed) = &mut self.feed {
+            feed.show(Instant::now());
         }
     }
 
     /// Wakes the clients that sleep until something is new. 12–18 µs for each of them.
     pub fn ring(&mut self) {
-        if let Some(display) = &self.display {
-            display.board.ring();
+        if let Some(feed) = &self.feed {
+            feed.board.wake();
         }
         // A sleeper whose queue of wake-ups is full wakes anyway; one that has died is dropped by iceoryx2.
         let _ = self.tick.notify();
@@ -343,8 +339,8 @@ impl CyclePublisher {
 impl Drop for CyclePublisher {
     fn drop(&mut self) {
         self.flush();
-        if let Some(display) = &mut self.display {
-            display.stats_due = Instant::now();
+        if let Some(feed) = &mut self.feed {
+            feed.stats_due = Instant::now();
         }
         self.show();
         self.ring();
@@ -371,7 +367,7 @@ fn slots(rate_hz: f64, channels: usize, memory: usize) -> Option<usize> {
 /// Receives commands and sends replies. For an ordinary thread, which calls it some hundred times a second.
 pub struct CommandServer {
     port: Replies,
-    porter: Option<Porter>,
+    listener: Option<Listener>,
     _janitor: Janitor,
     run: Arc<Run>,
 }
@@ -397,17 +393,17 @@ impl CommandServer {
             .server_builder()
             .create()
             .map_err(failed(WHAT))?;
-        Ok(CommandServer { port, porter: None, _janitor: Janitor::start(run)?, run: run.clone() })
+        Ok(CommandServer { port, listener: None, _janitor: Janitor::start(run)?, run: run.clone() })
     }
 
-    /// The next command that waits, if any: the own user's first, then those that come through the gate.
+    /// The next command that waits, if any: the own user's first, then those that come through the gateway.
     pub fn receive(&mut self) -> Option<Request> {
         // A client that died while it was connecting may leave a connection that cannot be opened: its trouble only.
         if let Ok(Some(request)) = self.port.receive() {
             return Some(Request { command: *request.payload(), way: Way::Memory(Box::new(request)) });
         }
-        let (command, answer) = self.porter.as_mut()?.receive()?;
-        Some(Request { command, way: Way::Gate(answer) })
+        let (command, answer) = self.listener.as_mut()?.receive()?;
+        Some(Request { command, way: Way::Gateway(answer) })
     }
 
     /// Answers every command that waits by `decide`. Returns how many were answered.
@@ -436,7 +432,7 @@ pub struct Request {
 /// The way its answer goes.
 enum Way {
     Memory(Box<ActiveRequest>),
-    Gate(gate::Answer),
+    Gateway(gateway::Answer),
 }
 
 impl Request {
@@ -449,7 +445,7 @@ impl Request {
     pub fn may_command(&self) -> bool {
         match &self.way {
             Way::Memory(_) => true,
-            Way::Gate(answer) => answer.may_command(),
+            Way::Gateway(answer) => answer.may_command(),
         }
     }
 
@@ -458,7 +454,7 @@ impl Request {
         reply.sequence = self.command.sequence;
         match self.way {
             Way::Memory(request) => drop(request.send_copy(reply)),
-            Way::Gate(answer) => answer.bring(&reply),
+            Way::Gateway(answer) => answer.send_reply(&reply),
         }
     }
 }

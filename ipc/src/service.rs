@@ -4,7 +4,7 @@
 //! for dead ones stays cheap, and nothing left by a killed process can be in the way of another run. Dead clients are
 //! cleared by the driver alone, on an ordinary thread, and not by whoever happens to open something.
 
-use crate::{BatchHeader, ChannelState, Command, Error, Reply};
+use crate::{BatchHeader, ChannelState, Command, Error, Reply, RigLock};
 use iceoryx2::node::Node;
 use iceoryx2::port::client::Client as RequestPort;
 use iceoryx2::port::listener::Listener;
@@ -33,6 +33,12 @@ pub(crate) type TickListener = Listener<Ipc>;
 pub(crate) type Requests = RequestPort<Ipc, Command, (), Reply, ()>;
 pub(crate) type Replies = ReplyPort<Ipc, Command, (), Reply, ()>;
 pub(crate) type ActiveRequest = iceoryx2::active_request::ActiveRequest<Ipc, Command, (), Reply, ()>;
+
+/// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
+pub(crate) struct Run {
+    pub(crate) node: IpcNode,
+    pub(crate) lock: RigLock,
+}
 
 /// Keys of the blackboard.
 pub(crate) const KEY_INFO: u64 = 0;

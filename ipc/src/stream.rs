@@ -1,6 +1,6 @@
 //! Every cycle in order, with an exact count of those this reader has lost.
 
-use crate::gate::Visit;
+use crate::gateway::Connection;
 use crate::link::{Link, Waiter};
 use crate::service::{Batch, BatchSubscriber, failed};
 use crate::{ChannelState, CycleHeader, Error};
@@ -38,19 +38,19 @@ pub struct CycleStream {
 enum Source {
     /// Batches in shared memory, of which one may be held at a time.
     Memory { port: Box<BatchSubscriber>, batch: Option<Batch>, index: usize },
-    /// The ring on the board of a gate, from which each cycle is copied.
-    Gate { next: u64, copied: bool, header: CycleHeader, channels: Vec<ChannelState> },
+    /// The ring on the board of a gateway, from which each cycle is copied.
+    Gateway { next: u64, copied: bool, header: CycleHeader, channels: Vec<ChannelState> },
 }
 
 impl CycleStream {
     pub(crate) fn new(link: &Arc<Link>, opened_after: u64) -> Result<CycleStream, Error> {
         let source = match &**link {
             Link::Memory(memory) => Source::Memory { port: Box::new(memory.batches()?), batch: None, index: 0 },
-            Link::Gate(visit) => Source::Gate {
-                next: visit.board.head(),
+            Link::Gateway(connection) => Source::Gateway {
+                next: connection.board.head(),
                 copied: false,
                 header: CycleHeader::default(),
-                channels: vec![ChannelState::UNKNOWN; visit.board.channels()],
+                channels: vec![ChannelState::UNKNOWN; connection.board.channels()],
             },
         };
         Ok(CycleStream { source, waiter: None, opened_after, expected: 0, received: 0, lost: 0, link: link.clone() })
@@ -107,7 +107,7 @@ impl CycleStream {
             let alive = self.link.check();
             let found = match &*self.link {
                 Link::Memory(_) => self.source.receive()?,
-                Link::Gate(visit) => self.source.copy(visit),
+                Link::Gateway(connection) => self.source.copy(connection),
             };
             if !found {
                 return alive.map(|()| false);
@@ -134,7 +134,7 @@ impl Source {
                 let batch = batch.as_ref()?;
                 (*index < cycles_in(batch)).then(|| batch.user_header().cycle[*index].cycle)
             }
-            Source::Gate { copied, header, .. } => copied.then_some(header.cycle),
+            Source::Gateway { copied, header, .. } => copied.then_some(header.cycle),
         }
     }
 
@@ -150,7 +150,7 @@ impl Source {
                 let states = states.and_then(|(from, to)| batch.as_ref()?.payload().get(from..to));
                 Some((header.cycle.get(i)?, states?))
             }
-            Source::Gate { copied, header, channels, .. } => {
+            Source::Gateway { copied, header, channels, .. } => {
                 std::mem::take(copied).then_some((&*header, channels.as_slice()))
             }
         }
@@ -167,9 +167,9 @@ impl Source {
     }
 
     /// Copies the next cycle off the board; false when it has not come.
-    fn copy(&mut self, visit: &Visit) -> bool {
-        let Source::Gate { next, copied, header, channels } = self else { return false };
-        let found = visit.board.cycle(*next, header, channels);
+    fn copy(&mut self, connection: &Connection) -> bool {
+        let Source::Gateway { next, copied, header, channels } = self else { return false };
+        let found = connection.board.cycle(*next, header, channels);
         *next = found.map_or(*next, |index| index + 1);
         *copied = found.is_some();
         *copied

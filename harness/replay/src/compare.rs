@@ -1,51 +1,11 @@
 //! What differs between what was recorded then and what comes out now.
 
-use sinew_ipc::{ChannelState, CycleHeader};
+use sinew_ipc::{ChannelField, ChannelState, CycleHeader};
 
-/// One field of a channel's state that a replay computes anew.
-#[derive(Debug, Clone, Copy)]
-pub struct Field {
-    /// Its name in recordings.
-    pub name: &'static str,
-    /// Its unit; empty where it is a code.
-    pub unit: &'static str,
-    get: fn(&ChannelState) -> f64,
+/// The published fields that a replay computes anew: everything but the samples it starts from and the backend's errors.
+fn fields() -> impl Iterator<Item = &'static ChannelField> {
+    ChannelState::FIELDS.iter().filter(|field| field.is_replay_output())
 }
-
-impl Field {
-    /// Its value; codes as numbers.
-    pub fn of(&self, state: &ChannelState) -> f64 {
-        (self.get)(state)
-    }
-}
-
-macro_rules! fields {
-    ($($name:ident $unit:literal),* $(,)?) => {
-        [$(Field { name: stringify!($name), unit: $unit, get: |state| f64::from(state.$name) }),*]
-    };
-}
-
-/// All that a replay computes anew: everything but the samples it starts from and the backend's errors.
-pub const FIELDS: [Field; 18] = fields![
-    length_m "m",
-    observed_length_m "m",
-    velocity_m_s "m/s",
-    acceleration_m_s2 "m/s²",
-    target_m "m",
-    duty "",
-    resistance_ohm "Ω",
-    temperature_c "°C",
-    martensite "",
-    power_w "W",
-    surface "m/s²",
-    lease_s "s",
-    asked "",
-    mode "",
-    fault "",
-    health "",
-    flags "",
-    order "",
-];
 
 /// A place where two runs differ.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +49,8 @@ struct Gathered {
 /// Lays replayed states beside recorded ones, cycle by cycle.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    gathered: Vec<[Gathered; FIELDS.len()]>,
+    /// Of each channel and each of [`fields`].
+    gathered: Vec<Vec<Gathered>>,
     cycles: u64,
     start_ns: Option<u64>,
 }
@@ -97,7 +58,7 @@ pub struct Comparison {
 impl Comparison {
     /// Of so many channels.
     pub fn new(channels: usize) -> Comparison {
-        Comparison { gathered: vec![[Gathered::default(); FIELDS.len()]; channels], cycles: 0, start_ns: None }
+        Comparison { gathered: vec![vec![Gathered::default(); fields().count()]; channels], cycles: 0, start_ns: None }
     }
 
     /// Adds a cycle.
@@ -105,7 +66,7 @@ impl Comparison {
         let start_ns = *self.start_ns.get_or_insert(head.monotonic_ns);
         self.cycles += 1;
         for ((gathered, then), now) in self.gathered.iter_mut().zip(recorded).zip(replayed) {
-            for (gathered, field) in gathered.iter_mut().zip(&FIELDS) {
+            for (gathered, field) in gathered.iter_mut().zip(fields()) {
                 let (recorded, replayed) = (field.of(then), field.of(now));
                 // bit for bit, so that −0 is not 0; infinities are equal to themselves and have no difference
                 let both = recorded.is_finite() && replayed.is_finite();
@@ -137,10 +98,10 @@ impl Comparison {
         self.gathered.iter().flatten().all(|gathered| gathered.cycles == 0)
     }
 
-    /// What differs in a channel, in the order of [`FIELDS`].
-    pub fn of_channel(&self, channel: usize) -> impl Iterator<Item = (&'static Field, Difference)> {
+    /// What differs in a channel, in the table's order.
+    pub fn of_channel(&self, channel: usize) -> impl Iterator<Item = (&'static ChannelField, Difference)> {
         let gathered = self.gathered.get(channel).into_iter().flatten();
-        FIELDS.iter().zip(gathered).filter_map(|(field, gathered)| {
+        fields().zip(gathered).filter_map(|(field, gathered)| {
             let number = |value: f64| if gathered.cycles > gathered.only_one { value } else { f64::NAN };
             let difference = Difference {
                 cycles: gathered.cycles,

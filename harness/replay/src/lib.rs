@@ -15,7 +15,7 @@ mod error;
 mod replay;
 mod session;
 
-pub use compare::{Comparison, Difference, FIELDS, Field, Place};
+pub use compare::{Comparison, Difference, Place};
 pub use error::Error;
 pub use replay::{Completeness, Replay};
 pub use session::{SessionCycle, SessionCycles, SessionSource, encode};

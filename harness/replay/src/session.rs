@@ -3,16 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use sinew_backend::{BackendError, Sample};
-use sinew_ipc::{ChannelState, CycleHeader, HeldCycle};
+use sinew_ipc::{ChannelField, ChannelState, CycleHeader, HeldCycle};
 use sinew_recording::rows::DRIVER;
 use sinew_recording::session::{CycleView, Layout, Session};
 use sinew_replay_backend::{Cycle, Cycles, Source};
 
 use crate::error::Error;
-
-/// What a replay cannot do without: the samples and the requests.
-const NEEDED: [&str; 10] =
-    ["supply_v", "v1_v", "v2_v", "v3_v", "current_a", "duty", "asked", "lease_s", "order", "backend"];
 
 /// A driver's session in a file.
 #[derive(Debug, Clone)]
@@ -32,8 +28,12 @@ impl SessionSource {
         if kind != DRIVER {
             return lacks(format!("is a recording of kind {kind:?}, only a driver's can be replayed"));
         }
-        if let Some(missing) = NEEDED.iter().find(|name| session.layout().field(name).is_none()) {
-            return lacks(format!("has no field {missing:?}, which a replay starts from"));
+        // the samples first: an older version's session lacks those
+        let (needed, requests): (Vec<&ChannelField>, Vec<_>) =
+            ChannelState::FIELDS.iter().filter(|f| f.is_replay_input()).partition(|f| !f.is_replay_output());
+        let missing = needed.iter().chain(&requests).find(|field| session.layout().field(field.name).is_none());
+        if let Some(ChannelField { name, .. }) = missing {
+            return lacks(format!("has no field {name:?}, which a replay starts from"));
         }
         Ok(SessionSource { path: path.to_path_buf(), channels: session.layout().channels.len() })
     }
@@ -118,15 +118,15 @@ impl Cycle for SessionCycle {
 /// Finds the fields of a channel's state in a session's cycles, wherever its layout has them.
 #[derive(Debug, Clone)]
 struct Decoder {
-    floats: [Option<usize>; ChannelState::FLOATS.len()],
-    codes: [Option<usize>; ChannelState::CODES.len()],
+    floats: [Option<usize>; ChannelState::FLOATS],
+    codes: [Option<usize>; ChannelState::CODES],
 }
 
 impl Decoder {
     fn new(layout: &Layout) -> Decoder {
         Decoder {
-            floats: ChannelState::FLOATS.map(|(name, _)| layout.field(name)),
-            codes: ChannelState::CODES.map(|name| layout.field(name)),
+            floats: std::array::from_fn(|i| layout.field(ChannelState::FIELDS[i].name)),
+            codes: std::array::from_fn(|i| layout.field(ChannelState::FIELDS[ChannelState::FLOATS + i].name)),
         }
     }
 

@@ -44,30 +44,14 @@ pub fn state(cycle: u64, channels: usize) -> Snapshot {
     for (i, c) in s.channel[..channels].iter_mut().enumerate() {
         let x = (cycle * 64 + i as u64) as f64;
         *c = ChannelState {
-            length_m: x,
-            observed_length_m: x,
             velocity_m_s: x + 0.25,
             acceleration_m_s2: -x,
-            target_m: x,
-            duty: x,
-            resistance_ohm: x,
-            temperature_c: x,
-            martensite: x,
-            power_w: x,
-            surface: x,
             lease_s: x + 0.5,
-            asked: x,
-            supply_v: x,
             v1_v: -x,
-            v2_v: x,
-            v3_v: x,
             current_a: x + 0.75,
             mode: Mode::Length.code(),
-            fault: 0,
-            health: 0,
             flags: cycle as u32,
-            order: 0,
-            backend: 0,
+            ..ChannelState::from_parts(&[x; ChannelState::FLOATS], &[0; ChannelState::CODES])
         };
     }
     s

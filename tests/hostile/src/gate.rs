@@ -12,7 +12,7 @@ use std::time::Duration;
 use rustix::net::{
     RecvFlags, SendAncillaryBuffer, SendAncillaryMessage, SendFlags, Shutdown, recv, send, sendmsg, shutdown,
 };
-use sinew_ipc::gate::fuzzing::{self, Asked, Entrance, MAX_UNANSWERED, Memory};
+use sinew_ipc::gateway::fuzzing::{self, MAX_UNANSWERED, Memory, PendingReply, TestListener};
 use sinew_ipc::{Client, Command, CommandKind, DriverHealth, Error, MAX_CHANNELS, Reply};
 use tempfile::TempDir;
 
@@ -31,7 +31,7 @@ const REPLY_BYTES: usize = size_of::<Reply>();
 
 /// A gate, and somebody well-behaved inside who stays through all scripts.
 struct Bench {
-    entrance: Entrance,
+    listener: TestListener,
     good: OwnedFd,
     /// Number of the last request: no two are the same.
     sequence: u64,
@@ -46,10 +46,10 @@ thread_local! {
 impl Bench {
     fn open() -> Result<Bench, Box<dyn std::error::Error>> {
         let dir = tempfile::Builder::new().prefix("sinew-hostile-").tempdir()?;
-        let mut entrance = Entrance::open(dir.path())?;
-        let good = entrance.knock()?;
-        assert!(entrance.receive().is_none() && entrance.visitors() == 1);
-        let mut bench = Bench { entrance, good, sequence: 0, _dir: dir };
+        let mut listener = TestListener::open(dir.path())?;
+        let good = listener.connect()?;
+        assert!(listener.receive().is_none() && listener.clients() == 1);
+        let mut bench = Bench { listener, good, sequence: 0, _dir: dir };
         bench.good_is_served();
         Ok(bench)
     }
@@ -60,10 +60,10 @@ impl Bench {
         let command = off(self.sequence);
         let sent = send(&self.good, &fuzzing::request(u64::MAX, command), AT_ONCE);
         assert!(sent.is_ok(), "who behaves was shown out: {sent:?}");
-        let found = (0..LOOKS).find_map(|_| self.entrance.receive());
+        let found = (0..LOOKS).find_map(|_| self.listener.receive());
         let Some((asked, answer)) = found else { panic!("his request is not heard") };
         assert_eq!(asked.sequence, self.sequence);
-        answer.bring(&Reply::taken(&asked, 0.25));
+        answer.send_reply(&Reply::taken(&asked, 0.25));
         let mut bytes = [0; WELCOME_BYTES + 1];
         let answered = std::iter::from_fn(|| recv(&self.good, &mut bytes[..], RecvFlags::DONTWAIT).ok());
         assert!(answered.map(|(length, _)| length).last() == Some(REPLY_BYTES), "he is not answered");
@@ -109,13 +109,13 @@ pub fn gate(bytes: &[u8]) {
         let Run { waiting, visitors, .. } = run;
         drop(visitors);
         // An answer for somebody who has gone is nobody's loss.
-        waiting.into_iter().for_each(|(_, command, answer)| answer.bring(&Reply::taken(&command, 0.0)));
+        waiting.into_iter().for_each(|(_, command, answer)| answer.send_reply(&Reply::taken(&command, 0.0)));
         let emptied = (0..LOOKS).any(|_| {
-            bench.entrance.receive();
-            bench.entrance.visitors() == 1
+            bench.listener.receive();
+            bench.listener.clients() == 1
         });
-        assert!(emptied, "{} seats are taken by nobody", bench.entrance.visitors() - 1);
-        while bench.entrance.receive().is_some() {}
+        assert!(emptied, "{} seats are taken by nobody", bench.listener.clients() - 1);
+        while bench.listener.receive().is_some() {}
         bench.good_is_served();
     });
 }
@@ -128,7 +128,7 @@ struct Run<'a> {
     asked: BTreeMap<u64, usize>,
     /// The last one heard of each visitor.
     heard: BTreeMap<usize, u64>,
-    waiting: Vec<(usize, Command, Asked)>,
+    waiting: Vec<(usize, Command, PendingReply)>,
 }
 
 impl Run<'_> {
@@ -137,7 +137,7 @@ impl Run<'_> {
         let which = usize::from(whim) % self.visitors.len().max(1);
         match step % 8 {
             0 if self.visitors.len() < VISITORS => {
-                let socket = self.bench.entrance.knock().unwrap_or_else(|e| panic!("the door is shut: {e}"));
+                let socket = self.bench.listener.connect().unwrap_or_else(|e| panic!("the door is shut: {e}"));
                 self.visitors.push(Visitor { number: self.numbers, socket, out: false });
                 self.numbers += 1;
             }
@@ -187,7 +187,7 @@ impl Run<'_> {
                 }
                 if step & 0x80 != 0 {
                     for (_, command, answer) in self.waiting.drain(..) {
-                        answer.bring(&Reply::taken(&command, 0.0));
+                        answer.send_reply(&Reply::taken(&command, 0.0));
                     }
                 }
             }
@@ -234,7 +234,7 @@ impl Run<'_> {
 
     /// What comes to the desk.
     fn hear(&mut self) {
-        let Some((command, answer)) = self.bench.entrance.receive() else { return };
+        let Some((command, answer)) = self.bench.listener.receive() else { return };
         assert_eq!(command.client >> 32, u64::from(std::process::id()), "under another's number");
         let Some(whose) = self.asked.remove(&command.sequence) else {
             panic!("nobody asked for it, or not any more, or twice: {command:?}");

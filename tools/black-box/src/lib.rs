@@ -10,6 +10,22 @@
 //! fast for it, or the disk too slow, a file holds less before its fault, and says so. A file appears under its name when it is whole.
 //! What cannot be written costs that file and a warning, never the driver: the loop does not know of any of this, and the publisher,
 //! which does, only copies.
+//!
+//! # Example
+//! Files go into a folder for the rig, which keeps the newest of them:
+//!
+//! ```no_run
+//! use sinew_black_box::{BlackBox, Place, folder};
+//! use sinew_rig::Rig;
+//!
+//! let rig = Rig::hexapod();
+//! let place = Place::new(folder()?, &rig.name, rig.black_box.keep as usize);
+//! let (black_box, tap) = BlackBox::start(&rig, place, true)?;
+//! // `tap` goes into the driver, which drops it when its loop has ended; then
+//! drop(tap);
+//! println!("{} files", black_box.finish().files.len());
+//! # Ok::<(), sinew_black_box::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod error;

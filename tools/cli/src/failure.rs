@@ -1,9 +1,6 @@
 //! How a command ends when it does not succeed: a message naming the place, a hint what to do, and the exit code.
 
 use std::fmt;
-use std::process::ExitCode;
-
-use crate::output;
 
 /// Why a command did not do what was asked. Printed as `error: …` and `hint: …` on stderr.
 #[derive(Debug)]
@@ -42,15 +39,8 @@ impl Failure {
     }
 
     /// The exit code.
-    #[cfg(test)]
     pub fn code(&self) -> u8 {
         self.code
-    }
-
-    /// Prints it and gives the exit code.
-    pub fn report(&self) -> ExitCode {
-        output::note(self);
-        ExitCode::from(self.code)
     }
 }
 

@@ -64,6 +64,9 @@ fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
+        Err(failure) => {
+            output::note(&failure);
+            ExitCode::from(failure.code())
+        }
     }
 }

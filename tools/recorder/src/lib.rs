@@ -7,6 +7,31 @@
 //!
 //! Data are brought to the disk every few seconds and at the end of each file, so that even when the power fails only the last
 //! seconds are missing. A recorder that is killed leaves every chunk it had completed, which is all but the last second.
+//!
+//! # Example
+//! Ten seconds of a running driver into one file:
+//!
+//! ```no_run
+//! use sinew_ipc::Client;
+//! use sinew_recorder::{Options, Recorder};
+//!
+//! let options = Options { duration_s: Some(10.0), ..Options::new("walk.mcap") };
+//! let recorder = Recorder::start(Client::connect("hexapod")?, options)?;
+//! while recorder.is_running() {
+//!     std::thread::sleep(std::time::Duration::from_millis(100));
+//! }
+//! let report = recorder.join();
+//! println!("{} cycles, {} lost", report.cycles, report.lost);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The columns are the published fields of a channel, in the order of their bytes:
+//!
+//! ```
+//! let layout = sinew_recorder::layout(vec!["knee".into()]).unwrap();
+//! assert_eq!(layout.fields[0].name, "length_m");
+//! assert_eq!(layout.fields.len(), sinew_ipc::ChannelState::FIELDS.len());
+//! ```
 #![forbid(unsafe_code)]
 
 mod blocks;

@@ -1,6 +1,6 @@
 //! The layout of a driver's recording: a channel's state as the driver publishes it, byte for byte.
 
-use sinew_ipc::ChannelState;
+use sinew_ipc::{ChannelState, FieldKind};
 use sinew_recording::session::{Field, Layout, Trouble};
 
 /// Channels of these names, each with all fields of [`ChannelState`] in the order of their bytes.
@@ -8,9 +8,11 @@ use sinew_recording::session::{Field, Layout, Trouble};
 /// # Errors
 /// [`Trouble::Layout`] when two channels have one name.
 pub fn layout(channels: Vec<String>) -> Result<Layout, Trouble> {
-    let floats = ChannelState::FLOATS.iter().map(|(name, unit)| Field::f64(name, unit));
-    let codes = ChannelState::CODES.iter().map(|name| Field::u32(name));
-    Layout::new(channels, floats.chain(codes).collect())
+    let fields = ChannelState::FIELDS.iter().map(|field| match field.kind {
+        FieldKind::Float => Field::f64(field.name, field.unit),
+        FieldKind::Code => Field::u32(field.name),
+    });
+    Layout::new(channels, fields.collect())
 }
 
 #[cfg(test)]

@@ -8,6 +8,17 @@
 //!
 //! The page commands only if it was opened by the address with the token, and only with leases it keeps renewing
 //! ([`door`], [`command`]).
+//!
+//! # Example
+//! ```no_run
+//! use sinew_scope::{Options, Scope};
+//!
+//! let options = Options { rig: "hexapod".into(), port: 0, record_dir: ".".into(), commands: false };
+//! let scope = Scope::open(options)?;
+//! println!("open {}", scope.url(false));
+//! scope.serve(|| false)?; // until the closure says that it is time
+//! # Ok::<(), sinew_scope::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod command;

@@ -1,13 +1,13 @@
-//! What of a channel can be shown.
+//! What of a channel can be shown: every published field that is a float.
 
 use sinew_ipc::ChannelState;
 
 /// How many quantities a channel has.
-pub const COUNT: usize = ChannelState::FLOATS.len();
+pub const COUNT: usize = ChannelState::FLOATS;
 
 /// Their names, as in recordings: unit included.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    ChannelState::FLOATS.iter().map(|(name, _)| *name)
+    ChannelState::FIELDS[..COUNT].iter().map(|field| field.name)
 }
 
 /// Their values. What is not known, or of no end such as the lease of a channel that the driver moves by itself, is NaN.

@@ -1,25 +1,25 @@
-//! What `sinew doctor` says about clients: whether as many fit as a driver serves, and whether the gate for other users can be opened as
+//! What `sinew doctor` says about clients: whether as many fit as a driver serves, and whether the gateway for other users can be opened as
 //! the rig file wants it.
 
 use sinew_driver::access_of;
 use sinew_ipc::descriptors;
-use sinew_ipc::gate::{self, Doorway, Role};
+use sinew_ipc::gateway::{self, EndpointState, Role};
 use sinew_rig::Rig;
 
-use super::doctor::{Check, Verdict, check};
+use super::check::{Check, Verdict, check};
 
 /// Everything about who comes in.
 pub(super) fn admission(rig: &Rig) -> Vec<Check> {
     let mut checks = vec![open_files(descriptors::allowed())];
     if rig.access.command_group.is_some() || rig.access.read_group.is_some() {
-        checks.extend([groups(rig), door(rig)]);
+        checks.extend([groups(rig), endpoint(rig)]);
     }
     checks
 }
 
 /// The hard limit: `sinew run` raises its soft one by itself.
 fn open_files(allowed: u64) -> Check {
-    let needed = descriptors::FULL_HOUSE;
+    let needed = descriptors::ALL_CLIENTS;
     let trouble = (allowed < needed).then(|| {
         let cost = "clients are refused before all places are taken";
         let remedy = format!(
@@ -70,15 +70,15 @@ fn groups(rig: &Rig) -> Check {
     check("groups", &wanted, found.into(), trouble)
 }
 
-/// Whether this user's driver could open the door.
-fn door(rig: &Rig) -> Check {
+/// Whether this user's driver could open the socket.
+fn endpoint(rig: &Rig) -> Check {
     let wanted = "a place for the door of the gate, kept from others";
-    match gate::survey(&rig.name) {
+    match gateway::survey(&rig.name) {
         Ok((path, found)) => {
             let found = match found {
-                Doorway::Free => "free".to_string(),
-                Doorway::ToBeMade => "its folder would be made".into(),
-                Doorway::Taken(pid) => format!("process {pid} stands there: a driver of this rig"),
+                EndpointState::Free => "free".to_string(),
+                EndpointState::ToBeMade => "its folder would be made".into(),
+                EndpointState::Taken(pid) => format!("process {pid} stands there: a driver of this rig"),
             };
             check("door", wanted, format!("{}: {found}", path.display()), None)
         }

@@ -7,7 +7,7 @@ use sinew_linux_backend::{LinuxRig, Settings, iio, pwm};
 use sinew_rig::{BackendKind, Rig};
 use sinew_serial_backend::{self as serial, SerialBackend};
 
-use super::doctor::{Check, Verdict, check};
+use super::check::{Check, Verdict, check};
 
 /// Everything attached, and what the rig misses of it.
 pub(super) fn attached(rig: &Rig) -> Vec<Check> {

@@ -14,6 +14,7 @@ use sinew_realtime as realtime;
 use sinew_realtime::Wish;
 use sinew_rig::{RealtimeMode, Rig};
 
+use super::check::{Check, Verdict, check};
 use super::{admission, attached, load_rig};
 use crate::args;
 use crate::failure::Outcome;
@@ -24,34 +25,6 @@ use crate::screen::view::micros;
 const SHARED_MEMORY_NEEDED: u64 = 64 << 20;
 /// How long the bare timer loop is watched, s.
 const WATCH_S: f64 = 1.0;
-
-/// How a check came out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Verdict {
-    /// As it should be.
-    Good,
-    /// Works without, but not as well.
-    Advice,
-    /// Real time or the rig suffers.
-    Lacking,
-}
-
-/// One thing looked at.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct Check {
-    /// Short name, stable for programs.
-    pub id: &'static str,
-    pub verdict: Verdict,
-    /// What is wanted.
-    pub wanted: String,
-    /// What was found.
-    pub found: String,
-    /// What it costs to do without; empty when good.
-    pub cost: String,
-    /// What to type or to change; empty when good.
-    pub remedy: String,
-}
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
@@ -127,20 +100,6 @@ fn of_realtime(row: realtime::Row) -> Check {
     };
     let cost = if row.granted { String::new() } else { row.cost.into() };
     Check { id: row.id, verdict, wanted: row.asked, found: row.found, cost, remedy: row.remedy }
-}
-
-/// A check that is good, or else of the given verdict with its cost and remedy.
-pub(super) fn check(
-    id: &'static str,
-    wanted: &str,
-    found: String,
-    otherwise: Option<(Verdict, &str, String)>,
-) -> Check {
-    let wanted = wanted.to_string();
-    match otherwise {
-        None => Check { id, verdict: Verdict::Good, wanted, found, cost: String::new(), remedy: String::new() },
-        Some((verdict, cost, remedy)) => Check { id, verdict, wanted, found, cost: cost.into(), remedy },
-    }
 }
 
 fn cores() -> Check {

@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use sinew_driver::report::Quantiles;
-use sinew_ipc::{ChannelState, Client, CommandKind, DriverHealth, Error, LoopStats, Reason, Refusal, Snapshot};
+use sinew_ipc::{ChannelState, Client, CommandKind, DriverHealth, Error, Fault, LoopStats, Reason, Refusal, Snapshot};
 use sinew_sensing::Health;
 
 use super::list;
 use crate::args::Target;
 use crate::failure::Failure;
-use crate::screen::view::{FaultText, Row, Timing, View};
+use crate::screen::view::{Row, Timing, View};
 use crate::setpoint::Setpoint;
 
 /// Connects to the driver that is meant: the named one, or the only one there is.
@@ -169,25 +169,10 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
     let seconds = |ns: u64| ns as f64 * 1e-9;
     let channels = client.channels().iter().zip(snapshot.channels()).map(|(info, state)| Row {
         name: info.name.to_string(),
-        mode: state.mode().name(),
-        length_m: state.length_m,
-        observed_length_m: state.observed_length_m,
-        target_m: state.target_m,
         cold_m: info.cold_length_m,
         hot_m: info.hot_length_m,
-        velocity_m_s: state.velocity_m_s,
-        duty: state.duty,
-        resistance_ohm: state.resistance_ohm,
-        temperature_c: state.temperature_c,
-        martensite: state.martensite,
-        power_w: state.power_w,
-        lease_s: if state.lease_s.is_finite() { state.lease_s } else { f64::NAN },
-        fault: state.fault().map(|fault| FaultText {
-            flag: fault.flag(),
-            cause: fault.cause(),
-            remedy: fault.remedy(),
-        }),
-        first: state.flags & ChannelState::FLAG_FIRST != 0,
+        state: *state,
+        fault: state.fault().map(Fault::row),
         held_by: held_by(state.flags),
         health: u8::try_from(state.health)
             .ok()

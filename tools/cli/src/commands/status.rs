@@ -2,14 +2,16 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 use sinew_driver::report::Quantiles;
+use sinew_ipc::{ChannelState, FieldKind};
 
 use super::live::{self, Live};
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
-use crate::screen::view::{View, micros, number, percent};
+use crate::screen::view::{Row, View, micros, number, percent};
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
@@ -31,22 +33,51 @@ struct Status<'a> {
 }
 
 /// One channel; what is not known is `null`.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 struct Channel<'a> {
-    name: &'a str,
-    mode: &'static str,
-    length_m: f64,
-    observed_length_m: f64,
-    target_m: f64,
-    stroke: f64,
-    duty: f64,
-    fault: Option<&'static str>,
+    row: &'a Row,
     age_s: f64,
-    temperature_c: f64,
-    martensite: f64,
-    resistance_ohm: f64,
-    power_w: f64,
-    lease_s: f64,
+}
+
+/// The keys of a channel as they have always stood; a field that the table adds comes behind them.
+const KEYS: [&str; 14] = [
+    "name",
+    "mode",
+    "length_m",
+    "observed_length_m",
+    "target_m",
+    "stroke",
+    "duty",
+    "fault",
+    "age_s",
+    "temperature_c",
+    "martensite",
+    "resistance_ohm",
+    "power_w",
+    "lease_s",
+];
+
+impl Serialize for Channel<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let added = ChannelState::FIELDS.iter().filter(|field| field.in_status).map(|field| field.name);
+        let keys = KEYS.into_iter().chain(added.filter(|name| !KEYS.contains(name)));
+        let mut map = serializer.serialize_map(None)?;
+        for key in keys {
+            match (key, ChannelState::field(key)) {
+                ("name", _) => map.serialize_entry(key, &self.row.name)?,
+                ("mode", _) => map.serialize_entry(key, self.row.mode())?,
+                ("stroke", _) => map.serialize_entry(key, &self.row.stroke())?,
+                ("fault", _) => map.serialize_entry(key, &self.row.fault.map(|fault| fault.flag))?,
+                ("age_s", _) => map.serialize_entry(key, &self.age_s)?,
+                (_, Some(field)) => match field.kind {
+                    FieldKind::Float => map.serialize_entry(key, &field.of(&self.row.state))?,
+                    FieldKind::Code => map.serialize_entry(key, &(field.of(&self.row.state) as u32))?,
+                },
+                (_, None) => {}
+            }
+        }
+        map.end()
+    }
 }
 
 /// Runs the command.
@@ -59,22 +90,7 @@ pub fn status(args: &args::Status) -> Outcome {
 }
 
 fn of(view: &View) -> Status<'_> {
-    let channel = view.channels.iter().map(|row| Channel {
-        name: &row.name,
-        mode: row.mode,
-        length_m: row.length_m,
-        observed_length_m: row.observed_length_m,
-        target_m: row.target_m,
-        stroke: row.stroke(),
-        duty: row.duty,
-        fault: row.fault.map(|fault| fault.flag),
-        age_s: view.age_s,
-        temperature_c: row.temperature_c,
-        martensite: row.martensite,
-        resistance_ohm: row.resistance_ohm,
-        power_w: row.power_w,
-        lease_s: row.lease_s,
-    });
+    let channel = view.channels.iter().map(|row| Channel { row, age_s: view.age_s });
     let rt = view.timing.realtime.iter().map(|(name, granted)| (name.replace(' ', "_"), (*granted).into()));
     Status {
         schema: "sinew.status/1",
@@ -124,15 +140,15 @@ fn text(view: &View) -> String {
             text,
             "{:<width$} {:<8} {} {} {:>4} {} {} {} {} {}  {}",
             row.name,
-            row.mode,
-            number(row.observed_length_m * 1e3, 8, 3),
-            number(row.target_m * 1e3, 8, 3),
+            row.mode(),
+            number(row.state.observed_length_m * 1e3, 8, 3),
+            number(row.state.target_m * 1e3, 8, 3),
             percent(row.stroke()),
-            number(row.duty, 5, 3),
-            number(row.resistance_ohm, 7, 3),
-            number(row.temperature_c, 5, 1),
-            number(row.martensite, 5, 2),
-            number(row.power_w, 6, 3),
+            number(row.state.duty, 5, 3),
+            number(row.state.resistance_ohm, 7, 3),
+            number(row.state.temperature_c, 5, 1),
+            number(row.state.martensite, 5, 2),
+            number(row.state.power_w, 6, 3),
             match (row.fault, row.held_by) {
                 (Some(fault), _) => fault.flag.to_string(),
                 (None, Some(budget)) => format!("– (held back by its {budget} budget)"),
@@ -159,7 +175,7 @@ mod tests {
     #[test]
     fn unknown_numbers_are_null_in_json_and_dashes_in_text() {
         let mut view = hexapod(8);
-        view.channels[0].length_m = f64::NAN;
+        view.channels[0].state.length_m = f64::NAN;
         let json: serde_json::Value = serde_json::from_str(&output::json(&of(&view)).unwrap()).unwrap();
         assert_eq!(json["schema"], "sinew.status/1");
         assert!(json["channel"][0]["length_m"].is_null());

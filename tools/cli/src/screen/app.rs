@@ -226,7 +226,7 @@ mod tests {
         let mut view = hexapod(1);
         for (at, plus, minus) in [(0.42, 0.45, 0.40), (0.45, 0.50, 0.40), (1.0, 1.0, 0.95), (0.0, 0.05, 0.0)] {
             let row = &mut view.channels[0];
-            row.target_m = row.cold_m - at * (row.cold_m - row.hot_m);
+            row.state.target_m = row.cold_m - at * (row.cold_m - row.hot_m);
             app.update(view.clone());
             for (key, expected) in [('+', plus), ('-', minus)] {
                 let Action::Set(0, Setpoint::Stroke(found)) = press(&mut app, KeyCode::Char(key)) else {

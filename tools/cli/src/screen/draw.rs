@@ -10,6 +10,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Borders, Chart, Clear, Dataset, GraphType, Paragraph, Widget, Wrap};
+use sinew_ipc::{ChannelState, Detail, Mode};
 
 use super::app::{App, HISTORY_S, Message};
 use super::style::Palette;
@@ -234,18 +235,18 @@ fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: 
                 Column::Target => {
                     put(buffer, x, y, &format!("{:>w$}", percent(row.target())), *width, palette.target())
                 }
-                Column::Length => put(buffer, x, y, &number(row.observed_length_m * 1e3, 2), *width, base),
-                Column::Duty => put(buffer, x, y, &number(row.duty, 2), *width, base),
-                Column::Resistance => put(buffer, x, y, &number(row.resistance_ohm, 2), *width, base),
-                Column::Temperature => put(buffer, x, y, &number(row.temperature_c, 0), *width, base),
-                Column::Martensite => put(buffer, x, y, &number(row.martensite, 2), *width, base),
-                Column::Power => put(buffer, x, y, &number(row.power_w, 2), *width, base),
+                Column::Length => put(buffer, x, y, &number(row.state.observed_length_m * 1e3, 2), *width, base),
+                Column::Duty => put(buffer, x, y, &number(row.state.duty, 2), *width, base),
+                Column::Resistance => put(buffer, x, y, &number(row.state.resistance_ohm, 2), *width, base),
+                Column::Temperature => put(buffer, x, y, &number(row.state.temperature_c, 0), *width, base),
+                Column::Martensite => put(buffer, x, y, &number(row.state.martensite, 2), *width, base),
+                Column::Power => put(buffer, x, y, &number(row.state.power_w, 2), *width, base),
                 Column::State => {
                     let (text, style) = match (row.fault, row.health, row.held_by) {
                         (Some(fault), _, _) => (format!("✖ {}", words(fault.flag)), palette.fault()),
                         (None, Some(health), _) => (format!("▲ {health}"), palette.warning()),
                         (None, None, Some(budget)) => (format!("▼ {budget}"), palette.warning()),
-                        (None, None, None) => (row.mode.to_string(), base),
+                        (None, None, None) => (row.mode().to_string(), base),
                     };
                     put(buffer, x, y, &text, *width, style);
                 }
@@ -352,33 +353,31 @@ fn moment_age(moment: &super::app::Moment, view: &View) -> f64 {
     moment.time_s - view.uptime_s
 }
 
+/// The details as they have always stood; a field that the table adds comes behind them.
+const DETAILS: [&str; 7] =
+    ["observed_length_m", "target_m", "velocity_m_s", "power_w", "resistance_ohm", "temperature_c", "martensite"];
+
 /// The selected channel in words and figures.
 fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
     let pair = |label: &str, value: String| {
         Line::from(vec![Span::styled(format!("{label:<12}"), palette.label()), Span::raw(value)])
     };
-    let unit = |value: f64, decimals: usize, unit: &str| match value.is_finite() {
-        true => format!("{value:.decimals$} {unit}"),
-        false => "–".into(),
+    let mut lines = Vec::new();
+    let added = ChannelState::FIELDS.iter().map(|field| field.name).filter(|name| !DETAILS.contains(name));
+    for field in DETAILS.into_iter().chain(added).filter_map(ChannelState::field) {
+        let Some(detail) = field.detail else { continue };
+        lines.push(pair(detail.label, in_its_unit(field.of(&row.state), field.unit, &detail)));
+        if field.name == "target_m" {
+            lines.push(pair("range", format!("{:.1} … {:.1} mm", row.hot_m * 1e3, row.cold_m * 1e3)));
+        }
+    }
+    let lease_s = row.state.lease_s;
+    let setpoint = match lease_s.is_finite() {
+        true => format!("held for {lease_s:.1} s more"),
+        false if row.state.mode() == Mode::Program => "the driver's own".into(),
+        false => "none".into(),
     };
-    let mut lines = vec![
-        pair("length", unit(row.observed_length_m * 1e3, 3, "mm")),
-        pair("target", unit(row.target_m * 1e3, 3, "mm")),
-        pair("range", format!("{:.1} … {:.1} mm", row.hot_m * 1e3, row.cold_m * 1e3)),
-        pair("speed", unit(row.velocity_m_s * 1e3, 2, "mm/s")),
-        pair("power", unit(row.power_w, 3, "W")),
-        pair("resistance", unit(row.resistance_ohm, 3, "Ω")),
-        pair("temperature", format!("{} (estimated)", unit(row.temperature_c, 1, "°C"))),
-        pair("martensite", format!("{} (estimated)", unit(row.martensite, 3, ""))),
-        pair(
-            "setpoint",
-            match row.lease_s.is_finite() {
-                true => format!("held for {:.1} s more", row.lease_s),
-                false if row.mode == "program" => "the driver's own".into(),
-                false => "none".into(),
-            },
-        ),
-    ];
+    lines.push(pair("setpoint", setpoint));
     if let Some(fault) = row.fault {
         lines.push(Line::styled(format!("✖ {}: {}", words(fault.flag), fault.cause), palette.fault()));
         lines.push(Line::raw(fault.remedy));
@@ -388,6 +387,21 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
         lines.push(Line::styled(format!("▼ held back by its {budget} budget"), palette.warning()));
     }
     lines
+}
+
+/// A value as the details show it: lengths and speeds in mm, a dash where it is not known.
+fn in_its_unit(value: f64, unit: &str, detail: &Detail) -> String {
+    let (factor, unit) = match unit {
+        "m" => (1e3, "mm"),
+        "m/s" => (1e3, "mm/s"),
+        other => (1.0, other),
+    };
+    let decimals = detail.decimals;
+    let text = match value.is_finite() {
+        true => format!("{:.decimals$} {unit}", value * factor),
+        false => "–".into(),
+    };
+    if detail.is_estimate { format!("{text} (estimated)") } else { text }
 }
 
 /// What is being typed, or was answered, or is to be known of the selected channel.
@@ -534,8 +548,8 @@ mod tests {
             view.uptime_s = end_s - f64::from(tick) * 0.2;
             let share = 0.5 + 0.4 * (view.uptime_s * 0.5).sin();
             let row = &mut view.channels[3];
-            row.observed_length_m = row.cold_m - share * (row.cold_m - row.hot_m);
-            row.target_m = row.cold_m - (if share > 0.5 { 0.9 } else { 0.1 }) * (row.cold_m - row.hot_m);
+            row.state.observed_length_m = row.cold_m - share * (row.cold_m - row.hot_m);
+            row.state.target_m = row.cold_m - (if share > 0.5 { 0.9 } else { 0.1 }) * (row.cold_m - row.hot_m);
             app.update(view.clone());
         }
         app.selected = 3;
@@ -624,10 +638,10 @@ mod tests {
     fn unknown_values_show_a_dash() {
         let mut view = hexapod(1);
         let row = &mut view.channels[0];
-        row.observed_length_m = f64::NAN;
-        row.target_m = f64::NAN;
-        row.resistance_ohm = f64::NAN;
-        row.temperature_c = f64::INFINITY;
+        row.state.observed_length_m = f64::NAN;
+        row.state.target_m = f64::NAN;
+        row.state.resistance_ohm = f64::NAN;
+        row.state.temperature_c = f64::INFINITY;
         let mut app = App::new("quit");
         app.update(view);
         let text = screen(&app, 120, 40).join("\n");

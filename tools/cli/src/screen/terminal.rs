@@ -4,6 +4,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
+use sinew_ipc::Mode;
 
 use super::app::{Action, App, Message};
 use super::draw::draw;
@@ -30,12 +31,12 @@ struct Held {
     setpoint: Setpoint,
     since: Instant,
     /// What the driver published of it once the command was in force. Anything else later is somebody else's command.
-    seen: Option<(&'static str, u64)>,
+    seen: Option<(Mode, u64)>,
 }
 
 /// What tells one setpoint of a channel from another.
-fn mark(row: &Row) -> (&'static str, u64) {
-    (row.mode, row.target_m.to_bits())
+fn mark(row: &Row) -> (Mode, u64) {
+    (row.state.mode(), row.state.target_m.to_bits())
 }
 
 /// Restores the terminal when it goes out of scope, also by a panic in this thread; ratatui's hook does it before the

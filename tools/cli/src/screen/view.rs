@@ -1,6 +1,7 @@
 //! What the screen shows, apart from where it comes from: filled from a client of the driver, or by hand in tests.
 
 use sinew_driver::report::Quantiles;
+use sinew_ipc::{ChannelState, FaultRow};
 
 /// One look at a driver.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,51 +29,18 @@ pub struct View {
 pub struct Row {
     /// Its name.
     pub name: String,
-    /// What the controller does, in one word.
-    pub mode: &'static str,
-    /// Wire length as sampled, m; NaN while it is not measured.
-    pub length_m: f64,
-    /// The same without the sample's noise, by the driver's observer, m: what is shown.
-    pub observed_length_m: f64,
-    /// Length asked for, m; NaN when none is.
-    pub target_m: f64,
     /// Length at no stroke, m.
     pub cold_m: f64,
     /// Length at full stroke, m.
     pub hot_m: f64,
-    /// Observed speed, m/s, positive when it gets longer.
-    pub velocity_m_s: f64,
-    /// Duty of the last period, 0..1.
-    pub duty: f64,
-    /// Measured resistance, Ω.
-    pub resistance_ohm: f64,
-    /// Estimated wire temperature, °C.
-    pub temperature_c: f64,
-    /// Estimated martensite fraction, 0..1.
-    pub martensite: f64,
-    /// Mean electrical power, W.
-    pub power_w: f64,
-    /// What is left of the setpoint's lease, s; NaN when the driver moves the channel by itself.
-    pub lease_s: f64,
+    /// All that the driver publishes of it.
+    pub state: ChannelState,
     /// The latched fault, if any.
-    pub fault: Option<FaultText>,
-    /// Whether that was the first of all that are latched now.
-    pub first: bool,
+    pub fault: Option<&'static FaultRow>,
     /// What is wrong with the present sample, if anything.
     pub health: Option<&'static str>,
     /// The budget that holds the duty back, if one does.
     pub held_by: Option<&'static str>,
-}
-
-/// A fault in words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FaultText {
-    /// Short name.
-    pub flag: &'static str,
-    /// What happened.
-    pub cause: &'static str,
-    /// What to do.
-    pub remedy: &'static str,
 }
 
 /// How the loop does, from its own histograms.
@@ -101,20 +69,30 @@ impl Row {
 
     /// Present share of the stroke.
     pub fn stroke(&self) -> f64 {
-        self.stroke_at(self.observed_length_m)
+        self.stroke_at(self.state.observed_length_m)
     }
 
-    /// Share of the stroke asked for.
+    /// Commanded share of the stroke.
     pub fn target(&self) -> f64 {
-        self.stroke_at(self.target_m)
+        self.stroke_at(self.state.target_m)
+    }
+
+    /// What the channel does, in one word.
+    pub fn mode(&self) -> &'static str {
+        self.state.mode().name()
+    }
+
+    /// Whether its fault was the first of all that are latched now.
+    pub fn is_first(&self) -> bool {
+        self.state.flags & ChannelState::FLAG_FIRST != 0
     }
 }
 
 impl View {
     /// The fault that was first of several, with its channel: the others may be what came of it.
-    pub fn first_of_several(&self) -> Option<(&str, FaultText)> {
+    pub fn first_of_several(&self) -> Option<(&str, &'static FaultRow)> {
         let several = self.channels.iter().filter(|row| row.fault.is_some()).count() > 1;
-        let first = self.channels.iter().find(|row| row.first).filter(|_| several)?;
+        let first = self.channels.iter().find(|row| row.is_first()).filter(|_| several)?;
         Some((&first.name, first.fault?))
     }
 
@@ -182,10 +160,19 @@ pub fn micros(us: f64) -> String {
 
 #[cfg(test)]
 pub mod tests {
+    use sinew_ipc::{Fault, Mode};
+
     use super::*;
 
     const LEGS: [&str; 6] = ["front_left", "front_right", "middle_left", "middle_right", "rear_left", "rear_right"];
     const JOINTS: [&str; 3] = ["coxa", "femur", "tibia"];
+
+    /// A fault in words that nothing else has.
+    const OPEN: FaultRow = FaultRow {
+        cause: "no current flows",
+        remedy: "check the wire and its clamps, then reset",
+        ..*Fault::OpenWire.row()
+    };
 
     /// A made-up rig of `count` wires in various states.
     pub fn hexapod(count: usize) -> View {
@@ -198,25 +185,24 @@ pub mod tests {
                     true => format!("{}_{}", LEGS[index / 3], JOINTS[index % 3]),
                     false => format!("wire_{index}"),
                 },
-                mode: if faulty { "fault" } else { "program" },
-                length_m: cold_m - share * (cold_m - hot_m),
-                observed_length_m: cold_m - share * (cold_m - hot_m),
-                target_m: if faulty { f64::NAN } else { cold_m - (share + 0.02) * (cold_m - hot_m) },
                 cold_m,
                 hot_m,
-                velocity_m_s: -0.0012,
-                duty: 0.3 * share,
-                resistance_ohm: 10.2 - share,
-                temperature_c: 40.0 + 60.0 * share,
-                martensite: 1.0 - share,
-                power_w: 2.5 * share,
-                lease_s: if index == 3 { 1.4 } else { f64::NAN },
-                fault: faulty.then_some(FaultText {
-                    flag: "open_wire",
-                    cause: "no current flows",
-                    remedy: "check the wire and its clamps, then reset",
-                }),
-                first: faulty,
+                state: ChannelState {
+                    mode: if faulty { Mode::Fault } else { Mode::Program }.code(),
+                    length_m: cold_m - share * (cold_m - hot_m),
+                    observed_length_m: cold_m - share * (cold_m - hot_m),
+                    target_m: if faulty { f64::NAN } else { cold_m - (share + 0.02) * (cold_m - hot_m) },
+                    velocity_m_s: -0.0012,
+                    duty: 0.3 * share,
+                    resistance_ohm: 10.2 - share,
+                    temperature_c: 40.0 + 60.0 * share,
+                    martensite: 1.0 - share,
+                    power_w: 2.5 * share,
+                    lease_s: if index == 3 { 1.4 } else { f64::NAN },
+                    flags: if faulty { ChannelState::FLAG_FIRST } else { 0 },
+                    ..ChannelState::UNKNOWN
+                },
+                fault: faulty.then_some(&OPEN),
                 health: (index == 9).then_some("out of range"),
                 held_by: (index == 11).then_some("heat"),
             }

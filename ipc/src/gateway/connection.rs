@@ -1,8 +1,8 @@
-//! The visitor's side: a client of another user's driver.
+//! The client's side of the gateway: a connection to another user's driver.
 
-use super::board::Follower;
-use super::messages::{ASK, Ask, Verdict, WELCOME, Welcome};
-use super::place::{self, Found};
+use super::board::BoardReader;
+use super::endpoint::{self, Found};
+use super::messages::{Admission, CommandRequest, GREETING, Greeting, REQUEST};
 use crate::{Command, CommandKind, DriverState, Error, Info, Name, Outcome, PROTOCOL, Reply, monotonic_ns};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -18,11 +18,11 @@ use zerocopy::{FromBytes, FromZeros, IntoBytes};
 /// Answers that may wait for threads which have not looked yet; older ones are nobody's any more.
 const KEPT_ANSWERS: usize = 64;
 
-/// A connection through the gate.
-pub(crate) struct Visit {
+/// A connection through the gateway.
+pub(crate) struct Connection {
     socket: OwnedFd,
     /// The driver's board.
-    pub board: Follower,
+    pub board: BoardReader,
     rig: String,
     /// Process id of the driver.
     pub pid: u32,
@@ -31,19 +31,19 @@ pub(crate) struct Visit {
     answers: Mutex<Vec<Reply>>,
 }
 
-impl Visit {
-    /// Knocks at a rig's door; `None` when nobody is there. Waits to be let in up to `patience`.
+impl Connection {
+    /// Connects at a rig's socket; `None` when nobody is there. Waits to be let in up to `patience`.
     ///
     /// # Errors
-    /// [`Error::Gate`], [`Error::NotAdmitted`], [`Error::Full`], [`Error::Protocol`], [`Error::NoAnswer`].
-    pub fn find(rig: &str, patience: Duration) -> Result<Option<Visit>, Error> {
-        Visit::find_in(&place::gate_dir(), rig, patience)
+    /// [`Error::Gateway`], [`Error::NotAdmitted`], [`Error::Full`], [`Error::Protocol`], [`Error::NoAnswer`].
+    pub fn find(rig: &str, patience: Duration) -> Result<Option<Connection>, Error> {
+        Connection::find_in(&endpoint::gateway_dir(), rig, patience)
     }
 
-    pub(super) fn find_in(dir: &Path, rig: &str, patience: Duration) -> Result<Option<Visit>, Error> {
+    pub(super) fn find_in(dir: &Path, rig: &str, patience: Duration) -> Result<Option<Connection>, Error> {
         let started = Instant::now();
         loop {
-            match place::find(dir, rig)? {
+            match endpoint::find(dir, rig)? {
                 Found::Nobody => return Ok(None),
                 Found::Driver(socket, driver) => {
                     let left = patience.saturating_sub(started.elapsed());
@@ -55,7 +55,7 @@ impl Visit {
                         }
                         return Ok(None);
                     };
-                    return Visit::of(rig, socket, driver.user, &welcome, board).map(Some);
+                    return Connection::of(rig, socket, driver.user, &welcome, board).map(Some);
                 }
                 Found::Busy if started.elapsed() < patience => std::thread::sleep(Duration::from_millis(2)),
                 Found::Busy => return Err(Error::NoAnswer { rig: rig.into(), waited: started.elapsed() }),
@@ -67,16 +67,16 @@ impl Visit {
         rig: &str,
         socket: OwnedFd,
         user: u32,
-        welcome: &Welcome,
+        welcome: &Greeting,
         board: Option<OwnedFd>,
-    ) -> Result<Visit, Error> {
+    ) -> Result<Connection, Error> {
         if welcome.protocol != PROTOCOL {
             return Err(Error::Protocol { rig: rig.into(), found: welcome.protocol, expected: PROTOCOL });
         }
-        let wrong = |reason: String| Error::Gate { path: PathBuf::from(format!("the gate of rig {rig:?}")), reason };
-        match Verdict::from_code(welcome.verdict) {
-            Some(Verdict::Commander | Verdict::Reader) => {}
-            Some(Verdict::Full) => {
+        let wrong = |reason: String| Error::Gateway { path: PathBuf::from(format!("the gate of rig {rig:?}")), reason };
+        match Admission::from_code(welcome.verdict) {
+            Some(Admission::Commander | Admission::Reader) => {}
+            Some(Admission::Full) => {
                 return Err(Error::Full { rig: rig.into(), what: "clients through its gate", most: welcome.most });
             }
             _ => {
@@ -89,9 +89,9 @@ impl Visit {
             }
         }
         let board = board.ok_or_else(|| wrong("it handed no memory over".into()))?;
-        Ok(Visit {
+        Ok(Connection {
             socket,
-            board: Follower::new(board).map_err(|e| wrong(e.to_string()))?,
+            board: BoardReader::new(board).map_err(|e| wrong(e.to_string()))?,
             rig: rig.into(),
             pid: welcome.pid,
             command_group: welcome.command_group,
@@ -131,7 +131,7 @@ impl Visit {
         self.check()?;
         let started = Instant::now();
         let until_ns = monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX));
-        let ask = Ask { magic: ASK, until_ns, command };
+        let ask = CommandRequest { magic: REQUEST, until_ns, command };
         let no_answer = || Error::NoAnswer { rig: self.rig.clone(), waited: started.elapsed() };
         loop {
             match send(&self.socket, ask.as_bytes(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
@@ -169,7 +169,7 @@ impl Visit {
         let now_ns = monotonic_ns();
         let end = Instant::now() + patience;
         loop {
-            let heard = self.board.rings();
+            let seen = self.board.wakes();
             let latest = self.board.latest();
             if latest.monotonic_ns > now_ns || latest.state() != DriverState::Running || Instant::now() >= end {
                 return;
@@ -177,7 +177,7 @@ impl Visit {
             if !self.driver_lives() {
                 return;
             }
-            self.board.sleep(heard, Duration::from_millis(5));
+            self.board.sleep(seen, Duration::from_millis(5));
         }
     }
 
@@ -203,10 +203,10 @@ pub(super) fn greeting(
     socket: &OwnedFd,
     rig: &str,
     patience: Duration,
-) -> Result<Option<(Welcome, Option<OwnedFd>)>, Error> {
+) -> Result<Option<(Greeting, Option<OwnedFd>)>, Error> {
     let started = Instant::now();
     loop {
-        let mut bytes = [0; size_of::<Welcome>()];
+        let mut bytes = [0; size_of::<Greeting>()];
         let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
         let mut beside = RecvAncillaryBuffer::new(&mut space);
         let flags = RecvFlags::DONTWAIT | RecvFlags::CMSG_CLOEXEC;
@@ -216,7 +216,7 @@ pub(super) fn greeting(
                     RecvAncillaryMessage::ScmRights(mut descriptors) => descriptors.next(),
                     _ => None,
                 });
-                let welcome = Welcome::read_from_bytes(&bytes).ok().filter(|welcome| welcome.magic == WELCOME);
+                let welcome = Greeting::read_from_bytes(&bytes).ok().filter(|welcome| welcome.magic == GREETING);
                 return Ok(welcome.map(|welcome| (welcome, board)));
             }
             Ok(_) => return Ok(None),

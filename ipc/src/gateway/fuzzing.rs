@@ -1,11 +1,11 @@
-//! The gate for those who fuzz it (`hostile/`), with either end in the hands of anybody. No part of the interface.
+//! The gateway for those who fuzz it (`hostile/`), with either end in the hands of anybody. No part of the interface.
 
 use super::board::{self, Board};
-use super::messages::{ASK, Ask, Verdict, WELCOME, Welcome};
+use super::connection::{self, Connection};
+use super::endpoint::{self, Endpoint, Found};
+use super::listener::{Answer, Listener};
+use super::messages::{Admission, CommandRequest, GREETING, Greeting, REQUEST};
 use super::pages::Written;
-use super::place::{self, Door, Found};
-use super::porter::{Answer, Porter};
-use super::visit::{self, Visit};
 use super::{Access, Readers};
 use crate::link::Link;
 use crate::{
@@ -20,82 +20,84 @@ use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 use zerocopy::IntoBytes;
 
-pub use super::porter::MAX_UNANSWERED;
-pub use super::{MAX_VISITORS, MAX_VISITORS_OF_A_USER};
+pub use super::listener::MAX_UNANSWERED;
+pub use super::{MAX_GATEWAY_CLIENTS, MAX_GATEWAY_CLIENTS_OF_A_USER};
 
-/// The rig of this gate.
+/// The rig of this gateway.
 const RIG: &str = "hostile";
 
-/// A door with its porter, and nobody behind it.
-pub struct Entrance {
-    porter: Porter,
+/// A socket with its listener, and nobody behind it.
+pub struct TestListener {
+    listener: Listener,
     dir: PathBuf,
     _board: Board,
 }
 
-impl Entrance {
+impl TestListener {
     /// In this folder.
     ///
     /// # Errors
-    /// [`Error::Gate`].
-    pub fn open(dir: &Path) -> Result<Entrance, Error> {
-        let wrong = |reason: String| Error::Gate { path: dir.into(), reason };
+    /// [`Error::Gateway`].
+    pub fn open(dir: &Path) -> Result<TestListener, Error> {
+        let wrong = |reason: String| Error::Gateway { path: dir.into(), reason };
         let board = Board::new(&Info::new(RIG, 1000.0, &[ChannelInfo::EMPTY; 2])?, "[rig]\n");
         let board = board.map_err(|e| wrong(e.to_string()))?;
         let access = Access::new(None, &Readers::Nobody)?;
-        let porter = Porter::new(Door::open_in(dir, RIG)?, &access, board.glass())?;
-        Ok(Entrance { porter, dir: dir.into(), _board: board })
+        let listener = Listener::new(Endpoint::open_in(dir, RIG)?, &access, board.read_only())?;
+        Ok(TestListener { listener, dir: dir.into(), _board: board })
     }
 
-    /// Somebody of the own user's knocks; he is let in at the next look.
+    /// Somebody of the own user's connects; he is let in at the next look.
     ///
     /// # Errors
-    /// [`Error::Gate`].
-    pub fn knock(&self) -> Result<OwnedFd, Error> {
-        match place::find(&self.dir, RIG)? {
+    /// [`Error::Gateway`].
+    pub fn connect(&self) -> Result<OwnedFd, Error> {
+        match endpoint::find(&self.dir, RIG)? {
             Found::Driver(socket, _) => Ok(socket),
-            Found::Busy | Found::Nobody => Err(Error::Gate { path: self.dir.clone(), reason: "nobody there".into() }),
+            Found::Busy | Found::Nobody => {
+                Err(Error::Gateway { path: self.dir.clone(), reason: "nobody there".into() })
+            }
         }
     }
 
     /// The next request; looks around once where none is left.
-    pub fn receive(&mut self) -> Option<(Command, Asked)> {
-        let (command, answer) = self.porter.receive()?;
-        Some((command, Asked(answer)))
+    pub fn receive(&mut self) -> Option<(Command, PendingReply)> {
+        let (command, answer) = self.listener.receive()?;
+        Some((command, PendingReply(answer)))
     }
 
     /// How many are inside.
-    pub fn visitors(&self) -> usize {
-        self.porter.visitors()
+    pub fn clients(&self) -> usize {
+        self.listener.clients()
     }
 }
 
 /// A request that waits for its answer.
-pub struct Asked(Answer);
+pub struct PendingReply(Answer);
 
-impl Asked {
+impl PendingReply {
     /// Answers it.
-    pub fn bring(self, reply: &Reply) {
-        self.0.bring(reply);
+    pub fn send_reply(self, reply: &Reply) {
+        self.0.send_reply(reply);
     }
 }
 
 /// The bytes of a request.
 pub fn request(until_ns: u64, command: Command) -> Vec<u8> {
-    Ask { magic: ASK, until_ns, command }.as_bytes().to_vec()
+    CommandRequest { magic: REQUEST, until_ns, command }.as_bytes().to_vec()
 }
 
 /// Whether these bytes are a request, whatever it asks for.
 pub fn is_request(bytes: &[u8]) -> bool {
-    Ask::of(bytes).is_some()
+    CommandRequest::of(bytes).is_some()
 }
 
 /// The first words of a driver that lets one in.
 pub fn welcome() -> Vec<u8> {
-    let welcome = Welcome {
-        magic: WELCOME,
+    let welcome = Greeting {
+        magic: GREETING,
         protocol: PROTOCOL,
-        verdict: Verdict::Commander as u32,
+        verdict: Admission::Commander as u32,
         pid: std::process::id(),
         most: 0,
         command_group: Name::EMPTY,
@@ -109,7 +111,7 @@ pub fn welcome() -> Vec<u8> {
 /// # Errors
 /// The kernel's.
 pub fn board(channels: usize, cycles: u64) -> Result<Vec<u8>, Error> {
-    let wrong = |e: std::io::Error| Error::Gate { path: RIG.into(), reason: e.to_string() };
+    let wrong = |e: std::io::Error| Error::Gateway { path: RIG.into(), reason: e.to_string() };
     let info = Info::new(RIG, 1.0, &vec![ChannelInfo::EMPTY; channels])?;
     let mut board = Board::new(&info, "[rig]\nname = \"hostile\"\n").map_err(wrong)?;
     for cycle in 1..=cycles {
@@ -129,7 +131,7 @@ impl Memory {
     /// The kernel's.
     pub fn of(bytes: &[u8]) -> Result<Memory, Error> {
         let written = Written::new(bytes.len().div_ceil(size_of::<u64>()).max(1));
-        let written = written.map_err(|e| Error::Gate { path: RIG.into(), reason: e.to_string() })?;
+        let written = written.map_err(|e| Error::Gateway { path: RIG.into(), reason: e.to_string() })?;
         board::store(written.words(), bytes);
         Ok(Memory(written))
     }
@@ -145,14 +147,14 @@ impl Memory {
 /// # Errors
 /// What [`Client::connect`] would say.
 pub fn client(words: &[u8], memory: Option<&Memory>, answers: &[&[u8]]) -> Result<(Client, OwnedFd), Error> {
-    let wrong = |reason: String| Error::Gate { path: RIG.into(), reason };
+    let wrong = |reason: String| Error::Gateway { path: RIG.into(), reason };
     let failed = |errno: rustix::io::Errno| wrong(errno.to_string());
     let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
-    let (driver, visitor) =
+    let (driver, client) =
         rustix::net::socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, flags, None).map_err(failed)?;
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
     let mut beside = SendAncillaryBuffer::new(&mut space);
-    let handed = memory.map(|memory| [memory.0.glass()]);
+    let handed = memory.map(|memory| [memory.0.read_only()]);
     if let Some(handed) = &handed {
         beside.push(SendAncillaryMessage::ScmRights(handed));
     }
@@ -161,11 +163,11 @@ pub fn client(words: &[u8], memory: Option<&Memory>, answers: &[&[u8]]) -> Resul
         // What does not fit any more is not sent.
         let _ = rustix::net::send(&driver, answer, SendFlags::NOSIGNAL | SendFlags::DONTWAIT);
     }
-    let Some((welcome, board)) = visit::greeting(&visitor, RIG, Duration::ZERO)? else {
+    let Some((welcome, board)) = connection::greeting(&client, RIG, Duration::ZERO)? else {
         return Err(wrong("it does not speak".into()));
     };
-    let visit = Visit::of(RIG, visitor, 0, &welcome, board)?;
-    let (link, info) = Link::through(visit, RIG)?;
+    let connection = Connection::of(RIG, client, 0, &welcome, board)?;
+    let (link, info) = Link::through(connection, RIG)?;
     let options = ClientOptions { connect: Duration::ZERO, answer: Duration::ZERO };
     Ok((Client::over(link, info, options), driver))
 }

@@ -1,7 +1,7 @@
 //! The board: the latest state, the loop's figures, the recent cycles and the rig file's text, laid out in words of shared memory
 //! that one process writes and any number read without a lock.
 //!
-//! - What is only the latest (`Twin`) has two cells that are written in turn, and a count that says which one is whole. A reader
+//! - What is only the latest (`DoubleBuffer`) has two cells that are written in turn, and a count that says which one is whole. A reader
 //!   copies, and looks at the count again; he has to copy once more only if the writer has finished another one
 //!   meanwhile, so neither a slow nor a dead writer can hold him up.
 //! - The cycles lie in a ring; `head` counts those that are complete. Who has copied one looks at `head` again: was the writer
@@ -35,12 +35,12 @@ const AT_PROTOCOL: usize = 1;
 const AT_CHANNELS: usize = 2;
 const AT_SLOTS: usize = 3;
 const AT_TEXT_BYTES: usize = 4;
-/// The bell: half a word, raised whenever something is new.
-const AT_BELL: usize = 5;
+/// The wake-up counter: half a word, raised whenever something is new.
+const AT_WAKES: usize = 5;
 const AT_HEAD: usize = 6;
 const AT_INFO: usize = 8;
-const AT_STATE: Twin = Twin { at: AT_INFO + words_of::<Info>(), words: words_of::<Snapshot>() };
-const AT_STATS: Twin = Twin { at: AT_STATE.end(), words: words_of::<LoopStats>() };
+const AT_STATE: DoubleBuffer = DoubleBuffer { at: AT_INFO + words_of::<Info>(), words: words_of::<Snapshot>() };
+const AT_STATS: DoubleBuffer = DoubleBuffer { at: AT_STATE.end(), words: words_of::<LoopStats>() };
 const AT_RING: usize = AT_STATS.end();
 
 /// Words of a cycle's header, and of each of its channels.
@@ -116,12 +116,12 @@ fn load(words: &[AtomicU64], bytes: &mut [u8]) {
 
 /// A value of which only the latest matters.
 #[derive(Clone, Copy)]
-struct Twin {
+struct DoubleBuffer {
     at: usize,
     words: usize,
 }
 
-impl Twin {
+impl DoubleBuffer {
     const fn end(&self) -> usize {
         self.at + 1 + 2 * self.words
     }
@@ -190,8 +190,8 @@ impl Board {
     }
 
     /// To be handed out: nobody can write through it.
-    pub fn glass(&self) -> BorrowedFd<'_> {
-        self.pages.glass()
+    pub fn read_only(&self) -> BorrowedFd<'_> {
+        self.pages.read_only()
     }
 
     /// Makes this the latest state.
@@ -226,29 +226,29 @@ impl Board {
     }
 
     /// Wakes everybody who sleeps until something is new.
-    pub fn ring(&self) {
-        let bell = self.pages.half(AT_BELL);
-        bell.fetch_add(1, Ordering::Release);
+    pub fn wake(&self) {
+        let counter = self.pages.half(AT_WAKES);
+        counter.fetch_add(1, Ordering::Release);
         // Nobody sleeping is no error.
-        let _ = futex::wake(bell, futex::Flags::empty(), i32::MAX as u32);
+        let _ = futex::wake(counter, futex::Flags::empty(), i32::MAX as u32);
     }
 }
 
 /// A reader's side.
-pub(crate) struct Follower {
+pub(crate) struct BoardReader {
     pages: Read,
     shape: Shape,
 }
 
-impl Follower {
+impl BoardReader {
     /// Of what a driver handed over.
     ///
     /// # Errors
     /// When it is not sealed or no board.
-    pub fn new(memory: OwnedFd) -> io::Result<Follower> {
+    pub fn new(memory: OwnedFd) -> io::Result<BoardReader> {
         let pages = Read::new(memory)?;
         let shape = Shape::found(pages.words())?;
-        Ok(Follower { pages, shape })
+        Ok(BoardReader { pages, shape })
     }
 
     fn copy<T: FromZeros + FromBytes + IntoBytes + Immutable>(&self, read: impl FnOnce(&[AtomicU64], &mut [u8])) -> T {
@@ -315,23 +315,23 @@ impl Follower {
         }
     }
 
-    /// How often the bell has rung.
-    pub fn rings(&self) -> u32 {
-        self.pages.half(AT_BELL).load(Ordering::Acquire)
+    /// How often readers have been woken.
+    pub fn wakes(&self) -> u32 {
+        self.pages.half(AT_WAKES).load(Ordering::Acquire)
     }
 
-    /// Sleeps until the bell has rung more often than `heard`, up to `timeout`. May wake too early.
-    pub fn sleep(&self, heard: u32, timeout: Duration) {
+    /// Sleeps until readers have been woken more often than `seen`, up to `timeout`. May wake too early.
+    pub fn sleep(&self, seen: u32, timeout: Duration) {
         let timeout = futex::Timespec {
             tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
             tv_nsec: timeout.subsec_nanos().into(),
         };
         // Rung meanwhile, interrupted, timed out: all the same here.
-        let _ = futex::wait(self.bell(), futex::Flags::empty(), heard, Some(&timeout));
+        let _ = futex::wait(self.counter(), futex::Flags::empty(), seen, Some(&timeout));
     }
 
-    fn bell(&self) -> &AtomicU32 {
-        self.pages.half(AT_BELL)
+    fn counter(&self) -> &AtomicU32 {
+        self.pages.half(AT_WAKES)
     }
 }
 
@@ -341,18 +341,19 @@ mod tests {
     use crate::ChannelInfo;
     use std::sync::atomic::AtomicBool;
 
-    fn board(channels: usize, rate_hz: f64, text: &str) -> (Board, Follower, Info) {
+    fn board(channels: usize, rate_hz: f64, text: &str) -> (Board, BoardReader, Info) {
         let info =
             Info::new("bench", rate_hz, &vec![ChannelInfo { max_duty: 0.5, ..ChannelInfo::EMPTY }; channels]).unwrap();
         let board = Board::new(&info, text).unwrap();
-        let follower = Follower::new(board.glass().try_clone_to_owned().unwrap()).unwrap();
+        let follower = BoardReader::new(board.read_only().try_clone_to_owned().unwrap()).unwrap();
         (board, follower, info)
     }
 
     /// A cycle of which every number says its own number.
     fn cycle(number: u64, channels: usize) -> (CycleHeader, Vec<ChannelState>) {
         let header = CycleHeader { cycle: number, monotonic_ns: number * 1000, missed: number };
-        let state = ChannelState::from_parts(&[number as f64; 18], &[number as u32; 6]);
+        let state =
+            ChannelState::from_parts(&[number as f64; ChannelState::FLOATS], &[number as u32; ChannelState::CODES]);
         (header, vec![state; channels])
     }
 
@@ -383,7 +384,7 @@ mod tests {
         stats.cycles = 17;
         board.show_stats(&stats);
         assert_eq!(follower.stats(), stats);
-        assert_eq!(super::Follower::text(&self::board(1, 100.0, "").1), None);
+        assert_eq!(super::BoardReader::text(&self::board(1, 100.0, "").1), None);
     }
 
     #[test]
@@ -420,7 +421,7 @@ mod tests {
                 (snapshot.cycle, snapshot.monotonic_ns, snapshot.missed) = (n, n * 1000, n);
                 snapshot.channel[..8].copy_from_slice(&states);
                 board.show(&snapshot);
-                board.ring();
+                board.wake();
             }
         };
         let reader = || {
@@ -428,7 +429,7 @@ mod tests {
             let (mut next, mut last, mut received, mut lost) = (0, 0, 0, 0);
             loop {
                 let ended = over.load(Ordering::Acquire);
-                let heard = follower.rings();
+                let seen = follower.wakes();
                 while let Some(index) = follower.cycle(next, &mut header, &mut channels) {
                     check(&header, &channels);
                     assert!(header.cycle > last);
@@ -444,7 +445,7 @@ mod tests {
                     assert_eq!((last, received + lost), (59_999, 59_999));
                     return;
                 }
-                follower.sleep(heard, Duration::from_millis(20));
+                follower.sleep(seen, Duration::from_millis(20));
             }
         };
         std::thread::scope(|scope| {
@@ -469,7 +470,7 @@ mod tests {
     fn what_is_no_board_is_not_believed() {
         let (board, _, _) = board(2, 100.0, "text");
         let words = board.pages.words();
-        let again = || Follower::new(board.glass().try_clone_to_owned().unwrap()).is_ok();
+        let again = || BoardReader::new(board.read_only().try_clone_to_owned().unwrap()).is_ok();
         for at in [AT_MAGIC, AT_PROTOCOL, AT_CHANNELS, AT_SLOTS, AT_TEXT_BYTES] {
             let right = words[at].load(Ordering::Relaxed);
             for wrong in [u64::MAX, 1 << 40, 0] {

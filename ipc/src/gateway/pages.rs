@@ -58,7 +58,7 @@ impl Drop for Map {
 pub(crate) struct Written {
     map: Map,
     /// The same memory, opened for reading only.
-    glass: OwnedFd,
+    read_only: OwnedFd,
 }
 
 impl Written {
@@ -70,8 +70,8 @@ impl Written {
         fcntl_add_seals(&memory, SEALS | SealFlags::SEAL)?;
         // The seals are what counts, and keep root out as well; these two only make others fail earlier.
         fchmod(&memory, Mode::from_raw_mode(0o444))?;
-        let glass = File::open(format!("/proc/self/fd/{}", memory.as_raw_fd()))?.into();
-        Ok(Written { map, glass })
+        let read_only = File::open(format!("/proc/self/fd/{}", memory.as_raw_fd()))?.into();
+        Ok(Written { map, read_only })
     }
 
     /// All of it.
@@ -85,8 +85,8 @@ impl Written {
     }
 
     /// To be handed out.
-    pub fn glass(&self) -> BorrowedFd<'_> {
-        self.glass.as_fd()
+    pub fn read_only(&self) -> BorrowedFd<'_> {
+        self.read_only.as_fd()
     }
 }
 
@@ -130,7 +130,7 @@ mod tests {
     fn nobody_but_the_writer_can_write() {
         let written = Written::new(1024).unwrap();
         written.words()[7].store(42, Ordering::Relaxed);
-        let handed = written.glass().try_clone_to_owned().unwrap();
+        let handed = written.read_only().try_clone_to_owned().unwrap();
         let refused = |what: &str, found: io::Result<()>| {
             let error = found.expect_err(what);
             let code = error.raw_os_error();

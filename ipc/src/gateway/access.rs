@@ -29,7 +29,7 @@ pub struct Access {
     everyone_reads: bool,
 }
 
-/// What a visitor may do.
+/// What a client may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Nothing.
@@ -57,7 +57,7 @@ impl Access {
         })
     }
 
-    /// What this visitor may do. His groups are those his process has, as the kernel knows them.
+    /// What this client may do. His groups are those his process has, as the kernel knows them.
     pub(crate) fn role(&self, peer: &Peer, own_user: u32) -> Role {
         let member = |group: &Option<Group>| group.as_ref().is_some_and(|group| peer.is_in(group.id));
         if peer.user == own_user || peer.user == 0 || member(&self.commanders) {

@@ -1,13 +1,13 @@
-//! The porter: lets visitors in, hands them the board, takes their requests and brings them the answers.
+//! The listener: accepts clients, hands them the board, takes their requests and sends them the replies.
 //!
-//! He never waits: every call is a `poll` that returns at once and a bounded number of reads and writes. Who sends anything but
-//! requests, or does not fetch his answers, is shown out.
+//! It never waits: every call is a `poll` that returns at once and a bounded number of reads and writes. Who sends anything but
+//! requests, or does not fetch his answers, is disconnected.
 
 use super::access::{Access, Role};
-use super::messages::{Ask, LARGEST, Verdict, WELCOME, Welcome};
+use super::endpoint::Endpoint;
+use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST};
 use super::peer::Peer;
-use super::place::Door;
-use super::{MAX_VISITORS, MAX_VISITORS_OF_A_USER};
+use super::{MAX_GATEWAY_CLIENTS, MAX_GATEWAY_CLIENTS_OF_A_USER};
 use crate::{Command, Error, Outcome, PROTOCOL, Reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -22,27 +22,27 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use zerocopy::IntoBytes;
 
-/// Visitors let in, and requests read of each, in one look.
-const KNOCKS_A_LOOK: usize = 8;
-const ASKS_A_LOOK: usize = 4;
-/// Requests a visitor may have unanswered.
+/// Connections accepted, and requests read of each session, in one round.
+const CONNECTIONS_A_ROUND: usize = 8;
+const REQUESTS_A_ROUND: usize = 4;
+/// Requests a client may have unanswered.
 pub const MAX_UNANSWERED: usize = crate::service::MAX_ACTIVE_REQUESTS;
 /// Sent without waiting, and without a signal when nobody is there.
 const AT_ONCE: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
 
-/// A visitor's place.
+/// A client that is connected.
 #[derive(Debug)]
-struct Seat {
+struct Session {
     socket: OwnedFd,
     peer: Peer,
     commands: bool,
     unanswered: AtomicUsize,
-    /// To be shown out: an answer could not be brought.
+    /// To be disconnected: a reply could not be sent.
     leaving: AtomicBool,
 }
 
-impl Seat {
-    fn bring(&self, reply: &Reply) {
+impl Session {
+    fn send_reply(&self, reply: &Reply) {
         // What does not fit into the socket has not been fetched for hundreds of answers.
         if send(&self.socket, reply.as_bytes(), AT_ONCE) != Ok(size_of::<Reply>()) {
             self.leaving.store(true, Ordering::Relaxed);
@@ -50,103 +50,104 @@ impl Seat {
     }
 }
 
-/// A request of a visitor, to be answered.
+/// A request of a client, to be answered.
 #[derive(Debug)]
 pub(crate) struct Answer {
-    seat: Arc<Seat>,
+    session: Arc<Session>,
 }
 
 impl Answer {
     /// Whether he may command at all.
     pub fn may_command(&self) -> bool {
-        self.seat.commands
+        self.session.commands
     }
 
-    /// Brings it. A visitor who has gone meanwhile is nobody's loss.
-    pub fn bring(self, reply: &Reply) {
-        self.seat.bring(reply);
+    /// Sends the reply. A client that has gone meanwhile is nobody's loss.
+    pub fn send_reply(self, reply: &Reply) {
+        self.session.send_reply(reply);
     }
 }
 
 impl Drop for Answer {
     fn drop(&mut self) {
-        self.seat.unanswered.fetch_sub(1, Ordering::Relaxed);
+        self.session.unanswered.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
-/// Stands at the door of a rig.
-pub(crate) struct Porter {
-    door: Door,
+/// Serves the socket of a rig.
+pub(crate) struct Listener {
+    endpoint: Endpoint,
     board: OwnedFd,
     access: Access,
     own_user: u32,
-    seats: Vec<Arc<Seat>>,
-    /// Whom to begin with at the next look, so that nobody comes first always.
+    sessions: Vec<Arc<Session>>,
+    /// Whom to begin with in the next round, so that nobody comes first always.
     first: usize,
     asks: VecDeque<(Command, Answer)>,
 }
 
-impl Porter {
-    /// At a door, with the board to be handed out.
+impl Listener {
+    /// On a socket, with the board to be handed out.
     ///
     /// # Errors
-    /// [`Error::Gate`].
-    pub fn new(door: Door, access: &Access, board: BorrowedFd) -> Result<Porter, Error> {
-        let board =
-            board.try_clone_to_owned().map_err(|e| Error::Gate { path: super::gate_dir(), reason: e.to_string() })?;
-        Ok(Porter {
-            door,
+    /// [`Error::Gateway`].
+    pub fn new(endpoint: Endpoint, access: &Access, board: BorrowedFd) -> Result<Listener, Error> {
+        let board = board
+            .try_clone_to_owned()
+            .map_err(|e| Error::Gateway { path: super::gateway_dir(), reason: e.to_string() })?;
+        Ok(Listener {
+            endpoint,
             board,
             access: access.clone(),
             own_user: crate::sys::user_id(),
-            seats: Vec::new(),
+            sessions: Vec::new(),
             first: 0,
             asks: VecDeque::new(),
         })
     }
 
-    /// The next request, if there is one. Looks around once when none is left from the last look.
+    /// The next request, if there is one. Makes a round when none is left from the last one.
     pub fn receive(&mut self) -> Option<(Command, Answer)> {
         if self.asks.is_empty() {
-            self.look();
+            self.round();
         }
         self.asks.pop_front()
     }
 
-    /// How many are inside.
-    pub fn visitors(&self) -> usize {
-        self.seats.len()
+    /// How many are connected.
+    pub fn clients(&self) -> usize {
+        self.sessions.len()
     }
 
-    /// Lets in who knocks, reads what is asked, shows out who has to go.
-    fn look(&mut self) {
-        let mut watched = Vec::with_capacity(1 + self.seats.len());
-        watched.push(PollFd::new(&self.door.socket, PollFlags::IN));
-        watched.extend(self.seats.iter().map(|seat| PollFd::new(&seat.socket, PollFlags::IN)));
+    /// One round: accepts who connects, reads requests, disconnects who has to go.
+    fn round(&mut self) {
+        let mut watched = Vec::with_capacity(1 + self.sessions.len());
+        watched.push(PollFd::new(&self.endpoint.socket, PollFlags::IN));
+        watched.extend(self.sessions.iter().map(|session| PollFd::new(&session.socket, PollFlags::IN)));
         match poll(&mut watched, Some(&Timespec::default())) {
-            Ok(0) | Err(_) if self.seats.iter().all(|seat| !seat.leaving.load(Ordering::Relaxed)) => return,
+            Ok(0) | Err(_) if self.sessions.iter().all(|session| !session.leaving.load(Ordering::Relaxed)) => return,
             _ => {}
         }
         let found: Vec<PollFlags> = watched.iter().map(PollFd::revents).collect();
         drop(watched);
-        let (knocks, seats) = (found[0], &found[1..]);
+        let (incoming, sessions) = (found[0], &found[1..]);
 
-        let mut stays = vec![true; self.seats.len()];
-        for step in 0..self.seats.len() {
-            let i = (self.first + step) % self.seats.len();
+        let mut stays = vec![true; self.sessions.len()];
+        for step in 0..self.sessions.len() {
+            let i = (self.first + step) % self.sessions.len();
             let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
             // A command whose sender has gone is not carried out.
-            stays[i] = !self.seats[i].leaving.load(Ordering::Relaxed)
-                && !seats[i].intersects(gone)
-                && (!seats[i].contains(PollFlags::IN) || self.listen_to(&self.seats[i].clone()));
+            stays[i] = !self.sessions[i].leaving.load(Ordering::Relaxed)
+                && !sessions[i].intersects(gone)
+                && (!sessions[i].contains(PollFlags::IN) || self.read_requests(&self.sessions[i].clone()));
         }
         self.first = self.first.wrapping_add(1);
         let mut stays = stays.into_iter();
-        self.seats.retain(|_| stays.next().unwrap_or(true));
+        self.sessions.retain(|_| stays.next().unwrap_or(true));
 
-        if knocks.contains(PollFlags::IN) {
-            for _ in 0..KNOCKS_A_LOOK {
-                match accept_with(&self.door.socket, SocketFlags::CLOEXEC | SocketFlags::NONBLOCK) {
+        if incoming.contains(PollFlags::IN) {
+            for _ in 0..CONNECTIONS_A_ROUND {
+                match accept_with(&self.endpoint.socket, SocketFlags::CLOEXEC | SocketFlags::NONBLOCK) {
                     Ok(socket) => self.admit(socket),
                     Err(Errno::CONNABORTED | Errno::INTR) => {}
                     // Nobody else, or no descriptor left: they wait.
@@ -156,26 +157,26 @@ impl Porter {
         }
     }
 
-    /// Reads a visitor's requests; false when he has to go.
-    fn listen_to(&mut self, seat: &Arc<Seat>) -> bool {
+    /// Reads a client's requests; false when he has to go.
+    fn read_requests(&mut self, session: &Arc<Session>) -> bool {
         // One byte more than the largest there is, to notice what is larger.
         let mut bytes = [0; LARGEST + 1];
-        for _ in 0..ASKS_A_LOOK {
-            let length = match recv(&seat.socket, &mut bytes[..], RecvFlags::DONTWAIT) {
+        for _ in 0..REQUESTS_A_ROUND {
+            let length = match recv(&session.socket, &mut bytes[..], RecvFlags::DONTWAIT) {
                 // A message of nothing looks like the end of the connection, and is no request either.
                 Ok((0, _)) => return false,
                 Ok((_, length)) => length.min(bytes.len()),
                 Err(Errno::AGAIN | Errno::INTR) => return true,
                 Err(_) => return false,
             };
-            let Some(ask) = Ask::of(&bytes[..length]) else { return false };
+            let Some(ask) = CommandRequest::of(&bytes[..length]) else { return false };
             // Who it is says the kernel, not he.
-            let client = u64::from(seat.peer.pid) << 32 | ask.command.client & 0xffff_ffff;
+            let client = u64::from(session.peer.pid) << 32 | ask.command.client & 0xffff_ffff;
             let command = Command { client, ..ask.command };
-            seat.unanswered.fetch_add(1, Ordering::Relaxed);
-            let answer = Answer { seat: seat.clone() };
-            if crate::monotonic_ns() > ask.until_ns || seat.unanswered.load(Ordering::Relaxed) > MAX_UNANSWERED {
-                answer.bring(&Reply::refused(&command, Outcome::Busy));
+            session.unanswered.fetch_add(1, Ordering::Relaxed);
+            let answer = Answer { session: session.clone() };
+            if crate::monotonic_ns() > ask.until_ns || session.unanswered.load(Ordering::Relaxed) > MAX_UNANSWERED {
+                answer.send_reply(&Reply::refused(&command, Outcome::Busy));
             } else {
                 self.asks.push_back((command, answer));
             }
@@ -183,21 +184,21 @@ impl Porter {
         true
     }
 
-    /// Finds out who it is, tells him what he may do, and gives him a seat if he may do anything.
+    /// Finds out who it is, reports what he may do, and opens a session if he may do anything.
     fn admit(&mut self, socket: OwnedFd) {
         // Nobody of whom nothing is known.
         let Ok(peer) = Peer::of(&socket) else { return };
         let role = self.access.role(&peer, self.own_user);
-        let of_this_user = self.seats.iter().filter(|seat| seat.peer.user == peer.user).count();
+        let of_this_user = self.sessions.iter().filter(|session| session.peer.user == peer.user).count();
         let (verdict, most) = match role {
-            Role::Stranger => (Verdict::Stranger, 0),
-            _ if of_this_user >= MAX_VISITORS_OF_A_USER => (Verdict::Full, MAX_VISITORS_OF_A_USER),
-            _ if self.seats.len() >= MAX_VISITORS => (Verdict::Full, MAX_VISITORS),
-            Role::Reader => (Verdict::Reader, 0),
-            Role::Commander => (Verdict::Commander, 0),
+            Role::Stranger => (Admission::Stranger, 0),
+            _ if of_this_user >= MAX_GATEWAY_CLIENTS_OF_A_USER => (Admission::Full, MAX_GATEWAY_CLIENTS_OF_A_USER),
+            _ if self.sessions.len() >= MAX_GATEWAY_CLIENTS => (Admission::Full, MAX_GATEWAY_CLIENTS),
+            Role::Reader => (Admission::Reader, 0),
+            Role::Commander => (Admission::Commander, 0),
         };
-        let welcome = Welcome {
-            magic: WELCOME,
+        let welcome = Greeting {
+            magic: GREETING,
             protocol: PROTOCOL,
             verdict: verdict as u32,
             pid: std::process::id(),
@@ -205,19 +206,19 @@ impl Porter {
             command_group: self.access.command_group(),
             read_group: self.access.read_group(),
         };
-        let admitted = matches!(verdict, Verdict::Reader | Verdict::Commander);
+        let admitted = matches!(verdict, Admission::Reader | Admission::Commander);
         if self.greet(&socket, &welcome, admitted) && admitted {
-            self.seats.push(Arc::new(Seat {
+            self.sessions.push(Arc::new(Session {
                 socket,
                 peer,
-                commands: verdict == Verdict::Commander,
+                commands: verdict == Admission::Commander,
                 unanswered: AtomicUsize::new(0),
                 leaving: AtomicBool::new(false),
             }));
         }
     }
 
-    fn greet(&self, socket: &OwnedFd, welcome: &Welcome, with_board: bool) -> bool {
+    fn greet(&self, socket: &OwnedFd, welcome: &Greeting, with_board: bool) -> bool {
         let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
         let mut beside = SendAncillaryBuffer::new(&mut space);
         let handed = [self.board.as_fd()];
@@ -225,7 +226,7 @@ impl Porter {
             return false;
         }
         let sent = sendmsg(socket, &[IoSlice::new(welcome.as_bytes())], &mut beside, AT_ONCE);
-        sent == Ok(size_of::<Welcome>())
+        sent == Ok(size_of::<Greeting>())
     }
 }
 
@@ -233,85 +234,85 @@ impl Porter {
 mod tests {
     use super::super::Readers;
     use super::super::board::Board;
-    use super::super::messages::{ASK, Ask};
-    use super::super::place::{self, Found};
-    use super::super::visit::Visit;
+    use super::super::connection::Connection;
+    use super::super::endpoint::{self, Found};
+    use super::super::messages::{CommandRequest, REQUEST};
     use super::*;
     use crate::{ChannelInfo, CommandKind, Info};
     use std::time::{Duration, Instant};
     use tempfile::TempDir;
 
-    struct Gate {
-        porter: Porter,
+    struct Gateway {
+        listener: Listener,
         board: Board,
         dir: TempDir,
     }
 
-    impl Gate {
-        fn open() -> Gate {
+    impl Gateway {
+        fn open() -> Gateway {
             let dir = tempfile::Builder::new().prefix("sinew-porter-").tempdir().unwrap();
             let info = Info::new("bench", 1000.0, &[ChannelInfo::EMPTY; 2]).unwrap();
             let board = Board::new(&info, "[rig]\n").unwrap();
             let access = Access::new(None, &Readers::Nobody).unwrap();
-            let door = Door::open_in(dir.path(), "bench").unwrap();
-            Gate { porter: Porter::new(door, &access, board.glass()).unwrap(), board, dir }
+            let endpoint = Endpoint::open_in(dir.path(), "bench").unwrap();
+            Gateway { listener: Listener::new(endpoint, &access, board.read_only()).unwrap(), board, dir }
         }
 
-        /// Somebody who knocks and is let in.
-        fn knock(&mut self) -> OwnedFd {
-            let Ok(Found::Driver(socket, _)) = place::find(self.dir.path(), "bench") else { panic!("nobody there") };
-            self.porter.look();
+        /// Somebody who connects and is let in.
+        fn connect(&mut self) -> OwnedFd {
+            let Ok(Found::Driver(socket, _)) = endpoint::find(self.dir.path(), "bench") else { panic!("nobody there") };
+            self.listener.round();
             socket
         }
 
-        fn visit(&mut self) -> Visit {
+        fn connection(&mut self) -> Connection {
             let dir = self.dir.path().to_path_buf();
-            let visit = std::thread::spawn(move || Visit::find_in(&dir, "bench", Duration::from_secs(20)));
-            while !visit.is_finished() {
-                self.porter.look();
+            let connection = std::thread::spawn(move || Connection::find_in(&dir, "bench", Duration::from_secs(20)));
+            while !connection.is_finished() {
+                self.listener.round();
                 std::thread::sleep(Duration::from_micros(200));
             }
-            visit.join().unwrap().unwrap().expect("somebody is there")
+            connection.join().unwrap().unwrap().expect("somebody is there")
         }
     }
 
-    fn ask(sequence: u64) -> Ask {
+    fn ask(sequence: u64) -> CommandRequest {
         let command =
             Command { client: 7, sequence, channel: 0, kind: CommandKind::Off.code(), value: 0.0, hold_s: 0.0 };
-        Ask { magic: ASK, until_ns: u64::MAX, command }
+        CommandRequest { magic: REQUEST, until_ns: u64::MAX, command }
     }
 
     #[test]
     fn a_visitor_looks_asks_and_is_answered() {
-        let mut gate = Gate::open();
-        let visit = gate.visit();
-        assert_eq!((visit.info().rig.as_str(), visit.pid), ("bench", std::process::id()));
-        assert_eq!(visit.board.text().as_deref(), Some("[rig]\n"));
+        let mut gate = Gateway::open();
+        let connection = gate.connection();
+        assert_eq!((connection.info().rig.as_str(), connection.pid), ("bench", std::process::id()));
+        assert_eq!(connection.board.text().as_deref(), Some("[rig]\n"));
         let (header, states) =
             (crate::CycleHeader { cycle: 9, ..Default::default() }, [crate::ChannelState::UNKNOWN; 2]);
         gate.board.push(header, &states);
-        assert_eq!(visit.board.head(), 1);
+        assert_eq!(connection.board.head(), 1);
         std::thread::scope(|scope| {
-            let asked = scope.spawn(|| visit.ask(ask(3).command, Duration::from_secs(20)));
+            let asked = scope.spawn(|| connection.ask(ask(3).command, Duration::from_secs(20)));
             let (command, answer) = loop {
-                if let Some(found) = gate.porter.receive() {
+                if let Some(found) = gate.listener.receive() {
                     break found;
                 }
             };
             assert_eq!(command.client, u64::from(std::process::id()) << 32 | 7, "who it is says the kernel");
             assert!(answer.may_command());
-            answer.bring(&Reply::taken(&command, 1.5));
+            answer.send_reply(&Reply::taken(&command, 1.5));
             assert_eq!(asked.join().unwrap().unwrap().hold_s, 1.5);
         });
         drop(gate);
-        assert!(!visit.driver_lives());
-        assert!(matches!(visit.check(), Err(Error::DriverGone { stopped: false, .. })));
+        assert!(!connection.driver_lives());
+        assert!(matches!(connection.check(), Err(Error::DriverGone { stopped: false, .. })));
     }
 
     #[test]
     fn who_sends_rubbish_is_shown_out_and_the_others_stay() {
-        let mut gate = Gate::open();
-        let good = gate.visit();
+        let mut gate = Gateway::open();
+        let good = gate.connection();
         let right = ask(1);
         let mut other_magic = right;
         other_magic.magic ^= 1;
@@ -319,27 +320,27 @@ mod tests {
         let (longer, huge) = ([right, &[0]].concat(), vec![0xa5; 100_000]);
         let rubbish: [&[u8]; 6] = [b"GET / HTTP/1.1\r\n", &right[..55], &longer, &huge, other_magic.as_bytes(), b""];
         for bytes in rubbish {
-            let socket = gate.knock();
-            assert_eq!(gate.porter.seats.len(), 2);
+            let socket = gate.connect();
+            assert_eq!(gate.listener.sessions.len(), 2);
             let sent = send(&socket, bytes, AT_ONCE);
             assert!(sent.is_ok(), "{sent:?}");
-            assert!(gate.porter.receive().is_none(), "{} bytes", bytes.len());
-            assert_eq!(gate.porter.seats.len(), 1, "{} bytes", bytes.len());
+            assert!(gate.listener.receive().is_none(), "{} bytes", bytes.len());
+            assert_eq!(gate.listener.sessions.len(), 1, "{} bytes", bytes.len());
         }
         // Any bits in the right frame are a request; the desk judges them.
-        let socket = gate.knock();
+        let socket = gate.connect();
         let mut wild = ask(5);
         wild.command = Command::from_bytes(&[0xff; 40]).unwrap();
         send(&socket, wild.as_bytes(), AT_ONCE).unwrap();
-        let (command, _) = gate.porter.receive().expect("a request");
+        let (command, _) = gate.listener.receive().expect("a request");
         assert!(command.value.is_nan() && command.kind().is_none());
         assert!(good.driver_lives());
     }
 
     #[test]
     fn what_visitors_attach_shut_or_leave_unread_stays_nowhere() {
-        let mut gate = Gate::open();
-        let good = gate.visit();
+        let mut gate = Gateway::open();
+        let good = gate.connection();
         // Whatever tests of other threads have open: these are counted by the memory they are of.
         let attached = rustix::fs::memfd_create("sinew-attached", rustix::fs::MemfdFlags::CLOEXEC).unwrap();
         let there = |name: &str| {
@@ -353,92 +354,93 @@ mod tests {
         for round in 0..40 {
             // Descriptors on a request, as many as a message takes, and on rubbish.
             for (bytes, is_request) in [(ask(round).as_bytes().to_vec(), true), (vec![0xa5; 56], false)] {
-                let socket = gate.knock();
+                let socket = gate.connect();
                 let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(253))];
                 let mut beside = SendAncillaryBuffer::new(&mut space);
                 let many = [attached.as_fd(); 253];
                 assert!(beside.push(SendAncillaryMessage::ScmRights(&many)));
                 sendmsg(&socket, &[IoSlice::new(&bytes)], &mut beside, AT_ONCE).unwrap();
-                assert_eq!(gate.porter.receive().is_some(), is_request, "descriptors are no part of a request");
-                assert_eq!(gate.porter.visitors(), 1 + usize::from(is_request));
+                assert_eq!(gate.listener.receive().is_some(), is_request, "descriptors are no part of a request");
+                assert_eq!(gate.listener.clients(), 1 + usize::from(is_request));
                 assert_eq!(there("sinew-attached"), 1, "the porter takes nothing that is handed to him");
                 drop(socket);
-                gate.porter.look();
-                assert_eq!(gate.porter.visitors(), 1);
+                gate.listener.round();
+                assert_eq!(gate.listener.clients(), 1);
             }
             // Half of the connection shut, either half, with a request on its way.
             for how in [rustix::net::Shutdown::Read, rustix::net::Shutdown::Write, rustix::net::Shutdown::Both] {
-                let socket = gate.knock();
+                let socket = gate.connect();
                 send(&socket, ask(round).as_bytes(), AT_ONCE).unwrap();
                 rustix::net::shutdown(&socket, how).unwrap();
-                while let Some((command, answer)) = gate.porter.receive() {
-                    answer.bring(&Reply::taken(&command, 0.0));
+                while let Some((command, answer)) = gate.listener.receive() {
+                    answer.send_reply(&Reply::taken(&command, 0.0));
                 }
                 drop(socket);
-                gate.porter.look();
-                assert_eq!(gate.porter.visitors(), 1, "{how:?}");
+                gate.listener.round();
+                assert_eq!(gate.listener.clients(), 1, "{how:?}");
             }
         }
-        // Knocked and gone before anybody opened.
+        // Connected and gone before anybody opened.
         for _ in 0..100 {
-            let Ok(Found::Driver(socket, _)) = place::find(gate.dir.path(), "bench") else { panic!("nobody there") };
+            let Ok(Found::Driver(socket, _)) = endpoint::find(gate.dir.path(), "bench") else { panic!("nobody there") };
             drop(socket);
-            gate.porter.look();
+            gate.listener.round();
         }
-        assert_eq!(gate.porter.visitors(), 1);
+        assert_eq!(gate.listener.clients(), 1);
         assert!(good.driver_lives());
     }
 
     #[test]
     fn who_does_not_fetch_his_answers_or_floods_is_held_off() {
-        let mut gate = Gate::open();
-        let socket = gate.knock();
+        let mut gate = Gateway::open();
+        let socket = gate.connect();
         // Requests without end, and nobody fetches an answer.
         let (mut taken, mut sequence) = (Vec::new(), 0);
         let started = Instant::now();
-        while !gate.porter.seats.is_empty() {
+        while !gate.listener.sessions.is_empty() {
             sequence += 1;
             let _ = send(&socket, ask(sequence).as_bytes(), AT_ONCE);
-            while let Some(found) = gate.porter.asks.pop_front() {
+            while let Some(found) = gate.listener.asks.pop_front() {
                 taken.push(found);
             }
-            gate.porter.look();
+            gate.listener.round();
             assert!(started.elapsed() < Duration::from_secs(30), "he is never shown out");
         }
         assert!(taken.len() <= MAX_UNANSWERED, "{} at once", taken.len());
         // He is gone; answering him is no trouble.
         for (command, answer) in taken {
-            answer.bring(&Reply::taken(&command, 0.0));
+            answer.send_reply(&Reply::taken(&command, 0.0));
         }
     }
 
     #[test]
     fn a_request_nobody_waits_for_any_more_is_not_carried_out() {
-        let mut gate = Gate::open();
-        let socket = gate.knock();
-        send(&socket, Ask { until_ns: 1, ..ask(1) }.as_bytes(), AT_ONCE).unwrap();
-        assert!(gate.porter.receive().is_none(), "too late");
+        let mut gate = Gateway::open();
+        let socket = gate.connect();
+        send(&socket, CommandRequest { until_ns: 1, ..ask(1) }.as_bytes(), AT_ONCE).unwrap();
+        assert!(gate.listener.receive().is_none(), "too late");
         send(&socket, ask(2).as_bytes(), AT_ONCE).unwrap();
         drop(socket);
-        assert!(gate.porter.receive().is_none(), "its sender has gone");
-        assert!(gate.porter.seats.is_empty());
+        assert!(gate.listener.receive().is_none(), "its sender has gone");
+        assert!(gate.listener.sessions.is_empty());
     }
 
     #[test]
     fn one_user_cannot_take_all_places() {
-        let mut gate = Gate::open();
-        let mut sockets: Vec<OwnedFd> = (0..MAX_VISITORS_OF_A_USER).map(|_| gate.knock()).collect();
-        assert_eq!(gate.porter.seats.len(), MAX_VISITORS_OF_A_USER);
+        let mut gate = Gateway::open();
+        let mut sockets: Vec<OwnedFd> = (0..MAX_GATEWAY_CLIENTS_OF_A_USER).map(|_| gate.connect()).collect();
+        assert_eq!(gate.listener.sessions.len(), MAX_GATEWAY_CLIENTS_OF_A_USER);
         let dir = gate.dir.path().to_path_buf();
-        let one_more = std::thread::spawn(move || Visit::find_in(&dir, "bench", Duration::from_secs(20)).map(|_| ()));
+        let one_more =
+            std::thread::spawn(move || Connection::find_in(&dir, "bench", Duration::from_secs(20)).map(|_| ()));
         while !one_more.is_finished() {
-            gate.porter.look();
+            gate.listener.round();
             std::thread::sleep(Duration::from_micros(200));
         }
         let refused = one_more.join().unwrap();
         assert!(matches!(refused, Err(Error::Full { most: 256, .. })), "{refused:?}");
         sockets.pop();
-        gate.porter.look();
-        gate.visit();
+        gate.listener.round();
+        gate.connection();
     }
 }

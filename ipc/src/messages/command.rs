@@ -1,0 +1,238 @@
+//! What a client may request of a driver, and what it is answered.
+
+use crate::Fault;
+use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
+
+/// What a command asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum CommandKind {
+    /// Hold a wire length, m.
+    Length = 1,
+    /// Hold a share of the stroke, 0 (cold) .. 1 (hot).
+    Stroke = 2,
+    /// Give a duty, 0..1.
+    Duty = 3,
+    /// Hold a tension, N.
+    Force = 4,
+    /// Only the sensing pulse.
+    Off = 5,
+    /// Clear a latched fault whose cause has gone.
+    Reset = 6,
+    /// Stop the driver.
+    Stop = 7,
+}
+
+impl CommandKind {
+    /// The number that stands for it in messages.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// The kind with this number.
+    pub const fn from_code(code: u32) -> Option<CommandKind> {
+        Some(match code {
+            1 => CommandKind::Length,
+            2 => CommandKind::Stroke,
+            3 => CommandKind::Duty,
+            4 => CommandKind::Force,
+            5 => CommandKind::Off,
+            6 => CommandKind::Reset,
+            7 => CommandKind::Stop,
+            _ => return None,
+        })
+    }
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            CommandKind::Length => "length",
+            CommandKind::Stroke => "stroke",
+            CommandKind::Duty => "duty",
+            CommandKind::Force => "force",
+            CommandKind::Off => "off",
+            CommandKind::Reset => "reset",
+            CommandKind::Stop => "stop",
+        }
+    }
+
+    /// Unit of its value.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            CommandKind::Length => "m",
+            CommandKind::Force => "N",
+            _ => "",
+        }
+    }
+}
+
+/// One request of a client.
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
+#[type_name("sinew_ipc::messages::Command")]
+#[repr(C)]
+pub struct Command {
+    /// Who asks: process id in the upper half, a count inside that process in the lower.
+    pub client: u64,
+    /// Number of the request, counted by the client; the reply repeats it.
+    pub sequence: u64,
+    /// Number of the channel, or [`ALL_CHANNELS`] (off, reset, stop).
+    pub channel: u32,
+    /// What is asked for: [`CommandKind`].
+    pub kind: u32,
+    /// Value in SI units; 0 where the kind has none.
+    pub value: f64,
+    /// For how long the setpoint holds unless it is renewed, s; 0 = the channel's own default.
+    pub hold_s: f64,
+}
+
+impl Command {
+    /// From bytes as a client may send them: any bits at all are a command, and what it means is judged at the driver's desk.
+    /// `None` where there are not as many as a command has.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Command> {
+        Command::read_from_bytes(bytes).ok()
+    }
+
+    /// What is asked for, if this version knows it.
+    pub fn kind(&self) -> Option<CommandKind> {
+        CommandKind::from_code(self.kind)
+    }
+}
+
+/// What became of a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Outcome {
+    /// The loop has it.
+    Taken = 0,
+    /// There is no channel of that number.
+    UnknownChannel = 1,
+    /// This driver does not know that kind of command.
+    UnknownCommand = 2,
+    /// Value or hold is NaN or infinite.
+    NotFinite = 3,
+    /// The value is outside `low..=high`.
+    OutOfRange = 4,
+    /// The hold is outside `low..=high`, s.
+    HoldOutOfRange = 5,
+    /// The channel is off by a latched fault: reset it first.
+    Faulted = 6,
+    /// The cause of the fault is still there: a reset is refused.
+    CauseRemains = 7,
+    /// The channel has not proved its sensors yet.
+    Waiting = 8,
+    /// This channel cannot do that (no force control, say).
+    Unsupported = 9,
+    /// Too many commands at once: try again.
+    Busy = 10,
+    /// The driver is stopping.
+    Stopping = 11,
+    /// Who asks may look but not command.
+    NotPermitted = 12,
+}
+
+impl Outcome {
+    /// The number that stands for it in messages.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// The outcome with this number.
+    pub const fn from_code(code: u32) -> Option<Outcome> {
+        Some(match code {
+            0 => Outcome::Taken,
+            1 => Outcome::UnknownChannel,
+            2 => Outcome::UnknownCommand,
+            3 => Outcome::NotFinite,
+            4 => Outcome::OutOfRange,
+            5 => Outcome::HoldOutOfRange,
+            6 => Outcome::Faulted,
+            7 => Outcome::CauseRemains,
+            8 => Outcome::Waiting,
+            9 => Outcome::Unsupported,
+            10 => Outcome::Busy,
+            11 => Outcome::Stopping,
+            12 => Outcome::NotPermitted,
+            _ => return None,
+        })
+    }
+}
+
+/// The driver's answer to a [`Command`].
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
+#[type_name("sinew_ipc::messages::Reply")]
+#[repr(C)]
+pub struct Reply {
+    /// Number of the request this answers.
+    pub sequence: u64,
+    /// What became of it: [`Outcome`].
+    pub outcome: u32,
+    /// The fault in the way: [`Fault`] or 0.
+    pub fault: u32,
+    /// Number of the channel this is about.
+    pub channel: u32,
+    /// Unused, 0.
+    pub reserved: u32,
+    /// The value as taken, in the command's unit.
+    pub value: f64,
+    /// Smallest value or hold that would have been taken; NaN where it does not matter.
+    pub low: f64,
+    /// Largest value or hold that would have been taken; NaN where it does not matter.
+    pub high: f64,
+    /// The lease as granted, s; 0 where there is none.
+    pub hold_s: f64,
+}
+
+impl Reply {
+    /// The command was taken, with this lease, s.
+    pub fn taken(command: &Command, hold_s: f64) -> Reply {
+        Reply {
+            sequence: command.sequence,
+            outcome: Outcome::Taken.code(),
+            fault: 0,
+            channel: command.channel,
+            reserved: 0,
+            value: command.value,
+            low: f64::NAN,
+            high: f64::NAN,
+            hold_s,
+        }
+    }
+
+    /// The command was refused.
+    pub fn refused(command: &Command, outcome: Outcome) -> Reply {
+        Reply { outcome: outcome.code(), ..Reply::taken(command, 0.0) }
+    }
+
+    /// With the range that would have been taken.
+    pub fn range(self, low: f64, high: f64) -> Reply {
+        Reply { low, high, ..self }
+    }
+
+    /// With the fault in the way.
+    pub fn because(self, fault: Fault) -> Reply {
+        Reply { fault: fault.code(), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layouts_are_fixed() {
+        // A change here is a change of the protocol: raise PROTOCOL with it.
+        assert_eq!(size_of::<Command>(), 40);
+        assert_eq!(size_of::<Reply>(), 56);
+    }
+
+    #[test]
+    fn codes_survive_the_way_there_and_back() {
+        for code in 0..64 {
+            assert!(CommandKind::from_code(code).is_none_or(|k| k.code() == code));
+            assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
+        }
+        assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 13);
+    }
+}
