@@ -3,7 +3,8 @@
 
 use crate::answer::{Condition, Map, Window};
 use crate::data::{Data, Part};
-use crate::fit::{Fit, Residuals};
+use crate::fit::Fit;
+use crate::residuals::Residuals;
 use crate::simulate::State;
 
 /// Share of the mismatch the windows are to hold.

@@ -182,6 +182,11 @@ pub enum Trouble {
 }
 
 impl Error {
+    /// What could be simulated a moment ago no longer can.
+    pub(crate) fn lost_fit() -> Error {
+        Error::Lost { what: "a fit that was simulated before".into() }
+    }
+
     /// Whether the input is to blame (a program should then exit with 2), and not the program or the machine.
     pub fn is_bad_input(&self) -> bool {
         match self {

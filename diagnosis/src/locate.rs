@@ -12,8 +12,11 @@ use sinew_physics::{Unknown, Wire, WireModel};
 use sinew_recording::Column;
 
 use crate::data::{Data, Part, Run};
-use crate::fit::{self, Fit, Residuals};
+use crate::derivatives;
+use crate::fit::Fit;
+use crate::products;
 use crate::progress::each;
+use crate::residuals::{self, Residuals};
 use crate::simulate;
 
 /// Most hats over all recordings, and their least distance, s.
@@ -70,11 +73,11 @@ struct Hat {
 /// What every kind explains, the most probable first.
 pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) -> Vec<Located> {
     let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
-    let Some(here) = fit::residuals(data, &fit.space, &fit.z) else { return Vec::new() };
-    let Some(nuisances) = fit::derivatives(data, &fit.space, &fit.z, &here) else { return Vec::new() };
-    let own = fit::gram(data, Part::Fitted, &nuisances);
-    let along: Vec<f64> = nuisances.iter().map(|c| fit::inner(data, Part::Fitted, c, &here)).collect();
-    let score = fit::score(data, &here);
+    let Some(here) = fit.residuals(data) else { return Vec::new() };
+    let Some(nuisances) = derivatives::one_sided(data, &fit.space, &fit.z, &here) else { return Vec::new() };
+    let own = products::gram(data, Part::Fitted, &nuisances);
+    let along: Vec<f64> = nuisances.iter().map(|c| products::inner(data, Part::Fitted, c, &here)).collect();
+    let score = residuals::score(data, &here);
     let fitted: Vec<usize> = (0..data.runs.len()).filter(|r| !data.runs[*r].held_out).collect();
     let total_s: f64 = fitted.iter().map(|r| data.runs[*r].duration_s()).sum();
     let least = fitted

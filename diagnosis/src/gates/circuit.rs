@@ -3,7 +3,8 @@
 use sinew_physics::DriveKind;
 use sinew_recording::Column;
 
-use super::{Exclude, Gate, Warning, line, median, quantile, stroke};
+use super::gate::{Exclude, Gate, Warning};
+use super::statistics::{Line, line, median, quantile, stroke};
 use crate::error::{Error, Trouble};
 use crate::numbers::number;
 
@@ -197,7 +198,7 @@ fn on_phase(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let share = current.iter().zip(&samples.expected_current);
     let y: Vec<f64> =
         share.map(|(found, expected)| if *found > 0.0 { (found / expected).ln() } else { f64::NAN }).collect();
-    let (slope, explained) = line(&x, &y);
+    let Line { slope, explained } = line(&x, &y);
     match (0.8..=1.2).contains(&slope) && explained > 0.9 {
         true => Err(gate.broken(Some(Column::CurrentA), Trouble::AveragedCurrent)),
         false => Ok(()),

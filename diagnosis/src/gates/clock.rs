@@ -6,7 +6,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_recording::{Column, Recording, TIME, drive_column};
 
-use super::{Exclude, Gate, LEAST_CONVECTION, Warning, line, quantile, simulate, stroke};
+use super::gate::{Exclude, Gate, LEAST_CONVECTION, Warning, simulate};
+use super::statistics::{Line, line, quantile, stroke};
 use crate::error::{Broken, Error, Trouble};
 use crate::numbers::number;
 
@@ -350,7 +351,7 @@ impl Pacer<'_> {
         let each = self.moving.iter().filter_map(|column| {
             let values = self.beginning.get(*column)?;
             let measured: Vec<f64> = simulated.rows.iter().map(|row| values[*row]).collect();
-            let (slope, explained) = line(&simulated.columns[column], &measured);
+            let Line { slope, explained } = line(&simulated.columns[column], &measured);
             Some(if slope > 0.0 && explained.is_finite() { 1.0 - explained } else { 1.0 })
         });
         Ok(each.sum::<f64>() / self.moving.len() as f64)

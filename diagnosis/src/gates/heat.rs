@@ -3,7 +3,8 @@
 use sinew_physics::DriveKind;
 use sinew_recording::{Column, drive_column};
 
-use super::{Gate, LEAST_CONVECTION, span, stroke};
+use super::gate::{Gate, LEAST_CONVECTION};
+use super::statistics::{span, stroke};
 use crate::error::{Error, Trouble};
 
 /// Loss and heat capacity may be off by these factors, either way, before the energy cannot be right.

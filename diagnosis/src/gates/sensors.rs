@@ -3,7 +3,8 @@
 use sinew_physics::DriveKind;
 use sinew_recording::{Column, required_inputs};
 
-use super::{Exclude, Gate, Warning, span, stroke};
+use super::gate::{Exclude, Gate, Warning};
+use super::statistics::{span, stroke};
 use crate::error::{Broken, Error, Trouble};
 use crate::numbers::number;
 
