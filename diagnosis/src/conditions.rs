@@ -9,7 +9,7 @@ use crate::simulate::State;
 
 /// Share of the mismatch the windows are to hold.
 const WINDOW_SHARE: f64 = 0.8;
-/// Windows and conditions said at most.
+/// Windows and conditions reported at most.
 const MOST_WINDOWS: usize = 4;
 const MOST_CONDITIONS: usize = 4;
 

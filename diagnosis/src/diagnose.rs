@@ -157,7 +157,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     Ok(Outcome { diagnosis, figures, improved })
 }
 
-/// What the search came to, before it is said.
+/// What the search came to, before it is described.
 struct Found {
     data: Data,
     /// The same as the search simulated them.

@@ -15,7 +15,7 @@ use crate::words;
 /// Rivals of one of several effects that are raced, and of these how many are refitted in full.
 const RIVALS: usize = 5;
 const RIVALS_REFITTED: usize = 3;
-/// Two explanations whose likelihoods differ less than this (2 Δ ln L per effective sample) cannot be told apart.
+/// Two explanations whose likelihoods differ less than this (2 Δ ln L per effective sample) cannot be distinguished.
 const ALIKE: f64 = 12.0;
 
 /// A rival that explains the recording as well as what was found.

@@ -63,7 +63,7 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
     let outputs = |fit: &Fit, z: &[f64]| -> Option<Vec<Vec<Vec<f64>>>> {
         let mut model = fit.space.model(z)?;
         change(&mut model);
-        (0..data.runs.len()).map(|r| simulate::outputs(&model, &fit.space.seen(data, r, z), &data.sensors)).collect()
+        (0..data.runs.len()).map(|r| simulate::outputs(&model, &fit.space.run(data, r, z), &data.sensors)).collect()
     };
     let truth = outputs(a, &a.z)?;
     let difference = |there: &[Vec<Vec<f64>>]| -> Residuals {

@@ -166,7 +166,7 @@ pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> 
     Some(Fit { space: space.clone(), z, score, objective, information, converged })
 }
 
-/// What the residuals did on a step beyond what their derivatives said (half the second derivative along it), as its
+/// What the residuals did on a step beyond what their derivatives predict (half the second derivative along it), as its
 /// products with the derivatives. `all` has the derivatives as its columns, and the residuals before the step as its last.
 fn bend(data: &Data, all: &DMatrix<f32>, after: &Residuals, step: &DVector<f64>) -> DVector<f64> {
     let n = step.len();
@@ -320,7 +320,7 @@ impl Fit {
     /// The states of the wire through every recording.
     pub(crate) fn states(&self, data: &Data) -> Option<Vec<Vec<State>>> {
         let model = self.space.model(&self.z)?;
-        (0..data.runs.len()).map(|r| simulate::states(&model, &self.space.seen(data, r, &self.z))).collect()
+        (0..data.runs.len()).map(|r| simulate::states(&model, &self.space.run(data, r, &self.z))).collect()
     }
 
     /// What explanations are compared by: everything measured, of which one sample in `inflation` counts, and the priors.

@@ -128,7 +128,7 @@ fn kinds(data: &Data, model: &WireModel) -> Vec<Kind> {
     if data.sensors.iter().any(|s| s.column == Column::V3V) && data.sensors.len() > 1 {
         kinds.push(Kind::Contact);
     }
-    // with one sensor, its error can never be told from the wire's
+    // with one sensor, its error can never be distinguished from the wire's
     if data.sensors.len() > 1 {
         kinds.extend((0..data.sensors.len()).map(Kind::Sensor));
     }
@@ -218,7 +218,7 @@ struct Baseline<'a> {
 
 impl<'a> Baseline<'a> {
     fn new(data: &'a Data, fit: &Fit, model: &WireModel, run: usize, spacing_s: f64) -> Option<Baseline<'a>> {
-        let r = fit.space.seen(data, run, &fit.z);
+        let r = fit.space.run(data, run, &fit.z);
         let mut wire = simulate::wire(model, &r)?;
         let count = (r.duration_s() / spacing_s).floor().max(2.0);
         let spacing_s = r.duration_s() / count;

@@ -12,7 +12,7 @@ pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
     let model = space.model(z)?;
     (0..data.runs.len())
         .map(|index| {
-            let outputs = simulate::outputs(&model, &space.seen(data, index, z), &data.sensors)?;
+            let outputs = simulate::outputs(&model, &space.run(data, index, z), &data.sensors)?;
             Some(compare(data, space, z, index, outputs))
         })
         .collect()

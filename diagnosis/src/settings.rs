@@ -6,6 +6,6 @@ pub struct Settings<'a> {
     pub seed: u64,
     /// Threads; 0 = as many as the machine has cores.
     pub jobs: usize,
-    /// Told the stage and how far it is, 0..1, from any thread.
+    /// Called with the stage and how far it is, 0..1, from any thread.
     pub progress: &'a (dyn Fn(&str, f64) + Sync),
 }

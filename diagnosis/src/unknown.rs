@@ -99,7 +99,7 @@ impl Remainder {
     }
 }
 
-/// Noise of every sensor where what is left knows nothing of the wire: the sensors are noisier than their fast
+/// Noise of every sensor where what is left does not depend on the wire: the sensors are noisier than their fast
 /// fluctuations show. Those it concerns are named in `warnings`.
 pub(crate) fn wandering_noise(data: &Data, colours: &[Colour], warnings: &mut Vec<String>) -> Vec<f64> {
     for (sensor, colour) in data.sensors.iter().zip(colours) {

@@ -113,7 +113,7 @@ fn flows(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let Some(current) = &samples.current else { return Ok(()) };
     let expected_a = median(samples.expected_current.iter().copied());
     let largest = quantile(current.iter().map(|i| i.abs()), 0.95);
-    // a thousandth of what is expected may be another unit: said as such further on
+    // a thousandth of what is expected may be another unit: reported as such further on
     let none = largest < NO_CURRENT * expected_a && milli(largest / expected_a).is_none();
     match none && expected_a > 0.0 {
         true => Err(gate.broken(Some(Column::CurrentA), Trouble::NoCurrent { expected_a })),
@@ -186,7 +186,7 @@ fn resistance(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     Ok(())
 }
 
-/// In the on-phase the current knows nothing of the duty.
+/// In the on-phase the current does not depend on the duty.
 fn on_phase(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let (Some(current), DriveKind::Pwm) = (&samples.current, gate.model.drive.kind) else { return Ok(()) };
     let least = quantile(samples.duty.iter().copied(), 0.05);

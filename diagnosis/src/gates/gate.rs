@@ -45,7 +45,7 @@ pub enum Exclude {
 pub fn sensors(recording: &Recording, model: &WireModel) -> Vec<Column> {
     let kind = model.drive.kind;
     let inputs = [Some(drive_column(kind)), imposed_column(&model.load)];
-    // a furnace tells nothing of currents and voltages, a given power nothing of the taps
+    // a furnace determines no currents and voltages, a given power nothing of the taps
     let electrical = matches!(kind, DriveKind::Pwm | DriveKind::Current);
     let known = |column: Column| match column {
         Column::CurrentA | Column::V3V => electrical || kind == DriveKind::Power,

@@ -1,4 +1,4 @@
-//! Energy: whether what went in can have heated this wire, and whether anything was to be seen at all.
+//! Energy: whether what went in can have heated this wire, and whether anything could be measured at all.
 
 use sinew_physics::DriveKind;
 use sinew_recording::{Column, drive_column};

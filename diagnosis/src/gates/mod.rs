@@ -1,4 +1,4 @@
-//! Gates: a broken recording is said to be broken before anything is fitted to it.
+//! Gates: a broken recording is detected before anything is fitted to it.
 //!
 //! What makes any verdict worthless is an error, with the sensor, the time and the remedy. What concerns one sensor or a
 //! stretch of it is a [`Warning`], and that part is left out. Missing physics is neither: every limit here lies well
@@ -32,7 +32,7 @@ pub fn check(recording: &Recording, channel: &Channel) -> Result<Vec<Warning>, E
     let mut warnings = Vec::new();
     clock::samples(&gate)?;
     sensors::check(&gate, &mut warnings)?;
-    // what is left out whole is not asked for anything else
+    // what is left out whole is not checked for anything else
     let left_out =
         |column: &Column| warnings.iter().any(|w: &Warning| w.column == Some(*column) && w.exclude == Exclude::Column);
     gate.sensors.retain(|column| !left_out(column));
