@@ -3,12 +3,13 @@
 
 use crate::answer::{Condition, Map, Window};
 use crate::data::{Data, Part};
-use crate::fit::{Fit, Residuals};
+use crate::fit::Fit;
+use crate::residuals::Residuals;
 use crate::simulate::State;
 
 /// Share of the mismatch the windows are to hold.
 const WINDOW_SHARE: f64 = 0.8;
-/// Windows and conditions said at most.
+/// Windows and conditions reported at most.
 const MOST_WINDOWS: usize = 4;
 const MOST_CONDITIONS: usize = 4;
 

@@ -26,7 +26,7 @@ pub enum Error {
     NoRecording,
     /// A channel the rig does not have.
     NoChannel {
-        /// Index asked for.
+        /// Index requested.
         found: usize,
         /// How many there are.
         channels: usize,
@@ -51,7 +51,7 @@ pub struct Broken {
 /// The kinds of trouble, each with what was found and what was expected.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Trouble {
-    /// Fewer samples than parameters can be told from.
+    /// Fewer samples than parameters can be estimated from.
     TooFewSamples {
         /// Samples found.
         found: usize,
@@ -182,6 +182,11 @@ pub enum Trouble {
 }
 
 impl Error {
+    /// What could be simulated a moment ago no longer can.
+    pub(crate) fn lost_fit() -> Error {
+        Error::Lost { what: "a fit that was simulated before".into() }
+    }
+
     /// Whether the input is to blame (a program should then exit with 2), and not the program or the machine.
     pub fn is_bad_input(&self) -> bool {
         match self {

@@ -6,7 +6,10 @@ use rayon::prelude::*;
 use sinew_physics::{DriveKind, Inputs, Load, WireModel};
 
 use crate::data::{Data, Part, Run};
-use crate::fit::{self, Fit, Residuals};
+use crate::derivatives;
+use crate::fit::Fit;
+use crate::products;
+use crate::residuals::{self, Residuals};
 use crate::simulate;
 
 /// Length and rate of a proposed recording, s and Hz.
@@ -60,7 +63,7 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
     let outputs = |fit: &Fit, z: &[f64]| -> Option<Vec<Vec<Vec<f64>>>> {
         let mut model = fit.space.model(z)?;
         change(&mut model);
-        (0..data.runs.len()).map(|r| simulate::outputs(&model, &fit.space.seen(data, r, z), &data.sensors)).collect()
+        (0..data.runs.len()).map(|r| simulate::outputs(&model, &fit.space.run(data, r, z), &data.sensors)).collect()
     };
     let truth = outputs(a, &a.z)?;
     let difference = |there: &[Vec<Vec<f64>>]| -> Residuals {
@@ -87,7 +90,7 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
             let step = if z[*i] + c.step <= c.high { c.step } else { -c.step };
             z[*i] += step;
             let there = difference(&outputs(b, &z)?);
-            Some(fit::zip(&there, &here, |there, here| (there - here) / step as f32))
+            Some(residuals::zip(&there, &here, |there, here| (there - here) / step as f32))
         })
         .collect();
     if columns.len() != own.len() {
@@ -96,10 +99,10 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
     // an arbitrary zero makes up for any constant difference, in every recording anew
     if refit && data.free_zero && data.position().is_some() {
         let scale = data.sensors.iter().map(|s| s.noise).fold(f64::INFINITY, f64::min);
-        columns.extend((0..data.runs.len()).map(|run| fit::zero_derivative(data, scale, run, &here)));
+        columns.extend((0..data.runs.len()).map(|run| derivatives::of_zero(data, scale, run, &here)));
     }
     let all = Data { runs: data.runs.iter().map(Run::everything_fitted).collect(), ..data.clone() };
-    let mut information = fit::gram(&all, Part::Fitted, &columns);
+    let mut information = products::gram(&all, Part::Fitted, &columns);
     // what is known of the parameters already stays known, as far as it is not of a recording's own zero
     let known = known(b, &own);
     information.view_mut((0, 0), known.shape()).zip_apply(&known, |sum, known| *sum += known);
@@ -107,7 +110,7 @@ fn apart(data: &Data, a: &Fit, b: &Fit, change: &(dyn Fn(&mut WireModel) + Sync)
         information[(i, i)] += 1e-9;
     }
     let gradient =
-        DVector::from_iterator(columns.len(), columns.iter().map(|c| fit::inner(&all, Part::Fitted, c, &here)));
+        DVector::from_iterator(columns.len(), columns.iter().map(|c| products::inner(&all, Part::Fitted, c, &here)));
     let step = information.clone().cholesky()?.solve(&gradient);
     let (mut sum, mut count) = (0.0, 0.0);
     for (r, by_sensor) in here.iter().enumerate() {
@@ -138,14 +141,42 @@ fn known(fit: &Fit, own: &[usize]) -> DMatrix<f64> {
     }
 }
 
-/// Programmes that rigs can run: what ties are broken by.
+/// Programmes that rigs can run, under every change to the rig.
 fn designs(data: &Data, model: &WireModel) -> Vec<Design> {
     let Some(first) = data.runs.first() else { return Vec::new() };
     let drives = || data.runs.iter().flat_map(|run| run.inputs.iter().map(|(i, _)| i.drive));
     let most = drives().fold(f64::NEG_INFINITY, f64::max);
     let least = drives().fold(f64::INFINITY, f64::min);
-    let usual = first.inputs[0].0;
-    let unit = match model.drive.kind {
+    let mut designs = Vec::new();
+    for Programme { words, drive } in programmes(model.drive.kind, least, most) {
+        let run = recorded(data, first, &words, &*drive);
+        for Change { words: extra, of_model, supply } in changes(model) {
+            let mut run = run.clone();
+            for (inputs, _) in &mut run.inputs {
+                inputs.supply_v *= supply;
+            }
+            designs.push(Design { words: format!("{words}{extra}"), run, change: of_model });
+        }
+    }
+    designs
+}
+
+/// How the drive goes over time.
+struct Programme {
+    words: String,
+    /// From the time, s, to the drive, in its unit.
+    drive: Box<dyn Fn(f64) -> f64>,
+}
+
+impl Programme {
+    fn new(words: String, drive: impl Fn(f64) -> f64 + 'static) -> Programme {
+        Programme { words, drive: Box::new(drive) }
+    }
+}
+
+/// What ties are broken by: programmes between the least and the most that was driven.
+fn programmes(kind: DriveKind, least: f64, most: f64) -> Vec<Programme> {
+    let unit = match kind {
         DriveKind::Pwm => "duty",
         DriveKind::Power => "W",
         DriveKind::Current => "A",
@@ -154,105 +185,98 @@ fn designs(data: &Data, model: &WireModel) -> Vec<Design> {
     let wave = |period_s: f64, share: f64, low: f64| {
         move |t: f64| low + share * (1.0 - (2.0 * (t / period_s).fract() - 1.0).abs())
     };
-    type Programme = (String, Box<dyn Fn(f64) -> f64>);
     let span = most - least;
     let says = |low: f64, high: f64| format!("between {low:.3} and {high:.3} {unit}");
-    let mut programmes: Vec<Programme> = vec![
-        (
+    let mut programmes = vec![
+        Programme::new(
             format!("slow triangular ramps of the drive, 20 s each way, {}", says(least, most)),
-            Box::new(wave(40.0, span, least)),
+            wave(40.0, span, least),
         ),
-        (
+        Programme::new(
             format!("triangular ramps of the drive, 5 s each way, {}", says(least, most)),
-            Box::new(wave(10.0, span, least)),
+            wave(10.0, span, least),
         ),
-        (
+        Programme::new(
             format!(
                 "partial loops: ramps of 4 s each way, {}, after one full heating",
                 says(least + 0.35 * span, least + 0.8 * span)
             ),
             {
                 let inner = wave(8.0, 0.45 * span, least + 0.35 * span);
-                Box::new(move |t| if t < 4.0 { most } else { inner(t) })
+                move |t| if t < 4.0 { most } else { inner(t) }
             },
         ),
-        (
-            format!("stairs, 6 s a step, {}", says(least, most)),
-            Box::new(move |t| {
-                least + span * [0.2, 0.5, 0.8, 1.0, 0.6, 0.3, 0.0, 0.4, 0.9, 0.1][(t / 6.0) as usize % 10]
-            }),
-        ),
-        (
+        Programme::new(format!("stairs, 6 s a step, {}", says(least, most)), move |t| {
+            least + span * [0.2, 0.5, 0.8, 1.0, 0.6, 0.3, 0.0, 0.4, 0.9, 0.1][(t / 6.0) as usize % 10]
+        }),
+        Programme::new(
             format!("the same stairs at two speeds, 6 s and 1.5 s a step, {}", says(least, most)),
-            Box::new(move |t| {
+            move |t| {
                 let place = if t < 30.0 { t / 6.0 } else { 5.0 + (t - 30.0) / 1.5 };
                 least + span * [0.3, 0.7, 1.0, 0.5, 0.0][place as usize % 5]
-            }),
+            },
         ),
-        (
+        Programme::new(
             format!("short full heating and long cooling, 2 s at {most:.3} and 13 s at {least:.3} {unit}"),
-            Box::new(move |t| if t % 15.0 < 2.0 { most } else { least }),
+            move |t| if t % 15.0 < 2.0 { most } else { least },
         ),
     ];
-    if model.drive.kind == DriveKind::Temperature {
+    if kind == DriveKind::Temperature {
         // a furnace is slow: ramps only
         programmes.truncate(3);
     }
-    let interval_s = 1.0 / RATE_HZ;
-    let count = (LENGTH_S * RATE_HZ) as usize;
-    let imposed: Vec<f64> = first.inputs.iter().map(|(i, _)| i.imposed).collect();
-    let mut designs = Vec::new();
-    for (words, programme) in programmes {
-        let time_s: Vec<f64> = (0..count).map(|i| i as f64 * interval_s).collect();
-        let rows: Vec<(Inputs, f64)> = time_s
-            .iter()
-            .enumerate()
-            .map(|(row, t)| {
-                (Inputs { drive: programme(*t), imposed: imposed[row % imposed.len()], ..usual }, interval_s)
-            })
-            .collect();
-        let run = Run {
-            name: words.clone(),
-            measured: data
-                .sensors
-                .iter()
-                .enumerate()
-                .map(|(s, _)| {
-                    let there = data.runs.iter().any(|run| run.measured[s].iter().any(|v| !v.is_nan()));
-                    vec![if there { 0.0 } else { f64::NAN }; count]
-                })
-                .collect(),
-            part: vec![Part::Fitted; count],
-            block: vec![0; count],
-            held_out: false,
-            longest_piece_s: first.longest_piece_s,
-            ambient_of_model: true,
-            supply_of_model: false,
-            inputs: rows,
-            time_s,
-        };
-        for (extra, change, faster) in changes(model) {
-            let mut run = run.clone();
-            for (inputs, _) in &mut run.inputs {
-                inputs.supply_v *= faster;
-            }
-            designs.push(Design { words: format!("{words}{extra}"), run, change });
-        }
-    }
-    designs
+    programmes
 }
 
-type Change = (String, Box<dyn Fn(&mut WireModel) + Sync>, f64);
+/// The recording that a programme would give: the sensors there are, under the conditions of `first`.
+fn recorded(data: &Data, first: &Run, name: &str, drive: &dyn Fn(f64) -> f64) -> Run {
+    let usual = first.inputs[0].0;
+    let imposed: Vec<f64> = first.inputs.iter().map(|(i, _)| i.imposed).collect();
+    let interval_s = 1.0 / RATE_HZ;
+    let count = (LENGTH_S * RATE_HZ) as usize;
+    let time_s: Vec<f64> = (0..count).map(|i| i as f64 * interval_s).collect();
+    let inputs = time_s
+        .iter()
+        .enumerate()
+        .map(|(row, t)| (Inputs { drive: drive(*t), imposed: imposed[row % imposed.len()], ..usual }, interval_s))
+        .collect();
+    let measured = (0..data.sensors.len())
+        .map(|s| {
+            let there = data.runs.iter().any(|run| run.measured[s].iter().any(|v| !v.is_nan()));
+            vec![if there { 0.0 } else { f64::NAN }; count]
+        })
+        .collect();
+    Run {
+        name: name.to_string(),
+        measured,
+        part: vec![Part::Fitted; count],
+        block: vec![0; count],
+        held_out: false,
+        longest_piece_s: first.longest_piece_s,
+        ambient_of_model: true,
+        supply_of_model: false,
+        inputs,
+        time_s,
+    }
+}
+
+/// What is changed on the rig.
+struct Change {
+    words: String,
+    of_model: Box<dyn Fn(&mut WireModel) + Sync>,
+    /// Factor on the supply voltage.
+    supply: f64,
+}
 
 /// The rig as it is, with another load, with another supply.
 fn changes(model: &WireModel) -> Vec<Change> {
-    let mut changes: Vec<Change> = vec![(String::new(), Box::new(|_| ()), 1.0)];
+    let mut changes: Vec<Change> = vec![Change { words: String::new(), of_model: Box::new(|_| ()), supply: 1.0 }];
     if let Load::SpringMassDamper { spring_n_per_m, .. } = model.load {
         for (factor, word) in [(1.5, "half more load"), (0.6, "0.6 of the load")] {
             let text = if spring_n_per_m > 0.0 { "preload" } else { "weight" };
-            changes.push((
-                format!(", with {word} ({text} × {factor})"),
-                Box::new(move |m| {
+            changes.push(Change {
+                words: format!(", with {word} ({text} × {factor})"),
+                of_model: Box::new(move |m| {
                     if let Load::SpringMassDamper { mass_kg, preload_n, spring_n_per_m, .. } = &mut m.load {
                         *preload_n *= factor;
                         if *spring_n_per_m == 0.0 {
@@ -260,12 +284,13 @@ fn changes(model: &WireModel) -> Vec<Change> {
                         }
                     }
                 }),
-                1.0,
-            ));
+                supply: 1.0,
+            });
         }
     }
     if model.drive.kind == DriveKind::Pwm {
-        changes.push((", at 0.8 of the supply voltage".into(), Box::new(|_| ()), 0.8));
+        let words = ", at 0.8 of the supply voltage".into();
+        changes.push(Change { words, of_model: Box::new(|_| ()), supply: 0.8 });
     }
     changes
 }

@@ -1,33 +1,31 @@
 //! What the report draws: traces thinned for a page, maps, unknown inputs, and everything that was tried.
 
+use sinew_physics::DriveKind;
 use sinew_recording::drive_column;
-use sinew_rig::Rig;
 
 use crate::answer::{Figures, SensorTrace, Traces, Tried, UnknownInput};
+use crate::attempt::Attempt;
 use crate::conditions;
 use crate::data::Data;
-use crate::fit::{Fit, Residuals};
+use crate::fit::Fit;
 use crate::forward::Selection;
 use crate::locate::Located;
 use crate::simulate;
+use crate::stages::{Compared, Stage};
 
 /// Most points of a line.
 const MOST_POINTS: usize = 3000;
 
-#[allow(clippy::too_many_arguments)]
+/// Draws what `compared` left of the data, and what `attempt` tried; one sample in `inflation` counts.
 pub(crate) fn figures(
     data: &Data,
-    rig: &Rig,
-    channel: usize,
-    given: &Residuals,
-    before: &Residuals,
-    after: &Residuals,
-    fit: &Fit,
-    located: &[Located],
-    selection: &Selection,
+    drive: DriveKind,
+    compared: &Compared,
+    Attempt { located, selection, .. }: &Attempt,
     inflation: f64,
 ) -> Figures {
-    let states = fit.states(data);
+    let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
+    let states = chosen.states(data);
     let recordings = data
         .runs
         .iter()
@@ -42,7 +40,7 @@ pub(crate) fn figures(
                 name: run.name.clone(),
                 time_s: thin(&|row| run.time_s[row]),
                 drive: thin(&|row| run.inputs[row].0.drive),
-                drive_column: drive_column(rig.channels[channel].model.drive.kind),
+                drive_column: drive_column(drive),
                 kept_back: run.kept_back(),
                 temperature_c: state(&|s| s.temperature_c),
                 martensite: state(&|s| s.martensite),
@@ -53,16 +51,16 @@ pub(crate) fn figures(
                     .map(|(s, sensor)| {
                         let measured = &run.measured[s];
                         // what the residual leaves of the measurement is the simulation as the sensor would have shown it
-                        let simulated = |residuals: &Residuals| {
-                            thin(&|row| measured[row] - f64::from(residuals[r][s][row]) * sensor.noise)
+                        let simulated = |stage: &Stage| {
+                            thin(&|row| measured[row] - f64::from(stage.residuals[r][s][row]) * sensor.noise)
                         };
                         SensorTrace {
                             column: sensor.column,
                             noise: sensor.noise,
                             measured: thin(&|row| measured[row]),
-                            as_given: simulated(given),
-                            recalibrated: simulated(before),
-                            improved: simulated(after),
+                            as_given: simulated(as_given),
+                            recalibrated: simulated(recalibrated),
+                            improved: simulated(improved),
                         }
                     })
                     .collect(),
@@ -71,7 +69,7 @@ pub(crate) fn figures(
         .collect();
     Figures {
         recordings,
-        maps: conditions::maps(data, fit, before, after),
+        maps: conditions::maps(data, chosen, &recalibrated.residuals, &improved.residuals),
         unknown_inputs: located.iter().map(unknown_input).collect(),
         tried: tried(selection, inflation),
     }
@@ -91,7 +89,7 @@ fn unknown_input(located: &Located) -> UnknownInput {
 
 fn tried(selection: &Selection, inflation: f64) -> Vec<Tried> {
     let names = |fit: &Fit| fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
-    let bic = |fit: &Fit| crate::diagnose::bic(fit, inflation);
+    let bic = |fit: &Fit| fit.bic(inflation);
     let reference = bic(&selection.reference);
     let row = |fit: &Fit, screened: bool| Tried {
         effects: names(fit),

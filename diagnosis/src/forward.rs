@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
 use crate::data::{Data, Part};
-use crate::fit::{self, Effort, Fit, Residuals};
+use crate::derivatives;
+use crate::fit::{self, Effort, Fit};
+use crate::residuals::{self, Residuals};
 use crate::search::{self, Racer};
 use crate::significance::{Chance, Colour, by_blocks};
 use crate::space::What;
@@ -59,6 +61,11 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
+    /// The share of what the parameters alone leave that its effects take away.
+    pub(crate) fn explained(&self) -> f64 {
+        1.0 - self.fit.score.excess() / self.reference.score.excess().max(1e-9)
+    }
+
     /// The same, scored by other data.
     pub(crate) fn judged_by(mut self, data: &Data) -> Option<Selection> {
         let fields = self.steps.iter_mut().map(|step| &mut step.field);
@@ -72,15 +79,15 @@ impl Selection {
 
 /// How residuals of a fit are coloured, by sensor, where the fit sees them: what is kept back has no say in any weight.
 pub(crate) fn colours(data: &Data, residuals: &Residuals) -> Vec<Colour> {
-    let seen = fit::only(data, Part::Fitted, residuals);
+    let seen = residuals::only(data, Part::Fitted, residuals);
     (0..data.sensors.len()).map(|s| Colour::of(&seen, s)).collect()
 }
 
 /// The mean square of what a fit leaves, in units of noise, times how many samples say the same: as many samples count
 /// as one where it is the model that is wrong. 1 where only noise is left.
 pub(crate) fn misfit(data: &Data, fit: &Fit) -> Option<f64> {
-    let left = fit::residuals(data, &fit.space, &fit.z)?;
-    let seen = fit::only(data, Part::Fitted, &left);
+    let left = fit.residuals(data)?;
+    let seen = residuals::only(data, Part::Fitted, &left);
     let (mut sum, mut samples) = (0.0, 0.0);
     for s in 0..data.sensors.len() {
         let colour = Colour::of(&seen, s);
@@ -128,19 +135,8 @@ pub(crate) fn select(
     };
     for number in 0..MOST_STEPS {
         let stage = format!("candidates, round {}", number + 1);
-        // where next to nothing is left, the linearised candidates show whether a race could find anything
-        if selection.fit.score.chi_kept() < LITTLE_LEFT
-            && let Some(chance) = chance(data, &selection.fit, &selection.fit, windows, seed)
-        {
-            let p_value = chance.p_value(chance.promised());
-            if selection.steps.is_empty() {
-                (selection.p_value, selection.method) = (p_value, bootstrap(chance.draws()));
-            }
-            let too_small = chance.promised() < 0.5 * MATTERS * selection.fit.score.kept;
-            let nothing_left = selection.fit.score.chi_kept().powi(2) < 1.0 + MATTERS;
-            if p_value > WORTH_A_RACE || too_small || (nothing_left && number > 0) {
-                break;
-            }
+        if !is_worth_a_race(data, &mut selection, windows, seed, number) {
+            break;
         }
         let candidates = candidates(data, &selection.fit, windows);
         if candidates.is_empty() {
@@ -150,37 +146,17 @@ pub(crate) fn select(
         field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
         let Some(first) = field.first_mut() else { break };
         first.fit = let_go(data, search::onward(data, first.fit.clone()));
-        let mut best = first.clone();
+        let best = first.clone();
         if kept_gain(&selection.fit, &best.fit) < MATTERS * selection.fit.score.kept {
             selection.rejected = Some((field, full));
             break;
         }
-        // the model without the effect, from where the fit with it has led: a better valley of the same model is no effect
-        let without = drop_effect(data, &best.fit, best.candidate.effect);
-        let mut better_valley = false;
-        if let Some(without) = without
-            && without.objective < selection.fit.objective
-        {
-            better_valley = without.score.kept < (1.0 - MATTERS) * selection.fit.score.kept;
-            if selection.steps.is_empty() {
-                selection.reference = without.clone();
-            }
-            selection.fit = without;
-        }
-        let gain = kept_gain(&selection.fit, &best.fit);
-        let matters = gain_above_noise(data, &selection.fit, &best.fit) > MATTERS * selection.fit.score.kept;
-        let (p_value, method) = if gain <= 0.0 {
-            (1.0, bootstrap(0))
-        } else if selection.fit.space.firmness > 1.0 {
-            chance_by_blocks(data, &selection.fit, &field, seed)
-        } else {
-            chance(data, &selection.fit, &best.fit, windows, seed)
-                .map_or((1.0, bootstrap(0)), |c| (c.p_value(gain), bootstrap(c.draws())))
-        };
+        let better_valley = look_for_better_valley(data, &mut selection, &best);
+        let (p_value, method) = chance_of_gain(data, &selection.fit, &field, &best, windows, seed);
         if selection.steps.is_empty() {
-            selection.p_value = p_value;
-            selection.method = method;
+            (selection.p_value, selection.method) = (p_value, method);
         }
+        let matters = gain_above_noise(data, &selection.fit, &best.fit) > MATTERS * selection.fit.score.kept;
         if !(matters && p_value <= SIGNIFICANT) {
             selection.rejected = Some((field, full));
             if better_valley {
@@ -188,29 +164,84 @@ pub(crate) fn select(
             }
             break;
         }
-        let tested = best.candidate.effect.id;
-        carry_on(data, &mut field[1..full], &best.fit);
-        field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
-        if let Some(first) = field.first() {
-            best = first.clone();
-        }
-        selection.fit = best.fit.clone();
-        selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
-        // alone it has just been shown to be needed, unless a polished rival took its place
-        if selection.steps.len() > 1 || selection.steps.last().is_some_and(|s| s.effect.id != tested) {
-            prune(data, &mut selection);
-        }
-        if selection.steps.is_empty() {
-            // the search has only led to a better valley of the model without
-            selection.reference = selection.fit.clone();
-            selection.p_value = 1.0;
-        }
+        add(data, &mut selection, field, full, best, p_value);
         // nothing left that could be noticed
         if selection.fit.score.chi_kept().powi(2) < 1.0 + MATTERS {
             break;
         }
     }
     selection
+}
+
+/// Where next to nothing is left, the linearised candidates show whether a race of round `number` could find anything.
+fn is_worth_a_race(data: &Data, selection: &mut Selection, windows: &[(f64, f64)], seed: u64, number: usize) -> bool {
+    if selection.fit.score.chi_kept() < LITTLE_LEFT
+        && let Some(chance) = chance(data, &selection.fit, &selection.fit, windows, seed)
+    {
+        let p_value = chance.p_value(chance.promised());
+        if selection.steps.is_empty() {
+            (selection.p_value, selection.method) = (p_value, bootstrap(chance.draws()));
+        }
+        let too_small = chance.promised() < 0.5 * MATTERS * selection.fit.score.kept;
+        let nothing_left = selection.fit.score.chi_kept().powi(2) < 1.0 + MATTERS;
+        return !(p_value > WORTH_A_RACE || too_small || (nothing_left && number > 0));
+    }
+    true
+}
+
+/// Fits the model without the effect from where the fit with it has led, and takes that where it is better: a better
+/// valley of the same model is no effect. Whether it is better by more than nothing.
+fn look_for_better_valley(data: &Data, selection: &mut Selection, best: &Racer) -> bool {
+    match drop_effect(data, &best.fit, best.candidate.effect) {
+        Some(without) if without.objective < selection.fit.objective => {
+            let better = without.score.kept < (1.0 - MATTERS) * selection.fit.score.kept;
+            if selection.steps.is_empty() {
+                selection.reference = without.clone();
+            }
+            selection.fit = without;
+            better
+        }
+        _ => false,
+    }
+}
+
+/// Probability that chance gives what the best of a field gains over `base`, and how that was found.
+fn chance_of_gain(
+    data: &Data,
+    base: &Fit,
+    field: &[Racer],
+    best: &Racer,
+    windows: &[(f64, f64)],
+    seed: u64,
+) -> (f64, String) {
+    let gain = kept_gain(base, &best.fit);
+    if gain <= 0.0 {
+        (1.0, bootstrap(0))
+    } else if base.space.firmness > 1.0 {
+        chance_by_blocks(data, base, field, seed)
+    } else {
+        chance(data, base, &best.fit, windows, seed)
+            .map_or((1.0, bootstrap(0)), |c| (c.p_value(gain), bootstrap(c.draws())))
+    }
+}
+
+/// Takes the best of a field into the model, and out of it what is no longer needed. `tested` was found to be more than
+/// chance; the others that were fitted in full are carried as far as it first.
+fn add(data: &Data, selection: &mut Selection, mut field: Vec<Racer>, full: usize, tested: Racer, p_value: f64) {
+    carry_on(data, &mut field[1..full], &tested.fit);
+    field[..full].sort_by(|a, b| a.fit.score.kept.total_cmp(&b.fit.score.kept));
+    let best = field.first().unwrap_or(&tested).clone();
+    selection.fit = best.fit;
+    selection.steps.push(Step { effect: best.candidate.effect, p_value, field, full });
+    // alone it has just been shown to be needed, unless a polished rival took its place
+    if selection.steps.len() > 1 || selection.steps.last().is_some_and(|s| s.effect.id != tested.candidate.effect.id) {
+        prune(data, selection);
+    }
+    if selection.steps.is_empty() {
+        // the search has only led to a better valley of the model without
+        selection.reference = selection.fit.clone();
+        selection.p_value = 1.0;
+    }
 }
 
 /// Carries those that come near the best as far as it was: which is better is decided between equals.
@@ -275,10 +306,10 @@ fn bootstrap(draws: usize) -> String {
 /// Probability that chance gives the gain of the first of `field`, or any other a better one, and how that was found.
 fn chance_by_blocks(data: &Data, base: &Fit, field: &[Racer], seed: u64) -> (f64, String) {
     let kept = |fit: &Fit| -> Option<Vec<f64>> {
-        let left = fit::residuals(data, &fit.space, &fit.z)?;
+        let left = fit.residuals(data)?;
         let mut sums = BTreeMap::new();
-        for (run, _, block, square) in fit::kept_squares(data, &left) {
-            *sums.entry((run, block)).or_insert(0.0) += square;
+        for sample in residuals::kept(data, &left) {
+            *sums.entry((sample.run, sample.block)).or_insert(0.0) += sample.square;
         }
         Some(sums.into_values().collect())
     };
@@ -297,10 +328,10 @@ fn chance_by_blocks(data: &Data, base: &Fit, field: &[Racer], seed: u64) -> (f64
 
 /// What chance gives to the best candidate beyond `base`, with noise coloured as what `best` leaves.
 fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64) -> Option<Chance> {
-    let here = fit::residuals(data, &base.space, &base.z)?;
-    let nuisances = fit::derivatives(data, &base.space, &base.z, &here)?;
+    let here = base.residuals(data)?;
+    let nuisances = derivatives::one_sided(data, &base.space, &base.z, &here)?;
     let pulls: Vec<f64> = base.space.pulls().collect();
-    let left = fit::residuals(data, &best.space, &best.z)?;
+    let left = best.residuals(data)?;
     let mut seen = Vec::new();
     let candidates: Vec<Candidate> = candidates(data, base, windows)
         .into_iter()
@@ -328,8 +359,8 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
                     let mut moved = null.clone();
                     let amount = if z[*i] == 0.0 { 0.3 } else { z[*i] };
                     moved[*i] = amount;
-                    let there = fit::residuals(data, &space, &moved)?;
-                    Some(fit::zip(&there, &here, |there, here| (there - here) / amount as f32))
+                    let there = residuals::at(data, &space, &moved)?;
+                    Some(residuals::zip(&there, &here, |there, here| (there - here) / amount as f32))
                 })
                 .collect();
             if columns.is_empty() { None } else { Some(columns) }
@@ -342,11 +373,11 @@ fn chance(data: &Data, base: &Fit, best: &Fit, windows: &[(f64, f64)], seed: u64
 /// a coarse converter rounds away follows the signal, and bends to any parameter.
 fn gain_above_noise(data: &Data, worse: &Fit, better: &Fit) -> f64 {
     let squares = |fit: &Fit| {
-        let left = fit::residuals(data, &fit.space, &fit.z)?;
+        let left = fit.residuals(data)?;
         let mut sums = vec![(0.0, 0.0); data.sensors.len()];
-        for (_, sensor, _, square) in fit::kept_squares(data, &left) {
-            sums[sensor].0 += square;
-            sums[sensor].1 += 1.0;
+        for sample in residuals::kept(data, &left) {
+            sums[sample.sensor].0 += sample.square;
+            sums[sample.sensor].1 += 1.0;
         }
         Some(sums)
     };

@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::data::{Data, Part};
+use crate::derivatives;
 use crate::fit::{self, Effort, Fit};
+use crate::products;
 use crate::space::What;
 
 /// How far a simulation is to be trusted, as a share of a sensor's range: two simulators of the same equations agree to
@@ -97,9 +99,9 @@ impl Spread {
     /// Gradients summed over blocks show how far the samples of a block pull together.
     fn of(data: &Data, fit: &Fit) -> Option<Spread> {
         let n = fit.space.len();
-        let here = fit::residuals(data, &fit.space, &fit.z)?;
-        let columns = fit::sharp_derivatives(data, &fit.space, &fit.z, &here)?;
-        let mut information = fit::gram(data, Part::Fitted, &columns);
+        let here = fit.residuals(data)?;
+        let columns = derivatives::sharp(data, &fit.space, &fit.z, &here)?;
+        let mut information = products::gram(data, Part::Fitted, &columns);
         for (i, pull) in fit.space.pulls().enumerate() {
             information[(i, i)] += pull + 1e-12;
         }

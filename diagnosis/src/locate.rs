@@ -13,8 +13,11 @@ use sinew_physics::{Unknown, Wire, WireModel};
 use sinew_recording::Column;
 
 use crate::data::{Data, Part, Run};
-use crate::fit::{self, Fit, Residuals};
+use crate::derivatives;
+use crate::fit::Fit;
+use crate::products;
 use crate::progress::each;
+use crate::residuals::{self, Residuals};
 use crate::simulate;
 
 /// Most hats over all recordings, and their least distance, s.
@@ -71,11 +74,11 @@ struct Hat {
 /// What every kind explains, the most probable first.
 pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) -> Vec<Located> {
     let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
-    let Some(here) = fit::residuals(data, &fit.space, &fit.z) else { return Vec::new() };
-    let Some(nuisances) = fit::derivatives(data, &fit.space, &fit.z, &here) else { return Vec::new() };
-    let own = fit::gram(data, Part::Fitted, &nuisances);
-    let along: Vec<f64> = nuisances.iter().map(|c| fit::inner(data, Part::Fitted, c, &here)).collect();
-    let score = fit::score(data, &here);
+    let Some(here) = fit.residuals(data) else { return Vec::new() };
+    let Some(nuisances) = derivatives::one_sided(data, &fit.space, &fit.z, &here) else { return Vec::new() };
+    let own = products::gram(data, Part::Fitted, &nuisances);
+    let along: Vec<f64> = nuisances.iter().map(|c| products::inner(data, Part::Fitted, c, &here)).collect();
+    let score = residuals::score(data, &here);
     let fitted: Vec<usize> = (0..data.runs.len()).filter(|r| !data.runs[*r].held_out).collect();
     let total_s: f64 = fitted.iter().map(|r| data.runs[*r].duration_s()).sum();
     let least = fitted
@@ -126,7 +129,7 @@ fn kinds(data: &Data, model: &WireModel) -> Vec<Kind> {
     if data.sensors.iter().any(|s| s.column == Column::V3V) && data.sensors.len() > 1 {
         kinds.push(Kind::Contact);
     }
-    // with one sensor, its error can never be told from the wire's
+    // with one sensor, its error can never be distinguished from the wire's
     if data.sensors.len() > 1 {
         kinds.extend((0..data.sensors.len()).map(Kind::Sensor));
     }
@@ -216,7 +219,7 @@ struct Baseline<'a> {
 
 impl<'a> Baseline<'a> {
     fn new(data: &'a Data, fit: &Fit, model: &WireModel, run: usize, spacing_s: f64) -> Option<Baseline<'a>> {
-        let r = fit.space.seen(data, run, &fit.z);
+        let r = fit.space.run(data, run, &fit.z);
         let mut wire = simulate::wire(model, &r)?;
         let count = (r.duration_s() / spacing_s).floor().max(2.0);
         let spacing_s = r.duration_s() / count;

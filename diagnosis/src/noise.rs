@@ -1,8 +1,8 @@
 //! How much a sensor scatters by itself, from its recording alone.
 //!
-//! Three parts are told apart. The *white* part is what a high-order difference over the true sample times leaves: it
+//! Three parts are distinguished. The *white* part is what a high-order difference over the true sample times leaves: it
 //! removes whatever is a polynomial over a few samples, and steps and outliers are cut off by the median of all places. The
-//! *coloured* part wanders more slowly than that and is seen as the scatter about a polynomial in windows of about a
+//! *coloured* part wanders more slowly than that and shows as the scatter about a polynomial in windows of about a
 //! second, the calm ones. The *step* is the grid a converter or a printout puts the values on; its error is q/√12.
 
 use sinew_recording::{Column, Recording};
@@ -22,7 +22,8 @@ const LEAST_SAMPLES: usize = 8;
 const SAMPLES_PER_LEVEL: usize = 20;
 /// Length of a window for the coloured part, s, and the samples it has at least and at most.
 const WINDOW_S: f64 = 1.0;
-const WINDOW_SAMPLES: (usize, usize) = (24, 400);
+const WINDOW_LEAST_SAMPLES: usize = 24;
+const WINDOW_MOST_SAMPLES: usize = 400;
 /// Degree of the polynomial the signal is taken for within a window; the lower one for windows of few samples.
 const WINDOW_DEGREES: [usize; 2] = [2, 5];
 /// Samples per coefficient that a window must have for a degree to be tried.
@@ -46,13 +47,13 @@ pub struct Noise {
     pub white: f64,
     /// RMS of all of it, the slowly wandering part included; never below `white`, never 0.
     pub total: f64,
-    /// The grid the values stand on; 0 = none seen.
+    /// The grid the values stand on; 0 = none detected.
     pub step: f64,
 }
 
 /// The noise of a column. `given` is what the rig file says of it, which wins.
 ///
-/// A column that is not there, or has next to no samples, tells nothing: its noise is infinite.
+/// A column that is not there, or has next to no samples, measures nothing: its noise is infinite.
 pub fn estimate(recording: &Recording, column: Column, given: Option<f64>) -> Noise {
     let (times, values) = samples(recording, column);
     let step = grid(&values);
@@ -169,7 +170,7 @@ fn coloured(times: &[f64], values: &[f64]) -> Option<f64> {
     }
     let interval = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
     let wanted = (WINDOW_S / interval) as usize;
-    let length = wanted.clamp(WINDOW_SAMPLES.0, WINDOW_SAMPLES.1).min(values.len());
+    let length = wanted.clamp(WINDOW_LEAST_SAMPLES, WINDOW_MOST_SAMPLES).min(values.len());
     WINDOW_DEGREES
         .into_iter()
         .filter(|degree| *degree == WINDOW_DEGREES[0] || length >= SAMPLES_PER_COEFFICIENT * (degree + 1))

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-/// What `work` makes of each item, in their order, those left out that come to nothing. `progress` is told how much is
+/// What `work` makes of each item, in their order, those left out that come to nothing. `progress` is given how much is
 /// done, up to `share`.
 pub(crate) fn each<T: Send, U: Send>(
     items: Vec<T>,

@@ -6,8 +6,11 @@ use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 
 use crate::data::{Data, Part};
+use crate::derivatives;
 use crate::fit::{self, Effort, Fit};
+use crate::products;
 use crate::progress::each;
+use crate::residuals;
 use crate::space::{Coordinate, Space};
 use crate::starts::Candidate;
 
@@ -23,7 +26,7 @@ const EXPLAINED: f64 = 1.05;
 /// Fits with the noise taken large at first and smaller in steps: the large features of the recording lead, and the
 /// parameters stay where they are believed until the data insist.
 pub(crate) fn anneal(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
-    let first = fit::score(data, &fit::residuals(data, space, start)?);
+    let first = residuals::score(data, &residuals::at(data, space, start)?);
     let mut soften = first.chi_fitted();
     let mut z = start.to_vec();
     while soften > 3.0 {
@@ -109,10 +112,10 @@ pub(crate) struct Shared {
 
 impl Shared {
     pub(crate) fn of(data: &Data, base: &Fit) -> Option<Shared> {
-        let here = fit::residuals(data, &base.space, &base.z)?;
-        let columns = fit::derivatives(data, &base.space, &base.z, &here)?;
-        let columns = fit::matrix(data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
-        let gram = fit::square(&columns);
+        let here = base.residuals(data)?;
+        let columns = derivatives::one_sided(data, &base.space, &base.z, &here)?;
+        let columns = products::matrix(data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
+        let gram = products::square(&columns);
         Some(Shared { columns, gram })
     }
 

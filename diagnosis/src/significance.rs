@@ -10,7 +10,8 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
 use crate::data::{Data, Part};
-use crate::fit::{self, Residuals};
+use crate::products;
+use crate::residuals::Residuals;
 
 /// Order of the autoregressive model of what is left.
 const ORDER: usize = 6;
@@ -120,7 +121,7 @@ impl Chance {
         let columns: Vec<&Residuals> = nuisances.iter().chain(candidates.iter().flatten()).collect();
         let (n, all) = (nuisances.len(), columns.len());
         let parts = [Part::Fitted, Part::KeptBack];
-        let [seen, kept] = parts.map(|part| fit::square(&fit::matrix(data, part, &columns)));
+        let [seen, kept] = parts.map(|part| products::square(&products::matrix(data, part, &columns)));
         let mut models: Vec<Model> = Vec::new();
         let base: Vec<usize> = (0..n).collect();
         let Some(reference) = Model::new(&base, &seen, pulls) else {
@@ -141,7 +142,8 @@ impl Chance {
         let roots = parts.map(|part| {
             let filtered: Vec<Residuals> = columns.par_iter().map(|c| filtered(data, part, c, colours)).collect();
             // a root by eigenvalues: columns may well be alike
-            let eigen = fit::square(&fit::matrix_of_all(data, &filtered.iter().collect::<Vec<_>>())).symmetric_eigen();
+            let eigen = products::square(&products::matrix_of_all(data, &filtered.iter().collect::<Vec<_>>()))
+                .symmetric_eigen();
             let spread = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
             eigen.eigenvectors * DMatrix::from_diagonal(&spread)
         });
@@ -158,7 +160,7 @@ impl Chance {
         let along = |part| {
             DVector::from_iterator(
                 all,
-                columns.iter().map(|c| fit::inner(data, part, c, residuals)).collect::<Vec<_>>(),
+                columns.iter().map(|c| products::inner(data, part, c, residuals)).collect::<Vec<_>>(),
             )
         };
         Chance { gains, promised: best_gain(&along(Part::Fitted), &along(Part::KeptBack)) }

@@ -256,9 +256,9 @@ impl Space {
         Ok(())
     }
 
-    /// A recording as the wire at `z` sees it: an imposed position counts from its own zero there, or, where that was not
+    /// A recording as the wire at `z` is driven by it: an imposed position counts from its own zero there, or, where that was not
     /// fitted, from the mean of the others.
-    pub(crate) fn seen<'a>(&self, data: &'a Data, index: usize, z: &[f64]) -> Cow<'a, Run> {
+    pub(crate) fn run<'a>(&self, data: &'a Data, index: usize, z: &[f64]) -> Cow<'a, Run> {
         let run = &data.runs[index];
         if !(data.position_imposed && data.free_zero) {
             return Cow::Borrowed(run);

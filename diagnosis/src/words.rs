@@ -7,10 +7,11 @@ use sinew_physics::effects::Effect;
 use crate::answer::{EffectSize, FoundEffect, Location, Unknown, Verdict};
 use crate::data::Data;
 use crate::experiment::Proposal;
-use crate::fit::{Fit, Score};
+use crate::fit::Fit;
 use crate::forward::Selection;
 use crate::numbers::{interval, number};
 use crate::space::{Coordinate, What, is_time};
+use crate::stages::Compared;
 
 /// Separations below this, in RMS over noise, are not worth a recording.
 const WORTH_IT: f64 = 0.1;
@@ -69,17 +70,15 @@ pub(crate) fn says(effect: &Effect, parameters: &BTreeMap<String, EffectSize>) -
 }
 
 /// The answer in two or three sentences.
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn summary(
     verdict: Verdict,
-    given: Score,
-    before: Score,
-    after: Score,
+    compared: &Compared,
     effects: &[FoundEffect],
     unknown: Option<&Unknown>,
     location: &Location,
     selection: &Selection,
 ) -> String {
+    let (given, before, after) = (compared.as_given.score, compared.recalibrated.score, compared.improved.score);
     let (g, b, a) = (number(given.chi_kept()), number(before.chi_kept()), number(after.chi_kept()));
     match verdict {
         Verdict::Agrees => format!(

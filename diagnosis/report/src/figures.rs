@@ -14,7 +14,8 @@ const HALF: f64 = 460.0;
 /// Points of all lines of the page together, so that it stays below 2 MB …
 const POINTS: usize = 110_000;
 /// … and of a line, at most and at least.
-const LINE_POINTS: (usize, usize) = (200, 1500);
+const LINE_MOST_POINTS: usize = 1500;
+const LINE_LEAST_POINTS: usize = 200;
 /// Recordings that are drawn; more are only listed.
 const RECORDINGS: usize = 8;
 /// Sensors that are in sight at once; more are folded away.
@@ -150,7 +151,7 @@ fn windows<'a>(diagnosis: &'a Diagnosis, recording: &Traces) -> Vec<&'a Window> 
 fn points_per_line(drawn: &[&Traces]) -> (usize, usize) {
     let lines = |recordings: &[&Traces]| -> usize { recordings.iter().map(|r| 6 * r.sensors.len() + 10).sum() };
     let (front, others) = drawn.split_at(drawn.len().min(1));
-    let share = |points: usize, lines: usize| (points / lines.max(1)).clamp(LINE_POINTS.0, LINE_POINTS.1);
+    let share = |points: usize, lines: usize| (points / lines.max(1)).clamp(LINE_LEAST_POINTS, LINE_MOST_POINTS);
     let of_front = share(POINTS / 2, lines(front));
     let of_others = share(POINTS.saturating_sub(of_front * lines(front)), lines(others));
     (of_front, of_others)
@@ -472,7 +473,7 @@ pub(crate) fn unknown_inputs(diagnosis: &Diagnosis, figures: &Figures) -> Markup
                                 y: &input.value,
                                 ink: if guilty { Ink::After } else { Ink::Plain },
                             }],
-                            points: LINE_POINTS.1,
+                            points: LINE_MOST_POINTS,
                         }.draw())
                     }
                 }

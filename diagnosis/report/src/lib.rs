@@ -4,6 +4,31 @@
 //! [`text`] the same answer in about ten lines for a terminal; [`picture`] one drawing of measured against
 //! simulated. All are functions of what they are given: no clock, no randomness, the same page for the same answer. What
 //! they are given may be anything; names are escaped, and what is not a number leaves a gap.
+//!
+//! # Example
+//! ```
+//! use sinew_diagnosis::{Diagnosis, Left, Location, SCHEMA, Stages, Verdict};
+//!
+//! let diagnosis = Diagnosis {
+//!     schema: SCHEMA.into(),
+//!     verdict: Verdict::Agrees,
+//!     summary: "The rig file as given explains the recording.".into(),
+//!     left: Left { chi_as_given: 1.01, chi: 1.0, chi_improved: 1.0, p_value: 0.4, method: "bootstrap".into() },
+//!     next_experiment: "None is needed.".into(),
+//!     seed: 1,
+//! #     noise: Default::default(),
+//! #     fit: Stages::default(),
+//! #     location: Location::default(),
+//! #     effects: Vec::new(),
+//! #     unknown: None,
+//! #     parameters: Default::default(),
+//! #     recordings: Vec::new(),
+//! #     warnings: Vec::new(),
+//!     // and what was measured, found and fitted
+//! };
+//! let (width, has_colour) = (100, false);
+//! assert!(sinew_report::text(&diagnosis, width, has_colour).contains("explains the recording"));
+//! ```
 #![forbid(unsafe_code)]
 
 mod figures;

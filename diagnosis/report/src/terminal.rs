@@ -8,7 +8,7 @@ use crate::words::{headline, is_complete, list, places};
 
 /// Narrower than this a terminal is not taken at its word.
 const LEAST_WIDTH: usize = 40;
-/// Windows and conditions named, and warnings said; the page has them all.
+/// Windows and conditions named, and warnings printed; the page has them all.
 const PLACES: usize = 1;
 const WARNINGS: usize = 3;
 /// Where the text begins, after its label.

@@ -3,7 +3,8 @@
 use sinew_physics::DriveKind;
 use sinew_recording::Column;
 
-use super::{Exclude, Gate, Warning, line, median, quantile, stroke};
+use super::gate::{Exclude, Gate, Warning};
+use super::statistics::{Line, line, median, quantile, stroke};
 use crate::error::{Error, Trouble};
 use crate::numbers::number;
 
@@ -112,7 +113,7 @@ fn flows(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let Some(current) = &samples.current else { return Ok(()) };
     let expected_a = median(samples.expected_current.iter().copied());
     let largest = quantile(current.iter().map(|i| i.abs()), 0.95);
-    // a thousandth of what is expected may be another unit: said as such further on
+    // a thousandth of what is expected may be another unit: reported as such further on
     let none = largest < NO_CURRENT * expected_a && milli(largest / expected_a).is_none();
     match none && expected_a > 0.0 {
         true => Err(gate.broken(Some(Column::CurrentA), Trouble::NoCurrent { expected_a })),
@@ -185,7 +186,7 @@ fn resistance(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     Ok(())
 }
 
-/// In the on-phase the current knows nothing of the duty.
+/// In the on-phase the current does not depend on the duty.
 fn on_phase(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let (Some(current), DriveKind::Pwm) = (&samples.current, gate.model.drive.kind) else { return Ok(()) };
     let least = quantile(samples.duty.iter().copied(), 0.05);
@@ -197,7 +198,7 @@ fn on_phase(gate: &Gate, samples: &Samples) -> Result<(), Error> {
     let share = current.iter().zip(&samples.expected_current);
     let y: Vec<f64> =
         share.map(|(found, expected)| if *found > 0.0 { (found / expected).ln() } else { f64::NAN }).collect();
-    let (slope, explained) = line(&x, &y);
+    let Line { slope, explained } = line(&x, &y);
     match (0.8..=1.2).contains(&slope) && explained > 0.9 {
         true => Err(gate.broken(Some(Column::CurrentA), Trouble::AveragedCurrent)),
         false => Ok(()),

@@ -6,13 +6,15 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_recording::{Column, Recording, TIME, drive_column};
 
-use super::{Exclude, Gate, LEAST_CONVECTION, Warning, line, quantile, simulate, stroke};
+use super::gate::{Exclude, Gate, LEAST_CONVECTION, Warning, simulate};
+use super::statistics::{Line, line, quantile, stroke};
 use crate::error::{Broken, Error, Trouble};
 use crate::numbers::number;
 
 /// The wire's own time constants a recording must last, and the bounds of that, s.
 const LEAST_TIME_CONSTANTS: f64 = 3.0;
-const LEAST_LENGTH_S: (f64, f64) = (1.0, 5.0);
+const LEAST_LENGTH_FROM_S: f64 = 1.0;
+const LEAST_LENGTH_TO_S: f64 = 5.0;
 /// An interval so many times the typical one is a gap, if it is longer than a share of the wire's time constant.
 const GAP_INTERVALS: f64 = 5.0;
 const GAP_TIME_CONSTANTS: f64 = 0.2;
@@ -30,7 +32,7 @@ const NOISE_STEPS: f64 = 2.0;
 /// Enough of them, over long enough.
 pub(super) fn samples(gate: &Gate) -> Result<(), Error> {
     let found_s = gate.recording.duration_s();
-    let least_s = (LEAST_TIME_CONSTANTS * gate.time_constant_s()).clamp(LEAST_LENGTH_S.0, LEAST_LENGTH_S.1);
+    let least_s = (LEAST_TIME_CONSTANTS * gate.time_constant_s()).clamp(LEAST_LENGTH_FROM_S, LEAST_LENGTH_TO_S);
     match found_s < least_s {
         true => Err(gate.broken(None, Trouble::TooShort { found_s, least_s })),
         false => Ok(()),
@@ -174,13 +176,13 @@ fn jumps_of(gate: &Gate, column: Column) -> Vec<usize> {
         .collect()
 }
 
-/// A sensor is asked for the pace if it moves so many times its noise.
+/// A sensor is used to find the pace if it moves so many times its noise.
 const MOVES: f64 = 20.0;
 /// So much from the beginning is simulated for it, in rows and in time constants of the wire, whichever is more: a
 /// clock is wrong from its first tick.
 const RATE_ROWS: usize = 5_000;
 const RATE_TIME_CONSTANTS: f64 = 30.0;
-/// A recording so fine that this is still more than so many rows is not asked.
+/// A recording so fine that this is still more than so many rows is not used.
 const RATE_MOST_ROWS: usize = 50_000;
 /// Rows that are compared for it.
 const RATE_COMPARED: usize = 2_000;
@@ -307,7 +309,7 @@ fn set(model: &mut WireModel, id: &str, key: &str, value: f64) {
     }
 }
 
-/// What the question of the pace is asked of.
+/// What the pace is found from.
 struct Pacer<'a> {
     gate: &'a Gate<'a>,
     beginning: &'a Recording,
@@ -350,7 +352,7 @@ impl Pacer<'_> {
         let each = self.moving.iter().filter_map(|column| {
             let values = self.beginning.get(*column)?;
             let measured: Vec<f64> = simulated.rows.iter().map(|row| values[*row]).collect();
-            let (slope, explained) = line(&simulated.columns[column], &measured);
+            let Line { slope, explained } = line(&simulated.columns[column], &measured);
             Some(if slope > 0.0 && explained.is_finite() { 1.0 - explained } else { 1.0 })
         });
         Ok(each.sum::<f64>() / self.moving.len() as f64)

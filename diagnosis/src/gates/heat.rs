@@ -1,10 +1,11 @@
-//! Energy: whether what went in can have heated this wire, and whether anything was to be seen at all.
+//! Energy: whether what went in can have heated this wire, and whether anything could be measured at all.
 
 use sinew_physics::DriveKind;
 use sinew_physics::formulas::relaxed;
 use sinew_recording::{Column, drive_column};
 
-use super::{Gate, LEAST_CONVECTION, span, stroke};
+use super::gate::{Gate, LEAST_CONVECTION};
+use super::statistics::{span, stroke};
 use crate::error::{Error, Trouble};
 
 /// Loss and heat capacity may be off by these factors, either way, before the energy cannot be right.

@@ -3,13 +3,14 @@
 use sinew_physics::DriveKind;
 use sinew_recording::{Column, required_inputs};
 
-use super::{Exclude, Gate, Warning, span, stroke};
+use super::gate::{Exclude, Gate, Warning};
+use super::statistics::{span, stroke};
 use crate::error::{Broken, Error, Trouble};
 use crate::numbers::number;
 
 /// A column with less than this share of its samples is left out …
 const LEAST_PRESENT: f64 = 0.05;
-/// … and with less than this it is said.
+/// … and with less than this a warning is given.
 const FEW_PRESENT: f64 = 0.5;
 /// Noise, in steps of the grid, from which equal samples in a row are no chance.
 const NOISE_STEPS: f64 = 2.0;

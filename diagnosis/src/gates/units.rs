@@ -4,7 +4,8 @@ use sinew_physics::{DriveKind, Load};
 use sinew_recording::{Column, drive_column, imposed_column};
 use sinew_rig::PositionZero;
 
-use super::{Exclude, Gate, Warning, line, median, quantile, span, stroke};
+use super::gate::{Exclude, Gate, Warning};
+use super::statistics::{Line, line, median, quantile, span, stroke};
 use crate::error::{Error, Trouble};
 use crate::numbers::number;
 
@@ -73,7 +74,7 @@ fn position(gate: &Gate, warnings: &mut Vec<Warning>) -> Result<(), Error> {
     let own = stroke(simulated);
     let transforms = span(&gate.simulated.martensite) > TRANSFORMS && own > 20.0 * noise.min(1e-3 * length);
     if transforms && moved > 20.0 * noise {
-        let (slope, explained) = line(simulated, &measured);
+        let Line { slope, explained } = line(simulated, &measured);
         if explained > EXPLAINED && slope < 0.0 {
             return Err(gate.broken(column, Trouble::WrongSign));
         }

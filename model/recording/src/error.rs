@@ -11,7 +11,7 @@ use crate::suggest;
 /// A recording that cannot be used, or not be written. Shown as `FILE:LINE: column "NAME": what; remedy`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Error {
-    /// The file, as it was asked for.
+    /// The file, as it was given.
     pub file: String,
     /// Line in it, counted from 1, where one is to blame.
     pub line: Option<u64>,
@@ -38,7 +38,7 @@ pub enum What {
     Empty,
     /// A header and nothing below.
     HeaderOnly,
-    /// Fewer samples than anything can be said from.
+    /// Fewer samples than anything can be computed from.
     TooFewSamples {
         /// Samples found.
         found: usize,
@@ -238,6 +238,17 @@ pub enum Miscount {
     CutOff,
 }
 
+impl Miscount {
+    const fn hint(self) -> &'static str {
+        match self {
+            Miscount::Unknown => "give every row as many cells as the header has; leave a missing sample empty",
+            Miscount::DecimalComma => "write numbers with a decimal point, not a comma",
+            Miscount::TrailingComma => "take the comma off the end of the rows",
+            Miscount::CutOff => "the file stops in the middle of its last row: take that row out, or copy it again",
+        }
+    }
+}
+
 impl Error {
     pub(crate) fn new(file: &str, what: What) -> Error {
         Error { file: file.to_string(), line: None, column: None, what }
@@ -308,44 +319,11 @@ impl Error {
             What::WrongSeparator { .. } => {
                 "write it with commas between the columns and a point as the decimal sign".into()
             }
-            What::UnknownColumn { nearest, .. } => {
-                let meant = nearest.map(|n| format!("did you mean \"{n}\"? otherwise ")).unwrap_or_default();
-                let foreign = suggest::map_entry("NAME", column, None);
-                format!("{meant}map it in the rig file ([recording.columns] {foreign}) or pass --ignore-columns")
-            }
+            What::UnknownColumn { nearest, .. } => map_or_ignore(column, *nearest),
             What::DuplicateColumn { .. } => "take one of them out".into(),
-            What::MissingTimeColumn { present } => {
-                let guess = suggest::time_like(present).unwrap_or("NAME");
-                let entry = suggest::map_entry(TIME, guess, suggest::time_scale(guess));
-                format!(
-                    "name the time column {TIME}, in seconds, or map it in the rig file: [recording.columns] {entry}"
-                )
-            }
-            What::MissingInput { input, because, present } => {
-                let entry = suggest::map_entry(input.name(), "NAME", None);
-                let mut text =
-                    format!("add the column, or map another to it in the rig file: [recording.columns] {entry}");
-                let drives = [DriveKind::Pwm, DriveKind::Power, DriveKind::Current, DriveKind::Temperature];
-                let drive = drives.into_iter().find(|kind| present.iter().any(|p| p == drive_column(*kind).name()));
-                if let (Needed::Drive(_), Some(kind)) = (because, drive) {
-                    text += &format!(
-                        "; or, if {} is what drove the wire, set [channel.drive] kind = \"{}\"",
-                        drive_column(kind).name(),
-                        drive_word(kind)
-                    );
-                }
-                text
-            }
-            What::FieldCount { cause, .. } => match cause {
-                Miscount::Unknown => {
-                    "give every row as many cells as the header has; leave a missing sample empty".into()
-                }
-                Miscount::DecimalComma => "write numbers with a decimal point, not a comma".into(),
-                Miscount::TrailingComma => "take the comma off the end of the rows".into(),
-                Miscount::CutOff => {
-                    "the file stops in the middle of its last row: take that row out, or copy it again".into()
-                }
-            },
+            What::MissingTimeColumn { present } => name_the_time(present),
+            What::MissingInput { input, because, present } => give_the_input(*input, *because, present),
+            What::FieldCount { cause, .. } => cause.hint().into(),
             What::NotANumber { found } => {
                 if suggest::decimal_comma(found) {
                     "write numbers with a decimal point, not a comma".into()
@@ -371,19 +349,7 @@ impl Error {
             What::MissingSample { .. } => {
                 "an input has to be known at every row: take the row out, or fill it in".into()
             }
-            What::DutyOutOfRange { found } => {
-                let scale = |scale, unit| {
-                    let entry = suggest::map_entry("duty", column, Some(scale));
-                    format!("if it is {unit}: [recording.columns] {entry}")
-                };
-                match *found {
-                    f if f < 0.0 => "duty is the share of the period the current flows: 0 to 1".into(),
-                    f if f <= 100.0 => scale(0.01, "in percent"),
-                    f if f <= 255.0 => scale(0.00392156862745098, "an 8-bit register"),
-                    _ => "duty is the share of the period the current flows: 0 to 1; scale it in [recording.columns]"
-                        .into(),
-                }
-            }
+            What::DutyOutOfRange { found } => scale_the_duty(*found, column),
             What::NegativePower { .. } => "heating power is not negative: check the sensor's sign and offset".into(),
             What::PositionTooLarge { .. } => {
                 let entry = suggest::map_entry("position_m", column, Some(0.001));
@@ -410,6 +376,50 @@ impl Error {
                 format!("it has {}; bring it into CSV with columns such as {TIME},duty,position_m", fields.join(", "))
             }
         }
+    }
+}
+
+/// The hint for a column that the contract does not know.
+fn map_or_ignore(column: &str, nearest: Option<&str>) -> String {
+    let meant = nearest.map(|n| format!("did you mean \"{n}\"? otherwise ")).unwrap_or_default();
+    let foreign = suggest::map_entry("NAME", column, None);
+    format!("{meant}map it in the rig file ([recording.columns] {foreign}) or pass --ignore-columns")
+}
+
+/// The hint where no column is the time.
+fn name_the_time(present: &[String]) -> String {
+    let guess = suggest::time_like(present).unwrap_or("NAME");
+    let entry = suggest::map_entry(TIME, guess, suggest::time_scale(guess));
+    format!("name the time column {TIME}, in seconds, or map it in the rig file: [recording.columns] {entry}")
+}
+
+/// The hint for an input that is not there.
+fn give_the_input(input: Column, because: Needed, present: &[String]) -> String {
+    let entry = suggest::map_entry(input.name(), "NAME", None);
+    let mut text = format!("add the column, or map another to it in the rig file: [recording.columns] {entry}");
+    let drives = [DriveKind::Pwm, DriveKind::Power, DriveKind::Current, DriveKind::Temperature];
+    let drive = drives.into_iter().find(|kind| present.iter().any(|p| p == drive_column(*kind).name()));
+    if let (Needed::Drive(_), Some(kind)) = (because, drive) {
+        text += &format!(
+            "; or, if {} is what drove the wire, set [channel.drive] kind = \"{}\"",
+            drive_column(kind).name(),
+            drive_word(kind)
+        );
+    }
+    text
+}
+
+/// The hint for a duty that is none, in `column` of the file.
+fn scale_the_duty(found: f64, column: &str) -> String {
+    let scale = |scale, unit| {
+        let entry = suggest::map_entry("duty", column, Some(scale));
+        format!("if it is {unit}: [recording.columns] {entry}")
+    };
+    match found {
+        f if f < 0.0 => "duty is the share of the period the current flows: 0 to 1".into(),
+        f if f <= 100.0 => scale(0.01, "in percent"),
+        f if f <= 255.0 => scale(0.00392156862745098, "an 8-bit register"),
+        _ => "duty is the share of the period the current flows: 0 to 1; scale it in [recording.columns]".into(),
     }
 }
 

@@ -8,13 +8,29 @@
 //! columns of one channel of it, and [`read`] takes either.
 //!
 //! # What a row means
-//! A row's inputs hold from its time to the time of the next row, and its measured columns are what the sensors saw at
+//! A row's inputs hold from its time to the time of the next row, and its measured columns are what the sensors measured at
 //! the *end* of that interval, in the on-phase. What is imposed (position, force, temperature) moves in a straight line
 //! and reaches the row's value at the end of the row's interval. The last row's interval is as long as the one before.
+//!
+//! # Example
+//! ```
+//! use sinew_recording::{Column, Options, read_from};
+//!
+//! let csv = "time_s,duty,position_m\n0.00,0.0,0.0081\n0.01,0.4,0.0081\n0.02,0.4,0.0079\n";
+//! let recording = read_from(csv.as_bytes(), "monday.csv", &Options::default())?;
+//! assert_eq!(recording.get(Column::Duty), Some(&[0.0, 0.4, 0.4][..]));
+//!
+//! // what cannot be trusted is refused, with its place and the remedy
+//! let error = read_from("time_s,duty\n0,0\n1,50\n".as_bytes(), "tuesday.csv", &Options::default()).unwrap_err();
+//! assert_eq!((error.line, error.column.as_deref()), (Some(3), Some("duty")));
+//! assert!(error.hint().contains("scale = 0.01"));
+//! # Ok::<(), sinew_recording::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod column;
 mod error;
+mod options;
 mod read;
 mod recording;
 pub mod rows;
@@ -22,13 +38,16 @@ pub mod session;
 mod simulated;
 mod smooth;
 mod suggest;
+mod table;
 mod utc;
 mod write;
 
 pub use column::{Column, TIME, drive_column, imposed_column, required_inputs};
 pub use error::{Error, Miscount, Needed, What};
-pub use read::{MAX_LINE_BYTES, MAX_ROWS, Options, read, read_from};
+pub use options::{MAX_ROWS, Options};
+pub use read::{read, read_from};
 pub use recording::{MAX_DURATION_S, MIN_SAMPLES, Recording};
+pub use table::MAX_LINE_BYTES;
 pub use utc::Utc;
 pub use write::{Part, Writer, write, write_to};
 

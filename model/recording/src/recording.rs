@@ -6,7 +6,7 @@ use crate::column::{Column, TIME, drive_column, imposed_column, required_inputs}
 use crate::error::{Error, Needed, What};
 use crate::smooth;
 
-/// Fewest samples anything can be said from: two intervals.
+/// Fewest samples anything can be computed from: two intervals.
 pub const MIN_SAMPLES: usize = 3;
 /// Longest recording, in s (eleven days). What is longer has its times in another unit, and would be simulated for hours.
 pub const MAX_DURATION_S: f64 = 1e6;

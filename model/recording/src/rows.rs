@@ -23,7 +23,7 @@ use sinew_rig::{Rig, SamplingCircuit, Sensing};
 
 use crate::column::{Column, TIME};
 use crate::error::{Error, What};
-use crate::read::Options;
+use crate::options::Options;
 use crate::recording::{MIN_SAMPLES, Recording, check_range};
 use crate::session::{CycleView, Head, Session};
 

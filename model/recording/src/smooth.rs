@@ -1,7 +1,7 @@
 //! Slow quantities measured with noise: the level beneath a column such as the supply voltage.
 //!
 //! A measured supply drives the simulation row by row, so its sensor's noise would appear in every simulated voltage. The
-//! quantity itself stands nearly still, and what it does can be told from the noise by the column alone. Local level:
+//! quantity itself stands nearly still, and what it does can be distinguished from the noise by the column alone. Local level:
 //!
 //! y_t = x_t + e_t, var e = r; x_{t+1} = x_t + w_t, var w = q Δt (Δt in typical intervals).
 //!
@@ -34,7 +34,7 @@ const MOST_FITTED: usize = 20_000;
 const ROUNDS: usize = 16;
 
 /// The level beneath `values`, whose samples are taken at `time_s`; NaN = missing, and stays so.
-/// `values` themselves where nothing can be told or there is nothing to smooth.
+/// `values` themselves where nothing can be estimated or there is nothing to smooth.
 ///
 /// `time_s` increases and has as many samples.
 pub(crate) fn level<'a>(time_s: &[f64], values: &'a [f64]) -> Cow<'a, [f64]> {
@@ -82,7 +82,7 @@ struct Belief {
 const NOTHING: Belief = Belief { level: 0.0, variance: f64::INFINITY };
 
 impl Belief {
-    /// With the sample `y` seen too.
+    /// With the sample `y` taken in too.
     fn after(self, y: f64) -> Belief {
         if self.variance.is_infinite() {
             return Belief { level: y, variance: 1.0 };

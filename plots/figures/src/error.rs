@@ -9,14 +9,14 @@ pub enum Error {
     Recording(sinew_recording::Error),
     /// No recording has such a channel.
     NoChannel {
-        /// The one asked for.
+        /// The one requested.
         name: String,
         /// Those there are.
         known: Vec<String>,
     },
     /// No recording has such a quantity.
     NoQuantity {
-        /// The one asked for.
+        /// The one requested.
         name: String,
         /// Those there are.
         known: Vec<String>,

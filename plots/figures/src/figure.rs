@@ -25,7 +25,7 @@ const USUAL: [&str; 9] = [
 ];
 /// … and how many of them.
 const USUAL_PANELS: usize = 5;
-/// Channels that are drawn when nobody says which. More can be asked for.
+/// Channels that are drawn where none is named. More can be requested.
 pub const USUAL_CHANNELS: usize = 6;
 /// How many times the stretches of a curve over time a loop may have.
 const LOOP: usize = 6;
@@ -48,7 +48,7 @@ pub struct Figure {
 pub struct Panel {
     /// What kind of figure it belongs to.
     pub kind: Kind,
-    /// Above it; its vertical axis' name where nothing else is to be said.
+    /// Above it; its vertical axis' name where it has no text.
     pub caption: String,
     /// Across.
     pub x: Field,
@@ -108,7 +108,7 @@ struct Gathered {
     thin: Thin,
 }
 
-/// Reads the recordings and gathers what is asked for.
+/// Reads the recordings and gathers what is requested.
 ///
 /// # Errors
 /// Names nobody has, kinds that lack what they need, damaged files; [`Error::Nothing`] where there is nothing to draw.
@@ -193,7 +193,7 @@ pub fn gather(sources: &[Source], order: &Order, progress: &mut dyn FnMut(u64, u
     Ok(Figure { title, legend, panels, notes })
 }
 
-/// Who is drawn: of each recording the channels asked for, or the first few.
+/// Who is drawn: of each recording the channels requested, or the first few.
 fn subjects(sources: &[Source], order: &Order) -> Result<(Vec<Subject>, Vec<String>), Error> {
     for name in &order.channels {
         if !sources.iter().any(|source| source.channels.contains(name)) {
@@ -230,7 +230,7 @@ fn subjects(sources: &[Source], order: &Order) -> Result<(Vec<Subject>, Vec<Stri
 
 type Wanted = (usize, usize, Ink, Take, Take);
 
-/// The panels of the kinds asked for, still empty, and the curves that belong into them.
+/// The panels of the kinds requested, still empty, and the curves that belong into them.
 fn panels(sources: &[Source], order: &Order, subjects: &[Subject]) -> Result<(Vec<Panel>, Vec<Wanted>), Error> {
     let mut panels: Vec<Panel> = Vec::new();
     let mut wanted: Vec<Wanted> = Vec::new();
@@ -328,7 +328,7 @@ fn panels(sources: &[Source], order: &Order, subjects: &[Subject]) -> Result<(Ve
     Ok((panels, wanted))
 }
 
-/// The quantities over time: those asked for, or the usual ones among those recorded.
+/// The quantities over time: those requested, or the usual ones among those recorded.
 fn quantities(sources: &[Source], order: &Order) -> Result<Vec<String>, Error> {
     let known = || sources.iter().flat_map(Source::known);
     if order.quantities.is_empty() {

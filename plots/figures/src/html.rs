@@ -44,7 +44,7 @@ struct CurveData {
     points: String,
 }
 
-/// The page knows inks by number: those of a series by their place, the pale one of what was asked for, the plain one.
+/// The page knows inks by number: those of a series by their place, the pale one of what was commanded, the plain one.
 fn number(ink: Ink) -> i32 {
     match ink {
         Ink::Series(place) => place.into(),

@@ -3,6 +3,29 @@
 //! [`Source::open`] opens a recording, [`gather`] reads each once and makes its curves thin while reading, so that memory
 //! does not grow with it, and a [`Figure`] becomes an [`svg`](Figure::svg), a [`png`](Figure::png) or an
 //! [`html`](Figure::html) page that can be zoomed into and needs nothing else.
+//!
+//! # Example
+//! ```
+//! use sinew_figures::{Kind, Order, Source, gather};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("monday.csv");
+//! std::fs::write(&path, "time_s,duty,force_n\n0.00,0.0,1.9\n0.01,0.4,2.0\n0.02,0.4,2.1\n")?;
+//! let order = Order {
+//!     kinds: vec![Kind::Time],
+//!     insists: true,
+//!     channels: Vec::new(),
+//!     quantities: vec!["force".into()],
+//!     from_s: f64::NEG_INFINITY,
+//!     to_s: f64::INFINITY,
+//!     title: None,
+//!     points: 20_000,
+//!     stretches: 2_000,
+//! };
+//! let figure = gather(&[Source::open(&path, false)?], &order, &mut |_, _| ())?;
+//! assert!(figure.svg().contains("<svg"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod error;

@@ -143,7 +143,7 @@ impl Source {
         }
     }
 
-    /// All names a quantity can be asked for by.
+    /// All names a quantity can be requested by.
     pub fn known(&self) -> impl Iterator<Item = &str> + Clone {
         self.fields.iter().map(String::as_str).filter(|name| *name != TIME)
     }

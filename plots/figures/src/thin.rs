@@ -79,7 +79,7 @@ impl Thin {
             self.missing += 1.0;
             return;
         }
-        // a gap narrower than a stretch is narrower than can be seen
+        // a gap narrower than a stretch is narrower than can be drawn
         let wide = self.each <= 64 || self.missing >= self.each as f64;
         if self.missing > 0.0 {
             self.broken |= self.missing > GAP * self.usual;

@@ -2,7 +2,8 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use crate::plot::{DASHES, Ink, Plot};
+use crate::ink::{DASHES, Ink};
+use crate::plot::Plot;
 
 /// Room above a panel for its caption, and around it, px.
 const CAPTION: f64 = 22.0;

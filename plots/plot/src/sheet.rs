@@ -2,13 +2,13 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::plot::DASHES;
+use crate::ink::DASHES;
 use crate::web::INKS;
 
 /// Styles, and nothing else: nothing is run, nothing is fetched.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
 
-/// The head of a page that stands alone: its styles are inside, and what it may do is said by `policy`.
+/// The head of a page that stands alone: its styles are inside, and `policy` is what it may do.
 pub fn head(title: &str, policy: &str, styles: &[&str]) -> Markup {
     html! {
         head {

@@ -1,4 +1,4 @@
-//! docs/proof.md: the figures beside what is asked for, the confusion matrix and every failure.
+//! docs/proof.md: the figures beside what is required, the confusion matrix and every failure.
 //!
 //! What others write into that page, between two markers, is kept.
 
@@ -42,7 +42,7 @@ fn line(text: &mut String, what: &str, target: &str, found: &str, met: &str) {
     let _ = writeln!(text, "| {what} | {target} | {found} | {met} |");
 }
 
-/// The page. `before` is what it said until now; `notes` are the reasons for what is not reached.
+/// The page. `before` is what it was until now; `notes` are the reasons for what is not reached.
 pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
     let mut text = String::new();
     let seeds_words = match seeds {
@@ -51,7 +51,7 @@ pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
     };
     let _ = writeln!(
         text,
-        "# Proof\n\nHow well the diagnosis does where the truth is known: {} concealed cases from {seeds_words}.\n\
+        "# Evaluation of the diagnosis on concealed cases\n\nHow well the diagnosis does where the truth is known: {} concealed cases from {seeds_words}.\n\
          `cargo run --release -p sinew-proof` makes them, diagnoses them, scores them and writes this page (but for the \
          real recordings below and the notes).\n",
         all.len()
@@ -60,9 +60,9 @@ pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
     text.push_str("\n## Figures\n\n");
     table(&mut text, all);
     if !NOTES.trim().is_empty() {
-        let _ = writeln!(text, "\n## Where a figure is not reached\n\n{}", NOTES.trim());
+        let _ = writeln!(text, "\n## Targets not reached\n\n{}", NOTES.trim());
     }
-    text.push_str("\n## By level and by kind\n\n");
+    text.push_str("\n## Detection by level and by kind\n\n");
     levels(&mut text, all);
     text.push_str("\n## Confusion matrix\n\n");
     matrix(&mut text, all);
@@ -114,7 +114,7 @@ own resistance, so either name is right.
 
 fn table(text: &mut String, all: &[Judged]) {
     let f = figures(all);
-    text.push_str("| | asked for | found | reached |\n|---|---|---|---|\n");
+    text.push_str("| | target | found | reached |\n|---|---|---|---|\n");
     let at_least = |share: &Share, target: f64| met(share.value() >= target, share.of > 0);
     let at_most = |share: &Share, target: f64| met(share.value() <= target, share.of > 0);
     line(text, "false alarms on nulls", "≤ 5 %", &percent(&f.false_alarms), at_most(&f.false_alarms, 0.05));
@@ -131,7 +131,7 @@ fn table(text: &mut String, all: &[Judged]) {
     line(text, "pairs: both named or in a declared class", "", &percent(&f.pairs_in_class), "");
     line(text, "triples: members named", "", &percent(&f.triples), "");
     let said = &f.outside_said;
-    line(text, "outside the catalogue: said so", "80 %", &percent(said), at_least(said, 0.8));
+    line(text, "outside the catalogue: reported", "80 %", &percent(said), at_least(said, 0.8));
     let wrong = &f.outside_wrong;
     line(text, "outside the catalogue: given a wrong name", "≤ 10 %", &percent(wrong), at_most(wrong, 0.1));
     let alike = "of the wrong names: the second recording is predicted to within its noise all the same";
@@ -173,9 +173,7 @@ fn table(text: &mut String, all: &[Judged]) {
 
 fn levels(text: &mut String, all: &[Judged]) {
     let f = figures(all);
-    text.push_str(
-        "| single effects, level left after refitting | something said to be missing | right effect first |\n",
-    );
+    text.push_str("| single effects, level left after refitting | missing physics reported | right effect first |\n");
     text.push_str("|---|---|---|\n");
     for level in Level::ALL {
         let (detected, first) = (percent(&f.detected[&level]), percent(&f.first_by_level[&level]));
@@ -185,14 +183,15 @@ fn levels(text: &mut String, all: &[Judged]) {
     for (kind, share) in &f.false_alarms_by_kind {
         let _ = writeln!(text, "| {kind} | {} |", percent(share));
     }
-    text.push_str("\n| outside the catalogue | level | said | blamed equation | chi, second recording |\n");
+    text.push_str("\n| outside the catalogue | level | reported | blamed equation | chi, second recording |\n");
     text.push_str("|---|---|---|---|---|\n");
     for j in all.iter().filter(|j| j.answer.group == "outside") {
-        let equation = j.said.equation.as_deref().unwrap_or("–");
+        let equation = j.reported.equation.as_deref().unwrap_or("–");
         let right = if j.equation_right() { "" } else { " (wrong)" };
-        let unknown = if j.said.says_unknown() && j.said.first() != "unknown" { ", and unknown" } else { "" };
-        let first = j.said.first();
-        let held = number(j.said.held.unwrap_or(f64::NAN), 2);
+        let unknown =
+            if j.reported.reports_unknown() && j.reported.first() != "unknown" { ", and unknown" } else { "" };
+        let first = j.reported.first();
+        let held = number(j.reported.held.unwrap_or(f64::NAN), 2);
         let (kind, level) = (&j.answer.kind, j.answer.level);
         let _ = writeln!(text, "| {kind} | {level:.1} | {first}{unknown} | {equation}{right} | {held} |");
     }
@@ -209,7 +208,7 @@ fn matrix(text: &mut String, all: &[Judged]) {
         .collect();
     let numbers: BTreeMap<&str, usize> = names.iter().enumerate().map(|(i, name)| (*name, i + 1)).collect();
     text.push_str(
-        "Rows: what was concealed, at every level. Columns: what was said first, by the number of its row; – nothing, \
+        "Rows: what was concealed, at every level. Columns: what was reported first, by the number of its row; – nothing, \
          ? unknown physics, ✕ no answer.\n\n| | |",
     );
     for (_, number) in numbers.iter() {
@@ -236,7 +235,7 @@ fn matrix(text: &mut String, all: &[Judged]) {
 }
 
 fn several(text: &mut String, all: &[Judged]) {
-    text.push_str("| case | concealed, with the level each leaves alone | said | right |\n|---|---|---|---|\n");
+    text.push_str("| case | concealed, with the level each leaves alone | reported | right |\n|---|---|---|---|\n");
     for j in all.iter().filter(|j| j.answer.group == "several") {
         let there: Vec<String> = j.answer.levels.iter().map(|(id, level)| format!("{id} {level:.1}")).collect();
         let right = if j.right() { "yes" } else { "no" };
@@ -245,11 +244,11 @@ fn several(text: &mut String, all: &[Judged]) {
 }
 
 fn traps(text: &mut String, all: &[Judged]) {
-    text.push_str("| trap | said | right |\n|---|---|---|\n");
+    text.push_str("| trap | reported | right |\n|---|---|---|\n");
     for j in all.iter().filter(|j| j.answer.group == "trap") {
-        let said = match &j.said.verdict {
-            None => format!("refused: {}", one_line(&j.said.trouble)),
-            Some(verdict) => format!("{verdict}; {}", one_line(&j.said.warnings.join("; "))),
+        let said = match &j.reported.verdict {
+            None => format!("refused: {}", one_line(&j.reported.trouble)),
+            Some(verdict) => format!("{verdict}; {}", one_line(&j.reported.warnings.join("; "))),
         };
         let _ = writeln!(text, "| {} | {said} | {} |", j.answer.kind, if j.right() { "yes" } else { "no" });
     }
@@ -269,12 +268,12 @@ fn one_line(words: &str) -> String {
 }
 
 fn everything_said(j: &Judged) -> String {
-    match j.said.verdict.as_deref() {
+    match j.reported.verdict.as_deref() {
         None => "no answer".into(),
-        Some(verdict) if j.said.effects.is_empty() => verdict.into(),
+        Some(verdict) if j.reported.effects.is_empty() => verdict.into(),
         Some(_) => {
-            let ids: Vec<&str> = j.said.effects.iter().map(|e| e.id.as_str()).collect();
-            let unknown = if j.said.says_unknown() { ", and unknown" } else { "" };
+            let ids: Vec<&str> = j.reported.effects.iter().map(|e| e.id.as_str()).collect();
+            let unknown = if j.reported.reports_unknown() { ", and unknown" } else { "" };
             ids.join(", ") + unknown
         }
     }
@@ -284,19 +283,20 @@ fn failures(text: &mut String, all: &[Judged]) {
     let wrong: Vec<&Judged> = all.iter().filter(|j| !j.right() && j.answer.group != "trap").collect();
     let _ = writeln!(
         text,
-        "{} of {} cases, traps apart. A single effect counts as failed where another is said first. chi is over all \
+        "{} of {} cases, traps apart. A single effect counts as failed where another is reported first. chi is over all \
          sensors: of what refitting leaves (level), of the improved rig file on the second recording.\n",
         wrong.len(),
         all.len()
     );
-    text.push_str("| case | seed | concealed | level | said | told alike | chi on the second recording |\n");
+    text.push_str("| case | seed | concealed | level | reported | reported as alike | chi on the second recording |\n");
     text.push_str("|---|---|---|---|---|---|---|\n");
     for j in wrong {
-        let class: BTreeSet<&str> = j.said.effects.iter().flat_map(|e| e.class.iter().map(String::as_str)).collect();
+        let class: BTreeSet<&str> =
+            j.reported.effects.iter().flat_map(|e| e.class.iter().map(String::as_str)).collect();
         let class: Vec<&str> = class.into_iter().collect();
         let trouble =
-            if j.said.trouble.is_empty() { String::new() } else { format!(": {}", one_line(&j.said.trouble)) };
-        let held = j.said.held.map_or_else(|| "–".into(), |chi| number(chi, 2));
+            if j.reported.trouble.is_empty() { String::new() } else { format!(": {}", one_line(&j.reported.trouble)) };
+        let held = j.reported.held.map_or_else(|| "–".into(), |chi| number(chi, 2));
         let a = &j.answer;
         let said = everything_said(j);
         let _ = writeln!(
@@ -314,7 +314,7 @@ fn failures(text: &mut String, all: &[Judged]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::said::Said;
+    use crate::reported::Reported;
     use crate::score::tests::{made_up, names, says};
 
     fn cases() -> Vec<Judged> {
@@ -323,7 +323,7 @@ mod tests {
             made_up("single", &["kinetic.lag"], 3.1, names(&["kinetic.minor_loop"], &["kinetic.lag"])),
             made_up("several", &["kinetic.lag", "thermal.sheath"], 3.1, names(&["kinetic.lag"], &[])),
             made_up("outside", &[], 9.0, says("unknown_physics")),
-            made_up("trap", &[], 0.0, Said::refused("/tmp/here/train.csv.gz: line 3 | too short")),
+            made_up("trap", &[], 0.0, Reported::refused("/tmp/here/train.csv.gz: line 3 | too short")),
         ]
     }
 

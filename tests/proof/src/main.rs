@@ -1,12 +1,12 @@
 //! Makes concealed cases with a simulator of its own and scores the diagnosis on them.
 #![forbid(unsafe_code)]
 
+mod diagnose_case;
 mod document;
 mod generator;
-mod held;
-mod one;
+mod holdout;
+mod reported;
 mod run;
-mod said;
 mod score;
 
 use std::fs;
@@ -104,7 +104,7 @@ fn main() -> ExitCode {
     let done = match &arguments.command {
         Some(Command::Generate { out }) => generate(&arguments.which, out),
         Some(Command::One { folder, threads }) => {
-            one::one(folder, *threads).map(|_| ()).map_err(|error| error.to_string().into())
+            diagnose_case::diagnose_case(folder, *threads).map(|_| ()).map_err(|error| error.to_string().into())
         }
         None => proof(&arguments),
     };
@@ -145,7 +145,7 @@ fn proof(arguments: &Arguments) -> Result<(), Failure> {
     let figures = serde_json::json!({
         "figures": score::figures(&judged),
         "confusion": score::confusion(&judged),
-        "cases": judged.iter().map(|j| serde_json::json!({ "answer": j.answer, "said": j.said })).collect::<Vec<_>>(),
+        "cases": judged.iter().map(|j| serde_json::json!({ "answer": j.answer, "said": j.reported })).collect::<Vec<_>>(),
     });
     fs::write(out.join("score.json"), serde_json::to_string_pretty(&figures)? + "\n")?;
     let full = which.is_full() && which.seeds() == Seeds::Score;

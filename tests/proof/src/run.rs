@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::generator::case::{Answer, make};
 use crate::generator::plan::Spec;
-use crate::said::Said;
+use crate::reported::Reported;
 use crate::score::{CRASHED, Judged, figures, judged};
 
 /// A diagnosis that takes longer is ended, and counts as none.
@@ -23,7 +23,7 @@ const LONG_THREADS: usize = 2;
 pub type Failure = Box<dyn Error + Send + Sync>;
 
 /// Makes and diagnoses every case of `specs` in folders under `out`, `jobs` at once on one thread each; the long ones
-/// afterwards, one at a time on two. With `resume`, what has been said already is taken as it is.
+/// afterwards, one at a time on two. With `resume`, what has been reported already is taken as it is.
 ///
 /// # Errors
 /// What kept a case from being made or judged; a diagnosis that fails is a case like any other.
@@ -59,11 +59,11 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool) -> Result<Jud
     if said_file.exists() {
         fs::remove_file(&said_file)?;
     }
-    let said = match diagnosed(folder, threads) {
+    let reported = match diagnosed(folder, threads) {
         Ok(()) => serde_json::from_slice(&fs::read(said_file)?)?,
-        Err(why) => Said::refused(&format!("{CRASHED}: {why}")),
+        Err(why) => Reported::refused(&format!("{CRASHED}: {why}")),
     };
-    Ok(judged(spec, case.answer, said))
+    Ok(judged(spec, case.answer, reported))
 }
 
 /// Runs this program again for the one case.
@@ -93,7 +93,7 @@ fn diagnosed(folder: &Path, threads: usize) -> Result<(), String> {
 fn report(done: &[Judged], of: usize) {
     let Some(last) = done.last() else { return };
     let f = figures(done);
-    let held = last.said.held.map_or_else(String::new, |chi| format!(", held chi {chi:.2}"));
+    let held = last.reported.held.map_or_else(String::new, |chi| format!(", held chi {chi:.2}"));
     eprintln!(
         "{}/{of} {} {}: {} (level {:.1}) said {}{held}, {:.0} s | alarms {}/{}, first {}/{}, pairs {}/{}, outside {}/{}",
         done.len(),
@@ -101,8 +101,8 @@ fn report(done: &[Judged], of: usize) {
         if last.right() { "right" } else { "WRONG" },
         last.answer.kind,
         last.answer.level,
-        last.said.first(),
-        last.said.took.seconds,
+        last.reported.first(),
+        last.reported.took.seconds,
         f.false_alarms.count,
         f.false_alarms.of,
         f.first.count,

@@ -6,15 +6,15 @@ use serde::Serialize;
 
 use crate::generator::case::Answer;
 use crate::generator::plan::Spec;
-use crate::said::Said;
+use crate::reported::Reported;
 
-/// A case with what was said of it.
+/// A case with what was reported on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
     /// What was concealed.
     pub answer: Answer,
-    /// What was said.
-    pub said: Said,
+    /// What was reported.
+    pub reported: Reported,
     /// 90 s at 200 Hz, on all cores, alone on the machine.
     pub long: bool,
 }
@@ -109,73 +109,73 @@ impl Judged {
     }
 
     /// The same effect, or one that is the same circuit.
-    fn is_same(&self, said: &str, truth: &str) -> bool {
+    fn is_same(&self, reported: &str, truth: &str) -> bool {
         let has = |set: &[String], id: &str| set.iter().any(|s| s == id);
-        said == truth || self.answer.same.iter().any(|set| has(set, said) && has(set, truth))
+        reported == truth || self.answer.same.iter().any(|set| has(set, reported) && has(set, truth))
     }
 
-    /// The effect said first is one that is there.
+    /// The effect reported first is one that is there.
     pub fn first_right(&self) -> bool {
-        let first = self.said.first();
+        let first = self.reported.first();
         self.answer.accept.iter().any(|truth| self.is_same(first, truth))
     }
 
     /// An effect that is there is named.
     fn names(&self, truth: &str) -> bool {
-        self.said.effects.iter().any(|e| self.is_same(&e.id, truth))
+        self.reported.effects.iter().any(|e| self.is_same(&e.id, truth))
     }
 
     /// An effect that is there is named, or in the class of one that is.
     fn names_or_class(&self, truth: &str) -> bool {
-        self.names(truth) || self.said.effects.iter().any(|e| e.class.iter().any(|id| self.is_same(id, truth)))
+        self.names(truth) || self.reported.effects.iter().any(|e| e.class.iter().any(|id| self.is_same(id, truth)))
     }
 
     /// All that is there is named.
     fn all_named(&self) -> bool {
-        self.said.alarms() && self.answer.accept.iter().all(|truth| self.names(truth))
+        self.reported.alarms() && self.answer.accept.iter().all(|truth| self.names(truth))
     }
 
     /// All that is there is named or in a declared class.
     fn all_in_class(&self) -> bool {
-        self.said.alarms() && self.answer.accept.iter().all(|truth| self.names_or_class(truth))
+        self.reported.alarms() && self.answer.accept.iter().all(|truth| self.names_or_class(truth))
     }
 
-    /// The equation said to be guilty is.
+    /// The equation reported to be guilty is.
     pub fn equation_right(&self) -> bool {
-        self.said.alarms() && self.said.equation.as_ref().is_some_and(|e| self.answer.equations.contains(e))
+        self.reported.alarms() && self.reported.equation.as_ref().is_some_and(|e| self.answer.equations.contains(e))
     }
 
     /// A catalogue effect is blamed for what is none.
     fn wrong_name(&self) -> bool {
-        self.said.verdict.as_deref() == Some("physics_missing") && !self.said.effects.is_empty()
+        self.reported.verdict.as_deref() == Some("physics_missing") && !self.reported.effects.is_empty()
     }
 
     /// What it put into the model predicts the second recording to within noise.
     fn predicts(&self) -> bool {
-        self.said.held.is_some_and(|chi| chi <= WITHIN_NOISE)
+        self.reported.held.is_some_and(|chi| chi <= WITHIN_NOISE)
     }
 
     /// A broken recording was refused, or something was warned of and no physics made of it.
     fn survives_trap(&self) -> bool {
-        match self.said.verdict {
+        match self.reported.verdict {
             None => !self.crashed(),
-            Some(_) => !self.said.alarms() && !self.said.warnings.is_empty(),
+            Some(_) => !self.reported.alarms() && !self.reported.warnings.is_empty(),
         }
     }
 
     /// No answer, and not because the input was refused.
     fn crashed(&self) -> bool {
-        self.said.verdict.is_none() && self.said.trouble.starts_with(CRASHED)
+        self.reported.verdict.is_none() && self.reported.trouble.starts_with(CRASHED)
     }
 
     /// Whether it counts as right in its group; an effect that refitting hides is right unless another is named.
     pub fn right(&self) -> bool {
         match self.group() {
-            "null" => self.said.verdict.is_some() && !self.said.alarms(),
-            "single" if Level::of(self.answer.level) == Level::Hidden => !self.said.alarms() || self.all_in_class(),
+            "null" => self.reported.verdict.is_some() && !self.reported.alarms(),
+            "single" if Level::of(self.answer.level) == Level::Hidden => !self.reported.alarms() || self.all_in_class(),
             "single" => self.first_right(),
             "several" => self.all_named(),
-            "outside" => self.said.says_unknown(),
+            "outside" => self.reported.reports_unknown(),
             _ => self.survives_trap(),
         }
     }
@@ -187,7 +187,7 @@ pub const CRASHED: &str = "ended without an answer";
 /// Error and coverage of effects' sizes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sizes {
-    /// Median of |said − true| over |true − null|.
+    /// Median of |reported − true| over |true − null|.
     pub median_error: f64,
     /// 90 % intervals that hold the truth.
     pub covered: Share,
@@ -206,16 +206,16 @@ pub struct Cost {
     pub of: usize,
 }
 
-/// Everything that is asked for, and what explains it.
+/// Everything that is required, and what explains it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
     /// Cases.
     pub cases: usize,
-    /// Nulls on which physics is said to be missing.
+    /// Nulls on which physics is reported to be missing.
     pub false_alarms: Share,
     /// The same by kind of null.
     pub false_alarms_by_kind: BTreeMap<String, Share>,
-    /// Singles on which physics is said to be missing, by level.
+    /// Singles on which physics is reported to be missing, by level.
     pub detected: BTreeMap<Level, Share>,
     /// Singles at 3× and 10×: the right equation is blamed.
     pub equation: Share,
@@ -231,7 +231,7 @@ pub struct Figures {
     pub pairs_in_class: Share,
     /// Members of triples that are named.
     pub triples: Share,
-    /// Outside the catalogue, at 3× and 10×: said so.
+    /// Outside the catalogue, at 3× and 10×: reported so.
     pub outside_said: Share,
     /// … given a wrong name.
     pub outside_wrong: Share,
@@ -280,19 +280,19 @@ pub fn figures(all: &[Judged]) -> Figures {
     let pairs = || several().filter(|j| j.answer.accept.len() == 2);
     let outside = || group("outside").filter(|j| level(j) >= Level::Three);
     let catalogue = || visible().chain(several());
-    let held: Vec<f64> = catalogue().map(|j| j.said.held.unwrap_or(f64::INFINITY)).collect();
+    let held: Vec<f64> = catalogue().map(|j| j.reported.held.unwrap_or(f64::INFINITY)).collect();
     let triples: Vec<bool> = several()
         .filter(|j| j.answer.accept.len() > 2)
-        .flat_map(|j| j.answer.accept.iter().map(|truth| j.said.alarms() && j.names(truth)))
+        .flat_map(|j| j.answer.accept.iter().map(|truth| j.reported.alarms() && j.names(truth)))
         .collect();
     Figures {
         cases: all.len(),
-        false_alarms: Share::of(group("null"), |j| j.said.alarms()),
+        false_alarms: Share::of(group("null"), |j| j.reported.alarms()),
         false_alarms_by_kind: kinds
             .into_iter()
-            .map(|k| (k.clone(), Share::of(group("null").filter(|j| j.answer.kind == *k), |j| j.said.alarms())))
+            .map(|k| (k.clone(), Share::of(group("null").filter(|j| j.answer.kind == *k), |j| j.reported.alarms())))
             .collect(),
-        detected: by_level(|j| j.said.alarms()),
+        detected: by_level(|j| j.reported.alarms()),
         equation: Share::of(visible(), Judged::equation_right),
         first: Share::of(visible(), Judged::first_right),
         named: Share::of(visible(), Judged::all_in_class),
@@ -300,7 +300,7 @@ pub fn figures(all: &[Judged]) -> Figures {
         pairs: Share::of(pairs(), Judged::all_named),
         pairs_in_class: Share::of(pairs(), Judged::all_in_class),
         triples: Share::new(triples.iter().filter(|found| **found).count(), triples.len()),
-        outside_said: Share::of(outside(), |j| j.said.says_unknown()),
+        outside_said: Share::of(outside(), |j| j.reported.reports_unknown()),
         outside_wrong: Share::of(outside(), Judged::wrong_name),
         outside_alike: Share::of(outside().filter(|j| j.wrong_name()), Judged::predicts),
         outside_equation: Share::of(outside(), Judged::equation_right),
@@ -309,7 +309,7 @@ pub fn figures(all: &[Judged]) -> Figures {
         sizes: sizes(catalogue()),
         parameters: parameters(group("null")),
         traps: Share::of(group("trap"), Judged::survives_trap),
-        no_answer: all.iter().filter(|j| j.said.verdict.is_none() && (j.group() != "trap" || j.crashed())).count(),
+        no_answer: all.iter().filter(|j| j.reported.verdict.is_none() && (j.group() != "trap" || j.crashed())).count(),
         long: cost(all.iter().filter(|j| j.long)),
         short: cost(all.iter().filter(|j| !j.long && j.group() != "trap")),
     }
@@ -329,7 +329,7 @@ fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
     let (mut errors, mut covered) = (Vec::new(), Vec::new());
     for judged in all {
         for (id, keys) in &judged.answer.sizes {
-            let Some(named) = judged.said.effects.iter().find(|e| judged.is_same(&e.id, id)) else { continue };
+            let Some(named) = judged.reported.effects.iter().find(|e| judged.is_same(&e.id, id)) else { continue };
             for key in keys {
                 let Some(truth) = judged.answer.effects.get(id).and_then(|p| p.get(key)) else { continue };
                 // the two names of one circuit have a key each
@@ -349,8 +349,8 @@ fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
 
 fn parameters<'a>(nulls: impl Iterator<Item = &'a Judged>) -> Share {
     let (mut held, mut of) = (0, 0);
-    for judged in nulls.filter(|j| !j.said.alarms()) {
-        for (key, [low, high]) in &judged.said.parameters {
+    for judged in nulls.filter(|j| !j.reported.alarms()) {
+        for (key, [low, high]) in &judged.reported.parameters {
             if let Some(truth) = judged.answer.parameters.get(key) {
                 of += 1;
                 held += usize::from(low <= truth && truth <= high);
@@ -361,7 +361,7 @@ fn parameters<'a>(nulls: impl Iterator<Item = &'a Judged>) -> Share {
 }
 
 fn cost<'a>(all: impl Iterator<Item = &'a Judged>) -> Cost {
-    let took: Vec<_> = all.map(|j| j.said.took).collect();
+    let took: Vec<_> = all.map(|j| j.reported.took).collect();
     Cost {
         median_s: median(took.iter().map(|t| t.seconds).collect()),
         most_s: took.iter().map(|t| t.seconds).fold(0.0, f64::max),
@@ -379,27 +379,27 @@ pub fn row(answer: &Answer) -> String {
     }
 }
 
-/// Counts of what was said first, by what was concealed; pairs and traps have tables of their own.
+/// Counts of what was reported first, by what was concealed; pairs and traps have tables of their own.
 pub fn confusion(all: &[Judged]) -> BTreeMap<String, BTreeMap<String, usize>> {
     let mut matrix: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for judged in all.iter().filter(|j| matches!(j.group(), "null" | "single" | "outside")) {
-        *matrix.entry(row(&judged.answer)).or_default().entry(judged.said.first().to_string()).or_default() += 1;
+        *matrix.entry(row(&judged.answer)).or_default().entry(judged.reported.first().to_string()).or_default() += 1;
     }
     matrix
 }
 
 /// The judged case of a plan's entry.
-pub fn judged(spec: &Spec, answer: Answer, said: Said) -> Judged {
-    Judged { answer, said, long: spec.long }
+pub fn judged(spec: &Spec, answer: Answer, reported: Reported) -> Judged {
+    Judged { answer, reported, long: spec.long }
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::said::Named;
+    use crate::reported::Named;
 
-    /// A case that conceals `accept`, and what might be said of it.
-    pub fn made_up(group: &str, accept: &[&str], level: f64, said: Said) -> Judged {
+    /// A case that conceals `accept`, and what might be reported on it.
+    pub fn made_up(group: &str, accept: &[&str], level: f64, reported: Reported) -> Judged {
         let of = |id: &str| (id.to_string(), BTreeMap::from([("size".to_string(), 2.0)]));
         let answer = Answer {
             name: "d001".into(),
@@ -420,28 +420,28 @@ pub mod tests {
             noise: BTreeMap::new(),
             parameters: BTreeMap::from([("h".to_string(), 1.0)]),
         };
-        Judged { answer, said, long: false }
+        Judged { answer, reported, long: false }
     }
 
     /// An answer that names these effects, each of a size of 2.2 in 1.9 to 2.1.
-    pub fn names(ids: &[&str], class: &[&str]) -> Said {
+    pub fn names(ids: &[&str], class: &[&str]) -> Reported {
         let named = |id: &&str| Named {
             id: id.to_string(),
             class: class.iter().map(ToString::to_string).collect(),
             sizes: BTreeMap::from([("size".to_string(), [2.2, 1.9, 2.1])]),
         };
-        Said {
+        Reported {
             verdict: Some("physics_missing".into()),
             effects: ids.iter().map(named).collect(),
             equation: ids.first().and_then(|id| id.split('.').next()).map(String::from),
             held: Some(1.05),
-            ..Said::default()
+            ..Reported::default()
         }
     }
 
     /// An answer without any effect.
-    pub fn says(verdict: &str) -> Said {
-        Said { verdict: Some(verdict.into()), ..Said::default() }
+    pub fn says(verdict: &str) -> Reported {
+        Reported { verdict: Some(verdict.into()), ..Reported::default() }
     }
 
     #[test]
@@ -461,7 +461,7 @@ pub mod tests {
             made_up("null", &[], 0.0, says("parameters_off")),
             made_up("null", &[], 0.0, says("unknown_physics")),
             made_up("null", &[], 0.0, names(&["thermal.draught"], &[])),
-            made_up("null", &[], 0.0, Said::refused("no")),
+            made_up("null", &[], 0.0, Reported::refused("no")),
         ];
         let f = figures(&all);
         assert_eq!((f.false_alarms.count, f.false_alarms.of, f.no_answer), (2, 5, 1));
@@ -544,13 +544,13 @@ pub mod tests {
 
     #[test]
     fn a_trap_is_survived_by_refusing_or_by_warning_without_physics() {
-        let warned = Said { warnings: vec!["clips".into()], ..says("agrees") };
+        let warned = Reported { warnings: vec!["clips".into()], ..says("agrees") };
         let all = [
-            made_up("trap", &[], 0.0, Said::refused("position_m is a thousand times too large")),
+            made_up("trap", &[], 0.0, Reported::refused("position_m is a thousand times too large")),
             made_up("trap", &[], 0.0, warned),
             made_up("trap", &[], 0.0, says("agrees")),
             made_up("trap", &[], 0.0, names(&["thermal.draught"], &[])),
-            made_up("trap", &[], 0.0, Said::refused(&format!("{CRASHED}: signal 6"))),
+            made_up("trap", &[], 0.0, Reported::refused(&format!("{CRASHED}: signal 6"))),
         ];
         let f = figures(&all);
         assert_eq!((f.traps.count, f.traps.of, f.no_answer), (2, 5, 1));

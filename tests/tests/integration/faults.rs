@@ -1,7 +1,7 @@
 //! What breaks in the rig, played by its simulation: only that channel goes off, at once, latched with its first cause, until
 //! somebody resets it with the cause gone.
 
-use sinew_ipc::{ChannelState, Client, Error, Fault, Mode, Reason, Snapshot};
+use sinew_ipc::{ChannelState, Client, CycleStream, Error, Fault, FaultWatch, Mode, Reason, Snapshot};
 use sinew_tests::{Driver, RATE_HZ, Rig, SENSING_DUTY, wait_for, wait_until};
 use std::collections::HashMap;
 use std::time::Duration;
@@ -10,6 +10,9 @@ const LONG: Duration = Duration::from_secs(120);
 const DUTY: f64 = 0.1;
 /// When the first thing breaks, s of simulated time: long after a driver is ready and its wires are powered, on any machine.
 const BREAKS_S: f64 = 10.0;
+/// When everything breaks in the test of all kinds, and when it is mended, simulated s.
+const FROM_S: f64 = BREAKS_S;
+const TO_S: f64 = BREAKS_S + 10.0;
 
 /// Simulated time, which goes on through periods the loop misses, s.
 fn time_s(state: &Snapshot) -> f64 {
@@ -59,35 +62,44 @@ const BROKEN: [(&str, &str, Option<f64>, &[Fault]); 10] = [
 
 #[test]
 fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
-    let (from_s, to_s) = (BREAKS_S, BREAKS_S + 10.0);
     let mut faults = String::new();
     for (channel, kind, value, _) in BROKEN {
-        faults += &fault(channel, kind, value, from_s, to_s);
+        faults += &fault(channel, kind, value, FROM_S, TO_S);
     }
     let names: Vec<&str> = BROKEN.iter().map(|b| b.0).chain(["whole"]).collect();
     let rig = Rig::bench(&names, &faults);
     let (driver, client) = Driver::ready(&rig);
-    let whole = names.len() - 1;
     let mut watch = client.faults();
     let mut stream = client.stream().unwrap();
     for name in &names {
         client.set_duty(name, DUTY, LONG).unwrap();
     }
     let commanded = client.latest();
-    assert!(time_s(&commanded) < from_s, "this machine took {} s to get here", time_s(&commanded));
+    assert!(time_s(&commanded) < FROM_S, "this machine took {} s to get here", time_s(&commanded));
+    let latched = latched_one_by_one(&mut stream, commanded.cycle, &names);
+    for ((name, kind, _, expected), found) in BROKEN.iter().zip(latched) {
+        println!("{name}: {kind} recognised as {}", found.flag());
+        assert!(expected.contains(&found), "{name}: {kind} recognised as {found:?}, expected {expected:?}");
+    }
+    every_subscriber_hears_once(&mut watch);
+    refused_while_the_cause_remains(&rig, &client, latched);
+    off_until_reset(&rig, &client, &names);
+    reported_with_the_first_cause(&driver.stop(), latched);
+}
 
-    // Every cycle from the commands on until all ten are latched.
+/// Follows every cycle from the commands on until all ten are latched, and gives what each was recognised as.
+fn latched_one_by_one(stream: &mut CycleStream, commanded_cycle: u64, names: &[&str]) -> [Fault; BROKEN.len()] {
     let mut unhealthy = [0; BROKEN.len()];
     let mut latched: [Option<Fault>; BROKEN.len()] = [None; BROKEN.len()];
     wait_until("all faults to be latched", || {
         while let Some(cycle) = stream.next().unwrap() {
-            if cycle.header.cycle <= commanded.cycle {
+            if cycle.header.cycle <= commanded_cycle {
                 continue;
             }
             assert_eq!(cycle.lost, 0);
-            let sound = &cycle.channels[whole];
+            let sound = &cycle.channels[BROKEN.len()];
             assert_eq!((sound.mode(), sound.duty, sound.fault()), (Mode::Duty, DUTY, None), "the neighbour goes on");
-            for (i, (state, name)) in cycle.channels.iter().zip(&names).take(BROKEN.len()).enumerate() {
+            for (i, (state, name)) in cycle.channels.iter().zip(names).take(BROKEN.len()).enumerate() {
                 unhealthy[i] += u32::from(state.health != 0 && latched[i].is_none());
                 match (latched[i], state.fault()) {
                     (None, None) if state.health == 0 => assert_eq!(state.duty, DUTY, "{name}: {state:?}"),
@@ -110,12 +122,11 @@ fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
         }
         latched.iter().all(Option::is_some)
     });
-    for ((name, kind, _, expected), found) in BROKEN.iter().zip(latched) {
-        let found = found.unwrap();
-        println!("{name}: {kind} recognised as {}", found.flag());
-        assert!(expected.contains(&found), "{name}: {kind} recognised as {found:?}, expected {expected:?}");
-    }
-    // Subscribers are told, once a channel.
+    latched.map(Option::unwrap)
+}
+
+/// Subscribers hear of it once a channel.
+fn every_subscriber_hears_once(watch: &mut FaultWatch<'_>) {
     let mut told: HashMap<String, Fault> = HashMap::new();
     wait_until("the faults to be reported", || {
         while let Some(change) = watch.poll() {
@@ -124,16 +135,17 @@ fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
         }
         told.len() == BROKEN.len()
     });
+}
 
-    // While the cause is there: setpoints and resets are refused with it; to switch off what is off is no mistake.
+/// While the cause is there, setpoints and resets are refused with it; to switch off what is off is no mistake.
+fn refused_while_the_cause_remains(rig: &Rig, client: &Client, latched: [Fault; BROKEN.len()]) {
     for ((name, ..), fault) in BROKEN.iter().zip(latched) {
-        let fault = fault.unwrap();
         assert_eq!(refused(client.set_duty(name, DUTY, LONG)), Reason::Faulted(fault), "{name}");
         assert_eq!(refused(client.set_stroke(name, 0.2, LONG)), Reason::Faulted(fault), "{name}");
         client.off(name).unwrap();
         let Reason::CauseRemains(now) = refused(client.reset(name)) else { panic!("{name}") };
         let seen = time_s(&client.latest());
-        assert!(seen < to_s, "this machine took until {seen} s to get here");
+        assert!(seen < TO_S, "this machine took until {seen} s to get here");
         let expected = BROKEN.iter().find(|b| b.0 == *name).unwrap().3;
         assert!(expected.contains(&now), "{name}: {now:?}");
         let state = client.latest().channels()[client.channel(name).unwrap()];
@@ -141,9 +153,11 @@ fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
     }
     let cli = rig.ask(&["reset", "open"]).expect(1);
     assert!(cli.stderr.contains("open_wire") && cli.stderr.contains("hint: "), "{cli:?}");
+}
 
-    // Then somebody mends it all; it stays latched until it is reset.
-    wait_until("the causes to go", || time_s(&client.latest()) > to_s + 0.1);
+/// Then somebody mends it all; it stays latched until it is reset.
+fn off_until_reset(rig: &Rig, client: &Client, names: &[&str]) {
+    wait_until("the causes to go", || time_s(&client.latest()) > TO_S + 0.1);
     let state = client.latest();
     for (name, state) in names.iter().zip(state.channels()).take(BROKEN.len()) {
         assert_eq!((state.mode(), state.duty), (Mode::Fault, 0.0), "{name}: {state:?}");
@@ -157,18 +171,20 @@ fn every_fault_switches_its_channel_off_alone_and_is_latched_until_reset() {
         client.set_duty(name, DUTY, LONG).unwrap();
         assert_eq!(client.latest().channels()[client.channel(name).unwrap()].duty, DUTY, "{name}");
     }
+}
 
-    let report = driver.stop();
+/// The driver's report has the first cause of each, and nothing of the channel that is whole.
+fn reported_with_the_first_cause(report: &serde_json::Value, latched: [Fault; BROKEN.len()]) {
     let mut first: HashMap<&str, &str> = HashMap::new();
     for fault in report["faults"].as_array().unwrap() {
         let (channel, flag) = (fault["channel"].as_str().unwrap(), fault["flag"].as_str().unwrap());
         let at_s = fault["time_s"].as_f64().unwrap();
-        assert!((from_s - 0.01..to_s).contains(&at_s), "{fault:#}");
+        assert!((FROM_S - 0.01..TO_S).contains(&at_s), "{fault:#}");
         assert!(!fault["cause"].as_str().unwrap().is_empty());
         first.entry(channel).or_insert(flag);
     }
     for ((name, ..), fault) in BROKEN.iter().zip(latched) {
-        assert_eq!(first.get(name), Some(&fault.unwrap().flag()), "{name}: {report:#}");
+        assert_eq!(first.get(name), Some(&fault.flag()), "{name}: {report:#}");
     }
     assert!(!first.contains_key("whole"), "{report:#}");
 }

@@ -14,8 +14,8 @@ fn main() {
         let course = follow::Course {
             range: StrokeRange::of(model).expect("a stroke"),
             rest_m: model.geometry.length_m,
-            middle: row::SINE.1,
-            swing: row::SINE.0,
+            middle: row::SINE_MIDDLE,
+            swing: row::SINE_SWING,
             frequency_hz,
             max_duty: believed.channels[0].limits.max_duty,
             inputs: model.rest_inputs(),

@@ -7,7 +7,7 @@ use sinew_physics::Wire;
 
 use crate::findings::{Finding, findings};
 use crate::follow::{Course, least_error};
-use crate::row::{FREQUENCIES_HZ, Row, SINE};
+use crate::row::{FREQUENCIES_HZ, Row, SINE_MIDDLE, SINE_SWING};
 use crate::score::{DEVELOPMENT, Place, SCORING, ranking};
 use crate::sensing;
 use crate::{Choice, Family, Plan, Plant, Ran};
@@ -66,8 +66,8 @@ pub fn reachable(plant: &'static Plant) -> Vec<Reachable> {
         let course = Course {
             range: StrokeRange::of(model).ok()?,
             rest_m: model.geometry.length_m,
-            middle: SINE.1,
-            swing: SINE.0,
+            middle: SINE_MIDDLE,
+            swing: SINE_SWING,
             frequency_hz,
             max_duty: believed.channels.first()?.limits.max_duty,
             inputs: model.rest_inputs(),

@@ -46,7 +46,7 @@ pub struct Bound {
     pub phases_s: [f64; 4],
 }
 
-/// What is asked: where to, from where.
+/// What is commanded: where to, from where.
 #[derive(Debug, Clone, Copy)]
 pub struct Aim {
     /// Elongation wanted, m.
@@ -268,7 +268,7 @@ impl<'a> Search<'a> {
         let gentle = [1.0, 0.95, 0.9].map(|share| [share * self.far_s, 0.1 * swing, 0.5 * swing, 0.1 * swing]);
         let later = [sooner(phases_s, 0.5 * swing), sooner(phases_s, 1.5 * swing), phases_s];
         gentle.into_iter().chain(later).fold(best, |best, start| {
-            let (phases_s, settle_s) = descend(start, 0.25 * swing, |phases_s| self.arrival(phases_s));
+            let Tried { phases_s, value: settle_s } = descend(start, 0.25 * swing, |phases_s| self.arrival(phases_s));
             better(best, Some(Bound { settle_s, phases_s }))
         })
     }
@@ -307,48 +307,54 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Nelder and Mead's simplex from `from`, with edges of `size`: where it ends, and the value there.
-fn descend(from: [f64; 4], size: f64, value: impl Fn([f64; 4]) -> f64) -> ([f64; 4], f64) {
-    let mut best = (from, value(from));
+/// Lengths of the phases that were tried, and what came of them.
+#[derive(Clone, Copy)]
+struct Tried {
+    phases_s: [f64; 4],
+    value: f64,
+}
+
+/// Nelder and Mead's simplex from `from`, with edges of `size`: where it ends.
+fn descend(from: [f64; 4], size: f64, value: impl Fn([f64; 4]) -> f64) -> Tried {
+    let tried = |phases_s| Tried { phases_s, value: value(phases_s) };
+    let mut best = tried(from);
     for sign in [1.0, -1.0, 0.3] {
-        let start = best.0;
-        let mut simplex: Vec<([f64; 4], f64)> = (0..5)
+        let start = best.phases_s;
+        let mut simplex: Vec<Tried> = (0..5)
             .map(|i| {
                 let mut corner = start;
                 if i > 0 {
                     corner[i - 1] = (corner[i - 1] + sign * size).max(0.0);
                 }
-                (corner, value(corner))
+                tried(corner)
             })
             .collect();
         for _ in 0..DESCENT {
-            simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
-            let middle: [f64; 4] = std::array::from_fn(|i| simplex[..4].iter().map(|(x, _)| x[i]).sum::<f64>() / 4.0);
+            simplex.sort_by(|a, b| a.value.total_cmp(&b.value));
+            let middle: [f64; 4] =
+                std::array::from_fn(|i| simplex[..4].iter().map(|t| t.phases_s[i]).sum::<f64>() / 4.0);
             let worst = simplex[4];
-            let at = |far: f64| {
-                let x: [f64; 4] = std::array::from_fn(|i| (middle[i] + far * (worst.0[i] - middle[i])).max(0.0));
-                (x, value(x))
-            };
+            let at =
+                |far: f64| tried(std::array::from_fn(|i| (middle[i] + far * (worst.phases_s[i] - middle[i])).max(0.0)));
             let reflected = at(-1.0);
-            let next = if reflected.1 < simplex[0].1 {
+            let next = if reflected.value < simplex[0].value {
                 let further = at(-2.0);
-                if further.1 < reflected.1 { further } else { reflected }
-            } else if reflected.1 < simplex[3].1 {
+                if further.value < reflected.value { further } else { reflected }
+            } else if reflected.value < simplex[3].value {
                 reflected
             } else {
-                at(if reflected.1 < worst.1 { -0.5 } else { 0.5 })
+                at(if reflected.value < worst.value { -0.5 } else { 0.5 })
             };
-            if next.1 < worst.1 {
+            if next.value < worst.value {
                 simplex[4] = next;
             } else {
-                let towards = simplex[0].0;
+                let towards = simplex[0].phases_s;
                 for corner in &mut simplex[1..] {
-                    let x = std::array::from_fn(|i| 0.5 * (corner.0[i] + towards[i]));
-                    *corner = (x, value(x));
+                    *corner = tried(std::array::from_fn(|i| 0.5 * (corner.phases_s[i] + towards[i])));
                 }
             }
         }
-        best = simplex.into_iter().fold(best, |best, corner| if corner.1 < best.1 { corner } else { best });
+        best = simplex.into_iter().fold(best, |best, corner| if corner.value < best.value { corner } else { best });
     }
     best
 }
@@ -397,7 +403,7 @@ struct Hold {
 
 impl Hold {
     fn at(wire: &Wire, aim: &Aim) -> Hold {
-        // both are read off a clone: a wire tells its heat capacity and loss by what a step without power does
+        // both are read off a clone: its heat capacity and loss follow from what a step without power does
         let mut probe = wire.clone();
         let before = probe.energy();
         probe.step(&aim.inputs, 1e-5);

@@ -16,8 +16,10 @@ const PIECES: usize = 48;
 const STEP_S: f64 = 1e-3;
 /// Errors that count, in each period.
 const ERRORS: usize = 96;
-/// Periods, and time, that go by before the error counts.
-const LEAD: (f64, f64) = (3.0, 2.0);
+/// Periods that go by before the error counts …
+const LEAD_PERIODS: f64 = 3.0;
+/// … and time, at least, s.
+const LEAD_S: f64 = 2.0;
 /// Steps of the search.
 const STEPS: usize = 24;
 /// How much a piece is moved to see what it does, share of the largest duty.
@@ -109,7 +111,7 @@ fn slopes(wire: &Wire, course: &Course, duty: &DVector<f64>, errors: &DVector<f6
 fn errors(wire: &Wire, course: &Course, duty: &DVector<f64>) -> DVector<f64> {
     let mut wire = wire.clone();
     let period_s = 1.0 / course.frequency_hz;
-    let periods = LEAD.0.max((LEAD.1 / period_s).ceil()) as usize + 1;
+    let periods = LEAD_PERIODS.max((LEAD_S / period_s).ceil()) as usize + 1;
     let pieces = (period_s / PIECES as f64 / STEP_S).ceil().max(1.0);
     // the wire is looked at a whole number of steps apart
     let every = (PIECES as f64 * pieces / ERRORS as f64).ceil().max(1.0);

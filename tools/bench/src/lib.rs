@@ -4,6 +4,19 @@
 //! and [`sinew_sim_backend::SimulatedRig`] is the rig as it really is, which may be another one. Every word the rig file
 //! has for a controller, an estimator or a way of sensing is a row of its own ([`Choice::all`]).
 //! Everything is simulated time and seeded: the same call gives the same numbers, whatever the machine.
+//!
+//! # Example
+//! ```
+//! use sinew_bench::{Choice, Plant};
+//!
+//! // what the driver believes of a misjudged rig, and what that rig really is
+//! let plant = Plant::named("hotter").ok_or("no such plant")?;
+//! let believed = plant.believed(&Choice::default(), 1)?;
+//! let truth = plant.truth(&believed);
+//! assert!(truth != believed);
+//! assert!(Choice::all().contains(&Choice::default()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod answer;

@@ -11,9 +11,11 @@ use crate::{Choice, Error, Family, Moment, Plant, Session};
 pub const STEPS: [f64; 6] = [0.4, 0.8, 0.4, 0.15, 0.3, 0.2];
 /// Frequencies of the sines, Hz.
 pub const FREQUENCIES_HZ: [f64; 7] = [0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
-/// From peak to peak of a sine, share of the stroke, and its middle.
-pub const SINE: (f64, f64) = (0.25, 0.5);
-/// The sensing pulse alone before anything is asked, s.
+/// From peak to peak of a sine, share of the stroke.
+pub const SINE_SWING: f64 = 0.25;
+/// Its middle, as a stroke.
+pub const SINE_MIDDLE: f64 = 0.5;
+/// The sensing pulse alone before anything is commanded, s.
 const IDLE_S: f64 = 0.5;
 /// How long a disturbance lasts, and the calm after it, s.
 const DISTURBED_S: f64 = 3.0;
@@ -150,7 +152,7 @@ pub struct Trace {
     pub estimated_martensite: Vec<f64>,
     /// Duty.
     pub duty: Vec<f64>,
-    /// Cycles seen.
+    /// Cycles received.
     cycles: u64,
 }
 
@@ -277,7 +279,7 @@ fn outcome(
         .collect();
     fault(&session, "on steps");
 
-    let middle = SINE.1;
+    let middle = SINE_MIDDLE;
     let load_n = match session.model().load {
         Load::SpringMassDamper { preload_n, .. } => preload_n,
         _ => 0.0,
@@ -303,7 +305,7 @@ fn outcome(
     let mut session = Session::new(&believed, &truth)?;
     idle(&mut session, IDLE_S);
     disturb(&mut session, middle, &World::CALM, plant.watch_s, |_, _| ());
-    let sines = FREQUENCIES_HZ.iter().map(|&frequency| sine(&mut session, middle, SINE.0, frequency)).collect();
+    let sines = FREQUENCIES_HZ.iter().map(|&frequency| sine(&mut session, middle, SINE_SWING, frequency)).collect();
     fault(&session, "on sines");
     Ok(Outcome { steps, sines, disturbed, faults })
 }

@@ -55,7 +55,7 @@ impl Plan {
         Plan { plants: QUICK.into(), choices: choices(), seeds: (DEVELOPMENT..).take(seeds).collect() }
     }
 
-    /// What is left of it. A plant that is asked for by name is in, whether the plan had it or not.
+    /// What is left of it. A plant that is requested by name is in, whether the plan had it or not.
     #[must_use]
     pub fn only(mut self, filter: &Filter) -> Plan {
         let keeps = |words: &[String], word: &str| words.is_empty() || words.iter().any(|w| w == word);

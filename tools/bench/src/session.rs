@@ -149,7 +149,7 @@ impl Session {
         self.rig.disturb(0, world);
     }
 
-    /// Asks the driver for something, until something else is asked.
+    /// Commands the driver, until the next command.
     pub fn ask(&mut self, ask: Ask) {
         self.engine.take(&Order { ticket: 0, channel: 0, ask, hold_ns: u64::MAX }, self.now_ns());
     }

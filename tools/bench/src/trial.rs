@@ -169,7 +169,7 @@ pub fn sine(session: &mut Session, middle: f64, swing: f64, frequency_hz: f64) -
     let (lead, all) = (cycles(session, lead), cycles(session, lead + counted));
     let mut square = 0.0;
     for k in 0..all {
-        // what is asked for now is to be so at the end of the period
+        // what is commanded now is to be reached at the end of the period
         let time_s = (k + 1) as f64 * session.period_s();
         let stroke = middle + 0.5 * swing * (std::f64::consts::TAU * frequency_hz * time_s).sin();
         let reference_m = range.length_m(stroke);

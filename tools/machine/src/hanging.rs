@@ -3,14 +3,13 @@
 //! The thesis gives the cross-head a mass and a proportional-integral controller on the load: of e = W − F, what the mass
 //! is pulled by, its integral over the mass is the velocity the mass would have, and a share of e itself, 1/b, moves
 //! with it. On a wire of stiffness k the error obeys ë + (k/b) ė + (k/M) e = 0, so the proportional part is what damps.
-//! A force that is seen late undamps by as much as the delay turns the oscillation.
+//! A force that is measured late undamps by as much as the delay turns the oscillation.
 
 use sinew_control::{Algorithm, Controller, Demand, Estimate, EstimatorKind, Observation, Settings, StateEstimator};
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{DriveKind, Load, WireModel};
 
-use crate::machine::Reading;
-use crate::routine::delay_s;
+use crate::machine::{Reading, delay_s};
 
 /// The acceleration is smoothed over so many periods.
 const ACCELERATION_PERIODS: f64 = 3.0;
@@ -44,7 +43,7 @@ pub struct Disturbance {
 pub struct Loop {
     /// The law.
     pub settings: Settings,
-    /// What tells it of the wire's state.
+    /// What estimates the wire's state for it.
     pub estimator: EstimatorKind,
     /// Power at duty 1, W.
     pub full_power_w: f64,
@@ -62,50 +61,57 @@ pub(crate) struct Hanging {
     /// ∫e/M dt, m/s.
     integral_m_s: f64,
     since_s: f64,
-    last: Option<(f64, f64)>,
+    last: Option<Moved>,
     acceleration_m_s2: f64,
     duty: f64,
     nominal_ohm: f64,
 }
 
-/// What the plant asks of the machine.
-pub(crate) struct Asked {
+/// Where the wire's end was and how fast it went, at a reading.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    position_m: f64,
+    velocity_m_s: f64,
+}
+
+/// What the plant commands of the machine.
+pub(crate) struct Commanded {
     pub(crate) speed_m_s: f64,
     pub(crate) duty: f64,
     pub(crate) power_w: f64,
     pub(crate) disturbance_n: f64,
 }
 
-/// The wire as a law is to see it: with the hanging mass as its load, heated by pulses of the full power.
+/// The wire as a law controls it: with the hanging mass as its load, heated by pulses of the full power.
 pub fn controlled(model: &WireModel, plant: &Plant, full_power_w: f64) -> WireModel {
-    let mut seen = model.clone();
+    let mut controlled = model.clone();
     let damping = if plant.mobility_m_per_n_s > 0.0 { 1.0 / plant.mobility_m_per_n_s } else { 0.0 };
-    seen.load = Load::SpringMassDamper {
+    controlled.load = Load::SpringMassDamper {
         mass_kg: plant.mass_kg,
         damping_n_s_per_m: damping,
         spring_n_per_m: 0.0,
         preload_n: plant.load_n,
     };
     let ohm = model.geometry.resistance_ohm(model.material.mean_resistivity());
-    seen.drive = sinew_physics::Drive {
+    controlled.drive = sinew_physics::Drive {
         kind: DriveKind::Pwm,
         supply_v: (full_power_w.max(0.0) * ohm).sqrt(),
         shunt_ohm: 0.0,
         switch_ohm: 0.0,
         lead_ohm: 0.0,
     };
-    seen
+    controlled
 }
 
 impl Hanging {
     pub(crate) fn new(model: &WireModel, plant: Plant, disturbances: Vec<Disturbance>, by: &Loop) -> Hanging {
-        let seen = controlled(model, &plant, by.full_power_w);
-        let nominal_ohm = seen.drive.supply_v.powi(2) / by.full_power_w.max(1e-12);
+        let controlled = controlled(model, &plant, by.full_power_w);
+        let nominal_ohm = controlled.drive.supply_v.powi(2) / by.full_power_w.max(1e-12);
         Hanging {
             plant,
             disturbances,
-            law: Algorithm::new(&seen, &by.settings),
-            estimator: StateEstimator::new(&seen, by.estimator),
+            law: Algorithm::new(&controlled, &by.settings),
+            estimator: StateEstimator::new(&controlled, by.estimator),
             full_power_w: by.full_power_w,
             length_m: model.geometry.length_m,
             integral_m_s: 0.0,
@@ -118,28 +124,28 @@ impl Hanging {
     }
 
     /// One period: where the mass goes, and what the law does to bring it to `reference_m` (elongation).
-    pub(crate) fn period(&mut self, seen: &Reading, reference_m: f64, dt_s: f64, least_a: f64) -> Asked {
+    pub(crate) fn period(&mut self, reading: &Reading, reference_m: f64, dt_s: f64, least_a: f64) -> Commanded {
         let now = self.since_s;
         let disturbance_n =
             self.disturbances.iter().filter(|d| d.start_s <= now && now < d.end_s).map(|d| d.pull_n).sum::<f64>();
-        let pull_n = self.plant.load_n + disturbance_n - seen.force_n;
+        let pull_n = self.plant.load_n + disturbance_n - reading.force_n;
         self.integral_m_s += pull_n / self.plant.mass_kg * dt_s;
         let speed_m_s = self.integral_m_s + self.plant.mobility_m_per_n_s * pull_n;
         let (velocity, before) = match self.last {
-            Some((position, velocity)) => ((seen.position_m - position) / dt_s, velocity),
+            Some(last) => ((reading.position_m - last.position_m) / dt_s, last.velocity_m_s),
             None => (0.0, 0.0),
         };
         self.acceleration_m_s2 += ((velocity - before) / dt_s - self.acceleration_m_s2) / ACCELERATION_PERIODS;
-        self.last = Some((seen.position_m, velocity));
-        let length_m = self.length_m + seen.position_m;
-        let ohm = seen.resistance_ohm(least_a);
+        self.last = Some(Moved { position_m: reading.position_m, velocity_m_s: velocity });
+        let length_m = self.length_m + reading.position_m;
+        let ohm = reading.resistance_ohm(least_a);
         let estimate: Estimate = self.estimator.update(&Observation {
-            power_w: seen.power_w(),
+            power_w: reading.power_w(),
             duty: self.duty,
             length_m,
             length_sigma_m: LENGTH_SIGMA_M,
             resistance_ohm: ohm,
-            tension_n: seen.force_n,
+            tension_n: reading.force_n,
             dt_s,
         });
         self.duty = self.law.duty(&Demand {
@@ -152,7 +158,7 @@ impl Hanging {
             estimate,
         });
         self.since_s += dt_s;
-        Asked { speed_m_s, duty: self.duty, power_w: self.duty * self.full_power_w, disturbance_n }
+        Commanded { speed_m_s, duty: self.duty, power_w: self.duty * self.full_power_w, disturbance_n }
     }
 
     /// The mass is held: it has no speed when it is let go.

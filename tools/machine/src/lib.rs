@@ -1,9 +1,28 @@
 //! The test machine: chapter 8 of the thesis as software.
 //!
 //! [`Machine`] is what every testing machine can do in one period; [`SimulatedMachine`] computes one. A [`Routine`] is a
-//! state machine over what the machine saw, made of [`Stage`]s; [`plan`] has the seven of the thesis. [`run()`](run::run)
+//! state machine over what the machine measured, made of [`Stage`]s; [`plan`] has the seven of the thesis. [`run()`](run::run)
 //! brings both together under the [`Watch`] of the limits, and [`record`] makes a recording of it that `simulate`,
 //! `identify` and `diagnose` take.
+//!
+//! # Example
+//! The first second of a routine on the simulated machine:
+//! ```
+//! use sinew_machine::{Ending, Options, RoutineKind, SimulatedMachine, Watch, plan, run};
+//! use sinew_rig::Rig;
+//!
+//! let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/test-machine.toml");
+//! let rig = Rig::load(path.as_ref())?;
+//! let (wire, spec) = (&rig.channels[0], &rig.machine);
+//! let options = Options::default_for(RoutineKind::DirectStrain, &wire.model, spec);
+//! let mut routine = plan::routine(RoutineKind::DirectStrain, &wire.model, spec, &options);
+//! let mut machine = SimulatedMachine::new(&wire.model, spec, 1)?;
+//! let mut watch = Watch::new(&wire.model, &wire.limits, spec);
+//! let ran = run::run(&mut machine, &mut routine, &mut watch, &mut |row, _, _| row.time_s < 1.0);
+//! assert_eq!(ran.ending, Ending::Stopped);
+//! assert!(ran.rows.iter().all(|row| row.reading.force_n.is_finite()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod analysis;

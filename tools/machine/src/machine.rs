@@ -12,7 +12,7 @@ pub enum Travel {
         /// Speed, above 0.
         speed_m_s: f64,
     },
-    /// At this speed until told otherwise, in m/s, positive pulling the wire longer.
+    /// At this speed until commanded otherwise, in m/s, positive pulling the wire longer.
     At(f64),
 }
 
@@ -45,7 +45,7 @@ impl Order {
     pub const REST: Order = Order { travel: Travel::At(0.0), heater: Heater::Off, chamber_c: None };
 }
 
-/// What the machine saw of a period, at its end.
+/// What the machine measured in a period, at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// End of the period, s from the start.
@@ -87,7 +87,7 @@ impl Reading {
 pub enum MachineError {
     /// The wire or the frame it is mounted in cannot be simulated.
     Wire(sinew_physics::Error),
-    /// The machine does not answer, or not as it should; what it is is said in words.
+    /// The machine does not answer, or not as it should; with the reason in words.
     Lost(String),
 }
 
@@ -110,9 +110,14 @@ pub trait Machine {
     /// Whether wire and machine are computed.
     fn is_simulated(&self) -> bool;
 
-    /// Carries an order out for one period, 1/[`Spec::rate_hz`], and says what was seen.
+    /// Carries an order out for one period, 1/[`Spec::rate_hz`], and gives what was measured.
     ///
     /// # Errors
     /// [`MachineError::Lost`] where the machine does not answer; it has to switch its outputs off by itself then.
     fn exchange(&mut self, order: &Order) -> Result<Reading, MachineError>;
+}
+
+/// How old the force is that an order answers to, on average and with the order's own period, s.
+pub(crate) fn delay_s(spec: &sinew_rig::Machine) -> f64 {
+    0.5 / spec.force_rate_hz + 1.5 / spec.rate_hz
 }

@@ -1,4 +1,4 @@
-//! The seven routines of chapter 8: which stages each is made of, and what holds where nothing was said.
+//! The seven routines of chapter 8: which stages each is made of, and the defaults.
 
 use sinew_control::{AlgorithmKind, EstimatorKind, Settings};
 use sinew_physics::formulas::cooling_time_s;
@@ -79,7 +79,7 @@ impl RoutineKind {
     }
 }
 
-/// Everything that can be asked of a routine; each looks at its own.
+/// Everything that can be set of a routine; each uses its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// What the heater holds.
@@ -163,7 +163,7 @@ pub fn spaced(low_hz: f64, high_hz: f64, count: usize) -> Vec<f64> {
 }
 
 impl Options {
-    /// What holds for a wire that is believed to be like `model` where nothing was said.
+    /// What holds for a wire that is believed to be like `model` where nothing is set.
     pub fn default_for(kind: RoutineKind, model: &WireModel, spec: &Spec) -> Options {
         let area = model.geometry.area_m2();
         let load_n = (DEFAULT_STRESS_PA * area).min(0.5 * spec.max_force_n);

@@ -16,35 +16,35 @@ use crate::machine::Reading;
 use crate::run::{Ending, Row};
 
 /// A column and what of a reading stands in it.
-type Seen = (Column, fn(&Reading) -> f64);
-/// What a sensor saw, by the contract's columns; NaN where a conversion did not fall into this row.
-const SEEN: [Seen; 6] = [
+type Measured = (Column, fn(&Reading) -> f64);
+/// What a sensor measured, by the contract's columns; NaN where a conversion did not fall into this row.
+const SENSORS: [Measured; 6] = [
     // the offset of a meter that shows less than nothing heats no wire
-    (Column::CurrentA, |seen| seen.current_a.max(0.0)),
-    (Column::V1V, |seen| seen.taps_v.map_or(f64::NAN, |taps| taps[0])),
-    (Column::V2V, |seen| seen.taps_v.map_or(f64::NAN, |taps| taps[1])),
-    (Column::V3V, |seen| seen.voltage_v),
-    (Column::ForceN, |seen| if seen.force_is_new { seen.force_n } else { f64::NAN }),
-    (Column::PositionM, |seen| seen.position_m),
+    (Column::CurrentA, |reading| reading.current_a.max(0.0)),
+    (Column::V1V, |reading| reading.taps_v.map_or(f64::NAN, |taps| taps[0])),
+    (Column::V2V, |reading| reading.taps_v.map_or(f64::NAN, |taps| taps[1])),
+    (Column::V3V, |reading| reading.voltage_v),
+    (Column::ForceN, |reading| if reading.force_is_new { reading.force_n } else { f64::NAN }),
+    (Column::PositionM, |reading| reading.position_m),
 ];
 /// Measured in some rows only: apart, since it is no sensor of the wire.
-const AIR: Seen = (Column::AmbientC, |seen| if seen.chamber_is_new { seen.chamber_c } else { f64::NAN });
+const AIR: Measured = (Column::AmbientC, |reading| if reading.chamber_is_new { reading.chamber_c } else { f64::NAN });
 
 /// The columns of a wire with or without taps.
-fn columns(taps: bool) -> impl Iterator<Item = Seen> {
+fn columns(taps: bool) -> impl Iterator<Item = Measured> {
     let is_tap = |column: Column| matches!(column, Column::V1V | Column::V2V);
-    SEEN.into_iter().chain([AIR]).filter(move |(column, _)| taps || !is_tap(*column))
+    SENSORS.into_iter().chain([AIR]).filter(move |(column, _)| taps || !is_tap(*column))
 }
 
-/// What the sensors saw, as a recording in memory.
+/// What the sensors measured, as a recording in memory.
 ///
 /// # Errors
 /// Fewer than three rows.
 pub fn recording(name: &str, rows: &[Row]) -> Result<Recording, Error> {
     let mut recording = Recording::new(name, rows.iter().map(|row| row.time_s).collect())?;
     let taps = rows.first().is_some_and(|row| row.reading.taps_v.is_some());
-    for (column, seen) in columns(taps) {
-        recording.set(column, rows.iter().map(|row| seen(&row.reading)).collect())?;
+    for (column, value) in columns(taps) {
+        recording.set(column, rows.iter().map(|row| value(&row.reading)).collect())?;
     }
     Ok(recording)
 }
@@ -108,10 +108,10 @@ impl<W: Write + Seek> RecordingFile<W> {
     pub fn row(&mut self, row: &Row) -> Result<(), Error> {
         self.rows += 1;
         self.bytes.clear();
-        let seen = columns(self.taps).map(|(_, seen)| seen(&row.reading));
+        let measured = columns(self.taps).map(|(_, value)| value(&row.reading));
         let disturbance = self.with_disturbance.then_some(row.directive.disturbance_n);
         let extras = EXTRAS.iter().map(|(_, _, value)| value(row));
-        for value in std::iter::once(row.time_s).chain(seen).chain(disturbance).chain(extras) {
+        for value in std::iter::once(row.time_s).chain(measured).chain(disturbance).chain(extras) {
             self.bytes.extend(value.to_le_bytes());
         }
         let monotonic_ns = self.started_ns.wrapping_add((row.time_s.max(0.0) * 1e9).round() as u64);
@@ -130,7 +130,7 @@ impl<W: Write + Seek> RecordingFile<W> {
     }
 }
 
-/// Noise of the sensors as a fit sees it, by column. The voltage a model answers with is its resistance times the
+/// Noise of the sensors as a fit takes it, by column. The voltage a model answers with is its resistance times the
 /// *measured* current, so that the noise of the current is in it too.
 pub fn noise(model: &WireModel, spec: &Spec) -> BTreeMap<String, f64> {
     let of = |noise: f64, step: f64| (noise * noise + step * step / 12.0).sqrt();
@@ -148,7 +148,7 @@ pub fn noise(model: &WireModel, spec: &Spec) -> BTreeMap<String, f64> {
     noise
 }
 
-/// The rig as a recording of the machine sees it: a current heats channel `channel`, the cross-head moves its end. The
+/// The rig as a recording of the machine describes it: a current heats channel `channel`, the cross-head moves its end. The
 /// rig's own noise is kept where it is given.
 pub fn rig_in_machine(rig: &Rig, channel: usize) -> Rig {
     let mut mounted = rig.clone();

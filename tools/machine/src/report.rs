@@ -92,7 +92,7 @@ impl Report {
             let pad = |text: &str, width: usize| " ".repeat(width.saturating_sub(text.chars().count()));
             let _ = writeln!(text, "  {name}{}  {}{value} {unit}", pad(name, first), pad(value, second));
         }
-        // one line for what cannot be told for one reason
+        // one line for what cannot be determined for one reason
         let mut unknown: Vec<(&str, &str, Vec<&str>)> = Vec::new();
         for finding in self.findings.iter().filter(|f| f.value.is_none()) {
             let same =

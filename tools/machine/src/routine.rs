@@ -4,7 +4,7 @@ use sinew_physics::WireModel;
 use sinew_rig::Machine as Spec;
 
 use crate::hanging::{Disturbance, Hanging, Loop, Plant};
-use crate::machine::{Heater, Order, Reading, Travel};
+use crate::machine::{Heater, Order, Reading, Travel, delay_s};
 use crate::stage::{Heat, Motion, Stage, Until};
 use crate::wave::Quantity;
 
@@ -19,7 +19,7 @@ const SERVO_RESET: f64 = 3.0;
 /// Below this share of the load the wire is still being taken up: the integral waits, and the cross-head goes this fast, m/s.
 const TAKEN_UP: f64 = 0.3;
 const TAKE_UP_M_S: f64 = 5e-3;
-/// A current below so many steps of its measurement tells no resistance.
+/// A current below so many steps of its measurement gives no resistance.
 const LEAST_STEPS: f64 = 50.0;
 
 /// What a routine wants done in the next period, and what a recording should say of it.
@@ -29,7 +29,7 @@ pub struct Directive {
     pub order: Order,
     /// Elongation, m, or force, N, that is aimed at; NaN where neither is.
     pub target: f64,
-    /// What the heater is asked for, in its quantity's unit.
+    /// What is commanded of the heater, in its quantity's unit.
     pub heat: f64,
     /// The law's duty; NaN where none is at work.
     pub duty: f64,
@@ -93,9 +93,9 @@ impl Routine {
         (before + within) / self.expected_s().max(1e-9)
     }
 
-    /// What to do next, after what was seen last; `None` when the routine is done.
-    pub fn next(&mut self, seen: &Reading) -> Option<Directive> {
-        while self.is_over(seen)? {
+    /// What to do next, after the last reading; `None` when the routine is done.
+    pub fn next(&mut self, reading: &Reading) -> Option<Directive> {
+        while self.is_over(reading)? {
             self.at += 1;
             self.periods = 0;
             self.settled_s = 0.0;
@@ -113,15 +113,15 @@ impl Routine {
             Motion::Stay => (Travel::At(0.0), f64::NAN),
             Motion::To(position_m, speed_m_s) => (Travel::To { position_m, speed_m_s }, position_m),
             Motion::Pull(speed_m_s) => (Travel::At(speed_m_s), f64::NAN),
-            Motion::Force(newton) => (Travel::At(self.servo(newton, seen, dt_s)), newton),
+            Motion::Force(newton) => (Travel::At(self.servo(newton, reading, dt_s)), newton),
             Motion::Hang(reference) => {
-                // what is asked for now is to be so at the end of the period
+                // what is commanded now is to be reached at the end of the period
                 let reference_m = reference.at(now_s + dt_s);
                 let least_a = LEAST_STEPS * self.spec.current_step_a.max(1e-6);
-                let asked = self.hanging.as_mut().map(|plant| plant.period(seen, reference_m, dt_s, least_a));
-                let speed_m_s = asked.as_ref().map_or(0.0, |asked| asked.speed_m_s);
-                if let Some(asked) = asked {
-                    (duty, disturbance_n, law_w) = (asked.duty, asked.disturbance_n, asked.power_w);
+                let commanded = self.hanging.as_mut().map(|plant| plant.period(reading, reference_m, dt_s, least_a));
+                let speed_m_s = commanded.as_ref().map_or(0.0, |commanded| commanded.speed_m_s);
+                if let Some(commanded) = commanded {
+                    (duty, disturbance_n, law_w) = (commanded.duty, commanded.disturbance_n, commanded.power_w);
                 }
                 (Travel::At(speed_m_s), reference_m)
             }
@@ -144,7 +144,7 @@ impl Routine {
     }
 
     /// Whether the present stage is over; `None` when there is none.
-    fn is_over(&mut self, seen: &Reading) -> Option<bool> {
+    fn is_over(&mut self, reading: &Reading) -> Option<bool> {
         let stage = self.stages.get(self.at)?;
         let now_s = self.in_stage_s();
         // a whole number of periods, whatever the rounding
@@ -153,14 +153,14 @@ impl Routine {
             Until::Seconds(seconds) => has_passed(seconds),
             Until::Arrived => match stage.motion {
                 Motion::To(position_m, _) => {
-                    (seen.position_m - position_m).abs() <= ARRIVED_STEPS * self.spec.microstep_m + 1e-7
+                    (reading.position_m - position_m).abs() <= ARRIVED_STEPS * self.spec.microstep_m + 1e-7
                 }
                 _ => true,
             },
-            Until::ForceOver(newton) => self.periods > 0 && seen.force_n >= newton,
-            Until::ForceUnder(newton) => self.periods > 0 && seen.force_n <= newton,
+            Until::ForceOver(newton) => self.periods > 0 && reading.force_n >= newton,
+            Until::ForceUnder(newton) => self.periods > 0 && reading.force_n <= newton,
             Until::ChamberSettled => {
-                let near = stage.chamber_c.is_none_or(|wanted| (seen.chamber_c - wanted).abs() <= SETTLED_K);
+                let near = stage.chamber_c.is_none_or(|wanted| (reading.chamber_c - wanted).abs() <= SETTLED_K);
                 self.settled_s = if near { self.settled_s + 1.0 / self.spec.rate_hz } else { 0.0 };
                 stage.chamber_c.is_none() || self.settled_s >= SETTLED_S
             }
@@ -169,24 +169,19 @@ impl Routine {
     }
 
     /// Speed that brings the force to `newton`, m/s.
-    fn servo(&mut self, newton: f64, seen: &Reading, dt_s: f64) -> f64 {
+    fn servo(&mut self, newton: f64, reading: &Reading, dt_s: f64) -> f64 {
         let rate = SERVO_TURN / delay_s(&self.spec);
-        let error_m = (newton - seen.force_n) / self.stiffness_n_per_m.max(1e-9);
-        if seen.force_n < TAKEN_UP * newton && self.integral_m_s <= 0.0 {
+        let error_m = (newton - reading.force_n) / self.stiffness_n_per_m.max(1e-9);
+        if reading.force_n < TAKEN_UP * newton && self.integral_m_s <= 0.0 {
             return TAKE_UP_M_S;
         }
-        let asked = rate * error_m + self.integral_m_s;
-        let given = asked.clamp(-self.spec.max_speed_m_s, self.spec.max_speed_m_s);
-        if given == asked {
+        let wanted = rate * error_m + self.integral_m_s;
+        let given = wanted.clamp(-self.spec.max_speed_m_s, self.spec.max_speed_m_s);
+        if given == wanted {
             self.integral_m_s += rate * rate / SERVO_RESET * error_m * dt_s;
         }
         given
     }
-}
-
-/// How old the force is that an order answers to, on average and with the order's own period, s.
-pub(crate) fn delay_s(spec: &Spec) -> f64 {
-    0.5 / spec.force_rate_hz + 1.5 / spec.rate_hz
 }
 
 /// The amplifier at a value of a quantity.

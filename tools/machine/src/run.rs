@@ -4,14 +4,14 @@ use crate::machine::{Machine, MachineError, Order, Reading};
 use crate::routine::{Directive, Routine};
 use crate::watch::{Breach, Watch};
 
-/// One period: what was asked, and what was seen at its end.
+/// One period: what was commanded, and what was measured at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// Its start, s from the first row that is recorded.
     pub time_s: f64,
     /// What the routine wanted.
     pub directive: Directive,
-    /// What the machine saw.
+    /// What the machine measured.
     pub reading: Reading,
     /// Temperature reckoned from the power, °C.
     pub reckoned_c: f64,
@@ -22,7 +22,7 @@ pub struct Row {
 pub enum Ending {
     /// All of the routine is done.
     Complete,
-    /// Somebody asked for the end.
+    /// The end was requested.
     Stopped,
     /// A limit was exceeded.
     Breach(Breach),

@@ -21,7 +21,7 @@ const CHAMBER_AIM_S: f64 = 10.0;
 const CHAMBER_RESET: f64 = 4.0;
 /// The elements can hold the warmest chamber with this much to spare.
 const CHAMBER_RESERVE: f64 = 1.1;
-/// A current below so many steps of its measurement tells no resistance.
+/// A current below so many steps of its measurement gives no resistance.
 const LEAST_STEPS: f64 = 50.0;
 /// Weight of the newest resistance in what the amplifier's feedback goes by: a few periods.
 const NEWEST: f64 = 0.3;
@@ -217,7 +217,7 @@ impl Crosshead {
 #[derive(Debug, Clone)]
 struct Amplifier {
     current_a: f64,
-    /// What the wire's resistance was last seen to be, Ω.
+    /// The wire's resistance as last measured, Ω.
     believed_ohm: f64,
 }
 

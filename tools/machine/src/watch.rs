@@ -94,23 +94,23 @@ impl Watch {
     ///
     /// # Errors
     /// The first limit it breaches.
-    pub fn look(&mut self, seen: &Reading) -> Result<(), Breach> {
-        let passed_s = (seen.time_s - self.last_s).max(0.0);
-        self.last_s = seen.time_s;
-        let start_c = self.temperature_c.unwrap_or(seen.chamber_c);
-        let rests_at = seen.chamber_c + seen.power_w() / self.loss.max(1e-12);
+    pub fn look(&mut self, reading: &Reading) -> Result<(), Breach> {
+        let passed_s = (reading.time_s - self.last_s).max(0.0);
+        self.last_s = reading.time_s;
+        let start_c = self.temperature_c.unwrap_or(reading.chamber_c);
+        let rests_at = reading.chamber_c + reading.power_w() / self.loss.max(1e-12);
         let temperature_c = relaxed(start_c, rests_at, passed_s * self.loss / self.heat_capacity.max(1e-12));
         self.temperature_c = Some(temperature_c);
         let checks = [
-            (Bounded::Elongation, seen.position_m, self.most_position_m),
-            (Bounded::Force, seen.force_n, self.most_force_n),
-            (Bounded::Current, seen.current_a, self.most_current_a),
+            (Bounded::Elongation, reading.position_m, self.most_position_m),
+            (Bounded::Force, reading.force_n, self.most_force_n),
+            (Bounded::Current, reading.current_a, self.most_current_a),
             (Bounded::Temperature, temperature_c, self.most_temperature_c),
         ];
         for (what, found, limit) in checks {
             let what = if found.is_finite() { what } else { Bounded::Sensor };
             if found.is_nan() || found > limit {
-                return Err(Breach { time_s: seen.time_s, what, found, limit });
+                return Err(Breach { time_s: reading.time_s, what, found, limit });
             }
         }
         Ok(())

@@ -5,7 +5,9 @@ use std::path::Path;
 use mcap::records::{Record, op};
 
 use super::about::{Ending, Gap, MAX_GAPS};
-use super::file::{Buffers, ChunkAt, Contents, RECORD_HEAD, Source, TAIL, footer, inner, message};
+use super::chunk::{Buffers, inner, message};
+use super::contents::{ChunkAt, Contents, footer};
+use super::file::{RECORD_HEAD, Source, TAIL};
 use super::layout::HEAD_BYTES;
 use super::message::body;
 use super::read::Session;
@@ -60,7 +62,7 @@ impl Checkup {
     }
 }
 
-/// Checks a recording; `progress` is told how much of the file is done, bytes, and how much there is.
+/// Checks a recording; `progress` is given how much of the file is done, bytes, and how much there is.
 ///
 /// # Errors
 /// Where it cannot be read at all, or is no recording.

@@ -17,6 +17,8 @@
 
 mod about;
 mod check;
+mod chunk;
+mod contents;
 mod error;
 mod file;
 mod layout;
@@ -27,8 +29,8 @@ mod write;
 
 pub use about::{About, Ended, Ending, Gap};
 pub use check::{Checkup, Finding, check};
+pub use chunk::MAX_CHUNK;
 pub use error::Trouble;
-pub use file::MAX_CHUNK;
 pub use layout::{Field, Kind, Layout, MAX_CHANNELS, MAX_FIELDS};
 pub use message::{Durations, Event, FAULT, GAP, LoopFigures, NOTE};
 pub use read::{CycleView, Cycles, Session, Size};

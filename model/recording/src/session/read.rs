@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use super::about::{ABOUT, About, ENDING, Ending, RIG_FILE};
+use super::chunk::{Buffers, MessageAt, inner, message};
+use super::contents::{ChunkAt, Contents};
 use super::error::Trouble;
-use super::file::{Buffers, Contents, MessageAt, Source, inner, message};
+use super::file::Source;
 use super::layout::{HEAD_BYTES, Kind, Layout, offsets};
 use super::message::{Event, LoopFigures, body, damaged};
 use super::{CYCLES, Compression, EVENTS, Head, LOOP};
@@ -139,9 +141,7 @@ impl Session {
         let start = |ns: u64| self.about.started_unix_ns.abs_diff(ns) as f64 * 1e-9;
         let signed = |ns: u64| if ns < self.about.started_unix_ns { -start(ns) } else { start(ns) };
         // a microsecond of leeway: the time of day is a sum of two clocks, and a float of its difference is coarse
-        let touches = |chunk: &&super::file::ChunkAt| {
-            signed(chunk.end_ns) >= from_s - 1e-6 && signed(chunk.start_ns) <= to_s + 1e-6
-        };
+        let touches = |chunk: &&ChunkAt| signed(chunk.end_ns) >= from_s - 1e-6 && signed(chunk.start_ns) <= to_s + 1e-6;
         let chunks = &self.contents.chunks;
         let first = chunks.iter().position(|chunk| touches(&chunk)).unwrap_or(chunks.len());
         let last = chunks.iter().rposition(|chunk| touches(&chunk)).map_or(first, |last| last + 1);

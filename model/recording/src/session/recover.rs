@@ -8,8 +8,10 @@ use mcap::records::op;
 
 use super::about::{Ended, Ending, Gap};
 use super::check::with_topics;
+use super::chunk::{Buffers, ChunkHead, decompress, inner, message};
+use super::contents::Contents;
 use super::error::Trouble;
-use super::file::{Buffers, ChunkHead, Contents, RECORD_HEAD, Source, decompress, inner, message};
+use super::file::{RECORD_HEAD, Source};
 use super::layout::HEAD_BYTES;
 use super::message::{Event, GAP, LoopFigures, body};
 use super::read::Session;
@@ -44,7 +46,7 @@ pub struct Recovered {
 }
 
 /// Writes all that can be read of a recording into a new one. The old one stays as it is; the new one appears when it is complete.
-/// `progress` is told how much of the file is done, bytes, and how much there is.
+/// `progress` is given how much of the file is done, bytes, and how much there is.
 ///
 /// # Errors
 /// Where the old one cannot be read at all or has no complete chunk, and [`What::Unwritable`] for the new one.
@@ -175,7 +177,7 @@ impl Kept<'_> {
                 }
             } else if Some(message.topic) == topics.events {
                 match Event::decode(data) {
-                    // gaps are told anew
+                    // gaps are counted anew
                     Ok(event) if event.kind == GAP => Ok(()),
                     Ok(event) => writer.event(&event),
                     Err(_) => self.session.source.damaged_message(),

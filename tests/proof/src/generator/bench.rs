@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand::rngs::SmallRng;
 use rand_distr::StandardNormal;
 
-use super::truth::{Material, Truth};
+use super::truth::{Material, Taps, Truth};
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.80665;
@@ -132,58 +132,106 @@ pub fn tidy(value: f64, digits: i32) -> f64 {
     (value * scale).round() / scale
 }
 
+/// A material at random.
+fn random_material(rng: &mut SmallRng) -> Material {
+    let modulus = between(rng, 60.0, 85.0);
+    let a = between(rng, 82.0, 100.0);
+    Material {
+        e_a: tidy(modulus, 3) * 1e9,
+        e_m: tidy(between(rng, 24.0, 36.0), 3) * 1e9,
+        eps_l: tidy(between(rng, 0.03, 0.05), 3),
+        theta: 0.55e6,
+        t0: 20.0,
+        a: tidy(a, 3),
+        m: tidy(a - between(rng, 18.0, 32.0), 3),
+        shift: tidy(between(rng, 0.1, 0.14), 3) * 1e-6,
+        k_a: tidy(between(rng, 0.2, 0.45), 3),
+        k_m: tidy(between(rng, 0.2, 0.45), 3),
+        w: tidy(between(rng, 0.6, 0.9), 2),
+        density: 6450.0,
+        c_p: tidy(between(rng, 780.0, 880.0), 3),
+        latent: tidy(between(rng, 18e3, 28e3), 3),
+        h: tidy(between(rng, 90.0, 150.0), 3),
+        rho_a: tidy(between(rng, 78.0, 92.0), 3) * 1e-8,
+        rho_m: tidy(between(rng, 68.0, 80.0), 3) * 1e-8,
+        slope_a: 0.05e-8,
+        slope_m: 0.15e-8,
+    }
+}
+
+/// What hangs on a wire.
+struct Load {
+    /// Stress it is made for on the hot wire, Pa.
+    stress: f64,
+    /// N/m.
+    spring: f64,
+    /// N.
+    preload: f64,
+    /// kg.
+    mass: f64,
+    /// N s/m.
+    damping: f64,
+}
+
+/// A load at random for a wire of this material, cross-section and length.
+fn random_load(rng: &mut SmallRng, material: &Material, area: f64, length: f64) -> Load {
+    let stroke = material.eps_l * length;
+    // hanging mass, stiff spring or soft bias spring, by the stress they put on hot and cold wire
+    let stress = between(rng, 90e6, 190e6);
+    let (spring, preload, mass) = match rng.random_range(0..3) {
+        0 => (0.0, stress * area, stress * area / GRAVITY),
+        kind => {
+            let rise = if kind == 1 { between(rng, 90e6, 160e6) } else { between(rng, 20e6, 50e6) };
+            let spring = rise * area / stroke;
+            // the cold wire is about a tenth longer than its shape strain makes it
+            let cold = between(rng, 70e6, 110e6);
+            (spring, cold * area + spring * 1.1 * stroke, 0.7 * stress * area / GRAVITY)
+        }
+    };
+    let mass = tidy(mass, 2);
+    let preload = if spring == 0.0 { tidy(mass * GRAVITY, 6) } else { tidy(preload, 3) };
+    let stiffness = material.e_a * area / length;
+    let damping = tidy(2.0 * between(rng, 0.35, 0.6) * (stiffness * mass).sqrt(), 2);
+    Load { stress, spring, preload, mass, damping }
+}
+
+/// The sensors of a set with noise at random, on a wire that bears `stress` hot.
+fn random_sensors(rng: &mut SmallRng, set: Set, wire: &Truth, stress: f64) -> BTreeMap<Sensor, f64> {
+    let stroke = wire.material.eps_l * wire.length;
+    let mut noisy = |of: f64| tidy(of * between(rng, -0.7f64, 0.9).exp(), 2);
+    let current = wire.supply / (wire.cold_ohm() + wire.series);
+    let mut all = vec![
+        (Sensor::Current, noisy(7e-4 * current)),
+        (Sensor::V1, noisy(2.5e-4 * wire.supply)),
+        (Sensor::V2, noisy(2.5e-4 * wire.supply)),
+        (Sensor::V3, noisy(2.5e-4 * wire.supply)),
+        (Sensor::Force, noisy(1.5e-3 * stress * wire.area())),
+        (Sensor::Position, noisy(2.5e-3 * stroke)),
+    ];
+    all.retain(|(sensor, _)| match set {
+        Set::All => *sensor != Sensor::V1 || wire.taps.first > 0.0,
+        Set::PositionResistance => matches!(sensor, Sensor::Current | Sensor::V3 | Sensor::Position),
+        Set::PositionForce => matches!(sensor, Sensor::Force | Sensor::Position),
+        Set::Resistance => matches!(sensor, Sensor::Current | Sensor::V3),
+        Set::Position => *sensor == Sensor::Position,
+    });
+    all.into_iter().collect()
+}
+
 impl Bench {
     /// A bench at random. `set` overrides which sensors there are; `long` makes 90 s at 200 Hz.
     pub fn random(rng: &mut SmallRng, set: Option<Set>, long: bool) -> Bench {
         let diameter = [0.1e-3, 0.125e-3, 0.15e-3, 0.2e-3, 0.25e-3, 0.31e-3, 0.38e-3][rng.random_range(0..7)];
         let length = tidy(between(rng, 0.1, 0.4), 3);
-        let modulus = between(rng, 60.0, 85.0);
-        let a = between(rng, 82.0, 100.0);
-        let material = Material {
-            e_a: tidy(modulus, 3) * 1e9,
-            e_m: tidy(between(rng, 24.0, 36.0), 3) * 1e9,
-            eps_l: tidy(between(rng, 0.03, 0.05), 3),
-            theta: 0.55e6,
-            t0: 20.0,
-            a: tidy(a, 3),
-            m: tidy(a - between(rng, 18.0, 32.0), 3),
-            shift: tidy(between(rng, 0.1, 0.14), 3) * 1e-6,
-            k_a: tidy(between(rng, 0.2, 0.45), 3),
-            k_m: tidy(between(rng, 0.2, 0.45), 3),
-            w: tidy(between(rng, 0.6, 0.9), 2),
-            density: 6450.0,
-            c_p: tidy(between(rng, 780.0, 880.0), 3),
-            latent: tidy(between(rng, 18e3, 28e3), 3),
-            h: tidy(between(rng, 90.0, 150.0), 3),
-            rho_a: tidy(between(rng, 78.0, 92.0), 3) * 1e-8,
-            rho_m: tidy(between(rng, 68.0, 80.0), 3) * 1e-8,
-            slope_a: 0.05e-8,
-            slope_m: 0.15e-8,
-        };
+        let material = random_material(rng);
         let area = std::f64::consts::FRAC_PI_4 * diameter * diameter;
-        let stroke = material.eps_l * length;
-        // hanging mass, stiff spring or soft bias spring, by the stress they put on hot and cold wire
-        let stress = between(rng, 90e6, 190e6);
-        let (spring, preload, mass) = match rng.random_range(0..3) {
-            0 => (0.0, stress * area, stress * area / GRAVITY),
-            kind => {
-                let rise = if kind == 1 { between(rng, 90e6, 160e6) } else { between(rng, 20e6, 50e6) };
-                let spring = rise * area / stroke;
-                // the cold wire is about a tenth longer than its shape strain makes it
-                let cold = between(rng, 70e6, 110e6);
-                (spring, cold * area + spring * 1.1 * stroke, 0.7 * stress * area / GRAVITY)
-            }
-        };
-        let mass = tidy(mass, 2);
-        let preload = if spring == 0.0 { tidy(mass * GRAVITY, 6) } else { tidy(preload, 3) };
-        let stiffness = material.e_a * area / length;
-        let damping = tidy(2.0 * between(rng, 0.35, 0.6) * (stiffness * mass).sqrt(), 2);
+        let Load { stress, spring, preload, mass, damping } = random_load(rng, &material, area, length);
         // taps: from the fixed end, or a little away from it
         let l0 = if rng.random_bool(0.75) { 0.0 } else { tidy(0.03 * length, 2) };
         let mut believed = Truth {
             diameter,
             length,
-            taps: (l0, tidy(0.93 * length - l0, 3)),
+            taps: Taps { first: l0, apart: tidy(0.93 * length - l0, 3) },
             supply: 0.0,
             series: 0.12,
             mass,
@@ -210,30 +258,14 @@ impl Bench {
             _ => Set::Position,
         });
         let taps = set == Set::All;
-        let mut noisy = |of: f64| tidy(of * between(rng, -0.7f64, 0.9).exp(), 2);
-        let current = believed.supply / (ohm + believed.series);
-        let mut all = vec![
-            (Sensor::Current, noisy(7e-4 * current)),
-            (Sensor::V1, noisy(2.5e-4 * believed.supply)),
-            (Sensor::V2, noisy(2.5e-4 * believed.supply)),
-            (Sensor::V3, noisy(2.5e-4 * believed.supply)),
-            (Sensor::Force, noisy(1.5e-3 * stress * area)),
-            (Sensor::Position, noisy(2.5e-3 * stroke)),
-        ];
-        all.retain(|(sensor, _)| match set {
-            Set::All => *sensor != Sensor::V1 || l0 > 0.0,
-            Set::PositionResistance => matches!(sensor, Sensor::Current | Sensor::V3 | Sensor::Position),
-            Set::PositionForce => matches!(sensor, Sensor::Force | Sensor::Position),
-            Set::Resistance => matches!(sensor, Sensor::Current | Sensor::V3),
-            Set::Position => *sensor == Sensor::Position,
-        });
+        let sensors = random_sensors(rng, set, &believed, stress);
         let supply_noise = if rng.random_bool(0.5) { Some(tidy(5e-4 * believed.supply, 2)) } else { None };
         // thick wires are slow: they get a dozen of their time constants at least, within the minute
         let tau = believed.wire_mass() * material.c_p / believed.loss_w_per_k();
         let seconds: f64 = [30.0, 40.0, 50.0, 60.0][rng.random_range(0..4)];
         let (rate_hz, seconds) =
             if long { (200.0, 90.0) } else { (100.0, seconds.max((1.2 * tau).ceil() * 10.0).min(60.0)) };
-        Bench { believed, taps, sensors: all.into_iter().collect(), supply_noise, rate_hz, seconds }
+        Bench { believed, taps, sensors, supply_noise, rate_hz, seconds }
     }
 
     /// The truth: every uncertain parameter drawn from its prior around what is believed.
@@ -266,7 +298,7 @@ impl Bench {
         line("[[channel]]\nname = \"wire\"\n\n[channel.wire]".into());
         line(format!("diameter_mm = {}\nlength_mm = {}\n", tidy(b.diameter * 1e3, 6), tidy(b.length * 1e3, 6)));
         if self.taps {
-            let (l0, ls) = (tidy(b.taps.0 * 1e3, 6), tidy(b.taps.1 * 1e3, 6));
+            let (l0, ls) = (tidy(b.taps.first * 1e3, 6), tidy(b.taps.apart * 1e3, 6));
             line(format!("[channel.taps]\nl0_mm = {l0}\nls_mm = {ls}\n"));
         }
         line(format!("[channel.drive]\nsupply_v = {}\nshunt_ohm = 0.1\nswitch_ohm = 0.02\n", b.supply));

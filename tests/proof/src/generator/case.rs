@@ -98,7 +98,7 @@ pub fn make(spec: &Spec) -> Case {
     let mut best: Option<(f64, Draw)> = None;
     for attempt in 0..ATTEMPTS {
         let draw = draw(spec, attempt);
-        // how far the least visible member is from what was asked for
+        // how far the least visible member is from what was requested
         let least = draw.levels.values().copied().fold(f64::INFINITY, f64::min);
         let off = spec.target.map_or(0.0, |target| (least / target).max(1e-3).ln().abs());
         if best.as_ref().is_none_or(|(least_off, _)| off < *least_off) {
@@ -325,7 +325,7 @@ fn finish(spec: &Spec, mut draw: Draw) -> Case {
     Case { rig_toml, train, held, answer }
 }
 
-/// Breaks a recording, or what it is said to belong to.
+/// Breaks a recording, or what it is declared to belong to.
 fn spoil(rng: &mut SmallRng, trap: Trap, table: &mut Table, rig_toml: &mut String) {
     let rows = table.time_s.len();
     match trap {

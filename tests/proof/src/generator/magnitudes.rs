@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand::rngs::SmallRng;
 
 use super::bench::{Bench, Sensor};
-use super::truth::{Effects, Truth};
+use super::truth::{Effects, EndStop, Truth, Wave};
 
 /// An effect of the catalogue, as this generator puts it in.
 #[derive(Debug, Clone, Copy)]
@@ -244,7 +244,9 @@ impl Drawn {
         let stiffness = wire.material.e_a * wire.area() / wire.length;
         let o = &mut truth.beyond.outside;
         match self.id.as_str() {
-            "end stop of the load" => o.end_stop = (stroke * (0.03 + 0.05 * size), 0.5 * stiffness),
+            "end stop of the load" => {
+                o.end_stop = EndStop { at: stroke * (0.03 + 0.05 * size), stiffness: 0.5 * stiffness };
+            }
             "spring that hardens with the cube" => o.cubic = 0.05 * size * force / stroke.powi(3),
             "leakage beside the wire" => o.leakage = 0.05 * size / ohm,
             "contact that loosens with falling tension" => o.loose_contact = 0.03 * size * ohm * force.sqrt(),
@@ -252,10 +254,12 @@ impl Drawn {
             "backlash of the encoder" => o.backlash = 2e-3 * size * stroke,
             "drag with the square of speed" => o.drag = 0.05 * size * force / (4.0 * stroke * stroke),
             "the wire's own plume" => o.plume = 0.2 * size,
-            "periodic error of the encoder" => o.encoder = (4e-3 * size * stroke, (0.1 + 0.2 * self.u[0]) * stroke),
+            "periodic error of the encoder" => {
+                o.encoder = Wave { amplitude: 4e-3 * size * stroke, period: (0.1 + 0.2 * self.u[0]) * stroke };
+            }
             "supply that drops with duty" => o.duty_drop = 0.02 * size,
             "shape strain that fatigues" => o.fatigue = 3e-3 * size,
-            "ambient that swings" => o.ambient_swing = (size, 12.0 + 15.0 * self.u[0]),
+            "ambient that swings" => o.ambient_swing = Wave { amplitude: size, period: 12.0 + 15.0 * self.u[0] },
             "cosine kinetics" => truth.beyond.cosine = true,
             _ => {}
         }

@@ -81,7 +81,7 @@ pub fn programme(rng: &mut SmallRng, wire: &Truth, rate_hz: f64, seconds: f64) -
     };
     let (hot, cold) = (plan.hot, plan.cold - 10.0);
     plan.stay(SENSING_DUTY, 0.3);
-    // a full cycle is among the first two: what never transforms tells nothing of transformation
+    // a full cycle is among the first two: what never transforms shows nothing of transformation
     let mut last = usize::MAX;
     let mut place = 0;
     let mut cycled = false;

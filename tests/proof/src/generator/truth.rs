@@ -15,8 +15,8 @@ pub struct Truth {
     pub diameter: f64,
     /// Hot, unloaded length L_0, m.
     pub length: f64,
-    /// First tap from the fixed end and distance to the second, m.
-    pub taps: (f64, f64),
+    /// The taps.
+    pub taps: Taps,
     /// Supply, V.
     pub supply: f64,
     /// Shunt and switch together, Ω.
@@ -35,6 +35,15 @@ pub struct Truth {
     pub material: Material,
     /// Everything beyond the reference model.
     pub beyond: Beyond,
+}
+
+/// Where the taps are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Taps {
+    /// The first one from the fixed end, m.
+    pub first: f64,
+    /// From there to the second, m.
+    pub apart: f64,
 }
 
 /// Coefficients of the reference model, SI, with the symbols of the thesis.
@@ -110,8 +119,8 @@ impl Default for Material {
 /// Terms beyond the reference model, SI; a default is "not there".
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beyond {
-    /// Gain, start and end of a draught: 1, s, s.
-    pub draught: (f64, f64, f64),
+    /// A draught.
+    pub draught: Draught,
     /// Exponent of h's rise with temperature.
     pub convection_exponent: f64,
     /// Emissivity of the surface.
@@ -120,8 +129,8 @@ pub struct Beyond {
     pub end_conductivity: f64,
     /// The same nodes with ends that lose nothing: must equal the lumped wire.
     pub uniform_nodes: bool,
-    /// Heat capacity of a sleeve, J/K, and its conductances to the wire and to the air, W/K.
-    pub sheath: (f64, f64, f64),
+    /// A sleeve over the wire.
+    pub sheath: Sheath,
     /// Drift of ambient, K/s.
     pub ambient_rate: f64,
     /// Resistance inside the supply, Ω.
@@ -129,13 +138,13 @@ pub struct Beyond {
     /// Resistance of the leads, Ω.
     pub lead: f64,
     /// Rise of the resistivities with stress, 1/Pa.
-    pub rho_stress: (f64, f64),
+    pub rho_stress: ByPhase,
     /// Poisson's ratio in the area the current flows through.
     pub poisson: f64,
-    /// Height (Ω m), centre (°C) and width (K) of the R-phase's bump.
-    pub r_phase: (f64, f64, f64),
-    /// Skews of the heating and the cooling curve.
-    pub skew: (f64, f64),
+    /// The R-phase's bump in the resistivity.
+    pub r_phase: Bump,
+    /// Skews of the outer curves.
+    pub skew: Skew,
     /// How much further stress moves M than A, K/Pa.
     pub cooling_extra: f64,
     /// Standard deviation of the grains' temperatures, K.
@@ -160,10 +169,10 @@ pub struct Beyond {
     pub contact: f64,
     /// Deflection of the probe, m/N.
     pub probe: f64,
-    /// Offsets of V_1, V_2, V_3 (V) and current (A).
-    pub offsets: [f64; 4],
-    /// Gains of V_3 and current.
-    pub gains: (f64, f64),
+    /// Offsets of the sensors.
+    pub offsets: Offsets,
+    /// Gains of the sensors.
+    pub gains: Gains,
     /// Delay of the position, s.
     pub delay: f64,
     /// Kinetics by the cosine of Liang and Rogers instead of the logistic curve.
@@ -172,11 +181,98 @@ pub struct Beyond {
     pub outside: Outside,
 }
 
+/// More loss to the air for a while.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Draught {
+    /// Relative.
+    pub gain: f64,
+    /// s.
+    pub start: f64,
+    /// s.
+    pub end: f64,
+}
+
+/// A sleeve between wire and air.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sheath {
+    /// Heat capacity, J/K.
+    pub capacity: f64,
+    /// Conductance to the wire, W/K.
+    pub inner: f64,
+    /// Conductance to the air, W/K.
+    pub outer: f64,
+}
+
+/// A coefficient of either phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ByPhase {
+    /// Of austenite.
+    pub austenite: f64,
+    /// Of martensite.
+    pub martensite: f64,
+}
+
+/// A bump over temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bump {
+    /// Ω m.
+    pub height: f64,
+    /// °C.
+    pub centre: f64,
+    /// K.
+    pub width: f64,
+}
+
+/// Skews of the outer curves, 1 for the logistic curve (eq. 21).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skew {
+    /// On heating.
+    pub heating: f64,
+    /// On cooling.
+    pub cooling: f64,
+}
+
+/// What sensors show of nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Offsets {
+    /// Of V_1, V_2 and V_3, V.
+    pub volts: [f64; 3],
+    /// A.
+    pub current: f64,
+}
+
+/// What sensors multiply by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// Of V_3.
+    pub v3: f64,
+    /// Of the current.
+    pub current: f64,
+}
+
+/// A stop with a stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EndStop {
+    /// Elongation below which it is met, m.
+    pub at: f64,
+    /// N/m.
+    pub stiffness: f64,
+}
+
+/// A sine.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wave {
+    /// In the unit of what swings.
+    pub amplitude: f64,
+    /// In the unit of what it swings over.
+    pub period: f64,
+}
+
 /// Terms that no catalogue has.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outside {
-    /// The load meets a stop at this elongation (m) when the wire pulls, with this stiffness (N/m).
-    pub end_stop: (f64, f64),
+    /// The stop that the load meets when the wire pulls.
+    pub end_stop: EndStop,
     /// Cubic hardening of the spring, N/m³.
     pub cubic: f64,
     /// Conductance beside the wire, 1/Ω.
@@ -191,32 +287,32 @@ pub struct Outside {
     pub drag: f64,
     /// Relative rise of h for every 60 K that the wire has had on average over the last 3 s: its own plume.
     pub plume: f64,
-    /// Amplitude (m) and period (m) of the encoder's error.
-    pub encoder: (f64, f64),
+    /// The encoder's error over its position, both in m.
+    pub encoder: Wave,
     /// Relative drop of the supply at full duty.
     pub duty_drop: f64,
     /// Relative loss of the shape strain with every full cycle.
     pub fatigue: f64,
-    /// Amplitude (K) and period (s) of ambient's swing.
-    pub ambient_swing: (f64, f64),
+    /// Ambient's swing, K over s.
+    pub ambient_swing: Wave,
 }
 
 impl Default for Beyond {
     fn default() -> Self {
         Beyond {
-            draught: (0.0, 0.0, 0.0),
+            draught: Draught::default(),
             convection_exponent: 0.0,
             emissivity: 0.0,
             end_conductivity: 0.0,
             uniform_nodes: false,
-            sheath: (0.0, 0.0, 0.0),
+            sheath: Sheath::default(),
             ambient_rate: 0.0,
             source: 0.0,
             lead: 0.0,
-            rho_stress: (0.0, 0.0),
+            rho_stress: ByPhase::default(),
             poisson: 0.0,
-            r_phase: (0.0, 0.0, 1.0),
-            skew: (1.0, 1.0),
+            r_phase: Bump { height: 0.0, centre: 0.0, width: 1.0 },
+            skew: Skew { heating: 1.0, cooling: 1.0 },
             cooling_extra: 0.0,
             spread: 0.0,
             lag: 0.0,
@@ -229,8 +325,8 @@ impl Default for Beyond {
             two_way: 0.0,
             contact: 0.0,
             probe: 0.0,
-            offsets: [0.0; 4],
-            gains: (1.0, 1.0),
+            offsets: Offsets::default(),
+            gains: Gains { v3: 1.0, current: 1.0 },
             delay: 0.0,
             cosine: false,
             outside: Outside::default(),
@@ -301,20 +397,31 @@ impl Truth {
         let gain = |key: &str| parameters.get(key).copied().unwrap_or(1.0);
         let b = &mut self.beyond;
         match id {
-            "thermal.draught" => b.draught = (get("gain"), get("start_s"), get("end_s")),
+            "thermal.draught" => b.draught = Draught { gain: get("gain"), start: get("start_s"), end: get("end_s") },
             "thermal.natural_convection" => b.convection_exponent = get("exponent"),
             "thermal.radiation" => b.emissivity = get("emissivity"),
             "thermal.end_conduction" => b.end_conductivity = get("conductivity_w_per_m_k"),
-            "thermal.sheath" => b.sheath = (get("heat_capacity_j_per_k"), get("inner_w_per_k"), get("outer_w_per_k")),
+            "thermal.sheath" => {
+                let (inner, outer) = (get("inner_w_per_k"), get("outer_w_per_k"));
+                b.sheath = Sheath { capacity: get("heat_capacity_j_per_k"), inner, outer };
+            }
             "thermal.ambient_drift" => b.ambient_rate = get("rate_k_per_s"),
             "electrical.supply_sag" => b.source = get("source_ohm"),
             "electrical.lead_resistance" => b.lead = get("lead_ohm"),
             "electrical.resistivity_stress" => {
-                b.rho_stress = (get("austenite_per_gpa") * 1e-9, get("martensite_per_gpa") * 1e-9);
+                b.rho_stress = ByPhase {
+                    austenite: get("austenite_per_gpa") * 1e-9,
+                    martensite: get("martensite_per_gpa") * 1e-9,
+                };
             }
             "electrical.poisson_area" => b.poisson = get("ratio"),
-            "electrical.r_phase" => b.r_phase = (get("peak_uohm_cm") * 1e-8, get("temperature_c"), get("width_k")),
-            "kinetic.asymmetry" => b.skew = (gain("heating_skew"), gain("cooling_skew")),
+            "electrical.r_phase" => {
+                let height = get("peak_uohm_cm") * 1e-8;
+                b.r_phase = Bump { height, centre: get("temperature_c"), width: get("width_k") };
+            }
+            "kinetic.asymmetry" => {
+                b.skew = Skew { heating: gain("heating_skew"), cooling: gain("cooling_skew") };
+            }
             "kinetic.unequal_slopes" => b.cooling_extra = get("cooling_extra_k_per_mpa") * 1e-6,
             "kinetic.distributed" => b.spread = get("spread_k"),
             "kinetic.lag" => b.lag = get("seconds"),
@@ -327,8 +434,10 @@ impl Truth {
             "mechanical.two_way" => b.two_way = get("strain"),
             "sensing.contact_resistance" => b.contact = get("ohm"),
             "sensing.probe_deflection" => b.probe = get("m_per_n"),
-            "sensing.offset" => b.offsets = [get("v1_v"), get("v2_v"), get("v3_v"), get("current_a")],
-            "sensing.gain" => b.gains = (gain("v3"), gain("current")),
+            "sensing.offset" => {
+                b.offsets = Offsets { volts: ["v1_v", "v2_v", "v3_v"].map(get), current: get("current_a") };
+            }
+            "sensing.gain" => b.gains = Gains { v3: gain("v3"), current: gain("current") },
             "sensing.delay" => b.delay = get("seconds"),
             _ => return self.put_coefficients(parameters),
         }

@@ -1,6 +1,6 @@
 //! Straight lines through points.
 
-use super::Estimate;
+use super::finding::Estimate;
 
 /// y = offset + slope x, with the standard error of both at the points' middle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,9 @@
 //! Stress over strain: moduli, transformation stresses by intersecting tangents, hysteresis, and what several
 //! temperatures say of the phase diagram.
 
+use super::finding::{Estimate, Finding, mean};
 use super::line::Line;
-use super::{Estimate, Finding, Run, mean};
+use super::run::Run;
 use crate::plan::holding_power_w;
 use crate::run::Row;
 use crate::stage::Part;
@@ -301,121 +302,166 @@ fn temperature(run: &Run<'_>, level: usize) -> Option<(f64, f64)> {
     Some((air + rise, LOSS_SIGMA * rise))
 }
 
+/// A number that every cycle gives.
+struct OfCycle {
+    key: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    scale: Scale,
+    pick: fn(&Loop) -> &Result<Estimate, String>,
+    how: &'static str,
+}
+
+/// From SI to the unit that is shown.
+enum Scale {
+    Times(f64),
+    /// From J/m³ to mJ of the whole wire.
+    Volume,
+}
+
+impl Scale {
+    fn of(&self, run: &Run<'_>) -> f64 {
+        match self {
+            Scale::Times(scale) => *scale,
+            Scale::Volume => run.model.geometry.volume_m3() * 1e3,
+        }
+    }
+}
+
+const OF_CYCLE: [OfCycle; 12] = [
+    OfCycle {
+        key: "austenite_modulus_gpa",
+        name: "Austenite's modulus",
+        unit: "GPa",
+        scale: Scale::Times(1e-9),
+        pick: |l| &l.austenite_modulus,
+        how: "slope of the first tenth of the stress on loading; halving the part is in the uncertainty",
+    },
+    OfCycle {
+        key: "martensite_modulus_gpa",
+        name: "Martensite's modulus",
+        unit: "GPa",
+        scale: Scale::Times(1e-9),
+        pick: |l| &l.martensite_modulus,
+        how: "slope when the wire is let go after it was stiff again; that on loading is in the uncertainty",
+    },
+    OfCycle {
+        key: "loading_start_mpa",
+        name: "Transformation on loading starts",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.loading_start,
+        how: "where the tangents of austenite and plateau meet",
+    },
+    OfCycle {
+        key: "loading_plateau_mpa",
+        name: "Plateau on loading",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.loading_plateau,
+        how: "stress where the tangent is flattest: half of the wire is transformed",
+    },
+    OfCycle {
+        key: "loading_finish_mpa",
+        name: "Transformation on loading ends",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.loading_finish,
+        how: "where the tangents of plateau and martensite meet",
+    },
+    OfCycle {
+        key: "unloading_start_mpa",
+        name: "Transformation on unloading starts",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.unloading_start,
+        how: "where the tangents of the wire let go and of the plateau meet",
+    },
+    OfCycle {
+        key: "unloading_plateau_mpa",
+        name: "Plateau on unloading",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.unloading_plateau,
+        how: "stress where the tangent is flattest",
+    },
+    OfCycle {
+        key: "unloading_finish_mpa",
+        name: "Transformation on unloading ends",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.unloading_finish,
+        how: "where the tangents of plateau and austenite meet",
+    },
+    OfCycle {
+        key: "hysteresis_width_mpa",
+        name: "Width of the hysteresis",
+        unit: "MPa",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.width,
+        how: "stress on loading less that on unloading, at the middle of the strain",
+    },
+    OfCycle {
+        key: "loop_energy_mj_per_m3",
+        name: "Energy of a cycle, per volume",
+        unit: "MJ/m³",
+        scale: Scale::Times(1e-6),
+        pick: |l| &l.energy,
+        how: "area of the loop",
+    },
+    OfCycle {
+        key: "loop_energy_mj",
+        name: "Energy of a cycle",
+        unit: "mJ",
+        scale: Scale::Volume,
+        pick: |l| &l.energy,
+        how: "area of the loop times the wire's volume",
+    },
+    OfCycle {
+        key: "residual_strain_percent",
+        name: "Strain when it went slack",
+        unit: "%",
+        scale: Scale::Times(100.0),
+        pick: |l| &l.residual,
+        how: "first sample without tension when it was let go",
+    },
+];
+
 /// Every number of a run.
 pub fn findings(run: &Run<'_>) -> Vec<Finding> {
     let noise_pa = run.spec.force_noise_n / run.model.geometry.area_m2();
     let cycles = cycles(run);
     let loops: Vec<(usize, Loop)> = cycles.iter().map(|cycle| (cycle.level, analyse(cycle, noise_pa))).collect();
     let levels = cycles.iter().map(|cycle| cycle.level + 1).max().unwrap_or(0);
+    if levels == 0 {
+        let why = "no cycle was completed";
+        return vec![Finding::unknown("loading_plateau_mpa", "Plateau on loading", "MPa", "", why)];
+    }
     let mut all = Vec::new();
-    let volume = run.model.geometry.volume_m3();
-    type Pick = fn(&Loop) -> &Result<Estimate, String>;
-    let rows: [(&'static str, &'static str, &'static str, f64, Pick, &'static str); 12] = [
-        (
-            "austenite_modulus_gpa",
-            "Austenite's modulus",
-            "GPa",
-            1e-9,
-            |l| &l.austenite_modulus,
-            "slope of the first tenth of the stress on loading; halving the part is in the uncertainty",
-        ),
-        (
-            "martensite_modulus_gpa",
-            "Martensite's modulus",
-            "GPa",
-            1e-9,
-            |l| &l.martensite_modulus,
-            "slope when the wire is let go after it was stiff again; that on loading is in the uncertainty",
-        ),
-        (
-            "loading_start_mpa",
-            "Transformation on loading starts",
-            "MPa",
-            1e-6,
-            |l| &l.loading_start,
-            "where the tangents of austenite and plateau meet",
-        ),
-        (
-            "loading_plateau_mpa",
-            "Plateau on loading",
-            "MPa",
-            1e-6,
-            |l| &l.loading_plateau,
-            "stress where the tangent is flattest: half of the wire is transformed",
-        ),
-        (
-            "loading_finish_mpa",
-            "Transformation on loading ends",
-            "MPa",
-            1e-6,
-            |l| &l.loading_finish,
-            "where the tangents of plateau and martensite meet",
-        ),
-        (
-            "unloading_start_mpa",
-            "Transformation on unloading starts",
-            "MPa",
-            1e-6,
-            |l| &l.unloading_start,
-            "where the tangents of the wire let go and of the plateau meet",
-        ),
-        (
-            "unloading_plateau_mpa",
-            "Plateau on unloading",
-            "MPa",
-            1e-6,
-            |l| &l.unloading_plateau,
-            "stress where the tangent is flattest",
-        ),
-        (
-            "unloading_finish_mpa",
-            "Transformation on unloading ends",
-            "MPa",
-            1e-6,
-            |l| &l.unloading_finish,
-            "where the tangents of plateau and austenite meet",
-        ),
-        (
-            "hysteresis_width_mpa",
-            "Width of the hysteresis",
-            "MPa",
-            1e-6,
-            |l| &l.width,
-            "stress on loading less that on unloading, at the middle of the strain",
-        ),
-        ("loop_energy_mj_per_m3", "Energy of a cycle, per volume", "MJ/m³", 1e-6, |l| &l.energy, "area of the loop"),
-        (
-            "loop_energy_mj",
-            "Energy of a cycle",
-            "mJ",
-            f64::NAN,
-            |l| &l.energy,
-            "area of the loop times the wire's volume",
-        ),
-        (
-            "residual_strain_percent",
-            "Strain when it went slack",
-            "%",
-            100.0,
-            |l| &l.residual,
-            "first sample without tension when it was let go",
-        ),
-    ];
-    let warmth_pa = heat_of_transformation(run);
     for level in 0..levels {
-        let mut of_level: Vec<&Loop> = loops.iter().filter(|(of, _)| *of == level).map(|(_, l)| l).collect();
-        // a wire that stays martensite begins its next cycle as another wire
-        let came_back = of_level.first().is_none_or(|first| first.came_back());
-        if !came_back {
-            of_level.truncate(1);
-        }
-        let of = level_name(run, level);
-        for (key, name, unit, scale, pick, how) in &rows {
-            let scale = if scale.is_nan() { volume * 1e3 } else { *scale };
+        all.extend(findings_of_level(run, &loops, level));
+    }
+    all.extend(phase_diagram(run, &loops, levels));
+    all
+}
+
+/// The numbers that the cycles of one level give.
+fn findings_of_level(run: &Run<'_>, loops: &[(usize, Loop)], level: usize) -> Vec<Finding> {
+    let mut of_level: Vec<&Loop> = loops.iter().filter(|(of, _)| *of == level).map(|(_, l)| l).collect();
+    // a wire that stays martensite begins its next cycle as another wire
+    let came_back = of_level.first().is_none_or(|first| first.came_back());
+    if !came_back {
+        of_level.truncate(1);
+    }
+    let of = level_name(run, level);
+    let warmth_pa = heat_of_transformation(run);
+    OF_CYCLE
+        .iter()
+        .map(|OfCycle { key, name, unit, scale, pick, how }| {
             let known: Vec<Estimate> = of_level.iter().filter_map(|l| pick(l).as_ref().ok().copied()).collect();
             let found = match mean(&known) {
                 // what transforms is warmer or colder than what was before by its own heat, either way
-                Some(value) => Ok(value.and(warmth_pa * by_warmth(key, run)).scaled(scale)),
+                Some(value) => Ok(value.and(warmth_pa * by_warmth(key, run)).scaled(scale.of(run))),
                 None => Err(of_level.iter().find_map(|l| pick(l).as_ref().err().cloned()).unwrap_or_default()),
             };
             let repeated = match known.len() {
@@ -423,15 +469,9 @@ pub fn findings(run: &Run<'_>) -> Vec<Finding> {
                 0 | 1 => "; of the first cycle: the wire did not come back".to_string(),
                 cycles => format!("; mean of {cycles} cycles"),
             };
-            all.push(Finding::from(key, name, unit, &of, &found, format!("{how}{repeated}")));
-        }
-    }
-    if levels == 0 {
-        let why = "no cycle was completed";
-        return vec![Finding::unknown("loading_plateau_mpa", "Plateau on loading", "MPa", "", why)];
-    }
-    all.extend(phase_diagram(run, &loops, levels));
-    all
+            Finding::from(key, name, unit, &of, &found, format!("{how}{repeated}"))
+        })
+        .collect()
 }
 
 /// What a level is called.

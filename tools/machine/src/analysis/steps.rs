@@ -1,6 +1,7 @@
 //! Places held by a law: settling, overshoot, and what is left once it stands.
 
-use super::{Estimate, Finding, Run, mean};
+use super::finding::{Estimate, Finding, mean};
+use super::run::Run;
 use crate::run::Row;
 use crate::stage::Part;
 
@@ -53,7 +54,7 @@ fn step(rows: &[Row], from_m: f64, to_m: f64, period_s: f64) -> Option<Step> {
     let variance = late.iter().map(|error| (error - mean_m).powi(2)).sum::<f64>() / count;
     let (low, high) = late.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), e| (a.min(*e), b.max(*e)));
     let speed = late.windows(2).map(|w| ((w[1] - w[0]) / period_s).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    // what oscillates for a few turns only tells its mean no better than a few independent samples
+    // what oscillates for a few turns only gives its mean no better than a few independent samples
     let turns = late.windows(2).filter(|w| (w[0] - mean_m) * (w[1] - mean_m) < 0.0).count().max(1) as f64;
     Some(Step {
         from_m,

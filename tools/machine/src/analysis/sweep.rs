@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Estimate, Finding, Run};
+use super::finding::{Estimate, Finding};
+use super::run::Run;
 use crate::plan::RoutineKind;
 use crate::run::Row;
 use crate::stage::Part;

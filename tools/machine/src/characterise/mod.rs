@@ -1,9 +1,9 @@
 //! From an unknown wire to a fitted rig file: which routines make every parameter show, and how well what was fitted
-//! foretells a routine that no fit saw.
+//! predicts a routine that was not fitted.
 //!
 //! - `loops`: slow pulls at three heating powers. Moduli, transformation strain, the plateaus and what a kelvin does to them.
 //! - `warm`: the same in a warm chamber. A power alone says temperature and loss to the air only together: what the
-//!   wire does at another temperature of the air tells them apart.
+//!   wire does at another temperature of the air distinguishes them.
 //! - `inner`: pulls that turn back half way. What the wire does between the outer curves.
 //! - `steps`: power on and off under a steady force. Heat capacity and latent heat, by how fast temperature follows.
 //! - `sines`: power up and down under a smaller force, ever faster. Partial loops, and the shift with stress once more.
@@ -210,7 +210,7 @@ pub struct Met {
     pub recording: String,
     /// Which routine it is.
     pub routine: &'static str,
-    /// Whether the fit saw it.
+    /// Whether it was fitted.
     pub fitted: bool,
     /// Length, s.
     pub seconds: f64,
@@ -233,9 +233,9 @@ pub struct Characterised {
     pub channel: String,
     /// By key: given, fitted, interval.
     pub parameters: BTreeMap<String, FittedParameter>,
-    /// Every recording, those that no fit saw last.
+    /// Every recording, those that were not fitted last.
     pub recordings: Vec<Met>,
-    /// chi over all recordings that no fit saw.
+    /// chi over all recordings that were not fitted.
     pub chi_unseen: f64,
     /// What a reader must know.
     pub warnings: Vec<String>,

@@ -1,4 +1,4 @@
-//! The characterisation for people: parameters, how every recording is met, and what no fit saw.
+//! The characterisation for people: parameters, how every recording is met, and what was not fitted.
 
 use maud::html;
 use sinew_plot::quantity::{fixed, number, shown_unit};
@@ -8,14 +8,14 @@ use sinew_recording::Column;
 use super::{Characterised, Foretold, Recorded};
 use crate::report::About;
 
-/// A recording that no fit saw, as it was foretold by the rig file as it was and as it was fitted.
+/// A recording that was not fitted, as it was predicted by the rig file as it was and as it was fitted.
 pub type Unseen<'a> = (&'a Recorded, Foretold, Foretold);
 
 /// Size of a plot, px, and most points of a line.
 const SIZE: (f64, f64) = (460.0, 280.0);
 const POINTS: usize = 2500;
 
-/// The page: parameters, how every recording is met, and what no fit saw as it was measured and foretold.
+/// The page: parameters, how every recording is met, and what was not fitted as it was measured and predicted.
 pub fn page(judged: &Characterised, about: &About, unseen: &[Unseen<'_>]) -> String {
     let legend = vec![
         (Ink::Measured, "measured".to_string()),

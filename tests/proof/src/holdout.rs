@@ -1,4 +1,4 @@
-//! The second recording of a case's wire, which no diagnosis sees: how far a rig file is from it.
+//! The second recording of a case's wire, which no diagnosis is given: how far a rig file is from it.
 
 use std::collections::BTreeMap;
 

@@ -6,14 +6,13 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
 use sinew_diagnosis::{Diagnosis, Settings, diagnose};
 use sinew_recording::{Options, Recording};
 use sinew_rig::Rig;
 
 use crate::generator::case::Answer;
-use crate::held;
-use crate::said::Said;
+use crate::holdout;
+use crate::reported::{Reported, Took};
 
 /// The diagnosis' own random numbers start here, whatever the case.
 const DIAGNOSIS_SEED: u64 = 1;
@@ -24,42 +23,33 @@ fn read(rig: &Rig, path: &Path) -> Result<Recording, sinew_recording::Error> {
     sinew_recording::read(path, &Options { columns: Some(&rig.columns), model, ..Options::default() })
 }
 
-/// What a run took.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Took {
-    /// Wall time, s.
-    pub seconds: f64,
-    /// Largest resident memory, MiB.
-    pub memory_mib: f64,
-}
-
 /// Diagnoses the case in `folder` on `threads` threads; leaves `diagnosis.json`, `improved.toml` and `said.json` there.
 ///
 /// # Errors
-/// What kept it from writing. A diagnosis that refuses its input has said something, and is no error.
-pub fn one(folder: &Path, threads: usize) -> Result<Said, Box<dyn Error>> {
+/// What kept it from writing. A diagnosis that refuses its input is an answer, and no error.
+pub fn diagnose_case(folder: &Path, threads: usize) -> Result<Reported, Box<dyn Error>> {
     let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
     let started = Instant::now();
     let reached = reach(folder, threads);
     let took = Took { seconds: started.elapsed().as_secs_f64(), memory_mib: peak_memory_mib() };
-    let mut said = match reached {
+    let mut reported = match reached {
         Ok((diagnosis, improved)) => {
             fs::write(folder.join("diagnosis.json"), serde_json::to_string_pretty(&diagnosis)? + "\n")?;
             fs::write(folder.join("improved.toml"), improved.to_toml())?;
-            let mut said = Said::of(&diagnosis);
+            let mut reported = Reported::of(&diagnosis);
             // judged on what a user would have: the file as written
             let after = Rig::load(&folder.join("improved.toml")).map_err(|e| e.to_string());
             match after.and_then(|rig| Ok((read(&rig, &folder.join("held.csv.gz")).map_err(|e| e.to_string())?, rig))) {
-                Ok((held, rig)) => said.held = held::chi(&rig, &held, &answer.noise).map(|(_, all)| all),
-                Err(error) => said.trouble = error,
+                Ok((held, rig)) => reported.held = holdout::chi(&rig, &held, &answer.noise).map(|(_, all)| all),
+                Err(error) => reported.trouble = error,
             }
-            said
+            reported
         }
-        Err(error) => Said::refused(&error),
+        Err(error) => Reported::refused(&error),
     };
-    said.took = took;
-    fs::write(folder.join("said.json"), serde_json::to_string_pretty(&said)? + "\n")?;
-    Ok(said)
+    reported.took = took;
+    fs::write(folder.join("said.json"), serde_json::to_string_pretty(&reported)? + "\n")?;
+    Ok(reported)
 }
 
 fn reach(folder: &Path, threads: usize) -> Result<(Diagnosis, Rig), String> {

@@ -1,26 +1,33 @@
-//! What a diagnosis said of a case, as far as it is scored.
+//! What a diagnosis reported on a case, as far as it is scored, and what it took.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use sinew_diagnosis::Diagnosis;
 
-use crate::one::Took;
-
 /// An effect that was named.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Named {
     /// Its id.
     pub id: String,
-    /// What it is said not to be told apart from.
+    /// What it is reported not to be distinguishable from.
     pub class: Vec<String>,
     /// Value and ends of the 90 % interval of its parameters, by key.
     pub sizes: BTreeMap<String, [f64; 3]>,
 }
 
+/// What a diagnosis took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Took {
+    /// Wall time, s.
+    pub seconds: f64,
+    /// Largest resident memory, MiB.
+    pub memory_mib: f64,
+}
+
 /// A diagnosis' answer, or why there is none.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Said {
+pub struct Reported {
     /// Its verdict; none where the input was refused or the process ended early.
     pub verdict: Option<String>,
     /// Why there is no verdict, or why the improved rig file could not be judged.
@@ -45,9 +52,9 @@ pub struct Said {
     pub took: Took,
 }
 
-impl Said {
+impl Reported {
     /// The scored part of a diagnosis.
-    pub fn of(diagnosis: &Diagnosis) -> Said {
+    pub fn of(diagnosis: &Diagnosis) -> Reported {
         let effects = diagnosis
             .effects
             .iter()
@@ -57,7 +64,7 @@ impl Said {
                 sizes: effect.parameters.iter().map(|(key, p)| (key.clone(), [p.value, p.low, p.high])).collect(),
             })
             .collect();
-        Said {
+        Reported {
             verdict: Some(diagnosis.verdict.name().to_string()),
             effects,
             equation: diagnosis.location.equation.clone(),
@@ -66,26 +73,26 @@ impl Said {
             p_value: diagnosis.left.p_value,
             warnings: diagnosis.warnings.clone(),
             parameters: diagnosis.parameters.iter().map(|(key, p)| (key.clone(), [p.low, p.high])).collect(),
-            ..Said::default()
+            ..Reported::default()
         }
     }
 
     /// No verdict, and why.
-    pub fn refused(why: &str) -> Said {
-        Said { trouble: why.to_string(), ..Said::default() }
+    pub fn refused(why: &str) -> Reported {
+        Reported { trouble: why.to_string(), ..Reported::default() }
     }
 
-    /// Whether it says that physics is missing, in its catalogue or not.
+    /// Whether it reports that physics is missing, in its catalogue or not.
     pub fn alarms(&self) -> bool {
         matches!(self.verdict.as_deref(), Some("physics_missing" | "unknown_physics"))
     }
 
-    /// Whether it says that something is missing that its catalogue does not have.
-    pub fn says_unknown(&self) -> bool {
+    /// Whether it reports that something is missing that its catalogue does not have.
+    pub fn reports_unknown(&self) -> bool {
         self.verdict.as_deref() == Some("unknown_physics") || self.unknown
     }
 
-    /// What it says first: an effect's id, or `nothing`, `unknown`, `no answer`.
+    /// What it reports first: an effect's id, or `nothing`, `unknown`, `no answer`.
     pub fn first(&self) -> &str {
         match self.verdict.as_deref() {
             None => "no answer",

@@ -1,0 +1,166 @@
+//! From fits and residuals to the fields of the answer.
+
+use std::collections::BTreeMap;
+
+use sinew_physics::effects::Equation;
+
+use crate::answer::{FittedParameter, FoundEffect, Location, RecordingSummary, Verdict};
+use crate::conditions;
+use crate::data::{Data, Part};
+use crate::evidence::Rival;
+use crate::experiment;
+use crate::fit::Fit;
+use crate::intervals::Interval;
+use crate::locate::Located;
+use crate::numbers::number;
+use crate::residuals::Residuals;
+use crate::search::Agreement;
+use crate::space::What;
+use crate::stages::Compared;
+use crate::words;
+
+/// What a reader must know of a fit.
+pub(crate) fn warn_of_fit(fit: &Fit, agreement: Agreement, warnings: &mut Vec<String>) {
+    if !fit.converged {
+        warnings.push("the fit of the parameters did not converge: take their values with caution".into());
+    }
+    if agreement.carried > 1 && agreement.alike < 2 {
+        warnings.push(
+            "fits from different starts ended in different places: another recording at the same time would tell which is right"
+                .into(),
+        );
+    }
+    for (coordinate, z) in fit.space.coordinates.iter().zip(&fit.z) {
+        let (What::Key(_) | What::BothModuli) = coordinate.what else { continue };
+        let key = words::key_of(coordinate);
+        let bound = *z <= coordinate.low + 1e-6 || *z >= coordinate.high - 1e-6;
+        if bound {
+            warnings.push(format!(
+                "{key} ended on its bound, {}: it stands in for something else, or its prior is too narrow",
+                number(coordinate.value(*z))
+            ));
+        } else if z.abs() > 3.0 {
+            warnings.push(format!(
+                "{key} = {} is {:.1} σ of its prior away from the rig file",
+                number(coordinate.value(*z)),
+                z.abs()
+            ));
+        }
+    }
+}
+
+/// Noise of every sensor, RMS, by column.
+pub(crate) fn noise_by_column(data: &Data) -> BTreeMap<String, f64> {
+    data.sensors.iter().map(|s| (s.column.name().to_string(), s.noise)).collect()
+}
+
+/// The parameters of the reference model in a fit.
+pub(crate) fn parameters(fit: &Fit, intervals: &[Interval]) -> BTreeMap<String, FittedParameter> {
+    fit.space
+        .coordinates
+        .iter()
+        .zip(intervals)
+        .filter(|(c, _)| matches!(c.what, What::Key(_) | What::BothModuli))
+        .map(|(c, i)| {
+            let key = words::key_of(c);
+            let unit = sinew_rig::range_of(&key).map_or("", |(unit, ..)| unit).to_string();
+            (
+                key,
+                FittedParameter {
+                    given: c.origin,
+                    value: i.value,
+                    low: i.low,
+                    high: i.high,
+                    unit,
+                    prior_sigma: c.scale,
+                },
+            )
+        })
+        .collect()
+}
+
+/// What recording would show more.
+pub(crate) fn next_experiment(
+    data: &Data,
+    verdict: Verdict,
+    Compared { chosen, reference, .. }: &Compared,
+    rivals: &[Rival],
+    effects: &[FoundEffect],
+) -> String {
+    let proposal = |rival: &Fit| experiment::propose(data, chosen, rival);
+    match (verdict, rivals.first()) {
+        (Verdict::PhysicsMissing, Some(rival)) => {
+            let named = effects
+                .iter()
+                .find(|e| e.cannot_be_told_apart_from.iter().any(|id| id == rival.id))
+                .map_or("the effect found", |e| e.id.as_str());
+            words::separate(named, rival.id, proposal(&rival.fit))
+        }
+        (Verdict::PhysicsMissing, None) => words::confirm(effects, proposal(reference)),
+        // without a closed form there is nothing to tell apart yet
+        (Verdict::UnknownPhysics, _) if chosen.space.effects.is_empty() => words::explore(None),
+        (Verdict::UnknownPhysics, _) => words::explore(proposal(reference)),
+        (Verdict::Agrees | Verdict::ParametersOff, _) => words::nothing_needed(chosen, data),
+    }
+}
+
+/// Where the mismatch is: in which equation, when, and under which conditions.
+pub(crate) fn location(
+    data: &Data,
+    guilty: Option<Equation>,
+    Compared { chosen, reference, recalibrated, .. }: &Compared,
+    located: &[Located],
+) -> Location {
+    let mut equation_scores: BTreeMap<String, f64> = BTreeMap::new();
+    for l in located {
+        let score = equation_scores.entry(l.equation.name().to_string()).or_insert(0.0);
+        *score = score.max(l.score);
+    }
+    let Some(guilty) = guilty else { return Location { equation_scores, ..Location::default() } };
+    let event = chosen.space.effects.iter().find_map(|e| words::event_of(e, chosen));
+    let windows = match event {
+        Some((start_s, end_s)) => conditions::share_in(data, &recalibrated.residuals, start_s, end_s),
+        None => conditions::windows(data, &recalibrated.residuals),
+    };
+    Location {
+        equation: Some(guilty.name().to_string()),
+        equation_scores,
+        windows,
+        conditions: conditions::conditions(data, reference, &recalibrated.residuals),
+    }
+}
+
+/// Every recording, with what was fitted of it alone.
+pub(crate) fn summaries(data: &Data, fit: &Fit, residuals: &Residuals) -> Vec<RecordingSummary> {
+    data.runs
+        .iter()
+        .enumerate()
+        .map(|(index, run)| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for values in &residuals[index] {
+                for (r, part) in values.iter().zip(&run.part) {
+                    if *part == Part::KeptBack && !r.is_nan() {
+                        sum += f64::from(*r).powi(2);
+                        count += 1.0;
+                    }
+                }
+            }
+            let (zero, gain) = fit.space.position_of(index, &fit.z);
+            let mut offsets = BTreeMap::new();
+            if data.free_zero && !run.held_out {
+                offsets.insert("position_m".to_string(), zero);
+                if fit.space.coordinates.iter().any(|c| matches!(c.what, What::Gain(r) if r == index)) {
+                    offsets.insert("position_gain".to_string(), gain);
+                }
+            }
+            RecordingSummary {
+                name: run.name.clone(),
+                samples: run.time_s.len(),
+                duration_s: run.duration_s(),
+                held_out: run.held_out,
+                chi: (count > 0.0).then(|| (sum / count).sqrt()),
+                offsets,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,11 @@
+//! How a diagnosis is run.
+
+/// How a diagnosis is run.
+pub struct Settings<'a> {
+    /// Everything random is drawn from it: same input and seed, same answer.
+    pub seed: u64,
+    /// Threads; 0 = as many as the machine has cores.
+    pub jobs: usize,
+    /// Called with the stage and how far it is, 0..1, from any thread.
+    pub progress: &'a (dyn Fn(&str, f64) + Sync),
+}
