@@ -134,7 +134,7 @@ macro_rules! words {
 macro_rules! at {
     (($($table:ident).+) $field:ident) => { $crate::declare::at!($($table).+.$field) };
     ($($field:ident).+) => {
-        $crate::key::Access {
+        $crate::key::Accessor {
             get: |of| $crate::declare::Field::value(&of.$($field).+),
             set: |of, value| $crate::declare::Field::assign(&mut of.$($field).+, value),
         }
@@ -142,7 +142,7 @@ macro_rules! at {
 }
 
 /// Keys that live in fields declared elsewhere: `"key" = place, what it takes, its default;`. The place is
-/// `at(path.of.fields)`, or any other macro that makes an [`Access`](crate::key::Access).
+/// `at(path.of.fields)`, or any other macro that makes an [`Accessor`](crate::key::Accessor).
 macro_rules! keys {
     (
         $of:ty;

@@ -11,8 +11,9 @@ use crate::declare::Unread;
 use crate::key::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::{Channel, Rig};
-use linux::LinuxInterfaces;
-use serial::SerialLine;
+
+pub use linux::*;
+pub use serial::*;
 
 words! {
     /// The kinds of backend.

@@ -9,13 +9,14 @@ use crate::declare::Unread;
 use crate::derive::Reach;
 use crate::effects;
 use crate::error::What;
+use crate::key::local;
 use crate::key::rows::*;
 use crate::parameters::{self, Prior};
 use crate::read::value::is_name;
 use crate::read::{Given, Reader, Stated, descend, tidy, within};
-use crate::tables::backend::linux::LinuxChannel;
-use crate::tables::{Adc, Control, Joint, Limits, PositionZero, Rig, adc, control, limits, load};
-use crate::tables::{of_channel, tables_with};
+use crate::tables::{
+    Adc, Control, Joint, Limits, LinuxChannel, PositionZero, Rig, adc, control, limits, load, of_channel, tables_with,
+};
 use crate::tree::{Node, Table, Tree};
 
 /// Most channels a rig can have.
@@ -249,7 +250,7 @@ fn physics(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
     let Err(error) = channel.model.validate() else { return };
     let sinew_physics::Error::OutOfRange { key, found, low, high } = error;
     let place = stated.given.iter().find(|((_, k), _)| *k == key);
-    let table = place.map(|((t, _), _)| *t).or_else(|| tables_with(key).first().map(|t| crate::key::local(t)));
+    let table = place.map(|((t, _), _)| *t).or_else(|| tables_with(key).first().map(|t| local(t)));
     let path = table.map_or(key.to_string(), |t| format!("{t}.{key}"));
     let line = place.map_or(stated.header, |(_, line)| *line);
     let what = What::OutOfRange { found: tidy(found), low: tidy(low), high: tidy(high), defaulted: place.is_none() };

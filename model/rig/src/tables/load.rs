@@ -20,7 +20,7 @@ const KIND: Kind = Kind::Choice(&["spring_mass_damper", "imposed_position", "imp
 /// Which load it is.
 macro_rules! kind {
     (of the load) => {
-        Access {
+        Accessor {
             get: |c| {
                 let kind = match c.model.load {
                     Load::SpringMassDamper { .. } => "spring_mass_damper",
@@ -44,7 +44,7 @@ macro_rules! kind {
 /// A number of a load in motion.
 macro_rules! motion {
     ($field:ident) => {
-        Access {
+        Accessor {
             get: |c| match c.model.load {
                 Load::SpringMassDamper { $field, .. } => Some(Value::Number($field)),
                 _ => None,

@@ -41,7 +41,7 @@ macro_rules! alloy {
 /// Which law the outer curves follow.
 macro_rules! law {
     (of the kinetics) => {
-        Access {
+        Accessor {
             get: |c| {
                 let same = std::mem::discriminant(&c.model.material.kinetics);
                 let law = KINETICS.iter().find(|(_, law)| std::mem::discriminant(law) == same);
@@ -59,7 +59,7 @@ macro_rules! law {
 /// A number of Richards' curves.
 macro_rules! skew {
     ($field:ident) => {
-        Access {
+        Accessor {
             get: |c| match c.model.material.kinetics {
                 Kinetics::Richards { $field, .. } => Some(Value::Number($field)),
                 _ => None,
