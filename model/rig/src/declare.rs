@@ -7,8 +7,8 @@
 //! travel_m: f64 = "travel_mm", number(milli("mm"), 1.0, 2000.0), Number(250.0);
 //! ```
 //!
-//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit); `, only …` follows where it
-//! means something only beside certain others.
+//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit); `, only …` follows
+//! where it means something only beside certain others.
 
 use crate::key::{Default, Kind, Value};
 
@@ -164,8 +164,8 @@ macro_rules! keys {
     };
 }
 
-/// A table whose keys are the fields of a struct of its own: declares both. `of` says whose it is, `at` which field of that
-/// holds the struct, `check` what else there is to be found wrong with it.
+/// A table whose keys are the fields of a struct of its own: declares both. `of` says whose it is, `at` which field of
+/// that holds the struct, `check` what else there is to be found wrong with it.
 macro_rules! table {
     (
         $table:literal of $of:ty, at $place:tt $(, check $check:ident)?: $about:literal;

@@ -1,8 +1,8 @@
 //! What a key of the rig file is: its name, what it takes, its default, its meaning, and where it lives in the rig.
 //!
 //! The tables themselves stand in [`crate::tables`], a file each, written with the macros of [`crate::declare`]. The
-//! reader, the writer, the fits' parameters and the reference in `docs/rig.md` (a test compares them) go through them by
-//! what is said here and know no key of their own, so that none of the four can say something else.
+//! reader, the writer, the fits' parameters and the reference in `docs/rig.md` (a test compares them) go through them
+//! by what is said here and know no key of their own, so that none of the four can say something else.
 
 use std::fmt::Display;
 

@@ -60,7 +60,8 @@ pub(crate) static SECTION: Section<Channel> = Section {
     check: None,
     keys: &[keys! {
         Channel;
-        /// Name of the channel, unique in the rig. Letters, digits, `-`, `_` and `.`, a letter or digit first, at most 32.
+        /// Name of the channel, unique in the rig. Letters, digits, `-`, `_` and `.`, a letter or digit first, at most
+        /// 32.
         "name" = at(name), name(MAX_CHANNEL_NAME), Required("a name such as \"wire\"");
     }],
 };
@@ -92,7 +93,7 @@ impl Channel {
                 material: Material::default(),
                 taps: None,
                 drive: Drive { kind: Field::UNREAD, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
-                load: load::UNREAD,
+                load: Field::UNREAD,
                 initial: Initial::default(),
                 ambient_c,
                 effects: Effects::default(),

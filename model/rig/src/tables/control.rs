@@ -1,7 +1,7 @@
 //! `[channel.control]`: the controller and what it measures by.
 //!
-//! Another law is a row of `laws!`, which names the keys it takes; a key that is new with it is a row of the table below.
-//! Another estimator is a line of [`Estimator`]. What they do is crate `control`'s to say.
+//! Another law is a row of `laws!`, which names the keys it takes; a key that is new with it is a row of the table
+//! below. Another estimator is a line of [`Estimator`]. What they do is crate `control`'s to say.
 
 use sinew_physics::DriveKind;
 

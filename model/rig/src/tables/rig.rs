@@ -77,8 +77,8 @@ pub(crate) static SECTION: Section<Rig> = Section {
     check: Some(realtime_is_asked_for),
     keys: &[keys! {
         Rig;
-        /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first, at
-        /// most 48.
+        /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first,
+        /// at most 48.
         "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
         /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
         "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
