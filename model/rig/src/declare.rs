@@ -7,8 +7,8 @@
 //! travel_m: f64 = "travel_mm", number(milli("mm"), 1.0, 2000.0), Number(250.0);
 //! ```
 //!
-//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit); `, only …` follows where it
-//! means something only beside certain others.
+//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit); `, only …` follows
+//! where it means something only beside certain others.
 
 use crate::key::{Default, Kind, Value};
 
@@ -134,7 +134,7 @@ macro_rules! words {
 macro_rules! at {
     (($($table:ident).+) $field:ident) => { $crate::declare::at!($($table).+.$field) };
     ($($field:ident).+) => {
-        $crate::key::Access {
+        $crate::key::Accessor {
             get: |of| $crate::declare::Field::value(&of.$($field).+),
             set: |of, value| $crate::declare::Field::assign(&mut of.$($field).+, value),
         }
@@ -142,7 +142,7 @@ macro_rules! at {
 }
 
 /// Keys that live in fields declared elsewhere: `"key" = place, what it takes, its default;`. The place is
-/// `at(path.of.fields)`, or any other macro that makes an [`Access`](crate::key::Access).
+/// `at(path.of.fields)`, or any other macro that makes an [`Accessor`](crate::key::Accessor).
 macro_rules! keys {
     (
         $of:ty;
@@ -164,8 +164,8 @@ macro_rules! keys {
     };
 }
 
-/// A table whose keys are the fields of a struct of its own: declares both. `of` says whose it is, `at` which field of that
-/// holds the struct, `check` what else there is to be found wrong with it.
+/// A table whose keys are the fields of a struct of its own: declares both. `of` says whose it is, `at` which field of
+/// that holds the struct, `check` what else there is to be found wrong with it.
 macro_rules! table {
     (
         $table:literal of $of:ty, at $place:tt $(, check $check:ident)?: $about:literal;

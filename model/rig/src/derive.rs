@@ -1,5 +1,5 @@
-//! Lengths, currents, temperatures and energies that a channel cannot leave while everything is well: what computed defaults and
-//! cross-checks of its tables follow from.
+//! Lengths, currents, temperatures and energies that a channel cannot leave while everything is well: what computed
+//! defaults and cross-checks of its tables follow from.
 
 use sinew_physics::formulas::{SURELY_HOT_K, resistance_ohm};
 use sinew_physics::{DriveKind, Load, WireModel};
@@ -79,8 +79,8 @@ fn loss_w(model: &WireModel, temperature_c: f64) -> f64 {
     model.loss_w_per_k(above) * above
 }
 
-/// How far a wire goes while everything is well, in the load it is reckoned with: its lengths and temperatures, from which its
-/// computed limits follow.
+/// How far a wire goes while everything is well, in the load it is reckoned with: its lengths and temperatures, from
+/// which its computed limits follow.
 pub(crate) struct Reach {
     model: WireModel,
     hot_m: f64,
@@ -126,10 +126,10 @@ impl Reach {
         self.stressed_c + HOTTEST_K
     }
 
-    /// Current (A, rms) the wire bears for good, where it may be this hot: the thesis' rule of thumb (eq. 8) between what the
-    /// model says of two temperatures. That rule grows with the area, the heat that the air takes from a hot wire only with
-    /// the diameter: it says less than what keeps a wire of 0.1 mm contracted, and what takes one of 0.5 mm far beyond its
-    /// limit.
+    /// Current (A, rms) the wire bears for good, where it may be this hot: the thesis' rule of thumb (eq. 8) between
+    /// what the model says of two temperatures. That rule grows with the area, the heat that the air takes from a hot
+    /// wire only with the diameter: it says less than what keeps a wire of 0.1 mm contracted, and what takes one of
+    /// 0.5 mm far beyond its limit.
     pub(crate) fn continuous_current_a(&self, hottest_c: f64) -> f64 {
         let hot_ohm = self.hot_ohm(hottest_c);
         let holds = |temperature_c: f64| (loss_w(&self.model, temperature_c) / hot_ohm).sqrt();

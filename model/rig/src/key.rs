@@ -1,8 +1,8 @@
 //! What a key of the rig file is: its name, what it takes, its default, its meaning, and where it lives in the rig.
 //!
 //! The tables themselves stand in [`crate::tables`], a file each, written with the macros of [`crate::declare`]. The
-//! reader, the writer, the fits' parameters and the reference in `docs/rig.md` (a test compares them) go through them by
-//! what is said here and know no key of their own, so that none of the four can say something else.
+//! reader, the writer, the fits' parameters and the reference in `docs/rig.md` (a test compares them) go through them
+//! by what is said here and know no key of their own, so that none of the four can say something else.
 
 use std::fmt::Display;
 
@@ -55,13 +55,13 @@ pub(crate) struct Key<T: 'static> {
     pub default: Default,
     /// What it is, as its doc comment says it.
     pub doc: &'static str,
-    pub access: Access<T>,
+    pub access: Accessor<T>,
     /// Where it means something only beside certain others.
     pub only: Option<&'static Only<T>>,
 }
 
 /// The way from a rig, a channel or a joint to a value and back, in SI.
-pub(crate) struct Access<T> {
+pub(crate) struct Accessor<T> {
     pub get: fn(&T) -> Option<Value>,
     pub set: fn(&mut T, Value),
 }
@@ -194,7 +194,7 @@ pub(crate) fn shortest(guess: f64, mut right: impl FnMut(f64) -> bool) -> f64 {
 /// What the rows of a table are written with.
 pub(crate) mod rows {
     pub(crate) use super::Default::{Boolean, Computed, Integer, Number, Required, Text};
-    pub(crate) use super::{Access, Kind, Only, Section, Unit, Value};
+    pub(crate) use super::{Accessor, Kind, Only, Section, Unit, Value};
     pub(crate) use crate::declare::{Field, Words, at, key_words, keys, table, words};
 
     const fn unit(name: &'static str, mul: f64, div: f64) -> Unit {

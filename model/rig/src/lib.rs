@@ -52,21 +52,7 @@ pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
 pub use reference::{reference, word, words};
 pub use suggest::nearest;
 pub use tables::MAX_PATH;
-pub use tables::access::Access;
-pub use tables::adc::{Adc, SamplingCircuit};
-pub use tables::backend::linux::{LinuxChannel, LinuxInput, LinuxInterfaces, LinuxPhase, LinuxSampling, Polarity};
-pub use tables::backend::serial::SerialLine;
-pub use tables::backend::{Backend, BackendKind};
-pub use tables::black_box::BlackBox;
-pub use tables::channel::{Channel, MAX_CHANNEL_NAME, MAX_CHANNELS};
-pub use tables::control::{Algorithm, Control, Estimator, RapidHeating, Sensing};
-pub use tables::joint::Joint;
-pub use tables::limits::Limits;
-pub use tables::machine::Machine;
-pub use tables::recording::{Column, ColumnMap, RECORDING_COLUMNS};
-pub use tables::rig::{MAX_DRIVEN_RATE_HZ, MAX_RIG_NAME, MIN_DRIVEN_RATE_HZ, Realtime, RealtimeMode, Rig};
-pub use tables::sensors::PositionZero;
-pub use tables::simulation::{FaultKind, Pace, SimulatedFault, Simulation};
+pub use tables::*;
 
 /// The rig file of the built-in hexapod.
 pub const HEXAPOD_TOML: &str = include_str!("../../../examples/hexapod.toml");

@@ -4,18 +4,18 @@
 //! - Another table is a file here, a field of [`Rig`] or [`Channel`] and a place in [`of_rig`] or [`of_channel`].
 //! - Another backend is a file in `backend/`, see [`backend`]; another law or estimator is a row of [`control`].
 
-pub(crate) mod access;
-pub(crate) mod adc;
+mod access;
+mod adc;
 pub(crate) mod backend;
-pub(crate) mod black_box;
+mod black_box;
 pub(crate) mod channel;
-pub(crate) mod control;
+mod control;
 mod drive;
 mod initial;
 pub(crate) mod joint;
-pub(crate) mod limits;
+mod limits;
 mod load;
-pub(crate) mod machine;
+mod machine;
 mod material;
 pub(crate) mod recording;
 pub(crate) mod rig;
@@ -24,18 +24,20 @@ pub(crate) mod simulation;
 mod taps;
 mod wire;
 
-pub use adc::{Adc, SamplingCircuit};
-pub use backend::BackendKind;
-pub use black_box::BlackBox;
-pub use channel::Channel;
-pub use control::{Control, Sensing};
-pub use joint::Joint;
-pub use limits::Limits;
-pub use machine::Machine;
-pub use recording::ColumnMap;
-pub use rig::Rig;
-pub use sensors::PositionZero;
-pub use simulation::Simulation;
+// What a table is read into is for everybody; its keys and its reading are the crate's own.
+pub use access::*;
+pub use adc::*;
+pub use backend::*;
+pub use black_box::*;
+pub use channel::*;
+pub use control::*;
+pub use joint::*;
+pub use limits::*;
+pub use machine::*;
+pub use recording::*;
+pub use rig::*;
+pub use sensors::*;
+pub use simulation::*;
 
 use crate::key::{Key, Section};
 

@@ -12,8 +12,9 @@ words! {
     pub enum SamplingCircuit, default SeparateTaps {
         /// V_3 and the shunt have inputs of their own, sampled in the on-phase; the wire's fixed end is ground.
         SeparateTaps = "separate_taps",
-        /// One input at the wire's low end, behind which switch and shunt lead to ground, is sampled twice a period (thesis,
-        /// chapter 6): in the off-phase it sees the supply, in the on-phase what the current leaves on switch and shunt.
+        /// One input at the wire's low end, behind which switch and shunt lead to ground, is sampled twice a period
+        /// (thesis, chapter 6): in the off-phase it sees the supply, in the on-phase what the current leaves on switch
+        /// and shunt.
         Shared = "shared",
     }
 }
@@ -25,8 +26,8 @@ table! {
     /// The analogue-to-digital converter of one channel; its voltages and its current begin at 0.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Adc {
-        /// V_3 and shunt on inputs of their own, or one input for the supply in the off-phase and shunt and switch in the
-        /// on-phase: [sensing](sensing.md#the-two-circuits).
+        /// V_3 and shunt on inputs of their own, or one input for the supply in the off-phase and shunt and switch in
+        /// the on-phase: [sensing](sensing.md#the-two-circuits).
         circuit: SamplingCircuit = "circuit", SamplingCircuit::KIND, SamplingCircuit::DEFAULT;
         /// Resolution over the range.
         bits: u32 = "bits", integer(4, 32), Integer(16);

@@ -1,8 +1,8 @@
 //! `[backend]`: what powers and measures the wires, and which backends there are.
 //!
-//! Another backend is a file in this folder with its tables `[backend.NAME]` and `[channel.NAME]`, what they are read into and
-//! their checks. Here it is a word of [`BackendKind`], a field of [`Backend`] and an entry in each of the lists below; where
-//! channels have to be told apart, [`Channel`] gets a field.
+//! Another backend is a file in this folder with its tables `[backend.NAME]` and `[channel.NAME]`, what they are read
+//! into and their checks. Here it is a word of [`BackendKind`], a field of [`Backend`] and an entry in each of the lists
+//! below; where channels have to be told apart, [`Channel`] gets a field.
 
 pub(crate) mod linux;
 pub(crate) mod serial;
@@ -11,8 +11,9 @@ use crate::declare::Unread;
 use crate::key::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::{Channel, Rig};
-use linux::LinuxInterfaces;
-use serial::SerialLine;
+
+pub use linux::*;
+pub use serial::*;
 
 words! {
     /// The kinds of backend.

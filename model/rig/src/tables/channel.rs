@@ -9,13 +9,14 @@ use crate::declare::Unread;
 use crate::derive::Reach;
 use crate::effects;
 use crate::error::What;
+use crate::key::local;
 use crate::key::rows::*;
 use crate::parameters::{self, Prior};
 use crate::read::value::is_name;
 use crate::read::{Given, Reader, Stated, descend, tidy, within};
-use crate::tables::backend::linux::LinuxChannel;
-use crate::tables::{Adc, Control, Joint, Limits, PositionZero, Rig, adc, control, limits, load};
-use crate::tables::{of_channel, tables_with};
+use crate::tables::{
+    Adc, Control, Joint, Limits, LinuxChannel, PositionZero, Rig, adc, control, limits, load, of_channel, tables_with,
+};
 use crate::tree::{Node, Table, Tree};
 
 /// Most channels a rig can have.
@@ -59,7 +60,8 @@ pub(crate) static SECTION: Section<Channel> = Section {
     check: None,
     keys: &[keys! {
         Channel;
-        /// Name of the channel, unique in the rig. Letters, digits, `-`, `_` and `.`, a letter or digit first, at most 32.
+        /// Name of the channel, unique in the rig. Letters, digits, `-`, `_` and `.`, a letter or digit first, at most
+        /// 32.
         "name" = at(name), name(MAX_CHANNEL_NAME), Required("a name such as \"wire\"");
     }],
 };
@@ -87,7 +89,7 @@ impl Channel {
                 material: Material::default(),
                 taps: None,
                 drive: Drive { kind: Field::UNREAD, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
-                load: load::UNREAD,
+                load: Field::UNREAD,
                 initial: Initial::default(),
                 ambient_c,
                 effects: Effects::default(),
@@ -245,7 +247,7 @@ fn physics(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
     let Err(error) = channel.model.validate() else { return };
     let sinew_physics::Error::OutOfRange { key, found, low, high } = error;
     let place = stated.given.iter().find(|((_, k), _)| *k == key);
-    let table = place.map(|((t, _), _)| *t).or_else(|| tables_with(key).first().map(|t| crate::key::local(t)));
+    let table = place.map(|((t, _), _)| *t).or_else(|| tables_with(key).first().map(|t| local(t)));
     let path = table.map_or(key.to_string(), |t| format!("{t}.{key}"));
     let line = place.map_or(stated.header, |(_, line)| *line);
     let what = What::OutOfRange { found: tidy(found), low: tidy(low), high: tidy(high), defaulted: place.is_none() };

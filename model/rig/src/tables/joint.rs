@@ -8,8 +8,7 @@ use crate::error::What;
 use crate::key::rows::*;
 use crate::read::value::channel_choices;
 use crate::read::{Reader, tidy};
-use crate::tables::channel::MAX_CHANNEL_NAME;
-use crate::tables::{Channel, Rig};
+use crate::tables::{Channel, MAX_CHANNEL_NAME, Rig};
 use crate::tree::{Node, Table, Tree};
 
 /// A joint that two channels turn against each other. Their wires have no other load.

@@ -8,42 +8,43 @@ use crate::key::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::{Channel, Joint};
 
-/// A load whose numbers are still to be read.
-pub(crate) const UNREAD: Load =
-    Load::SpringMassDamper { mass_kg: f64::NAN, damping_n_s_per_m: f64::NAN, spring_n_per_m: 0.0, preload_n: f64::NAN };
 /// The load of a joint's wire: the joint says where its end is.
 const IN_JOINT: Load = Load::ImposedPosition;
 
 const KIND: Kind = Kind::Choice(&["spring_mass_damper", "imposed_position", "imposed_force"]);
 
-/// Which load it is.
-macro_rules! kind {
-    (of the load) => {
-        Access {
-            get: |c| {
-                let kind = match c.model.load {
-                    Load::SpringMassDamper { .. } => "spring_mass_damper",
-                    Load::ImposedPosition => "imposed_position",
-                    Load::ImposedForce => "imposed_force",
-                };
-                Some(Value::Text(kind.into()))
-            },
-            set: |c, value| {
-                let Value::Text(kind) = value else { return };
-                c.model.load = match kind.as_str() {
-                    "imposed_position" => Load::ImposedPosition,
-                    "imposed_force" => Load::ImposedForce,
-                    _ => UNREAD,
-                };
-            },
-        }
+impl Field for Load {
+    /// In motion, with numbers that are still to be read.
+    const UNREAD: Load = Load::SpringMassDamper {
+        mass_kg: f64::NAN,
+        damping_n_s_per_m: f64::NAN,
+        spring_n_per_m: 0.0,
+        preload_n: f64::NAN,
     };
+
+    fn value(&self) -> Option<Value> {
+        let kind = match self {
+            Load::SpringMassDamper { .. } => "spring_mass_damper",
+            Load::ImposedPosition => "imposed_position",
+            Load::ImposedForce => "imposed_force",
+        };
+        Some(Value::Text(kind.into()))
+    }
+
+    fn assign(&mut self, value: Value) {
+        let Value::Text(kind) = value else { return };
+        *self = match kind.as_str() {
+            "imposed_position" => Load::ImposedPosition,
+            "imposed_force" => Load::ImposedForce,
+            _ => Load::UNREAD,
+        };
+    }
 }
 
 /// A number of a load in motion.
 macro_rules! motion {
     ($field:ident) => {
-        Access {
+        Accessor {
             get: |c| match c.model.load {
                 Load::SpringMassDamper { $field, .. } => Some(Value::Number($field)),
                 _ => None,
@@ -57,6 +58,7 @@ macro_rules! motion {
     };
 }
 
+/// Keys that only a load in motion has.
 static MOTION: Only<Channel> = Only {
     with: |c, _| matches!(c.model.load, Load::SpringMassDamper { .. }),
     otherwise: |_, _| {
@@ -73,7 +75,7 @@ pub(crate) static SECTION: Section<Channel> = Section {
     keys: &[keys! {
         Channel;
         /// A load in motion, or `position_m` or `force_n` as an input; the other keys belong to the first.
-        "kind" = kind(of the load), KIND, Text("spring_mass_damper");
+        "kind" = at(model.load), KIND, Text("spring_mass_damper");
         /// Moving mass M.
         "mass_kg" = motion(mass_kg), number(si("kg"), 1e-6, 1e4),
             Computed("required with kind `spring_mass_damper`"), only MOTION;

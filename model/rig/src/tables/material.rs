@@ -31,6 +31,21 @@ const KINETICS: [(&str, Kinetics); 6] = [
 
 const KINETICS_KIND: Kind = Kind::Choice(&["logistic", "linear", "square_root", "tanaka", "liang_rogers", "richards"]);
 
+impl Field for Kinetics {
+    const UNREAD: Kinetics = Kinetics::Logistic;
+
+    fn value(&self) -> Option<Value> {
+        let same = |law: &Kinetics| std::mem::discriminant(law) == std::mem::discriminant(self);
+        KINETICS.iter().find(|(_, law)| same(law)).map(|(word, _)| Value::Text((*word).into()))
+    }
+
+    fn assign(&mut self, value: Value) {
+        if let Some((_, law)) = KINETICS.iter().find(|(word, _)| Value::Text((*word).into()) == value) {
+            *self = *law;
+        }
+    }
+}
+
 /// A number of the alloy, or one of its choices.
 macro_rules! alloy {
     ($field:ident) => {
@@ -38,28 +53,10 @@ macro_rules! alloy {
     };
 }
 
-/// Which law the outer curves follow.
-macro_rules! law {
-    (of the kinetics) => {
-        Access {
-            get: |c| {
-                let same = std::mem::discriminant(&c.model.material.kinetics);
-                let law = KINETICS.iter().find(|(_, law)| std::mem::discriminant(law) == same);
-                law.map(|(word, _)| Value::Text((*word).into()))
-            },
-            set: |c, value| {
-                if let Some((_, law)) = KINETICS.iter().find(|(word, _)| Value::Text((*word).into()) == value) {
-                    c.model.material.kinetics = *law;
-                }
-            },
-        }
-    };
-}
-
 /// A number of Richards' curves.
 macro_rules! skew {
     ($field:ident) => {
-        Access {
+        Accessor {
             get: |c| match c.model.material.kinetics {
                 Kinetics::Richards { $field, .. } => Some(Value::Number($field)),
                 _ => None,
@@ -73,6 +70,7 @@ macro_rules! skew {
     };
 }
 
+/// Keys that only these curves have.
 static RICHARDS: Only<Channel> = Only {
     with: |c, _| matches!(c.model.material.kinetics, Kinetics::Richards { .. }),
     otherwise: |_, _| "makes no sense without kinetics = \"richards\"; add that or take it out".into(),
@@ -130,7 +128,7 @@ pub(crate) static SECTION: Section<Channel> = Section {
         "martensite_resistivity_slope_uohm_cm_per_k" = alloy(martensite_resistivity_slope_ohm_m_per_k),
             number(uohm_cm("µΩ cm/K"), -1.0, 1.0), Number(0.15);
         /// Law of the outer curves (eq. 15–22); `logistic` is the reference.
-        "kinetics" = law(of the kinetics), KINETICS_KIND, Text("logistic");
+        "kinetics" = alloy(kinetics), KINETICS_KIND, Text("logistic");
         /// v_A of Richards' curves (eq. 21); only with kinetics `richards`.
         "heating_skew" = skew(heating_skew), number(si("1"), 0.05, 20.0), Number(1.0), only RICHARDS;
         /// v_M of Richards' curves (eq. 21); only with kinetics `richards`.

@@ -3,9 +3,7 @@
 use crate::declare::Unread;
 use crate::key::rows::*;
 use crate::read::{Reader, Stated};
-use crate::tables::access::Access as AccessTo;
-use crate::tables::backend::Backend;
-use crate::tables::{BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
+use crate::tables::{Access, Backend, BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
 
 /// Longest name of a rig, in bytes.
 pub const MAX_RIG_NAME: usize = 48;
@@ -30,7 +28,7 @@ pub struct Rig {
     /// How hard the driver tries for real time.
     pub realtime: Realtime,
     /// Which other users may look and command.
-    pub access: AccessTo,
+    pub access: Access,
     /// The wires, in the order of the file; at most [`MAX_CHANNELS`](crate::MAX_CHANNELS).
     pub channels: Vec<Channel>,
     /// The joints that pairs of channels turn, in the order of the file.
@@ -79,8 +77,8 @@ pub(crate) static SECTION: Section<Rig> = Section {
     check: Some(realtime_is_asked_for),
     keys: &[keys! {
         Rig;
-        /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first, at
-        /// most 48.
+        /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first,
+        /// at most 48.
         "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
         /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
         "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);

@@ -29,7 +29,7 @@ pub(crate) static SENSORS: Section<Channel> = Section {
 /// The noise of a recording's column, by the column's name.
 macro_rules! of {
     ($column:literal) => {
-        Access {
+        Accessor {
             get: |c| c.noise.get($column).copied().map(Value::Number),
             set: |c, value| {
                 if let Value::Number(rms) = value {

@@ -8,7 +8,7 @@ use crate::tables::Channel;
 /// The position of a tap; that there are taps at all is what one of them being set says.
 macro_rules! tap {
     ($field:ident) => {
-        Access {
+        Accessor {
             get: |c| c.model.taps.map(|taps| Value::Number(taps.$field)),
             set: |c, value| c.model.taps.get_or_insert(Taps { l0_m: 0.0, ls_m: f64::NAN }).$field.assign(value),
         }
