@@ -157,7 +157,7 @@ faults! {
     }
     SetpointOutOfRange = 14, "setpoint_out_of_range" {
         cause: "a setpoint was NaN or outside the channel's limits",
-        detection: "compared with the channel's limits when it is asked for",
+        detection: "compared with the channel's limits when it is requested",
         reaction: "the command is refused, the setpoint before it stays in force",
         time: "at once",
         remedy: "ask for a value inside the limits that the refusal names, or widen [channel.limits] in the rig file",
@@ -186,13 +186,13 @@ faults! {
     DriverDied = 18, "driver_died" {
         cause: "the driver is gone without having stopped, or its loop stands still",
         detection: "clients: the process is gone, or its heartbeat stands still; the front-end: no duty within its time-out",
-        reaction: "the power stage's own watchdog switches off; clients are told",
+        reaction: "the power stage's own watchdog switches off; clients report it",
         time: "the watchdog's time-out of the front-end",
         remedy: "look why it ended (its log, `dmesg`), then start it again with `sinew run`; nothing has to be cleaned up",
     }
     ProbeStuck = 19, "probe_stuck" {
         cause: "the wire was heated or cooled so far that it must have moved, but its measured length stands still: a tap sticks to it, or the load is jammed",
-        detection: "with every error of the model allowed for, the heat put in (or given off) must have moved the wire, and the filtered length stands to within 8 sigma; or the duty is derated for 1 s and the length has not moved by 5 % of the stroke since it was told to. With taps and a load of its own only",
+        detection: "with every error of the model allowed for, the heat put in (or given off) must have moved the wire, and the filtered length stands to within 8 sigma; or the duty is derated for 1 s and the length has not moved by 5 % of the stroke since it was commanded to. With taps and a load of its own only",
         reaction: "channel off, latched",
         time: "as long as it takes until the heat proves it: 1.3 to 1.7 s where it is heated, up to 8 s where it cools",
         remedy: "see that the wire slides through its taps and the load moves freely; if it does, compare material and load in the rig file with the wire, then reset",
@@ -214,9 +214,9 @@ faults! {
     }
     StageOn = 22, "stage_on" {
         cause: "current flows although no duty is given: the output stage is stuck on, and its own gate cannot switch it off",
-        detection: "with the gate closed the current is above a fifth of the least it can be on, in 2 looks in a row: in every period without duty, in dark periods laid where the wire moves as no heat that was asked for can move it; with a shared input in every off-phase",
+        detection: "with the gate closed the current is above a fifth of the least it can be on, in 2 looks in a row: in every period without duty, in dark periods laid where the wire moves as no commanded heat can move it; with a shared input in every off-phase",
         reaction: "all channels off, the backend's master switch off where it has one (Backend::cut), latched until the driver is started anew; takes the place of a fault that was latched before",
-        time: "2 periods after the first dark look; a look is laid within 0.1 s of motion that was not asked for (0.5 s from the failure at worst)",
+        time: "2 periods after the first dark look; a look is laid within 0.1 s of motion that was not commanded (0.5 s from the failure at worst)",
         remedy: "pull the supply's plug first: without a master switch the wire still heats. Replace the output stage, then start the driver anew",
         needs_restart: true,
     }
