@@ -15,7 +15,7 @@ use crate::site::Site;
 use crate::witness::{self, Put};
 
 /// How long anything may take before a try gives up on it. Machines are busy.
-pub const PATIENCE: Duration = Duration::from_secs(20);
+pub const PATIENCE: Duration = Duration::from_secs(60);
 /// A machine whose host takes a core away now and then is that late, ms, besides what is measured.
 pub const SLACK_MS: f64 = 60.0;
 /// Rate of the drivers here, Hz.
