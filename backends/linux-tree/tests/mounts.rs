@@ -12,7 +12,7 @@ use sinew_rig::Rig;
 use tempfile::TempDir;
 
 /// Where waiting becomes a failure.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn is_mounted(folder: &Path) -> bool {
     let folder = folder.to_str().expect("a plain name");

@@ -6,6 +6,15 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+/// Where waiting becomes a failure. Machines are busy.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A client that gives its driver time.
+pub fn patient(rig: &str) -> Client {
+    let options = ClientOptions { connect: PATIENCE, answer: PATIENCE };
+    Client::connect_with(rig, options).unwrap_or_else(|e| panic!("{e}"))
+}
+
 /// A rig name no other test has.
 pub fn rig(test: &str) -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
@@ -156,7 +165,7 @@ impl Drop for Driver {
 pub fn until(what: &str, mut check: impl FnMut() -> bool) {
     let started = Instant::now();
     while !check() {
-        assert!(started.elapsed() < Duration::from_secs(60), "never: {what}");
+        assert!(started.elapsed() < PATIENCE, "never: {what}");
         std::thread::sleep(Duration::from_millis(1));
     }
 }

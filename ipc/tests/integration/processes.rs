@@ -45,7 +45,7 @@ impl Process {
     /// Waits for a line it prints.
     fn expect(&self, line: &str) {
         loop {
-            match self.lines.recv_timeout(Duration::from_secs(60)) {
+            match self.lines.recv_timeout(PATIENCE) {
                 // The test harness has written "test another_process ... " before it.
                 Ok(text) if text.ends_with(line) => return,
                 Ok(_) => {}
@@ -96,7 +96,7 @@ fn another_process() {
         }
         // Connected by every means there is, and busy with all of them.
         "client" => {
-            let client = Client::connect(&rig).unwrap();
+            let client = patient(&rig);
             let mut stream = client.stream().unwrap();
             let mut said = false;
             std::thread::scope(|scope| {
@@ -109,7 +109,7 @@ fn another_process() {
                         client.set_stroke(&format!("c{i}"), 0.5, Duration::ZERO).unwrap();
                         client.with_latest(|s| assert_whole(s.cycle, s.missed, s.channels()));
                     }
-                    if let Some(c) = stream.next_within(Duration::from_secs(20)).unwrap() {
+                    if let Some(c) = stream.next_within(PATIENCE).unwrap() {
                         assert_whole(c.header.cycle, c.header.missed, c.channels);
                     }
                     if !said {
@@ -128,18 +128,18 @@ fn another_process() {
         }
         // Takes as many places as it can be given at once, and never leaves them properly.
         "crowd" => {
-            let clients: Vec<_> = (0..20).map(|_| Client::connect(&rig).unwrap()).collect();
+            let clients: Vec<_> = (0..20).map(|_| patient(&rig)).collect();
             let _streams: Vec<_> = clients.iter().map(|c| c.stream().unwrap()).collect();
             let _waiters: Vec<_> = clients.iter().map(|c| c.waiter().unwrap()).collect();
             say("ready");
             wait_for_parent();
         }
         "reader" => {
-            let client = Client::connect(&rig).unwrap();
+            let client = patient(&rig);
             let mut stream = client.stream().unwrap();
             let mut last = 0;
             while stream.received() < 300 {
-                let Some(c) = stream.next_within(Duration::from_secs(20)).unwrap() else { panic!("nothing came") };
+                let Some(c) = stream.next_within(PATIENCE).unwrap() else { panic!("nothing came") };
                 assert_whole(c.header.cycle, c.header.missed, c.channels);
                 assert!(last == 0 || c.header.cycle == last + 1 + c.lost);
                 last = c.header.cycle;
@@ -186,9 +186,9 @@ fn a_killed_driver_is_noticed_and_leaves_nothing_in_the_way() {
     let mut driver = Process::ready("driver", &rig);
     let pid = driver.child.id();
     assert_eq!(RigLock::acquire(&rig).unwrap_err(), Error::AlreadyRunning { rig: rig.clone(), pid });
-    let client = Client::connect(&rig).unwrap();
+    let client = patient(&rig);
     assert_eq!(client.info().pid, pid);
-    assert!(client.wait(Duration::from_secs(20)).unwrap());
+    assert!(client.wait(PATIENCE).unwrap());
     assert!(client.is_alive());
     let run = run_of(&rig);
     assert!(!leftovers(&run).is_empty());
@@ -203,7 +203,7 @@ fn a_killed_driver_is_noticed_and_leaves_nothing_in_the_way() {
 
     let next = Process::ready("driver", &rig);
     assert!(!client.is_alive());
-    let fresh = Client::connect(&rig).unwrap();
+    let fresh = patient(&rig);
     assert_eq!(fresh.info().pid, next.child.id());
     assert!(fresh.set_stroke("c0", 0.5, Duration::ZERO).is_ok());
     // The dead run's files go with its last user.
@@ -235,7 +235,7 @@ fn a_driver_killed_again_and_again_starts_every_time() {
 fn killed_clients_disturb_nobody() {
     let rig = rig("clients");
     let _driver = Driver::start(&rig, 18, 500.0);
-    let steady = Client::connect(&rig).unwrap();
+    let steady = patient(&rig);
     let mut stream = steady.stream().unwrap();
     for _ in 0..8 {
         let mut victims: Vec<_> = (0..2).map(|_| Process::ready("client", &rig)).collect();
@@ -243,7 +243,7 @@ fn killed_clients_disturb_nobody() {
             victim.kill();
         }
         assert!(steady.set_stroke("c1", 0.5, Duration::ZERO).is_ok());
-        assert!(steady.wait(Duration::from_secs(20)).unwrap());
+        assert!(steady.wait(PATIENCE).unwrap());
         while let Some(c) = stream.next().unwrap() {
             assert_whole(c.header.cycle, c.header.missed, c.channels);
         }
@@ -319,7 +319,7 @@ fn a_client_killed_while_it_makes_its_shared_memory_holds_nobody_up() {
         fs::File::create(&path).unwrap();
     }
     until("nothing is left of it", || marks(&nodes) == before && connections() == ours);
-    let client = Client::connect(&rig).unwrap();
+    let client = patient(&rig);
     client.set_stroke("c0", 0.5, Duration::ZERO).unwrap();
     drop(client);
     drop(driver);
@@ -357,7 +357,7 @@ fn clients_killed_at_any_moment_of_their_start_leave_no_shared_memory() {
         victim.kill();
     }
     until("nothing is left of them", || of_ports(&run) == before);
-    assert!(Client::connect(&rig).unwrap().set_stroke("c0", 0.5, Duration::ZERO).is_ok());
+    assert!(patient(&rig).set_stroke("c0", 0.5, Duration::ZERO).is_ok());
 }
 
 #[test]
@@ -365,7 +365,7 @@ fn a_connection_that_died_before_its_ends_took_it_goes() {
     let rig = rig("endless");
     let _driver = Driver::start(&rig, 18, 500.0);
     let run = run_of(&rig);
-    let client = Client::connect(&rig).unwrap();
+    let client = patient(&rig);
     client.set_stroke("c0", 0.5, Duration::ZERO).unwrap();
     let before = of_ports(&run);
     let model = before.iter().find(|path| path.extension().is_some_and(|end| end == "connection")).unwrap();
@@ -394,7 +394,7 @@ fn a_client_that_dies_before_its_reply_is_nobodys_loss() {
         let reply = decide(request.command());
         request.reply(reply);
     }
-    let client = Client::connect(&rig).unwrap();
+    let client = patient(&rig);
     std::thread::scope(|scope| {
         let asking = scope.spawn(|| client.set_stroke("c0", 0.75, Duration::ZERO));
         until("the command arrives", || server.commands.serve(decide) > 0);

@@ -203,7 +203,7 @@ fn commands_are_answered_each_client_its_own() {
         for k in 0..20 {
             let rig = &rig;
             scope.spawn(move || {
-                let client = Client::connect(rig).unwrap();
+                let client = patient(rig);
                 let name = format!("c{}", k % 18);
                 for i in 0..25 {
                     let stroke = (k * 25 + i) as f64 / 1000.0;
@@ -220,7 +220,7 @@ fn commands_are_answered_each_client_its_own() {
 fn one_client_may_be_used_by_many_threads() {
     let rig = rig("shared");
     let _driver = Driver::start(&rig, 4, 500.0);
-    let client = Client::connect(&rig).unwrap();
+    let client = patient(&rig);
     std::thread::scope(|scope| {
         for k in 0..24 {
             let client = &client;
@@ -229,7 +229,7 @@ fn one_client_may_be_used_by_many_threads() {
                     let value = f64::from(k * 100 + i) * 1e-4;
                     assert_eq!(client.set_duty("c1", value, Duration::ZERO).unwrap().value, value);
                     client.with_latest(|s| assert_whole(s.cycle, s.missed, s.channels()));
-                    assert!(client.wait(Duration::from_secs(20)).unwrap());
+                    assert!(client.wait(PATIENCE).unwrap());
                 }
             });
         }
@@ -310,7 +310,7 @@ fn the_event_wakes_sleepers_and_a_stopping_driver_lets_them_go() {
     let client = Client::connect(&rig).unwrap();
     let before = client.latest().cycle;
     for _ in 0..5 {
-        assert!(client.wait(Duration::from_secs(20)).unwrap());
+        assert!(client.wait(PATIENCE).unwrap());
     }
     until("cycles go on", || client.latest().cycle > before);
     assert!(client.is_alive());
@@ -368,7 +368,7 @@ fn a_client_outlives_its_driver_and_does_not_mistake_the_next_one_for_it() {
     drop(stream);
     drop(client);
     assert!(fresh.set_stroke("c0", 0.2, Duration::ZERO).is_ok());
-    assert!(fresh.wait(Duration::from_secs(20)).unwrap());
+    assert!(fresh.wait(PATIENCE).unwrap());
 }
 
 #[test]
@@ -389,7 +389,7 @@ fn faults_are_reported_when_they_come_and_when_they_go() {
     s.channel[0].fault = Fault::OverTemperature.code();
     writer.update(&s);
     cycles.ring();
-    let next = |watch: &mut FaultWatch| watch.wait(Duration::from_secs(20)).unwrap().unwrap();
+    let next = |watch: &mut FaultWatch| watch.wait(PATIENCE).unwrap().unwrap();
     let change = next(&mut watch);
     assert_eq!((change.channel, change.before, change.after), (0, None, Some(Fault::OverTemperature)));
     let change = next(&mut watch);
@@ -417,7 +417,7 @@ fn connecting_waits_for_a_driver_that_is_starting() {
     let impatient = ClientOptions { connect: Duration::from_millis(20), ..ClientOptions::default() };
     let e = Client::connect_with(&rig, impatient).err().unwrap();
     assert_eq!(e, Error::Starting { rig: rig.clone(), pid: std::process::id() });
-    let patient = ClientOptions { connect: Duration::from_secs(20), ..ClientOptions::default() };
+    let patient = ClientOptions { connect: PATIENCE, ..ClientOptions::default() };
     std::thread::scope(|scope| {
         let connecting = scope.spawn(|| Client::connect_with(&rig, patient).map(|c| c.channels().len()));
         std::thread::sleep(Duration::from_millis(20));

@@ -10,6 +10,39 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use sinew_tests::checkout;
 
+/// Circles that were there when this test was written: these and parts of them are borne until somebody takes them apart, no others.
+const KNOWN: &[(&str, &str)] = &[
+    ("backends/front-end", "error.rs frame.rs wire.rs"),
+    ("backends/linux", "backend.rs mender.rs"),
+    (
+        "control",
+        "estimators/mod.rs estimators/enthalpy.rs estimators/fused.rs estimators/luenberger.rs lambda.rs lpv.rs wire_map.rs",
+    ),
+    ("diagnosis", "diagnose.rs figures.rs"),
+    ("diagnosis", "gates/mod.rs gates/circuit.rs gates/clock.rs gates/heat.rs gates/sensors.rs gates/units.rs"),
+    ("diagnosis/report", "lib.rs page.rs"),
+    ("driver", "channel.rs engine.rs joint.rs"),
+    ("ipc", "error.rs gate/place.rs messages.rs run.rs"),
+    ("ipc", "janitor.rs server.rs"),
+    ("model/physics", "balance.rs effects/ends.rs effects/terms.rs"),
+    (
+        "model/physics",
+        "effects/mod.rs effects/coefficients.rs effects/electrical.rs effects/empirical.rs effects/kinetic.rs \
+         effects/mechanical.rs effects/sensing.rs effects/thermal.rs kinetics.rs params.rs signals.rs",
+    ),
+    ("model/recording", "read.rs rows.rs"),
+    ("model/rig", "derive.rs effects.rs parameters.rs read.rs schema.rs types.rs"),
+    ("tests/proof", "one.rs said.rs"),
+    ("tools/black-box", "lib.rs writer.rs"),
+    ("tools/cli", "commands/admission.rs commands/attached.rs commands/doctor.rs"),
+    ("tools/cli", "commands/characterise.rs commands/test.rs"),
+    ("tools/cli", "failure.rs output.rs"),
+    ("tools/machine", "analysis/mod.rs analysis/line.rs analysis/loops.rs analysis/steps.rs analysis/sweep.rs"),
+    ("tools/machine", "hanging.rs routine.rs"),
+    ("tools/recorder", "drain.rs recorder.rs writer.rs"),
+    ("tools/scope", "command.rs server.rs session.rs watch.rs"),
+];
+
 /// Where a module stands in its crate; empty is the root.
 type Module = Vec<String>;
 
@@ -218,8 +251,11 @@ fn needs(files: &Files) -> BTreeMap<&Module, BTreeSet<Module>> {
     files.iter().map(|(module, source)| (module, of((module, source)))).collect()
 }
 
-/// Groups of files of this crate, each of which needs all the others of its group, as paths in the crate.
-fn circles(root: &Path) -> Vec<Vec<String>> {
+/// Files that need each other, each with those of the others that it needs itself.
+type Circle = BTreeMap<String, Vec<String>>;
+
+/// Groups of files of this crate, each of which needs all the others of its group, as paths in its `src`.
+fn circles(root: &Path) -> BTreeSet<Circle> {
     let mut files = Files::new();
     load(&mut files, Module::new(), root.to_path_buf());
     let needs = needs(&files);
@@ -236,12 +272,12 @@ fn circles(root: &Path) -> Vec<Vec<String>> {
         let path = files[module].path.strip_prefix(root.parent().expect("in a folder")).expect("below it");
         path.display().to_string()
     };
-    let mut found = BTreeSet::new();
-    for (module, there) in reach.iter().filter(|(module, there)| there.contains(**module)) {
-        let group = there.iter().filter(|other| reach[other].contains(*module));
-        found.insert(group.map(name).collect::<Vec<String>>());
-    }
-    found.into_iter().collect()
+    let circle_of = |module: &Module| -> Circle {
+        let is_in = |other: &&Module| reach[module].contains(*other) && reach[*other].contains(module);
+        let needed = |one: &Module| needs[one].iter().filter(is_in).map(name).collect();
+        reach[module].iter().filter(is_in).map(|one| (name(one), needed(one))).collect()
+    };
+    files.keys().filter(|module| reach[module].contains(*module)).map(circle_of).collect()
 }
 
 /// Every `lib.rs` and `main.rs` of the workspace.
@@ -260,10 +296,32 @@ fn roots() -> Vec<PathBuf> {
 fn no_two_files_of_a_crate_need_each_other() {
     let mut told = String::new();
     for root in roots() {
-        let folder = root.parent().and_then(|src| src.strip_prefix(checkout()).ok()).expect("in the checkout");
+        let folder = root.ancestors().nth(2).and_then(|folder| folder.strip_prefix(checkout()).ok()).expect("a crate");
+        let known = KNOWN.iter().filter(|(known, _)| folder == Path::new(known)).map(|(_, files)| files);
+        let known: Vec<BTreeSet<&str>> = known.map(|files| files.split_whitespace().collect()).collect();
         for circle in circles(&root) {
-            told += &format!("{}: {} need each other\n", folder.display(), circle.join(", "));
+            if !known.iter().any(|known| circle.keys().all(|file| known.contains(file.as_str()))) {
+                let files = circle.iter().map(|(file, needs)| format!("\n  {file} needs {}", needs.join(", ")));
+                told += &format!("{}: these files need each other{}\n", folder.display(), files.collect::<String>());
+            }
         }
     }
     assert!(told.is_empty(), "{told}What two files need from each other is a third thing, or they are one file.");
+}
+
+#[test]
+fn a_circle_is_found_through_what_a_module_shows_and_not_in_its_tests() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |file: &str, text: &str| fs::write(folder.path().join(file), text).expect("the folder is writable");
+    let found = || circles(&folder.path().join("lib.rs"));
+    write("lib.rs", "mod a;\nmod b;\npub use a::{A, other as same};\n");
+    write("a.rs", "use super::b::{self, B};\npub struct A(B);\npub fn other() { b::f() }\n");
+    write("b.rs", "pub struct B;\npub fn f() {}\n#[cfg(test)]\nmod tests {\n    use crate::A;\n}\n");
+    assert!(found().is_empty(), "{:?}", found());
+    for needs in ["use crate::A;", "fn g() { crate::same() }", "fn g() -> Vec<super::a::A> { vec![] }"] {
+        write("b.rs", &format!("pub struct B;\npub fn f() {{}}\n{needs}\n"));
+        let both =
+            Circle::from([("a.rs", "b.rs"), ("b.rs", "a.rs")].map(|(one, other)| (one.into(), vec![other.into()])));
+        assert_eq!(found(), BTreeSet::from([both]), "{needs}");
+    }
 }

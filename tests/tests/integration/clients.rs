@@ -290,8 +290,8 @@ fn one_client_may_command_while_others_only_look() {
     }
     // A sleeping client is woken.
     assert!(client.wait(sinew_tests::PATIENCE).unwrap());
-    // Plain lines of the monitor, where there is no terminal.
-    let said = rig.ask(&["monitor", "--for", "2.5"]).expect(0).stdout;
+    // Plain lines of the monitor, one a second, where there is no terminal.
+    let said = rig.ask(&["monitor", "--for", "4"]).expect(0).stdout;
     assert!(said.lines().count() >= 2, "{said}");
     driver.stop();
 }

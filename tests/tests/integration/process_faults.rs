@@ -1,7 +1,8 @@
 //! Each fault of the driver's process, of the machine under it and of its clients, once or twice, by the machine that measures them
 //! a hundred times (`sinew-trust`). What was promised has to be kept; how fast it is measured there, and only quoted in `docs/trust.md`.
 
-use sinew_trust::kind::{Failure, Group, Kind, Unit};
+use sinew_trust::failure::Failure;
+use sinew_trust::kind::{Group, Kind, Unit};
 use sinew_trust::site::Site;
 
 /// Carries out each of these, and says which promise was broken.

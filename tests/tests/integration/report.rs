@@ -67,13 +67,14 @@ fn an_earlier_report_is_replaced_as_a_whole_and_only_at_the_end() {
     let path = rig.file("report.json");
     let earlier = "x".repeat(1 << 20);
     fs::write(&path, &earlier).unwrap();
-    let process = Process::start(rig.command(&["--for", "1"]).arg("--report").arg(&path));
+    let process = Process::start(rig.command(&["--for", "300"]).arg("--report").arg(&path));
     let client = {
         wait_until("the driver", || sinew_ipc::Client::connect(&rig.name).is_ok());
         rig.client()
     };
     wait_until("a cycle", || client.latest().cycle > 0);
     assert_eq!(fs::read_to_string(&path).unwrap(), earlier);
+    process.signal(libc::SIGTERM);
     process.finish().expect(0);
     let report: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).expect("nothing but the new one");
     sinew_tests::check_report(&report);

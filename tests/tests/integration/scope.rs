@@ -73,7 +73,13 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
     wait_until("the setpoint", || state().mode() == Mode::Length);
     let info = client.channels()[2];
     assert!((state().target_m - info.length_at_stroke(0.4)).abs() < 1e-6, "{:?}", state());
-    std::thread::sleep(std::time::Duration::from_secs(3));
+    let (mut left_s, mut renewals) = (state().lease_s, 0);
+    wait_until("its lease to be renewed for longer than it is long", || {
+        let now_s = state().lease_s;
+        renewals += u32::from(now_s > left_s);
+        left_s = now_s;
+        renewals >= 6
+    });
     assert_eq!(state().mode(), Mode::Length, "renewed beyond its first lease");
 
     // the record button: a session of all channels, which `plot` can draw

@@ -4,7 +4,8 @@ use rand::rngs::Xoshiro256PlusPlus;
 use sinew_ipc::{CommandKind, Fault};
 use sinew_sim_backend::World;
 
-use crate::kind::{Group, Kind, Unit, between, expect, whole};
+use crate::failure::expect;
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::lockstep::{CHANNELS, Twins, any_twins, command, proved, rig_text};
 
 const RATE_HZ: f64 = 1000.0;

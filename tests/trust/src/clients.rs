@@ -8,7 +8,8 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rustix::process::Signal;
 use sinew_ipc::{CommandKind, CycleStream, Error, Fault};
 
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::running::{DUTY, How, LONG, Process, Running, connect, wait_for};
 use crate::site::Site;
 use crate::witness::now_ns;

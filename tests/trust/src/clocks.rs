@@ -5,7 +5,7 @@ use std::os::unix::fs::FileExt;
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::kind::Failure;
+use crate::failure::Failure;
 use crate::running::How;
 use crate::site::Site;
 

@@ -6,7 +6,8 @@ use sinew_driver::Answer;
 use sinew_ipc::{CommandKind, Fault, Mode, Outcome};
 use sinew_rig::FaultKind;
 
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, whole};
+use crate::failure::{Failure, expect};
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::lockstep::{CHANNELS, Twins, any_twins, command, sensing_duty};
 
 const REFUSED: &str = "refused with the reason; the setpoint before it stays in force";

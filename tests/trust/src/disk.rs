@@ -7,7 +7,8 @@ use std::time::Duration;
 use rand::rngs::Xoshiro256PlusPlus;
 use sinew_ipc::Fault;
 
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, whole};
+use crate::failure::{Failure, expect};
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::lockstep::rig_text;
 use crate::running::{DUTY, How, Process, RATE_HZ, Running, accounted};
 use crate::site::Site;

@@ -18,7 +18,8 @@ use sinew_sim_backend::{FaultHandle, SimulatedRig};
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
 
-use crate::kind::{Failure, between, unexpected};
+use crate::failure::{Failure, unexpected};
+use crate::kind::between;
 use crate::witness::{Mischief, Watched};
 
 /// What to drive.

@@ -12,7 +12,8 @@ use rustix::process::Signal;
 use sinew_ipc::{Client, Fault, Mode};
 use sinew_rig::Rig;
 
-use crate::kind::{Failure, Group, Kind, Trials, Unit, between, expect, unexpected};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{Group, Kind, Trials, Unit, between};
 use crate::lockstep::rig_text;
 use crate::running::{LONG, Process, started, wait_for};
 use crate::site::Site;

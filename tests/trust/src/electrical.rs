@@ -7,7 +7,8 @@ use sinew_ipc::{ChannelState, CommandKind, Fault};
 use sinew_lockstep::Lockstep;
 use sinew_rig::FaultKind;
 
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::lockstep::{CHANNELS, any_rate_hz, any_twins, at_rest, command, healthy, proved, rig_text, sensing_duty};
 
 /// How one fault is broken and what may come of it.

@@ -15,6 +15,7 @@ mod disk;
 pub mod drive;
 mod driven;
 mod electrical;
+pub mod failure;
 pub mod kind;
 mod linux;
 pub mod lockstep;

@@ -13,7 +13,8 @@ use sinew_linux_tree::{Scans, TRIGGER, Tree};
 use sinew_rig::Rig;
 
 use crate::driven::{Bench, CHANNELS, Hardware, PULSE, struck};
-use crate::kind::{Failure, Group, Kind, between, expect, unexpected};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{Group, Kind, between};
 use crate::running::{SLACK_MS, wait_for};
 
 /// Silence the guard bears, ms.

@@ -10,7 +10,8 @@ use sinew_ipc::{ChannelState, CommandKind, Fault, Mode};
 use sinew_lockstep::Lockstep;
 use sinew_rig::Rig;
 
-use crate::kind::{Failure, between, expect, unexpected, whole};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{between, whole};
 
 /// Channels of the rigs that are struck.
 pub const CHANNELS: usize = 3;

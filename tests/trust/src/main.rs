@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::{Parser, Subcommand};
 use sinew_backend::allocations::CountingAllocator;
 use sinew_linux_backend::guard;
-use sinew_trust::kind::Failure;
+use sinew_trust::failure::Failure;
 use sinew_trust::site::Site;
 use sinew_trust::{clients, drive, kinds, process, soak, table};
 

@@ -9,7 +9,8 @@ use rustix::process::Signal;
 use sinew_ipc::{Client, DriverHealth, Error, Fault, Mode};
 
 use crate::clocks::Clocks;
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::running::{DUTY, How, LONG, PATIENCE, Process, RATE_HZ, Running, SLACK_MS, accounted, command, wait_for};
 use crate::site::Site;
 use crate::witness::now_ns;
@@ -246,8 +247,8 @@ fn loop_late() -> Kind {
 
 fn stopped() -> Kind {
     let one = |_: &Site, running: Running, rng: &mut Xoshiro256PlusPlus| {
-        let from = now_ns();
         running.process.signal(Signal::STOP)?;
+        let from = now_ns();
         std::thread::sleep(Duration::from_secs_f64(between(rng, 0.35, 0.7)));
         let until_ms = running.powered_until_ms(from)?;
         expect(until_ms < SLACK_MS, || format!("it put something out {until_ms} ms after SIGSTOP"))?;
@@ -270,15 +271,18 @@ fn stopped() -> Kind {
 
 fn stopped_briefly() -> Kind {
     let one = |_: &Site, running: Running, rng: &mut Xoshiro256PlusPlus| {
-        running.process.signal(Signal::STOP)?;
+        let from = now_ns();
+        running.process.hold()?;
         std::thread::sleep(Duration::from_secs_f64(between(rng, 0.005, 0.1)));
         running.process.signal(Signal::CONT)?;
         let cycle = running.client.latest().cycle;
         wait_for("the loop to go on", || Ok((running.client.latest().cycle > cycle + 20).then_some(())))?;
+        let gap_ms = (now_ns() - from) as f64 * 1e-6;
         let state = running.client.latest();
-        expect(state.channels().iter().all(|c| c.duty == DUTY && c.fault().is_none()), || {
-            format!("{:?}", state.channels())
-        })?;
+        let good = state.channels().iter().all(|c| c.duty == DUTY && c.fault().is_none());
+        // A machine that lets us sleep for longer than we asked may make it the other row.
+        let overrun = || gap_ms > OVERRUN_MS && state.channels().iter().all(|c| c.fault() == Some(Fault::CycleOverrun));
+        expect(good || overrun(), || format!("after {gap_ms} ms: {:?}", state.channels()))?;
         let report = running.stop()?;
         expect(report["missed"].as_u64() >= Some(3), || format!("missed: {}", report["missed"]))?;
         Ok(0.0)
@@ -319,16 +323,26 @@ fn moved(
 fn clock_step() -> Kind {
     let one = |clocks: &Clocks, running: &Running, rng: &mut Xoshiro256PlusPlus| {
         let hold = Duration::from_millis(60);
+        let mut stream = running.client.stream()?;
         running.client.set_duty("wire0", 2.0 * DUTY, hold)?;
-        let (from, missed) = (now_ns(), running.client.latest().missed);
+        let missed = running.client.latest().missed;
         // Up to ten years to either side.
         let year_ns = 365.0 * 86_400.0 * 1e9;
         clocks.set_wall_ns((between(rng, -10.0, 10.0) * year_ns) as i64)?;
-        wait_for(
-            "the lease to run out",
-            || Ok((running.client.latest().channel[0].mode() == Mode::Off).then_some(())),
-        )?;
-        let lasted_ms = (now_ns() - from) as f64 * 1e-6;
+        // By the cycles' own times: how soon we look at them is no matter of the lease.
+        let mut taken_ns = None;
+        let lasted_ns = wait_for("the lease to run out", || {
+            while let Some(cycle) = stream.next()? {
+                let (wire, now_ns) = (&cycle.channels[0], cycle.header.monotonic_ns);
+                match taken_ns {
+                    None if wire.duty == 2.0 * DUTY => taken_ns = Some(now_ns),
+                    Some(taken_ns) if wire.mode() == Mode::Off => return Ok(Some(now_ns - taken_ns)),
+                    _ => {}
+                }
+            }
+            Ok(None)
+        })?;
+        let lasted_ms = lasted_ns as f64 * 1e-6;
         expect(lasted_ms > 50.0, || format!("a lease of 60 ms lasted {lasted_ms} ms"))?;
         expect(lasted_ms < 60.0 + OVERRUN_MS, || format!("a lease of 60 ms lasted {lasted_ms} ms"))?;
         let state = running.client.latest();
@@ -352,8 +366,8 @@ fn suspended() -> Kind {
     let one = move |clocks: &Clocks, running: &Running, rng: &mut Xoshiro256PlusPlus| {
         let by = (between(rng, 0.5, 36_000.0) * 1e9) as u64;
         let ahead = slept_ns.fetch_add(by, Ordering::Relaxed) + by;
-        let from = now_ns();
         clocks.set_suspended_ns(ahead as i64)?;
+        let from = now_ns();
         wait_for("the fault", || Ok(running.client.latest().channel[0].fault().map(drop)))?;
         let put = running.put()?;
         let powered = put.iter().filter(|put| put.at_ns > from + 2_000_000 && put.powers()).count();
@@ -506,9 +520,11 @@ fn shared_memory_full() -> Kind {
                 while std::io::Write::write_all(&mut file, &[0]).is_ok() {}
                 let before = crate::witness::read(&log, 2)?.len();
                 std::thread::sleep(Duration::from_secs_f64(between(rng, 0.05, 0.15)));
-                let after = crate::witness::read(&log, 2)?.len();
+                let goes_on = wait_for("cycles while it is full", || {
+                    Ok((crate::witness::read(&log, 2)?.len() > before + 10).then_some(()))
+                });
                 std::fs::remove_file(&filler)?;
-                expect(after > before + 10, || format!("{} cycles while it was full", after - before))?;
+                goes_on?;
                 expect(process.ended()?.is_none(), || format!("it ended: {}", process.said()))?;
                 Ok(0.0)
             })?;
@@ -574,7 +590,10 @@ fn runtime_folder_gone() -> Kind {
         std::fs::remove_dir_all(folder.path())?;
         let before = crate::witness::read(&log, 2)?.len();
         std::thread::sleep(Duration::from_secs_f64(between(rng, 0.02, 0.06)));
-        expect(crate::witness::read(&log, 2)?.len() > before + 5, || "it stands still".into())?;
+        wait_for(
+            "cycles without the folder",
+            || Ok((crate::witness::read(&log, 2)?.len() > before + 5).then_some(())),
+        )?;
         process.signal(Signal::TERM)?;
         process.finish()?;
         accounted(&report)?;

@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use sinew_ipc::{Client, ClientOptions, Mode};
 
-use crate::kind::{Failure, expect, unexpected};
+use crate::failure::{Failure, expect, unexpected};
 use crate::lockstep::rig_text;
 use crate::site::Site;
 use crate::witness::{self, Put};
 
 /// How long anything may take before a try gives up on it. Machines are busy.
-pub const PATIENCE: Duration = Duration::from_secs(20);
+pub const PATIENCE: Duration = Duration::from_secs(60);
 /// A machine whose host takes a core away now and then is that late, ms, besides what is measured.
 pub const SLACK_MS: f64 = 60.0;
 /// Rate of the drivers here, Hz.
@@ -89,6 +89,20 @@ impl Process {
     pub fn signal(&self, signal: Signal) -> Result<(), Failure> {
         let Some(pid) = Pid::from_raw(self.child.id() as i32) else { return unexpected("it has no number") };
         kill_process(pid, signal).map_err(|error| Failure::Unexpected(format!("{signal:?}: {error}")))
+    }
+
+    /// Stops it by SIGSTOP, and waits until it stands still.
+    ///
+    /// # Errors
+    /// One that is gone.
+    pub fn hold(&self) -> Result<(), Failure> {
+        self.signal(Signal::STOP)?;
+        let stat = format!("/proc/{}/stat", self.pid());
+        // `PID (NAME) STATE …`: a name may hold anything.
+        wait_for("a process to stand still", || {
+            let stat = std::fs::read_to_string(&stat)?;
+            Ok(stat.rsplit_once(')').filter(|(_, rest)| rest.trim_start().starts_with('T')).map(drop))
+        })
     }
 
     /// How it ended, if it has.

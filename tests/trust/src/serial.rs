@@ -19,7 +19,8 @@ use sinew_realtime::Wish;
 use sinew_rig::Rig;
 
 use crate::driven::{Bench, CHANNELS, DUTY, Hardware, PULSE, struck};
-use crate::kind::{Failure, Group, Kind, Unit, between, expect, unexpected, whole};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::running::{LONG, SLACK_MS, wait_for};
 use crate::witness::{Put, now_ns};
 

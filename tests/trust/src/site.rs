@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tempfile::TempDir;
 
-use crate::kind::Failure;
+use crate::failure::Failure;
 
 /// The programs and a folder for everything that is written.
 #[derive(Debug)]

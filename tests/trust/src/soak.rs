@@ -12,7 +12,8 @@ use rustix::process::Signal;
 use serde::Serialize;
 use sinew_ipc::Error;
 
-use crate::kind::{Failure, between, expect, unexpected, whole};
+use crate::failure::{Failure, expect, unexpected};
+use crate::kind::{between, whole};
 use crate::lockstep::rig_text;
 use crate::running::{self, Process, connect};
 use crate::site::Site;

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::kind::{Failure, Group, Measured, Row, Unit};
+use crate::failure::Failure;
+use crate::kind::{Group, Measured, Row, Unit};
 
 /// Name and version of the JSON's form.
 pub const SCHEMA: &str = "sinew.trust/1";

@@ -11,7 +11,7 @@ use std::time::Duration;
 use rustix::time::{ClockId, clock_gettime};
 use sinew_backend::{Backend, BackendError, Sample, Truth};
 
-use crate::kind::Failure;
+use crate::failure::Failure;
 
 /// CLOCK_MONOTONIC now, ns.
 pub fn now_ns() -> u64 {

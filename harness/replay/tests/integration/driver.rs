@@ -23,7 +23,7 @@ impl Backend for Gated {
     }
 
     fn start(&mut self) -> Result<(), BackendError> {
-        let _ = self.open.recv_timeout(Duration::from_secs(30));
+        let _ = self.open.recv_timeout(Duration::from_secs(60));
         self.rig.start()
     }
 
@@ -76,7 +76,7 @@ fn a_driver_that_was_commanded_and_broken_comes_out_bit_for_bit() {
         let client = loop {
             match Client::connect(&name) {
                 Ok(client) => break client,
-                Err(error) => assert!(since.elapsed() < Duration::from_secs(30), "{error}"),
+                Err(error) => assert!(since.elapsed() < Duration::from_secs(60), "{error}"),
             }
             thread::sleep(Duration::from_millis(2));
         };

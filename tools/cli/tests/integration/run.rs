@@ -100,7 +100,7 @@ fn a_driver_is_commanded_refuses_what_it_must_and_stops_in_order() {
     assert!(scratch.sinew(["reset", "wire"]).done().contains("no fault"));
 
     // its lines for those without a screen
-    let lines = scratch.sinew(["monitor", "--for", "1.5"]).done();
+    let lines = scratch.sinew(["monitor", "--for", "3"]).done();
     assert!(lines.contains("cycle ") && lines.contains("faults none"), "{lines}");
 
     let stopped = scratch.sinew(["stop"]).done();

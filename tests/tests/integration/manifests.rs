@@ -1,7 +1,9 @@
-//! Who may know whom: ARCHITECTURE.md says it in lines `crate -> crate, room/; tests: crate`, and every manifest keeps to them.
+//! What every manifest keeps to: who may know whom, which ARCHITECTURE.md says in lines `crate -> crate, room/; tests: crate`; and that
+//! no tests are switched off.
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::{Path, PathBuf};
 
 use sinew_tests::checkout;
 use toml::{Table, Value};
@@ -126,6 +128,40 @@ fn no_crate_knows_a_room_that_the_architecture_does_not_allow() {
     let page = fs::read_to_string(checkout().join("ARCHITECTURE.md")).expect("it is in the checkout");
     let wrong = complaints(&page, &workspace());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The sources in a folder and in those below it.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let paths = entries.map(|entry| entry.expect("a readable folder").path());
+    paths.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+}
+
+/// `test = false` spares a program or library without tests an empty harness. One that gets its first test has to be built with it.
+#[test]
+fn what_is_not_tested_has_no_tests() {
+    let is_off = |target: &Value| target.get("test").and_then(Value::as_bool) == Some(false);
+    for folder in workspace().keys() {
+        let (manifest, folder) = (manifest(folder), checkout().join(folder));
+        let mut untested = Vec::new();
+        if manifest.get("lib").is_some_and(is_off) {
+            untested.extend(sources(&folder.join("src")));
+        }
+        let programs = manifest.get("bin").and_then(Value::as_array).into_iter().flatten();
+        for program in programs.filter(|program| is_off(program)) {
+            untested.push(folder.join(program["path"].as_str().expect("a path")));
+            assert!(
+                folder.join("src/lib.rs").is_file(),
+                "{}: a program alone has its tests in itself",
+                folder.display()
+            );
+        }
+        for path in untested {
+            let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            let has_tests = ["#[test]", "proptest!"].iter().any(|mark| text.contains(mark));
+            assert!(!has_tests, "{} has tests that never run: its target says `test = false`", path.display());
+        }
+    }
 }
 
 #[test]
