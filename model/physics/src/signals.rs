@@ -1,6 +1,7 @@
 //! What goes into a wire and what comes out of it.
 
-use crate::params::{DriveKind, WireModel};
+use crate::model::WireModel;
+use crate::params::DriveKind;
 
 /// What acts on the wire during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
