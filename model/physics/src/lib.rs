@@ -46,6 +46,7 @@ mod joint;
 mod kinetics;
 mod model;
 mod params;
+mod rest;
 mod signals;
 mod step;
 mod validate;

@@ -66,12 +66,14 @@ pub struct RPhase {
     pub width_k: f64,
 }
 
-/// Middle in °C and width in K of the R-phase's bump in NiTi.
-const R_PHASE: (f64, f64) = (55.0, 10.0);
+/// Middle of the R-phase's bump in NiTi, in °C.
+const R_PHASE_C: f64 = 55.0;
+/// Its width, in K.
+const R_PHASE_WIDTH_K: f64 = 10.0;
 
 impl Default for RPhase {
     fn default() -> Self {
-        RPhase { peak_ohm_m: 0.0, temperature_c: R_PHASE.0, width_k: R_PHASE.1 }
+        RPhase { peak_ohm_m: 0.0, temperature_c: R_PHASE_C, width_k: R_PHASE_WIDTH_K }
     }
 }
 
@@ -232,7 +234,7 @@ impl<M: Has<Electrical>> Group<M> for Electrical {
                     "height of the bump"
                 ),
                 shape!(
-                    R_PHASE.0,
+                    R_PHASE_C,
                     "temperature_c",
                     "°C",
                     (-200.0, 800.0),
@@ -242,7 +244,7 @@ impl<M: Has<Electrical>> Group<M> for Electrical {
                     "temperature of its middle"
                 ),
                 shape!(
-                    R_PHASE.1,
+                    R_PHASE_WIDTH_K,
                     "width_k",
                     "K",
                     (0.1, 200.0),

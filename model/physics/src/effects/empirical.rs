@@ -1,7 +1,7 @@
 //! Closed forms for what no mechanism explains: each is Σ c_j φ_j, its φ_j from one fixed library of dimensionless
 //! functions of the wire's state, its coefficients in the unit of the equation it stands in.
 
-use super::row::{Effect, EffectParameter, Equation, Group, Has, Home, Nature, Needs, Role};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs};
 
 /// A function of the library. Each is bounded, so that no coefficient can lead to infinity; rates are means over the
 /// last 20 ms.
@@ -187,7 +187,8 @@ impl Empirical {
 macro_rules! access {
     ($form:ident) => {
         mod $form {
-            use super::*;
+            use crate::effects::empirical::{Empirical, Term};
+            use crate::effects::row::{EffectParameter, Has, Role};
 
             fn get<M: Has<Empirical>, const TERM: usize>(model: &M) -> f64 {
                 model.part().$form.coefficients[TERM]

@@ -111,13 +111,14 @@ pub struct Sheath {
     pub outer_w_per_k: f64,
 }
 
-/// Conductances of a thin sleeve on a thin wire, inner and outer, in W/K.
-const SHEATH_W_PER_K: (f64, f64) = (0.02, 0.008);
+/// Conductance of a thin sleeve towards its thin wire, in W/K.
+const SHEATH_INNER_W_PER_K: f64 = 0.02;
+/// The same towards the air, in W/K.
+const SHEATH_OUTER_W_PER_K: f64 = 0.008;
 
 impl Default for Sheath {
     fn default() -> Self {
-        let (inner_w_per_k, outer_w_per_k) = SHEATH_W_PER_K;
-        Sheath { heat_capacity_j_per_k: 0.0, inner_w_per_k, outer_w_per_k }
+        Sheath { heat_capacity_j_per_k: 0.0, inner_w_per_k: SHEATH_INNER_W_PER_K, outer_w_per_k: SHEATH_OUTER_W_PER_K }
     }
 }
 
@@ -340,7 +341,7 @@ impl<M: Has<Thermal>> Group<M> for Thermal {
                     "heat capacity C of the sleeve"
                 ),
                 shape!(
-                    SHEATH_W_PER_K.0,
+                    SHEATH_INNER_W_PER_K,
                     "inner_w_per_k",
                     "W/K",
                     (0.0, 100.0),
@@ -350,7 +351,7 @@ impl<M: Has<Thermal>> Group<M> for Thermal {
                     "conductance from wire to sleeve"
                 ),
                 shape!(
-                    SHEATH_W_PER_K.1,
+                    SHEATH_OUTER_W_PER_K,
                     "outer_w_per_k",
                     "W/K",
                     (0.0, 100.0),

@@ -13,8 +13,10 @@ use crate::signals::Inputs;
 
 /// More rounds than strain as a curve of stress needs: from no stress, one for each scale of the curve.
 const MOST_ROUNDS: u32 = 40;
-/// Stress is found to this share of itself, or to the second in Pa.
-const STRESS_TOLERANCE: (f64, f64) = (1e-10, 1e-2);
+/// Stress is found to this share of itself …
+const STRESS_TOLERANCE: f64 = 1e-10;
+/// … or to this, in Pa.
+const STRESS_TOLERANCE_PA: f64 = 1e-2;
 /// Strain never gives way to stress less than this share of what the wire's moduli do.
 const LEAST_COMPLIANCE: f64 = 0.1;
 
@@ -602,5 +604,5 @@ impl Balance {
 
 /// Whether stress has moved little enough between two rounds, in Pa.
 fn is_same_stress(moved: f64, stress: f64) -> bool {
-    moved <= STRESS_TOLERANCE.0 * stress + STRESS_TOLERANCE.1
+    moved <= STRESS_TOLERANCE * stress + STRESS_TOLERANCE_PA
 }
