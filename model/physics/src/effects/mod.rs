@@ -8,7 +8,7 @@
 //! All of it stands in the file of its equation, `effects/thermal.rs` and so on: a struct with its parameters in SI, a
 //! field of that in the group's struct, its term in the group's function that sums such terms (the losses, what is in the
 //! circuit, the permanent strain, …), and its row. Rig file, checks, `docs/effects.md` and diagnosis follow from the row;
-//! `tests/effects/` holds the term to an explicit integration of its equation. Only an effect that acts where none
+//! `tests/effects/explicit.rs` holds the row to the contract and the term to an explicit integration of its equation. Only an effect that acts where none
 //! did before needs a new function in the step.
 
 pub(crate) mod all;

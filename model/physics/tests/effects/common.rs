@@ -61,40 +61,6 @@ pub fn apart(a: &[[f64; 8]], b: &[[f64; 8]]) -> [f64; 8] {
     std::array::from_fn(|i| a.iter().zip(b).map(|(a, b)| (a[i] - b[i]).abs()).fold(0.0, f64::max))
 }
 
-/// One setting of each mechanism of the catalogue, of a size that rigs show.
-pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
-    vec![
-        ("thermal.draught", vec![("gain", 0.4), ("start_s", 1.5), ("end_s", 3.5)]),
-        ("thermal.natural_convection", vec![("exponent", 0.17)]),
-        ("thermal.radiation", vec![("emissivity", 0.8)]),
-        ("thermal.end_conduction", vec![("conductivity_w_per_m_k", 18.0)]),
-        ("thermal.sheath", vec![("heat_capacity_j_per_k", 0.01), ("inner_w_per_k", 0.02), ("outer_w_per_k", 0.01)]),
-        ("thermal.ambient_drift", vec![("rate_k_per_s", 0.8)]),
-        ("thermal.neighbour", vec![("conductance_w_per_k", 2e-3)]),
-        ("electrical.supply_sag", vec![("source_ohm", 0.5)]),
-        ("electrical.lead_resistance", vec![("lead_ohm", 0.4)]),
-        ("electrical.resistivity_stress", vec![("austenite_per_gpa", 0.4), ("martensite_per_gpa", 0.2)]),
-        ("electrical.poisson_area", vec![("ratio", 0.33)]),
-        ("electrical.r_phase", vec![("peak_uohm_cm", 9.0), ("temperature_c", 60.0), ("width_k", 12.0)]),
-        ("kinetic.asymmetry", vec![("heating_skew", 2.0), ("cooling_skew", 0.6)]),
-        ("kinetic.unequal_slopes", vec![("cooling_extra_k_per_mpa", -0.04)]),
-        ("kinetic.distributed", vec![("spread_k", 5.0)]),
-        ("kinetic.lag", vec![("seconds", 0.2)]),
-        ("kinetic.training_drift", vec![("kelvin_per_cycle", 0.8)]),
-        ("mechanical.friction", vec![("coulomb_n", 0.15)]),
-        ("mechanical.capstan", vec![("mu_theta", 0.1)]),
-        ("mechanical.ratcheting", vec![("strain_per_cycle", 3e-4)]),
-        ("mechanical.frame_compliance", vec![("compliance_m_per_n", 3e-4)]),
-        ("mechanical.stress_dependent_strain", vec![("stress_scale_mpa", 90.0)]),
-        ("mechanical.two_way", vec![("strain", 0.006)]),
-        ("sensing.contact_resistance", vec![("ohm", 0.3)]),
-        ("sensing.probe_deflection", vec![("m_per_n", 5e-4)]),
-        ("sensing.offset", vec![("v1_v", 0.02), ("v2_v", 0.02), ("v3_v", 0.02), ("current_a", 0.01)]),
-        ("sensing.gain", vec![("v3", 1.02), ("current", 0.98)]),
-        ("sensing.delay", vec![("seconds", 0.06)]),
-    ]
-}
-
 pub fn set_all(model: &WireModel, id: &'static str, values: &[(&'static str, f64)]) -> WireModel {
     let values: Vec<_> = values.iter().map(|(key, value)| (id, *key, *value)).collect();
     with(model, &values)

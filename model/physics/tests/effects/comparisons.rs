@@ -3,7 +3,8 @@
 use sinew_physics::effects::{self, Nature};
 use sinew_physics::*;
 
-use crate::common::{apart, columns, duty, hang, hanging, set_all, settings, tables};
+use crate::common::{apart, columns, duty, hang, hanging, set_all, tables};
+use crate::explicit::settings;
 
 /// Effects that are there but at their null take the long way through the equations and arrive at the same place.
 #[test]

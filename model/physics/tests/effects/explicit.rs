@@ -1,11 +1,92 @@
-//! The terms against an explicit integration of the contract's equations in steps of 40 µs, for a wire on its outer curves
-//! under an imposed tension: another way to every term that acts there. It reads the catalogue's numbers, not the
-//! simulator's.
+//! What the contract says of every effect, one setting of each, and its term against an explicit integration of the
+//! contract's equations in steps of 40 µs, for a wire on its outer curves under an imposed tension: another way to every
+//! term that acts there. It reads the catalogue's numbers, not the simulator's.
 
 use sinew_physics::effects::effect;
 use sinew_physics::*;
 
-use crate::common::{duty, hanging, set_all, settings};
+use crate::common::{duty, hanging, set_all};
+
+/// An id, its switches with their nulls, its shapes.
+pub type Row = (&'static str, &'static [(&'static str, f64)], &'static [&'static str]);
+
+/// The contract: ids, their switches with nulls, their shapes. What is not physics of the wire alone (the other channel
+/// of a neighbour, the sensor of a delay) is not a number.
+pub const CONTRACT: &[Row] = &[
+    ("thermal.latent_heat", &[("latent_heat_j_per_kg", 0.0)], &[]),
+    ("kinetic.stress_shift", &[("stress_shift_k_per_mpa", 0.0)], &[]),
+    ("kinetic.minor_loop", &[("outer_loop_weight", 0.0)], &[]),
+    // null where it equals the austenite modulus, 75 GPa by default
+    ("mechanical.phase_modulus", &[("martensite_modulus_gpa", 75.0)], &[]),
+    ("mechanical.thermal_expansion", &[("thermoelastic_mpa_per_k", 0.0)], &[]),
+    (
+        "electrical.resistivity_temperature",
+        &[("austenite_resistivity_slope_uohm_cm_per_k", 0.0), ("martensite_resistivity_slope_uohm_cm_per_k", 0.0)],
+        &[],
+    ),
+    ("thermal.draught", &[("gain", 0.0)], &["start_s", "end_s"]),
+    ("thermal.natural_convection", &[("exponent", 0.0)], &[]),
+    ("thermal.radiation", &[("emissivity", 0.0)], &[]),
+    ("thermal.end_conduction", &[("conductivity_w_per_m_k", 0.0)], &[]),
+    ("thermal.sheath", &[("heat_capacity_j_per_k", 0.0)], &["inner_w_per_k", "outer_w_per_k"]),
+    ("thermal.ambient_drift", &[("rate_k_per_s", 0.0)], &[]),
+    ("thermal.neighbour", &[("conductance_w_per_k", 0.0)], &[]),
+    ("electrical.supply_sag", &[("source_ohm", 0.0)], &[]),
+    ("electrical.lead_resistance", &[("lead_ohm", 0.0)], &[]),
+    ("electrical.resistivity_stress", &[("austenite_per_gpa", 0.0), ("martensite_per_gpa", 0.0)], &[]),
+    ("electrical.poisson_area", &[("ratio", 0.0)], &[]),
+    ("electrical.r_phase", &[("peak_uohm_cm", 0.0)], &["temperature_c", "width_k"]),
+    ("kinetic.asymmetry", &[("heating_skew", 1.0), ("cooling_skew", 1.0)], &[]),
+    ("kinetic.unequal_slopes", &[("cooling_extra_k_per_mpa", 0.0)], &[]),
+    ("kinetic.distributed", &[("spread_k", 0.0)], &[]),
+    ("kinetic.lag", &[("seconds", 0.0)], &[]),
+    ("kinetic.training_drift", &[("kelvin_per_cycle", 0.0)], &[]),
+    ("mechanical.friction", &[("coulomb_n", 0.0)], &[]),
+    ("mechanical.capstan", &[("mu_theta", 0.0)], &[]),
+    ("mechanical.ratcheting", &[("strain_per_cycle", 0.0)], &[]),
+    ("mechanical.frame_compliance", &[("compliance_m_per_n", 0.0)], &[]),
+    ("mechanical.stress_dependent_strain", &[("stress_scale_mpa", 0.0)], &[]),
+    ("mechanical.two_way", &[("strain", 0.0)], &[]),
+    ("sensing.contact_resistance", &[("ohm", 0.0)], &[]),
+    ("sensing.probe_deflection", &[("m_per_n", 0.0)], &[]),
+    ("sensing.offset", &[("v1_v", 0.0), ("v2_v", 0.0), ("v3_v", 0.0), ("current_a", 0.0)], &[]),
+    ("sensing.gain", &[("v3", 1.0), ("current", 1.0)], &[]),
+    ("sensing.delay", &[("seconds", 0.0)], &[]),
+];
+
+/// One setting of each mechanism of the catalogue, of a size that rigs show.
+pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
+    vec![
+        ("thermal.draught", vec![("gain", 0.4), ("start_s", 1.5), ("end_s", 3.5)]),
+        ("thermal.natural_convection", vec![("exponent", 0.17)]),
+        ("thermal.radiation", vec![("emissivity", 0.8)]),
+        ("thermal.end_conduction", vec![("conductivity_w_per_m_k", 18.0)]),
+        ("thermal.sheath", vec![("heat_capacity_j_per_k", 0.01), ("inner_w_per_k", 0.02), ("outer_w_per_k", 0.01)]),
+        ("thermal.ambient_drift", vec![("rate_k_per_s", 0.8)]),
+        ("thermal.neighbour", vec![("conductance_w_per_k", 2e-3)]),
+        ("electrical.supply_sag", vec![("source_ohm", 0.5)]),
+        ("electrical.lead_resistance", vec![("lead_ohm", 0.4)]),
+        ("electrical.resistivity_stress", vec![("austenite_per_gpa", 0.4), ("martensite_per_gpa", 0.2)]),
+        ("electrical.poisson_area", vec![("ratio", 0.33)]),
+        ("electrical.r_phase", vec![("peak_uohm_cm", 9.0), ("temperature_c", 60.0), ("width_k", 12.0)]),
+        ("kinetic.asymmetry", vec![("heating_skew", 2.0), ("cooling_skew", 0.6)]),
+        ("kinetic.unequal_slopes", vec![("cooling_extra_k_per_mpa", -0.04)]),
+        ("kinetic.distributed", vec![("spread_k", 5.0)]),
+        ("kinetic.lag", vec![("seconds", 0.2)]),
+        ("kinetic.training_drift", vec![("kelvin_per_cycle", 0.8)]),
+        ("mechanical.friction", vec![("coulomb_n", 0.15)]),
+        ("mechanical.capstan", vec![("mu_theta", 0.1)]),
+        ("mechanical.ratcheting", vec![("strain_per_cycle", 3e-4)]),
+        ("mechanical.frame_compliance", vec![("compliance_m_per_n", 3e-4)]),
+        ("mechanical.stress_dependent_strain", vec![("stress_scale_mpa", 90.0)]),
+        ("mechanical.two_way", vec![("strain", 0.006)]),
+        ("sensing.contact_resistance", vec![("ohm", 0.3)]),
+        ("sensing.probe_deflection", vec![("m_per_n", 5e-4)]),
+        ("sensing.offset", vec![("v1_v", 0.02), ("v2_v", 0.02), ("v3_v", 0.02), ("current_a", 0.01)]),
+        ("sensing.gain", vec![("v3", 1.02), ("current", 0.98)]),
+        ("sensing.delay", vec![("seconds", 0.06)]),
+    ]
+}
 
 /// Step of the integration, s, and after how many of them a row is kept.
 const STEP_S: f64 = 4e-5;
