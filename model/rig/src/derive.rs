@@ -215,6 +215,7 @@ pub(crate) fn fill(channel: &mut Channel, joint: Option<&Joint>, given: &dyn Fn(
 mod tests {
     use super::*;
     use crate::Rig;
+    use sinew_physics::Convection;
 
     fn hexapod_wire() -> Channel {
         Rig::hexapod().channels.swap_remove(0)
