@@ -40,15 +40,24 @@ impl Default for World {
     }
 }
 
+/// The world as the rig file says it is.
+#[derive(Debug, Clone, Copy)]
+struct Nominal {
+    /// Supply, V.
+    supply_v: f64,
+    /// Air, °C.
+    ambient_c: f64,
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Channel {
     /// The duty in force, 0..1.
     pub duty: f64,
     pub wire: Wire,
     inputs: Inputs,
-    /// Now, and as the rig file says.
+    /// The supply now.
     supply_v: f64,
-    nominal: (f64, f64),
+    nominal: Nominal,
     /// Outside the taps: shunt, switch, leads and the supply's own.
     series_ohm: f64,
     /// At the moving end, inside V_3, while nothing is broken.
@@ -92,7 +101,7 @@ impl Channel {
             inputs: model.rest_inputs(),
             wire,
             supply_v: drive.supply_v,
-            nominal: (drive.supply_v, model.ambient_c),
+            nominal: Nominal { supply_v: drive.supply_v, ambient_c: model.ambient_c },
             series_ohm: model.outside_ohm(),
             contact_ohm: sensing.contact_resistance.ohm,
             gain: sensing.gain,
@@ -114,7 +123,7 @@ impl Channel {
     }
 
     pub fn disturb(&mut self, world: &World) {
-        let (supply_v, ambient_c) = self.nominal;
+        let Nominal { supply_v, ambient_c } = self.nominal;
         self.supply_v = supply_v * world.supply;
         self.inputs.ambient_c = ambient_c + world.ambient_k;
         self.inputs.external_n = world.pull_n;

@@ -8,10 +8,11 @@
 //! what else turns it. A wire cannot push: slack, it pulls with nothing. The wires are held at both ends
 //! ([`Load::ImposedPosition`]); the joint says where: x_agonist = x_0 − rθ, x_antagonist = x_0' + rθ.
 
-use crate::Error;
-use crate::params::{Load, WireModel};
+use crate::error::Error;
+use crate::model::WireModel;
+use crate::params::Load;
 use crate::signals::Inputs;
-use crate::wire::{Wire, cold_length_m, hot_length_m};
+use crate::step::{Wire, cold_length_m, hot_length_m};
 
 /// Phase of the fastest oscillation in one sub-step, rad: the method (Verlet) gets its frequency right to φ²/24 = 0.2 %.
 const SUBSTEP_RAD: f64 = 0.2;

@@ -3,7 +3,7 @@
 //! Everything here is a function of the driving temperature ϑ = T − σ/α alone, not of time: between two reversals the
 //! martensite fraction is a closed form of ϑ, so a step of any length lands on the same curve.
 
-use crate::params::{Kinetics, Material, WireModel};
+use crate::params::{Kinetics, Material};
 
 /// ln(1/0.01²): the bounded laws put A_s and A_f where the logistic curve has 1 % left, 9.21/k apart (after eq. 20).
 const BOUNDED_SPAN: f64 = 9.210_340_371_976_184;
@@ -196,24 +196,6 @@ impl Hysteresis {
                 || !matches!(material.kinetics, Kinetics::Logistic),
             cooling_shift: 0.0,
         }
-    }
-
-    /// The curves of a wire, with the effects that shape them.
-    pub(crate) fn of(model: &WireModel) -> Self {
-        let mut material = model.material;
-        let skew = &model.effects.kinetic.asymmetry;
-        if (skew.heating_skew, skew.cooling_skew) != (1.0, 1.0) {
-            let (heating, cooling) = match material.kinetics {
-                Kinetics::Logistic => (1.0, 1.0),
-                Kinetics::Richards { heating_skew, cooling_skew } => (heating_skew, cooling_skew),
-                _ => return Hysteresis::new(&material),
-            };
-            material.kinetics = Kinetics::Richards {
-                heating_skew: heating * skew.heating_skew,
-                cooling_skew: cooling * skew.cooling_skew,
-            };
-        }
-        Hysteresis::new(&material)
     }
 
     /// Moves the cooling curve to `shift` K above where the material has it.

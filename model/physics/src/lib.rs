@@ -1,48 +1,62 @@
 //! The physics of one shape-memory-alloy wire: pure functions and a step, no I/O, no clock, no allocation.
 //!
-//! [`WireModel`] holds the parameters, [`Wire`] the state; [`Wire::step`] advances it. [`Hysteresis`] and [`Fraction`]
-//! are the phase alone, for estimators that need curves and slopes.
+//! [`WireModel`] holds the parameters, [`Wire`] the state; [`Wire::step`] advances it. [`formulas`] has each physical
+//! formula once, for whoever measures, estimates or controls; [`Hysteresis`] and [`Fraction`] are the phase alone, for
+//! estimators that need curves and slopes; [`effects`] is the catalogue of what the reference model leaves out.
+//!
+//! # Source
+//! The equations are those of the thesis *Enabling Shape Memory Alloys as Actuators for Robotics* (the copy this was
+//! written from names neither its author nor the institution nor the year). "Eq. n", "fig. n" and "chapter n" anywhere in
+//! the project are its numbers.
+//!
+//! # A wire that is heated
+//! ```
+//! use sinew_physics::*;
+//!
+//! let model = WireModel {
+//!     geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+//!     material: Material::default(),
+//!     taps: None,
+//!     drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
+//!     load: Load::SpringMassDamper { mass_kg: 0.2, damping_n_s_per_m: 40.0, spring_n_per_m: 0.0, preload_n: 1.96 },
+//!     initial: Initial::default(),
+//!     ambient_c: 25.0,
+//!     effects: Effects::default(),
+//! };
+//! let mut wire = Wire::new(&model)?;
+//! let long_m = wire.position_m();
+//! for _ in 0..1000 {
+//!     wire.step(&Inputs { drive: 0.5, ..model.rest_inputs() }, 1e-3);
+//! }
+//! // it has become austenite and lifted its load, and its energy adds up
+//! assert!(wire.martensite() < 0.05 && wire.position_m() < long_m - 4e-3);
+//! assert!(wire.energy().residual_j().abs() < 1e-9);
+//!
+//! // the current that the supply drives through it, by the formula
+//! let current_a = model.drive.on_current_a(wire.resistance_ohm());
+//! assert!((wire.outputs().current_a - current_a).abs() < 1e-12);
+//! # Ok::<(), Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
-mod balance;
 pub mod effects;
+mod error;
 pub mod formulas;
 mod joint;
 mod kinetics;
+mod model;
 mod params;
+mod rest;
 mod signals;
-mod wire;
+mod step;
+mod validate;
 
-pub use effects::{Effects, Unknown};
+pub use effects::Effects;
+pub use error::Error;
 pub use joint::{Joint, JointEnergy, JointMotion, MOST_JOINT_HZ};
 pub use kinetics::{Direction, Fraction, Hysteresis};
+pub use model::WireModel;
 pub use signals::{EnergyBalance, Inputs, Outputs};
-pub use wire::{Wire, cold_length_m, hot_length_m};
+pub use step::{Unknown, Wire, cold_length_m, hot_length_m};
 
-pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps, WireModel};
-
-/// What can be wrong with a wire's parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Error {
-    /// A parameter is outside its physical range (NaN included).
-    OutOfRange {
-        /// The rig-file key, in whose unit the numbers are.
-        key: &'static str,
-        /// What was given.
-        found: f64,
-        /// Least value allowed.
-        low: f64,
-        /// Largest value allowed.
-        high: f64,
-    },
-}
-
-impl std::fmt::Display for Error {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Error::OutOfRange { key, found, low, high } => write!(f, "{key} is {found}, expected {low} to {high}"),
-        }
-    }
-}
-
-impl std::error::Error for Error {}
+pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};

@@ -1,7 +1,5 @@
 //! What goes into a wire and what comes out of it.
 
-use crate::params::{DriveKind, WireModel};
-
 /// What acts on the wire during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
@@ -64,17 +62,5 @@ impl EnergyBalance {
     /// What does not add up, in J: rounding, if the equations are solved as written.
     pub fn residual_j(&self) -> f64 {
         self.heat_in_j - self.loss_j - self.sheath_j - self.sensible_j - self.latent_j - self.work_j
-    }
-}
-
-impl WireModel {
-    /// Drive off (an imposed temperature stays at its start), nominal supply and ambient, nothing pulling; an imposed
-    /// position or force is 0.
-    pub fn rest_inputs(&self) -> Inputs {
-        let drive = match self.drive.kind {
-            DriveKind::Temperature => self.initial.temperature_c.unwrap_or(self.ambient_c),
-            _ => 0.0,
-        };
-        Inputs { drive, supply_v: self.drive.supply_v, ambient_c: self.ambient_c, external_n: 0.0, imposed: 0.0 }
     }
 }

@@ -1,8 +1,7 @@
 //! Closed forms for what no mechanism explains: each is Σ c_j φ_j, its φ_j from one fixed library of dimensionless
 //! functions of the wire's state, its coefficients in the unit of the equation it stands in.
 
-use super::{Effect, EffectParameter, Equation, Home, Nature, Role};
-use crate::params::WireModel;
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs};
 
 /// A function of the library. Each is bounded, so that no coefficient can lead to infinity; rates are means over the
 /// last 20 ms.
@@ -188,22 +187,23 @@ impl Empirical {
 macro_rules! access {
     ($form:ident) => {
         mod $form {
-            use super::*;
+            use crate::effects::empirical::{Empirical, Term};
+            use crate::effects::row::{EffectParameter, Has, Role};
 
-            fn get<const TERM: usize>(model: &WireModel) -> f64 {
-                model.effects.empirical.$form.coefficients[TERM]
+            fn get<M: Has<Empirical>, const TERM: usize>(model: &M) -> f64 {
+                model.part().$form.coefficients[TERM]
             }
 
-            fn set<const TERM: usize>(model: &mut WireModel, value: f64) {
-                model.effects.empirical.$form.coefficients[TERM] = value;
+            fn set<M: Has<Empirical>, const TERM: usize>(model: &mut M, value: f64) {
+                model.part_mut().$form.coefficients[TERM] = value;
             }
 
             /// The parameter that is the coefficient of `TERM`: its unit, range and plausible size.
-            pub(super) const fn coefficient<const TERM: usize>(
+            pub(super) const fn coefficient<M: Has<Empirical>, const TERM: usize>(
                 unit: &'static str,
                 (low, high): (f64, f64),
                 plausible: (f64, f64),
-            ) -> EffectParameter {
+            ) -> EffectParameter<M> {
                 let term = Term::ALL[TERM];
                 EffectParameter {
                     key: term.name(),
@@ -213,8 +213,8 @@ macro_rules! access {
                     high,
                     plausible,
                     about: term.formula(),
-                    get: get::<TERM>,
-                    set: set::<TERM>,
+                    get: get::<M, TERM>,
+                    set: set::<M, TERM>,
                 }
             }
         }
@@ -228,152 +228,161 @@ access!(load);
 access!(position);
 access!(voltage);
 
-pub(super) static ROWS: [Effect; 7] = [
-    Effect {
-        id: "empirical.thermal",
-        equation: Equation::Thermal,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "loss Σ c φ",
-        says: "What the wire loses besides the known losses follows a closed form",
-        parameters: &[
-            thermal::coefficient::<{ Term::Tau as usize }>("W", (-10.0, 10.0), (-0.01, 0.01)),
-            thermal::coefficient::<{ Term::Tau2 as usize }>("W", (-10.0, 10.0), (-0.005, 0.005)),
-            thermal::coefficient::<{ Term::Martensite as usize }>("W", (-10.0, 10.0), (-0.03, 0.03)),
-            thermal::coefficient::<{ Term::Mixed as usize }>("W", (-10.0, 10.0), (-0.1, 0.1)),
-            thermal::coefficient::<{ Term::Stress as usize }>("W", (-10.0, 10.0), (-0.02, 0.02)),
-            thermal::coefficient::<{ Term::Position as usize }>("W", (-10.0, 10.0), (-0.03, 0.03)),
-            thermal::coefficient::<{ Term::Velocity as usize }>("W", (-1.0, 1.0), (-0.03, 0.03)),
-            thermal::coefficient::<{ Term::Power as usize }>("W", (-1.0, 1.0), (-0.2, 0.2)),
-            thermal::coefficient::<{ Term::Duty as usize }>("W", (-10.0, 10.0), (-0.2, 0.2)),
-            thermal::coefficient::<{ Term::MovedWarm as usize }>("W", (-10.0, 10.0), (-0.02, 0.02)),
-            thermal::coefficient::<{ Term::Time as usize }>("W", (-10.0, 10.0), (-0.02, 0.02)),
-        ],
-    },
-    Effect {
-        id: "empirical.electrical",
-        equation: Equation::Electrical,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "ρ → ρ (1 + Σ c φ)",
-        says: "The resistivity differs from the model's by a closed form",
-        parameters: &[
-            electrical::coefficient::<{ Term::Tau as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
-            electrical::coefficient::<{ Term::Tau2 as usize }>("1", (-1.0, 1.0), (-0.03, 0.03)),
-            electrical::coefficient::<{ Term::Martensite as usize }>("1", (-1.0, 1.0), (-0.1, 0.1)),
-            electrical::coefficient::<{ Term::Mixed as usize }>("1", (-2.0, 2.0), (-0.2, 0.2)),
-            electrical::coefficient::<{ Term::Stress as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
-            electrical::coefficient::<{ Term::Stress2 as usize }>("1", (-1.0, 1.0), (-0.03, 0.03)),
-            electrical::coefficient::<{ Term::Position as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
-            electrical::coefficient::<{ Term::Position2 as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
-            electrical::coefficient::<{ Term::PhaseRate as usize }>("1", (-1.0, 1.0), (-0.02, 0.02)),
-            electrical::coefficient::<{ Term::MovedWarm as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
-            electrical::coefficient::<{ Term::Time as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
-        ],
-    },
-    Effect {
-        id: "empirical.kinetic",
-        equation: Equation::Kinetic,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "ϑ → ϑ + Σ c φ",
-        says: "The phase sees another temperature than the wire's by a closed form",
-        parameters: &[
-            kinetic::coefficient::<{ Term::Tau as usize }>("K", (-100.0, 100.0), (-5.0, 5.0)),
-            kinetic::coefficient::<{ Term::Tau2 as usize }>("K", (-50.0, 50.0), (-3.0, 3.0)),
-            kinetic::coefficient::<{ Term::Stress as usize }>("K", (-100.0, 100.0), (-5.0, 5.0)),
-            kinetic::coefficient::<{ Term::Stress2 as usize }>("K", (-50.0, 50.0), (-3.0, 3.0)),
-            kinetic::coefficient::<{ Term::Position as usize }>("K", (-50.0, 50.0), (-5.0, 5.0)),
-            kinetic::coefficient::<{ Term::Velocity as usize }>("K", (-10.0, 10.0), (-2.0, 2.0)),
-            kinetic::coefficient::<{ Term::Power as usize }>("K", (-50.0, 50.0), (-2.0, 2.0)),
-            kinetic::coefficient::<{ Term::Duty as usize }>("K", (-100.0, 100.0), (-5.0, 5.0)),
-            kinetic::coefficient::<{ Term::PhaseRate as usize }>("K", (0.0, 20.0), (0.0, 1.0)),
-            kinetic::coefficient::<{ Term::Warming as usize }>("K", (-20.0, 20.0), (-2.0, 2.0)),
-            kinetic::coefficient::<{ Term::Time as usize }>("K", (-100.0, 100.0), (-3.0, 3.0)),
-        ],
-    },
-    Effect {
-        id: "empirical.mechanical",
-        equation: Equation::Mechanical,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "ε → ε + Σ c φ",
-        says: "The wire is longer than the model says by a closed form",
-        parameters: &[
-            mechanical::coefficient::<{ Term::Tau as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
-            mechanical::coefficient::<{ Term::Tau2 as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
-            mechanical::coefficient::<{ Term::Martensite as usize }>("1", (-0.05, 0.05), (-0.005, 0.005)),
-            mechanical::coefficient::<{ Term::Mixed as usize }>("1", (-0.1, 0.1), (-0.01, 0.01)),
-            mechanical::coefficient::<{ Term::Stress as usize }>("1", (-0.02, 0.02), (-0.001, 0.001)),
-            mechanical::coefficient::<{ Term::Stress2 as usize }>("1", (-0.01, 0.01), (-0.0005, 0.0005)),
-            mechanical::coefficient::<{ Term::Power as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
-            mechanical::coefficient::<{ Term::Duty as usize }>("1", (-0.05, 0.05), (-0.002, 0.002)),
-            mechanical::coefficient::<{ Term::Warming as usize }>("1", (-0.005, 0.005), (-0.0005, 0.0005)),
-            mechanical::coefficient::<{ Term::Time as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
-        ],
-    },
-    Effect {
-        id: "empirical.load",
-        equation: Equation::Mechanical,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "M ẍ + … = … + Σ c φ",
-        says: "Something else pulls on the load, by a closed form",
-        parameters: &[
-            load::coefficient::<{ Term::Dry as usize }>("N", (-10000.0, 0.0), (-0.3, -0.015)),
-            load::coefficient::<{ Term::Velocity as usize }>("N", (-10000.0, 0.0), (-0.3, -0.015)),
-            load::coefficient::<{ Term::Drag as usize }>("N", (-10000.0, 0.0), (-0.2, -0.01)),
-            load::coefficient::<{ Term::Position as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
-            load::coefficient::<{ Term::Position2 as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
-            load::coefficient::<{ Term::Position3 as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
-            load::coefficient::<{ Term::Tau as usize }>("N", (-1000.0, 1000.0), (-0.2, 0.2)),
-            load::coefficient::<{ Term::Martensite as usize }>("N", (-1000.0, 1000.0), (-0.3, 0.3)),
-            load::coefficient::<{ Term::Duty as usize }>("N", (-1000.0, 1000.0), (-0.3, 0.3)),
-            load::coefficient::<{ Term::MovedWarm as usize }>("N", (-1000.0, 1000.0), (-0.3, 0.3)),
-            load::coefficient::<{ Term::Time as usize }>("N", (-1000.0, 1000.0), (-0.2, 0.2)),
-        ],
-    },
-    Effect {
-        id: "empirical.position",
-        equation: Equation::Sensing,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "x shown = x + Σ c φ",
-        says: "The position sensor errs by a closed form",
-        parameters: &[
-            position::coefficient::<{ Term::Tau as usize }>("m", (-0.1, 0.1), (-0.0005, 0.0005)),
-            position::coefficient::<{ Term::Martensite as usize }>("m", (-0.1, 0.1), (-0.0005, 0.0005)),
-            position::coefficient::<{ Term::Stress as usize }>("m", (-0.1, 0.1), (-0.0005, 0.0005)),
-            position::coefficient::<{ Term::Position as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
-            position::coefficient::<{ Term::Position2 as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
-            position::coefficient::<{ Term::Position3 as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
-            position::coefficient::<{ Term::Velocity as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
-            position::coefficient::<{ Term::Dry as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
-            position::coefficient::<{ Term::Duty as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
-            position::coefficient::<{ Term::Warming as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
-            position::coefficient::<{ Term::Time as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
-        ],
-    },
-    Effect {
-        id: "empirical.voltage",
-        equation: Equation::Sensing,
-        nature: Nature::Empirical,
-        home: Home::Table,
-        term: "V_3 = I (R + Σ c φ)",
-        says: "V_3 errs by a closed form of what passes the current",
-        parameters: &[
-            voltage::coefficient::<{ Term::Tau as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
-            voltage::coefficient::<{ Term::Tau2 as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
-            voltage::coefficient::<{ Term::Martensite as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
-            voltage::coefficient::<{ Term::Mixed as usize }>("Ω", (-100.0, 100.0), (-0.5, 0.5)),
-            voltage::coefficient::<{ Term::Stress as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
-            voltage::coefficient::<{ Term::Position as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
-            voltage::coefficient::<{ Term::Position2 as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
-            voltage::coefficient::<{ Term::Velocity as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
-            voltage::coefficient::<{ Term::Power as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
-            voltage::coefficient::<{ Term::Duty as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
-            voltage::coefficient::<{ Term::MovedWarm as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
-            voltage::coefficient::<{ Term::Time as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
-        ],
-    },
-];
+impl<M: Has<Empirical>> Group<M> for Empirical {
+    const ROWS: &'static [Effect<M>] = &[
+        Effect {
+            id: "empirical.thermal",
+            equation: Equation::Thermal,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "loss Σ c φ",
+            says: "What the wire loses besides the known losses follows a closed form",
+            parameters: &[
+                thermal::coefficient::<M, { Term::Tau as usize }>("W", (-10.0, 10.0), (-0.01, 0.01)),
+                thermal::coefficient::<M, { Term::Tau2 as usize }>("W", (-10.0, 10.0), (-0.005, 0.005)),
+                thermal::coefficient::<M, { Term::Martensite as usize }>("W", (-10.0, 10.0), (-0.03, 0.03)),
+                thermal::coefficient::<M, { Term::Mixed as usize }>("W", (-10.0, 10.0), (-0.1, 0.1)),
+                thermal::coefficient::<M, { Term::Stress as usize }>("W", (-10.0, 10.0), (-0.02, 0.02)),
+                thermal::coefficient::<M, { Term::Position as usize }>("W", (-10.0, 10.0), (-0.03, 0.03)),
+                thermal::coefficient::<M, { Term::Velocity as usize }>("W", (-1.0, 1.0), (-0.03, 0.03)),
+                thermal::coefficient::<M, { Term::Power as usize }>("W", (-1.0, 1.0), (-0.2, 0.2)),
+                thermal::coefficient::<M, { Term::Duty as usize }>("W", (-10.0, 10.0), (-0.2, 0.2)),
+                thermal::coefficient::<M, { Term::MovedWarm as usize }>("W", (-10.0, 10.0), (-0.02, 0.02)),
+                thermal::coefficient::<M, { Term::Time as usize }>("W", (-10.0, 10.0), (-0.02, 0.02)),
+            ],
+        },
+        Effect {
+            id: "empirical.electrical",
+            equation: Equation::Electrical,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ρ → ρ (1 + Σ c φ)",
+            says: "The resistivity differs from the model's by a closed form",
+            parameters: &[
+                electrical::coefficient::<M, { Term::Tau as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
+                electrical::coefficient::<M, { Term::Tau2 as usize }>("1", (-1.0, 1.0), (-0.03, 0.03)),
+                electrical::coefficient::<M, { Term::Martensite as usize }>("1", (-1.0, 1.0), (-0.1, 0.1)),
+                electrical::coefficient::<M, { Term::Mixed as usize }>("1", (-2.0, 2.0), (-0.2, 0.2)),
+                electrical::coefficient::<M, { Term::Stress as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
+                electrical::coefficient::<M, { Term::Stress2 as usize }>("1", (-1.0, 1.0), (-0.03, 0.03)),
+                electrical::coefficient::<M, { Term::Position as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
+                electrical::coefficient::<M, { Term::Position2 as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
+                electrical::coefficient::<M, { Term::PhaseRate as usize }>("1", (-1.0, 1.0), (-0.02, 0.02)),
+                electrical::coefficient::<M, { Term::MovedWarm as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
+                electrical::coefficient::<M, { Term::Time as usize }>("1", (-1.0, 1.0), (-0.05, 0.05)),
+            ],
+        },
+        Effect {
+            id: "empirical.kinetic",
+            equation: Equation::Kinetic,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ϑ → ϑ + Σ c φ",
+            says: "The phase sees another temperature than the wire's by a closed form",
+            parameters: &[
+                kinetic::coefficient::<M, { Term::Tau as usize }>("K", (-100.0, 100.0), (-5.0, 5.0)),
+                kinetic::coefficient::<M, { Term::Tau2 as usize }>("K", (-50.0, 50.0), (-3.0, 3.0)),
+                kinetic::coefficient::<M, { Term::Stress as usize }>("K", (-100.0, 100.0), (-5.0, 5.0)),
+                kinetic::coefficient::<M, { Term::Stress2 as usize }>("K", (-50.0, 50.0), (-3.0, 3.0)),
+                kinetic::coefficient::<M, { Term::Position as usize }>("K", (-50.0, 50.0), (-5.0, 5.0)),
+                kinetic::coefficient::<M, { Term::Velocity as usize }>("K", (-10.0, 10.0), (-2.0, 2.0)),
+                kinetic::coefficient::<M, { Term::Power as usize }>("K", (-50.0, 50.0), (-2.0, 2.0)),
+                kinetic::coefficient::<M, { Term::Duty as usize }>("K", (-100.0, 100.0), (-5.0, 5.0)),
+                kinetic::coefficient::<M, { Term::PhaseRate as usize }>("K", (0.0, 20.0), (0.0, 1.0)),
+                kinetic::coefficient::<M, { Term::Warming as usize }>("K", (-20.0, 20.0), (-2.0, 2.0)),
+                kinetic::coefficient::<M, { Term::Time as usize }>("K", (-100.0, 100.0), (-3.0, 3.0)),
+            ],
+        },
+        Effect {
+            id: "empirical.mechanical",
+            equation: Equation::Mechanical,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ε → ε + Σ c φ",
+            says: "The wire is longer than the model says by a closed form",
+            parameters: &[
+                mechanical::coefficient::<M, { Term::Tau as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
+                mechanical::coefficient::<M, { Term::Tau2 as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
+                mechanical::coefficient::<M, { Term::Martensite as usize }>("1", (-0.05, 0.05), (-0.005, 0.005)),
+                mechanical::coefficient::<M, { Term::Mixed as usize }>("1", (-0.1, 0.1), (-0.01, 0.01)),
+                mechanical::coefficient::<M, { Term::Stress as usize }>("1", (-0.02, 0.02), (-0.001, 0.001)),
+                mechanical::coefficient::<M, { Term::Stress2 as usize }>("1", (-0.01, 0.01), (-0.0005, 0.0005)),
+                mechanical::coefficient::<M, { Term::Power as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
+                mechanical::coefficient::<M, { Term::Duty as usize }>("1", (-0.05, 0.05), (-0.002, 0.002)),
+                mechanical::coefficient::<M, { Term::Warming as usize }>("1", (-0.005, 0.005), (-0.0005, 0.0005)),
+                mechanical::coefficient::<M, { Term::Time as usize }>("1", (-0.05, 0.05), (-0.001, 0.001)),
+            ],
+        },
+        Effect {
+            id: "empirical.load",
+            equation: Equation::Mechanical,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "M ẍ + … = … + Σ c φ",
+            says: "Something else pulls on the load, by a closed form",
+            parameters: &[
+                load::coefficient::<M, { Term::Dry as usize }>("N", (-10000.0, 0.0), (-0.3, -0.015)),
+                load::coefficient::<M, { Term::Velocity as usize }>("N", (-10000.0, 0.0), (-0.3, -0.015)),
+                load::coefficient::<M, { Term::Drag as usize }>("N", (-10000.0, 0.0), (-0.2, -0.01)),
+                load::coefficient::<M, { Term::Position as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
+                load::coefficient::<M, { Term::Position2 as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
+                load::coefficient::<M, { Term::Position3 as usize }>("N", (-10000.0, 10000.0), (-0.5, 0.5)),
+                load::coefficient::<M, { Term::Tau as usize }>("N", (-1000.0, 1000.0), (-0.2, 0.2)),
+                load::coefficient::<M, { Term::Martensite as usize }>("N", (-1000.0, 1000.0), (-0.3, 0.3)),
+                load::coefficient::<M, { Term::Duty as usize }>("N", (-1000.0, 1000.0), (-0.3, 0.3)),
+                load::coefficient::<M, { Term::MovedWarm as usize }>("N", (-1000.0, 1000.0), (-0.3, 0.3)),
+                load::coefficient::<M, { Term::Time as usize }>("N", (-1000.0, 1000.0), (-0.2, 0.2)),
+            ],
+        },
+        Effect {
+            id: "empirical.position",
+            equation: Equation::Sensing,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::FreeEnd,
+            term: "x shown = x + Σ c φ",
+            says: "The position sensor errs by a closed form",
+            parameters: &[
+                position::coefficient::<M, { Term::Tau as usize }>("m", (-0.1, 0.1), (-0.0005, 0.0005)),
+                position::coefficient::<M, { Term::Martensite as usize }>("m", (-0.1, 0.1), (-0.0005, 0.0005)),
+                position::coefficient::<M, { Term::Stress as usize }>("m", (-0.1, 0.1), (-0.0005, 0.0005)),
+                position::coefficient::<M, { Term::Position as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
+                position::coefficient::<M, { Term::Position2 as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
+                position::coefficient::<M, { Term::Position3 as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
+                position::coefficient::<M, { Term::Velocity as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
+                position::coefficient::<M, { Term::Dry as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
+                position::coefficient::<M, { Term::Duty as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
+                position::coefficient::<M, { Term::Warming as usize }>("m", (-0.1, 0.1), (-0.0003, 0.0003)),
+                position::coefficient::<M, { Term::Time as usize }>("m", (-0.1, 0.1), (-0.001, 0.001)),
+            ],
+        },
+        Effect {
+            id: "empirical.voltage",
+            equation: Equation::Sensing,
+            nature: Nature::Empirical,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "V_3 = I (R + Σ c φ)",
+            says: "V_3 errs by a closed form of what passes the current",
+            parameters: &[
+                voltage::coefficient::<M, { Term::Tau as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
+                voltage::coefficient::<M, { Term::Tau2 as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
+                voltage::coefficient::<M, { Term::Martensite as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
+                voltage::coefficient::<M, { Term::Mixed as usize }>("Ω", (-100.0, 100.0), (-0.5, 0.5)),
+                voltage::coefficient::<M, { Term::Stress as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
+                voltage::coefficient::<M, { Term::Position as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
+                voltage::coefficient::<M, { Term::Position2 as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
+                voltage::coefficient::<M, { Term::Velocity as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
+                voltage::coefficient::<M, { Term::Power as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
+                voltage::coefficient::<M, { Term::Duty as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
+                voltage::coefficient::<M, { Term::MovedWarm as usize }>("Ω", (-100.0, 100.0), (-0.3, 0.3)),
+                voltage::coefficient::<M, { Term::Time as usize }>("Ω", (-100.0, 100.0), (-0.2, 0.2)),
+            ],
+        },
+    ];
+}

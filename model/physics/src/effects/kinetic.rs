@@ -1,7 +1,8 @@
 //! Terms of the phase (eq. 20–26).
 
-use super::{Effect, Equation, Home, Nature, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, switch};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
+use crate::params::{Kinetics, Material};
 
 /// Terms of the phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -162,18 +163,33 @@ pub struct Lag {
     pub seconds: f64,
 }
 
+/// What ξ at the end of a piece is mixed of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LagWeights {
+    /// ξ_eq at its end.
+    pub(crate) end: f64,
+    /// ξ_eq at its start.
+    pub(crate) start: f64,
+    /// ξ at its start.
+    pub(crate) now: f64,
+}
+
+impl LagWeights {
+    /// ξ is ξ_eq.
+    pub(crate) const NONE: LagWeights = LagWeights { end: 1.0, start: 0.0, now: 0.0 };
+}
+
 impl Lag {
-    /// How ξ at the end of a piece of length `h` s is mixed of ξ_eq at its end, ξ_eq at its start and ξ at its start:
-    /// exact for a ξ_eq that moves in a straight line.
-    pub(crate) fn weights(&self, h: f64) -> [f64; 3] {
+    /// How ξ at the end of a piece of length `h` s is mixed: exact for a ξ_eq that moves in a straight line.
+    pub(crate) fn weights(&self, h: f64) -> LagWeights {
         if self.seconds <= 0.0 {
-            return [1.0, 0.0, 0.0];
+            return LagWeights::NONE;
         }
         let z = h / self.seconds;
         let left = (-z).exp();
         // (1 − e^{−z})/z
         let mean = if z > 1e-8 { -(-z).exp_m1() / z } else { 1.0 - 0.5 * z };
-        [1.0 - mean, (mean - left).max(0.0), left]
+        LagWeights { end: 1.0 - mean, start: (mean - left).max(0.0), now: left }
     }
 }
 
@@ -186,112 +202,144 @@ pub struct TrainingDrift {
 
 impl TrainingDrift {
     /// How far A and M have moved after ξ has travelled ∫|dξ|, in K.
-    pub(crate) fn shift(&self, travel: f64) -> f64 {
+    fn shift(&self, travel: f64) -> f64 {
         self.kelvin_per_cycle * 0.5 * travel
     }
 }
 
-pub(super) static ROWS: [Effect; 5] = [
-    Effect {
-        id: "kinetic.asymmetry",
-        equation: Equation::Kinetic,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "g = (1 + v exp(k (ϑ − centre)))^(−1/v) (eq. 21)",
-        says: "The transformation begins and ends with unequal shoulders",
-        parameters: &[
-            switch!(
+impl Kinetic {
+    /// The curves of a material, shaped.
+    pub(crate) fn curves(&self, material: &Material) -> Hysteresis {
+        let mut material = *material;
+        let skew = &self.asymmetry;
+        if (skew.heating_skew, skew.cooling_skew) != (1.0, 1.0) {
+            let (heating, cooling) = match material.kinetics {
+                Kinetics::Logistic => (1.0, 1.0),
+                Kinetics::Richards { heating_skew, cooling_skew } => (heating_skew, cooling_skew),
+                _ => return Hysteresis::new(&material),
+            };
+            material.kinetics = Kinetics::Richards {
+                heating_skew: heating * skew.heating_skew,
+                cooling_skew: cooling * skew.cooling_skew,
+            };
+        }
+        Hysteresis::new(&material)
+    }
+
+    /// How far A and M have moved after ξ has travelled ∫|dξ|, in K.
+    pub(crate) fn moved(&self, travel: f64) -> f64 {
+        self.training_drift.shift(travel)
+    }
+}
+
+impl<M: Has<Kinetic>> Group<M> for Kinetic {
+    const ROWS: &'static [Effect<M>] = &[
+        Effect {
+            id: "kinetic.asymmetry",
+            equation: Equation::Kinetic,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::SkewedCurves,
+            term: "g = (1 + v exp(k (ϑ − centre)))^(−1/v) (eq. 21)",
+            says: "The transformation begins and ends with unequal shoulders",
+            parameters: &[
+                switch!(
+                    1.0,
+                    "heating_skew",
+                    "1",
+                    (0.05, 20.0),
+                    (0.4, 3.0),
+                    1.0,
+                    asymmetry.heating_skew,
+                    "skew v of the heating curve"
+                ),
+                switch!(
+                    1.0,
+                    "cooling_skew",
+                    "1",
+                    (0.05, 20.0),
+                    (0.4, 3.0),
+                    1.0,
+                    asymmetry.cooling_skew,
+                    "skew v of the cooling curve"
+                ),
+            ],
+        },
+        Effect {
+            id: "kinetic.unequal_slopes",
+            equation: Equation::Kinetic,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "M → M + extra σ",
+            says: "Stress moves the transformation on cooling by another slope than on heating",
+            parameters: &[switch!(
+                0.0,
+                "cooling_extra_k_per_mpa",
+                "K/MPa",
+                (-1.0, 1.0),
+                (-0.06, 0.06),
+                1e-6,
+                unequal_slopes.cooling_extra_k_per_pa,
+                "extra shift of M with stress"
+            )],
+        },
+        Effect {
+            id: "kinetic.distributed",
+            equation: Equation::Kinetic,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ξ = mean of ξ(ϑ − s) over grains, s normal with deviation spread",
+            says: "Grains of the wire transform at different temperatures, so the curves have soft tails",
+            parameters: &[switch!(
+                0.0,
+                "spread_k",
+                "K",
+                (0.0, 100.0),
+                (2.0, 12.0),
                 1.0,
-                "heating_skew",
-                "1",
-                (0.05, 20.0),
-                (0.4, 3.0),
+                distributed.spread_k,
+                "standard deviation of the grains' temperatures"
+            )],
+        },
+        Effect {
+            id: "kinetic.lag",
+            equation: Equation::Kinetic,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "seconds ξ̇ = ξ_eq − ξ",
+            says: "The phase follows its equilibrium with a delay of its own",
+            parameters: &[switch!(
+                0.0,
+                "seconds",
+                "s",
+                (0.0, 100.0),
+                (0.03, 0.6),
                 1.0,
-                effects.kinetic.asymmetry.heating_skew,
-                "skew v of the heating curve"
-            ),
-            switch!(
+                lag.seconds,
+                "time constant of the phase"
+            )],
+        },
+        Effect {
+            id: "kinetic.training_drift",
+            equation: Equation::Kinetic,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "A, M → A, M + drift ∫|dξ|/2",
+            says: "Every cycle moves the transformation temperatures a little",
+            parameters: &[switch!(
+                0.0,
+                "kelvin_per_cycle",
+                "K",
+                (-50.0, 50.0),
+                (-1.0, 1.0),
                 1.0,
-                "cooling_skew",
-                "1",
-                (0.05, 20.0),
-                (0.4, 3.0),
-                1.0,
-                effects.kinetic.asymmetry.cooling_skew,
-                "skew v of the cooling curve"
-            ),
-        ],
-    },
-    Effect {
-        id: "kinetic.unequal_slopes",
-        equation: Equation::Kinetic,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "M → M + extra σ",
-        says: "Stress moves the transformation on cooling by another slope than on heating",
-        parameters: &[switch!(
-            0.0,
-            "cooling_extra_k_per_mpa",
-            "K/MPa",
-            (-1.0, 1.0),
-            (-0.06, 0.06),
-            1e-6,
-            effects.kinetic.unequal_slopes.cooling_extra_k_per_pa,
-            "extra shift of M with stress"
-        )],
-    },
-    Effect {
-        id: "kinetic.distributed",
-        equation: Equation::Kinetic,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "ξ = mean of ξ(ϑ − s) over grains, s normal with deviation spread",
-        says: "Grains of the wire transform at different temperatures, so the curves have soft tails",
-        parameters: &[switch!(
-            0.0,
-            "spread_k",
-            "K",
-            (0.0, 100.0),
-            (2.0, 12.0),
-            1.0,
-            effects.kinetic.distributed.spread_k,
-            "standard deviation of the grains' temperatures"
-        )],
-    },
-    Effect {
-        id: "kinetic.lag",
-        equation: Equation::Kinetic,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "seconds ξ̇ = ξ_eq − ξ",
-        says: "The phase follows its equilibrium with a delay of its own",
-        parameters: &[switch!(
-            0.0,
-            "seconds",
-            "s",
-            (0.0, 100.0),
-            (0.03, 0.6),
-            1.0,
-            effects.kinetic.lag.seconds,
-            "time constant of the phase"
-        )],
-    },
-    Effect {
-        id: "kinetic.training_drift",
-        equation: Equation::Kinetic,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "A, M → A, M + drift ∫|dξ|/2",
-        says: "Every cycle moves the transformation temperatures a little",
-        parameters: &[switch!(
-            0.0,
-            "kelvin_per_cycle",
-            "K",
-            (-50.0, 50.0),
-            (-1.0, 1.0),
-            1.0,
-            effects.kinetic.training_drift.kelvin_per_cycle,
-            "shift of A and M per full cycle"
-        )],
-    },
-];
+                training_drift.kelvin_per_cycle,
+                "shift of A and M per full cycle"
+            )],
+        },
+    ];
+}

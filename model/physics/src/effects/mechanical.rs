@@ -1,6 +1,6 @@
 //! Terms of strain, load and friction (eq. 23, 51).
 
-use super::{Effect, Equation, Home, Nature, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, switch};
 
 /// Terms of strain and load.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -80,7 +80,7 @@ pub struct Ratcheting {
 
 impl Ratcheting {
     /// Permanent strain after ξ has travelled ∫|dξ|.
-    pub(crate) fn strain(&self, travel: f64) -> f64 {
+    fn strain(&self, travel: f64) -> f64 {
         self.strain_per_cycle * 0.5 * travel
     }
 }
@@ -117,113 +117,134 @@ pub struct TwoWay {
     pub strain: f64,
 }
 
-pub(super) static ROWS: [Effect; 6] = [
-    Effect {
-        id: "mechanical.friction",
-        equation: Equation::Mechanical,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "M ẍ + … = … − coulomb sign(ẋ), sticking below it",
-        says: "Dry friction holds the wire's end until the pull overcomes it",
-        parameters: &[switch!(
-            0.0,
-            "coulomb_n",
-            "N",
-            (0.0, 1e4),
-            (0.03, 0.3),
-            1.0,
-            effects.mechanical.friction.coulomb_n,
-            "force of dry friction"
-        )],
-    },
-    Effect {
-        id: "mechanical.capstan",
-        equation: Equation::Mechanical,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "tension before and behind a pulley differ by up to exp(±mu_theta)",
-        says: "Around a pulley or in a sleeve the wire's tension feeds its own friction",
-        parameters: &[switch!(
-            0.0,
-            "mu_theta",
-            "1",
-            (0.0, 0.6),
-            (0.02, 0.25),
-            1.0,
-            effects.mechanical.capstan.mu_theta,
-            "friction coefficient times angle of wrap"
-        )],
-    },
-    Effect {
-        id: "mechanical.ratcheting",
-        equation: Equation::Mechanical,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "ε → ε + strain_per_cycle ∫|dξ|/2",
-        says: "Every cycle leaves a little permanent strain",
-        parameters: &[switch!(
-            0.0,
-            "strain_per_cycle",
-            "1",
-            (-0.02, 0.02),
-            (2e-5, 5e-4),
-            1.0,
-            effects.mechanical.ratcheting.strain_per_cycle,
-            "permanent strain per full cycle"
-        )],
-    },
-    Effect {
-        id: "mechanical.frame_compliance",
-        equation: Equation::Mechanical,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "x = L_0 ε + compliance A_c σ",
-        says: "The frame gives way under the wire's tension",
-        parameters: &[switch!(
-            0.0,
-            "compliance_m_per_n",
-            "m/N",
-            (0.0, 0.1),
-            (2e-5, 1e-3),
-            1.0,
-            effects.mechanical.frame_compliance.compliance_m_per_n,
-            "compliance of the frame"
-        )],
-    },
-    Effect {
-        id: "mechanical.stress_dependent_strain",
-        equation: Equation::Mechanical,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "ε_L → ε_L (1 − exp(−σ/scale))",
-        says: "Low stress orients only a part of the martensite",
-        parameters: &[switch!(
-            0.0,
-            "stress_scale_mpa",
-            "MPa",
-            (0.0, 2000.0),
-            (15.0, 150.0),
-            1e6,
-            effects.mechanical.stress_dependent_strain.stress_scale_pa,
-            "stress that orients all but 37 % of it"
-        )],
-    },
-    Effect {
-        id: "mechanical.two_way",
-        equation: Equation::Mechanical,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "ε → ε + strain ξ",
-        says: "The trained wire changes its shape even without stress",
-        parameters: &[switch!(
-            0.0,
-            "strain",
-            "1",
-            (-0.1, 0.1),
-            (0.002, 0.015),
-            1.0,
-            effects.mechanical.two_way.strain,
-            "strain of full martensite without stress"
-        )],
-    },
-];
+impl Mechanical {
+    /// Strain that stays after ξ has travelled ∫|dξ|.
+    pub(crate) fn permanent(&self, travel: f64) -> f64 {
+        self.ratcheting.strain(travel)
+    }
+
+    /// Shape strain of full martensite under a stress in Pa, where the material has `transformation_strain`.
+    pub(crate) fn shape(&self, transformation_strain: f64, stress: f64) -> f64 {
+        let (oriented, _) = self.stress_dependent_strain.oriented(stress);
+        transformation_strain * oriented + self.two_way.strain
+    }
+}
+
+impl<M: Has<Mechanical>> Group<M> for Mechanical {
+    const ROWS: &'static [Effect<M>] = &[
+        Effect {
+            id: "mechanical.friction",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "M ẍ + … = … − coulomb sign(ẋ), sticking below it",
+            says: "Dry friction holds the wire's end until the pull overcomes it",
+            parameters: &[switch!(
+                0.0,
+                "coulomb_n",
+                "N",
+                (0.0, 1e4),
+                (0.03, 0.3),
+                1.0,
+                friction.coulomb_n,
+                "force of dry friction"
+            )],
+        },
+        Effect {
+            id: "mechanical.capstan",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "tension before and behind a pulley differ by up to exp(±mu_theta)",
+            says: "Around a pulley or in a sleeve the wire's tension feeds its own friction",
+            parameters: &[switch!(
+                0.0,
+                "mu_theta",
+                "1",
+                (0.0, 0.6),
+                (0.02, 0.25),
+                1.0,
+                capstan.mu_theta,
+                "friction coefficient times angle of wrap"
+            )],
+        },
+        Effect {
+            id: "mechanical.ratcheting",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ε → ε + strain_per_cycle ∫|dξ|/2",
+            says: "Every cycle leaves a little permanent strain",
+            parameters: &[switch!(
+                0.0,
+                "strain_per_cycle",
+                "1",
+                (-0.02, 0.02),
+                (2e-5, 5e-4),
+                1.0,
+                ratcheting.strain_per_cycle,
+                "permanent strain per full cycle"
+            )],
+        },
+        Effect {
+            id: "mechanical.frame_compliance",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "x = L_0 ε + compliance A_c σ",
+            says: "The frame gives way under the wire's tension",
+            parameters: &[switch!(
+                0.0,
+                "compliance_m_per_n",
+                "m/N",
+                (0.0, 0.1),
+                (2e-5, 1e-3),
+                1.0,
+                frame_compliance.compliance_m_per_n,
+                "compliance of the frame"
+            )],
+        },
+        Effect {
+            id: "mechanical.stress_dependent_strain",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ε_L → ε_L (1 − exp(−σ/scale))",
+            says: "Low stress orients only a part of the martensite",
+            parameters: &[switch!(
+                0.0,
+                "stress_scale_mpa",
+                "MPa",
+                (0.0, 2000.0),
+                (15.0, 150.0),
+                1e6,
+                stress_dependent_strain.stress_scale_pa,
+                "stress that orients all but 37 % of it"
+            )],
+        },
+        Effect {
+            id: "mechanical.two_way",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "ε → ε + strain ξ",
+            says: "The trained wire changes its shape even without stress",
+            parameters: &[switch!(
+                0.0,
+                "strain",
+                "1",
+                (-0.1, 0.1),
+                (0.002, 0.015),
+                1.0,
+                two_way.strain,
+                "strain of full martensite without stress"
+            )],
+        },
+    ];
+}

@@ -1,6 +1,6 @@
 //! What the sensors make of the wire (eq. 42–44).
 
-use super::{Effect, Equation, Home, Nature, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, switch};
 use crate::signals::Outputs;
 
 /// What the sensors add.
@@ -105,6 +105,16 @@ impl DelayedSensor {
 }
 
 impl Sensing {
+    /// What is measured with the wire and heated beside it, in Ω.
+    pub(crate) fn contact_ohm(&self) -> f64 {
+        self.contact_resistance.ohm
+    }
+
+    /// How far the tension in N draws the second tap, in m.
+    pub(crate) fn drawn_m(&self, tension: f64) -> f64 {
+        self.probe_deflection.m_per_n * tension
+    }
+
     /// What the amplifiers make of currents and voltages.
     pub(crate) fn amplify(&self, o: &mut Outputs) {
         let (gain, offset) = (&self.gain, &self.offset);
@@ -208,130 +218,101 @@ impl Memory {
     }
 }
 
-pub(super) static ROWS: [Effect; 5] = [
-    Effect {
-        id: "sensing.contact_resistance",
-        equation: Equation::Sensing,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "V_3 = I (R + ohm)",
-        says: "A crimp or solder joint at the moving end is measured with the wire",
-        parameters: &[switch!(
-            0.0,
-            "ohm",
-            "Ω",
-            (0.0, 1000.0),
-            (0.03, 0.5),
-            1.0,
-            effects.sensing.contact_resistance.ohm,
-            "resistance of the contact"
-        )],
-    },
-    Effect {
-        id: "sensing.probe_deflection",
-        equation: Equation::Sensing,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "l_s → l_s − m_per_n F",
-        says: "The sliding probe gives way under the tension, so the taps come closer together",
-        parameters: &[switch!(
-            0.0,
-            "m_per_n",
-            "m/N",
-            (-1.0, 1.0),
-            (5e-5, 2e-3),
-            1.0,
-            effects.sensing.probe_deflection.m_per_n,
-            "how far the tension draws the probe"
-        )],
-    },
-    Effect {
-        id: "sensing.offset",
-        equation: Equation::Sensing,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "V → V + offset, I → I + offset",
-        says: "An amplifier does not show zero at zero",
-        parameters: &[
-            switch!(
+impl<M: Has<Sensing>> Group<M> for Sensing {
+    const ROWS: &'static [Effect<M>] = &[
+        Effect {
+            id: "sensing.contact_resistance",
+            equation: Equation::Sensing,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "V_3 = I (R + ohm)",
+            says: "A crimp or solder joint at the moving end is measured with the wire",
+            parameters: &[switch!(
                 0.0,
-                "v1_v",
-                "V",
-                (-100.0, 100.0),
-                (-0.05, 0.05),
+                "ohm",
+                "Ω",
+                (0.0, 1000.0),
+                (0.03, 0.5),
                 1.0,
-                effects.sensing.offset.v1_v,
-                "offset of V_1"
-            ),
-            switch!(
+                contact_resistance.ohm,
+                "resistance of the contact"
+            )],
+        },
+        Effect {
+            id: "sensing.probe_deflection",
+            equation: Equation::Sensing,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Taps,
+            term: "l_s → l_s − m_per_n F",
+            says: "The sliding probe gives way under the tension, so the taps come closer together",
+            parameters: &[switch!(
                 0.0,
-                "v2_v",
-                "V",
-                (-100.0, 100.0),
-                (-0.05, 0.05),
+                "m_per_n",
+                "m/N",
+                (-1.0, 1.0),
+                (5e-5, 2e-3),
                 1.0,
-                effects.sensing.offset.v2_v,
-                "offset of V_2"
-            ),
-            switch!(
+                probe_deflection.m_per_n,
+                "how far the tension draws the probe"
+            )],
+        },
+        Effect {
+            id: "sensing.offset",
+            equation: Equation::Sensing,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "V → V + offset, I → I + offset",
+            says: "An amplifier does not show zero at zero",
+            parameters: &[
+                switch!(0.0, "v1_v", "V", (-100.0, 100.0), (-0.05, 0.05), 1.0, offset.v1_v, "offset of V_1"),
+                switch!(0.0, "v2_v", "V", (-100.0, 100.0), (-0.05, 0.05), 1.0, offset.v2_v, "offset of V_2"),
+                switch!(0.0, "v3_v", "V", (-100.0, 100.0), (-0.05, 0.05), 1.0, offset.v3_v, "offset of V_3"),
+                switch!(
+                    0.0,
+                    "current_a",
+                    "A",
+                    (-100.0, 100.0),
+                    (-0.02, 0.02),
+                    1.0,
+                    offset.current_a,
+                    "offset of the current"
+                ),
+            ],
+        },
+        Effect {
+            id: "sensing.gain",
+            equation: Equation::Sensing,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "V_3 → gain V_3, I → gain I",
+            says: "Two amplifiers that should be alike have different gains",
+            parameters: &[
+                switch!(1.0, "v3", "1", (0.1, 10.0), (0.95, 1.05), 1.0, gain.v3, "gain of V_3"),
+                switch!(1.0, "current", "1", (0.1, 10.0), (0.95, 1.05), 1.0, gain.current, "gain of the current"),
+            ],
+        },
+        Effect {
+            id: "sensing.delay",
+            equation: Equation::Sensing,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "shown(t) = seen(t − seconds)",
+            says: "One sensor lags behind the others",
+            parameters: &[switch!(
                 0.0,
-                "v3_v",
-                "V",
-                (-100.0, 100.0),
-                (-0.05, 0.05),
+                "seconds",
+                "s",
+                (0.0, 1.0),
+                (0.005, 0.15),
                 1.0,
-                effects.sensing.offset.v3_v,
-                "offset of V_3"
-            ),
-            switch!(
-                0.0,
-                "current_a",
-                "A",
-                (-100.0, 100.0),
-                (-0.02, 0.02),
-                1.0,
-                effects.sensing.offset.current_a,
-                "offset of the current"
-            ),
-        ],
-    },
-    Effect {
-        id: "sensing.gain",
-        equation: Equation::Sensing,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "V_3 → gain V_3, I → gain I",
-        says: "Two amplifiers that should be alike have different gains",
-        parameters: &[
-            switch!(1.0, "v3", "1", (0.1, 10.0), (0.95, 1.05), 1.0, effects.sensing.gain.v3, "gain of V_3"),
-            switch!(
-                1.0,
-                "current",
-                "1",
-                (0.1, 10.0),
-                (0.95, 1.05),
-                1.0,
-                effects.sensing.gain.current,
-                "gain of the current"
-            ),
-        ],
-    },
-    Effect {
-        id: "sensing.delay",
-        equation: Equation::Sensing,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "shown(t) = seen(t − seconds)",
-        says: "One sensor lags behind the others",
-        parameters: &[switch!(
-            0.0,
-            "seconds",
-            "s",
-            (0.0, 1.0),
-            (0.005, 0.15),
-            1.0,
-            effects.sensing.delay.seconds,
-            "how far it lags"
-        )],
-    },
-];
+                delay.seconds,
+                "how far it lags"
+            )],
+        },
+    ];
+}

@@ -1,7 +1,7 @@
 //! Terms of the heat balance (eq. 48).
 
-use super::{Effect, Equation, Home, Nature, shape, switch};
-use crate::formulas::WORKING_EXCESS_K;
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, shape, switch};
+use crate::formulas::{CONVECTION_EXPONENT, WORKING_EXCESS_K, convection_growth};
 
 /// Terms of the heat balance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,7 +48,7 @@ impl Default for Draught {
 
 impl Draught {
     /// The factor on h at time `t`, in s: 1 + gain · w(t), the window w having logistic edges.
-    pub(crate) fn factor(&self, t: f64) -> f64 {
+    fn factor(&self, t: f64) -> f64 {
         if self.gain == 0.0 {
             return 1.0;
         }
@@ -66,7 +66,7 @@ pub struct NaturalConvection {
 
 impl NaturalConvection {
     /// The factor (|ΔT|/60 K)^n on h.
-    pub(crate) fn factor(&self, above_ambient: f64) -> f64 {
+    fn factor(&self, above_ambient: f64) -> f64 {
         if self.exponent == 0.0 { 1.0 } else { (above_ambient.abs() / WORKING_EXCESS_K).powf(self.exponent) }
     }
 }
@@ -79,12 +79,12 @@ pub struct Radiation {
 }
 
 impl Radiation {
-    /// Loss in W and its slope in W/K at a wire temperature in °C, from a surface in m².
-    pub(crate) fn loss(&self, surface: f64, temperature: f64, ambient: f64) -> (f64, f64) {
+    /// Loss at a wire temperature in °C, from a surface in m².
+    fn loss(&self, surface: f64, temperature: f64, ambient: f64) -> HeatFlow {
         let strength = self.emissivity * STEFAN_BOLTZMANN * surface;
         let (hot, cold) = ((temperature + ZERO_CELSIUS_K).max(0.0), (ambient + ZERO_CELSIUS_K).max(0.0));
         let cube = hot * hot * hot;
-        (strength * (hot * cube - cold.powi(4)), 4.0 * strength * cube)
+        HeatFlow { watts: strength * (hot * cube - cold.powi(4)), per_k: 4.0 * strength * cube }
     }
 }
 
@@ -111,13 +111,14 @@ pub struct Sheath {
     pub outer_w_per_k: f64,
 }
 
-/// Conductances of a thin sleeve on a thin wire, inner and outer, in W/K.
-const SHEATH_W_PER_K: (f64, f64) = (0.02, 0.008);
+/// Conductance of a thin sleeve towards its thin wire, in W/K.
+const SHEATH_INNER_W_PER_K: f64 = 0.02;
+/// The same towards the air, in W/K.
+const SHEATH_OUTER_W_PER_K: f64 = 0.008;
 
 impl Default for Sheath {
     fn default() -> Self {
-        let (inner_w_per_k, outer_w_per_k) = SHEATH_W_PER_K;
-        Sheath { heat_capacity_j_per_k: 0.0, inner_w_per_k, outer_w_per_k }
+        Sheath { heat_capacity_j_per_k: 0.0, inner_w_per_k: SHEATH_INNER_W_PER_K, outer_w_per_k: SHEATH_OUTER_W_PER_K }
     }
 }
 
@@ -148,166 +149,256 @@ pub struct Neighbour {
     pub conductance_w_per_k: f64,
 }
 
-pub(super) static ROWS: [Effect; 7] = [
-    Effect {
-        id: "thermal.draught",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "h → h (1 + gain) from start_s to end_s",
-        says: "For a while the air moved and took more heat from the wire",
-        parameters: &[
-            switch!(
+/// A flow of heat out of the wire at a temperature, and how it grows with that.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HeatFlow {
+    /// In W.
+    pub(crate) watts: f64,
+    /// In W/K.
+    pub(crate) per_k: f64,
+}
+
+/// The wire's surface as the reference model has it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Skin {
+    /// A_s, m².
+    pub(crate) area: f64,
+    /// h A_s, W/K; with natural convection its value at 1 K.
+    pub(crate) loss_w_per_k: f64,
+    /// Whether h follows eq. 34.
+    pub(crate) natural: bool,
+}
+
+impl Skin {
+    /// Loss coefficient h A_s at `above` K over ambient, in W/K.
+    #[inline]
+    pub(crate) fn loss_coefficient(&self, above: f64) -> f64 {
+        if self.natural { self.loss_w_per_k * convection_growth(above) } else { self.loss_w_per_k }
+    }
+}
+
+/// What is around a wire at one instant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Around {
+    /// T∞, °C.
+    pub(crate) ambient: f64,
+    /// Factor on h of air that moves.
+    pub(crate) stirred: f64,
+    /// T_s of the sleeve at T = 0 °C, °C, and how it follows T, K/K.
+    pub(crate) sleeve: f64,
+    pub(crate) sleeve_per_k: f64,
+    /// Temperature of the neighbouring wire, °C; ambient where nobody says.
+    pub(crate) neighbour: Option<f64>,
+}
+
+impl Thermal {
+    /// T∞ at the time `t` in s, where the recording has `ambient`, in °C.
+    pub(crate) fn ambient(&self, ambient: f64, t: f64) -> f64 {
+        ambient + self.ambient_drift.rate_k_per_s * t
+    }
+
+    /// The factor on h that the time `t` in s alone makes.
+    pub(crate) fn stirring(&self, t: f64) -> f64 {
+        self.draught.factor(t)
+    }
+
+    /// The factor on h that the temperature makes, `above` K over ambient.
+    pub(crate) fn convection(&self, above: f64) -> f64 {
+        self.natural_convection.factor(above)
+    }
+
+    /// Loss to the air through the film, of a wire `above` its air.
+    pub(crate) fn film(&self, skin: &Skin, above: f64, stirred: f64) -> HeatFlow {
+        let exponent = self.natural_convection.exponent + if skin.natural { CONVECTION_EXPONENT } else { 0.0 };
+        let film = skin.loss_coefficient(above) * stirred * self.convection(above);
+        HeatFlow { watts: film * above, per_k: (1.0 + exponent) * film }
+    }
+
+    /// All that a wire at `temperature` loses through its surface.
+    pub(crate) fn losses(&self, skin: &Skin, temperature: f64, around: &Around) -> HeatFlow {
+        let mut flow = if self.sheath.is_on() {
+            let inner = self.sheath.inner_w_per_k;
+            HeatFlow {
+                watts: inner * (temperature - around.sleeve - around.sleeve_per_k * temperature),
+                per_k: inner * (1.0 - around.sleeve_per_k),
+            }
+        } else {
+            self.film(skin, temperature - around.ambient, around.stirred)
+        };
+        if self.radiation.emissivity > 0.0 {
+            let radiated = self.radiation.loss(skin.area, temperature, around.ambient);
+            flow.watts += radiated.watts;
+            flow.per_k += radiated.per_k;
+        }
+        if self.neighbour.conductance_w_per_k > 0.0 {
+            let between = self.neighbour.conductance_w_per_k;
+            flow.watts += between * (temperature - around.neighbour.unwrap_or(around.ambient));
+            flow.per_k += between;
+        }
+        flow
+    }
+}
+
+impl<M: Has<Thermal>> Group<M> for Thermal {
+    const ROWS: &'static [Effect<M>] = &[
+        Effect {
+            id: "thermal.draught",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "h → h (1 + gain) from start_s to end_s",
+            says: "For a while the air moved and took more heat from the wire",
+            parameters: &[
+                switch!(
+                    0.0,
+                    "gain",
+                    "1",
+                    (-0.95, 20.0),
+                    (0.15, 1.5),
+                    1.0,
+                    draught.gain,
+                    "share by which the heat loss rises"
+                ),
+                shape!(0.0, "start_s", "s", (0.0, 1e7), (0.0, 100.0), 1.0, draught.start_s, "when it begins"),
+                shape!(1e7, "end_s", "s", (0.0, 1e7), (0.0, 100.0), 1.0, draught.end_s, "when it ends"),
+            ],
+        },
+        Effect {
+            id: "thermal.natural_convection",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "h → h (|T − T∞|/60 K)^exponent",
+            says: "The hotter the wire, the better the air it stirs cools it",
+            parameters: &[switch!(
                 0.0,
-                "gain",
+                "exponent",
                 "1",
-                (-0.95, 20.0),
-                (0.15, 1.5),
+                (0.0, 1.0),
+                (0.1, 0.35),
                 1.0,
-                effects.thermal.draught.gain,
-                "share by which the heat loss rises"
-            ),
-            shape!(
+                natural_convection.exponent,
+                "exponent of the temperature difference"
+            )],
+        },
+        Effect {
+            id: "thermal.radiation",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "loss ε σ_SB A_s (T⁴ − T∞⁴)",
+            says: "The wire radiates heat away",
+            parameters: &[switch!(
                 0.0,
-                "start_s",
-                "s",
-                (0.0, 1e7),
-                (0.0, 100.0),
+                "emissivity",
+                "1",
+                (0.0, 1.0),
+                (0.2, 0.9),
                 1.0,
-                effects.thermal.draught.start_s,
-                "when it begins"
-            ),
-            shape!(1e7, "end_s", "s", (0.0, 1e7), (0.0, 100.0), 1.0, effects.thermal.draught.end_s, "when it ends"),
-        ],
-    },
-    Effect {
-        id: "thermal.natural_convection",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "h → h (|T − T∞|/60 K)^exponent",
-        says: "The hotter the wire, the better the air it stirs cools it",
-        parameters: &[switch!(
-            0.0,
-            "exponent",
-            "1",
-            (0.0, 1.0),
-            (0.1, 0.35),
-            1.0,
-            effects.thermal.natural_convection.exponent,
-            "exponent of the temperature difference"
-        )],
-    },
-    Effect {
-        id: "thermal.radiation",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "loss ε σ_SB A_s (T⁴ − T∞⁴)",
-        says: "The wire radiates heat away",
-        parameters: &[switch!(
-            0.0,
-            "emissivity",
-            "1",
-            (0.0, 1.0),
-            (0.2, 0.9),
-            1.0,
-            effects.thermal.radiation.emissivity,
-            "emissivity of the wire's surface"
-        )],
-    },
-    Effect {
-        id: "thermal.end_conduction",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "+ k A_c ∂²T/∂s² along the wire, T = T∞ at both clamps: cold zones of a few ℓ = √(k d/(4 h))",
-        says: "The clamps keep the ends of the wire cold",
-        parameters: &[switch!(
-            0.0,
-            "conductivity_w_per_m_k",
-            "W/(m K)",
-            (0.0, 500.0),
-            (8.0, 40.0),
-            1.0,
-            effects.thermal.end_conduction.conductivity_w_per_m_k,
-            "thermal conductivity k along the wire"
-        )],
-    },
-    Effect {
-        id: "thermal.sheath",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "loss inner (T − T_s) instead of h A_s (T − T∞); C Ṫ_s = inner (T − T_s) − outer (T_s − T∞)",
-        says: "A tube or sleeve around the wire stores heat and passes it on to the air",
-        parameters: &[
-            switch!(
+                radiation.emissivity,
+                "emissivity of the wire's surface"
+            )],
+        },
+        Effect {
+            id: "thermal.end_conduction",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "+ k A_c ∂²T/∂s² along the wire, T = T∞ at both clamps: cold zones of a few ℓ = √(k d/(4 h))",
+            says: "The clamps keep the ends of the wire cold",
+            parameters: &[switch!(
                 0.0,
-                "heat_capacity_j_per_k",
-                "J/K",
-                (0.0, 1000.0),
-                (0.002, 0.05),
+                "conductivity_w_per_m_k",
+                "W/(m K)",
+                (0.0, 500.0),
+                (8.0, 40.0),
                 1.0,
-                effects.thermal.sheath.heat_capacity_j_per_k,
-                "heat capacity C of the sleeve"
-            ),
-            shape!(
-                SHEATH_W_PER_K.0,
-                "inner_w_per_k",
+                end_conduction.conductivity_w_per_m_k,
+                "thermal conductivity k along the wire"
+            )],
+        },
+        Effect {
+            id: "thermal.sheath",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "loss inner (T − T_s) instead of h A_s (T − T∞); C Ṫ_s = inner (T − T_s) − outer (T_s − T∞)",
+            says: "A tube or sleeve around the wire stores heat and passes it on to the air",
+            parameters: &[
+                switch!(
+                    0.0,
+                    "heat_capacity_j_per_k",
+                    "J/K",
+                    (0.0, 1000.0),
+                    (0.002, 0.05),
+                    1.0,
+                    sheath.heat_capacity_j_per_k,
+                    "heat capacity C of the sleeve"
+                ),
+                shape!(
+                    SHEATH_INNER_W_PER_K,
+                    "inner_w_per_k",
+                    "W/K",
+                    (0.0, 100.0),
+                    (0.004, 0.1),
+                    1.0,
+                    sheath.inner_w_per_k,
+                    "conductance from wire to sleeve"
+                ),
+                shape!(
+                    SHEATH_OUTER_W_PER_K,
+                    "outer_w_per_k",
+                    "W/K",
+                    (0.0, 100.0),
+                    (0.003, 0.05),
+                    1.0,
+                    sheath.outer_w_per_k,
+                    "conductance from sleeve to air"
+                ),
+            ],
+        },
+        Effect {
+            id: "thermal.ambient_drift",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "T∞ → T∞ + rate t",
+            says: "The air around the wire warmed or cooled in a straight line",
+            parameters: &[switch!(
+                0.0,
+                "rate_k_per_s",
+                "K/s",
+                (-10.0, 10.0),
+                (-0.1, 0.1),
+                1.0,
+                ambient_drift.rate_k_per_s,
+                "rate of the ambient temperature"
+            )],
+        },
+        Effect {
+            id: "thermal.neighbour",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "loss conductance (T − T_neighbour)",
+            says: "Heat passes between this wire and the one beside it",
+            parameters: &[switch!(
+                0.0,
+                "conductance_w_per_k",
                 "W/K",
-                (0.0, 100.0),
-                (0.004, 0.1),
+                (0.0, 10.0),
+                (2e-4, 5e-3),
                 1.0,
-                effects.thermal.sheath.inner_w_per_k,
-                "conductance from wire to sleeve"
-            ),
-            shape!(
-                SHEATH_W_PER_K.1,
-                "outer_w_per_k",
-                "W/K",
-                (0.0, 100.0),
-                (0.003, 0.05),
-                1.0,
-                effects.thermal.sheath.outer_w_per_k,
-                "conductance from sleeve to air"
-            ),
-        ],
-    },
-    Effect {
-        id: "thermal.ambient_drift",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "T∞ → T∞ + rate t",
-        says: "The air around the wire warmed or cooled in a straight line",
-        parameters: &[switch!(
-            0.0,
-            "rate_k_per_s",
-            "K/s",
-            (-10.0, 10.0),
-            (-0.1, 0.1),
-            1.0,
-            effects.thermal.ambient_drift.rate_k_per_s,
-            "rate of the ambient temperature"
-        )],
-    },
-    Effect {
-        id: "thermal.neighbour",
-        equation: Equation::Thermal,
-        nature: Nature::Mechanism,
-        home: Home::Table,
-        term: "loss conductance (T − T_neighbour)",
-        says: "Heat passes between this wire and the one beside it",
-        parameters: &[switch!(
-            0.0,
-            "conductance_w_per_k",
-            "W/K",
-            (0.0, 10.0),
-            (2e-4, 5e-3),
-            1.0,
-            effects.thermal.neighbour.conductance_w_per_k,
-            "conductance between the wires"
-        )],
-    },
-];
+                neighbour.conductance_w_per_k,
+                "conductance between the wires"
+            )],
+        },
+    ];
+}

@@ -1,14 +1,13 @@
 //! The formulas of a whole wire: its geometry, its alloy, its circuit and the effects that add to them.
 
-use crate::params::WireModel;
+use crate::model::WireModel;
 
 impl WireModel {
     /// What is in series with the wire outside its taps, in Ω: [`Drive::series_ohm`](crate::Drive::series_ohm) with the
     /// effects that add to it, unknown leads and the supply's own resistance. Whoever knows the rig file alone takes
     /// `series_ohm` instead.
     pub fn outside_ohm(&self) -> f64 {
-        let electrical = &self.effects.electrical;
-        self.drive.series_ohm() + electrical.lead_resistance.lead_ohm + electrical.supply_sag.source_ohm
+        self.effects.electrical.in_series(self.drive.series_ohm())
     }
 
     /// Heat capacity m c_p, in J/K (eq. 48).

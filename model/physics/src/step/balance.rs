@@ -2,95 +2,33 @@
 //! for a trial value of the driving temperature at the end of a piece of time. The effects beyond the reference model
 //! come in where their [`Terms`] are asked; without any, the equations are the reference model's to the last digit.
 
-use crate::effects::{Grip, Loss, MOST_STRESS, STRESS_PA, Term, Terms};
-use crate::formulas;
-use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
-use crate::params::{Convection, DriveKind, Load, Mixing, Taps, WireModel};
+use super::reference::{Motion, Reference, State};
+use super::terms::{Loss, MOST_STRESS, MovingLoad, STRESS_PA, Terms};
+use crate::effects::empirical::Term;
+use crate::effects::mechanical::Grip;
+use crate::kinetics::{Branch, Direction, Fraction, Point};
+use crate::model::WireModel;
+use crate::params::DriveKind;
 use crate::signals::Inputs;
-
-/// Longest step taken in one piece, in s. Longer ones are divided evenly.
-const LONGEST_PIECE_S: f64 = 2.5e-3;
-/// The same where temperature and the wire's end are both given, in s: a furnace ramps by 0.02 K in that time.
-const LONGEST_FURNACE_PIECE_S: f64 = 0.1;
-/// An oscillating load gets shorter pieces: this much phase of its oscillation, in rad …
-const LONGEST_PIECE_RAD: f64 = 0.35;
-/// … but never shorter ones than this, in s: then its ringing is damped rather than followed.
-const SHORTEST_PIECE_S: f64 = 0.25e-3;
 
 /// More rounds than strain as a curve of stress needs: from no stress, one for each scale of the curve.
 const MOST_ROUNDS: u32 = 40;
-/// Stress is found to this share of itself, or to the second in Pa.
-const STRESS_TOLERANCE: (f64, f64) = (1e-10, 1e-2);
+/// Stress is found to this share of itself …
+const STRESS_TOLERANCE: f64 = 1e-10;
+/// … or to this, in Pa.
+const STRESS_TOLERANCE_PA: f64 = 1e-2;
 /// Strain never gives way to stress less than this share of what the wire's moduli do.
 const LEAST_COMPLIANCE: f64 = 0.1;
 
 /// The residual falls with ϑ at least this fast, K/K, unless a kinetics law has a kink.
 const LEAST_SLOPE: f64 = -1e-3;
 
-/// The equation of motion, or what replaces it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Motion {
-    Dynamic { mass: f64, damping: f64, spring: f64, preload: f64 },
-    Position,
-    Force,
-}
-
-/// Parameters as the step needs them.
+/// The equations of one wire: the reference model's, and its effects.
 #[derive(Debug, Clone)]
 pub(crate) struct Balance {
-    pub(crate) hysteresis: Hysteresis,
-    pub(crate) motion: Motion,
-    pub(crate) drive: DriveKind,
-    pub(crate) mixing: Mixing,
-    /// 1/E_A and 1/E_M − 1/E_A (series), or E_A and E_M − E_A (parallel).
-    pub(crate) stiffness_base: f64,
-    pub(crate) stiffness_slope: f64,
-    pub(crate) transformation_strain: f64,
-    pub(crate) thermoelastic: f64,
-    pub(crate) reference_c: f64,
-    pub(crate) stress_shift: f64,
-    pub(crate) length: f64,
-    pub(crate) per_length: f64,
-    pub(crate) area: f64,
-    pub(crate) volume: f64,
-    /// The fastest rate at which the load settles on the hot wire, 1/s.
-    pub(crate) fastest_rate: f64,
-    /// Longest piece of a step, s.
-    pub(crate) longest_piece: f64,
-    /// m c_p, J/K.
-    pub(crate) heat_capacity: f64,
-    /// m ΔH, J.
-    pub(crate) latent: f64,
-    /// h A_s, W/K; with natural convection its value at 1 K.
-    pub(crate) loss_w_per_k: f64,
-    pub(crate) natural_convection: bool,
-    /// ρ_A0 L_0/A_c …: resistances of the unstrained wire, Ω, at T_0 and per K.
-    pub(crate) austenite_ohm: f64,
-    pub(crate) martensite_ohm: f64,
-    pub(crate) austenite_ohm_per_k: f64,
-    pub(crate) martensite_ohm_per_k: f64,
-    pub(crate) series_ohm: f64,
-    pub(crate) taps: Option<Taps>,
-    /// Ω of the wire per Ω m of resistivity.
-    pub(crate) ohm_per_resistivity: f64,
-    /// A_s, m².
-    pub(crate) surface: f64,
-    /// A frame's strain of the wire's length per stress, 1/Pa.
-    pub(crate) frame: f64,
+    pub(crate) reference: Reference,
     /// The effects that need more than a coefficient, and any unknown input.
     pub(crate) terms: Option<Box<Terms>>,
-}
-
-/// The state at one instant.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct State {
-    pub(crate) theta: f64,
-    pub(crate) fraction: Fraction,
-    pub(crate) temperature: f64,
-    pub(crate) stress: f64,
-    pub(crate) position: f64,
-    pub(crate) velocity: f64,
-    pub(crate) resistance: f64,
 }
 
 /// What the end of a piece is solved from, with the equation of motion reduced to what the stress must satisfy.
@@ -188,123 +126,14 @@ pub(crate) struct Trial {
 }
 impl Balance {
     pub(crate) fn new(model: &WireModel) -> Self {
-        let (m, g) = (&model.material, &model.geometry);
-        let area = g.area_m2();
-        let effects = &model.effects;
-        let ohm_per_resistivity = g.length_m / area;
-        let (stiffness_base, stiffness_slope) = match m.mixing {
-            Mixing::Series => {
-                let austenite = 1.0 / m.austenite_modulus_pa;
-                (austenite, 1.0 / m.martensite_modulus_pa - austenite)
-            }
-            Mixing::Parallel => (m.austenite_modulus_pa, m.martensite_modulus_pa - m.austenite_modulus_pa),
-        };
-        let settling = Settling::of(model);
-        Balance {
-            hysteresis: Hysteresis::of(model),
-            motion: match model.load {
-                Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n } => Motion::Dynamic {
-                    mass: mass_kg,
-                    damping: damping_n_s_per_m,
-                    spring: spring_n_per_m,
-                    preload: preload_n,
-                },
-                Load::ImposedPosition => Motion::Position,
-                Load::ImposedForce => Motion::Force,
-            },
-            drive: model.drive.kind,
-            mixing: m.mixing,
-            stiffness_base,
-            stiffness_slope,
-            transformation_strain: m.transformation_strain,
-            thermoelastic: m.thermoelastic_pa_per_k,
-            reference_c: m.reference_temperature_c,
-            stress_shift: m.stress_shift_k_per_pa,
-            length: g.length_m,
-            per_length: 1.0 / g.length_m,
-            area,
-            volume: g.volume_m3(),
-            fastest_rate: settling.fastest_rate,
-            longest_piece: settling.longest_piece,
-            heat_capacity: model.heat_capacity_j_per_k(),
-            latent: model.latent_heat_j(),
-            loss_w_per_k: model.loss_w_per_k(1.0),
-            natural_convection: m.convection == Convection::Natural,
-            austenite_ohm: m.austenite_resistivity_ohm_m * ohm_per_resistivity,
-            martensite_ohm: m.martensite_resistivity_ohm_m * ohm_per_resistivity,
-            austenite_ohm_per_k: m.austenite_resistivity_slope_ohm_m_per_k * ohm_per_resistivity,
-            martensite_ohm_per_k: m.martensite_resistivity_slope_ohm_m_per_k * ohm_per_resistivity,
-            series_ohm: model.outside_ohm() + effects.sensing.contact_resistance.ohm,
-            taps: model.taps,
-            ohm_per_resistivity,
-            surface: g.surface_m2(),
-            frame: effects.mechanical.frame_compliance.compliance_m_per_n * area / g.length_m,
-            terms: Terms::of(model),
-        }
-    }
-
-    /// Whether the load moves by its own equation of motion.
-    pub(crate) fn has_inertia(&self) -> bool {
-        matches!(self.motion, Motion::Dynamic { .. })
-    }
-
-    /// Compliance C(ξ) and dC/dξ, in 1/Pa (eq. 4 or 3).
-    #[inline(always)]
-    pub(crate) fn compliance(&self, fraction: &Fraction) -> (f64, f64) {
-        let linear = formulas::compliance(self.stiffness_base, self.stiffness_slope, fraction.martensite);
-        match self.mixing {
-            Mixing::Series => (linear, self.stiffness_slope),
-            Mixing::Parallel => {
-                let c = 1.0 / linear;
-                (c, -self.stiffness_slope * c * c)
-            }
-        }
-    }
-
-    /// Loss coefficient h A_s at `temperature`, in W/K.
-    pub(crate) fn loss_coefficient(&self, temperature: f64, ambient: f64) -> f64 {
-        if self.natural_convection {
-            self.loss_w_per_k * formulas::convection_growth(temperature - ambient)
-        } else {
-            self.loss_w_per_k
-        }
-    }
-
-    /// Mean electrical heating power, in W.
-    pub(crate) fn power(&self, inputs: &Inputs, resistance: f64) -> f64 {
-        match self.drive {
-            DriveKind::Pwm => {
-                let current = formulas::current_a(inputs.supply_v, resistance, self.series_ohm);
-                formulas::heating_power_w(inputs.drive, current, resistance)
-            }
-            DriveKind::Power => inputs.drive,
-            DriveKind::Current => formulas::heating_power_w(1.0, inputs.drive, resistance),
-            DriveKind::Temperature => 0.0,
-        }
-    }
-
-    /// Current in the on-phase, in A.
-    pub(crate) fn current(&self, inputs: &Inputs, resistance: f64) -> f64 {
-        match self.drive {
-            DriveKind::Pwm => formulas::current_a(inputs.supply_v, resistance, self.series_ohm),
-            DriveKind::Power => (inputs.drive.max(0.0) / resistance).sqrt(),
-            DriveKind::Current => inputs.drive,
-            DriveKind::Temperature => 0.0,
-        }
-    }
-
-    /// Shape strain of full martensite under a stress in Pa.
-    pub(crate) fn shape_strain(&self, terms: &Terms, stress: f64) -> f64 {
-        let mechanical = &terms.effects.mechanical;
-        let (oriented, _) = mechanical.stress_dependent_strain.oriented(stress);
-        self.transformation_strain * oriented + mechanical.two_way.strain
+        Balance { reference: Reference::new(model), terms: Terms::of(model) }
     }
 
     /// Strain of the phase `fraction` (eq. 23), as its tangent at the stress `at`.
     #[inline(always)]
     fn elastic(&self, terms: Option<&Terms>, fraction: &Fraction, at: f64) -> Elastic {
-        let (compliance, _) = self.compliance(fraction);
-        let shape = self.transformation_strain;
+        let (compliance, _) = self.reference.compliance(fraction);
+        let shape = self.reference.transformation_strain;
         let plain = Elastic { free: shape * fraction.martensite, compliance, soft: 0.0, shape };
         match terms {
             None => plain,
@@ -316,8 +145,8 @@ impl Balance {
         let mechanical = &terms.effects.mechanical;
         let xi = fraction.martensite;
         let (_, steeper) = mechanical.stress_dependent_strain.oriented(at);
-        elastic.soft = self.transformation_strain * steeper * xi;
-        elastic.shape = self.shape_strain(terms, at);
+        elastic.soft = self.reference.transformation_strain * steeper * xi;
+        elastic.shape = mechanical.shape(self.reference.transformation_strain, at);
         elastic.free = elastic.shape * xi - elastic.soft * at;
         let form = &terms.effects.empirical.mechanical;
         let (linear, square) = (form.get(Term::Stress) / STRESS_PA, form.get(Term::Stress2) / STRESS_PA / STRESS_PA);
@@ -334,56 +163,38 @@ impl Balance {
             elastic.soft = ends.middle * elastic.soft + ends.compliance + ends.soft;
         }
         elastic.free += terms.strain();
-        elastic.soft += self.frame;
+        elastic.soft += self.reference.frame;
         elastic
     }
 
     /// Strain of the wire itself: that of its ends, or its own when it hangs slack between them.
     #[inline(always)]
     pub(crate) fn strain(&self, terms: Option<&Terms>, state: &State) -> f64 {
-        let mut ends = state.position * self.per_length;
+        let mut ends = state.position * self.reference.per_length;
         if terms.is_some() {
-            ends -= self.frame * state.stress;
+            ends -= self.reference.frame * state.stress;
         }
         if state.stress > 0.0 { ends } else { ends.max(self.free_strain(terms, &state.fraction, state.temperature)) }
-    }
-
-    /// Stress of a wire held at `position` (eq. 23), Pa; a wire cannot push.
-    pub(crate) fn stress_held(&self, fraction: &Fraction, temperature: f64, position: f64) -> f64 {
-        let elastic = self.elastic(None, fraction, 0.0);
-        let thermal = elastic.compliance * self.thermoelastic * (temperature - self.reference_c);
-        ((position * self.per_length - elastic.free - thermal) / elastic.compliance).max(0.0)
     }
 
     /// Strain without stress (eq. 23 at σ = 0).
     #[inline(always)]
     fn free_strain(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64) -> f64 {
         let elastic = self.elastic(terms, fraction, 0.0);
-        elastic.free + elastic.compliance * self.thermoelastic * (temperature - self.reference_c)
-    }
-
-    /// Resistance of the unstrained wire, all of it in this phase at this temperature, in Ω (eq. 36, 37).
-    #[inline(always)]
-    pub(crate) fn unstrained(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64, stress: f64) -> f64 {
-        let warm = temperature - self.reference_c;
-        let mut austenite = formulas::phase_resistivity(self.austenite_ohm, self.austenite_ohm_per_k, warm);
-        let mut martensite = formulas::phase_resistivity(self.martensite_ohm, self.martensite_ohm_per_k, warm);
-        if let Some(terms) = terms {
-            let electrical = &terms.effects.electrical;
-            austenite *= 1.0 + electrical.resistivity_stress.austenite_per_pa * stress;
-            martensite *= 1.0 + electrical.resistivity_stress.martensite_per_pa * stress;
-            // carried by the martensite fraction
-            martensite += electrical.r_phase.resistivity(temperature) * self.ohm_per_resistivity;
-        }
-        formulas::mixture(fraction.austenite, fraction.martensite, austenite, martensite)
+        elastic.free + elastic.compliance * self.reference.thermoelastic * (temperature - self.reference.reference_c)
     }
 
     /// R = ρL/A_c (eq. 36, 37, 39), in Ω.
     #[inline(always)]
     pub(crate) fn resistance(&self, terms: Option<&Terms>, state: &State) -> f64 {
-        let unstrained = self.unstrained(terms, &state.fraction, state.temperature, state.stress);
+        let unstrained = self.reference.unstrained(
+            terms.map(|terms| &terms.effects),
+            &state.fraction,
+            state.temperature,
+            state.stress,
+        );
         // a straight line in T reaches zero somewhere; no wire does
-        let least = 1e-3 * self.austenite_ohm;
+        let least = 1e-3 * self.reference.austenite_ohm;
         match terms {
             None => unstrained.max(least) * (1.0 + self.strain(None, state)),
             Some(terms) => {
@@ -400,28 +211,29 @@ impl Balance {
     pub(crate) fn resistance_up_to(&self, terms: &Terms, state: &State, at: f64) -> f64 {
         let at = at / (1.0 + self.strain(Some(terms), state));
         match &terms.ends {
-            None => state.resistance * at * self.per_length,
+            None => state.resistance * at * self.reference.per_length,
             Some(ends) => {
-                let middle = self.unstrained(Some(terms), &state.fraction, state.temperature, state.stress);
-                ends.up_to(at, self.length, middle) * self.stretched(terms, state)
+                let middle =
+                    self.reference.unstrained(Some(&terms.effects), &state.fraction, state.temperature, state.stress);
+                ends.up_to(at, self.reference.length, middle) * self.stretched(terms, state)
             }
         }
     }
 
     /// By what a state's unstrained resistance grows: length, cross-section (eq. 41) and what is unknown of resistivity.
     pub(crate) fn stretched(&self, terms: &Terms, state: &State) -> f64 {
-        let (compliance, _) = self.compliance(&state.fraction);
+        let (compliance, _) = self.reference.compliance(&state.fraction);
         // a closed form may ask for any strain; no wire gets shorter than nothing, or ten times as long
         (1.0 + self.strain(Some(terms), state)).clamp(0.05, 10.0)
-            * terms.effects.electrical.poisson_area.factor(state.stress, compliance)
+            * terms.effects.electrical.narrowing(state.stress, compliance)
             * terms.resistivity_factor(state)
     }
 
     /// `asked` clipped into the outer curves at ϑ.
     fn clip(&self, asked: Fraction, theta: f64) -> Fraction {
         match &self.terms {
-            None => self.hysteresis.clip(asked, theta),
-            Some(terms) => terms.clip(&self.hysteresis, asked, theta),
+            None => self.reference.hysteresis.clip(asked, theta),
+            Some(terms) => terms.clip(&self.reference.hysteresis, asked, theta),
         }
     }
 
@@ -432,9 +244,9 @@ impl Balance {
         for _ in 0..4 {
             let Some(mut terms) = self.terms.take() else { break };
             if let Some(shift) = terms.cooling_shift(state.stress) {
-                self.hysteresis.move_cooling_curve(shift);
+                self.reference.hysteresis.move_cooling_curve(shift);
             }
-            terms.settle(self, &state, asked, inputs.ambient_c);
+            terms.settle(&self.reference, &state, asked, inputs.ambient_c);
             self.terms = Some(terms);
             state = self.equilibrium(temperature, asked, inputs);
         }
@@ -445,14 +257,15 @@ impl Balance {
         let terms = self.terms.as_deref();
         let (load, shift) = terms.map_or((0.0, 0.0), |terms| (terms.imposed_load(), terms.shift(0.0)));
         let pull = inputs.external_n + load;
-        let warm = temperature - self.reference_c;
+        let warm = temperature - self.reference.reference_c;
         let stress_of = |free: f64, compliance: f64| -> f64 {
-            let taut = match self.motion {
+            let taut = match self.reference.motion {
                 Motion::Dynamic { spring, preload, .. } => {
-                    (preload + pull - spring * self.length * free) / (self.area + spring * self.length * compliance)
+                    (preload + pull - spring * self.reference.length * free)
+                        / (self.reference.area + spring * self.reference.length * compliance)
                 }
-                Motion::Position => (inputs.imposed / self.length - free) / compliance,
-                Motion::Force => (inputs.imposed + load) / self.area,
+                Motion::Position => (inputs.imposed / self.reference.length - free) / compliance,
+                Motion::Force => (inputs.imposed + load) / self.reference.area,
             };
             taut.max(0.0)
         };
@@ -461,7 +274,7 @@ impl Balance {
             for _ in 0..MOST_ROUNDS {
                 let elastic = self.elastic(terms, fraction, stress);
                 let found = stress_of(
-                    elastic.free + elastic.compliance * self.thermoelastic * warm,
+                    elastic.free + elastic.compliance * self.reference.thermoelastic * warm,
                     elastic.compliance + elastic.soft,
                 );
                 let moved = (found - stress).abs();
@@ -477,28 +290,35 @@ impl Balance {
         let most = stress(&all_austenite).max(stress(&all_martensite));
         // T − σ(ξ(ϑ))/α − ϑ falls with ϑ: less martensite, more stress
         let hottest = temperature + shift;
-        let (mut low, mut high) = (hottest - self.stress_shift * most, hottest);
+        let (mut low, mut high) = (hottest - self.reference.stress_shift * most, hottest);
         for _ in 0..80 {
             let theta = 0.5 * (low + high);
             let fraction = self.clip(asked, theta);
-            if hottest - self.stress_shift * stress(&fraction) > theta { low = theta } else { high = theta }
+            if hottest - self.reference.stress_shift * stress(&fraction) > theta { low = theta } else { high = theta }
         }
         let theta = 0.5 * (low + high);
         let fraction = self.clip(asked, theta);
         let stress = stress(&fraction);
         let elastic = self.elastic(terms, &fraction, stress);
-        let wire_end = self.length
+        let wire_end = self.reference.length
             * (elastic.free
-                + elastic.compliance * self.thermoelastic * warm
+                + elastic.compliance * self.reference.thermoelastic * warm
                 + (elastic.compliance + elastic.soft) * stress);
-        let position = match self.motion {
+        let position = match self.reference.motion {
             Motion::Position => inputs.imposed,
             // a slack wire does not say where the load is: its spring does
             Motion::Dynamic { spring, preload, .. } if stress == 0.0 && spring > 0.0 => (preload + pull) / spring,
             _ => wire_end,
         };
-        let mut state =
-            State { theta, fraction, temperature, stress, position, velocity: 0.0, resistance: self.austenite_ohm };
+        let mut state = State {
+            theta,
+            fraction,
+            temperature,
+            stress,
+            position,
+            velocity: 0.0,
+            resistance: self.reference.austenite_ohm,
+        };
         state.resistance = self.resistance(terms, &state);
         state
     }
@@ -507,8 +327,8 @@ impl Balance {
     #[inline(always)]
     pub(crate) fn point(&self, terms: Option<&Terms>, branch: &Branch, theta: f64, from: &State) -> Point {
         match terms {
-            None => self.hysteresis.on_branch(branch, theta),
-            Some(terms) => terms.point(&self.hysteresis, branch, theta, from),
+            None => self.reference.hysteresis.on_branch(branch, theta),
+            Some(terms) => terms.point(&self.reference.hysteresis, branch, theta, from),
         }
     }
 
@@ -516,15 +336,15 @@ impl Balance {
     pub(crate) fn standing(&self, terms: Option<&Terms>, from: &State) -> Point {
         match terms {
             None => Point { fraction: from.fraction, slope: 0.0, outer: false },
-            Some(terms) => terms.standing(&self.hysteresis, from),
+            Some(terms) => terms.standing(&self.reference.hysteresis, from),
         }
     }
 
     /// The branch that leaves `from` in `direction`.
     pub(crate) fn reverse(&mut self, direction: Direction, from: &State) -> Branch {
         match &mut self.terms {
-            None => self.hysteresis.reverse(direction, from.theta, &from.fraction),
-            Some(terms) => terms.reverse(&self.hysteresis, direction, from.theta),
+            None => self.reference.hysteresis.reverse(direction, from.theta, &from.fraction),
+            Some(terms) => terms.reverse(&self.reference.hysteresis, direction, from.theta),
         }
     }
 
@@ -544,30 +364,31 @@ impl Balance {
         furnace: f64,
     ) -> Stage {
         let tau = implicitness * h;
-        let (inertia, push, give, position_base) = match self.motion {
+        let (inertia, push, give, position_base) = match self.reference.motion {
             Motion::Dynamic { mass, mut damping, mut spring, mut preload } => {
                 if let Some(terms) = terms {
-                    let (force, stiffer, thicker) = terms.moving_load(start, mass, tau);
-                    preload += force;
-                    spring += stiffer;
-                    damping += thicker;
+                    let more = terms.moving_load(start, mass, tau);
+                    preload += more.force;
+                    spring += more.spring;
+                    damping += more.damping;
                 }
                 // M ẍ + B ẋ + K x = F − A_c σ by the θ-method, times τ²
                 let early = h - tau;
                 let force = preload + inputs.external_n;
-                let pull = force - damping * start.velocity - spring * start.position - self.area * start.stress;
+                let pull =
+                    force - damping * start.velocity - spring * start.position - self.reference.area * start.stress;
                 let position_base = start.position + early * start.velocity;
                 let momentum_base = mass * start.velocity + early * pull;
                 let inertia = mass + tau * (damping + tau * spring);
                 let push = tau * (tau * (force - spring * position_base) + momentum_base);
-                (inertia, push, tau * tau * self.area, position_base)
+                (inertia, push, tau * tau * self.reference.area, position_base)
             }
             Motion::Position => (1.0, 0.0, 0.0, imposed),
             Motion::Force => match terms.map(|terms| terms.moving_load(start, 0.0, h)) {
-                Some((force, spring, damping)) if spring != 0.0 || damping != 0.0 => {
+                Some(MovingLoad { force, spring, damping }) if spring != 0.0 || damping != 0.0 => {
                     // B ẋ + K x = F − A_c σ at the end of the piece
                     let push = h * h * (imposed + force - spring * start.position);
-                    (h * (damping + h * spring), push, h * h * self.area, start.position)
+                    (h * (damping + h * spring), push, h * h * self.reference.area, start.position)
                 }
                 _ => (0.0, 0.0, 0.0, start.position),
             },
@@ -604,35 +425,35 @@ impl Balance {
         let fraction = point.fraction;
         // heat balance (eq. 48), with the work of transformation by the trapezoidal rule
         let change = fraction.change_from(&from.fraction);
-        let power = self.power(inputs, guess.resistance);
+        let power = self.reference.power(inputs, guess.resistance);
         let loss = match terms {
             None => {
-                let coefficient = self.loss_coefficient(guess.temperature, inputs.ambient_c);
+                let coefficient = self.reference.skin.loss_coefficient(guess.temperature - inputs.ambient_c);
                 Loss { coefficient, ambient: inputs.ambient_c, fixed: 0.0 }
             }
-            Some(terms) => terms.loss_at_end(self, guess.temperature, power, tau),
+            Some(terms) => terms.loss_at_end(&self.reference, guess.temperature, power, tau),
         };
         let shape_before = match terms {
-            None => self.transformation_strain,
-            Some(terms) => self.shape_strain(terms, from.stress),
+            None => self.reference.transformation_strain,
+            Some(terms) => terms.effects.mechanical.shape(self.reference.transformation_strain, from.stress),
         };
-        let work_before = 0.5 * self.volume * shape_before * change * from.stress;
-        let capacity = self.heat_capacity + tau * loss.coefficient;
+        let work_before = 0.5 * self.reference.volume * shape_before * change * from.stress;
+        let capacity = self.reference.heat_capacity + tau * loss.coefficient;
         let heat = stage.heat_base
             + tau * (power + loss.coefficient * loss.ambient - loss.fixed)
-            + self.latent * change
+            + self.reference.latent * change
             + work_before;
-        let imposed = (self.drive == DriveKind::Temperature).then_some(stage.temperature);
+        let imposed = (self.reference.drive == DriveKind::Temperature).then_some(stage.temperature);
         let heating = Heating { heat, capacity, imposed, change, fraction, stress: guess.stress };
-        let stretch = stage.position_base * self.per_length;
-        let line = match self.motion {
+        let stretch = stage.position_base * self.reference.per_length;
+        let line = match self.reference.motion {
             Motion::Force if stage.inertia == 0.0 => {
                 Line { inertia: 0.0, stretch, push: 0.0, give: 0.0, force: Some(stage.force) }
             }
             _ => Line { inertia: stage.inertia, stretch, push: stage.push, give: stage.give, force: None },
         };
         let (line, solved) = match terms.and_then(Terms::grip) {
-            Some(grip) if !matches!(self.motion, Motion::Position) => {
+            Some(grip) if !matches!(self.reference.motion, Motion::Position) => {
                 self.solve_with_friction(terms, &grip, stage, line, &heating)
             }
             _ => {
@@ -641,23 +462,23 @@ impl Balance {
             }
         };
         let Solved { temperature, stress, elastic, half_work, follow } = solved;
-        let (position, velocity) = match self.motion {
+        let (position, velocity) = match self.reference.motion {
             Motion::Dynamic { .. } => {
                 let moved = (line.push - line.give * stress) / line.inertia;
                 (stage.position_base + moved, moved / stage.motion_tau)
             }
             Motion::Position => (stage.position_base, 0.0),
             Motion::Force => {
-                let thermal = self.thermoelastic * (temperature - self.reference_c);
+                let thermal = self.reference.thermoelastic * (temperature - self.reference.reference_c);
                 let soft = elastic.soft * stress;
-                (self.length * (elastic.free + elastic.compliance * (stress + thermal) + soft), 0.0)
+                (self.reference.length * (elastic.free + elastic.compliance * (stress + thermal) + soft), 0.0)
             }
         };
         let mut state =
             State { theta, fraction, temperature, stress, position, velocity, resistance: guess.resistance };
         state.resistance = self.resistance(terms, &state);
         let work = work_before + half_work * stress;
-        let mut residual = temperature - self.stress_shift * stress - theta;
+        let mut residual = temperature - self.reference.stress_shift * stress - theta;
         if let Some(terms) = terms {
             residual += terms.shift(change);
         }
@@ -665,7 +486,7 @@ impl Balance {
             state,
             power,
             loss: loss.coefficient * (temperature - loss.ambient) + loss.fixed,
-            released: self.latent * change + work,
+            released: self.reference.latent * change + work,
             work,
             residual,
             follow,
@@ -680,15 +501,15 @@ impl Balance {
         loop {
             rounds += 1;
             let elastic = self.elastic(terms, &heating.fraction, at);
-            let half_work = 0.5 * self.volume * elastic.shape * heating.change;
+            let half_work = 0.5 * self.reference.volume * elastic.shape * heating.change;
             let (mut pull, mut follow, hold) = match line.force {
-                Some(force) => ((force / self.area).max(0.0), 0.0, 1.0),
+                Some(force) => ((force / self.reference.area).max(0.0), 0.0, 1.0),
                 None => {
                     let follow = line.inertia * elastic.compliance;
                     let pull = line.inertia * (line.stretch - elastic.free)
-                        + follow * self.thermoelastic * self.reference_c
-                        + line.push * self.per_length;
-                    let mut hold = follow + line.give * self.per_length;
+                        + follow * self.reference.thermoelastic * self.reference.reference_c
+                        + line.push * self.reference.per_length;
+                    let mut hold = follow + line.give * self.reference.per_length;
                     if terms.is_some() {
                         hold += line.inertia * elastic.soft;
                     }
@@ -699,11 +520,11 @@ impl Balance {
                 Some(temperature) => temperature,
                 None => {
                     (heating.heat * hold + half_work * pull)
-                        / (heating.capacity * hold + half_work * follow * self.thermoelastic)
+                        / (heating.capacity * hold + half_work * follow * self.reference.thermoelastic)
                 }
             };
             let mut temperature = temperature_at(pull, follow);
-            let mut stress = (pull - follow * self.thermoelastic * temperature) / hold;
+            let mut stress = (pull - follow * self.reference.thermoelastic * temperature) / hold;
             if stress < 0.0 {
                 // slack: a wire cannot push
                 (pull, follow, stress) = (0.0, 0.0, 0.0);
@@ -731,9 +552,9 @@ impl Balance {
         let held = Line { inertia: 1.0, push: 0.0, give: 0.0, force: None, ..line };
         let solved = self.solve(terms, &held, heating);
         // the force on the load is that of the whole piece
-        let weight = if self.has_inertia() { stage.motion_tau * stage.span } else { stage.span * stage.span };
+        let weight = if self.reference.has_inertia() { stage.motion_tau * stage.span } else { stage.span * stage.span };
         let needed = match line.force {
-            Some(force) => self.area * solved.stress - force,
+            Some(force) => self.reference.area * solved.stress - force,
             None => (line.give * solved.stress - line.push) / weight,
         };
         let friction = grip.force(needed);
@@ -759,19 +580,21 @@ impl Balance {
         slope: f64,
     ) -> f64 {
         let state = &trial.state;
-        let heat_per_fraction = if self.drive == DriveKind::Temperature {
+        let heat_per_fraction = if self.reference.drive == DriveKind::Temperature {
             0.0
         } else {
-            let work = 0.5 * self.volume * self.transformation_strain * (from.stress + state.stress);
-            (self.latent + work) / (self.heat_capacity + stage.heat_tau * self.loss_w_per_k)
+            let work =
+                0.5 * self.reference.volume * self.reference.transformation_strain * (from.stress + state.stress);
+            (self.reference.latent + work)
+                / (self.reference.heat_capacity + stage.heat_tau * self.reference.skin.loss_w_per_k)
         };
         // d/dξ of C σ = x/L_0 − ε_L ξ − C θ (T − T_0), the ends giving way
-        let (compliance, compliance_slope) = self.compliance(&state.fraction);
-        let thermal = self.thermoelastic * (state.temperature - self.reference_c);
+        let (compliance, compliance_slope) = self.reference.compliance(&state.fraction);
+        let thermal = self.reference.thermoelastic * (state.temperature - self.reference.reference_c);
         let stress_per_fraction = -trial.follow
-            * ((self.transformation_strain + compliance_slope * (state.stress + thermal)) / compliance
-                + self.thermoelastic * heat_per_fraction);
-        let mut gain = heat_per_fraction - self.stress_shift * stress_per_fraction;
+            * ((self.reference.transformation_strain + compliance_slope * (state.stress + thermal)) / compliance
+                + self.reference.thermoelastic * heat_per_fraction);
+        let mut gain = heat_per_fraction - self.reference.stress_shift * stress_per_fraction;
         if let Some(terms) = terms {
             gain += terms.shift_per_fraction();
         }
@@ -781,39 +604,5 @@ impl Balance {
 
 /// Whether stress has moved little enough between two rounds, in Pa.
 fn is_same_stress(moved: f64, stress: f64) -> bool {
-    moved <= STRESS_TOLERANCE.0 * stress + STRESS_TOLERANCE.1
-}
-
-/// θ that makes the θ-method exact for e^(−z): ½ for slow motion, 1 for motion that is over within the step.
-pub(crate) fn fitted_implicitness(z: f64) -> f64 {
-    if z < 1e-2 { 0.5 + z / 12.0 } else { 1.0 / -(-z).exp_m1() - 1.0 / z }
-}
-
-/// How the load settles on the stiffest state of its wire.
-pub(crate) struct Settling {
-    /// The fastest decay of an overdamped load, or the angular frequency of an oscillating one, 1/s.
-    fastest_rate: f64,
-    /// Longest piece that follows it, s.
-    longest_piece: f64,
-}
-
-impl Settling {
-    pub(crate) fn of(model: &WireModel) -> Self {
-        let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = model.load else {
-            // in a furnace with its end held nothing has a time of its own: the phase is a closed form from reversal to
-            // reversal, and only effects that lag by a piece ask for short ones
-            let furnace = model.drive.kind == DriveKind::Temperature;
-            let longest_piece = if furnace { LONGEST_FURNACE_PIECE_S } else { LONGEST_PIECE_S };
-            return Settling { fastest_rate: 0.0, longest_piece };
-        };
-        let square = (spring_n_per_m + model.stiffest_n_per_m()) / mass_kg;
-        let half = 0.5 * damping_n_s_per_m / mass_kg;
-        if half * half > square {
-            Settling { fastest_rate: half + (half * half - square).sqrt(), longest_piece: LONGEST_PIECE_S }
-        } else {
-            let frequency = square.sqrt();
-            let longest_piece = (LONGEST_PIECE_RAD / frequency).clamp(SHORTEST_PIECE_S, LONGEST_PIECE_S);
-            Settling { fastest_rate: frequency, longest_piece }
-        }
-    }
+    moved <= STRESS_TOLERANCE * stress + STRESS_TOLERANCE_PA
 }

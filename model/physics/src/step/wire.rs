@@ -2,17 +2,20 @@
 //!
 //! A step solves temperature, phase, stress and motion together. The unknown is the driving temperature ϑ at the end:
 //! given it, the phase is a closed form (see [`crate::kinetics`]), the heat balance and the equation of motion are
-//! linear (see [`crate::balance`]), and what is left is one monotone equation T(ϑ) − σ(ϑ)/α = ϑ, solved by Newton
+//! linear (see `balance.rs`), and what is left is one monotone equation T(ϑ) − σ(ϑ)/α = ϑ, solved by Newton
 //! inside a bracket. In time the method is the trapezoidal rule, for the load exponentially fitted to its fastest rate
 //! (Liniger and Willoughby, 1970): second order, and light loads on stiff wires settle instead of ringing. Latent heat
 //! is paid for every change of ξ, whatever the step.
 
-use crate::Error;
-use crate::balance::{Balance, Motion, Stage, State, Trial, fitted_implicitness};
-use crate::effects::{Ledger, Terms, Unknown};
+use super::balance::{Balance, Stage, Trial};
+use super::ends::Ledger;
+use super::reference::{Motion, Reference, State, fitted_implicitness};
+use super::terms::{Terms, Unknown};
+use crate::error::Error;
 use crate::formulas;
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis};
-use crate::params::{DriveKind, WireModel};
+use crate::model::WireModel;
+use crate::params::DriveKind;
 use crate::signals::{EnergyBalance, Inputs, Outputs};
 
 /// Below this nothing moves, in K: 10⁻¹¹ m on a 160 mm wire.
@@ -25,14 +28,21 @@ const MOST_ITERATIONS: u32 = 60;
 /// A load that no wire moves, kg: what jams one.
 const JAMMED_KG: f64 = 1e12;
 
+/// dϑ/dt of the last two pieces, K/s.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rates {
+    before: f64,
+    last: f64,
+}
+
 /// A wire in its load and circuit. Cloning it forks the simulation.
 #[derive(Debug, Clone)]
 pub struct Wire {
     balance: Balance,
     state: State,
     branch: Option<Branch>,
-    /// dϑ/dt over the last two pieces, K/s: they give the guess for the next.
-    theta_rates: [f64; 2],
+    /// They give the guess for the next piece.
+    theta_rates: Rates,
     /// The piece length that `implicitness` belongs to, s.
     fitted_to: f64,
     /// θ of the fitted method: how much of the load's motion is taken from the end of a piece, ½..1.
@@ -76,7 +86,7 @@ impl Wire {
             balance,
             state,
             branch: None,
-            theta_rates: [0.0; 2],
+            theta_rates: Rates::default(),
             fitted_to: 0.0,
             implicitness: 0.5,
             imposed: first.imposed,
@@ -87,7 +97,7 @@ impl Wire {
             energy: EnergyBalance::default(),
             free_mass_kg: None,
         };
-        wire.current = wire.balance.current(first, state.resistance);
+        wire.current = wire.balance.reference.current(first, state.resistance);
         let seen = wire.seen();
         if let Some(terms) = &mut wire.balance.terms {
             terms.remember(&seen);
@@ -102,7 +112,7 @@ impl Wire {
             Some(terms) => terms.unknown = unknown,
             None if unknown == Unknown::default() => {}
             None => {
-                let mut terms = Terms::none(&self.balance, &self.state);
+                let mut terms = Terms::none(&self.balance.reference, &self.state);
                 terms.unknown = unknown;
                 self.balance.terms = Some(terms);
             }
@@ -114,11 +124,11 @@ impl Wire {
     pub fn set_draught(&mut self, gain: f64) {
         let stirred = 1.0 + gain.max(-1.0);
         match &mut self.balance.terms {
-            Some(terms) => terms.stirred = stirred,
+            Some(terms) => terms.air.stirred = stirred,
             None if stirred == 1.0 => {}
             None => {
-                let mut terms = Terms::none(&self.balance, &self.state);
-                terms.stirred = stirred;
+                let mut terms = Terms::none(&self.balance.reference, &self.state);
+                terms.air.stirred = stirred;
                 self.balance.terms = Some(terms);
             }
         }
@@ -127,7 +137,7 @@ impl Wire {
     /// Jams the load where it is, so that it stands still however the wire pulls, or frees it again. A length that is imposed
     /// is nobody's to jam.
     pub fn set_jammed(&mut self, jammed: bool) {
-        let Motion::Dynamic { mass, .. } = &mut self.balance.motion else { return };
+        let Motion::Dynamic { mass, .. } = &mut self.balance.reference.motion else { return };
         match (jammed, self.free_mass_kg) {
             (true, None) => {
                 self.free_mass_kg = Some(std::mem::replace(mass, JAMMED_KG));
@@ -142,14 +152,14 @@ impl Wire {
     /// several times as fast; what oscillates faster than that is damped instead of followed. For searches, which end
     /// with a simulation in the wire's own pieces.
     pub fn take_long_pieces(&mut self, longest_s: f64) {
-        self.balance.longest_piece = self.balance.longest_piece.max(longest_s);
+        self.balance.reference.longest_piece = self.balance.reference.longest_piece.max(longest_s);
     }
 
     /// Sets the temperature of the wire beside this one, in °C, for `thermal.neighbour`; it holds until it is set again.
     /// Before that it is ambient.
     pub fn set_neighbour_c(&mut self, temperature_c: f64) {
         if let Some(terms) = &mut self.balance.terms {
-            terms.neighbour_c = Some(temperature_c);
+            terms.air.neighbour_c = Some(temperature_c);
         }
     }
 
@@ -160,10 +170,10 @@ impl Wire {
         if !(dt_s > 0.0 && dt_s.is_finite()) {
             return;
         }
-        let pieces = (dt_s / self.balance.longest_piece - 1e-9).ceil().max(1.0);
+        let pieces = (dt_s / self.balance.reference.longest_piece - 1e-9).ceil().max(1.0);
         let h = dt_s / pieces;
         let imposed_rate = (inputs.imposed - self.imposed) / dt_s;
-        let temperature_rate = match self.balance.drive {
+        let temperature_rate = match self.balance.reference.drive {
             DriveKind::Temperature => (inputs.drive - self.state.temperature) / dt_s,
             _ => 0.0,
         };
@@ -184,11 +194,11 @@ impl Wire {
         self.elapsed += dt_s;
         self.imposed = inputs.imposed;
         self.power = heat_in / dt_s;
-        self.current = self.balance.current(inputs, self.state.resistance);
+        self.current = self.balance.reference.current(inputs, self.state.resistance);
         self.energy.heat_in_j += heat_in;
         let c = &self.balance;
-        self.energy.sensible_j = c.heat_capacity * (self.state.temperature - self.started.temperature);
-        self.energy.latent_j = -c.latent * self.state.fraction.change_from(&self.started.fraction);
+        self.energy.sensible_j = c.reference.heat_capacity * (self.state.temperature - self.started.temperature);
+        self.energy.latent_j = -c.reference.latent * self.state.fraction.change_from(&self.started.fraction);
         if self.balance.terms.is_some() {
             self.keep_for_later();
         }
@@ -199,7 +209,7 @@ impl Wire {
         let delayed = self.balance.terms.as_ref().is_some_and(|terms| terms.is_delayed());
         let seen = delayed.then(|| self.seen());
         if let Some(terms) = &mut self.balance.terms {
-            self.energy.sheath_j = terms.sheath_j();
+            self.energy.sheath_j = terms.air.sheath_j();
             if let Some(ends) = &terms.ends {
                 self.energy.sensible_j = ends.middle * self.energy.sensible_j + ends.sensible;
                 self.energy.latent_j = ends.middle * self.energy.latent_j + ends.latent;
@@ -221,7 +231,7 @@ impl Wire {
     fn piece<const EFFECTS: bool>(&mut self, inputs: &Inputs, h: f64, imposed_rate: f64, temperature_rate: f64) -> f64 {
         if h != self.fitted_to {
             self.fitted_to = h;
-            self.implicitness = fitted_implicitness(h * self.balance.fastest_rate);
+            self.implicitness = fitted_implicitness(h * self.balance.reference.fastest_rate);
         }
         let start = self.state;
         if EFFECTS {
@@ -229,25 +239,25 @@ impl Wire {
         }
         let c = &self.balance;
         let half = 0.5 * h;
-        let power = c.power(inputs, start.resistance);
+        let power = c.reference.power(inputs, start.resistance);
         let terms = self.terms::<EFFECTS>();
         let loss = match terms {
-            None => c.loss_coefficient(start.temperature, inputs.ambient_c) * (start.temperature - inputs.ambient_c),
-            Some(terms) => terms.loss_at_start(c, &start, power),
+            None => loss_to_air(&c.reference, start.temperature - inputs.ambient_c),
+            Some(terms) => terms.loss_at_start(&c.reference, &start, power),
         };
-        let heat_base = c.heat_capacity * start.temperature + half * (power - loss);
+        let heat_base = c.reference.heat_capacity * start.temperature + half * (power - loss);
         let imposed = self.imposed + imposed_rate * h;
         let furnace = start.temperature + temperature_rate * h;
         let stage = c.stage(terms, inputs, &start, h, self.implicitness, heat_base, imposed, furnace);
         let end = self.solve::<EFFECTS>(inputs, &stage, h);
-        if !self.balance.has_inertia() {
+        if !self.balance.reference.has_inertia() {
             self.state.velocity = (self.state.position - start.position) / h;
         }
         self.imposed = imposed;
         let lost = half * (loss + end.loss);
-        let heat_in = if self.balance.drive == DriveKind::Temperature {
+        let heat_in = if self.balance.reference.drive == DriveKind::Temperature {
             // the furnace supplies whatever the imposed temperature takes
-            self.balance.heat_capacity * (end.state.temperature - start.temperature) - end.released + lost
+            self.balance.reference.heat_capacity * (end.state.temperature - start.temperature) - end.released + lost
         } else {
             half * (power + end.power)
         };
@@ -264,9 +274,9 @@ impl Wire {
         let c = &mut self.balance;
         let Some(mut terms) = c.terms.take() else { return };
         if let Some(shift) = terms.cooling_shift(self.state.stress) {
-            c.hysteresis.move_cooling_curve(shift);
+            c.reference.hysteresis.move_cooling_curve(shift);
         }
-        terms.begin(c, inputs, &self.state, h);
+        terms.begin(&c.reference, inputs, &self.state, h);
         c.terms = Some(terms);
     }
 
@@ -275,7 +285,7 @@ impl Wire {
         let c = &mut self.balance;
         let Some(mut terms) = c.terms.take() else { return ledger };
         let branch = if self.state.theta == start.theta { None } else { self.branch.as_ref() };
-        let ledger = terms.finish(c, branch, start, &self.state, ledger);
+        let ledger = terms.finish(&c.reference, branch, start, &self.state, ledger);
         c.terms = Some(terms);
         ledger
     }
@@ -283,12 +293,12 @@ impl Wire {
     /// Solves the piece of length `h` from the present state and moves there.
     fn solve<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage, h: f64) -> Trial {
         let from = self.state;
-        let [before, last] = self.theta_rates;
+        let Rates { before, last } = self.theta_rates;
         let trial = match self.carry_on::<EFFECTS>(inputs, stage, (2.0 * last - before) * h) {
             Some(trial) => trial,
             None => self.set_out::<EFFECTS>(inputs, stage),
         };
-        self.theta_rates = [last, (trial.state.theta - from.theta) / h];
+        self.theta_rates = Rates { before: last, last: (trial.state.theta - from.theta) / h };
         self.state = trial.state;
         trial
     }
@@ -382,6 +392,11 @@ impl Wire {
         trial
     }
 }
+/// What the air takes from a wire `above` it without effects, in W (eq. 27).
+fn loss_to_air(reference: &Reference, above: f64) -> f64 {
+    reference.skin.loss_coefficient(above) * above
+}
+
 /// The trial is close enough to the solution, seen from where the stage started.
 fn is_solved(trial: &Trial, start_theta: f64) -> bool {
     trial.residual.abs() <= THETA_TOLERANCE_K + THETA_TOLERANCE * (trial.state.theta - start_theta).abs()
@@ -402,16 +417,16 @@ impl Wire {
         state.fraction = wanted;
         // the curves move with the stress, and that with the phase: two rounds are within a thousandth of a kelvin
         for _ in 0..2 {
-            if matches!(c.motion, Motion::Position) {
-                state.stress = c.stress_held(&state.fraction, state.temperature, state.position);
+            if matches!(c.reference.motion, Motion::Position) {
+                state.stress = c.reference.stress_held(&state.fraction, state.temperature, state.position);
             }
-            state.theta = state.temperature - c.stress_shift * state.stress;
-            state.fraction = c.hysteresis.clip(wanted, state.theta);
+            state.theta = state.temperature - c.reference.stress_shift * state.stress;
+            state.fraction = c.reference.hysteresis.clip(wanted, state.theta);
         }
         state.resistance = c.resistance(None, &state);
         self.state = state;
         self.branch = None;
-        self.theta_rates = [0.0; 2];
+        self.theta_rates = Rates::default();
     }
 
     /// What sensors see now, in the on-phase under the supply of the last step.
@@ -428,8 +443,8 @@ impl Wire {
         let (s, c) = (&self.state, &self.balance);
         let voltage = self.current * s.resistance;
         // taps are fixed in space: the wire between fixed end and tap is the same share of the whole as l of L (eq. 42)
-        let per_metre = voltage / (c.length * (1.0 + c.strain(c.terms.as_deref(), s)));
-        let (v1, v2) = match c.taps {
+        let per_metre = voltage / (c.reference.length * (1.0 + c.strain(c.terms.as_deref(), s)));
+        let (v1, v2) = match c.reference.taps {
             Some(taps) => (per_metre * taps.l0_m, per_metre * taps.second_m()),
             None => (0.0, 0.0),
         };
@@ -438,7 +453,7 @@ impl Wire {
             v1_v: v1,
             v2_v: v2,
             v3_v: voltage,
-            force_n: c.area * s.stress,
+            force_n: c.reference.area * s.stress,
             position_m: s.position,
             temperature_c: s.temperature,
             martensite: s.fraction.martensite,
@@ -455,14 +470,14 @@ impl Wire {
     fn add_effects(&self, terms: &Terms, o: &mut Outputs) {
         let (s, c, sensing) = (&self.state, &self.balance, &terms.effects.sensing);
         let phi = terms.features_now(s);
-        if let Some(taps) = c.taps {
-            let second = taps.second_m() - sensing.probe_deflection.m_per_n * o.force_n;
+        if let Some(taps) = c.reference.taps {
+            let second = taps.second_m() - sensing.drawn_m(o.force_n);
             o.v1_v = self.current * c.resistance_up_to(terms, s, taps.l0_m);
             o.v2_v = self.current * c.resistance_up_to(terms, s, second);
         }
-        o.v3_v += self.current * (sensing.contact_resistance.ohm + terms.effects.empirical.voltage.sum(&phi));
+        o.v3_v += self.current * (sensing.contact_ohm() + terms.effects.empirical.voltage.sum(&phi));
         o.position_m += terms.effects.empirical.position.sum(&phi);
-        if matches!(c.motion, Motion::Position) {
+        if matches!(c.reference.motion, Motion::Position) {
             o.force_n += terms.effects.mechanical.dragged(o.force_n, s.velocity) + terms.imposed_load();
         }
         sensing.amplify(o);
@@ -505,7 +520,7 @@ impl Wire {
 
     /// Tension A_c σ, in N.
     pub fn tension_n(&self) -> f64 {
-        self.balance.area * self.state.stress
+        self.balance.reference.area * self.state.stress
     }
 
     /// Resistance R, in Ω.
@@ -517,8 +532,8 @@ impl Wire {
     pub fn bounds(&self) -> (Fraction, Fraction) {
         let theta = self.state.theta;
         match &self.balance.terms {
-            None => (self.balance.hysteresis.lower(theta), self.balance.hysteresis.upper(theta)),
-            Some(terms) => terms.bounds(&self.balance.hysteresis, theta),
+            None => (self.balance.reference.hysteresis.lower(theta), self.balance.reference.hysteresis.upper(theta)),
+            Some(terms) => terms.bounds(&self.balance.reference.hysteresis, theta),
         }
     }
 
@@ -529,7 +544,7 @@ impl Wire {
 
     /// The outer curves of this wire.
     pub fn hysteresis(&self) -> &Hysteresis {
-        &self.balance.hysteresis
+        &self.balance.reference.hysteresis
     }
 }
 /// Length L of the cold wire at rest in its load, all martensite at ambient, in m.
@@ -540,7 +555,7 @@ pub fn cold_length_m(model: &WireModel) -> Result<f64, Error> {
     model.validate()?;
     let mut c = Balance::new(model);
     let state = c.at_rest(model.ambient_c, Fraction::of_martensite(1.0), &model.rest_inputs());
-    Ok(c.length + state.position)
+    Ok(c.reference.length + state.position)
 }
 
 /// Length L of the hot wire at rest in its load, in m: transformed to austenite, [`formulas::SURELY_HOT_K`] above where the load's stress has
@@ -560,5 +575,5 @@ pub fn hot_length_m(model: &WireModel) -> Result<f64, Error> {
         let state = c.at_rest(temperature, Fraction::of_martensite(0.0), &inputs);
         (stress, position) = (state.stress, state.position);
     }
-    Ok(c.length + position)
+    Ok(c.reference.length + position)
 }

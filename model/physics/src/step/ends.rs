@@ -1,13 +1,14 @@
 //! The cold ends of a wire whose clamps stay at ambient: `thermal.end_conduction`.
 //!
 //! A zone at each clamp is cut into cells with a temperature and a phase of their own; what lies between the zones is the
-//! wire that the equations of [`crate::balance`] are solved for. Both ends are alike, so one is computed and counts
+//! wire that the equations of `balance.rs` are solved for. Both ends are alike, so one is computed and counts
 //! twice. The cells follow a piece of time after the middle has gone through it, under the heat that has left the middle
 //! for them: energy is kept to the last digit, and the middle sees its neighbour by its present trend.
 
-use super::Effects;
-use super::terms::{Ledger, Terms};
-use crate::balance::{Balance, State};
+use super::air::{Air, At};
+use super::reference::{Reference, State};
+use crate::effects::all::Effects;
+use crate::effects::thermal::HeatFlow;
 use crate::formulas::{WORKING_EXCESS_K, convection_growth};
 use crate::kinetics::{Branch, Direction, Fraction};
 use crate::params::DriveKind;
@@ -26,7 +27,7 @@ const MOST_ROUNDS: u32 = 6;
 /// The cells' temperatures are found to this share of their movement.
 const TOLERANCE: f64 = 1e-3;
 
-/// The cold zones at both clamps; see [`super::EndConduction`]. Their phase follows the curves without lag or grains.
+/// The cold zones at both clamps; see [`crate::effects::EndConduction`]. Their phase follows the curves without lag or grains.
 #[derive(Debug, Clone)]
 pub(crate) struct Ends {
     cells: [Cell; CELLS],
@@ -75,33 +76,50 @@ struct Cell {
     ohm: f64,
 }
 
+/// Where the energy of a piece went, in J.
+pub(crate) struct Ledger {
+    pub(crate) heat_in: f64,
+    pub(crate) lost: f64,
+    /// Work of transformation on the wire.
+    pub(crate) work: f64,
+}
+
+/// What the ends need to know of the wire they are at, in the piece under way.
+pub(crate) struct Beside<'a> {
+    pub(crate) air: &'a Air,
+    pub(crate) effects: &'a Effects,
+    /// Electrical power at the start of the piece, W.
+    pub(crate) power: f64,
+}
+
 /// What the cells lose to the air beside a middle that goes from one state to another.
-struct Air<'a> {
-    c: &'a Balance,
-    terms: &'a Terms,
+struct Losses<'a> {
+    c: &'a Reference,
+    air: &'a Air,
     middle: [&'a State; 2],
 }
 
-impl Air<'_> {
+impl Losses<'_> {
     /// In a furnace the air is as warm as the middle.
     fn is_furnace(&self) -> bool {
         self.c.drive == DriveKind::Temperature
     }
 
-    /// For a whole wire at `temperature`, at the start or the end of the piece: W and W/K.
-    fn loss(&self, temperature: f64, at: usize) -> (f64, f64) {
-        let middle = self.middle[at].temperature;
+    /// For a whole wire at `temperature`, at the start or the end of the piece.
+    fn of(&self, temperature: f64, at: At) -> HeatFlow {
+        let [start, end] = self.middle;
+        let middle = if at == At::Start { start.temperature } else { end.temperature };
         if self.is_furnace() {
-            self.terms.film(self.c, temperature - middle, at)
+            self.air.film(self.c, temperature - middle, at)
         } else {
-            self.terms.surface(self.c, temperature, at, self.terms.sleeve(middle, at))
+            self.air.surface(&self.c.skin, temperature, at, self.air.sleeve(middle, at))
         }
     }
 }
 
 impl Cell {
     /// As it is at another temperature, ϑ being that and `offset`.
-    fn at(&self, c: &Balance, temperature: f64, offset: f64) -> Cell {
+    fn at(&self, c: &Reference, temperature: f64, offset: f64) -> Cell {
         let theta = temperature + offset;
         let Some(direction) = direction(theta - self.theta) else { return Cell { temperature, ..*self } };
         let mut branch = self.towards(c, direction);
@@ -112,7 +130,7 @@ impl Cell {
         Cell { temperature, theta, fraction: point.fraction, branch: Some(branch), slope: point.slope, ..*self }
     }
 
-    fn towards(&self, c: &Balance, direction: Direction) -> Branch {
+    fn towards(&self, c: &Reference, direction: Direction) -> Branch {
         match self.branch {
             Some(branch) if branch.direction() == direction => branch,
             _ => c.hysteresis.reverse(direction, self.theta, &self.fraction),
@@ -120,7 +138,7 @@ impl Cell {
     }
 
     /// dξ/dϑ where ϑ sets out that way, 1/K.
-    fn slope_towards(&self, c: &Balance, way: f64) -> f64 {
+    fn slope_towards(&self, c: &Reference, way: f64) -> f64 {
         match (direction(way), self.branch) {
             (None, _) => 0.0,
             (Some(direction), Some(branch)) if branch.direction() == direction => self.slope,
@@ -138,13 +156,13 @@ fn direction(moved: f64) -> Option<Direction> {
 }
 
 impl Ends {
-    pub(crate) fn of(c: &Balance, effects: &Effects) -> Option<Ends> {
+    pub(crate) fn of(c: &Reference, effects: &Effects) -> Option<Ends> {
         let k = effects.thermal.end_conduction.conductivity_w_per_m_k;
         if k <= 0.0 {
             return None;
         }
-        let warm = if c.natural_convection { convection_growth(WORKING_EXCESS_K) } else { 1.0 };
-        let conductance = (c.loss_w_per_k * warm).max(1e-12);
+        let warm = if c.skin.natural { convection_growth(WORKING_EXCESS_K) } else { 1.0 };
+        let conductance = (c.skin.loss_w_per_k * warm).max(1e-12);
         // ℓ² = k A_c/(h π d) = k A_c L_0/(h A_s)
         let reach = (k * c.area * c.length / conductance).sqrt();
         let u = (0.5 * c.length / reach).max(0.05);
@@ -196,33 +214,34 @@ impl Ends {
     }
 
     /// Starts from rest beside a middle in `state`.
-    pub(crate) fn settle(&mut self, c: &Balance, terms: &Terms, state: &State, asked: Fraction, ambient: f64) {
+    pub(crate) fn settle(&mut self, c: &Reference, beside: &Beside<'_>, state: &State, asked: Fraction, ambient: f64) {
         for cell in &mut self.cells {
             cell.temperature = ambient + (state.temperature - ambient) * cell.warmth;
             cell.theta = state.theta + cell.temperature - state.temperature;
             cell.fraction = c.hysteresis.clip(asked, cell.theta);
             (cell.branch, cell.slope) = (None, 0.0);
         }
-        self.begin(c, terms, state, 0.0);
+        self.begin(c, beside, state, 0.0);
     }
 
     /// Adds up what the middle needs to know of its ends in the piece of length `h` that begins in `state`: as they will
     /// be at its end by the heat that flows at its start, and how they give way to stress then.
-    pub(crate) fn begin(&mut self, c: &Balance, terms: &Terms, state: &State, h: f64) {
-        let air = Air { c, terms, middle: [state; 2] };
+    pub(crate) fn begin(&mut self, c: &Reference, beside: &Beside<'_>, state: &State, h: f64) {
+        let losses = Losses { c, air: beside.air, middle: [state; 2] };
         let temperature = |i: usize| self.cells[i].temperature;
         self.flow = std::array::from_fn(|i| {
-            let towards = if i == 0 { terms.ambient(0) } else { temperature(i - 1) };
+            let towards = if i == 0 { beside.air.ambient(At::Start) } else { temperature(i - 1) };
             let from = if i + 1 < CELLS {
                 self.links[i + 1] * (temperature(i + 1) - temperature(i))
             } else {
                 self.to_middle * (state.temperature - temperature(i))
             };
-            from - self.links[i] * (temperature(i) - towards) - self.cells[i].share * air.loss(temperature(i), 0).0
+            from - self.links[i] * (temperature(i) - towards)
+                - self.cells[i].share * losses.of(temperature(i), At::Start).watts
         });
-        let power = if air.is_furnace() { 0.0 } else { terms.power() / self.whole_ohm };
+        let power = if losses.is_furnace() { 0.0 } else { beside.power / self.whole_ohm };
         (self.compliance, self.free, self.soft, self.ohm) = (0.0, 0.0, 0.0, 0.0);
-        let shape = c.shape_strain(terms, state.stress);
+        let shape = beside.effects.mechanical.shape(c.transformation_strain, state.stress);
         let per_fraction = c.latent + c.volume * shape * state.stress;
         for (i, (cell, flow)) in self.cells.iter_mut().zip(self.flow).enumerate() {
             let heating = flow / cell.share + power * cell.ohm;
@@ -234,7 +253,7 @@ impl Ends {
             let fraction = cell.fraction.moved(slope * rise);
             let (compliance, _) = c.compliance(&fraction);
             let thermal = compliance * c.thermoelastic * (temperature - c.reference_c);
-            cell.ohm = c.unstrained(Some(terms), &fraction, temperature, state.stress);
+            cell.ohm = c.unstrained(Some(beside.effects), &fraction, temperature, state.stress);
             // ϑ falls with stress, ξ with ϑ
             let soft = -shape * slope * c.stress_shift;
             self.compliance += cell.share * compliance;
@@ -243,44 +262,46 @@ impl Ends {
             self.ohm += cell.share * cell.ohm;
             self.ahead[i] = temperature;
         }
-        let middle = c.unstrained(Some(terms), &state.fraction, state.temperature, state.stress);
+        let middle = c.unstrained(Some(beside.effects), &state.fraction, state.temperature, state.stress);
         // a straight line in T reaches zero somewhere; no wire does
         self.whole_ohm = (self.middle * middle + self.ohm).max(1e-3 * c.austenite_ohm);
         self.power_share = 1.0 - middle / self.whole_ohm;
     }
 
     /// Temperature of the last cell at the start of the piece, or as it is expected at its end, °C.
-    fn neighbour(&self, at: usize) -> f64 {
-        if at == 0 { self.cells[CELLS - 1].temperature } else { self.ahead[CELLS - 1] }
+    fn neighbour(&self, at: At) -> f64 {
+        if at == At::Start { self.cells[CELLS - 1].temperature } else { self.ahead[CELLS - 1] }
     }
 
-    /// What a wire all like its middle would lose to the ends at its temperature, at the start or the end of the piece:
-    /// in W, and its slope in W/K.
-    pub(crate) fn loss(&self, temperature: f64, at: usize, power: f64) -> (f64, f64) {
+    /// What a wire all like its middle would lose to the ends at its temperature, at the start or the end of the piece.
+    pub(crate) fn loss(&self, temperature: f64, at: At, power: f64) -> HeatFlow {
         let conductance = self.to_middle / self.middle;
-        (conductance * (temperature - self.neighbour(at)) + power * self.power_share, conductance)
+        HeatFlow {
+            watts: conductance * (temperature - self.neighbour(at)) + power * self.power_share,
+            per_k: conductance,
+        }
     }
 
     /// Takes the cells through the piece of length `h` in which the middle went from `start` to `end` with the given
     /// ledger; returns the whole wire's. Crank–Nicolson in time, with the latent heat solved for.
     pub(crate) fn advance(
         &mut self,
-        c: &Balance,
-        terms: &Terms,
+        c: &Reference,
+        beside: &Beside<'_>,
         h: f64,
         [start, end]: [&State; 2],
-        middle: &Ledger,
+        middle: Ledger,
     ) -> Ledger {
         let half = 0.5 * h;
-        let air = Air { c, terms, middle: [start, end] };
-        let heat_in = if air.is_furnace() { 0.0 } else { middle.heat_in / self.whole_ohm };
-        let ahead = self.to_middle * (end.temperature - self.neighbour(1));
-        let from_middle = half * (self.to_middle * (start.temperature - self.neighbour(0)) + ahead);
+        let losses = Losses { c, air: beside.air, middle: [start, end] };
+        let heat_in = if losses.is_furnace() { 0.0 } else { middle.heat_in / self.whole_ohm };
+        let ahead = self.to_middle * (end.temperature - self.neighbour(At::End));
+        let from_middle = half * (self.to_middle * (start.temperature - self.neighbour(At::Start)) + ahead);
         let before = self.cells;
         let mut fixed: [f64; CELLS] =
             std::array::from_fn(|i| half * self.flow[i] + heat_in * before[i].share * before[i].ohm);
         fixed[CELLS - 1] += half * ahead;
-        let shape = c.shape_strain(terms, 0.5 * (start.stress + end.stress));
+        let shape = beside.effects.mechanical.shape(c.transformation_strain, 0.5 * (start.stress + end.stress));
         let work_per_fraction = 0.5 * c.volume * shape * (start.stress + end.stress);
         let per_fraction = c.latent + work_per_fraction;
         let offset = end.theta - end.temperature;
@@ -291,8 +312,8 @@ impl Ends {
             for (i, cell) in before.iter().enumerate() {
                 let t = temperatures[i];
                 let there = cell.at(c, t, offset);
-                let (loss, loss_slope) = air.loss(t, 1);
-                let towards = if i == 0 { terms.ambient(1) } else { temperatures[i - 1] };
+                let HeatFlow { watts: loss, per_k: loss_slope } = losses.of(t, At::End);
+                let towards = if i == 0 { beside.air.ambient(At::End) } else { temperatures[i - 1] };
                 let change = there.fraction.change_from(&cell.fraction);
                 residual[i] = fixed[i] - c.heat_capacity * cell.share * (t - cell.temperature)
                     + per_fraction * cell.share * change
@@ -329,10 +350,13 @@ impl Ends {
         }
         let clamps = half
             * self.links[0]
-            * (before[0].temperature - terms.ambient(0) + self.cells[0].temperature - terms.ambient(1));
+            * (before[0].temperature - beside.air.ambient(At::Start) + self.cells[0].temperature
+                - beside.air.ambient(At::End));
         let (mut lost, mut work) = (0.0, 0.0);
         for ((cell, was), surplus) in self.cells.iter_mut().zip(&before).zip(surplus) {
-            lost += half * cell.share * (air.loss(was.temperature, 0).0 + air.loss(cell.temperature, 1).0);
+            lost += half
+                * cell.share
+                * (losses.of(was.temperature, At::Start).watts + losses.of(cell.temperature, At::End).watts);
             // what the rounds left over is heat of this cell
             cell.temperature += surplus / (c.heat_capacity * cell.share);
             let change = cell.fraction.change_from(&was.fraction);
@@ -341,7 +365,7 @@ impl Ends {
             work += work_per_fraction * cell.share * change;
         }
         let work = self.middle * middle.work + work;
-        if air.is_furnace() {
+        if losses.is_furnace() {
             let kept = self.middle * middle.lost - from_middle;
             return Ledger { heat_in: self.middle * middle.heat_in - lost, lost: kept + clamps, work };
         }

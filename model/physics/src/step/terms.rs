@@ -1,16 +1,19 @@
 //! The effects of one wire as they act from piece to piece: what they remember, and what they come to in the piece under
 //! way. A wire of the reference model has none of this.
 
-use super::empirical::Features;
-use super::ends::Ends;
-use super::kinetic::Grains;
-use super::mechanical::Grip;
-use super::sensing::Memory;
-use super::{Effects, Form, Term};
-use crate::balance::{Balance, State, fitted_implicitness};
-use crate::formulas::{CONVECTION_EXPONENT, WORKING_EXCESS_K};
+use super::air::{Air, At, Extra, ExtraForm, Sleeve};
+use super::ends::{Beside, Ends, Ledger};
+use super::reference::{Reference, State};
+use crate::effects::all::Effects;
+use crate::effects::empirical::{Features, Form, Term};
+use crate::effects::kinetic::{Grains, LagWeights};
+use crate::effects::mechanical::Grip;
+use crate::effects::sensing::Memory;
+use crate::effects::thermal::HeatFlow;
+use crate::formulas::WORKING_EXCESS_K;
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
-use crate::params::{DriveKind, WireModel};
+use crate::model::WireModel;
+use crate::params::DriveKind;
 use crate::signals::{Inputs, Outputs};
 
 /// An unknown input to each equation, for whoever looks for what a model leaves out. All zero is none. It holds until
@@ -38,14 +41,6 @@ pub(crate) struct Loss {
     pub(crate) fixed: f64,
 }
 
-/// Where the energy of a piece went, in J.
-pub(crate) struct Ledger {
-    pub(crate) heat_in: f64,
-    pub(crate) lost: f64,
-    /// Work of transformation on the wire.
-    pub(crate) work: f64,
-}
-
 /// Time over which the rates among the library's functions are means, s.
 const RATE_MEMORY_S: f64 = 0.02;
 /// Bounds of the library's functions.
@@ -60,18 +55,14 @@ const MOST_POWER: f64 = 1000.0;
 pub(crate) struct Terms {
     pub(crate) effects: Effects,
     pub(crate) unknown: Unknown,
-    /// Temperature of the neighbouring wire, °C; ambient where nobody says.
-    pub(crate) neighbour_c: Option<f64>,
-    /// Factor on h of air that moves because somebody says so, besides `thermal.draught`.
-    pub(crate) stirred: f64,
+    /// What is around the wire.
+    pub(crate) air: Air,
     /// Time at the start of the piece, s since the start.
     pub(crate) time: f64,
     /// ∫|dξ| since the start.
     travel: f64,
-    /// Temperature of the sleeve, now and at the start, °C.
-    sheath: (f64, f64),
-    /// Means of velocity in m/s, ξ̇ in 1/s and Ṫ in K/s.
-    rates: [f64; 3],
+    /// Means over the last [`RATE_MEMORY_S`].
+    rates: Rates,
     grains: Option<Grains>,
     /// ξ_eq, which the branches belong to.
     equilibrium: Fraction,
@@ -86,29 +77,57 @@ pub(crate) struct Terms {
     now: Now,
 }
 
+/// Rates among the library's functions.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rates {
+    /// ẋ, m/s.
+    velocity: f64,
+    /// ξ̇, 1/s.
+    phase: f64,
+    /// Ṫ, K/s.
+    warming: f64,
+}
+
+/// Force on the load in a piece, N.
+#[derive(Debug, Clone, Copy)]
+struct LoadForce {
+    /// What does not depend on the load's movement.
+    fixed: f64,
+    /// All of it, for imposed loads.
+    whole: f64,
+}
+
+/// How the wire is driven in a piece.
+#[derive(Debug, Clone, Copy)]
+struct Driven {
+    duty: f64,
+    /// Electrical power at its start, W.
+    power: f64,
+}
+
+/// What pulls on a moving load besides the reference model, as a tangent at its present movement.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MovingLoad {
+    /// A force, N.
+    pub(crate) force: f64,
+    /// A spring that takes from it, N/m.
+    pub(crate) spring: f64,
+    /// A damping that takes from it, N s/m.
+    pub(crate) damping: f64,
+}
+
 /// What the effects come to in the piece under way.
 #[derive(Debug, Clone, Copy)]
 struct Now {
     h: f64,
-    /// T∞ at start and end, °C.
-    ambient: [f64; 2],
-    /// Factor on h at start and end.
-    draught: [f64; 2],
-    /// T_s at the end is the first plus the second times T.
-    sheath: [f64; 2],
     /// What the phase sees besides T − σ/α, K.
     shift: f64,
     /// Strain without stress that does not depend on the end of the piece.
     strain: f64,
-    /// Empirical heat loss that does not depend on T, W.
-    loss: f64,
-    /// Force on the load that does not depend on its movement, N; all of it, with imposed loads.
-    load: [f64; 2],
-    /// See [`super::Lag::weights`].
-    lag: [f64; 3],
-    /// Duty and electrical power, W.
-    drive: [f64; 2],
-    features: Features,
+    load: LoadForce,
+    /// How ξ lags.
+    lag: LagWeights,
+    drive: Driven,
     grip: Option<Grip>,
 }
 
@@ -120,7 +139,7 @@ impl Terms {
     }
 
     /// No effect at all: something to hold an unknown input.
-    pub(crate) fn none(c: &Balance, state: &State) -> Box<Terms> {
+    pub(crate) fn none(c: &Reference, state: &State) -> Box<Terms> {
         let mut terms = Terms::with_stroke(Effects::default(), c.transformation_strain.max(1e-3) * c.length);
         terms.equilibrium = state.fraction;
         terms
@@ -129,15 +148,15 @@ impl Terms {
     fn with_stroke(effects: Effects, stroke: f64) -> Box<Terms> {
         let none = Fraction::of_martensite(1.0);
         let mechanical = &effects.empirical.mechanical;
+        let mut air = Air::new(effects.thermal);
+        air.extra.form = effects.empirical.is_on().then(|| form_of_temperature(&effects.empirical.thermal, 0.0));
         Box::new(Terms {
             effects,
             unknown: Unknown::default(),
-            neighbour_c: None,
-            stirred: 1.0,
+            air,
             time: 0.0,
             travel: 0.0,
-            sheath: (0.0, 0.0),
-            rates: [0.0; 3],
+            rates: Rates::default(),
             grains: None,
             equilibrium: none,
             ends: None,
@@ -148,38 +167,34 @@ impl Terms {
             stroke,
             now: Now {
                 h: 1.0,
-                ambient: [0.0; 2],
-                draught: [1.0; 2],
-                sheath: [0.0; 2],
                 shift: 0.0,
                 strain: 0.0,
-                loss: 0.0,
-                load: [0.0; 2],
-                lag: [1.0, 0.0, 0.0],
-                drive: [0.0; 2],
-                features: Features([0.0; Term::COUNT]),
+                load: LoadForce { fixed: 0.0, whole: 0.0 },
+                lag: LagWeights::NONE,
+                drive: Driven { duty: 0.0, power: 0.0 },
                 grip: None,
             },
         })
     }
 
     /// Starts from rest in `state`.
-    pub(crate) fn settle(&mut self, c: &Balance, state: &State, asked: Fraction, ambient: f64) {
-        self.now.ambient = [ambient; 2];
+    pub(crate) fn settle(&mut self, c: &Reference, state: &State, asked: Fraction, ambient: f64) {
         self.equilibrium = state.fraction;
         self.grains = self.effects.kinetic.distributed.grains(&c.hysteresis, asked, state.theta);
-        let sleeve = self.effects.thermal.sheath.settled(state.temperature, ambient);
-        self.sheath = (sleeve, sleeve);
+        self.air.settle(state.temperature, ambient);
         self.ends = Ends::of(c, &self.effects);
         if let Some(mut ends) = self.ends.take() {
-            ends.settle(c, self, state, asked, ambient);
+            ends.settle(c, &self.around(), state, asked, ambient);
             self.ends = Some(ends);
         }
         let features = self.features(state, 0.0, ambient);
-        self.now.features = features;
+        if let Some(form) = &mut self.air.extra.form {
+            *form = form_of_temperature(&self.effects.empirical.thermal, features.0[Term::Position as usize]);
+        }
         self.now.shift = self.shift_of(&features);
         self.now.strain = self.strain_of(&features);
-        self.now.load = [self.load_of(&features); 2];
+        let load = self.load_of(&features);
+        self.now.load = LoadForce { fixed: load, whole: load };
     }
 
     /// Σ c φ of a closed form but for the terms that are solved with the end of a piece.
@@ -190,13 +205,13 @@ impl Terms {
     /// What the phase sees besides T − σ/α without the rate of the phase, K.
     fn shift_of(&self, phi: &Features) -> f64 {
         let (known, form) = (&self.effects.kinetic, &self.effects.empirical.kinetic);
-        self.unknown.driving_k + self.sum(form, &[Term::PhaseRate], phi) - known.training_drift.shift(self.travel)
+        self.unknown.driving_k + self.sum(form, &[Term::PhaseRate], phi) - known.moved(self.travel)
     }
 
     /// Strain without stress that is not solved with the end of a piece.
     fn strain_of(&self, phi: &Features) -> f64 {
         let (known, form) = (&self.effects.mechanical, &self.effects.empirical.mechanical);
-        self.unknown.strain + known.ratcheting.strain(self.travel) + self.sum(form, &IMPLICIT_STRAIN, phi)
+        self.unknown.strain + known.permanent(self.travel) + self.sum(form, &IMPLICIT_STRAIN, phi)
     }
 
     /// Force on the load besides the reference model's, N.
@@ -211,33 +226,31 @@ impl Terms {
     }
 
     /// Prepares the piece of length `h` that begins in `start`.
-    pub(crate) fn begin(&mut self, c: &Balance, inputs: &Inputs, start: &State, h: f64) {
+    pub(crate) fn begin(&mut self, c: &Reference, inputs: &Inputs, start: &State, h: f64) {
         let e = &self.effects;
         let (t0, t1) = (self.time, self.time + h);
-        let drift = e.thermal.ambient_drift.rate_k_per_s;
-        let ambient = [inputs.ambient_c + drift * t0, inputs.ambient_c + drift * t1];
-        let draught = [t0, t1].map(|t| self.stirred * e.thermal.draught.factor(t));
+        let ambient = self.air.ambient_over(inputs.ambient_c, t0, t1);
         let power = c.power(inputs, start.resistance);
         let duty = if c.drive == DriveKind::Pwm { inputs.drive } else { 0.0 };
-        let drive = [duty, power];
+        let drive = Driven { duty, power };
         self.now.drive = drive;
-        let features = self.features(start, t0, ambient[0]);
+        let features = self.features(start, t0, ambient.start);
+        let extra = self.extra_loss(&features);
         self.now = Now {
             h,
-            ambient,
-            draught,
-            sheath: self.sleeve_ahead(start, h, ambient, draught),
             shift: self.shift_of(&features),
             strain: self.strain_of(&features),
-            loss: self.sum(&e.empirical.thermal, &IMPLICIT_LOSS, &features) - self.unknown.heat_w,
-            load: [self.unknown.load_n + self.sum(&e.empirical.load, &MOVED_LOAD, &features), self.load_of(&features)],
+            load: LoadForce {
+                fixed: self.unknown.load_n + self.sum(&e.empirical.load, &MOVED_LOAD, &features),
+                whole: self.load_of(&features),
+            },
             lag: e.kinetic.lag.weights(h),
             drive,
-            features,
             grip: e.mechanical.grip(c.area * start.stress),
         };
+        self.air.begin(start, h, (t0, t1), ambient, extra);
         if let Some(mut ends) = self.ends.take() {
-            ends.begin(c, self, start, h);
+            ends.begin(c, &self.around(), start, h);
             self.ends = Some(ends);
         }
     }
@@ -246,7 +259,7 @@ impl Terms {
     /// like its middle and nothing around it; returns the ledger of what there is.
     pub(crate) fn finish(
         &mut self,
-        c: &Balance,
+        c: &Reference,
         branch: Option<&Branch>,
         start: &State,
         end: &State,
@@ -254,7 +267,7 @@ impl Terms {
     ) -> Ledger {
         let h = self.now.h;
         if let Some(mut ends) = self.ends.take() {
-            ledger = ends.advance(c, self, h, [start, end], &ledger);
+            ledger = ends.advance(c, &self.around(), h, [start, end], ledger);
             self.ends = Some(ends);
         }
         match (&mut self.grains, branch) {
@@ -262,7 +275,7 @@ impl Terms {
             (Some(grains), None) => grains.stay(&c.hysteresis, end.theta),
             (None, _) => {}
         }
-        self.equilibrium = if self.now.lag[0] == 1.0 {
+        self.equilibrium = if self.now.lag.end == 1.0 {
             end.fraction
         } else if let Some(branch) = branch {
             self.on_branch(&c.hysteresis, branch, end.theta).fraction
@@ -272,26 +285,35 @@ impl Terms {
         let change = end.fraction.change_from(&start.fraction);
         self.travel += change.abs();
         if self.forms {
-            let rates = [(end.position - start.position) / h, change / h, (end.temperature - start.temperature) / h];
             let heard = -(-h / RATE_MEMORY_S).exp_m1();
-            for (mean, rate) in self.rates.iter_mut().zip(rates) {
-                *mean += heard * (rate - *mean);
-            }
+            let hear = |mean: &mut f64, moved: f64| *mean += heard * (moved / h - *mean);
+            hear(&mut self.rates.velocity, end.position - start.position);
+            hear(&mut self.rates.phase, change);
+            hear(&mut self.rates.warming, end.temperature - start.temperature);
         }
         self.time += h;
-        let sheath = &self.effects.thermal.sheath;
-        if sheath.is_on() {
-            let sleeve = self.sleeve(end.temperature, 1)[0];
-            ledger.lost -= sheath.heat_capacity_j_per_k * (sleeve - self.sheath.0);
-            self.sheath.0 = sleeve;
+        if let Some(kept) = self.air.finish(end.temperature) {
+            ledger.lost -= kept;
         }
         ledger
     }
 
-    /// Heat in the sleeve since the start, J.
-    pub(crate) fn sheath_j(&self) -> f64 {
-        self.effects.thermal.sheath.heat_capacity_j_per_k * (self.sheath.0 - self.sheath.1)
+    /// What the cold ends need to know of the piece.
+    fn around(&self) -> Beside<'_> {
+        Beside { air: &self.air, effects: &self.effects, power: self.now.drive.power }
     }
+
+    /// The loss that no mechanism explains, in a piece that begins with these functions.
+    fn extra_loss(&self, phi: &Features) -> Extra {
+        let form = &self.effects.empirical.thermal;
+        let fixed = self.sum(form, &IMPLICIT_LOSS, phi) - self.unknown.heat_w;
+        Extra { fixed, form: self.forms.then(|| form_of_temperature(form, phi.0[Term::Position as usize])) }
+    }
+}
+
+/// The part of the empirical loss that depends on T, on a load `moved` so far, in x/(ε_L L_0).
+fn form_of_temperature(form: &Form, moved: f64) -> ExtraForm {
+    ExtraForm { linear: form.get(Term::Tau) + form.get(Term::MovedWarm) * moved, square: form.get(Term::Tau2) }
 }
 
 /// Terms of the empirical strain that are solved with the end of the piece.
@@ -303,115 +325,30 @@ const IMPLICIT_LOSS: [Term; 3] = [Term::Tau, Term::Tau2, Term::MovedWarm];
 
 // heat
 impl Terms {
-    /// Loss to the air through the film, `above` ambient: value in W and slope in W/K.
-    fn air(&self, c: &Balance, above: f64, draught: f64) -> (f64, f64) {
-        let exponent = self.effects.thermal.natural_convection.exponent
-            + if c.natural_convection { CONVECTION_EXPONENT } else { 0.0 };
-        let film = c.loss_coefficient(above, 0.0) * draught * self.effects.thermal.natural_convection.factor(above);
-        (film * above, (1.0 + exponent) * film)
-    }
-
-    /// T_s at the end of the piece as a straight line in T: the fitted method on C Ṫ_s = k_i (T − T_s) − k_o (T_s − T∞).
-    fn sleeve_ahead(&self, start: &State, h: f64, ambient: [f64; 2], draught: [f64; 2]) -> [f64; 2] {
-        let sheath = &self.effects.thermal.sheath;
-        if !sheath.is_on() {
-            return [0.0; 2];
-        }
-        let sleeve = self.sheath.0;
-        let stirred = self.effects.thermal.natural_convection.factor(sleeve - ambient[0]);
-        let (inner, outer) = (sheath.inner_w_per_k, draught.map(|d| sheath.outer_w_per_k * d * stirred));
-        let capacity = sheath.heat_capacity_j_per_k;
-        let late = fitted_implicitness(h * (inner + outer[1]) / capacity) * h;
-        let flow = inner * (start.temperature - sleeve) - outer[0] * (sleeve - ambient[0]);
-        let whole = capacity + late * (inner + outer[1]);
-        [(capacity * sleeve + (h - late) * flow + late * outer[1] * ambient[1]) / whole, late * inner / whole]
-    }
-
-    /// T_s at the start or the end of the piece, where the wire is at `temperature`, as [`Terms::surface`] wants it.
-    pub(super) fn sleeve(&self, temperature: f64, at: usize) -> [f64; 2] {
-        match at {
-            0 => [self.sheath.0, 0.0],
-            _ => [self.now.sheath[0] + self.now.sheath[1] * temperature, 0.0],
-        }
-    }
-
-    /// Electrical power at the start of the piece, W.
-    pub(super) fn power(&self) -> f64 {
-        self.now.drive[1]
-    }
-
-    /// T∞ at the start or the end of the piece, °C.
-    pub(super) fn ambient(&self, at: usize) -> f64 {
-        self.now.ambient[at]
-    }
-
-    /// Loss through the film of a wire `above` its air, at the start or the end of the piece: W and W/K.
-    pub(super) fn film(&self, c: &Balance, above: f64, at: usize) -> (f64, f64) {
-        self.air(c, above, self.now.draught[at])
-    }
-
-    /// Losses of a wire at the temperature T with the sleeve at `sleeve[0] + sleeve[1] T`, in W, and their slope in W/K.
-    pub(super) fn surface(&self, c: &Balance, temperature: f64, at: usize, sleeve: [f64; 2]) -> (f64, f64) {
-        let thermal = &self.effects.thermal;
-        let ambient = self.now.ambient[at];
-        let above = temperature - ambient;
-        let (mut value, mut slope) = if thermal.sheath.is_on() {
-            let inner = thermal.sheath.inner_w_per_k;
-            (inner * (temperature - sleeve[0] - sleeve[1] * temperature), inner * (1.0 - sleeve[1]))
-        } else {
-            self.film(c, above, at)
-        };
-        if thermal.radiation.emissivity > 0.0 {
-            let (loss, steeper) = thermal.radiation.loss(c.surface, temperature, ambient);
-            value += loss;
-            slope += steeper;
-        }
-        if thermal.neighbour.conductance_w_per_k > 0.0 {
-            let between = thermal.neighbour.conductance_w_per_k;
-            value += between * (temperature - self.neighbour_c.unwrap_or(ambient));
-            slope += between;
-        }
-        value += self.now.loss;
-        if !self.forms {
-            return (value, slope);
-        }
-        let form = &self.effects.empirical.thermal;
-        let tau = above / WORKING_EXCESS_K;
-        let moved = self.now.features.0[Term::Position as usize];
-        let linear = form.get(Term::Tau) + form.get(Term::MovedWarm) * moved;
-        let square = form.get(Term::Tau2);
-        let bounded = tau.clamp(-MOST_WARM, MOST_WARM);
-        value += (linear + square * bounded) * bounded;
-        if bounded == tau {
-            slope += (linear + 2.0 * square * tau) / WORKING_EXCESS_K;
-        }
-        (value, slope)
-    }
-
-    /// The same with what goes into the ends.
-    fn losses(&self, c: &Balance, temperature: f64, at: usize, sleeve: [f64; 2], power: f64) -> (f64, f64) {
-        let surface = self.surface(c, temperature, at, sleeve);
+    /// Losses through the surface, with what goes into the ends.
+    fn losses(&self, c: &Reference, temperature: f64, at: At, sleeve: Sleeve, power: f64) -> HeatFlow {
+        let surface = self.air.surface(&c.skin, temperature, at, sleeve);
         match &self.ends {
             None => surface,
             Some(ends) => {
                 let into = ends.loss(temperature, at, power);
-                (surface.0 + into.0, surface.1 + into.1)
+                HeatFlow { watts: surface.watts + into.watts, per_k: surface.per_k + into.per_k }
             }
         }
     }
 
     /// All losses at the start of the piece, W.
-    pub(crate) fn loss_at_start(&self, c: &Balance, start: &State, power: f64) -> f64 {
-        self.losses(c, start.temperature, 0, self.sleeve(start.temperature, 0), power).0
+    pub(crate) fn loss_at_start(&self, c: &Reference, start: &State, power: f64) -> f64 {
+        self.losses(c, start.temperature, At::Start, self.air.sleeve(start.temperature, At::Start), power).watts
     }
 
     /// All losses at the end of the piece as their tangent at `guess`, which weigh `tau` s in the heat balance.
-    pub(crate) fn loss_at_end(&self, c: &Balance, guess: f64, power: f64, tau: f64) -> Loss {
-        let (value, slope) = self.losses(c, guess, 1, self.now.sheath, power);
+    pub(crate) fn loss_at_end(&self, c: &Reference, guess: f64, power: f64, tau: f64) -> Loss {
+        let flow = self.losses(c, guess, At::End, self.air.sleeve_ahead(), power);
         // a gain that grows with T must not outrun the wire's own capacity within a piece
-        let coefficient = slope.max(-0.5 * c.heat_capacity / tau);
-        let ambient = self.now.ambient[1];
-        Loss { coefficient, ambient, fixed: value - coefficient * (guess - ambient) }
+        let coefficient = flow.per_k.max(-0.5 * c.heat_capacity / tau);
+        let ambient = self.air.ambient(At::End);
+        Loss { coefficient, ambient, fixed: flow.watts - coefficient * (guess - ambient) }
     }
 }
 
@@ -444,7 +381,7 @@ impl Terms {
 
     /// ξ at the end of the piece, which lags behind ξ_eq.
     fn lagging(&self, equilibrium: Point, from: &State) -> Point {
-        let [end, start, now] = self.now.lag;
+        let LagWeights { end, start, now } = self.now.lag;
         if end == 1.0 {
             return equilibrium;
         }
@@ -506,16 +443,15 @@ impl Terms {
 
     /// What pulls on the load besides the reference model, N: all of it at its start value, for imposed loads.
     pub(crate) fn imposed_load(&self) -> f64 {
-        self.now.load[1]
+        self.now.load.whole
     }
 
-    /// What pulls on a moving load besides the reference model, as a tangent at its present movement: a force in N,
-    /// a spring in N/m and a damping in N s/m that take from it. The movement weighs `tau` s.
-    pub(crate) fn moving_load(&self, start: &State, mass: f64, tau: f64) -> (f64, f64, f64) {
+    /// What pulls on a moving load besides the reference model. The movement weighs `tau` s.
+    pub(crate) fn moving_load(&self, start: &State, mass: f64, tau: f64) -> MovingLoad {
         let form = &self.effects.empirical.load;
-        let mut force = self.now.load[0];
+        let mut force = self.now.load.fixed;
         if !form.is_on() {
-            return (force, 0.0, 0.0);
+            return MovingLoad { force, spring: 0.0, damping: 0.0 };
         }
         let r = start.position / self.stroke;
         let bounded = r.clamp(-MOST_POSITION, MOST_POSITION);
@@ -533,7 +469,7 @@ impl Terms {
             + 2.0 * drag * v.abs() / (VELOCITY_M_S * VELOCITY_M_S)
             + dry * (1.0 - turned * turned) / DRY_M_S;
         force += value - steeper * v;
-        (force, -slope, -steeper)
+        MovingLoad { force, spring: -slope, damping: -steeper }
     }
 }
 
@@ -555,7 +491,7 @@ impl Terms {
         let tau = ((state.temperature - ambient) / WORKING_EXCESS_K).clamp(-MOST_WARM, MOST_WARM);
         let stress = (state.stress / STRESS_PA).clamp(0.0, MOST_STRESS);
         let r = (state.position / self.stroke).clamp(-MOST_POSITION, MOST_POSITION);
-        let v = (self.rates[0] / VELOCITY_M_S).clamp(-MOST_RATE, MOST_RATE);
+        let v = (self.rates.velocity / VELOCITY_M_S).clamp(-MOST_RATE, MOST_RATE);
         let xi = state.fraction.martensite;
         for (term, value) in [
             (Term::Tau, tau),
@@ -569,11 +505,11 @@ impl Terms {
             (Term::Position3, r * r * r),
             (Term::Velocity, v),
             (Term::Drag, v.abs() * v),
-            (Term::Dry, (self.rates[0] / DRY_M_S).tanh()),
-            (Term::Power, self.now.drive[1].clamp(0.0, MOST_POWER)),
-            (Term::Duty, self.now.drive[0].clamp(0.0, 1.0)),
-            (Term::PhaseRate, self.rates[1].clamp(-MOST_RATE, MOST_RATE)),
-            (Term::Warming, (self.rates[2] / 100.0).clamp(-MOST_RATE, MOST_RATE)),
+            (Term::Dry, (self.rates.velocity / DRY_M_S).tanh()),
+            (Term::Power, self.now.drive.power.clamp(0.0, MOST_POWER)),
+            (Term::Duty, self.now.drive.duty.clamp(0.0, 1.0)),
+            (Term::PhaseRate, self.rates.phase.clamp(-MOST_RATE, MOST_RATE)),
+            (Term::Warming, (self.rates.warming / 100.0).clamp(-MOST_RATE, MOST_RATE)),
             (Term::MovedWarm, r * tau),
             (Term::Time, time / 100.0),
         ] {
@@ -587,14 +523,14 @@ impl Terms {
         let form = &self.effects.empirical.electrical;
         let mut change = self.unknown.resistivity;
         if self.forms && form.is_on() {
-            change += form.sum(&self.features(state, self.time + self.now.h, self.now.ambient[1]));
+            change += form.sum(&self.features(state, self.time + self.now.h, self.air.ambient(At::End)));
         }
         (1.0 + change).max(0.05)
     }
 
     /// The library's functions as they are now, after a step.
     pub(crate) fn features_now(&self, state: &State) -> Features {
-        self.features(state, self.time, self.now.ambient[1])
+        self.features(state, self.time, self.air.ambient(At::End))
     }
 
     /// Remembers what the delayed sensor shows at the start.

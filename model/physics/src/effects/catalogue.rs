@@ -1,0 +1,164 @@
+//! The catalogue as it is of a [`WireModel`]: every row, what it does to a model, and the check of a model's effects.
+
+use std::sync::LazyLock;
+
+use super::all::Effects;
+use super::electrical::Electrical;
+use super::empirical::Empirical;
+use super::kinetic::Kinetic;
+use super::mechanical::Mechanical;
+use super::row::{self, Group, Has, Home, Needs};
+use super::sensing::Sensing;
+use super::thermal::Thermal;
+use crate::error::Error;
+use crate::model::WireModel;
+use crate::params::{DriveKind, Kinetics, Load, Material};
+
+/// A row of the catalogue; see [`row::Effect`] for its fields.
+pub type Effect = row::Effect<WireModel>;
+/// A parameter of an effect; see [`row::EffectParameter`] for its fields.
+pub type EffectParameter = row::EffectParameter<WireModel>;
+/// What a parameter does for its effect: switch or shape; see [`row::Role`].
+pub type Role = row::Role<WireModel>;
+
+/// The catalogue by group: the reference model's own coefficients, the mechanisms by equation, the empirical forms.
+static GROUPS: [&[Effect]; 7] = [
+    <Material as Group<WireModel>>::ROWS,
+    <Thermal as Group<WireModel>>::ROWS,
+    <Electrical as Group<WireModel>>::ROWS,
+    <Kinetic as Group<WireModel>>::ROWS,
+    <Mechanical as Group<WireModel>>::ROWS,
+    <Sensing as Group<WireModel>>::ROWS,
+    <Empirical as Group<WireModel>>::ROWS,
+];
+
+/// Says where a [`WireModel`] has a group of effects.
+macro_rules! has {
+    ($group:ty, $($at:ident).+) => {
+        impl Has<$group> for WireModel {
+            fn part(&self) -> &$group {
+                &self.$($at).+
+            }
+
+            fn part_mut(&mut self) -> &mut $group {
+                &mut self.$($at).+
+            }
+        }
+    };
+}
+has!(Material, material);
+has!(Thermal, effects.thermal);
+has!(Electrical, effects.electrical);
+has!(Kinetic, effects.kinetic);
+has!(Mechanical, effects.mechanical);
+has!(Sensing, effects.sensing);
+has!(Empirical, effects.empirical);
+
+/// Every row of the catalogue: the reference model's own coefficients first, the empirical forms last.
+pub fn catalogue() -> impl Iterator<Item = &'static Effect> + Clone {
+    GROUPS.iter().flat_map(|group| group.iter())
+}
+
+/// The row with this id.
+pub fn effect(id: &str) -> Option<&'static Effect> {
+    catalogue().find(|effect| effect.id == id)
+}
+
+impl Effect {
+    /// Whether the model leaves this effect out: all its switches are at their null.
+    pub fn is_null(&self, model: &WireModel) -> bool {
+        self.parameters.iter().all(|parameter| parameter.is_null(model))
+    }
+
+    /// Takes the effect out of the model: switches to their null, shapes to their default.
+    pub fn set_null(&self, model: &mut WireModel) {
+        for parameter in self.parameters {
+            let value = parameter.default(model);
+            (parameter.set)(model, value);
+        }
+    }
+
+    /// Whether the effect can show on such a rig at all.
+    pub fn applies_to(&self, model: &WireModel) -> bool {
+        match self.needs {
+            Needs::Nothing => true,
+            Needs::Heating => model.drive.kind != DriveKind::Temperature,
+            Needs::Supply => model.drive.kind == DriveKind::Pwm,
+            Needs::Taps => model.taps.is_some(),
+            Needs::SkewedCurves => {
+                matches!(model.material.kinetics, Kinetics::Logistic | Kinetics::Richards { .. })
+            }
+            Needs::FreeEnd => model.load != Load::ImposedPosition,
+        }
+    }
+
+    /// Checks the parameters of an effect that is on.
+    fn check(&self, model: &WireModel) -> Result<(), Error> {
+        if self.home == Home::Material || self.is_null(model) {
+            return Ok(());
+        }
+        for parameter in self.parameters {
+            let found = (parameter.get)(model);
+            let slack = 8.0 * f64::EPSILON * found.abs();
+            if !(found >= parameter.low - slack && found <= parameter.high + slack) {
+                return Err(Error::OutOfRange {
+                    key: path(self.id, parameter.key),
+                    found,
+                    low: parameter.low,
+                    high: parameter.high,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl EffectParameter {
+    /// Whether it turns its effect on and off.
+    pub fn is_switch(&self) -> bool {
+        matches!(self.role, Role::Switch { .. })
+    }
+
+    /// A switch's null on this model, in the rig file's unit.
+    pub fn null(&self, model: &WireModel) -> Option<f64> {
+        match self.role {
+            Role::Switch { null } => Some(null(model)),
+            Role::Shape { .. } => None,
+        }
+    }
+
+    /// Its value where the rig file gives none, in the rig file's unit.
+    pub fn default(&self, model: &WireModel) -> f64 {
+        match self.role {
+            Role::Switch { null } => null(model),
+            Role::Shape { default } => default,
+        }
+    }
+
+    /// Not what keeps its effect on. A NaN is not at the null: validation must meet it.
+    fn is_null(&self, model: &WireModel) -> bool {
+        match self.null(model) {
+            // a null that is another parameter comes back from SI with other last digits
+            Some(null) => ((self.get)(model) - null).abs() <= 1e-12 * null.abs(),
+            None => true,
+        }
+    }
+}
+
+/// Checks every effect of the model that is on.
+pub(crate) fn validate(model: &WireModel) -> Result<(), Error> {
+    if model.effects == Effects::default() {
+        return Ok(());
+    }
+    catalogue().try_for_each(|effect| effect.check(model))
+}
+
+/// An effect's key as errors name it, such as `thermal.draught.gain`.
+fn path(id: &str, key: &str) -> &'static str {
+    static PATHS: LazyLock<Vec<String>> = LazyLock::new(|| {
+        catalogue().flat_map(|e| e.parameters.iter().map(move |p| format!("{}.{}", e.id, p.key))).collect()
+    });
+    let at =
+        catalogue().flat_map(|e| e.parameters.iter().map(move |p| (e.id, p.key))).position(|found| found == (id, key));
+    at.map_or("effects", |at| &PATHS[at])
+}
