@@ -590,3 +590,29 @@ fn the_same_seed_gives_the_same_states() {
     };
     assert_eq!(run(), run());
 }
+
+/// A program that makes its rig itself gets the refusal that a file would get: a limit that is no number limits nothing.
+#[test]
+fn limits_that_no_file_could_say_are_refused_when_the_engine_is_made() {
+    type Spoil = fn(&mut sinew_rig::Limits, f64);
+    let limits: [(&str, Spoil); 8] = [
+        ("limits.minimum_length_mm", |limits, value| limits.min_length_m = value),
+        ("limits.maximum_length_mm", |limits, value| limits.max_length_m = value),
+        ("limits.maximum_duty", |limits, value| limits.max_duty = value),
+        ("limits.maximum_power_w", |limits, value| limits.max_power_w = value),
+        ("limits.maximum_current_a", |limits, value| limits.max_current_a = value),
+        ("limits.maximum_temperature_c", |limits, value| limits.max_temperature_c = value),
+        ("limits.energy_budget_j", |limits, value| limits.energy_budget_j = value),
+        ("limits.energy_drain_w", |limits, value| limits.energy_drain_w = value),
+    ];
+    for (key, spoil) in limits {
+        for value in [f64::NAN, f64::INFINITY, -1e6] {
+            let mut rig = rig("safety", 2, RATE_HZ);
+            Engine::new(&rig, None).unwrap();
+            spoil(&mut rig.channels[1].limits, value);
+            let error = Engine::new(&rig, None).expect_err(key).to_string();
+            let name = &rig.channels[1].name;
+            assert!(error.contains(key) && error.contains(&format!("channel \"{name}\"")), "{key} = {value}: {error}");
+        }
+    }
+}

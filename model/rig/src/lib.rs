@@ -46,6 +46,8 @@ mod write;
 
 use std::path::Path;
 
+use read::value::wrong_number;
+
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
 pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
@@ -118,8 +120,8 @@ impl Rig {
         self.channels[channel].nominal_model(self.joint_of(channel).map(|(joint, _)| joint))
     }
 
-    /// Checks what the driver needs beyond what `simulate` does: a rate it can keep, and wires it can heat by PWM
-    /// and move.
+    /// Checks what the driver needs beyond what `simulate` does: a rate it can keep, wires it can heat by PWM and move, and
+    /// numbers that a rig file could have said, for a program may have made this rig or changed it.
     ///
     /// # Errors
     /// [`Error::Invalid`] with every reason against it.
@@ -140,6 +142,11 @@ impl Rig {
             problem(None, "rig.rate_hz", What::OutOfRange { found, low, high, defaulted: false });
         }
         for (index, channel) in self.channels.iter().enumerate() {
+            for section in tables::of_channel() {
+                for (key, what) in section.keys().filter_map(|key| Some((key.name, wrong_number(key, channel)?))) {
+                    problem(Some(index), format!("{}.{key}", section.local()).trim_start_matches('.'), what);
+                }
+            }
             if channel.model.drive.kind != DriveKind::Pwm {
                 let message = "cannot be driven: the driver heats by PWM only, expected \"pwm\"".into();
                 problem(Some(index), "drive.kind", What::Contradiction { message });

@@ -86,6 +86,17 @@ pub(crate) fn in_range(node: &Node, low: f64, high: f64) -> Result<f64, What> {
     if (low..=high).contains(&found) { Ok(found) } else { Err(What::OutOfRange { found, low, high, defaulted: false }) }
 }
 
+/// What is wrong with the number a key has in a rig that a program made or changed: the same as if it were read.
+pub(crate) fn wrong_number<T>(key: &Key<T>, of: &T) -> Option<What> {
+    let (Kind::Number { unit, low, high }, Some(Value::Number(found))) = (&key.takes, key.get(of)) else { return None };
+    if !found.is_finite() {
+        let expected = format!("a number, {low} to {high}");
+        return Some(What::NotFinite { found: found.to_string().to_lowercase(), expected });
+    }
+    let inside = (unit.to_si(*low)..=unit.to_si(*high)).contains(&found);
+    (!inside).then(|| What::OutOfRange { found: unit.to_file(found), low: *low, high: *high, defaulted: false })
+}
+
 fn whole_in_range(node: &Node, low: i64, high: i64) -> Result<i64, What> {
     let Tree::Integer(found) = node.value else {
         let expected = format!("a whole number, {low} to {high}");

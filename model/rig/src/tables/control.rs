@@ -1,12 +1,7 @@
 //! `[channel.control]`: the controller and what it measures by.
 //!
-<<<<<<< HEAD
 //! Laws and estimators, their words and the keys each law takes are the business of crate `control`, which writes
 //! `control/generated.rs`; a key that is new with a law is a row of the table below.
-=======
-//! Another law is a row of `laws!`, which names the keys it takes; a key that is new with it is a row of the table
-//! below. Another estimator is a line of [`Estimator`]. What they do is crate `control`'s to say.
->>>>>>> rig
 
 use sinew_physics::DriveKind;
 
