@@ -33,6 +33,7 @@
 
 mod declare;
 mod derive;
+mod edit;
 mod effects;
 mod error;
 mod key;
@@ -48,7 +49,8 @@ use std::path::Path;
 
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
-pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
+pub use key::Prior;
+pub use parameters::{Parameter, default_priors, parameters, range_of};
 pub use reference::{reference, word, words};
 pub use suggest::nearest;
 pub use tables::MAX_PATH;

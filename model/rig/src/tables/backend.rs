@@ -7,8 +7,7 @@
 pub(crate) mod linux;
 pub(crate) mod serial;
 
-use crate::declare::Unread;
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::{Channel, Rig};
 

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use sinew_physics::effects::Effects;
 use sinew_physics::{Drive, Geometry, Initial, Material, WireModel};
 
-use crate::declare::Unread;
+use crate::declare::rows::*;
 use crate::derive::Reach;
 use crate::effects;
 use crate::error::What;
+use crate::key::Prior;
 use crate::key::local;
-use crate::key::rows::*;
-use crate::parameters::{self, Prior};
+use crate::parameters;
 use crate::read::value::is_name;
 use crate::read::{Given, Reader, Stated, descend, tidy, within};
 use crate::tables::{

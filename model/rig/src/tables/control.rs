@@ -5,8 +5,8 @@
 
 use sinew_physics::DriveKind;
 
+use crate::declare::rows::*;
 use crate::key::choices;
-use crate::key::rows::*;
 use crate::read::{Reader, Stated, tidy};
 use crate::tables::Channel;
 

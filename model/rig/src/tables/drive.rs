@@ -2,8 +2,8 @@
 
 use sinew_physics::DriveKind;
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::Channel;
 

@@ -2,8 +2,8 @@
 
 use sinew_physics::DriveKind;
 
+use crate::declare::rows::*;
 use crate::derive::{self, Reach};
-use crate::key::rows::*;
 use crate::read::{Reader, Stated, tidy};
 use crate::tables::{Channel, SamplingCircuit};
 

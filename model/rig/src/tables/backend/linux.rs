@@ -1,7 +1,7 @@
 //! Linux's own PWM outputs and converters: `[backend.linux]` and `[channel.linux]`.
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
 use crate::read::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, MAX_PATH, Rig, SamplingCircuit, Sensing};
 
