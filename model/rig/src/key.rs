@@ -6,7 +6,7 @@
 
 use std::fmt::Display;
 
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 
 /// A table of the rig file whose keys live in `T`: the rig, a channel or a joint.
 pub(crate) struct Section<T: 'static> {

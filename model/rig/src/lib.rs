@@ -37,6 +37,7 @@ mod edit;
 mod effects;
 mod error;
 mod key;
+mod notes;
 mod parameters;
 mod read;
 mod reference;

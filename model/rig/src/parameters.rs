@@ -7,7 +7,7 @@ use sinew_physics::effects::Home;
 use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::key::{Key, Kind, Prior, Section, Unit, Value};
-use crate::read::Reader;
+use crate::notes::Reader;
 use crate::read::value::number;
 use crate::suggest::nearest;
 use crate::tables::{self, Channel, Rig, of_channel};

@@ -4,7 +4,7 @@ use sinew_physics::DriveKind;
 
 use crate::declare::rows::*;
 use crate::derive;
-use crate::read::{Reader, Stated, tidy};
+use crate::notes::{Reader, Stated, tidy};
 use crate::tables::Channel;
 
 words! {

@@ -8,7 +8,7 @@ pub(crate) mod linux;
 pub(crate) mod serial;
 
 use crate::declare::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::{Channel, Rig};
 
 pub use linux::*;

@@ -11,9 +11,10 @@ use crate::effects;
 use crate::error::What;
 use crate::key::Prior;
 use crate::key::local;
+use crate::notes::{Given, Reader, Stated, tidy};
 use crate::parameters;
 use crate::read::value::is_name;
-use crate::read::{Given, Reader, Stated, descend, tidy, within};
+use crate::read::{descend, within};
 use crate::tables::{
     Adc, Control, Joint, Limits, LinuxChannel, PositionZero, Rig, adc, control, limits, load, of_channel, tables_with,
 };

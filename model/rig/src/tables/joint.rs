@@ -6,8 +6,8 @@ use sinew_physics::WireModel;
 
 use crate::declare::rows::*;
 use crate::error::What;
+use crate::notes::{Reader, tidy};
 use crate::read::value::channel_choices;
-use crate::read::{Reader, tidy};
 use crate::tables::{Channel, MAX_CHANNEL_NAME, Rig};
 use crate::tree::{Node, Table, Tree};
 

@@ -4,7 +4,7 @@ use sinew_physics::Load;
 
 use crate::declare::rows::*;
 use crate::error::What;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::{Channel, Joint};
 
 /// Standard gravity, in m/s².

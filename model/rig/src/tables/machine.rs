@@ -2,7 +2,7 @@
 
 use crate::declare::rows::*;
 use crate::error::What;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::Rig;
 
 table! {

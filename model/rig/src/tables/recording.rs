@@ -6,7 +6,7 @@ use toml_edit::{InlineTable, TableLike};
 
 use crate::edit::{put, remove};
 use crate::error::What;
-use crate::read::Reader;
+use crate::notes::Reader;
 use crate::read::value::{number, unknown_hint};
 use crate::suggest::nearest;
 use crate::tables::Rig;

@@ -1,7 +1,7 @@
 //! `[rig]`: the rig as a whole, and what all of it is made of.
 
 use crate::declare::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::{Access, Backend, BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
 
 /// Longest name of a rig, in bytes.

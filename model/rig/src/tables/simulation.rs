@@ -7,8 +7,8 @@ use toml_edit::{ArrayOfTables, Item, Table as Written, TableLike};
 use crate::declare::rows::*;
 use crate::edit::{remove, table_at};
 use crate::error::What;
+use crate::notes::{Reader, Stated};
 use crate::read::value::{channel_choices, in_range, not_a_choice, number as any_number, unknown_hint};
-use crate::read::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, Rig};
 use crate::tree::{Node, Tree};
 
