@@ -7,8 +7,8 @@
 //! travel_m: f64 = "travel_mm", number(milli("mm"), 1.0, 2000.0), Number(250.0);
 //! ```
 //!
-//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit); `, only …` follows
-//! where it means something only beside certain others.
+//! The field (in SI) and its type, the key, what it takes and its default (both in the key's unit). `, only …` follows
+//! where it means something only beside certain others, `, prior …` where a fit moves it without being asked.
 
 use crate::key::{Default, Kind, Value};
 
@@ -142,13 +142,15 @@ macro_rules! at {
 }
 
 /// Keys that live in fields declared elsewhere: `"key" = place, what it takes, its default;`. The place is
-/// `at(path.of.fields)`, or any other macro that makes an [`Accessor`](crate::key::Accessor).
+/// `at(path.of.fields)`, or any other macro that makes an [`Accessor`](crate::key::Accessor). A number of the model may have
+/// its `prior`.
 macro_rules! keys {
     (
         $of:ty;
         $(
             $(#[doc = $doc:literal])+
-            $key:literal = $place:ident($($where:tt)+), $takes:expr, $default:expr $(, only $only:expr)?;
+            $key:literal = $place:ident($($where:tt)+), $takes:expr, $default:expr
+                $(, only $only:expr)? $(, prior $prior:expr)?;
         )+
     ) => {
         &[$(
@@ -159,6 +161,7 @@ macro_rules! keys {
                 doc: concat!($($doc),+),
                 access: $place!($($where)+),
                 only: [$(Some(&$only),)? None][0],
+                prior: [$(Some($prior),)? None][0],
             }
         ),+]
     };
@@ -213,3 +216,77 @@ pub(crate) trait Unread {
 }
 
 pub(crate) use {at, key_words, keys, table, words};
+
+/// What the rows of a table are written with.
+pub(crate) mod rows {
+    pub(crate) use crate::key::Default::{Boolean, Computed, Integer, Number, Required, Text};
+    pub(crate) use crate::key::Prior::{Absolute, Relative};
+    pub(crate) use crate::key::{Accessor, Kind, Only, Section, Unit, Value};
+
+    pub(crate) use super::{Field, Unread, Words, at, key_words, keys, table, words};
+
+    /// A unit that is SI's own, or kept as it is.
+    pub(crate) const fn si(name: &'static str) -> Unit {
+        Unit::new(name, 1.0, 1.0)
+    }
+
+    /// A thousandth of SI's; so the others, each by its name.
+    pub(crate) const fn milli(name: &'static str) -> Unit {
+        Unit::new(name, 1.0, 1e3)
+    }
+
+    pub(crate) const fn micro(name: &'static str) -> Unit {
+        Unit::new(name, 1.0, 1e6)
+    }
+
+    pub(crate) const fn kilo(name: &'static str) -> Unit {
+        Unit::new(name, 1e3, 1.0)
+    }
+
+    pub(crate) const fn mega(name: &'static str) -> Unit {
+        Unit::new(name, 1e6, 1.0)
+    }
+
+    pub(crate) const fn giga(name: &'static str) -> Unit {
+        Unit::new(name, 1e9, 1.0)
+    }
+
+    /// Of resistivities: 1 µΩ cm = 1e-8 Ω m.
+    pub(crate) const fn uohm_cm(name: &'static str) -> Unit {
+        Unit::new(name, 1.0, 1e8)
+    }
+
+    pub(crate) const BOOLEAN: Kind = Kind::Boolean;
+
+    pub(crate) const fn number(unit: Unit, low: f64, high: f64) -> Kind {
+        Kind::Number { unit, low, high }
+    }
+
+    pub(crate) const fn integer(low: i64, high: i64) -> Kind {
+        Kind::Integer { low, high, times: 1 }
+    }
+
+    pub(crate) const fn name(longest: usize) -> Kind {
+        Kind::Name { longest }
+    }
+
+    pub(crate) const fn text(what: &'static str, longest: usize) -> Kind {
+        Kind::Text { what, longest }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rows::*;
+
+    #[test]
+    fn units_convert_there_and_back() {
+        assert_eq!(milli("mm").to_si(160.0), 0.16);
+        assert_eq!(uohm_cm("µΩ cm").to_si(86.5), 86.5e-8);
+        for unit in [si, milli, giga, mega, micro, uohm_cm, kilo].map(|of| of("")) {
+            for n in [0.0, 0.1, 0.125, 1.0 / 3.0, 1.96133, 86.5, 160.0, 24_200.0, -0.05, 1e-200, 1e200] {
+                assert_eq!(unit.to_file(unit.to_si(n)), n, "{unit:?} {n}");
+            }
+        }
+    }
+}

@@ -10,9 +10,9 @@ use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Equat
 
 use crate::error::{Plain, What};
 use crate::key::shortest;
+use crate::notes::{Reader, Stated};
 use crate::parameters::parameters;
 use crate::read::value::{channel_choices, in_range, not_a_choice, number as any_number, unknown_hint};
-use crate::read::{Reader, Stated};
 use crate::suggest::nearest;
 use crate::tables::{Channel, Rig};
 use crate::tree::{Node, Table, Tree};

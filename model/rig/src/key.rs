@@ -6,7 +6,7 @@
 
 use std::fmt::Display;
 
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 
 /// A table of the rig file whose keys live in `T`: the rig, a channel or a joint.
 pub(crate) struct Section<T: 'static> {
@@ -58,6 +58,8 @@ pub(crate) struct Key<T: 'static> {
     pub access: Accessor<T>,
     /// Where it means something only beside certain others.
     pub only: Option<&'static Only<T>>,
+    /// How sure one is of it beforehand, where a fit moves it without being asked.
+    pub prior: Option<Prior>,
 }
 
 /// The way from a rig, a channel or a joint to a value and back, in SI.
@@ -152,6 +154,25 @@ pub(crate) enum Default {
     Computed(&'static str),
 }
 
+/// How far a parameter may be off, as 1 σ around the rig file's value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prior {
+    /// As a fraction of the value; 0.2 is "20 %".
+    Relative(f64),
+    /// In the unit of the key.
+    Absolute(f64),
+}
+
+impl Prior {
+    /// 1 σ in the unit of the key, for a parameter whose value is `value` in the same unit. 0 = held fixed.
+    pub fn sigma(&self, value: f64) -> f64 {
+        match self {
+            Prior::Relative(fraction) => fraction * value.abs(),
+            Prior::Absolute(sigma) => *sigma,
+        }
+    }
+}
+
 /// A value in SI on its way between text and rig.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Value {
@@ -172,6 +193,10 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
+    pub(crate) const fn new(name: &'static str, mul: f64, div: f64) -> Unit {
+        Unit { name, mul, div }
+    }
+
     pub(crate) fn to_si(self, in_file: f64) -> f64 {
         in_file * self.mul / self.div
     }
@@ -191,66 +216,6 @@ pub(crate) fn shortest(guess: f64, mut right: impl FnMut(f64) -> bool) -> f64 {
         .unwrap_or(guess)
 }
 
-/// What the rows of a table are written with.
-pub(crate) mod rows {
-    pub(crate) use super::Default::{Boolean, Computed, Integer, Number, Required, Text};
-    pub(crate) use super::{Accessor, Kind, Only, Section, Unit, Value};
-    pub(crate) use crate::declare::{Field, Words, at, key_words, keys, table, words};
-
-    const fn unit(name: &'static str, mul: f64, div: f64) -> Unit {
-        Unit { name, mul, div }
-    }
-
-    /// A unit that is SI's own, or kept as it is.
-    pub(crate) const fn si(name: &'static str) -> Unit {
-        unit(name, 1.0, 1.0)
-    }
-
-    /// A thousandth of SI's; so the others, each by its name.
-    pub(crate) const fn milli(name: &'static str) -> Unit {
-        unit(name, 1.0, 1e3)
-    }
-
-    pub(crate) const fn micro(name: &'static str) -> Unit {
-        unit(name, 1.0, 1e6)
-    }
-
-    pub(crate) const fn kilo(name: &'static str) -> Unit {
-        unit(name, 1e3, 1.0)
-    }
-
-    pub(crate) const fn mega(name: &'static str) -> Unit {
-        unit(name, 1e6, 1.0)
-    }
-
-    pub(crate) const fn giga(name: &'static str) -> Unit {
-        unit(name, 1e9, 1.0)
-    }
-
-    /// Of resistivities: 1 µΩ cm = 1e-8 Ω m.
-    pub(crate) const fn uohm_cm(name: &'static str) -> Unit {
-        unit(name, 1.0, 1e8)
-    }
-
-    pub(crate) const BOOLEAN: Kind = Kind::Boolean;
-
-    pub(crate) const fn number(unit: Unit, low: f64, high: f64) -> Kind {
-        Kind::Number { unit, low, high }
-    }
-
-    pub(crate) const fn integer(low: i64, high: i64) -> Kind {
-        Kind::Integer { low, high, times: 1 }
-    }
-
-    pub(crate) const fn name(longest: usize) -> Kind {
-        Kind::Name { longest }
-    }
-
-    pub(crate) const fn text(what: &'static str, longest: usize) -> Kind {
-        Kind::Text { what, longest }
-    }
-}
-
 /// Words one of which is meant: `"a", "b" or "c"`.
 pub(crate) fn choices(words: &[impl Display]) -> String {
     let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
@@ -258,21 +223,5 @@ pub(crate) fn choices(words: &[impl Display]) -> String {
         [one] => one.clone(),
         [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
         [] => "nothing".into(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rows::*;
-
-    #[test]
-    fn units_convert_there_and_back() {
-        assert_eq!(milli("mm").to_si(160.0), 0.16);
-        assert_eq!(uohm_cm("µΩ cm").to_si(86.5), 86.5e-8);
-        for unit in [si, milli, giga, mega, micro, uohm_cm, kilo].map(|of| of("")) {
-            for n in [0.0, 0.1, 0.125, 1.0 / 3.0, 1.96133, 86.5, 160.0, 24_200.0, -0.05, 1e-200, 1e200] {
-                assert_eq!(unit.to_file(unit.to_si(n)), n, "{unit:?} {n}");
-            }
-        }
     }
 }

@@ -33,9 +33,11 @@
 
 mod declare;
 mod derive;
+mod edit;
 mod effects;
 mod error;
 mod key;
+mod notes;
 mod parameters;
 mod read;
 mod reference;
@@ -50,7 +52,8 @@ use read::value::wrong_number;
 
 pub use effects::catalogue;
 pub use error::{Error, Problem, What};
-pub use parameters::{Parameter, Prior, default_priors, parameters, range_of};
+pub use key::Prior;
+pub use parameters::{Parameter, default_priors, parameters, range_of};
 pub use reference::{reference, word, words};
 pub use suggest::nearest;
 pub use tables::MAX_PATH;

@@ -6,54 +6,19 @@ use sinew_physics::effects::Home;
 
 use crate::effects;
 use crate::error::{Error, Problem, What};
-use crate::key::{Key, Kind, Section, Unit, Value};
-use crate::read::Reader;
+use crate::key::{Key, Kind, Prior, Section, Unit, Value};
+use crate::notes::Reader;
 use crate::read::value::number;
 use crate::suggest::nearest;
 use crate::tables::{self, Channel, Rig, of_channel};
 use crate::tree::{Node, Tree};
 
-/// How far a parameter may be off, as 1 σ around the rig file's value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Prior {
-    /// As a fraction of the value; 0.2 is "20 %".
-    Relative(f64),
-    /// In the unit of the key.
-    Absolute(f64),
-}
-
-impl Prior {
-    /// 1 σ in the unit of the key, for a parameter whose value is `value` in the same unit. 0 = held fixed.
-    pub fn sigma(&self, value: f64) -> f64 {
-        match self {
-            Prior::Relative(fraction) => fraction * value.abs(),
-            Prior::Absolute(sigma) => *sigma,
-        }
-    }
-}
-
 /// The priors that hold where the rig file says nothing, by key.
 /// Keys not listed have none: a fit leaves them alone unless the rig file says otherwise.
 pub fn default_priors() -> BTreeMap<&'static str, Prior> {
-    BTreeMap::from([
-        ("convection_w_per_m2_k", Prior::Relative(0.20)),
-        ("heating_steepness_per_k", Prior::Relative(0.25)),
-        ("cooling_steepness_per_k", Prior::Relative(0.25)),
-        ("austenite_resistivity_uohm_cm", Prior::Relative(0.10)),
-        ("martensite_resistivity_uohm_cm", Prior::Relative(0.10)),
-        ("austenite_resistivity_slope_uohm_cm_per_k", Prior::Relative(0.30)),
-        ("martensite_resistivity_slope_uohm_cm_per_k", Prior::Relative(0.30)),
-        ("transformation_strain", Prior::Relative(0.15)),
-        ("austenite_modulus_gpa", Prior::Relative(0.15)),
-        ("martensite_modulus_gpa", Prior::Relative(0.15)),
-        ("latent_heat_j_per_kg", Prior::Relative(0.25)),
-        ("specific_heat_j_per_kg_k", Prior::Relative(0.05)),
-        ("stress_shift_k_per_mpa", Prior::Relative(0.20)),
-        ("damping_n_s_per_m", Prior::Relative(0.30)),
-        ("austenite_temperature_c", Prior::Absolute(5.0)),
-        ("martensite_temperature_c", Prior::Absolute(5.0)),
-        ("ambient_c", Prior::Absolute(2.0)),
-    ])
+    let of_rig = tables::rig::SECTION.keys().filter_map(|key| Some((key.name, key.prior?)));
+    let of_channel = tables_of_model().flat_map(Section::keys).filter_map(|key| Some((key.name, key.prior?)));
+    of_rig.chain(of_channel).collect()
 }
 
 /// A number a fit may move.

@@ -3,9 +3,10 @@
 use sinew_physics::effects::Nature;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike};
 
+use crate::edit::{put, remove, table_if};
 use crate::effects;
-use crate::key::{Kind, Section, Value, shortest};
-use crate::parameters::{MODEL_TABLES, Prior};
+use crate::key::{Kind, Prior, Section, Value, shortest};
+use crate::parameters::MODEL_TABLES;
 use crate::read;
 use crate::tables::{self, Channel, Rig, joint, of_channel, of_rig, recording, simulation};
 
@@ -217,40 +218,6 @@ fn write_section<T>(
     }
 }
 
-/// The table at a path, made where it is not there yet.
-pub(crate) fn table_at<'a>(root: &'a mut dyn TableLike, path: &[&str]) -> Option<&'a mut dyn TableLike> {
-    let mut at = root;
-    for (depth, part) in path.iter().enumerate() {
-        let item = at.entry(part).or_insert_with(|| {
-            let mut table = Table::new();
-            // Tables that only hold tables need no header of their own.
-            table.set_implicit(depth + 1 < path.len());
-            Item::Table(table)
-        });
-        at = item.as_table_like_mut()?;
-    }
-    Some(at)
-}
-
-/// The table at a path, where there is one.
-fn table_if<'a>(root: &'a dyn TableLike, path: &[&str]) -> Option<&'a dyn TableLike> {
-    path.iter().try_fold(root, |at, part| at.get(part)?.as_table_like())
-}
-
-/// Sets a value, keeping the spaces and the comment around the one it replaces.
-pub(crate) fn put(root: &mut dyn TableLike, path: &[&str], key: &str, mut value: toml_edit::Value) {
-    let Some(table) = table_at(root, path) else { return };
-    match table.get_mut(key) {
-        Some(Item::Value(old)) => {
-            *value.decor_mut() = old.decor().clone();
-            *old = value;
-        }
-        _ => {
-            table.insert(key, Item::Value(value));
-        }
-    }
-}
-
 /// Lets a table and those in it be printed where they now are, not where they once were.
 fn forget_place(table: &mut Table) {
     table.set_position(None);
@@ -261,16 +228,6 @@ fn forget_place(table: &mut Table) {
             _ => {}
         }
     }
-}
-
-/// Takes a key out of the table at a path, where there is one.
-pub(crate) fn remove(root: &mut dyn TableLike, path: &[&str], key: &str) {
-    let mut at = root;
-    for part in path {
-        let Some(next) = at.get_mut(part).and_then(Item::as_table_like_mut) else { return };
-        at = next;
-    }
-    at.remove(key);
 }
 
 /// A fraction in percent, as the decimal that reads back as the same fraction.

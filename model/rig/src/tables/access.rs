@@ -1,6 +1,6 @@
 //! `[access]`: which users besides the driver's own may look and command.
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::tables::Rig;
 
 /// Longest name of a Unix group, in bytes.

@@ -2,9 +2,9 @@
 
 use sinew_physics::DriveKind;
 
+use crate::declare::rows::*;
 use crate::derive;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated, tidy};
+use crate::notes::{Reader, Stated, tidy};
 use crate::tables::Channel;
 
 words! {

@@ -7,9 +7,8 @@
 pub(crate) mod linux;
 pub(crate) mod serial;
 
-use crate::declare::Unread;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::declare::rows::*;
+use crate::notes::{Reader, Stated};
 use crate::tables::{Channel, Rig};
 
 pub use linux::*;

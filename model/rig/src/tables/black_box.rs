@@ -1,6 +1,6 @@
 //! `[black_box]`: what is kept for the moment something breaks.
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::tables::Rig;
 
 table! {

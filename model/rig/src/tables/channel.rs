@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use sinew_physics::effects::Effects;
 use sinew_physics::{Drive, Geometry, Initial, Material, WireModel};
 
-use crate::declare::Unread;
+use crate::declare::rows::*;
 use crate::derive::Reach;
 use crate::effects;
 use crate::error::What;
+use crate::key::Prior;
 use crate::key::local;
-use crate::key::rows::*;
-use crate::parameters::{self, Prior};
+use crate::notes::{Given, Reader, Stated, tidy};
+use crate::parameters;
 use crate::read::value::is_name;
-use crate::read::{Given, Reader, Stated, descend, tidy, within};
+use crate::read::{descend, within};
 use crate::tables::{
     Adc, Control, Joint, Limits, LinuxChannel, PositionZero, Rig, adc, control, limits, load, of_channel, tables_with,
 };

@@ -5,9 +5,9 @@
 
 use sinew_physics::DriveKind;
 
+use crate::declare::rows::*;
 use crate::key::choices;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated, tidy};
+use crate::notes::{Reader, Stated, tidy};
 use crate::tables::Channel;
 
 /// The laws: what each is, its word, and the keys it takes of those that only some laws take.

@@ -2,9 +2,9 @@
 
 use sinew_physics::DriveKind;
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::Channel;
 
 key_words! {

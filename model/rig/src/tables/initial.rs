@@ -1,6 +1,6 @@
 //! `[channel.initial]`: the state at the first sample.
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::tables::Channel;
 
 /// Keys of `[channel.initial]`.

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use sinew_physics::WireModel;
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
+use crate::notes::{Reader, tidy};
 use crate::read::value::channel_choices;
-use crate::read::{Reader, tidy};
 use crate::tables::{Channel, MAX_CHANNEL_NAME, Rig};
 use crate::tree::{Node, Table, Tree};
 

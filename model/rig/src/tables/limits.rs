@@ -3,9 +3,9 @@
 use sinew_physics::DriveKind;
 use sinew_physics::formulas::heating_power_w;
 
+use crate::declare::rows::*;
 use crate::derive::{self, Reach};
-use crate::key::rows::*;
-use crate::read::{Reader, Stated, tidy};
+use crate::notes::{Reader, Stated, tidy};
 use crate::tables::{Channel, SamplingCircuit};
 
 table! {

@@ -3,9 +3,9 @@
 use sinew_physics::Load;
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::{Channel, Joint};
 
 /// The load of a joint's wire: the joint says where its end is.
@@ -80,7 +80,8 @@ pub(crate) static SECTION: Section<Channel> = Section {
         "mass_kg" = motion(mass_kg), number(si("kg"), 1e-6, 1e4),
             Computed("required with kind `spring_mass_damper`"), only MOTION;
         /// Damping B.
-        "damping_n_s_per_m" = motion(damping_n_s_per_m), number(si("N s/m"), 0.0, 1e6), Number(40.0), only MOTION;
+        "damping_n_s_per_m" = motion(damping_n_s_per_m), number(si("N s/m"), 0.0, 1e6), Number(40.0), only MOTION,
+            prior Relative(0.30);
         /// Spring K; 0 = a hanging mass.
         "spring_n_per_m" = motion(spring_n_per_m), number(si("N/m"), 0.0, 1e7), Number(0.0), only MOTION;
         /// Pull on the wire at its hot, unloaded length.

@@ -1,8 +1,8 @@
 //! `[machine]`: the tensile testing machine that `sinew test` mounts a wire in.
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::Rig;
 
 table! {

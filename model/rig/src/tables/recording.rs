@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use toml_edit::{InlineTable, TableLike};
 
+use crate::edit::{put, remove};
 use crate::error::What;
-use crate::read::Reader;
+use crate::notes::Reader;
 use crate::read::value::{number, unknown_hint};
 use crate::suggest::nearest;
 use crate::tables::Rig;
 use crate::tree::{Node, Tree};
-use crate::write::{put, remove};
 
 /// The columns a recording can have: the keys of [`ColumnMap`].
 pub const RECORDING_COLUMNS: [&str; 13] = [

@@ -1,8 +1,7 @@
 //! `[rig]`: the rig as a whole, and what all of it is made of.
 
-use crate::declare::Unread;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::declare::rows::*;
+use crate::notes::{Reader, Stated};
 use crate::tables::{Access, Backend, BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
 
 /// Longest name of a rig, in bytes.
@@ -83,7 +82,7 @@ pub(crate) static SECTION: Section<Rig> = Section {
         /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
         "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
         /// Temperature of the air, where a recording does not give it.
-        "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0);
+        "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0), prior Absolute(2.0);
         /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`).
         "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
         /// SCHED_FIFO priority of the loop (99 belongs to the kernel).

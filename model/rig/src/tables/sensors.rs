@@ -1,6 +1,6 @@
 //! `[channel.sensors]` and `[channel.sensors.noise]`: what the recordings' sensors are like.
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::tables::Channel;
 
 words! {

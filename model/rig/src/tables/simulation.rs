@@ -4,14 +4,13 @@ use std::collections::BTreeSet;
 
 use toml_edit::{ArrayOfTables, Item, Table as Written, TableLike};
 
-use crate::declare::Field as _;
+use crate::declare::rows::*;
+use crate::edit::{remove, table_at};
 use crate::error::What;
-use crate::key::rows::*;
+use crate::notes::{Reader, Stated};
 use crate::read::value::{channel_choices, in_range, not_a_choice, number as any_number, unknown_hint};
-use crate::read::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, Rig};
 use crate::tree::{Node, Tree};
-use crate::write::{remove, table_at};
 
 /// The simulated backend.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use sinew_physics::Taps;
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::tables::Channel;
 
 /// The position of a tap; that there are taps at all is what one of them being set says.

@@ -1,6 +1,6 @@
 //! `[channel.wire]`: the wire's size.
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 use crate::tables::Channel;
 
 /// Keys of `[channel.wire]`.

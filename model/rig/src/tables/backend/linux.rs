@@ -1,8 +1,8 @@
 //! Linux's own PWM outputs and converters: `[backend.linux]` and `[channel.linux]`.
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, MAX_PATH, Rig, SamplingCircuit, Sensing};
 
 words! {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::declare::rows::*;
 use crate::error::What;
-use crate::key::rows::*;
-use crate::read::{Reader, Stated};
+use crate::notes::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, MAX_PATH, Rig};
 
 table! {
