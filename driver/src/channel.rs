@@ -569,7 +569,7 @@ const _: () = {
     let mut i = 0;
     assert!(
         RigAlgorithm::ALL.len() == AlgorithmKind::ALL.len(),
-        "model/rig/src/generated.rs lacks a law: write it anew"
+        "the rig file lacks a law: run SINEW_BLESS=1 cargo test -p sinew-control"
     );
     while i < RigAlgorithm::ALL.len() {
         let (word, algorithm) = RigAlgorithm::ALL[i];
@@ -577,7 +577,10 @@ const _: () = {
         i += 1;
     }
     let mut i = 0;
-    assert!(RigEstimator::ALL.len() == EstimatorKind::ALL.len(), "model/rig/src/generated.rs lacks an estimator");
+    assert!(
+        RigEstimator::ALL.len() == EstimatorKind::ALL.len(),
+        "the rig file lacks an estimator: run SINEW_BLESS=1 cargo test -p sinew-control"
+    );
     while i < RigEstimator::ALL.len() {
         let (word, estimator) = RigEstimator::ALL[i];
         assert!(estimator as usize == i && is_same(word, EstimatorKind::ALL[i].word()), "an estimator of another word");

@@ -21,7 +21,7 @@ use sinew_physics::formulas::sliding_surface;
 
 /// How much steeper a cooling wire approaches: heating brakes it with several times the power that cools it.
 const COOLING_HASTE: f64 = 3.5;
-/// Within this of its curve, in widths, and within [`LEAVE_AT_ONCE`] of the reference, a wire is crept at.
+/// Within this of its curve, in widths, and within the reach of a hold ([`Hold::reach`]), a wire is crept at.
 const CREEP_WITHIN: f64 = 0.6;
 /// Rate of creeping, in widths times λ.
 const CREEP: f64 = 0.06;
