@@ -17,24 +17,6 @@
 //! # Noise
 //! Every channel draws from a generator of its own, seeded by the rig's seed and the channel's name: the same seed gives
 //! the same samples, whatever other channels the rig has and in whatever order.
-//!
-//! # A period of a rig
-//! ```
-//! use sinew_driver::{Backend, Sample};
-//! use sinew_rig::Rig;
-//! use sinew_sim_backend::SimulatedRig;
-//!
-//! let rig = Rig::hexapod();
-//! let mut simulated = SimulatedRig::new(&rig)?;
-//! simulated.start()?;
-//! let duty = vec![0.3; rig.channels.len()];
-//! let mut samples = vec![Sample::NONE; rig.channels.len()];
-//! for _ in 0..10 {
-//!     simulated.exchange(&duty, &mut samples)?;
-//! }
-//! assert!(samples.iter().all(|sample| sample.current_a > 0.0));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 #![forbid(unsafe_code)]
 
 mod channel;

@@ -25,7 +25,7 @@
 //! };
 //! let mut wire = Wire::new(&model)?;
 //! let long_m = wire.position_m();
-//! for _ in 0..1000 {
+//! for _ in 0..3000 {
 //!     wire.step(&Inputs { drive: 0.5, ..model.rest_inputs() }, 1e-3);
 //! }
 //! // it has become austenite and lifted its load, and its energy adds up
