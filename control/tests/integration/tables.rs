@@ -71,7 +71,7 @@ fn the_rig_file_has_the_words_of_the_tables() {
     let mut out = "//! The words of the control laws and estimators, and which keys each law takes.\n//!\n\
         //! Written from the tables in `control/src/laws/mod.rs` and `control/src/estimators/mod.rs`, which own them: do not edit.\n\
         //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes it anew.\n\n\
-        use crate::key::rows::*;\n\n"
+        use crate::declare::rows::*;\n\n"
         .to_string();
     let laws = AlgorithmKind::ALL.map(|kind| (kind.row().variant, kind.word(), kind.row().says));
     writeln!(out, "#[rustfmt::skip]\nlaws! {{\n    default {};", laws[0].0).unwrap();

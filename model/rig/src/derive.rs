@@ -156,7 +156,6 @@ mod tests {
 
     use super::*;
     use crate::Rig;
-    use sinew_physics::Convection;
 
     fn hexapod_wire() -> Channel {
         Rig::hexapod().channels.swap_remove(0)

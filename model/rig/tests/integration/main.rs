@@ -2,6 +2,7 @@
 
 mod files;
 mod joints;
+mod keys_of_laws;
 mod mistakes;
 mod properties;
 mod reference;

@@ -3,7 +3,7 @@
 //! Written from the tables in `control/src/laws/mod.rs` and `control/src/estimators/mod.rs`, which own them: do not edit.
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes it anew.
 
-use crate::key::rows::*;
+use crate::declare::rows::*;
 
 #[rustfmt::skip]
 laws! {
