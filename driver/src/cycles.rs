@@ -154,6 +154,10 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             // Tick.
             let tick = grid.wait(stats, missed);
             if shared.stop.load(Ordering::Relaxed) {
+                // No cycle comes that would count the periods it has passed over since the last one.
+                stats.missed += grid.missed_since();
+                last.missed = stats.missed;
+                shared.missed.store(stats.missed, Ordering::Relaxed);
                 break Ending::Stopped;
             }
             // A late exchange: what it asked for cannot have been measured by now. Only once, so that no backend stops the loop.

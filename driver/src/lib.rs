@@ -22,6 +22,7 @@ mod orders;
 mod program;
 mod publish;
 pub mod report;
+pub mod setup;
 mod shutdown_notice;
 pub mod stage;
 pub mod standstill;
