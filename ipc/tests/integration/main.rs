@@ -4,4 +4,5 @@ mod allocations;
 mod common;
 mod gait;
 mod processes;
+mod reference;
 mod threads;

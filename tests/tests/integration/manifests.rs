@@ -1,7 +1,8 @@
 //! What every manifest keeps to: who may know whom, which ARCHITECTURE.md says in lines `crate -> crate, room/; tests: crate`; and that
 //! no tests are switched off.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -128,6 +129,48 @@ fn no_crate_knows_a_room_that_the_architecture_does_not_allow() {
     let page = fs::read_to_string(checkout().join("ARCHITECTURE.md")).expect("it is in the checkout");
     let wrong = complaints(&page, &workspace());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The room a crate is in; the contract of backends is below the rooms that are on both sides of it.
+fn room(folder: &str) -> &str {
+    if folder == "backends/contract" { folder } else { folder.split('/').next().unwrap_or(folder) }
+}
+
+/// The rooms and what each is built on, as a Mermaid flowchart without the arrows that follow from others.
+fn picture(crates: &BTreeMap<String, Needs>) -> String {
+    let mut built_on: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (folder, needs) in crates {
+        let below = needs.always.iter().map(|need| room(need)).filter(|below| *below != room(folder));
+        built_on.entry(room(folder)).or_default().extend(below);
+    }
+    fn reaches(from: &str, to: &str, built_on: &BTreeMap<&str, BTreeSet<&str>>) -> bool {
+        built_on[from].iter().any(|below| *below == to || reaches(below, to, built_on))
+    }
+    let mut out = "```mermaid\nflowchart TD\n".to_string();
+    for (above, below) in &built_on {
+        writeln!(out, "    {}[\"{above}/\"]", above.replace('/', "_")).unwrap();
+        for to in below {
+            if !below.iter().any(|other| other != to && reaches(other, to, &built_on)) {
+                writeln!(out, "    {} --> {}", above.replace('/', "_"), to.replace('/', "_")).unwrap();
+            }
+        }
+    }
+    out + "```\n"
+}
+
+#[test]
+fn the_picture_is_that_of_the_manifests() {
+    let path = checkout().join("ARCHITECTURE.md");
+    let page = fs::read_to_string(&path).expect("it is in the checkout");
+    let (before, rest) = page.split_once("<!-- picture -->\n").expect("the picture's place");
+    let (shown, after) = rest.split_once("<!-- /picture -->").expect("its end");
+    let drawn = picture(&workspace());
+    if std::env::var_os("SINEW_BLESS").is_some() {
+        fs::write(&path, format!("{before}<!-- picture -->\n{drawn}<!-- /picture -->{after}"))
+            .expect("a writable page");
+    } else {
+        assert_eq!(shown, drawn, "ARCHITECTURE.md shows another picture; SINEW_BLESS=1 draws it anew");
+    }
 }
 
 /// The sources in a folder and in those below it.

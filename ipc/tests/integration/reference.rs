@@ -1,6 +1,6 @@
 //! `docs/client.md` prints the tables of the code: the published fields of a channel, and the faults.
 //!
-//! `SINEW_BLESS=1 cargo test -p sinew-ipc --test reference` writes them into the page.
+//! `SINEW_BLESS=1 cargo test -p sinew-ipc --test integration reference::` writes them into the page.
 
 use std::path::Path;
 
