@@ -25,12 +25,13 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    // Heard from before the mount is there, so that no signal ends the process and leaves it behind.
+    let signals = Signals::new([SIGINT, SIGTERM, SIGHUP]);
     match Tree::mount(&rig, scans, Path::new(folder)) {
         Ok(mut tree) => {
             tree.run();
             eprintln!("{} is shown under {folder}; Ctrl-C ends it", rig.name);
-            // Until a signal says so, and then not without taking the mount away.
-            match Signals::new([SIGINT, SIGTERM, SIGHUP]) {
+            match signals {
                 Ok(mut signals) => drop(signals.forever().next()),
                 Err(error) => eprintln!("signals cannot be waited for: {error}"),
             }
