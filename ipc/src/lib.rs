@@ -56,6 +56,7 @@ mod janitor;
 mod link;
 mod memory;
 mod messages;
+mod names;
 mod remains;
 mod run;
 mod server;
@@ -73,7 +74,8 @@ pub use messages::{
     DriverState, FieldKind, HeldCycle, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Replay,
     Reply, Snapshot, field_table_markdown,
 };
-pub use run::{MAX_RIG_NAME, RigLock, check_rig_name, running, runtime_dir};
+pub use names::{MAX_RIG_NAME, check_rig_name};
+pub use run::{RigLock, running, runtime_dir};
 pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};
 pub use stream::{Cycle, CycleStream};
 pub use sys::monotonic_ns;

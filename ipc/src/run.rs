@@ -11,16 +11,16 @@
 //! that a killed driver left can be in the way of the next one: that one uses other names. A run whose `users` nobody
 //! holds any more is swept away by whoever comes next. The kernel releases the locks however a process ends.
 
+use crate::error::Error;
+use crate::messages::PROTOCOL;
+use crate::names::check_rig_name;
 use crate::sys::{self, Lock};
-use crate::{Error, PROTOCOL};
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Longest rig name.
-pub const MAX_RIG_NAME: usize = 48;
 /// Longest runtime folder: a Unix socket's path has 107 bytes, of which a run's name, iceoryx2's prefix, id and suffix take 74.
 const MAX_RUNTIME_DIR: usize = 33;
 /// Letters of a run's name.
@@ -33,18 +33,6 @@ const RECORD_BYTES: usize = 128;
 const RIG_TEXT: &str = "rig.toml";
 /// Longest rig file a client reads, bytes.
 const MAX_RIG_TEXT: u64 = 4 << 20;
-
-/// Checks a rig name: 1 to 48 of `A-Z a-z 0-9 _ . -`.
-///
-/// # Errors
-/// [`Error::RigName`].
-pub fn check_rig_name(name: &str) -> Result<(), Error> {
-    let allowed = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'-');
-    if name.is_empty() || name.len() > MAX_RIG_NAME || !name.bytes().all(allowed) {
-        return Err(Error::RigName { name: name.to_string() });
-    }
-    Ok(())
-}
 
 /// The runtime folder, created when it is not there.
 ///

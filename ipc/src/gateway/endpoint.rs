@@ -5,7 +5,8 @@
 //! nobody else may be able to put another folder in its place.
 
 use super::peer::Peer;
-use crate::{Error, check_rig_name};
+use crate::error::Error;
+use crate::names::check_rig_name;
 use rustix::fs::{Access, AtFlags, CWD, accessat};
 use rustix::net::{self, AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
 use std::fs::{self, DirBuilder, Metadata, Permissions};

@@ -5,6 +5,7 @@
 //! | `fields` | the table of a channel's published fields, and with it [`ChannelState`] and [`PROTOCOL`] |
 //! | `channel` | what its codes and flags mean |
 //! | `cycle` | a whole cycle: [`Snapshot`], [`HeldCycle`], [`BatchHeader`] |
+//! | `name` | [`Name`] |
 //! | `info` | what does not change while the driver runs: [`Info`] |
 //! | `stats` | how the loop does: [`LoopStats`] |
 //! | `command` | [`Command`] and [`Reply`] |
@@ -17,13 +18,15 @@ mod command;
 mod cycle;
 mod fields;
 mod info;
+mod name;
 mod stats;
 
 pub use channel::Mode;
 pub use command::{Command, CommandKind, Outcome, Reply};
 pub use cycle::{BatchHeader, CycleHeader, DriverState, HeldCycle, Snapshot};
 pub use fields::{ChannelField, ChannelState, Detail, FieldKind, PROTOCOL, Replay, field_table_markdown};
-pub use info::{ChannelInfo, Info, Name};
+pub use info::{ChannelInfo, Info};
+pub use name::Name;
 pub use stats::LoopStats;
 
 /// Most channels of a rig.

@@ -12,6 +12,8 @@ use sinew_tests::{Driver, Process, Rig, recorded_so_far, run, sinew, wait_until}
 fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
     let rig = Rig::bench(&["left", "right"], "");
     let (driver, client) = Driver::ready(&rig);
+    // A driver that has run for a while: what its estimators learn in their first second, a replay that begins later lacks.
+    wait_until("the estimators to have settled", || client.latest().cycle > 500);
     let file = rig.file("walk.mcap");
     let mut command = Command::new(sinew());
     command.arg("record").arg(&file).args(["--rig", &rig.name, "--for", "2.5", "--json"]);

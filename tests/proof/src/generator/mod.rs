@@ -16,10 +16,17 @@ mod tests {
     /// Nothing of the project's own simulator, rig file or diagnosis may be used by the generator.
     #[test]
     fn no_code_is_shared() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/generator");
         let own = concat!("sinew", "_");
-        for entry in std::fs::read_dir(folder).expect("the generator's folder") {
-            let path = entry.expect("an entry").path();
+        let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/generator")];
+        let mut files = Vec::new();
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).expect("a folder of the generator") {
+                let path = entry.expect("an entry").path();
+                if path.is_dir() { folders.push(path) } else { files.push(path) }
+            }
+        }
+        assert!(files.len() > 10, "{files:?}");
+        for path in files {
             let text = std::fs::read_to_string(&path).expect("a source file");
             let code = text.split("#[cfg(test)]").next().unwrap_or_default();
             assert!(!code.contains(own), "{} uses the project's own code", path.display());
