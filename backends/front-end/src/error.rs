@@ -36,7 +36,7 @@ impl fmt::Display for Error {
             Error::Broken => f.write_str("not a frame"),
             Error::Checksum => f.write_str("the checksum does not fit"),
             Error::Version { found } => {
-                write!(f, "the frame is of protocol version {found}, expected {}", crate::frame::VERSION)
+                write!(f, "the frame is of protocol version {found}, expected {}", crate::version::VERSION)
             }
             Error::Kind { found } => write!(f, "there is no frame of kind {found:#04x}"),
             Error::Length => f.write_str("the frame's length is not that of its kind"),

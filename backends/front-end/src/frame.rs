@@ -1,10 +1,9 @@
 //! What is in a frame: every kind, its fields and their units. Numbers are little-endian; `docs/front-end.md` has the offsets.
 
 use crate::error::Error;
+use crate::version::VERSION;
 use crate::wire;
 
-/// Version of the protocol: the first byte of every frame.
-pub const VERSION: u8 = 1;
 /// Most channels of a front-end.
 pub const MAX_CHANNELS: usize = 64;
 /// Instead of a code: nothing was sampled.

@@ -10,12 +10,14 @@ mod error;
 mod firmware;
 pub mod frame;
 mod guard;
+mod version;
 pub mod wire;
 
 pub use error::Error;
 pub use firmware::{Event, Firmware, Hardware};
 pub use frame::{
     ChannelFault, ChannelLimits, ChannelRange, Configure, Duty, FULL_DUTY, Frame, Identification, MAX_CHANNELS,
-    NOT_SAMPLED, RawSample, Refusal, Samples, State, VERSION, decode, encode,
+    NOT_SAMPLED, RawSample, Refusal, Samples, State, decode, encode,
 };
+pub use version::VERSION;
 pub use wire::{Decoder, MAX_BODY, MAX_FRAME};

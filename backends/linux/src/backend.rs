@@ -29,7 +29,7 @@ pub struct LinuxRig {
     beat_every: u64,
     running: Option<Running>,
     /// While it is started.
-    mender: Option<Mender>,
+    mender: Option<Mender<Running>>,
 }
 
 /// What the names of the settings stand for.
@@ -41,7 +41,7 @@ struct Found {
 
 /// What is open between start and stop.
 #[derive(Debug)]
-pub(crate) struct Running {
+struct Running {
     outputs: Vec<Output>,
     /// Whether each channel was given a duty in the period just past.
     driven: Vec<bool>,

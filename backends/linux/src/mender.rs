@@ -12,28 +12,28 @@ use std::time::Duration;
 use rustix::thread::{CpuSet, sched_setaffinity};
 
 use crate::Error;
-use crate::backend::Running;
 
 /// How often it looks whether there is something to do, and how often for what is gone.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// Of what is open between start and stop, whatever that is.
 #[derive(Debug)]
-pub(crate) struct Mender {
-    shared: Arc<Shared>,
+pub(crate) struct Mender<T> {
+    shared: Arc<Shared<T>>,
     thread: Option<JoinHandle<()>>,
 }
 
-#[derive(Debug, Default)]
-struct Shared {
-    lost: Mutex<Option<Running>>,
-    found: Mutex<Option<Running>>,
+#[derive(Debug)]
+struct Shared<T> {
+    lost: Mutex<Option<T>>,
+    found: Mutex<Option<T>>,
     stop: AtomicBool,
 }
 
-impl Mender {
+impl<T: Send + 'static> Mender<T> {
     /// Starts the thread; `open` is how what was lost is opened anew.
-    pub fn start(open: impl Fn() -> Result<Running, Error> + Send + 'static) -> Result<Mender, Error> {
-        let shared = Arc::new(Shared::default());
+    pub fn start(open: impl Fn() -> Result<T, Error> + Send + 'static) -> Result<Mender<T>, Error> {
+        let shared = Arc::new(Shared { lost: Mutex::new(None), found: Mutex::new(None), stop: AtomicBool::new(false) });
         let theirs = shared.clone();
         let thread = thread::Builder::new().name("sinew-mender".into()).spawn(move || theirs.mend(&open));
         let thread = thread.map_err(|error: io::Error| Error::Guard { reason: format!("a thread: {error}") })?;
@@ -41,7 +41,7 @@ impl Mender {
     }
 
     /// Leaves what is dead; it stays where it is while the mender is just looking.
-    pub fn lost(&self, running: &mut Option<Running>) {
+    pub fn lost(&self, running: &mut Option<T>) {
         if let Ok(mut lost) = self.shared.lost.try_lock()
             && lost.is_none()
         {
@@ -50,13 +50,13 @@ impl Mender {
     }
 
     /// What was opened anew since, if anything.
-    pub fn found(&self) -> Option<Running> {
+    pub fn found(&self) -> Option<T> {
         self.shared.found.try_lock().ok()?.take()
     }
 }
 
-impl Shared {
-    fn mend(&self, open: &impl Fn() -> Result<Running, Error>) {
+impl<T> Shared<T> {
+    fn mend(&self, open: &impl Fn() -> Result<T, Error>) {
         // The loop's core is the loop's.
         let mut all = CpuSet::new();
         (0..CpuSet::MAX_CPU).for_each(|cpu| all.set(cpu));
@@ -92,7 +92,7 @@ impl Shared {
     }
 }
 
-impl Drop for Mender {
+impl<T> Drop for Mender<T> {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {

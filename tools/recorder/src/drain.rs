@@ -8,7 +8,7 @@ use sinew_recording::session::{Ended, Head};
 
 use crate::blocks::{Block, Inlet, Item};
 use crate::figures::loop_figures;
-use crate::recorder::Shared;
+use crate::shared::Shared;
 
 /// How often the stream is emptied; it holds a second and more.
 const PERIOD: Duration = Duration::from_millis(10);

@@ -40,7 +40,9 @@ mod error;
 mod events;
 mod figures;
 mod files;
+mod options;
 mod recorder;
+mod shared;
 mod state;
 mod writer;
 
@@ -49,5 +51,6 @@ pub use error::Error;
 pub use events::FaultEvents;
 pub use figures::loop_figures;
 pub use files::part_path;
-pub use recorder::{Live, Options, Recorder, Report, unix_ns};
+pub use options::Options;
+pub use recorder::{Live, Recorder, Report, unix_ns};
 pub use state::layout;

@@ -1,70 +1,26 @@
 //! A recording that runs: started, watched, stopped, and what came of it.
 
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use sinew_ipc::{ChannelState, Client, monotonic_ns};
-use sinew_recording::session::{About, Compression, Ended, Gap, Layout, SessionWriter};
+use sinew_recording::session::{About, Ended, Gap, Layout};
 use sinew_recording::{Error as RecordingError, What};
 
 use crate::blocks::{Outlet, buffer};
 use crate::drain::drain;
 use crate::error::Error;
+use crate::options::Options;
+use crate::shared::{Shared, Written};
 use crate::state::layout;
-use crate::writer::{Writer, Written};
+use crate::writer::Writer;
 
 /// The buffer holds so much time, s, and at least so many bytes.
 const BUFFER_S: f64 = 5.0;
 const BUFFER_BYTES: u64 = 64 << 20;
-/// Smallest size after which a new file can begin, bytes, and shortest time, s.
-const LEAST_FILE: u64 = 1_000_000;
-const LEAST_FILE_S: f64 = 1.0;
-
-/// What to record, and how.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// The file; see [`crate::part_path`] for the further ones.
-    pub path: PathBuf,
-    /// Replace files that are there.
-    pub overwrite: bool,
-    /// How chunks are compressed.
-    pub compression: Compression,
-    /// Stop after so long, s; `None` = never.
-    pub duration_s: Option<f64>,
-    /// Begin a new file before the present one is larger than this, bytes.
-    pub max_bytes: Option<u64>,
-    /// Begin a new file when the present one is so long, s.
-    pub max_file_s: Option<f64>,
-    /// What may wait to be written, bytes; `None` = five seconds' worth, at least 64 MiB.
-    pub buffer_bytes: Option<u64>,
-}
-
-impl Options {
-    /// Into one file, until it is stopped, compressed by lz4.
-    pub fn new(path: impl Into<PathBuf>) -> Options {
-        Options {
-            path: path.into(),
-            overwrite: false,
-            compression: Compression::default(),
-            duration_s: None,
-            max_bytes: None,
-            max_file_s: None,
-            buffer_bytes: None,
-        }
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        let least = |what, found: Option<f64>, least: f64| match found {
-            Some(found) if found.is_nan() || found < least => Err(Error::TooSmall { what, found, least }),
-            _ => Ok(()),
-        };
-        least("size", self.max_bytes.map(|bytes| bytes as f64), LEAST_FILE as f64)?;
-        least("time", self.max_file_s, LEAST_FILE_S)
-    }
-}
 
 /// A recording so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,49 +68,6 @@ pub struct Report {
     pub not_written: u64,
     /// What went wrong.
     pub failure: Option<Error>,
-}
-
-/// What both threads and the outside share.
-#[derive(Debug, Default)]
-pub(crate) struct Shared {
-    pub(crate) stop: AtomicBool,
-    ended: AtomicBool,
-    pub(crate) received: AtomicU64,
-    pub(crate) dropped: AtomicU64,
-    pub(crate) lost_in_stream: AtomicU64,
-    held: Arc<AtomicU64>,
-    cycles: AtomicU64,
-    bytes: AtomicU64,
-    payload: AtomicU64,
-    first_ns: AtomicU64,
-    last_ns: AtomicU64,
-    part: AtomicU64,
-    file: Mutex<PathBuf>,
-    failure: Mutex<Option<Error>>,
-}
-
-impl Shared {
-    /// Takes note of a failure, the first one.
-    pub(crate) fn fail(&self, error: Error) {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-    }
-
-    pub(crate) fn set_file(&self, path: &Path) {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        if !file.as_os_str().is_empty() {
-            self.part.fetch_add(1, Ordering::Relaxed);
-        }
-        path.clone_into(&mut file);
-    }
-
-    pub(crate) fn progress(&self, written: &Written, session: &SessionWriter<std::fs::File>) {
-        self.cycles.fetch_add(1, Ordering::Relaxed);
-        self.bytes.store(written.bytes + session.bytes(), Ordering::Relaxed);
-        self.payload.store(written.payload + session.payload(), Ordering::Relaxed);
-        let ns = |head: &Option<sinew_recording::session::Head>| head.map_or(0, |head| head.monotonic_ns);
-        self.first_ns.store(ns(&written.first), Ordering::Relaxed);
-        self.last_ns.store(ns(&written.last), Ordering::Relaxed);
-    }
 }
 
 /// Starts recordings.

@@ -11,7 +11,8 @@ use crate::blocks::{Item, Outlet};
 use crate::error::Error;
 use crate::events::FaultEvents;
 use crate::files;
-use crate::recorder::{Options, Shared};
+use crate::options::Options;
+use crate::shared::{Shared, Written};
 
 /// How long at most an idle writer keeps what it has.
 const IDLE: Duration = Duration::from_millis(200);
@@ -20,19 +21,6 @@ const SYNC: Duration = Duration::from_secs(5);
 /// What a summary takes for each chunk, and at all, bytes: to end a file before it is too large.
 const SUMMARY_PER_CHUNK: u64 = 160;
 const SUMMARY: u64 = 64 << 10;
-
-/// All files together.
-#[derive(Debug, Default)]
-pub(crate) struct Written {
-    pub(crate) files: Vec<PathBuf>,
-    pub(crate) ended: Option<Ended>,
-    pub(crate) total: Ending,
-    pub(crate) first: Option<Head>,
-    pub(crate) last: Option<Head>,
-    pub(crate) bytes: u64,
-    pub(crate) payload: u64,
-    pub(crate) failure: Option<Error>,
-}
 
 /// Writes until the end, or until nothing more can be written; then the rest is only taken out of the buffer.
 pub(crate) struct Writer<'a> {

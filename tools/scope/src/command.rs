@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use sinew_ipc::{ALL_CHANNELS, CommandKind};
 use tokio::sync::mpsc::UnboundedSender;
 
-use crate::server::Shared;
+use crate::shared::Shared;
 
 /// Longest lease a page may ask for: it renews what it holds several times a second, so a page that is closed, or whose
 /// computer sleeps, lets go within this time.

@@ -30,6 +30,8 @@ mod quantity;
 mod record;
 mod server;
 mod session;
+mod shared;
+mod view;
 mod watch;
 
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! The server: the page's files, the WebSocket, and what all of them share.
+//! The server: the page's files and the WebSocket.
 
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,37 +15,15 @@ use sinew_ipc::{Client, CycleStream};
 
 use crate::door::{Door, Token};
 use crate::record::Button;
-use crate::watch::{View, watch};
+use crate::shared::Shared;
+use crate::view::View;
+use crate::watch::watch;
 use crate::{Error, Options, page, session};
 
 /// Longest message a page may send.
 const LONGEST_MESSAGE: usize = 64 << 10;
 /// How soon the server notices that it is to stop.
 const NOTICE: Duration = Duration::from_millis(50);
-
-/// What the watching thread, the server and the pages share.
-pub struct Shared {
-    pub options: Options,
-    pub token: Token,
-    pub door: Door,
-    pub stop: AtomicBool,
-    pub recorder: Mutex<Button>,
-    view: Mutex<View>,
-    /// Time 0 of the curves, CLOCK_MONOTONIC, ns.
-    origin_ns: u64,
-}
-
-impl Shared {
-    /// The driver as it is seen now.
-    pub fn view(&self) -> MutexGuard<'_, View> {
-        self.view.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// A moment of CLOCK_MONOTONIC on the curves' axis, s.
-    pub fn seconds(&self, monotonic_ns: u64) -> f64 {
-        (monotonic_ns as f64 - self.origin_ns as f64) * 1e-9
-    }
-}
 
 /// A scope that is open: its port is taken, its driver found.
 pub struct Scope {

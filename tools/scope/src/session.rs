@@ -15,8 +15,8 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 use crate::command::{self, Answer, Request};
 use crate::history::Series;
 use crate::quantity::COUNT;
-use crate::server::Shared;
-use crate::watch::json;
+use crate::shared::Shared;
+use crate::view::json;
 
 /// Between two frames: sixty a second.
 const FRAME: Duration = Duration::from_micros(16_000);

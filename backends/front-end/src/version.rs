@@ -1,0 +1,4 @@
+//! Which protocol this is.
+
+/// Version of the protocol: the first byte of every frame.
+pub const VERSION: u8 = 1;

@@ -1,0 +1,33 @@
+//! What the watching thread, the server and the pages share.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::Options;
+use crate::door::{Door, Token};
+use crate::record::Button;
+use crate::view::View;
+
+/// What the watching thread, the server and the pages share.
+pub struct Shared {
+    pub options: Options,
+    pub token: Token,
+    pub door: Door,
+    pub stop: AtomicBool,
+    pub recorder: Mutex<Button>,
+    pub(crate) view: Mutex<View>,
+    /// Time 0 of the curves, CLOCK_MONOTONIC, ns.
+    pub(crate) origin_ns: u64,
+}
+
+impl Shared {
+    /// The driver as it is seen now.
+    pub fn view(&self) -> MutexGuard<'_, View> {
+        self.view.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A moment of CLOCK_MONOTONIC on the curves' axis, s.
+    pub fn seconds(&self, monotonic_ns: u64) -> f64 {
+        (monotonic_ns as f64 - self.origin_ns as f64) * 1e-9
+    }
+}
