@@ -44,6 +44,8 @@ macro_rules! faults {
         }
 
         /// The table, in the order of the codes.
+        // a row may say all there is to say, or leave the rarer things at their defaults
+        #[allow(clippy::needless_update)]
         pub const FAULT_TABLE: [FaultRow; [$($code),+].len()] = [
             $( FaultRow { fault: Fault::$fault, flag: $flag, cause: $cause, $($rest)* ..ROW }, )+
         ];

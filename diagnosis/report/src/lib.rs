@@ -31,6 +31,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod about;
 mod figures;
 mod page;
 mod picture;
@@ -40,20 +41,8 @@ mod words;
 
 use sinew_diagnosis::{Diagnosis, Figures};
 
+pub use about::About;
 pub use terminal::text;
-
-/// What a page says about where it comes from.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct About {
-    /// Name of the rig.
-    pub rig: String,
-    /// Name of the channel that was looked at.
-    pub channel: String,
-    /// The command that makes this page again, as typed.
-    pub command: String,
-    /// Version of the program that made it.
-    pub version: String,
-}
 
 /// The page: `report.html`.
 pub fn html(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> String {

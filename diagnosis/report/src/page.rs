@@ -8,7 +8,7 @@ use sinew_physics::effects::effect as effect_of;
 use sinew_plot::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
 use sinew_plot::{Section, Sheet};
 
-use crate::About;
+use crate::about::About;
 use crate::figures;
 use crate::summary::{FAR_SIGMAS, Overall, in_sigmas, sigmas};
 use crate::words;

@@ -34,6 +34,7 @@ mod place;
 mod tap;
 mod watch;
 mod writer;
+mod written;
 
 use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver};
@@ -48,20 +49,10 @@ pub use error::Error;
 pub use place::{Place, folder};
 use tap::Keeper;
 use writer::Writer;
+pub use written::Written;
 
 /// How long the end of a driver waits at most for its last file. Outputs are at zero by then.
 const PATIENCE: Duration = Duration::from_secs(30);
-
-/// What has come of it so far.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Written {
-    /// The files, in order.
-    pub files: Vec<PathBuf>,
-    /// How many could not be written.
-    pub failed: u64,
-    /// Why not, the last one.
-    pub failure: Option<String>,
-}
 
 /// A black box that runs beside a driver.
 #[derive(Debug)]

@@ -11,10 +11,10 @@ use sinew_recording::session::{About, Ended, Event, Layout, SessionWriter, Write
 use sinew_recording::{Part, Utc, What};
 use sinew_rig::Rig;
 
-use crate::Written;
 use crate::error::Error;
 use crate::place::Place;
 use crate::tap::Job;
+use crate::written::Written;
 
 pub(crate) struct Writer {
     about: About,

@@ -6,13 +6,11 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use sinew_ipc::{Client, ClientOptions, CycleStream, DriverHealth, Error, Histogram, Snapshot};
-use sinew_plot::Field;
 use sinew_sensing::Health;
 
-use crate::history::{History, Shape};
-use crate::quantity;
+use crate::history::History;
 use crate::shared::Shared;
-use crate::view::{View, json};
+use crate::view::json;
 
 /// Between two looks at what is not a curve: modes, faults, the loop.
 const LOOK: Duration = Duration::from_millis(100);
