@@ -222,7 +222,7 @@ impl Channel {
         })
     }
 
-    /// One cycle: the sample of the period just past in, the duty for the next period out (in [`Channel::duty`]).
+    /// One cycle: the sample of the period just past in, the duty for the next period out (in `Channel::duty`).
     /// `program` is the stroke a built-in program wants, if there is one.
     #[inline]
     pub fn step(&mut self, sample: &Sample, tick: &Tick, program: Option<f64>) -> Happened {

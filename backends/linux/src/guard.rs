@@ -9,7 +9,7 @@
 //! - The guard itself hangs: the driver finds its echo missing, fails its exchange and puts the outputs to zero, until it answers.
 //! - The guard itself dies: the same, and the driver starts another one.
 //!
-//! One byte goes each way: the driver's beat is answered by an echo, and [`ZEROED`] tells it that the outputs were taken away.
+//! One byte goes each way: the driver's beat is answered by an echo, and `ZEROED` tells it that the outputs were taken away.
 //! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, holds its memory, and has nothing
 //! else to do. Both killed at once leave the outputs as they are: against that helps only hardware (docs/linux-backend.md).
 

@@ -76,7 +76,7 @@ pub struct Command {
     pub client: u64,
     /// Number of the request, counted by the client; the reply repeats it.
     pub sequence: u64,
-    /// Number of the channel, or [`ALL_CHANNELS`] (off, reset, stop).
+    /// Number of the channel, or [`ALL_CHANNELS`](crate::ALL_CHANNELS) (off, reset, stop).
     pub channel: u32,
     /// What is asked for: [`CommandKind`].
     pub kind: u32,

@@ -2,7 +2,7 @@
 //!
 //! [`read`] takes a CSV file (plain or gzipped) apart and refuses what cannot be trusted, naming the line, the column and
 //! the remedy; [`Recording`] holds the columns; [`Recording::inputs_for`] turns them into what a simulated wire is
-//! driven by; [`write`] and [`Writer`] put columns back, digit for digit, never leaving half a file behind.
+//! driven by; [`write()`] and [`Writer`] put columns back, digit for digit, never leaving half a file behind.
 //!
 //! [`session`] is the driver's own kind of recording: MCAP, every cycle of all channels in one file. [`rows`] makes
 //! columns of one channel of it, and [`read`] takes either.

@@ -139,7 +139,7 @@ pub fn commands() -> Vec<Vec<u8>> {
     vec![every.clone(), [&lengths[..], &faults, &lengths].concat(), [&every[..], &faults, &every].concat()]
 }
 
-/// Visitors who come, ask, are answered, send rubbish, flood, hang up: scripts of [`crate::gateway`].
+/// Visitors who come, ask, are answered, send rubbish, flood, hang up: scripts of [`crate::gate`].
 pub fn visitors() -> Vec<Vec<u8>> {
     // what a step does is its lower three bits; the byte behind it chooses a visitor
     let come = [0u8, 0, 0, 0];

@@ -36,7 +36,6 @@ mod watch;
 mod writer;
 mod written;
 
-use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;

@@ -1,13 +1,13 @@
 //! A running driver in a browser: a live page on loopback.
 //!
-//! An ordinary thread ([`watch`]) reads every cycle as any client does, so the driver notices no more of it than of a
-//! second monitor. It keeps the last while of everything in a ring of bins ([`history`]). Each open page says which
+//! An ordinary thread (`watch`) reads every cycle as any client does, so the driver notices no more of it than of a
+//! second monitor. It keeps the last while of everything in a ring of bins (`history`). Each open page says which
 //! channels and quantities it shows, and gets these, what is new some sixty times a second and what was before when it
-//! asks ([`session`]). A page that cannot keep up gets fewer and longer frames; what falls out of the ring meanwhile is
+//! asks (`session`). A page that cannot keep up gets fewer and longer frames; what falls out of the ring meanwhile is
 //! counted and shown as a gap. Nothing it does, or does not, reaches back to the thread that reads.
 //!
 //! The page commands only if it was opened by the address with the token, and only with leases it keeps renewing
-//! ([`door`], [`command`]).
+//! (`door`, `command`).
 //!
 //! # Example
 //! ```no_run

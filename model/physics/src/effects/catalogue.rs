@@ -14,11 +14,11 @@ use crate::error::Error;
 use crate::model::WireModel;
 use crate::params::{DriveKind, Kinetics, Load, Material};
 
-/// A row of the catalogue; see [`row::Effect`] for its fields.
+/// A row of the catalogue; see `row::Effect` for its fields.
 pub type Effect = row::Effect<WireModel>;
-/// A parameter of an effect; see [`row::EffectParameter`] for its fields.
+/// A parameter of an effect; see `row::EffectParameter` for its fields.
 pub type EffectParameter = row::EffectParameter<WireModel>;
-/// What a parameter does for its effect: switch or shape; see [`row::Role`].
+/// What a parameter does for its effect: switch or shape; see `row::Role`.
 pub type Role = row::Role<WireModel>;
 
 /// The catalogue by group: the reference model's own coefficients, the mechanisms by equation, the empirical forms.

@@ -2,7 +2,7 @@
 //!
 //! A hanging wire is heated and cooled slowly, under three loads, and each sample's length is compared with the true one: by
 //! the dual measurement (eq. 42), by resistance and one straight line calibrated over all loads (fig. 76), by the driver's
-//! motion filter over the dual measurement, and by any [`StateEstimator`]. Everything is single samples unless the
+//! motion filter over the dual measurement, and by any [`StateEstimator`](sinew_control::StateEstimator). Everything is single samples unless the
 //! estimator's name says otherwise; the thesis names no filter for its own figures.
 //!
 //! **The wire** is table 6's: 0.125 mm, 160 mm hot and 168.1 mm cold (so ε_L = 8.1/160), and A_f = 90 °C, taken as 99 %
