@@ -83,7 +83,7 @@ impl Settings {
     pub fn of_rig(rig: &Rig) -> Settings {
         let linux = &rig.backend.linux;
         let channels = rig.channels.iter().map(|channel| {
-            let places = channel.linux.clone();
+            let places = channel.backend.linux.clone();
             ChannelSettings {
                 name: channel.name.clone(),
                 pwm: places.pwm.unwrap_or_default(),

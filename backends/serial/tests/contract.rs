@@ -26,8 +26,8 @@ fn rig(folder: &tempfile::TempDir) -> Rig {
     // The suite drives without a supervisor; I²t on the device would end that, and has tests of its own.
     rig.channels.iter_mut().for_each(|channel| channel.limits.energy_budget_j = 1e3);
     // Not in the rig's order: each is to find its own.
-    rig.channels[0].front_end_index = Some(3);
-    rig.channels[3].front_end_index = Some(0);
+    rig.channels[0].backend.serial.index = Some(3);
+    rig.channels[3].backend.serial.index = Some(0);
     rig.backend.kind = BackendKind::Serial;
     rig.backend.serial.port = Some(link(folder).display().to_string());
     rig.backend.serial.watchdog_periods = WATCHDOG;
@@ -200,7 +200,7 @@ fn what_does_not_fit_is_refused_with_its_reason() {
     other.rate_hz = 500.0;
     assert!(says(&other).contains("keeps 200.0 to 200.0 Hz, rig.rate_hz is 500.0"), "{}", says(&other));
     let mut other = rig.clone();
-    other.channels[2].front_end_index = Some(9);
+    other.channels[2].backend.serial.index = Some(9);
     assert!(says(&other).contains("has 4 channels, the rig needs 10"), "{}", says(&other));
     let mut other = rig.clone();
     other.channels[1].adc.voltage_range_v *= 2.0;

@@ -130,14 +130,20 @@ macro_rules! words {
     };
 }
 
-/// A key's place: a path of fields from the rig, channel or joint, such as `at(model.geometry.length_m)`.
+/// A key's place: a path of fields from what its table is read into, such as `at(geometry.length_m)`.
 macro_rules! at {
-    (($($table:ident).+) $field:ident) => { $crate::declare::at!($($table).+.$field) };
     ($($field:ident).+) => {
-        $crate::key::Accessor {
-            get: |of| $crate::declare::Field::value(&of.$($field).+),
-            set: |of, value| $crate::declare::Field::assign(&mut of.$($field).+, value),
-        }
+        $crate::key::Accessor::new(
+            |of| $crate::declare::Field::value(&of.$($field).+),
+            |of, value| $crate::declare::Field::assign(&mut of.$($field).+, value),
+        )
+    };
+}
+
+/// The place of a key that is all there is in its table: `itself()`.
+macro_rules! itself {
+    () => {
+        $crate::key::Accessor::new($crate::declare::Field::value, $crate::declare::Field::assign)
     };
 }
 
@@ -149,29 +155,29 @@ macro_rules! keys {
         $of:ty;
         $(
             $(#[doc = $doc:literal])+
-            $key:literal = $place:ident($($where:tt)+), $takes:expr, $default:expr
+            $key:literal = $place:ident($($where:tt)*), $takes:expr, $default:expr
                 $(, only $only:expr)? $(, prior $prior:expr)?;
         )+
     ) => {
-        &[$(
+        vec![$(
             $crate::key::Key::<$of> {
                 name: $key,
                 takes: $takes,
                 default: $default,
                 doc: concat!($($doc),+),
-                access: $place!($($where)+),
-                only: [$(Some(&$only),)? None][0],
+                access: $place!($($where)*),
+                only: None$(.or(Some($only)))?,
                 prior: [$(Some($prior),)? None][0],
             }
         ),+]
     };
 }
 
-/// A table whose keys are the fields of a struct of its own: declares both. `of` says whose it is, `at` which field of
-/// that holds the struct, `check` what else there is to be found wrong with it.
+/// A table whose keys are the fields of a struct of its own: declares both. `check` finds what else there is to be found
+/// wrong with it.
 macro_rules! table {
     (
-        $table:literal of $of:ty, at $place:tt $(, check $check:ident)?: $about:literal;
+        $table:literal $(, check $check:ident)?: $about:literal;
 
         $(#[$attribute:meta])*
         pub struct $name:ident {
@@ -196,16 +202,25 @@ macro_rules! table {
         }
 
         /// The table.
-        pub(crate) static SECTION: $crate::key::Section<$of> = $crate::key::Section {
-            table: $table,
-            about: $about,
-            optional: false,
-            check: [$(Some($check as $crate::key::Check<$of>),)? None][0],
-            keys: &[$crate::declare::keys! {
-                $of;
-                $( $(#[doc = $doc])+ $key = at($place $field), $takes, $default $(, only $only)?; )+
-            }],
-        };
+        pub(crate) fn section() -> $crate::key::Section<$name> {
+            $crate::key::Section {
+                table: $table,
+                about: $about,
+                optional: false,
+                keys: $crate::declare::keys! {
+                    $name;
+                    $( $(#[doc = $doc])+ $key = at($field), $takes, $default $(, only $only)?; )+
+                },
+                check: None$(.or(Some(Box::new($check) as $crate::key::Check<$name>)))?,
+            }
+        }
+    };
+}
+
+/// A table whose keys live in a part of something, as one of the whole: `part!(adc::section(), Channel.adc)`.
+macro_rules! part {
+    ($section:expr, $whole:ident.$field:ident) => {
+        $section.of(|whole: &$whole| &whole.$field, |whole: &mut $whole| &mut whole.$field)
     };
 }
 
@@ -215,7 +230,7 @@ pub(crate) trait Unread {
     const UNREAD: Self;
 }
 
-pub(crate) use {at, key_words, keys, table, words};
+pub(crate) use {at, itself, key_words, keys, part, table, words};
 
 /// What the rows of a table are written with.
 pub(crate) mod rows {
@@ -223,7 +238,7 @@ pub(crate) mod rows {
     pub(crate) use crate::key::Prior::{Absolute, Relative};
     pub(crate) use crate::key::{Accessor, Kind, Only, Section, Unit, Value};
 
-    pub(crate) use super::{Field, Unread, Words, at, key_words, keys, table, words};
+    pub(crate) use super::{Field, Unread, Words, at, itself, key_words, keys, table, words};
 
     /// A unit that is SI's own, or kept as it is.
     pub(crate) const fn si(name: &'static str) -> Unit {

@@ -5,41 +5,50 @@
 //! by what is said here and know no key of their own, so that none of the four can say something else.
 
 use std::fmt::Display;
+use std::slice;
+use std::sync::Arc;
 
 use crate::notes::{Reader, Stated};
 
-/// A table of the rig file whose keys live in `T`: the rig, a channel or a joint.
-pub(crate) struct Section<T: 'static> {
+/// A table of the rig file whose keys live in `T`: the rig, a channel, a joint or a part of one.
+pub(crate) struct Section<T> {
     /// As in the header, such as `channel.wire`.
     pub table: &'static str,
     /// What it is for.
     pub about: &'static str,
     /// Where the table is left out, its defaults do not apply either.
     pub optional: bool,
-    /// One list, or several where some of them repeat a pattern.
-    pub keys: &'static [&'static [Key<T>]],
+    pub keys: Vec<Key<T>>,
     /// What its keys need of each other, once they are read.
     pub check: Option<Check<T>>,
 }
 
 /// Finds what keys of a table need of each other, in what was read.
-pub(crate) type Check<T> = fn(&mut Reader<'_>, &T, &Stated<'_>);
+pub(crate) type Check<T> = Box<dyn Fn(&mut Reader<'_>, &T, &Stated<'_>) + Send + Sync>;
 
-impl<T> Section<T> {
+impl<T: 'static> Section<T> {
     /// Its keys in the order of the reference.
-    pub fn keys(&self) -> impl Iterator<Item = &'static Key<T>> + Clone + use<T> {
-        let keys = self.keys;
-        keys.iter().copied().flatten()
+    pub fn keys(&self) -> slice::Iter<'_, Key<T>> {
+        self.keys.iter()
     }
 
     /// The key of this name.
-    pub fn key(&self, name: &str) -> Option<&'static Key<T>> {
+    pub fn key(&self, name: &str) -> Option<&Key<T>> {
         self.keys().find(|key| key.name == name)
     }
 
     /// The table without the `channel.` before it; empty for the channel itself.
     pub fn local(&self) -> &'static str {
         local(self.table)
+    }
+
+    /// The same table as one of the whole that its `T` is a part of.
+    pub fn of<W: 'static>(self, part: fn(&W) -> &T, part_mut: fn(&mut W) -> &mut T) -> Section<W> {
+        let Section { table, about, optional, keys, check } = self;
+        let keys = keys.into_iter().map(|key| key.of(part, part_mut)).collect();
+        let check = check
+            .map(|check| -> Check<W> { Box::new(move |reader, whole, stated| check(reader, part(whole), stated)) });
+        Section { table, about, optional, keys, check }
     }
 }
 
@@ -49,7 +58,7 @@ pub(crate) fn local(table: &'static str) -> &'static str {
 }
 
 /// One key.
-pub(crate) struct Key<T: 'static> {
+pub(crate) struct Key<T> {
     pub name: &'static str,
     pub takes: Kind,
     pub default: Default,
@@ -57,26 +66,44 @@ pub(crate) struct Key<T: 'static> {
     pub doc: &'static str,
     pub access: Accessor<T>,
     /// Where it means something only beside certain others.
-    pub only: Option<&'static Only<T>>,
+    pub only: Option<Only<T>>,
     /// How sure one is of it beforehand, where a fit moves it without being asked.
     pub prior: Option<Prior>,
 }
 
-/// The way from a rig, a channel or a joint to a value and back, in SI.
+/// The way from a rig, a channel, a joint or a part of one to a value and back, in SI.
 pub(crate) struct Accessor<T> {
-    pub get: fn(&T) -> Option<Value>,
-    pub set: fn(&mut T, Value),
+    get: Box<Get<T>>,
+    set: Box<Set<T>>,
+}
+
+type Get<T> = dyn Fn(&T) -> Option<Value> + Send + Sync;
+type Set<T> = dyn Fn(&mut T, Value) + Send + Sync;
+
+impl<T: 'static> Accessor<T> {
+    pub fn new(get: fn(&T) -> Option<Value>, set: fn(&mut T, Value)) -> Accessor<T> {
+        Accessor { get: Box::new(get), set: Box::new(set) }
+    }
 }
 
 /// When a key means something.
+#[derive(Clone)]
 pub(crate) struct Only<T> {
-    /// Whether the key of this name does, here.
-    pub with: fn(&T, &str) -> bool,
-    /// What is said of one that does not, and the remedy.
-    pub otherwise: fn(&T, &str) -> String,
+    with: Arc<With<T>>,
+    otherwise: Arc<Otherwise<T>>,
 }
 
-impl<T> Key<T> {
+type With<T> = dyn Fn(&T, &str) -> bool + Send + Sync;
+type Otherwise<T> = dyn Fn(&T, &str) -> String + Send + Sync;
+
+impl<T: 'static> Only<T> {
+    /// `with` says whether the key of a name means something, `otherwise` what is reported of one that does not, with the remedy.
+    pub fn new(with: fn(&T, &str) -> bool, otherwise: fn(&T, &str) -> String) -> Only<T> {
+        Only { with: Arc::new(with), otherwise: Arc::new(otherwise) }
+    }
+}
+
+impl<T: 'static> Key<T> {
     /// What it is, for the reference.
     pub fn about(&self) -> &'static str {
         let doc = self.doc.trim_start();
@@ -95,7 +122,26 @@ impl<T> Key<T> {
 
     /// Whether it means something here.
     pub fn belongs(&self, of: &T) -> bool {
-        self.only.is_none_or(|only| (only.with)(of, self.name))
+        self.only.as_ref().is_none_or(|only| (only.with)(of, self.name))
+    }
+
+    /// What is reported of it where it means nothing.
+    pub fn out_of_place(&self, of: &T) -> Option<String> {
+        self.only.as_ref().filter(|only| !(only.with)(of, self.name)).map(|only| (only.otherwise)(of, self.name))
+    }
+
+    /// The same key of the whole that its `T` is a part of.
+    fn of<W: 'static>(self, part: fn(&W) -> &T, part_mut: fn(&mut W) -> &mut T) -> Key<W> {
+        let Key { name, takes, default, doc, access: Accessor { get, set }, only, prior } = self;
+        let access = Accessor {
+            get: Box::new(move |whole| get(part(whole))),
+            set: Box::new(move |whole, value| set(part_mut(whole), value)),
+        };
+        let only = only.map(|Only { with, otherwise }| Only {
+            with: Arc::new(move |whole: &W, key: &str| with(part(whole), key)),
+            otherwise: Arc::new(move |whole: &W, key: &str| otherwise(part(whole), key)),
+        });
+        Key { name, takes, default, doc, access, only, prior }
     }
 
     /// The default in SI where it is always the same.

@@ -8,15 +8,15 @@ use crate::effects;
 use crate::error::{Error, Problem, What};
 use crate::key::{Key, Kind, Prior, Section, Unit, Value};
 use crate::notes::Reader;
-use crate::read::value::number;
 use crate::suggest::nearest;
-use crate::tables::{self, Channel, Rig, of_channel};
+use crate::tables::{Channel, RIG, Rig, of_channel};
 use crate::tree::{Node, Tree};
+use crate::value::number;
 
 /// The priors that hold where the rig file says nothing, by key.
 /// Keys not listed have none: a fit leaves them alone unless the rig file says otherwise.
 pub fn default_priors() -> BTreeMap<&'static str, Prior> {
-    let of_rig = tables::rig::SECTION.keys().filter_map(|key| Some((key.name, key.prior?)));
+    let of_rig = RIG.keys().filter_map(|key| Some((key.name, key.prior?)));
     let of_channel = tables_of_model().flat_map(Section::keys).filter_map(|key| Some((key.name, key.prior?)));
     of_rig.chain(of_channel).collect()
 }
@@ -45,7 +45,7 @@ pub(crate) const MODEL_TABLES: [&str; 6] =
 /// Every parameter of the model: the numbers of wire, taps, drive, load, initial state and material, and the ambient
 /// temperature, in the order of the reference.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
-    let of_rig = describe(&tables::rig::SECTION).filter(|parameter| parameter.key == "ambient_c");
+    let of_rig = describe(&RIG).filter(|parameter| parameter.key == "ambient_c");
     of_rig.chain(tables_of_model().flat_map(describe))
 }
 
@@ -54,7 +54,7 @@ fn tables_of_model() -> impl Iterator<Item = &'static Section<Channel>> {
 }
 
 /// The numbers of a table.
-fn describe<T>(section: &'static Section<T>) -> impl Iterator<Item = Parameter> {
+fn describe<T: 'static>(section: &'static Section<T>) -> impl Iterator<Item = Parameter> {
     section.keys().filter_map(|key| match key.takes {
         Kind::Number { unit, low, high } => {
             Some(Parameter { key: key.name, table: section.table, unit: unit.name, low, high, about: key.about() })

@@ -1,20 +1,66 @@
 //! From the text of a rig file to a [`Rig`], collecting every mistake on the way.
-//!
-//! Here is the walk through the plain tables, which knows no key; what is special about a table stands in its module of
-//! [`crate::tables`].
 
-pub(crate) mod value;
+mod channels;
+mod joints;
+mod walk;
 
+use std::path::Path;
+
+use crate::complete;
 use crate::error::{Error, What};
-use crate::key::{Default, Section};
-use crate::notes::{Given, Reader, Stated, line_at};
+use crate::notes::{Given, Reader, Stated};
 use crate::tables::rig::Source;
-use crate::tables::{self, OTHER_TABLES, Rig, TOP, backend, channel, joint, of_rig, recording, simulation};
-use crate::tree::{self, Node, Table, Tree};
-use value::{unknown_hint, value};
+use crate::tables::{OTHER_TABLES, RIG, Rig, TOP, of_rig, recording, simulation};
+use crate::tree::{self, Table};
+use crate::value::unknown_hint;
+use walk::{descend, within};
+
+/// The rig file of the built-in hexapod.
+pub const HEXAPOD_TOML: &str = include_str!("../../../examples/hexapod.toml");
+
+impl Rig {
+    /// Reads a rig file.
+    ///
+    /// # Errors
+    /// [`Error::Unreadable`] where the file cannot be read as text, else as [`Rig::parse`].
+    pub fn load(path: &Path) -> Result<Rig, Error> {
+        let file = path.display().to_string();
+        let bytes = match std::fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) => return Err(Error::Unreadable { file, reason: error.to_string() }),
+        };
+        match String::from_utf8(bytes) {
+            Ok(text) => Rig::parse(&text, &file),
+            Err(error) => {
+                let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+                let line = 1 + good.iter().filter(|b| **b == b'\n').count();
+                Err(Error::Unreadable { file, reason: format!("line {line} is not UTF-8 text; is this a rig file?") })
+            }
+        }
+    }
+
+    /// Reads the text of a rig file; `file` is what messages call it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with every mistake found, each with its line, its key and what would be right.
+    pub fn parse(text: &str, file: &str) -> Result<Rig, Error> {
+        rig(text, file)
+    }
+
+    /// The built-in rig: a hexapod of eighteen wires, three joints to each of six legs.
+    ///
+    /// # Panics
+    /// Never: its text is part of the program and a test reads it.
+    pub fn hexapod() -> Rig {
+        match Rig::parse(HEXAPOD_TOML, "examples/hexapod.toml") {
+            Ok(rig) => rig,
+            Err(error) => unreachable!("the built-in rig: {error}"),
+        }
+    }
+}
 
 /// Reads a rig file's text.
-pub(crate) fn rig(text: &str, file: &str) -> Result<Rig, Error> {
+fn rig(text: &str, file: &str) -> Result<Rig, Error> {
     let mut reader = Reader::new(file);
     // A byte-order mark is no mistake; it is cut off only for the parser, lines stay as they are.
     let rig = match tree::parse(text.strip_prefix('\u{feff}').unwrap_or(text)) {
@@ -24,7 +70,7 @@ pub(crate) fn rig(text: &str, file: &str) -> Result<Rig, Error> {
             }
             None
         }
-        Ok(root) => Some(reader.root(&root)),
+        Ok(tree) => Some(root(&mut reader, &tree)),
     };
     let problems = reader.into_problems();
     match rig {
@@ -36,147 +82,39 @@ pub(crate) fn rig(text: &str, file: &str) -> Result<Rig, Error> {
     }
 }
 
-/// The line of a channel's key in a rig's text, or of the nearest thing above it; for checks after reading.
-pub(crate) fn line_of(source: &Source, channel: Option<usize>, path: &str) -> usize {
-    let Ok(root) = tree::parse(source.text.strip_prefix('\u{feff}').unwrap_or(&source.text)) else { return 1 };
-    let (mut line, mut table) = (1, &root);
-    if let Some(index) = channel {
-        let Some(Node { value: Tree::Array(channels), line: first }) = root.get("channel") else { return line };
-        line = *first;
-        let Some(Node { value: Tree::Table(t), line: header }) = channels.get(index) else { return line };
-        (line, table) = (*header, t);
-    }
-    line_at(table, line, path.split('.').filter(|p| !p.is_empty()))
-}
-
-impl Reader<'_> {
-    /// Reads a plain table into `target` and applies its defaults. `others` are sub-tables read elsewhere.
-    /// Gives the keys that were there; those with a mistake too, so that no default talks over it.
-    pub(crate) fn section<T>(
-        &mut self,
-        section: &'static Section<T>,
-        node: Option<&Node>,
-        others: &[&str],
-        channel: Option<&str>,
-        header: usize,
-        target: &mut T,
-    ) -> Given {
-        match node {
-            None if section.optional => Given::new(),
-            None => self.keys(section, &Table::new(), others, channel, header, target),
-            Some(node) => match self.table(node, channel, section.local(), &format!("[{}]", section.table)) {
-                Some(table) => self.keys(section, table, others, channel, node.line, target),
-                None => Given::new(),
-            },
+/// Reads the whole file, table by table.
+fn root(reader: &mut Reader<'_>, root: &Table) -> Rig {
+    for (name, node) in root {
+        if !TOP.contains(&name.as_str()) {
+            let hint = unknown_hint(name, "", TOP);
+            reader.problem(node.line, None, name.as_str(), What::Unknown { hint });
         }
     }
-
-    /// Reads the keys of a plain table, see [`Reader::section`].
-    pub(crate) fn keys<T>(
-        &mut self,
-        section: &'static Section<T>,
-        table: &Table,
-        others: &[&str],
-        channel: Option<&str>,
-        header: usize,
-        target: &mut T,
-    ) -> Given {
-        let table_name = section.local();
-        let path = |key: &str| if table_name.is_empty() { key.to_string() } else { format!("{table_name}.{key}") };
-        for (name, node) in table {
-            if section.key(name).is_none() && !others.contains(&name.as_str()) {
-                let keys = section.keys().map(|k| k.name).chain(others.iter().copied());
-                let hint = unknown_hint(name, section.table, keys);
-                self.problem(node.line, channel, path(name), What::Unknown { hint });
-            }
-        }
-        let mut given = Given::new();
-        // In the order of the table: what selects a kind comes before the keys of that kind.
-        for key in section.keys() {
-            let Some(node) = table.get(key.name) else {
-                if let Default::Required(expected) = key.default {
-                    self.problem(header, channel, path(key.name), What::Missing { expected: expected.into() });
-                    // Said once: what depends on it keeps quiet.
-                    given.insert((table_name, key.name), header);
-                }
-                if let Some(default) = key.fixed_default() {
-                    key.set(target, default);
-                }
-                continue;
-            };
-            given.insert((table_name, key.name), node.line);
-            match value(key, node) {
-                Ok(value) => key.set(target, value),
-                Err(what) => self.problem(node.line, channel, path(key.name), what),
-            }
-        }
-        given
+    let mut rig = Rig::unread();
+    let mut given = Given::new();
+    let paths: Vec<&str> = of_rig().map(|section| section.table).chain(OTHER_TABLES).collect();
+    for section in [&*RIG].into_iter().chain(of_rig()) {
+        let others = within(&paths, section.table);
+        let parent = section.table.rsplit_once('.').and_then(|(parent, _)| descend(root, parent));
+        let header = parent.map_or(1, |node| node.line);
+        let own = reader.section(section, descend(root, section.table), &others, None, header, &mut rig);
+        let stated = Stated { given: own, header, label: None, table: root, right: true };
+        reader.belonging(section, &rig, &stated);
+        given.extend(stated.given);
     }
-
-    /// Notes the keys of a table that mean nothing beside others, and what else the table finds wrong with them.
-    pub(crate) fn belonging<T>(&mut self, section: &'static Section<T>, target: &T, stated: &Stated<'_>) {
-        for key in section.keys() {
-            if let Some(only) = key.only.filter(|_| !key.belongs(target)) {
-                self.out_of_place(stated, (section.local(), key.name), (only.otherwise)(target, key.name));
-            }
-        }
-        if let Some(check) = section.check {
-            check(self, target, stated);
-        }
+    complete::rig(reader, &rig, &Stated { given, header: 1, label: None, table: root, right: true });
+    rig.joints = root.get("joint").map_or_else(Vec::new, |node| joints::joints(reader, node));
+    let read = channels::channels(reader, root.get("channel"), &mut rig);
+    if let Some(node) = root.get("joint") {
+        complete::joints(reader, node, &mut rig);
     }
-
-    fn root(&mut self, root: &Table) -> Rig {
-        for (name, node) in root {
-            if !TOP.contains(&name.as_str()) {
-                let hint = unknown_hint(name, "", TOP);
-                self.problem(node.line, None, name.as_str(), What::Unknown { hint });
-            }
-        }
-        let mut rig = Rig::unread();
-        let paths: Vec<&str> = of_rig().map(|section| section.table).chain(OTHER_TABLES).collect();
-        for section in [&tables::rig::SECTION].into_iter().chain(of_rig()) {
-            let others = within(&paths, section.table);
-            let parent = section.table.rsplit_once('.').and_then(|(parent, _)| descend(root, parent));
-            let header = parent.map_or(1, |node| node.line);
-            let given = self.section(section, descend(root, section.table), &others, None, header, &mut rig);
-            let stated = Stated { given, header, label: None, table: root, right: true };
-            self.belonging(section, &rig, &stated);
-        }
-        rig.joints = root.get("joint").map_or_else(Vec::new, |node| joint::joints(self, node));
-        let read = channel::channels(self, root.get("channel"), &mut rig);
-        if let Some(node) = root.get("joint") {
-            joint::complete(self, node, &mut rig);
-        }
-        channel::complete(self, &read, &mut rig);
-        for check_channels in backend::CHECKS {
-            check_channels(self, &rig, &read);
-        }
-        if let Some(node) = root.get("recording") {
-            rig.columns = recording::columns(self, node);
-        }
-        if let Some(node) = descend(root, "simulation.fault") {
-            rig.simulation.faults = simulation::faults(self, node, &rig.channels);
-        }
-        rig
+    complete::channels(reader, &read, &mut rig);
+    if let Some(node) = root.get("recording") {
+        rig.columns = recording::columns(reader, node);
     }
-}
-
-/// The tables that stand in `table`, of a list of paths.
-pub(crate) fn within<'p>(paths: &[&'p str], table: &str) -> Vec<&'p str> {
-    let inside = |path: &&'p str| match table {
-        "" => Some(*path),
-        _ => path.strip_prefix(table)?.strip_prefix('.'),
-    };
-    paths.iter().filter_map(inside).filter(|path| !path.is_empty() && !path.contains('.')).collect()
-}
-
-/// What stands at a path of tables, such as `sensors.noise`.
-pub(crate) fn descend<'n>(table: &'n Table, path: &str) -> Option<&'n Node> {
-    let (first, rest) = path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
-    let node = table.get(first)?;
-    match (rest, &node.value) {
-        (None, _) => Some(node),
-        (Some(rest), Tree::Table(inner)) => descend(inner, rest),
-        (Some(_), _) => None,
+    if let Some(node) = descend(root, "simulation.fault") {
+        let channels: Vec<&str> = rig.channels.iter().map(|channel| channel.name.as_str()).collect();
+        rig.simulation.faults = simulation::faults(reader, node, &channels);
     }
+    rig
 }

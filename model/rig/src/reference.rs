@@ -1,9 +1,13 @@
 //! What the tables say to people: the reference of `docs/rig.md`, and the words a key takes.
 
+mod effects;
+
 use std::fmt::Write as _;
 
 use crate::key::{Default, Kind, Section, Value};
-use crate::tables::{self, Channel, key_of_channel, of_channel, of_rig};
+use crate::tables::{Channel, JOINT, RIG, key_of_channel, of_channel, of_rig};
+
+pub use effects::catalogue;
 
 /// The words that a key of a channel takes, such as those of `algorithm` in `channel.control`; empty where it takes none.
 pub fn words(table: &str, key: &str) -> &'static [&'static str] {
@@ -25,19 +29,19 @@ pub fn word(channel: &Channel, table: &str, key: &str) -> Option<String> {
 /// `docs/rig.md` carries it word for word.
 pub fn reference() -> String {
     let mut out = String::new();
-    describe(&mut out, &tables::rig::SECTION, "[rig]");
+    describe(&mut out, &RIG, "[rig]");
     for section in of_channel() {
         let header = if section.local().is_empty() { "[[channel]]".into() } else { format!("[{}]", section.table) };
         describe(&mut out, section, &header);
     }
-    describe(&mut out, &tables::joint::SECTION, "[[joint]]");
+    describe(&mut out, &JOINT, "[[joint]]");
     for section in of_rig() {
         describe(&mut out, section, &format!("[{}]", section.table));
     }
     out
 }
 
-fn describe<T>(out: &mut String, section: &Section<T>, header: &str) {
+fn describe<T: 'static>(out: &mut String, section: &Section<T>, header: &str) {
     // Writing to a String cannot fail.
     let _ = write!(
         out,

@@ -1,8 +1,9 @@
-//! The tables of the rig file, a module each: what a table is read into, its keys, and what they need of each other.
+//! The tables of the rig file, a module each: what a table is read into, its keys, and what these need of each other. No
+//! table knows another; what one needs of others is in [`crate::complete`].
 //!
 //! - Another key is a row in its table's file: parser, writer, checks, error messages and `docs/rig.md` follow from it.
-//! - Another table is a file here, a field of [`Rig`] or [`Channel`] and a place in [`of_rig`] or [`of_channel`].
-//! - Another backend is a file in `backend/`, see [`backend`]; another law or estimator is a row of [`control`].
+//! - Another table is a file here, a field of [`Rig`] or [`Channel`] and a line in one of the two lists below.
+//! - Another backend is a file in `backend/` and a row of [`backend`]; another law or estimator is a row of [`control`].
 
 mod access;
 mod adc;
@@ -39,10 +40,11 @@ pub use rig::*;
 pub use sensors::*;
 pub use simulation::*;
 
-use crate::key::{Key, Section};
+use std::slice;
+use std::sync::LazyLock;
 
-/// Longest name of a device or file in a rig file, in bytes.
-pub const MAX_PATH: usize = 255;
+use crate::declare::part;
+use crate::key::{Key, Section};
 
 /// What a rig file is made of, by the names that stand in it without a dot.
 pub(crate) const TOP: [&str; 9] =
@@ -51,40 +53,61 @@ pub(crate) const TOP: [&str; 9] =
 /// Tables of the rig that are more than a plain list of keys and stand in one that is.
 pub(crate) const OTHER_TABLES: [&str; 1] = ["simulation.fault"];
 
+/// `[rig]` itself.
+pub(crate) static RIG: LazyLock<Section<Rig>> = LazyLock::new(rig::section);
+
+/// `[[joint]]`.
+pub(crate) static JOINT: LazyLock<Section<Joint>> = LazyLock::new(joint::section);
+
+static OF_RIG: LazyLock<Vec<Section<Rig>>> = LazyLock::new(|| {
+    let mut tables = vec![part!(access::section(), Rig.access)];
+    tables.extend(backend::of_rig().into_iter().map(|table| part!(table, Rig.backend)));
+    tables.extend([
+        part!(black_box::section(), Rig.black_box),
+        part!(simulation::section(), Rig.simulation),
+        part!(machine::section(), Rig.machine),
+    ]);
+    tables
+});
+
+static OF_CHANNEL: LazyLock<Vec<Section<Channel>>> = LazyLock::new(|| {
+    let mut tables = vec![
+        channel::section(),
+        part!(wire::section(), Channel.model),
+        part!(taps::section(), Channel.model),
+        part!(drive::section(), Channel.model),
+        part!(load::section(), Channel.model),
+        part!(sensors::sensors(), Channel.position_zero),
+        part!(sensors::noise(), Channel.noise),
+        part!(initial::section(), Channel.model),
+        part!(material::section(), Channel.model),
+        part!(adc::section(), Channel.adc),
+    ];
+    tables.extend(backend::of_channel().into_iter().map(|table| part!(table, Channel.backend)));
+    tables.extend([part!(limits::section(), Channel.limits), part!(control::section(), Channel.control)]);
+    tables
+});
+
 /// The plain tables of the rig as a whole, but for `[rig]` itself, in the order of the reference.
-pub(crate) fn of_rig() -> impl Iterator<Item = &'static Section<Rig>> + Clone {
-    let before = [&access::SECTION, &backend::SECTION];
-    let after = [&black_box::SECTION, &simulation::SECTION, &machine::SECTION];
-    before.into_iter().chain(backend::OF_RIG).chain(after)
+pub(crate) fn of_rig() -> slice::Iter<'static, Section<Rig>> {
+    OF_RIG.iter()
 }
 
 /// The plain tables of a channel, in the order of the reference.
-pub(crate) fn of_channel() -> impl Iterator<Item = &'static Section<Channel>> + Clone {
-    let wire = [
-        &channel::SECTION,
-        &wire::SECTION,
-        &taps::SECTION,
-        &drive::SECTION,
-        &load::SECTION,
-        &sensors::SENSORS,
-        &sensors::NOISE,
-        &initial::SECTION,
-        &material::SECTION,
-        &adc::SECTION,
-    ];
-    wire.into_iter().chain(backend::OF_CHANNEL).chain([&limits::SECTION, &control::SECTION])
+pub(crate) fn of_channel() -> slice::Iter<'static, Section<Channel>> {
+    OF_CHANNEL.iter()
 }
 
 /// A key of a channel, by its table's header.
 pub(crate) fn key_of_channel(table: &str, key: &str) -> Option<&'static Key<Channel>> {
-    of_channel().find(|section| section.table == table)?.key(key)
+    of_channel().find(|of| of.table == table)?.key(key)
 }
 
 /// Every table in which a key of this name lives, as in its header; not the noise of a column of that name.
 pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
-    let of_rig = [&rig::SECTION].into_iter().chain(of_rig()).filter(|s| s.key(name).is_some()).map(|s| s.table);
-    let of_channel = of_channel().filter(|s| s.table != sensors::NOISE.table && s.key(name).is_some());
-    let of_joint = joint::SECTION.key(name).map(|_| joint::SECTION.table);
+    let of_rig = [&*RIG].into_iter().chain(of_rig()).filter(|s| s.key(name).is_some()).map(|s| s.table);
+    let of_channel = of_channel().filter(|s| s.table != sensors::NOISE && s.key(name).is_some());
+    let of_joint = JOINT.key(name).map(|_| JOINT.table);
     of_rig.chain(of_channel.map(|s| s.table)).chain(of_joint).collect()
 }
 
@@ -103,16 +126,16 @@ mod tests {
 
     #[test]
     fn every_table_starts_with_what_selects_its_kind() {
-        for section in of_channel() {
-            let place = section.keys().position(|k| k.name == "kind");
-            assert!(place.is_none_or(|p| p == 0), "{}", section.table);
+        for table in of_channel() {
+            let place = table.keys().position(|k| k.name == "kind");
+            assert!(place.is_none_or(|p| p == 0), "{}", table.table);
         }
     }
 
     #[test]
     fn defaults_are_within_their_ranges() {
-        fn check<T>(section: &Section<T>) {
-            for key in section.keys() {
+        fn check<T: 'static>(table: &Section<T>) {
+            for key in table.keys() {
                 match (&key.default, &key.takes) {
                     (Default::Number(n), Kind::Number { low, high, .. }) => {
                         assert!((low..=high).contains(&n), "{}", key.name);
@@ -127,9 +150,9 @@ mod tests {
                 }
             }
         }
-        check(&rig::SECTION);
+        check(&RIG);
         of_rig().for_each(check);
-        check(&joint::SECTION);
+        check(&JOINT);
         of_channel().for_each(check);
     }
 

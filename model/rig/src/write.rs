@@ -5,10 +5,11 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike};
 
 use crate::edit::{put, remove, table_if};
 use crate::effects;
+use crate::error::Error;
 use crate::key::{Kind, Prior, Section, Value, shortest};
 use crate::parameters::MODEL_TABLES;
-use crate::read;
-use crate::tables::{self, Channel, Rig, joint, of_channel, of_rig, recording, simulation};
+use crate::tables::simulation::NamedFault;
+use crate::tables::{Channel, JOINT, RIG, Rig, of_channel, of_rig, recording, simulation};
 
 impl Rig {
     /// The rig as the text of a rig file. It is the text the rig came from: comments, order and what was not changed
@@ -17,7 +18,7 @@ impl Rig {
     /// anew by whoever reads the text.
     pub fn to_toml(&self) -> String {
         // A rig is only ever made from text that reads well, so both of these succeed.
-        let (base, mut document) = match (read::rig(&self.source.text, ""), self.source.text.parse::<DocumentMut>()) {
+        let (base, mut document) = match (Rig::parse(&self.source.text, ""), self.source.text.parse::<DocumentMut>()) {
             (Ok(base), Ok(document)) => (Some(base), document),
             _ => (None, DocumentMut::new()),
         };
@@ -25,17 +26,18 @@ impl Rig {
         if base.is_some_and(|base| self == base) {
             return self.source.text.clone();
         }
-        for section in [&tables::rig::SECTION].into_iter().chain(of_rig()) {
+        for section in [&*RIG].into_iter().chain(of_rig()) {
             let path: Vec<&str> = section.table.split('.').collect();
             write_section(document.as_table_mut(), &path, section, self, base);
         }
         self.write_channels(&mut document, base);
         self.write_joints(&mut document, base);
-        recording::write_columns(document.as_table_mut(), self, base);
-        simulation::write_faults(document.as_table_mut(), self, base);
+        recording::write_columns(document.as_table_mut(), &self.columns, base.map(|base| &base.columns));
+        let old_faults = base.map(Rig::named_faults).unwrap_or_default();
+        simulation::write_faults(document.as_table_mut(), self.named_faults(), &old_faults);
         // A model is what it is to the last number. Where one was a default computed from another that has changed
         // (the preload of a hanging mass), it has to be written out to stay.
-        if let Ok(again) = read::rig(&document.to_string(), "") {
+        if let Ok(again) = Rig::parse(&document.to_string(), "") {
             for (index, (channel, read)) in self.channels.iter().zip(&again.channels).enumerate() {
                 if channel.model == read.model {
                     continue;
@@ -48,6 +50,20 @@ impl Rig {
             }
         }
         document.to_string()
+    }
+
+    /// The rig as its file would be read again: computed limits and ranges follow parameters that were changed.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a field was set to something no rig file may say.
+    pub fn refreshed(&self) -> Result<Rig, Error> {
+        Rig::parse(&self.to_toml(), &self.source.file)
+    }
+
+    /// The simulated faults by the names of the channels they strike.
+    fn named_faults(&self) -> Vec<NamedFault> {
+        let name = |index: usize| self.channels.get(index).map(|channel| channel.name.as_str());
+        self.simulation.faults.iter().map(|fault| fault.named(name)).collect()
     }
 
     fn write_channels(&self, document: &mut DocumentMut, base: Option<&Rig>) {
@@ -70,7 +86,7 @@ impl Rig {
         let places = arrange(document, "joint", old, &self.joints, |joint| &joint.name);
         for (index, (joint, place)) in self.joints.iter().zip(places).enumerate() {
             if let Some(table) = table_in(document, "joint", index) {
-                write_section(table, &[], &joint::SECTION, joint, place.map(|place| &old[place]));
+                write_section(table, &[], &JOINT, joint, place.map(|place| &old[place]));
             }
         }
     }
@@ -190,7 +206,7 @@ fn write_effects(table: &mut dyn TableLike, channel: &Channel, base: Option<&Cha
 }
 
 /// Writes what differs from `base`; without one, everything.
-fn write_section<T>(
+fn write_section<T: 'static>(
     root: &mut dyn TableLike,
     path: &[&str],
     section: &'static Section<T>,

@@ -52,12 +52,12 @@ pub fn wired(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
     for (index, channel) in rig.channels.iter_mut().enumerate() {
         let input =
             |name: &str| LinuxInput { name: Some(format!("2-00{:02x}:{name}", 0x48 + index)), gain: 1.0, offset: 0.0 };
-        channel.linux.pwm = Some(format!("pwmchip{}/{}", index / 16 * 16, index % 16));
-        channel.linux.v1 = input("in_voltage0");
-        channel.linux.v2 = input("in_voltage1");
-        channel.linux.v3 = input("in_voltage2");
-        channel.linux.supply = input("in_voltage3");
-        channel.linux.current = input("in_current0");
+        channel.backend.linux.pwm = Some(format!("pwmchip{}/{}", index / 16 * 16, index % 16));
+        channel.backend.linux.v1 = input("in_voltage0");
+        channel.backend.linux.v2 = input("in_voltage1");
+        channel.backend.linux.v3 = input("in_voltage2");
+        channel.backend.linux.supply = input("in_voltage3");
+        channel.backend.linux.current = input("in_current0");
     }
     // computed limits and ranges follow
     rig.refreshed().unwrap_or_else(|error| panic!("{error}"))

@@ -1,13 +1,12 @@
 //! `[access]`: which users besides the driver's own may look and command.
 
 use crate::declare::rows::*;
-use crate::tables::Rig;
 
 /// Longest name of a Unix group, in bytes.
 const MAX_GROUP_NAME: usize = 32;
 
 table! {
-    "access" of Rig, at (access):
+    "access":
     "Which users besides the driver's own may look and command: see [access.md](access.md).";
 
     /// Which users besides the driver's own may do what; `None` as the default says.

@@ -1,67 +1,87 @@
 //! `[backend]`: what powers and measures the wires, and which backends there are.
 //!
-//! Another backend is a file in this folder with its tables `[backend.NAME]` and `[channel.NAME]`, what they are read
-//! into and their checks. Here it is a word of [`BackendKind`], a field of [`Backend`] and an entry in each of the lists
-//! below; where channels have to be told apart, [`Channel`] gets a field.
+//! Another backend is a file in this folder with its tables `[backend.NAME]` and `[channel.NAME]` and what they are read
+//! into, and a row of [`backends`] here. What it cannot do without is checked in `complete/backend.rs`.
 
-pub(crate) mod linux;
-pub(crate) mod serial;
+mod linux;
+mod serial;
 
+use crate::declare::part;
 use crate::declare::rows::*;
-use crate::notes::{Reader, Stated};
-use crate::tables::{Channel, Rig};
 
 pub use linux::*;
 pub use serial::*;
 
-words! {
-    /// The kinds of backend.
-    pub enum BackendKind, default Simulated {
-        /// Simulated wires.
-        Simulated = "simulated",
-        /// A front-end on a serial line.
-        Serial = "serial",
-        /// Linux's own interfaces: PWM by sysfs, converters by IIO.
-        Linux = "linux",
-    }
+/// The backends: what each is, its word, the module of its tables, and what these are read into, for the rig and for a
+/// channel. The first has no tables of its own but `[simulation]`.
+macro_rules! backends {
+    (
+        $(#[doc = $usual_doc:literal])+ $usual:ident = $usual_word:literal;
+        $( $(#[doc = $doc:literal])+ $kind:ident = $word:literal, $module:ident: $of_rig:ty, $of_channel:ty; )+
+    ) => {
+        words! {
+            /// The kinds of backend.
+            pub enum BackendKind, default $usual {
+                $(#[doc = $usual_doc])+ $usual = $usual_word,
+                $( $(#[doc = $doc])+ $kind = $word, )+
+            }
+        }
+
+        /// What powers and measures the wires: which kind, and what each kind needs to know.
+        #[derive(Debug, Clone, PartialEq, Eq)]
+        pub struct Backend {
+            /// Which of them it is.
+            pub kind: BackendKind,
+            $( $(#[doc = $doc])+ pub $module: $of_rig, )+
+        }
+
+        impl Unread for Backend {
+            const UNREAD: Backend = Backend { kind: BackendKind::UNREAD, $( $module: <$of_rig>::UNREAD, )+ };
+        }
+
+        /// Where a channel is for each kind of backend.
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct BackendChannel {
+            $( $(#[doc = $doc])+ pub $module: $of_channel, )+
+        }
+
+        impl Unread for BackendChannel {
+            const UNREAD: BackendChannel = BackendChannel { $( $module: <$of_channel>::UNREAD, )+ };
+        }
+
+        /// The tables of the rig.
+        pub(crate) fn of_rig() -> Vec<Section<Backend>> {
+            vec![section(), $( part!($module::section(), Backend.$module), )+]
+        }
+
+        /// The tables of a channel.
+        pub(crate) fn of_channel() -> Vec<Section<BackendChannel>> {
+            vec![$( part!($module::channel(), BackendChannel.$module), )+]
+        }
+    };
 }
 
-/// What powers and measures the wires: which kind, and what each kind needs to know.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Backend {
-    /// Which of them it is.
-    pub kind: BackendKind,
+backends! {
+    /// Simulated wires.
+    Simulated = "simulated";
     /// A front-end on a serial line.
-    pub serial: SerialLine,
-    /// Linux's own interfaces.
-    pub linux: LinuxInterfaces,
-}
-
-impl Backend {
-    /// One of which nothing is read yet.
-    pub(crate) fn unread() -> Backend {
-        Backend { kind: BackendKind::UNREAD, serial: Unread::UNREAD, linux: Unread::UNREAD }
-    }
+    Serial = "serial", serial: SerialLine, FrontEndPlace;
+    /// Linux's own interfaces: PWM by sysfs, converters by IIO.
+    Linux = "linux", linux: LinuxInterfaces, LinuxChannel;
 }
 
 /// Keys of `[backend]`.
-pub(crate) static SECTION: Section<Rig> = Section {
-    table: "backend",
-    about: "What powers and measures the wires.",
-    optional: false,
-    check: None,
-    keys: &[keys! {
-        Rig;
-        /// Simulated wires, a front-end on a serial line: [front-end](front-end.md), or Linux's own PWM outputs and
-        /// converters: [Linux](linux-backend.md).
-        "kind" = at(backend.kind), BackendKind::KIND, BackendKind::DEFAULT;
-    }],
-};
-
-/// What each kind needs to know.
-pub(crate) static OF_RIG: [&Section<Rig>; 2] = [&serial::SECTION, &linux::SECTION];
-/// Where a channel is for each kind.
-pub(crate) static OF_CHANNEL: [&Section<Channel>; 2] = [&serial::CHANNEL, &linux::CHANNEL];
-/// What each kind cannot do without, and what it cannot do, once all channels are read.
-pub(crate) static CHECKS: [fn(&mut Reader<'_>, &Rig, &[Stated<'_>]); 2] =
-    [serial::check_channels, linux::check_channels];
+fn section() -> Section<Backend> {
+    Section {
+        table: "backend",
+        about: "What powers and measures the wires.",
+        optional: false,
+        keys: keys! {
+            Backend;
+            /// Simulated wires, a front-end on a serial line: [front-end](front-end.md), or Linux's own PWM outputs and
+            /// converters: [Linux](linux-backend.md).
+            "kind" = at(kind), BackendKind::KIND, BackendKind::DEFAULT;
+        },
+        check: None,
+    }
+}

@@ -1,10 +1,9 @@
 //! `[black_box]`: what is kept for the moment something breaks.
 
 use crate::declare::rows::*;
-use crate::tables::Rig;
 
 table! {
-    "black_box" of Rig, at (black_box):
+    "black_box":
     "The last seconds before a fault is latched, and what follows, in a file: \
      [black box](recording-sessions.md#the-black-box).";
 

@@ -3,12 +3,8 @@
 //! Laws and estimators, their words and the keys each law takes are the business of crate `control`, which writes
 //! `control/generated.rs`; a key that is new with a law is a row of the table below.
 
-use sinew_physics::DriveKind;
-
 use crate::declare::rows::*;
 use crate::key::choices;
-use crate::notes::{Reader, Stated, tidy};
-use crate::tables::Channel;
 
 /// The laws: what each is, its word, and the keys it takes of those that only some laws take.
 macro_rules! laws {
@@ -46,15 +42,17 @@ impl Algorithm {
 }
 
 /// Keys that only some laws take.
-static OF_LAW: Only<Channel> = Only {
-    with: |c, key| c.control.algorithm.takes(key),
-    otherwise: |c, key| {
-        let takers: Vec<&str> =
-            Algorithm::ALL.iter().filter(|(_, law)| law.takes(key)).map(|(word, _)| *word).collect();
-        let law = c.control.algorithm.word();
-        format!("makes no sense with algorithm = \"{law}\"; take it out or choose {}", choices(&takers))
-    },
-};
+fn of_law() -> Only<Control> {
+    Only::new(
+        |control, key| control.algorithm.takes(key),
+        |control, key| {
+            let takers: Vec<&str> =
+                Algorithm::ALL.iter().filter(|(_, law)| law.takes(key)).map(|(word, _)| *word).collect();
+            let law = control.algorithm.word();
+            format!("makes no sense with algorithm = \"{law}\"; take it out or choose {}", choices(&takers))
+        },
+    )
+}
 
 words! {
     /// Whether full power comes before the law, and what tells when to stop.
@@ -79,7 +77,7 @@ words! {
 }
 
 table! {
-    "channel.control" of Channel, at (control), check dual_has_taps:
+    "channel.control":
     "The controller and what it measures by.";
 
     /// The controller of one channel. `None` = from the wire, or as is usual with the law.
@@ -93,75 +91,30 @@ table! {
         estimator: Estimator = "estimator", Estimator::KIND, Estimator::DEFAULT;
         /// λ of the sliding surface, of the linearised loop or of the servo's integral; not with `relay`, `pi`, `pid`.
         lambda_per_s: Option<f64> = "lambda_per_s", number(si("1/s"), 0.01, 10_000.0),
-            Computed("from the wire's heating and cooling limits"), only OF_LAW;
+            Computed("from the wire's heating and cooling limits"), only of_law();
         /// Full power to a wire that has to shorten, whatever the law says, until just below its transformation, as
         /// told by the estimated temperature or by the resistance measured.
         rapid_heating: RapidHeating = "rapid_heating", RapidHeating::KIND, RapidHeating::DEFAULT;
         /// Whether the estimated loss to the air is added to what the law asks for; with `pi`, `pid` and input–output
         /// linearisation.
         heat_loss_feedforward: Option<bool> = "heat_loss_feedforward", BOOLEAN,
-            Computed("`false` with `pi` and `pid`, `true` with input–output linearisation"), only OF_LAW;
+            Computed("`false` with `pi` and `pid`, `true` with input–output linearisation"), only of_law();
         /// What the length is measured by.
         sensing: Sensing = "sensing", Sensing::KIND, Computed("`dual` with taps, else `resistance`");
         /// Duty that is always on so that there is something to measure; below `maximum_duty`.
         minimum_duty: f64 = "sensing_duty", number(si("1"), 0.0, 0.5), Number(0.02);
         /// Proportional gain of `pi` and `pid`: duty per mm of error.
         pi_proportional_per_m: f64 = "pi_proportional_per_mm", number(kilo("1/mm"), 0.0, 1e6),
-            Computed("1 / (0.3 stroke)"), only OF_LAW;
+            Computed("1 / (0.3 stroke)"), only of_law();
         /// Integral gain of `pi` and `pid`.
         pi_integral_per_m_s: f64 = "pi_integral_per_mm_s", number(kilo("1/(mm s)"), 0.0, 1e6),
-            Computed("1 / (0.3 stroke) per second"), only OF_LAW;
+            Computed("1 / (0.3 stroke) per second"), only of_law();
         /// Derivative gain of `pid`: duty per mm/s.
         pid_derivative_s_per_m: f64 = "pid_derivative_s_per_mm", number(kilo("s/mm"), 0.0, 1e6),
-            Computed("0.05 s / (0.3 stroke)"), only OF_LAW;
+            Computed("0.05 s / (0.3 stroke)"), only of_law();
         /// Half width of the band of `relay` in which nothing is switched.
         relay_band_m: Option<f64> = "relay_band_mm", number(milli("mm"), 0.0, 1000.0),
-            Computed("1 % of the stroke"), only OF_LAW;
-    }
-}
-
-fn dual_has_taps(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
-    if channel.model.taps.is_none() && !stated.has_table("taps") && channel.control.sensing == Sensing::Dual {
-        let message = "is \"dual\" but there is no [channel.taps]; add the taps or use \"resistance\"";
-        reader.out_of_place(stated, ("control", "sensing"), message);
-    }
-}
-
-/// Fills in what is measured by, where the file does not say it.
-pub(crate) fn fill_sensing(channel: &mut Channel, stated: &Stated<'_>) {
-    if !stated.gives("control", "sensing") {
-        channel.control.sensing = if channel.model.taps.is_some() { Sensing::Dual } else { Sensing::Resistance };
-    }
-}
-
-/// Fills in the gains that follow from the wire's stroke, in m.
-pub(crate) fn fill_gains(channel: &mut Channel, stroke_m: f64, stated: &Stated<'_>) {
-    let control = &mut channel.control;
-    let stroke_m = stroke_m.max(0.001 * channel.model.geometry.length_m);
-    if !stated.gives("control", "pi_proportional_per_mm") {
-        control.pi_proportional_per_m = 1.0 / (0.3 * stroke_m);
-    }
-    if !stated.gives("control", "pi_integral_per_mm_s") {
-        control.pi_integral_per_m_s = 1.0 / (0.3 * stroke_m);
-    }
-    if !stated.gives("control", "pid_derivative_s_per_mm") {
-        control.pid_derivative_s_per_m = 0.05 / (0.3 * stroke_m);
-    }
-}
-
-/// The duty that is always on against the largest one, of a complete channel.
-pub(crate) fn relations(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
-    let Channel { limits, control, model, .. } = channel;
-    if model.drive.kind == DriveKind::Pwm && control.minimum_duty >= limits.max_duty {
-        reader.contradiction(
-            stated,
-            &[("control", "sensing_duty"), ("limits", "maximum_duty"), ("limits", "maximum_power_w")],
-            format!(
-                "leaves nothing to control with: sensing_duty {} is not below the largest duty, {}",
-                control.minimum_duty,
-                tidy(limits.max_duty)
-            ),
-        );
+            Computed("1 % of the stroke"), only of_law();
     }
 }
 
@@ -171,13 +124,14 @@ mod tests {
 
     #[test]
     fn laws_take_keys_of_the_table_that_ask_for_the_law() {
+        let section = section();
         for (word, law) in Algorithm::ALL {
             for key in law.own_keys() {
-                let found = SECTION.key(key).unwrap_or_else(|| panic!("{word}: {key}"));
+                let found = section.key(key).unwrap_or_else(|| panic!("{word}: {key}"));
                 assert!(found.only.is_some(), "{word}: {key}");
             }
         }
-        for key in SECTION.keys().filter(|key| key.only.is_some()) {
+        for key in section.keys().filter(|key| key.only.is_some()) {
             assert!(Algorithm::ALL.iter().any(|(_, law)| law.takes(key.name)), "{}", key.name);
         }
     }

@@ -3,10 +3,9 @@
 use crate::declare::rows::*;
 use crate::error::What;
 use crate::notes::{Reader, Stated};
-use crate::tables::Rig;
 
 table! {
-    "machine" of Rig, at (machine), check chamber:
+    "machine", check chamber:
     "The tensile testing machine that `sinew test` mounts a wire in: cross-head, load cell, heater amplifier, thermal \
      chamber. The defaults are those of the thesis' machine (chapter 8, table 9).";
 
@@ -61,8 +60,8 @@ table! {
     }
 }
 
-fn chamber(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
-    let (low, high) = (rig.machine.chamber_min_c, rig.machine.chamber_max_c);
+fn chamber(reader: &mut Reader<'_>, machine: &Machine, stated: &Stated<'_>) {
+    let (low, high) = (machine.chamber_min_c, machine.chamber_max_c);
     if low > high {
         let message = format!("is {high}, below chamber_min_c = {low}, expected a warmer one");
         let line = stated.line_of_first(&[("machine", "chamber_max_c"), ("machine", "chamber_min_c")]);

@@ -1,9 +1,8 @@
 //! `[channel.material]`: the alloy.
 
-use sinew_physics::{Convection, Kinetics, Mixing};
+use sinew_physics::{Convection, Kinetics, Mixing, WireModel};
 
 use crate::declare::rows::*;
-use crate::tables::Channel;
 
 key_words! {
     Mixing, default Series = "series"; {
@@ -49,103 +48,107 @@ impl Field for Kinetics {
 /// A number of the alloy, or one of its choices.
 macro_rules! alloy {
     ($field:ident) => {
-        at!(model.material.$field)
+        at!(material.$field)
     };
 }
 
 /// A number of Richards' curves.
 macro_rules! skew {
     ($field:ident) => {
-        Accessor {
-            get: |c| match c.model.material.kinetics {
+        Accessor::new(
+            |model: &WireModel| match model.material.kinetics {
                 Kinetics::Richards { $field, .. } => Some(Value::Number($field)),
                 _ => None,
             },
-            set: |c, value| {
-                if let Kinetics::Richards { $field, .. } = &mut c.model.material.kinetics {
+            |model, value| {
+                if let Kinetics::Richards { $field, .. } = &mut model.material.kinetics {
                     $field.assign(value);
                 }
             },
-        }
+        )
     };
 }
 
 /// Keys that only these curves have.
-static RICHARDS: Only<Channel> = Only {
-    with: |c, _| matches!(c.model.material.kinetics, Kinetics::Richards { .. }),
-    otherwise: |_, _| "makes no sense without kinetics = \"richards\"; add that or take it out".into(),
-};
+fn of_richards() -> Only<WireModel> {
+    Only::new(
+        |model, _| matches!(model.material.kinetics, Kinetics::Richards { .. }),
+        |_, _| "makes no sense without kinetics = \"richards\"; add that or take it out".into(),
+    )
+}
 
 /// Keys of `[channel.material]`.
-pub(crate) static SECTION: Section<Channel> = Section {
-    table: "channel.material",
-    about: "The alloy: the coefficients of the reference model and its alternatives.",
-    optional: false,
-    check: None,
-    keys: &[keys! {
-        Channel;
-        /// Young's modulus E_A.
-        "austenite_modulus_gpa" = alloy(austenite_modulus_pa), number(giga("GPa"), 1.0, 300.0), Number(75.0),
-            prior Relative(0.15);
-        /// Young's modulus E_M.
-        "martensite_modulus_gpa" = alloy(martensite_modulus_pa), number(giga("GPa"), 1.0, 300.0), Number(28.0),
-            prior Relative(0.15);
-        /// Largest shape-memory strain ε_L.
-        "transformation_strain" = alloy(transformation_strain), number(si("1"), 0.0, 0.15), Number(0.04),
-            prior Relative(0.15);
-        /// Thermoelastic coefficient θ; 0 = no thermal strain.
-        "thermoelastic_mpa_per_k" = alloy(thermoelastic_pa_per_k), number(mega("MPa/K"), -5.0, 5.0), Number(0.55);
-        /// T_0, from which thermal strain and resistivity are counted.
-        "reference_temperature_c" = alloy(reference_temperature_c), number(si("°C"), -273.15, 500.0), Number(20.0);
-        /// Centre A of the transformation on heating, without stress.
-        "austenite_temperature_c" = alloy(austenite_temperature_c), number(si("°C"), -200.0, 800.0), Number(93.0),
-            prior Absolute(5.0);
-        /// Centre M of the transformation on cooling, without stress; not above A.
-        "martensite_temperature_c" = alloy(martensite_temperature_c), number(si("°C"), -200.0, 800.0), Number(67.0),
-            prior Absolute(5.0);
-        /// 1/α: how far stress moves A and M; 0 = not at all.
-        "stress_shift_k_per_mpa" = alloy(stress_shift_k_per_pa), number(micro("K/MPa"), 0.0, 1.0), Number(0.125),
-            prior Relative(0.20);
-        /// k_A.
-        "heating_steepness_per_k" = alloy(heating_steepness_per_k), number(si("1/K"), 0.005, 20.0), Number(0.31),
-            prior Relative(0.25);
-        /// k_M.
-        "cooling_steepness_per_k" = alloy(cooling_steepness_per_k), number(si("1/K"), 0.005, 20.0), Number(0.31),
-            prior Relative(0.25);
-        /// w: 0 = implicit inner loop only, 1 = outer loop only.
-        "outer_loop_weight" = alloy(outer_loop_weight), number(si("1"), 0.0, 1.0), Number(0.8);
-        /// c_p.
-        "specific_heat_j_per_kg_k" = alloy(specific_heat_j_per_kg_k),
-            number(si("J/(kg K)"), 50.0, 5000.0), Number(836.0), prior Relative(0.05);
-        /// ΔH; 0 = left out.
-        "latent_heat_j_per_kg" = alloy(latent_heat_j_per_kg), number(si("J/kg"), 0.0, 200_000.0), Number(24_200.0),
-            prior Relative(0.25);
-        /// ρ_d.
-        "density_kg_per_m3" = alloy(density_kg_per_m3), number(si("kg/m³"), 1000.0, 20_000.0), Number(6450.0);
-        /// h; not used with convection `natural`.
-        "convection_w_per_m2_k" = alloy(convection_w_per_m2_k), number(si("W/(m² K)"), 0.0, 20_000.0), Number(121.2),
-            prior Relative(0.20);
-        /// ρ_A0 at T_0.
-        "austenite_resistivity_uohm_cm" = alloy(austenite_resistivity_ohm_m),
-            number(uohm_cm("µΩ cm"), 1.0, 1000.0), Number(86.5), prior Relative(0.10);
-        /// ρ_M0 at T_0.
-        "martensite_resistivity_uohm_cm" = alloy(martensite_resistivity_ohm_m),
-            number(uohm_cm("µΩ cm"), 1.0, 1000.0), Number(75.0), prior Relative(0.10);
-        /// α_A.
-        "austenite_resistivity_slope_uohm_cm_per_k" = alloy(austenite_resistivity_slope_ohm_m_per_k),
-            number(uohm_cm("µΩ cm/K"), -1.0, 1.0), Number(0.05), prior Relative(0.30);
-        /// α_M.
-        "martensite_resistivity_slope_uohm_cm_per_k" = alloy(martensite_resistivity_slope_ohm_m_per_k),
-            number(uohm_cm("µΩ cm/K"), -1.0, 1.0), Number(0.15), prior Relative(0.30);
-        /// Law of the outer curves (eq. 15–22); `logistic` is the reference.
-        "kinetics" = alloy(kinetics), KINETICS_KIND, Text("logistic");
-        /// v_A of Richards' curves (eq. 21); only with kinetics `richards`.
-        "heating_skew" = skew(heating_skew), number(si("1"), 0.05, 20.0), Number(1.0), only RICHARDS;
-        /// v_M of Richards' curves (eq. 21); only with kinetics `richards`.
-        "cooling_skew" = skew(cooling_skew), number(si("1"), 0.05, 20.0), Number(1.0), only RICHARDS;
-        /// How the phases' moduli combine: Reuss (eq. 4) or Voigt (eq. 3).
-        "mixing" = alloy(mixing), Mixing::KIND, Mixing::DEFAULT;
-        /// Loss to the air by h, or by eq. 34.
-        "convection" = alloy(convection), Convection::KIND, Convection::DEFAULT;
-    }],
-};
+pub(crate) fn section() -> Section<WireModel> {
+    Section {
+        table: "channel.material",
+        about: "The alloy: the coefficients of the reference model and its alternatives.",
+        optional: false,
+        keys: keys! {
+            WireModel;
+            /// Young's modulus E_A.
+            "austenite_modulus_gpa" = alloy(austenite_modulus_pa), number(giga("GPa"), 1.0, 300.0), Number(75.0),
+                prior Relative(0.15);
+            /// Young's modulus E_M.
+            "martensite_modulus_gpa" = alloy(martensite_modulus_pa), number(giga("GPa"), 1.0, 300.0), Number(28.0),
+                prior Relative(0.15);
+            /// Largest shape-memory strain ε_L.
+            "transformation_strain" = alloy(transformation_strain), number(si("1"), 0.0, 0.15), Number(0.04),
+                prior Relative(0.15);
+            /// Thermoelastic coefficient θ; 0 = no thermal strain.
+            "thermoelastic_mpa_per_k" = alloy(thermoelastic_pa_per_k), number(mega("MPa/K"), -5.0, 5.0), Number(0.55);
+            /// T_0, from which thermal strain and resistivity are counted.
+            "reference_temperature_c" = alloy(reference_temperature_c), number(si("°C"), -273.15, 500.0), Number(20.0);
+            /// Centre A of the transformation on heating, without stress.
+            "austenite_temperature_c" = alloy(austenite_temperature_c), number(si("°C"), -200.0, 800.0), Number(93.0),
+                prior Absolute(5.0);
+            /// Centre M of the transformation on cooling, without stress; not above A.
+            "martensite_temperature_c" = alloy(martensite_temperature_c), number(si("°C"), -200.0, 800.0), Number(67.0),
+                prior Absolute(5.0);
+            /// 1/α: how far stress moves A and M; 0 = not at all.
+            "stress_shift_k_per_mpa" = alloy(stress_shift_k_per_pa), number(micro("K/MPa"), 0.0, 1.0), Number(0.125),
+                prior Relative(0.20);
+            /// k_A.
+            "heating_steepness_per_k" = alloy(heating_steepness_per_k), number(si("1/K"), 0.005, 20.0), Number(0.31),
+                prior Relative(0.25);
+            /// k_M.
+            "cooling_steepness_per_k" = alloy(cooling_steepness_per_k), number(si("1/K"), 0.005, 20.0), Number(0.31),
+                prior Relative(0.25);
+            /// w: 0 = implicit inner loop only, 1 = outer loop only.
+            "outer_loop_weight" = alloy(outer_loop_weight), number(si("1"), 0.0, 1.0), Number(0.8);
+            /// c_p.
+            "specific_heat_j_per_kg_k" = alloy(specific_heat_j_per_kg_k),
+                number(si("J/(kg K)"), 50.0, 5000.0), Number(836.0), prior Relative(0.05);
+            /// ΔH; 0 = left out.
+            "latent_heat_j_per_kg" = alloy(latent_heat_j_per_kg), number(si("J/kg"), 0.0, 200_000.0), Number(24_200.0),
+                prior Relative(0.25);
+            /// ρ_d.
+            "density_kg_per_m3" = alloy(density_kg_per_m3), number(si("kg/m³"), 1000.0, 20_000.0), Number(6450.0);
+            /// h; not used with convection `natural`.
+            "convection_w_per_m2_k" = alloy(convection_w_per_m2_k), number(si("W/(m² K)"), 0.0, 20_000.0), Number(121.2),
+                prior Relative(0.20);
+            /// ρ_A0 at T_0.
+            "austenite_resistivity_uohm_cm" = alloy(austenite_resistivity_ohm_m),
+                number(uohm_cm("µΩ cm"), 1.0, 1000.0), Number(86.5), prior Relative(0.10);
+            /// ρ_M0 at T_0.
+            "martensite_resistivity_uohm_cm" = alloy(martensite_resistivity_ohm_m),
+                number(uohm_cm("µΩ cm"), 1.0, 1000.0), Number(75.0), prior Relative(0.10);
+            /// α_A.
+            "austenite_resistivity_slope_uohm_cm_per_k" = alloy(austenite_resistivity_slope_ohm_m_per_k),
+                number(uohm_cm("µΩ cm/K"), -1.0, 1.0), Number(0.05), prior Relative(0.30);
+            /// α_M.
+            "martensite_resistivity_slope_uohm_cm_per_k" = alloy(martensite_resistivity_slope_ohm_m_per_k),
+                number(uohm_cm("µΩ cm/K"), -1.0, 1.0), Number(0.15), prior Relative(0.30);
+            /// Law of the outer curves (eq. 15–22); `logistic` is the reference.
+            "kinetics" = alloy(kinetics), KINETICS_KIND, Text("logistic");
+            /// v_A of Richards' curves (eq. 21); only with kinetics `richards`.
+            "heating_skew" = skew(heating_skew), number(si("1"), 0.05, 20.0), Number(1.0), only of_richards();
+            /// v_M of Richards' curves (eq. 21); only with kinetics `richards`.
+            "cooling_skew" = skew(cooling_skew), number(si("1"), 0.05, 20.0), Number(1.0), only of_richards();
+            /// How the phases' moduli combine: Reuss (eq. 4) or Voigt (eq. 3).
+            "mixing" = alloy(mixing), Mixing::KIND, Mixing::DEFAULT;
+            /// Loss to the air by h, or by eq. 34.
+            "convection" = alloy(convection), Convection::KIND, Convection::DEFAULT;
+        },
+        check: None,
+    }
+}

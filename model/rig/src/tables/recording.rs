@@ -7,10 +7,9 @@ use toml_edit::{InlineTable, TableLike};
 use crate::edit::{put, remove};
 use crate::error::What;
 use crate::notes::Reader;
-use crate::read::value::{number, unknown_hint};
 use crate::suggest::nearest;
-use crate::tables::Rig;
 use crate::tree::{Node, Tree};
+use crate::value::{number, unknown_hint};
 
 /// The columns a recording can have: the keys of [`ColumnMap`].
 pub const RECORDING_COLUMNS: [&str; 13] = [
@@ -114,14 +113,14 @@ fn column_key(column: &mut Column, name: &str, node: &Node) -> Result<(), What> 
 }
 
 /// Writes the columns that differ from those of `base`.
-pub(crate) fn write_columns(root: &mut dyn TableLike, rig: &Rig, base: Option<&Rig>) {
+pub(crate) fn write_columns(root: &mut dyn TableLike, columns: &ColumnMap, base: Option<&ColumnMap>) {
     let path = ["recording", "columns"];
     let nothing = ColumnMap::new();
-    let old = base.map_or(&nothing, |b| &b.columns);
-    for name in old.keys().filter(|name| !rig.columns.contains_key(*name)) {
+    let old = base.unwrap_or(&nothing);
+    for name in old.keys().filter(|name| !columns.contains_key(*name)) {
         remove(root, &path, name);
     }
-    for (name, column) in rig.columns.iter().filter(|(name, column)| old.get(*name) != Some(column)) {
+    for (name, column) in columns.iter().filter(|(name, column)| old.get(*name) != Some(column)) {
         let mut table = InlineTable::new();
         table.insert("column", column.column.as_str().into());
         table.insert("scale", column.scale.into());

@@ -69,28 +69,30 @@ words! {
 }
 
 /// Keys of `[rig]`.
-pub(crate) static SECTION: Section<Rig> = Section {
-    table: "rig",
-    about: "The rig as a whole. Required.",
-    optional: false,
-    check: Some(realtime_is_asked_for),
-    keys: &[keys! {
-        Rig;
-        /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first,
-        /// at most 48.
-        "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
-        /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
-        "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
-        /// Temperature of the air, where a recording does not give it.
-        "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0), prior Absolute(2.0);
-        /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`).
-        "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
-        /// SCHED_FIFO priority of the loop (99 belongs to the kernel).
-        "realtime_priority" = at(realtime.priority), integer(1, 98), Integer(80);
-        /// Core the loop is pinned to.
-        "realtime_cpu" = at(realtime.cpu), integer(0, 4095), Computed("the driver chooses");
-    }],
-};
+pub(crate) fn section() -> Section<Rig> {
+    Section {
+        table: "rig",
+        about: "The rig as a whole. Required.",
+        optional: false,
+        keys: keys! {
+            Rig;
+            /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first,
+            /// at most 48.
+            "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
+            /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
+            "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
+            /// Temperature of the air, where a recording does not give it.
+            "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0), prior Absolute(2.0);
+            /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`).
+            "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
+            /// SCHED_FIFO priority of the loop (99 belongs to the kernel).
+            "realtime_priority" = at(realtime.priority), integer(1, 98), Integer(80);
+            /// Core the loop is pinned to.
+            "realtime_cpu" = at(realtime.cpu), integer(0, 4095), Computed("the driver chooses");
+        },
+        check: Some(Box::new(realtime_is_asked_for)),
+    }
+}
 
 fn realtime_is_asked_for(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
     if rig.realtime.mode == RealtimeMode::Off {
@@ -113,12 +115,51 @@ impl Rig {
             channels: Vec::new(),
             joints: Vec::new(),
             columns: ColumnMap::new(),
-            backend: Backend::unread(),
+            backend: Unread::UNREAD,
             black_box: Unread::UNREAD,
             simulation: Simulation::unread(),
             machine: Unread::UNREAD,
             source: Source::default(),
         }
+    }
+}
+
+impl Rig {
+    /// The channel of this name and its index.
+    pub fn channel(&self, name: &str) -> Option<(usize, &Channel)> {
+        self.channels.iter().enumerate().find(|(_, c)| c.name == name)
+    }
+
+    /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.
+    pub fn joint_of(&self, channel: usize) -> Option<(&Joint, usize)> {
+        let name = &self.channels.get(channel)?.name;
+        self.joints.iter().find_map(|joint| Some((joint, joint.side(name)?)))
+    }
+
+    /// The indices of a joint's channels, agonist first; `None` where one was renamed since the rig was read.
+    pub fn channels_of(&self, joint: &Joint) -> Option<[usize; 2]> {
+        Some([self.channel(&joint.agonist)?.0, self.channel(&joint.antagonist)?.0])
+    }
+
+    /// The wire of a channel in the load its stroke and limits are reckoned with, see [`Channel::nominal_model`].
+    pub fn nominal_model(&self, channel: usize) -> sinew_physics::WireModel {
+        self.channels[channel].nominal_model(self.joint_of(channel).map(|(joint, _)| joint))
+    }
+
+    /// Which channel of a serial front-end a channel of the rig is.
+    pub fn front_end_index(&self, channel: usize) -> Option<u32> {
+        let own = self.channels.get(channel)?.backend.serial.index;
+        own.or(u32::try_from(channel).ok())
+    }
+
+    /// The file this rig came from, as it was asked for.
+    pub fn file(&self) -> &str {
+        &self.source.file
+    }
+
+    /// The text it was read from, as it was; later changes of fields are not in it, see [`Rig::to_toml`].
+    pub fn text(&self) -> &str {
+        &self.source.text
     }
 }
 

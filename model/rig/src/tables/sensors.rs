@@ -1,7 +1,8 @@
 //! `[channel.sensors]` and `[channel.sensors.noise]`: what the recordings' sensors are like.
 
+use std::collections::BTreeMap;
+
 use crate::declare::rows::*;
-use crate::tables::Channel;
 
 words! {
     /// Whether the zero of `position_m` is known.
@@ -14,29 +15,37 @@ words! {
 }
 
 /// Keys of `[channel.sensors]`.
-pub(crate) static SENSORS: Section<Channel> = Section {
-    table: "channel.sensors",
-    about: "What the recordings' sensors are like.",
-    optional: false,
-    check: None,
-    keys: &[keys! {
-        Channel;
-        /// `free`: the encoder's zero is arbitrary and may differ from recording to recording.
-        "position_zero" = at(position_zero), PositionZero::KIND, PositionZero::DEFAULT;
-    }],
-};
+pub(crate) fn sensors() -> Section<PositionZero> {
+    Section {
+        table: "channel.sensors",
+        about: "What the recordings' sensors are like.",
+        optional: false,
+        keys: keys! {
+            PositionZero;
+            /// `free`: the encoder's zero is arbitrary and may differ from recording to recording.
+            "position_zero" = itself(), PositionZero::KIND, PositionZero::DEFAULT;
+        },
+        check: None,
+    }
+}
+
+/// RMS noise by the name of a recording's column, in the column's unit.
+type Noise = BTreeMap<String, f64>;
+
+/// The table of the noise.
+pub(crate) const NOISE: &str = "channel.sensors.noise";
 
 /// The noise of a recording's column, by the column's name.
 macro_rules! of {
     ($column:literal) => {
-        Accessor {
-            get: |c| c.noise.get($column).copied().map(Value::Number),
-            set: |c, value| {
+        Accessor::new(
+            |noise: &Noise| noise.get($column).copied().map(Value::Number),
+            |noise, value| {
                 if let Value::Number(rms) = value {
-                    c.noise.insert($column.into(), rms);
+                    noise.insert($column.into(), rms);
                 }
             },
-        }
+        )
     };
 }
 
@@ -47,28 +56,30 @@ const fn rms(unit: &'static str) -> Kind {
 const ESTIMATED: crate::key::Default = Computed("estimated from the recording");
 
 /// Keys of `[channel.sensors.noise]`.
-pub(crate) static NOISE: Section<Channel> = Section {
-    table: "channel.sensors.noise",
-    about: "RMS noise of the recordings' measured columns, where it is known. A fit weighs each sensor by it.",
-    optional: false,
-    check: None,
-    keys: &[keys! {
-        Channel;
-        /// Of the current.
-        "current_a" = of("current_a"), rms("A"), ESTIMATED;
-        /// Of the first tap.
-        "v1_v" = of("v1_v"), rms("V"), ESTIMATED;
-        /// Of the second tap.
-        "v2_v" = of("v2_v"), rms("V"), ESTIMATED;
-        /// Of the moving end.
-        "v3_v" = of("v3_v"), rms("V"), ESTIMATED;
-        /// Of the wire tension.
-        "force_n" = of("force_n"), rms("N"), ESTIMATED;
-        /// Of the elongation.
-        "position_m" = of("position_m"), rms("m"), ESTIMATED;
-        /// Of the wire temperature.
-        "temperature_c" = of("temperature_c"), rms("K"), ESTIMATED;
-        /// Of the electrical power.
-        "power_w" = of("power_w"), rms("W"), ESTIMATED;
-    }],
-};
+pub(crate) fn noise() -> Section<Noise> {
+    Section {
+        table: NOISE,
+        about: "RMS noise of the recordings' measured columns, where it is known. A fit weighs each sensor by it.",
+        optional: false,
+        keys: keys! {
+            Noise;
+            /// Of the current.
+            "current_a" = of("current_a"), rms("A"), ESTIMATED;
+            /// Of the first tap.
+            "v1_v" = of("v1_v"), rms("V"), ESTIMATED;
+            /// Of the second tap.
+            "v2_v" = of("v2_v"), rms("V"), ESTIMATED;
+            /// Of the moving end.
+            "v3_v" = of("v3_v"), rms("V"), ESTIMATED;
+            /// Of the wire tension.
+            "force_n" = of("force_n"), rms("N"), ESTIMATED;
+            /// Of the elongation.
+            "position_m" = of("position_m"), rms("m"), ESTIMATED;
+            /// Of the wire temperature.
+            "temperature_c" = of("temperature_c"), rms("K"), ESTIMATED;
+            /// Of the electrical power.
+            "power_w" = of("power_w"), rms("W"), ESTIMATED;
+        },
+        check: None,
+    }
+}

@@ -7,10 +7,9 @@ use toml_edit::{ArrayOfTables, Item, Table as Written, TableLike};
 use crate::declare::rows::*;
 use crate::edit::{remove, table_at};
 use crate::error::What;
-use crate::notes::{Reader, Stated};
-use crate::read::value::{channel_choices, in_range, not_a_choice, number as any_number, unknown_hint};
-use crate::tables::{BackendKind, Channel, Rig};
+use crate::notes::Reader;
 use crate::tree::{Node, Tree};
+use crate::value::{channel_choices, in_range, not_a_choice, number as any_number, unknown_hint};
 
 /// The simulated backend.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,24 +33,19 @@ words! {
 }
 
 /// Keys of `[simulation]`; its faults are read apart.
-pub(crate) static SECTION: Section<Rig> = Section {
-    table: "simulation",
-    about: "The simulated backend.",
-    optional: false,
-    check: Some(only_simulated_wires_have_a_pace),
-    keys: &[keys! {
-        Rig;
-        /// Seed of all noise: same seed, same run.
-        "seed" = at(simulation.seed), integer(0, i64::MAX), Integer(1);
-        /// Whether simulated time keeps to the clock.
-        "pace" = at(simulation.pace), Pace::KIND, Pace::DEFAULT;
-    }],
-};
-
-fn only_simulated_wires_have_a_pace(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
-    if rig.backend.kind != BackendKind::Simulated && rig.simulation.pace != Pace::RealTime {
-        let message = "makes no sense with wires that are not simulated; take it out";
-        reader.out_of_place(stated, ("simulation", "pace"), message);
+pub(crate) fn section() -> Section<Simulation> {
+    Section {
+        table: "simulation",
+        about: "The simulated backend.",
+        optional: false,
+        keys: keys! {
+            Simulation;
+            /// Seed of all noise: same seed, same run.
+            "seed" = at(seed), integer(0, i64::MAX), Integer(1);
+            /// Whether simulated time keeps to the clock.
+            "pace" = at(pace), Pace::KIND, Pace::DEFAULT;
+        },
+        check: None,
     }
 }
 
@@ -182,8 +176,8 @@ impl FaultKind {
 /// Keys of a simulated fault.
 const FAULT_KEYS: [&str; 5] = ["channel", "kind", "start_s", "end_s", "value"];
 
-/// Reads the faults.
-pub(crate) fn faults(reader: &mut Reader<'_>, node: &Node, channels: &[Channel]) -> Vec<SimulatedFault> {
+/// Reads the faults; `channels` are the names of the rig's.
+pub(crate) fn faults(reader: &mut Reader<'_>, node: &Node, channels: &[&str]) -> Vec<SimulatedFault> {
     let Tree::Array(nodes) = &node.value else {
         let expected = "an array of tables: [[simulation.fault]], with two brackets".into();
         let what = What::WrongType { found: node.value.describe(), expected };
@@ -193,7 +187,7 @@ pub(crate) fn faults(reader: &mut Reader<'_>, node: &Node, channels: &[Channel])
     nodes.iter().filter_map(|node| fault(reader, node, channels)).collect()
 }
 
-fn fault(reader: &mut Reader<'_>, node: &Node, channels: &[Channel]) -> Option<SimulatedFault> {
+fn fault(reader: &mut Reader<'_>, node: &Node, channels: &[&str]) -> Option<SimulatedFault> {
     let table = reader.table(node, None, "simulation.fault", "[[simulation.fault]]")?;
     let before = reader.found();
     let mut fault =
@@ -225,11 +219,12 @@ fn fault(reader: &mut Reader<'_>, node: &Node, channels: &[Channel]) -> Option<S
     Some(fault)
 }
 
-fn fault_key(fault: &mut SimulatedFault, name: &str, node: &Node, channels: &[Channel]) -> Result<(), What> {
+fn fault_key(fault: &mut SimulatedFault, name: &str, node: &Node, channels: &[&str]) -> Result<(), What> {
     match (name, &node.value) {
         ("channel", Tree::Text(name)) => {
-            let found = channels.iter().position(|c| c.name == *name);
-            let unknown = || What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels) };
+            let found = channels.iter().position(|channel| channel == name);
+            let unknown =
+                || What::NotAChoice { found: name.clone(), expected: channel_choices(name, channels.iter().copied()) };
             fault.channel = Some(found.ok_or_else(unknown)?);
         }
         ("kind", Tree::Text(word)) => {
@@ -247,16 +242,19 @@ fn fault_key(fault: &mut SimulatedFault, name: &str, node: &Node, channels: &[Ch
     Ok(())
 }
 
+/// A fault with the name of the channel it strikes instead of its index.
+pub(crate) type NamedFault = (Option<String>, SimulatedFault);
+
+impl SimulatedFault {
+    /// The fault by the name of the channel it strikes: channels may move.
+    pub(crate) fn named<'c>(&self, name: impl FnOnce(usize) -> Option<&'c str>) -> NamedFault {
+        (self.channel.and_then(name).map(str::to_string), SimulatedFault { channel: None, ..self.clone() })
+    }
+}
+
 /// Writes the faults where they differ from those of `base`.
-pub(crate) fn write_faults(root: &mut dyn TableLike, rig: &Rig, base: Option<&Rig>) {
-    // By name, not by index: channels may have moved.
-    let named = |rig: &Rig| -> Vec<(Option<String>, SimulatedFault)> {
-        let name = |f: &SimulatedFault| f.channel.and_then(|i| rig.channels.get(i)).map(|c| c.name.clone());
-        let unplaced = |f: &SimulatedFault| SimulatedFault { channel: None, ..f.clone() };
-        rig.simulation.faults.iter().map(|f| (name(f), unplaced(f))).collect()
-    };
-    let faults = named(rig);
-    if base.map(named).unwrap_or_default() == faults {
+pub(crate) fn write_faults(root: &mut dyn TableLike, faults: Vec<NamedFault>, base: &[NamedFault]) {
+    if faults == base {
         return;
     }
     remove(root, &["simulation"], "fault");

@@ -567,8 +567,11 @@ fn backends() {
                   v1 = \"1-0048:in_voltage0\", v2 = \"1-0048:in_voltage1\" }";
     let placed = GOOD.replacen("[[channel]]", &format!("[[channel]]\n{places}"), 1) + "\n" + linux;
     let rig = Rig::parse(&placed, "rig.toml").unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(rig.channels[0].linux.current.name.as_deref(), Some("1-0048:in_current0"));
-    assert_eq!((rig.channels[0].linux.v1.gain, rig.channels[0].linux.supply.name.as_ref()), (1.0, None));
+    assert_eq!(rig.channels[0].backend.linux.current.name.as_deref(), Some("1-0048:in_current0"));
+    assert_eq!(
+        (rig.channels[0].backend.linux.v1.gain, rig.channels[0].backend.linux.supply.name.as_ref()),
+        (1.0, None)
+    );
     let nothing = placed.replacen("pwmchip0/1\"", "pwmchip0/1\", v2_gain = 0.0", 1);
     assert!(of(&nothing).contains("linux.v2_gain is 0: nothing could be measured"), "{}", of(&nothing));
 

@@ -1,9 +1,7 @@
 //! Linux's own PWM outputs and converters: `[backend.linux]` and `[channel.linux]`.
 
 use crate::declare::rows::*;
-use crate::error::What;
-use crate::notes::{Reader, Stated};
-use crate::tables::{BackendKind, Channel, MAX_PATH, Rig, SamplingCircuit, Sensing};
+use crate::value::MAX_PATH;
 
 words! {
     /// How converters are read.
@@ -36,7 +34,7 @@ words! {
 }
 
 table! {
-    "backend.linux" of Rig, at (backend.linux):
+    "backend.linux":
     "Linux's own PWM outputs and converters, with kind `linux`: [Linux](linux-backend.md).";
 
     /// Linux's own interfaces.
@@ -61,7 +59,7 @@ table! {
 /// Where a channel is among Linux's own outputs and inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinuxChannel {
-    /// Its output, `chip/number`; `Some` where the kind is [`BackendKind::Linux`].
+    /// Its output, `chip/number`; `Some` where the kind is [`BackendKind::Linux`](crate::BackendKind::Linux).
     pub pwm: Option<String>,
     /// Which level heats.
     pub polarity: Polarity,
@@ -88,9 +86,8 @@ pub struct LinuxInput {
     pub offset: f64,
 }
 
-impl LinuxChannel {
-    /// The place that is still to be read.
-    pub(crate) const UNREAD: LinuxChannel = {
+impl Unread for LinuxChannel {
+    const UNREAD: LinuxChannel = {
         const INPUT: LinuxInput = LinuxInput { name: Field::UNREAD, gain: Field::UNREAD, offset: Field::UNREAD };
         LinuxChannel {
             pwm: Field::UNREAD,
@@ -112,105 +109,63 @@ macro_rules! input {
         $gain:literal in $per:literal; $offset:literal in $unit:literal
     ) => {
         keys! {
-            Channel;
+            LinuxChannel;
             $(#[doc = $doc])+
-            $name = at(linux.$field.name), text("a converter and its input", MAX_PATH), Computed($default);
+            $name = at($field.name), text("a converter and its input", MAX_PATH), Computed($default);
             /// What a volt or ampere at the converter stands for: the divider, amplifier or shunt before it.
-            $gain = at(linux.$field.gain), number(si($per), -1e6, 1e6), Number(1.0);
+            $gain = at($field.gain), number(si($per), -1e6, 1e6), Number(1.0);
             /// Added to that.
-            $offset = at(linux.$field.offset), number(si($unit), -1e3, 1e3), Number(0.0);
+            $offset = at($field.offset), number(si($unit), -1e3, 1e3), Number(0.0);
         }
     };
 }
 
 /// Keys of `[channel.linux]`.
-pub(crate) static CHANNEL: Section<Channel> = Section {
-    table: "channel.linux",
-    about: "Where the channel is among Linux's outputs and inputs, with kind `linux` of the backend. A converter goes by its \
-            number (`iio:device0`), its name or label where no other has it, or its place on the bus (`1-0041`), a chip by \
-            its number (`pwmchip0`) or its place; `sinew doctor` lists them.",
-    optional: false,
-    check: None,
-    keys: &[
-        keys! {
-            Channel;
-            /// Its output: the chip, a slash, and the output's number, such as `pwmchip0/1` or `1-0040/1`.
-            "pwm" = at(linux.pwm), text("a chip and its output", MAX_PATH),
-                Computed("none: **required** with kind `linux`");
-            /// Which level heats: high, or low.
-            "polarity" = at(linux.polarity), Polarity::KIND, Polarity::DEFAULT;
-        },
-        input! {
-            /// The first tap's input, such as `1-0048:in_voltage0`.
-            "v1" = v1, "none: **required** with kind `linux` and taps";
-            "v1_gain" in "V/V"; "v1_offset_v" in "V"
-        },
-        input! {
-            /// The second tap's.
-            "v2" = v2, "none: **required** with kind `linux` and taps";
-            "v2_gain" in "V/V"; "v2_offset_v" in "V"
-        },
-        input! {
-            /// The moving end's.
-            "v3" = v3, "none: **required** with kind `linux`";
-            "v3_gain" in "V/V"; "v3_offset_v" in "V"
-        },
-        input! {
-            /// The current's: a current, or the voltage across a shunt with 1/Ω as its gain.
-            "current" = current, "none: **required** with kind `linux`";
-            "current_gain" in "A/V or A/A"; "current_offset_a" in "A"
-        },
-        input! {
-            /// The supply's.
-            "supply" = supply, "not measured";
-            "supply_gain" in "V/V"; "supply_offset_v" in "V"
-        },
-    ],
-};
-
-/// What a channel on Linux's own interfaces cannot do without, and what these cannot do.
-pub(crate) fn check_channels(reader: &mut Reader<'_>, rig: &Rig, stated: &[Stated<'_>]) {
-    for (channel, stated) in rig.channels.iter().zip(stated) {
-        gains_measure(reader, channel, stated);
-        if rig.backend.kind == BackendKind::Linux {
-            channel_has_its_place(reader, channel, stated);
-        }
-    }
-}
-
-fn gains_measure(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
-    let LinuxChannel { v1, v2, v3, current, supply, .. } = &channel.linux;
-    for (key, input) in
-        [("v1_gain", v1), ("v2_gain", v2), ("v3_gain", v3), ("current_gain", current), ("supply_gain", supply)]
-    {
-        if input.gain == 0.0 {
-            let message = "is 0: nothing could be measured; expected what one volt at the converter stands for".into();
-            let line = stated.line_at(&["linux", key]);
-            reader.problem(line, Some(&channel.name), format!("linux.{key}"), What::Contradiction { message });
-        }
-    }
-}
-
-fn channel_has_its_place(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
-    let LinuxChannel { pwm, v1, v2, v3, current, .. } = &channel.linux;
-    let mut needed = vec![
-        ("pwm", pwm, "the output, such as \"pwmchip0/1\""),
-        ("v3", &v3.name, "the moving end's input, such as \"1-0048:in_voltage2\""),
-        ("current", &current.name, "the current's input, such as \"1-0048:in_current0\""),
-    ];
-    if channel.control.sensing == Sensing::Dual && channel.model.taps.is_some() {
-        needed.push(("v1", &v1.name, "the first tap's input, such as \"1-0048:in_voltage0\""));
-        needed.push(("v2", &v2.name, "the second tap's input, such as \"1-0048:in_voltage1\""));
-    }
-    let line = stated.line_at(&["linux"]);
-    for (key, _, expected) in needed.into_iter().filter(|(_, value, _)| value.is_none()) {
-        let what = What::Missing { expected: expected.into() };
-        reader.problem(line, Some(&channel.name), format!("linux.{key}"), what);
-    }
-    if channel.adc.circuit == SamplingCircuit::Shared {
-        let message =
-            "cannot be sampled by backend \"linux\", which knows no off-phase; expected \"separate_taps\"".into();
-        let line = stated.line_at(&["adc", "circuit"]);
-        reader.problem(line, Some(&channel.name), "adc.circuit", What::Contradiction { message });
+pub(crate) fn channel() -> Section<LinuxChannel> {
+    Section {
+        table: "channel.linux",
+        about: "Where the channel is among Linux's outputs and inputs, with kind `linux` of the backend. A converter goes by its \
+                number (`iio:device0`), its name or label where no other has it, or its place on the bus (`1-0041`), a chip by \
+                its number (`pwmchip0`) or its place; `sinew doctor` lists them.",
+        optional: false,
+        keys: [
+            keys! {
+                LinuxChannel;
+                /// Its output: the chip, a slash, and the output's number, such as `pwmchip0/1` or `1-0040/1`.
+                "pwm" = at(pwm), text("a chip and its output", MAX_PATH),
+                    Computed("none: **required** with kind `linux`");
+                /// Which level heats: high, or low.
+                "polarity" = at(polarity), Polarity::KIND, Polarity::DEFAULT;
+            },
+            input! {
+                /// The first tap's input, such as `1-0048:in_voltage0`.
+                "v1" = v1, "none: **required** with kind `linux` and taps";
+                "v1_gain" in "V/V"; "v1_offset_v" in "V"
+            },
+            input! {
+                /// The second tap's.
+                "v2" = v2, "none: **required** with kind `linux` and taps";
+                "v2_gain" in "V/V"; "v2_offset_v" in "V"
+            },
+            input! {
+                /// The moving end's.
+                "v3" = v3, "none: **required** with kind `linux`";
+                "v3_gain" in "V/V"; "v3_offset_v" in "V"
+            },
+            input! {
+                /// The current's: a current, or the voltage across a shunt with 1/Ω as its gain.
+                "current" = current, "none: **required** with kind `linux`";
+                "current_gain" in "A/V or A/A"; "current_offset_a" in "A"
+            },
+            input! {
+                /// The supply's.
+                "supply" = supply, "not measured";
+                "supply_gain" in "V/V"; "supply_offset_v" in "V"
+            },
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
+        check: None,
     }
 }

@@ -3,8 +3,10 @@
 use crate::error::What;
 use crate::key::{Key, Kind, Value, choices};
 use crate::suggest::nearest;
-use crate::tables::{Channel, sensors, tables_with};
 use crate::tree::{Node, Tree};
+
+/// Longest name of a device or file in a rig file, in bytes.
+pub const MAX_PATH: usize = 255;
 
 /// Names of a rig or channel: the rule in words.
 const NAME_RULE: &str = "letters, digits, '-', '_' and '.', a letter or digit first";
@@ -87,7 +89,7 @@ pub(crate) fn in_range(node: &Node, low: f64, high: f64) -> Result<f64, What> {
 }
 
 /// What is wrong with the number a key has in a rig that a program made or changed: the same as if it were read.
-pub(crate) fn wrong_number<T>(key: &Key<T>, of: &T) -> Option<What> {
+pub(crate) fn wrong_number<T: 'static>(key: &Key<T>, of: &T) -> Option<What> {
     let (Kind::Number { unit, low, high }, Some(Value::Number(found))) = (&key.takes, key.get(of)) else { return None };
     if !found.is_finite() {
         let expected = format!("a number, {low} to {high}");
@@ -116,25 +118,17 @@ pub(crate) fn not_a_choice(word: &str, words: &[&str]) -> What {
 }
 
 /// The channels that a name could have meant.
-pub(crate) fn channel_choices(name: &str, channels: &[Channel]) -> String {
-    let names: Vec<&str> = channels.iter().map(|c| c.name.as_str()).filter(|n| !n.is_empty()).collect();
+pub(crate) fn channel_choices<'c>(name: &str, channels: impl IntoIterator<Item = &'c str>) -> String {
+    let names: Vec<&str> = channels.into_iter().filter(|name| !name.is_empty()).collect();
     match nearest(name, names.iter().copied()) {
         Some(near) => format!("the name of a channel; did you mean \"{near}\"?"),
         None => format!("the name of a channel: {}", choices(&names)),
     }
 }
 
-/// What an unknown key was probably meant to be: a key of the same table, one that lives in another, or the list.
+/// What an unknown key of a table was probably meant to be: one of its keys, or the list.
 pub(crate) fn unknown_hint<'k>(name: &str, table: &str, keys: impl IntoIterator<Item = &'k str>) -> String {
     let keys: Vec<&str> = keys.into_iter().collect();
-    // What a sensor's noise is called after belongs elsewhere by that name, but is not what was meant here.
-    let elsewhere = tables_with(name);
-    if !table.is_empty()
-        && table != sensors::NOISE.table
-        && let Some(other) = elsewhere.iter().find(|t| **t != table)
-    {
-        return format!(" here: it belongs in [{other}]");
-    }
     match nearest(name, keys.iter().copied()) {
         Some(near) => format!(", did you mean {near}?"),
         None if keys.len() <= 12 => format!("; expected {}", keys.join(", ")),

@@ -1,0 +1,72 @@
+//! What the driver needs of a rig beyond what `simulate` does.
+
+use sinew_physics::{DriveKind, Load};
+
+use crate::error::{Error, Problem, What};
+use crate::notes::line_at;
+use crate::tables::rig::Source;
+use crate::tables::{MAX_DRIVEN_RATE_HZ, MIN_DRIVEN_RATE_HZ, Rig, of_channel};
+use crate::tree::{self, Node, Tree};
+use crate::value::wrong_number;
+
+impl Rig {
+    /// Checks what the driver needs beyond what `simulate` does: a rate it can keep, wires it can heat by PWM and move, and
+    /// numbers that a rig file could have said, for a program may have made this rig or changed it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with every reason against it.
+    pub fn check_drivable(&self) -> Result<(), Error> {
+        let mut problems = Vec::new();
+        let mut problem = |channel: Option<usize>, key: &str, what: What| {
+            problems.push(Problem {
+                file: self.source.file.clone(),
+                line: line_of(&self.source, channel, key),
+                channel: channel.map(|c| self.channels[c].name.clone()),
+                key: key.to_string(),
+                what,
+            });
+        };
+        if !(MIN_DRIVEN_RATE_HZ..=MAX_DRIVEN_RATE_HZ).contains(&self.rate_hz) {
+            let (found, low, high) = (self.rate_hz, MIN_DRIVEN_RATE_HZ, MAX_DRIVEN_RATE_HZ);
+            problem(None, "rig.rate_hz", What::OutOfRange { found, low, high, defaulted: false });
+        }
+        for (index, channel) in self.channels.iter().enumerate() {
+            for section in of_channel() {
+                for (key, what) in section.keys().filter_map(|key| Some((key.name, wrong_number(key, channel)?))) {
+                    problem(Some(index), format!("{}.{key}", section.local()).trim_start_matches('.'), what);
+                }
+            }
+            if channel.model.drive.kind != DriveKind::Pwm {
+                let message = "cannot be driven: the driver heats by PWM only, expected \"pwm\"".into();
+                problem(Some(index), "drive.kind", What::Contradiction { message });
+            } else if channel.model.drive.supply_v <= 0.0 {
+                let message = "is 0, expected the voltage the wire is driven from".into();
+                problem(Some(index), "drive.supply_v", What::Contradiction { message });
+            }
+            let in_joint = self.joint_of(index).is_some();
+            if !in_joint && !matches!(channel.model.load, Load::SpringMassDamper { .. }) {
+                let message =
+                    "cannot be driven: nothing moves, expected \"spring_mass_damper\" or a place in a [[joint]]".into();
+                problem(Some(index), "load.kind", What::Contradiction { message });
+            }
+            if channel.control.minimum_duty <= 0.0 {
+                let message = "is 0: without a current there is nothing to measure, expected more, such as 0.02".into();
+                problem(Some(index), "control.sensing_duty", What::Contradiction { message });
+            }
+        }
+        if problems.is_empty() { Ok(()) } else { Err(Error::Invalid { problems }) }
+    }
+}
+
+/// The line of a channel's key in a rig's text, or of the nearest thing above it; for checks after reading.
+fn line_of(source: &Source, channel: Option<usize>, path: &str) -> usize {
+    let Ok(root) = tree::parse(source.text.strip_prefix('\u{feff}').unwrap_or(&source.text)) else { return 1 };
+    let (mut line, mut table) = (1, &root);
+    if let Some(index) = channel {
+        let Some(Node { value: Tree::Array(channels), line: first }) = root.get("channel") else { return line };
+        line = *first;
+        let Some(Node { value: Tree::Table(t), line: header }) = channels.get(index) else { return line };
+        (line, table) = (*header, t);
+    }
+    line_at(table, line, path.split('.').filter(|p| !p.is_empty()))
+}
