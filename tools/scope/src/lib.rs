@@ -21,8 +21,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod command;
 mod access;
+mod command;
 mod error;
 mod history;
 mod page;
