@@ -1,4 +1,4 @@
-//! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
+//! One channel's part of a cycle, with all its state in one struct, in the order of access.
 
 use sinew_control::{
     Algorithm, Controller, Demand, EnthalpyObserver, Estimate, Observation, StateEstimator, StrokeRange, TensionLimits,
@@ -142,7 +142,7 @@ impl Channel {
         let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
         let (low_m, high_m) = (channel.limits.min_length_m, channel.limits.max_length_m);
         let reaches = low_m.max(short_m) <= high_m.min(long_m);
-        // Nothing could be asked of such a channel, and every sample would be out of range.
+        // No setpoint could be commanded on such a channel, and every sample would be out of range.
         if !reaches {
             return Err(refuse(format!(
                 "its limits leave nothing of its stroke: {:.2} to {:.2} mm, but it is {:.2} to {:.2} mm long",
@@ -165,7 +165,7 @@ impl Channel {
         let limits = &channel.limits;
         let settings = settings(channel);
         let estimator = estimator(channel);
-        // Where something else than its own load can hold it, standing proves nothing.
+        // Where something else than its own load can hold it, standstill proves nothing.
         let slide = slide_watch(channel, model, &stroke);
         let standstill = slide.is_some().then(|| Standstill::new(&stroke));
         let noise_a = sensor.config().converter.current_sigma_a();
