@@ -1,15 +1,15 @@
-//! How much power keeps a wire within its budgets, before one of them has to switch it off.
+//! Derating: limits the power so that a wire stays within its budgets, before one of them has to switch it off.
 //!
-//! Two budgets, one shape: from 80 % of a budget on the power that is allowed falls in a straight line, to what holds the
-//! budget just short of full. A demand that lasts is so held at the limit instead of tripping it, and a short one passes
-//! as if there were none. What trips is only what derating cannot help.
+//! Two budgets, one curve: from 80 % of a budget on, the allowed power falls linearly, to the power that holds the
+//! budget just short of full. A lasting demand is thus held at the limit instead of tripping it, and a short one is not
+//! limited. Only what derating cannot prevent trips.
 //!
-//! **Heat.** The thesis' rule for the current a wire bears for good (eq. 8, 9) as a thermal image of the wire, like the I²t of a motor's
-//! protection relay: heat goes in with I²R as measured, and drains in proportion to how full the account is, with
-//! `energy_drain_w` where it is full. The time constant is so `energy_budget_j / energy_drain_w`; a pulse may fill what is empty, a
-//! lasting power never more than drains. It knows current and voltage, and nothing of the wire's state.
+//! **Heat.** The thesis' rule for the continuous current of a wire (eq. 8, 9) as a thermal image of the wire, like the I²t of a motor's
+//! protection relay: the budget integrates I²R as measured, and drains in proportion to its level, by
+//! `energy_drain_w` when full. So the time constant is `energy_budget_j / energy_drain_w`; a pulse may use the free budget, a
+//! lasting power at most the drain. It uses current and voltage, not the wire's state.
 //!
-//! **Temperature.** The estimate, which knows the wire's model, its length and its resistance.
+//! **Temperature.** The estimate, which uses the wire's model, its length and its resistance.
 
 use sinew_ipc::ChannelState;
 

@@ -287,14 +287,14 @@ impl Channel {
         (permit, change)
     }
 
-    /// Who is in charge, and whether a setpoint's lease ran out.
+    /// Selects the source of the target (client or program), and whether a setpoint's lease expired.
     #[inline]
     pub(crate) fn put_in_charge(&mut self, permit: Permit, tick: &Tick, program: Option<f64>) -> bool {
         let mut lapsed = false;
         match self.source {
             Source::Client { until_ns } if tick.now_ns >= until_ns => {
-                // A stale `off` is no loss of control, and where a program goes on, nothing is lost; else somebody is gone who
-                // should not be.
+                // An expired `off` is no loss of control, and neither is one where a program continues; otherwise a client
+                // was lost.
                 lapsed = self.target != Target::Idle && program.is_none();
                 self.lapsed = lapsed;
                 self.forget_target();
@@ -336,7 +336,7 @@ impl Channel {
             }
         };
         self.regulating = regulating;
-        // Off is off: what nobody wants moved is not kept taut either.
+        // Off is off: a wire without a setpoint is not kept under tension either.
         match (&mut self.tension, permit, self.target) {
             (Some(tension), Permit::Power, Target::Length(_) | Target::Force(_) | Target::Duty(_)) => {
                 tension.limit(wanted, &self.estimate).max(self.min_duty).min(self.max_duty)
@@ -361,10 +361,10 @@ impl Channel {
     /// Puts a duty out, within what the wire may have.
     #[inline]
     pub(crate) fn put_out(&mut self, wanted: f64, permit: Permit, tick: &Tick) {
-        // What was put out at this tick is what the next sample comes from.
+        // The next sample comes from the duty output at this tick.
         self.applied_duty = self.duty;
         self.observer.set_duty(self.applied_duty);
-        // The supply may be higher than the rig file says; NaN from anywhere means nothing.
+        // The supply may be higher than configured; NaN is ignored.
         let most = self.max_duty.min(self.max_power_w / self.on_power_w);
         self.duty = if wanted > 0.0 { wanted.min(most.max(0.0)) } else { 0.0 };
 
@@ -400,7 +400,7 @@ impl Channel {
     #[inline]
     fn hold_down(&mut self) {
         let allowance = self.guard.allowance();
-        // Written so that a power nobody knows allows nothing, and without a division where there is enough.
+        // Written so that an unknown power allows no duty, and without a division where the budget suffices.
         let enough = allowance.power_w >= self.duty * self.on_power_w;
         if !enough && self.duty > self.min_duty {
             self.duty = (allowance.power_w / self.on_power_w).max(self.min_duty);
@@ -411,8 +411,8 @@ impl Channel {
     /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
     #[inline]
     pub fn trip(&mut self, fault: Fault) -> Option<Change> {
-        // A backend that failed has put its outputs to zero; else what went out with this exchange still heats for a period, and
-        // however long that one gets, it is accounted for.
+        // A backend that failed has set its outputs to zero; otherwise the duty of this exchange heats for one more period, which
+        // is accounted for with its real length.
         if fault == Fault::Backend {
             self.duty = 0.0;
         }

@@ -1,5 +1,5 @@
-//! What goes into the loop beside samples, and what it reports beside states: orders and their answers, events, beats. All of it is
-//! `Copy` and of fixed size, because it travels through rings.
+//! The loop's inputs besides samples and its outputs besides states: orders and their answers, events, beats. All are
+//! `Copy` and of fixed size, because they are passed through rings.
 
 use sinew_backend::BackendError;
 use sinew_ipc::Fault;

@@ -1,5 +1,5 @@
-//! Takes every cycle out of the loop's ring and publishes it, on an ordinary thread, so that the loop never pays for a
-//! subscriber.
+//! Takes every cycle out of the loop's ring and publishes it, on an ordinary thread, so that subscribers cost the loop
+//! nothing.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -34,7 +34,7 @@ pub(crate) fn publish(
     let mut next_ring = Instant::now();
     let mut next_flush = Instant::now() + BATCH_AGE;
     loop {
-        // Asked before looking, so that the last cycles are not left behind.
+        // Read before the ring, so that the last cycles are not left behind.
         let ended = shared.ended.load(Ordering::Acquire);
         let mut news = false;
         while cycles

@@ -1,4 +1,4 @@
-//! What a run leaves behind: the report of `sinew run --report` (`sinew.run/1`).
+//! The report of a run: `sinew run --report` (`sinew.run/1`).
 
 use std::path::PathBuf;
 

@@ -205,8 +205,8 @@ impl Guard {
             self.energy_j = (self.energy_j + (evidence.power_w - drained_w) * evidence.dt_s).max(0.0);
         }
 
-        // A stage that conducts by itself is reported whatever else is latched: it keeps heating. But a frozen converter repeats the
-        // current as well.
+        // A stage that conducts by itself is reported whatever else is latched: it keeps heating. But a frozen converter
+        // repeats the current as well.
         let seen = evidence.stage == Some(Fault::StageOn) && self.latched != Some(Fault::Stuck);
         if seen {
             self.stuck_looks = self.stuck_looks.saturating_add(1);

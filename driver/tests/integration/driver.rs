@@ -83,7 +83,7 @@ fn the_running_loop_allocates_nothing_and_reports_what_it_did() {
     fake.script = vec![(300..310, 4, Mishap::OpenWire)];
     let watch = fake.watch.clone();
     let handle = Driver::start(&rig, fake, options).unwrap();
-    // Somebody reads, streams and commands meanwhile: that is when a service might allocate behind the loop's back.
+    // Clients read, stream and command meanwhile: a service might then allocate on the loop's thread.
     let client = Client::connect(&rig.name).unwrap();
     assert_eq!(client.rig_text().unwrap().as_deref(), Some(rig.text()));
     let mut stream = client.stream().unwrap();
@@ -317,7 +317,7 @@ fn what_cannot_be_started_says_why_and_leaves_nothing_behind() {
     let error = Driver::start(&rig, Fake::new(&other), Options::default()).unwrap_err();
     assert!(matches!(error, Error::Channels { expected: 2, found: 3 }), "{error}");
 
-    // A core no machine has: refused everywhere, and strict does not put up with it.
+    // A core no machine has: refused everywhere, and an error with strict.
     rig.realtime.mode = sinew_rig::RealtimeMode::Strict;
     rig.realtime.cpu = Some(4095);
     match Driver::start(&rig, Fake::new(&rig), Options::default()).unwrap_err() {
