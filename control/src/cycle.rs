@@ -1,4 +1,4 @@
-//! What every estimator takes from a cycle alike, whatever it believes beyond that.
+//! The inputs of a cycle common to all estimators.
 
 use crate::estimate::Observation;
 use crate::wire_map::WireMap;

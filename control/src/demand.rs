@@ -1,4 +1,4 @@
-//! What a controller is told each cycle, what it answers, and the modulation of power that all sliding modes share.
+//! A controller's input and output of each cycle, and the modulation of power that all sliding modes share.
 
 use crate::estimate::Estimate;
 

@@ -3,8 +3,8 @@
 //!
 //! States are elongation, velocity, martensite and temperature. With **constant** gains the whole model is that of the
 //! mean slope ∂ξ/∂ϑ = −k/6: the elastic part makes the phase come out right whatever the slope, the temperature only
-//! where the wire has that slope. **Scheduled**, model and gains follow the slope at the state that is believed. Neither knows
-//! of the air: at rest the temperature is the one at which P = h A_s (T − T_∞) with the h of the model, so that a draught,
+//! where the wire has that slope. **Scheduled**, model and gains follow the slope at the estimated state. Neither estimates
+//! the loss to the air: at rest the temperature is the one at which P = h A_s (T − T_∞) with the h of the model, so that a draught,
 //! against which more power is needed, looks like heat (figure 98).
 
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start};

@@ -1,15 +1,15 @@
 //! Angle, tension, temperatures and phases of a pair of wires on one joint, from both lengths, resistances and powers.
 //!
-//! Two lengths say one angle twice; of the tension, which nobody measures, they say nothing. What says it is the wires'
-//! own law: a wire whose phase and temperature are known has just one stress at a given length (eq. 23). So the observer runs
+//! Two lengths measure the same angle twice; the tension is not measured. It follows from the wires' constitutive
+//! law: a wire whose phase and temperature are known has just one stress at a given length (eq. 23). So the observer runs
 //! the reference model of both wires on the joint's own equation of motion, fed with the measured powers, and corrects it by
-//! what the measurements say otherwise:
-//! - The angle by the mean of both measured angles, each weighed by its noise. The model knows where the joint goes, so
+//! the innovations:
+//! - The angle by the mean of both measured angles, each weighted by its noise. The model predicts the joint's motion, so
 //!   the filter can be slow without lagging: noise of a length never reaches a wire's hysteresis.
-//! - The temperatures by the same surprise, of the wire that stands on the curve it would have to move along.
-//! - The phases, where the surprise stays beyond what noise makes: inside the hysteresis the model's memory is what is wrong.
-//! - Each temperature by the wire's resistance (eq. 36): the only witness of what both wires have in common. What has to be
-//!   corrected that way again and again is a loss to the air that is not as the model has it.
+//! - The temperatures by the same innovation, of the wire that is on the curve it would have to move along.
+//! - The phases, where the innovation stays larger than noise: inside the hysteresis the model's memory is wrong.
+//! - Each temperature by the wire's resistance (eq. 36): the only measurement of an error common to both wires. A repeated
+//!   correction of this kind is attributed to a loss to the air other than the model's.
 
 use super::stroke::stroke_rad;
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C};

@@ -1,6 +1,6 @@
-//! Holding a wire where it stands. Crossing the hysteresis moves a wire the wrong way by its thermal strain, and its
-//! readings are noisier than the accuracy wanted: so within a band around the reference it is left at the temperature it has,
-//! until its mean error says otherwise.
+//! Holding a wire at its reference. Crossing the hysteresis moves a wire the wrong way by its thermal strain, and its
+//! readings are noisier than the required accuracy: so within a band around the reference its temperature is held
+//! until its mean error leaves the band.
 
 use crate::cycle::Curves;
 use crate::demand::Demand;

@@ -1,5 +1,5 @@
-//! The way to a reference that the wire itself would choose: full power or none for as long as it can still be stopped, and
-//! along the fastest way that stops there from then on.
+//! Time-optimal control to a reference: full power or none for as long as the wire can still be stopped, and then
+//! along the fastest trajectory that stops there.
 //!
 //! A sliding mode whose surface is not a straight line but the stopping distance. Where the load is damped, a transforming
 //! wire moves by its excess temperature e over the curve it is on, ẋ = −e/κ (eq. 12, 51), and the excess obeys the heat balance

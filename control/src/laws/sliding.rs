@@ -7,11 +7,11 @@
 //! σ = (2λ/κ)(T_b(x) + κ(λ/2)(x − x_ref) − T) up to the slow drift of T_b. The power that keeps σ = 0 follows from the heat
 //! balance as in eq. 70, and is what a switch between maximum and minimum power is modulated to.
 //!
-//! Three things of the wire that the surface does not know are dealt with apart:
+//! Three effects that the surface does not model are handled separately:
 //! - Crossing the hysteresis moves the wire the wrong way by its thermal strain. So a wire within a band around the
-//!   reference is held at the temperature it has, and left there until its mean error says otherwise.
+//!   reference is held at its temperature until its mean error leaves the band.
 //! - A wire that lengthens is slow to move and quick to stop: it approaches [`COOLING_HASTE`] times as steeply.
-//! - The last correction out of a hold is crept at.
+//! - The last correction out of a hold is approached slowly.
 
 use super::hold::Hold;
 use crate::cycle::Curves;

@@ -1,4 +1,4 @@
-//! The field of rivals in closed loop: what the thesis found of each, in simulated time, on fixed seeds.
+//! All laws in closed loop: the thesis' findings for each, in simulated time, on fixed seeds.
 
 use crate::rig::{self, Bench, CONVERTER, Noise, Step, duty_for_power, figure_wire};
 use sinew_control::{Algorithm, AlgorithmKind, Controller, Demand, Estimate, PidGains, Priming, Settings, StrokeRange};
