@@ -65,8 +65,7 @@ impl Derating {
     /// Derates so that these budgets hold.
     pub fn new(b: &Budgets) -> Derating {
         let period_s = FEWEST_PERIODS * b.period_s;
-        // Full power is just allowed at the share from which on it is derated; one that drains before the account is that full
-        // never is.
+        // Full power is just allowed at the level where derating begins; one that drains before that level is never derated.
         let release_s = if b.full_w > HEAT_KEPT * b.drain_w {
             let spare_w = b.full_w - DERATED_FROM * b.drain_w;
             ((HEAT_KEPT - DERATED_FROM) * b.energy_j / spare_w).max(period_s)

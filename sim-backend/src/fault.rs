@@ -1,4 +1,4 @@
-//! What can break, when it does: by the rig file's schedule, or by a handle from another thread.
+//! Fault injection: by the rig file's schedule, or by a handle from another thread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};

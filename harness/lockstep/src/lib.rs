@@ -1,5 +1,5 @@
-//! The driver's cycle and a virtual rig in lockstep: no clock, no thread, no shared memory, so as fast as the machine can, and
-//! the same again for the same seed. What tests, trials and figures of the supervisor run on.
+//! The driver's cycle and a virtual rig in lockstep: no clock, no thread, no shared memory, so as fast as possible, and
+//! reproducible for the same seed. Tests, trials and figures of the supervisor use it.
 
 use std::collections::HashMap;
 

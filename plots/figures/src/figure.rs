@@ -1,4 +1,4 @@
-//! What is drawn: which curves of which recordings on which axes, gathered in one pass over each.
+//! The content of a figure: which curves of which recordings on which axes, gathered in one pass over each.
 
 use std::collections::BTreeMap;
 

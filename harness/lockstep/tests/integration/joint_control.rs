@@ -1,4 +1,4 @@
-//! A joint between two simulated wires under the driver's cycle: how it follows, who commands it, what a fault does.
+//! A joint between two simulated wires under the driver's cycle: tracking, commands, faults.
 
 use sinew_backend::allocations::{calls_of_this_thread, is_counting};
 use sinew_backend::{Backend, Sample};

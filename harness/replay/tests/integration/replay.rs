@@ -1,4 +1,4 @@
-//! What was recorded comes out again bit for bit, and what was changed shows itself.
+//! An unchanged replay is identical bit for bit, and a change shows as a difference.
 
 use crate::common::{Memory, Turn, record, replay_all};
 use sinew_driver::{Ask, Order, Program};
