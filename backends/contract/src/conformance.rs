@@ -1,6 +1,6 @@
-//! The suite every [`Backend`] has to pass, simulated or real: call [`suite`] from its tests with a [`Bench`] it stands on.
+//! The conformance suite every [`Backend`] has to pass, simulated or real: call [`suite`] from its tests with a [`Bench`].
 //!
-//! It drives all channels with up to full duty for a few periods, so on real wires it is not harmless, but short.
+//! It drives all channels with up to full duty for a few periods: on real wires not harmless, but short.
 
 use std::time::Instant;
 
@@ -379,7 +379,7 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     assert!(others, "the other channels go on");
     stand.is_zero(broken, "with its power stage failed");
     stand.bench.mend_channel(broken);
-    // As the supervisor does: off until somebody resets it.
+    // As the supervisor does: off until reset.
     stand.duty[broken] = 0.0;
     stand.exchange_until("a channel that is mended and was off is well again", Result::is_ok);
     stand.drive_until_measured(0.1);

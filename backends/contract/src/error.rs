@@ -1,4 +1,4 @@
-//! What a backend can report, and the numbers it is published by.
+//! The errors a backend can report, and the numbers they are published as.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! A converter with the manners of `drivers/iio/industrialio-buffer.c` and its kfifo.
+//! A converter that behaves like `drivers/iio/industrialio-buffer.c` and its kfifo.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! IIO by sysfs: which converters there are, what their inputs are called and how they are scaled.
+//! IIO by sysfs: enumerates the converters, the names of their inputs and their scales.
 //!
 //! Source: the kernel's `Documentation/ABI/testing/sysfs-bus-iio`. A voltage in mV (a current in mA) is
 //! (`_raw` + `_offset`) · `_scale`; where there is no `_raw`, `_input` is that value itself. Scale and offset are an input's own

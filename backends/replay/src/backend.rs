@@ -1,4 +1,4 @@
-//! A recording in the place of power stage and converter.
+//! The backend that returns recorded samples.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -104,7 +104,7 @@ impl<S: Source> ReplayBackend<S> {
         let Some(ahead) = &mut self.ahead else { return false };
         let mut waited_from = None;
         loop {
-            // Asked before looking, so that what is read between the two is not lost.
+            // Read before the queue, so that cycles read between the two are not lost.
             let over = ahead.is_alone();
             let recorded = &mut self.recorded;
             if ahead.take(|cycle| std::mem::swap(recorded, cycle)).is_some() {
@@ -228,7 +228,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
                 _ if known && !then.is_nan() => Some(then > 0.0),
                 _ => None,
             };
-            // Nobody knows what a converter would have seen of a wire that was driven otherwise.
+            // The samples of a wire driven with another duty are unknown.
             if driven_then.unwrap_or(true) != now {
                 *sample = Sample { supply_v: sample.supply_v, ..Sample::NONE };
             }
@@ -251,7 +251,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
     }
 
     fn stop(&mut self) {
-        // The reader finds itself alone and ends by itself.
+        // The reader detects the closed channel and ends by itself.
         self.ahead = None;
         self.applied.fill(0.0);
     }

@@ -1,4 +1,4 @@
-//! How the line does, for whoever wants to know while the loop runs.
+//! Statistics of the line, readable while the loop runs.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -1,4 +1,4 @@
-//! The driver's own suite for backends, over a pseudo-terminal with the firmware on the other end.
+//! The conformance suite for backends, over a pseudo-terminal with the firmware on the other end.
 
 use std::time::{Duration, Instant};
 
