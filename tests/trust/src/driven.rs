@@ -1,5 +1,5 @@
-//! A driver's process on hardware whose outputs are seen without asking the driver, and a client of it: the frame of every kind that
-//! strikes a hardware backend.
+//! A driver's process on hardware whose outputs are measured independently of the driver, and a client of it: the fixture of
+//! every fault of a hardware backend.
 
 use std::fs;
 use std::path::{Path, PathBuf};

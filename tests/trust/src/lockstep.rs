@@ -1,7 +1,7 @@
 //! The driver's cycle and simulated wires in lockstep, on a simulated clock: exact to the period, and as fast as possible.
 //!
-//! Beside the rig that is struck runs its twin: the same wires, the same noise, the same orders, only not struck. What a fault
-//! on one channel costs another is then no matter of opinion: the others' states have to stay the same bit by bit.
+//! In parallel with the rig under fault runs a reference: the same wires, the same noise, the same orders, without the fault. A
+//! fault on one channel must not affect another: the others' states have to stay the same bit by bit.
 
 use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -201,7 +201,7 @@ impl Twins {
         loop {
             self.cycle(hit)?;
             cycles += 1;
-            // A dark period, in which the supervisor looks for current that should not be, is no reaction.
+            // A dark period, in which the supervisor checks for current with the gate closed, is no reaction.
             if !powered(self) && latched(self).iter().all(Option::is_some) {
                 break;
             }
@@ -233,7 +233,7 @@ impl Twins {
         self.struck.wires().faults().clear_all();
         self.struck.run(5);
         for &channel in hit {
-            // What the estimate says of the wire may have to cool first.
+            // The estimated temperature may have to fall first.
             let mut answer = None;
             for _ in 0..60 {
                 answer = self.struck.reset(channel);

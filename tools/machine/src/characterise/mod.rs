@@ -1,5 +1,5 @@
-//! From an unknown wire to a fitted rig file: which routines make every parameter show, and how well what was fitted
-//! predicts a routine that was not fitted.
+//! From an unknown wire to a fitted rig file: the routines that make every parameter identifiable, and how well the fitted
+//! model predicts a routine that was not fitted.
 //!
 //! - `loops`: slow pulls at three heating powers. Moduli, transformation strain, the plateaus and what a kelvin does to them.
 //! - `warm`: the same in a warm chamber. A power alone says temperature and loss to the air only together: what the

@@ -1,4 +1,4 @@
-//! The routines on the simulated machine: what they report is what the wire is made of.
+//! The routines on the simulated machine: they report the wire's true parameters.
 
 use sinew_machine::analysis::{self, Finding};
 use sinew_machine::hanging::{Disturbance, playable};
