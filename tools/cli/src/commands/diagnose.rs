@@ -1,4 +1,4 @@
-//! `sinew diagnose`: where a recording and its simulation differ, what physics was left out, and the rig file with it.
+//! `sinew diagnose`: where a recording and its simulation differ, the missing physical effect, and the rig file with it.
 
 use std::fs;
 use std::path::{Path, PathBuf};

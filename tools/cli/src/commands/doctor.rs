@@ -1,5 +1,5 @@
-//! `sinew doctor`: what this machine lacks for real time and for the rig, what is attached to it, what that costs, and what to
-//! type.
+//! `sinew doctor`: checks what this machine lacks for real time and for the rig and which hardware is attached, with cost and
+//! remedy.
 
 use std::ffi::CString;
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
-//! What `identify` and `diagnose` share: reading the rig and its recordings, keeping files from being overwritten, telling
-//! how far the work is.
+//! Shared by `identify` and `diagnose`: reading the rig and its recordings, protecting files from being overwritten, showing
+//! the progress.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! A running driver seen from here: which one is meant, what it says, and what it answers.
+//! Connection of the commands to a running driver: selecting it, its state, its answers.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! `sinew set`, `reset` and `stop`: commands to a running driver, done when it has taken them.
+//! `sinew set`, `reset` and `stop`: commands to a running driver, finished when it has accepted them.
 
 use std::time::{Duration, Instant};
 

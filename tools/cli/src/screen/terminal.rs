@@ -1,4 +1,4 @@
-//! Takes the terminal, shows the screen until somebody leaves or the driver ends, and gives it back whatever happens.
+//! Sets up the terminal, shows the screen until the user quits or the driver ends, and restores the terminal in any case.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
