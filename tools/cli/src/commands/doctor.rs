@@ -153,7 +153,7 @@ fn shared_memory() -> Check {
     let Some(free) = free_bytes(folder) else {
         return lacking("not there".into(), "sudo mount -t tmpfs -o size=256m tmpfs /dev/shm");
     };
-    // permission is best found out by asking
+    // permission is determined by trying
     let probe = Path::new(folder).join(format!(".sinew-doctor-{}", std::process::id()));
     let written = fs::write(&probe, b"sinew");
     let _ = fs::remove_file(&probe);
