@@ -4,7 +4,7 @@
 //! hotter than a derated one does. The remaining case is: a wire commanded to another length fills its budget until the
 //! supervisor derates it, and since the command, or since the budget was last a third empty, its measured length has not moved
 //! and is not contracted. A third of the budget takes a wire across its hysteresis. Either the length is not the wire's (a tap sticks), or the wire is held (its load is jammed, or
-//! the air takes all its heat); from voltages alone these cannot be told apart, because heat, stress and phase change the
+//! the air takes all its heat); from voltages alone these cannot be distinguished, because heat, stress and phase change the
 //! resistance alike. A wire in a strong draught moves before it stops, which distinguishes it from these.
 
 use sinew_control::StrokeRange;

@@ -9,7 +9,7 @@
 //! - The guard itself hangs: the driver detects the missing echo, fails its exchange and sets the outputs to zero, until it answers.
 //! - The guard itself dies: the same, and the driver starts another one.
 //!
-//! One byte goes each way: the driver's beat is answered by an echo, and `ZEROED` tells it that the outputs were taken away.
+//! One byte goes each way: the driver's beat is answered by an echo, and `ZEROED` notifies it that the outputs were set to zero.
 //! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, locks its memory, and does nothing
 //! else. Both killed at once leave the outputs as they are: only hardware protects against that (docs/linux-backend.md).
 

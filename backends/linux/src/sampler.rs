@@ -213,7 +213,7 @@ impl Buffer {
             let on = if wanted.contains(name) { "1" } else { "0" };
             sysfs::write(&folder.join(format!("{name}_en")), on)?;
         }
-        // Drivers may sample in fixed sets only, but then sort out what was not asked for.
+        // Drivers may sample in fixed sets only, but then drop the inputs not enabled.
         let elements = wanted.iter().map(|name| {
             let found = there.iter().find(|(there, ..)| there == name);
             found.map(|(_, index, format)| (*index, *format)).ok_or_else(|| Error::Content {

@@ -131,7 +131,7 @@ impl EnthalpyObserver {
     /// on.
     #[inline]
     fn pull(&self, curves: &Curves, dt: f64) -> f64 {
-        // a phase that cannot be told from the end of its range says nothing of that side
+        // a phase indistinguishable from the end of its range gives no bound on that side
         let (below, above) = (inside(self.fraction), inside(1.0 - self.fraction));
         if self.temperature > curves.heating_c {
             below * BOUND_RATE * (curves.heating_c - self.temperature)

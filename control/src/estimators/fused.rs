@@ -528,7 +528,7 @@ impl FusedEstimator {
         let state = &self.heat.state;
         let (heating, cooling) = (curves.heating_c + state[HEATING], curves.cooling_c + state[COOLING]);
         let temperature = state[T];
-        // a phase that cannot be told from the end of its range says nothing of that side
+        // a phase indistinguishable from the end of its range gives no bound on that side
         let (low, high) = (inside(self.fraction), inside(1.0 - self.fraction));
         let standing = STANDING * self.cooling_speed;
         let moving = ((velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);

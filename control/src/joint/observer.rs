@@ -215,7 +215,7 @@ impl JointObserver {
         for (index, (side, seen)) in self.sides.iter().zip(seen).enumerate() {
             let Some(elongation) = side.elongation(seen.length_m) else { continue };
             let shortens = if index == 0 { -per_radius } else { per_radius };
-            // a noise nobody knows is taken for a hundredth of the stroke
+            // an unknown noise is assumed to be a hundredth of the stroke
             let sigma =
                 if seen.length_sigma_m.is_finite() { seen.length_sigma_m * per_radius } else { 0.01 * self.stroke };
             let weight = 1.0 / (sigma * sigma).max(1e-18);
@@ -272,7 +272,7 @@ impl Side {
             let fraction = -beyond * m.per_length / strain_per_fraction.max(1e-4);
             self.wire.correct(0.0, (PHASE_RATE * dt).min(1.0) * fraction);
         }
-        // The model's own loss is that of the rig file; what is believed beyond that comes in as power, as does a correction.
+        // The model's own loss is that of the rig file; the estimated difference is added as power, as is a correction.
         let less_loss = (1.0 - self.loss_scale) * m.loss * (temperature - m.ambient);
         let drive = power + less_loss + m.heat_capacity * warmer;
         self.wire.step(&Inputs { drive, imposed: self.rest - shortened, ..self.inputs }, dt);

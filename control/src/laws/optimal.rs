@@ -185,7 +185,7 @@ impl TimeOptimal {
         let braking = loss - sign * brake * capacity * moving + sign * capacity * kept / settle_s;
         let mut power = braking + capacity * gain * self.surface;
         if !tracking && error.abs() < self.hold.reach() + lead && excess < 0.0 {
-            // A correction out of a hold: below its curve the wire moves already, by the inner loop, and nobody knows how far.
+            // A correction out of a hold: below its curve the wire already moves, along the inner loop, by an unknown distance.
             let rate = CREEP_WIDTHS_PER_S * width + CREEP_PER_S * (-excess - CREEP_BEYOND_WIDTHS * width).max(0.0);
             power = if heating { power.min(loss + capacity * rate) } else { power.max(loss - capacity * rate) };
         }

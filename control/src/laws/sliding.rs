@@ -97,7 +97,7 @@ impl SlidingMode {
             if error.abs() < self.hold.reach() {
                 let (creep, within) = (CREEP * lambda * width, CREEP_WITHIN * width);
                 let towards = if error > 0.0 { -seen.velocity_m_s } else { seen.velocity_m_s };
-                // slower than half of what the surface asks: the curve is not where it is believed to be
+                // slower than half of the surface's speed: the curve is not where the model has it
                 let least =
                     if towards < 0.25 * lambda * error.abs() { CREEP_AT_LEAST * creep } else { f64::NEG_INFINITY };
                 if error > 0.0 {

@@ -63,7 +63,7 @@ fn with_all_that_linux_grants_nothing_is_allocated_either() {
     let options = Options { duration_s: Some(0.2), ..Options::default() };
     let report = Driver::start(&rig, Fake::new(&rig), options).unwrap().join();
     assert_eq!(report.allocations_in_loop, Some(0));
-    // Whatever was granted, the report tells of it without contradiction.
+    // Whatever was granted, the report is consistent.
     let granted = |id: &str| report.rt.rows.iter().any(|row| row.id == id && row.granted);
     assert_eq!(report.rt.policy == "SCHED_FIFO", granted("scheduler"));
     assert_eq!(report.rt.locked, granted("memory"));

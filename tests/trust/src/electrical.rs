@@ -273,7 +273,7 @@ fn does_not_move(name: &'static str, injected: &'static str, broken: FaultKind) 
             cycles += 1;
             hottest_c = hottest_c.max(bench.wires().wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
             if (cycles as f64) >= PATIENCE_S * RATE_HZ {
-                // Held at its budget for as long as it is asked for: no fault, and no harm.
+                // Held at its budget for as long as the setpoint lasts: no fault, and no harm.
                 let held = bench.state(0).flags & ChannelState::FLAG_LIMITED != 0;
                 return if held {
                     Ok(hottest_c - limit_c)

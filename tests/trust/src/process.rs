@@ -280,7 +280,7 @@ fn stopped_briefly() -> Kind {
         let gap_ms = (now_ns() - from) as f64 * 1e-6;
         let state = running.client.latest();
         let good = state.channels().iter().all(|c| c.duty == DUTY && c.fault().is_none());
-        // A machine that lets us sleep for longer than we asked may make it the other row.
+        // A machine that sleeps longer than requested may make it the other row.
         let overrun = || gap_ms > OVERRUN_MS && state.channels().iter().all(|c| c.fault() == Some(Fault::CycleOverrun));
         expect(good || overrun(), || format!("after {gap_ms} ms: {:?}", state.channels()))?;
         let report = running.stop()?;

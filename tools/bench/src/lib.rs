@@ -9,7 +9,7 @@
 //! ```
 //! use sinew_bench::{Choice, Plant};
 //!
-//! // what the driver believes of a misjudged rig, and what that rig really is
+//! // the rig as configured in the driver, and the true, misjudged rig
 //! let plant = Plant::named("hotter").ok_or("no such plant")?;
 //! let believed = plant.believed(&Choice::default(), 1)?;
 //! let truth = plant.truth(&believed);

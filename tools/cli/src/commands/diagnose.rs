@@ -45,7 +45,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
     let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
-    // from here to the end nobody's Ctrl-C leaves half an answer: it takes a moment, and the work is done
+    // from here to the end Ctrl-C is ignored, so that no partial result is left: it takes a moment
     let _asked = signals()?;
     let improved = outcome.improved.to_toml();
     let files = [(IMPROVED, improved.as_str()), (REPORT, &page), (JSON, &json)];

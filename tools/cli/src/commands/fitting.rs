@@ -131,7 +131,7 @@ impl Progress {
 
     /// Says how far a stage is, 0..1.
     pub fn tell(&self, stage: &str, share: f64) {
-        // whoever comes while another thread draws has nothing new to say
+        // while another thread draws there is nothing new to show
         let Some(Ok(mut shown)) = self.shown.as_ref().map(Mutex::try_lock) else { return };
         let now = Instant::now();
         if shown.stage == stage && shown.drawn.is_some_and(|drawn| now - drawn < REDRAW) {

@@ -71,7 +71,7 @@ pub fn stop(args: &args::Stop) -> Outcome {
     let client = live::connect(&args.target)?;
     let (rig, pid) = (client.info().rig, client.info().pid);
     match client.stop() {
-        // somebody was quicker: what was asked for is so
+        // another client was quicker: the driver has stopped already
         Ok(_) | Err(Error::DriverGone { .. }) => {}
         Err(error) => return Err(live::failure(error)),
     }

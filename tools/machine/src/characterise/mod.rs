@@ -283,7 +283,7 @@ pub fn judge(
     recorded: &[Recorded],
 ) -> Result<Characterised, sinew_recording::Error> {
     let believed = rig_in_machine(rig, channel);
-    // the noise of the sensors as it is believed to be, whatever was fitted
+    // the assumed noise of the sensors, whatever was fitted
     let mut fitted = identified.rig.clone();
     fitted.channels[channel].noise.clone_from(&believed.channels[channel].noise);
     let (mut unseen, mut count) = (0.0, 0.0);
