@@ -17,7 +17,7 @@ pub struct Demand {
     pub resistance_ohm: f64,
     /// Time since the last call, in s.
     pub dt_s: f64,
-    /// What the state estimator believes this cycle; [`Estimate::UNKNOWN`] where none runs.
+    /// The state estimator's estimate of this cycle; [`Estimate::UNKNOWN`] where none runs.
     pub estimate: Estimate,
 }
 

@@ -35,7 +35,7 @@ impl Observation {
     }
 }
 
-/// What is believed of a wire.
+/// The estimated state of a wire.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Mean wire temperature, in °C.

@@ -154,7 +154,7 @@ mod tests {
             prop_assert!(allowed_w >= budgets.full_w * (1.0 - 1e-9), "{allowed_w} of {budgets:?}");
         }
 
-        /// Whoever asks for everything for good never fills the account, whatever the wire, the supply and the loop.
+        /// A permanent demand of full power never exceeds the budget, whatever the wire, the supply and the loop.
         #[test]
         fn what_is_derated_never_fills_the_account(
             energy_j in 1e-3..100.0f64, drain_w in 1e-3..50.0f64, over in 0.2..50.0f64, period_s in 1e-4..0.02f64,

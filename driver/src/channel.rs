@@ -20,7 +20,7 @@ use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};
 /// How far above its limit a current must read to be more than noise, in standard deviations of the converter.
 const CURRENT_GUARD: f64 = 8.0;
 
-/// What a channel is told to do.
+/// What a channel is commanded to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Nothing: the sensing pulse only.
@@ -33,7 +33,7 @@ pub enum Target {
     Duty(f64),
 }
 
-/// Who told it so.
+/// The source of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Nobody.
@@ -408,7 +408,7 @@ impl Channel {
         }
     }
 
-    /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
+    /// Latches a fault found outside of the channel, and drops its target. The duty of the next period is zero.
     #[inline]
     pub fn trip(&mut self, fault: Fault) -> Option<Change> {
         // A backend that failed has set its outputs to zero; otherwise the duty of this exchange heats for one more period, which
@@ -430,7 +430,7 @@ impl Channel {
         self.guard.trip(Fault::SupplyCut)
     }
 
-    /// The length it is told to keep, or else the one it has, m.
+    /// The commanded length, or else the present one, m.
     pub(crate) fn wanted_or_present_m(&self) -> f64 {
         match self.target {
             Target::Length(length_m) | Target::Force(length_m) => length_m,
@@ -438,7 +438,7 @@ impl Channel {
         }
     }
 
-    /// Notes an order, taken or refused, so that a recording tells of it.
+    /// Records an order, accepted or refused, for recordings.
     #[inline]
     pub(crate) fn note(&mut self, ask: Ask, place: u32) {
         let (kind, asked) = match ask {

@@ -27,7 +27,7 @@ pub trait Outlet: Send {
     fn stats(&mut self, stats: &LoopStats);
 }
 
-/// An outlet that nobody sees: for benchmarks and for simulations nobody watches.
+/// An outlet without readers: for benchmarks and unobserved simulations.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoOutlet;
 
@@ -39,7 +39,7 @@ impl Outlet for NoOutlet {
 /// What ordinary threads share with the loop, apart from the rings.
 #[derive(Debug, Default)]
 pub(crate) struct Shared {
-    /// Set by whoever wants the loop to end.
+    /// Set to end the loop.
     pub stop: AtomicBool,
     /// Set, before `stop`, when a helper's thread has panicked.
     pub panicked: AtomicBool,
@@ -108,7 +108,7 @@ impl<B: Backend> Drop for Stops<'_, B> {
 }
 
 impl<B: Backend, O: Outlet> Cycles<B, O> {
-    /// Runs until told to end, its time is over or its code panics; outputs are zero afterwards, whatever happened.
+    /// Runs until stopped, its time is over or its code panics; outputs are zero afterwards, whatever happened.
     pub fn run(mut self, shared: &Shared) -> Remains {
         let last = Snapshot::new(self.engine.channels().len());
         let mut remains = Remains { stats: self.stats, last, start_ns: clock::now_ns(), ..Remains::nothing() };

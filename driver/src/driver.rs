@@ -170,7 +170,7 @@ impl Driver {
         Driver::start_tapped(rig, backend, options, None)
     }
 
-    /// The same with somebody who sees every cycle, such as a black box.
+    /// The same with an observer of every cycle, such as a black box.
     ///
     /// # Errors
     /// As [`Driver::start`].
@@ -389,7 +389,7 @@ impl DriverHandle {
         }
     }
 
-    /// Waits until the loop has ended (it does not ask for that) and tells how the run was.
+    /// Waits until the loop has ended (without stopping it) and returns the run's report.
     pub fn join(mut self) -> RunReport {
         let (remains, floor) = self.wait();
         self.report(remains, floor)

@@ -50,7 +50,7 @@ pub enum Answer {
     CauseRemains(Fault),
 }
 
-/// Something that happened in the loop and that somebody outside wants to know.
+/// An event in the loop, reported to the outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// The loop's clock, ns.

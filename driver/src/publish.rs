@@ -9,7 +9,7 @@ use sinew_ring::Consumer;
 
 use crate::cycles::Shared;
 
-/// Somebody who looks at every cycle inside the driver's own process, before it is published. Called on an ordinary thread, which
+/// An observer of every cycle inside the driver's own process, before it is published. Called on an ordinary thread, which
 /// publishes for everybody: nothing in it may take long. Dropped when the loop has ended and every cycle has been seen.
 pub trait Tap: Send {
     /// A cycle of all channels, in order. A number that is left out was dropped by the ring, see `unpublished` in the report.

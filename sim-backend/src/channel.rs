@@ -165,7 +165,7 @@ impl Channel {
         self.wire.step(&self.inputs, self.past_s);
     }
 
-    /// The wire with what acts on it, for whoever else lets the period pass: the joint it turns.
+    /// The wire with what acts on it, for the joint it turns, which steps it.
     #[inline]
     pub fn wire_in_joint(&mut self) -> (&mut Wire, &Inputs) {
         (&mut self.wire, &self.inputs)

@@ -199,7 +199,7 @@ impl Drop for Host {
     }
 }
 
-/// Runs a front-end until it is told to end, in the calling thread. `put` shows what is put out.
+/// Runs a front-end until it is stopped, in the calling thread. `put` shows the present outputs.
 ///
 /// # Errors
 /// A line, a timer or wires that cannot be had.

@@ -169,7 +169,7 @@ impl Firmware {
         self.session.map_or(0, |session| session.channels)
     }
 
-    /// Takes what came over the line. Whoever may have been away for long calls [`Firmware::poll`] first.
+    /// Takes bytes received on the line. After a long pause call [`Firmware::poll`] first.
     pub fn receive(&mut self, bytes: &[u8], now_ns: u64, hardware: &mut impl Hardware) {
         for byte in bytes {
             let frame = match self.decoder.push(*byte) {
@@ -370,7 +370,7 @@ impl Firmware {
         send(&Frame::Samples(answer), hardware);
     }
 
-    /// Silence: off, and said so, should anybody listen.
+    /// Silence: off, and reported.
     fn trip(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
         hardware.off();
         let powered = self.put_out().iter().any(|duty| *duty > 0);

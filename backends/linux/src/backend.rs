@@ -51,7 +51,7 @@ struct Running {
     /// The output that is written at the next beat whether its duty changes or not: so it is noticed when a chip is gone, or when
     /// somebody else has written to it.
     refresh: usize,
-    /// Last, so that it is let go when everything else is closed.
+    /// Last, so that it is dropped after everything else.
     guard: Guard,
 }
 
@@ -182,7 +182,7 @@ impl Running {
         self.guard.beat()
     }
 
-    /// Samples and duties of all channels. What went wrong is told of the lowest channel, or of all where all failed.
+    /// Samples and duties of all channels. An error is reported for the lowest channel, or for all where all failed.
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         let mut failed: Option<(usize, ChannelFault, Errno)> = None;
         let mut failures = 0;

@@ -46,7 +46,7 @@ const ZEROED: u8 = b'z';
 /// So many beats in the time of silence the guard bears, and so many times that without an echo until it is given up.
 pub(crate) const BEATS: u32 = 5;
 const ECHOES: u32 = 2 * BEATS;
-/// How long the predecessor's guard may take to let go of the outputs, and a new one to get ready.
+/// How long the predecessor's guard may take to release the outputs, and a new one to get ready.
 const HANDOVER: Duration = Duration::from_secs(2);
 const START: Duration = Duration::from_secs(5);
 /// How often and for how long an output that cannot be written is tried again once the driver is gone.

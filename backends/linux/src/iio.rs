@@ -103,7 +103,7 @@ pub(crate) struct Scale {
 }
 
 impl Device {
-    /// Whether this user may set its buffer up and read it. A node that somebody else has open is no obstacle of rights.
+    /// Whether this user may set its buffer up and read it. A node opened by another process is not a missing permission.
     pub fn is_open(&self) -> bool {
         let node =
             fs::File::open(&self.node).map_or_else(|error| error.kind() != ErrorKind::PermissionDenied, |_| true);

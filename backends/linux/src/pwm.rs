@@ -159,7 +159,7 @@ impl Output {
         Ok(())
     }
 
-    /// Somebody else wrote to it: the next duty is written whatever it is.
+    /// Another process wrote to it: the next duty is written whatever it is.
     pub fn forget(&mut self) {
         self.on_ns = None;
     }

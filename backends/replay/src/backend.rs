@@ -89,7 +89,7 @@ impl<S: Source> ReplayBackend<S> {
         Ok(Some((between, &self.recorded)))
     }
 
-    /// What kept the reader from going on, told once.
+    /// The reader's error, reported once.
     pub fn trouble(&self) -> Option<S::Error> {
         self.trouble.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -148,7 +148,7 @@ impl<S: Source> ReplayBackend<S> {
     }
 }
 
-/// Reads a recording ahead of the loop until it ends or nobody wants it any more.
+/// Reads a recording ahead of the loop until it ends or the backend is dropped.
 fn read_ahead<C: Cycles>(cycles: C, mut ahead: Producer<C::Cycle>) -> Result<(), C::Error> {
     cycles.each(&mut |read| {
         while !ahead.put(|cycle| cycle.copy_from(read)) {

@@ -51,9 +51,9 @@ pub struct SerialBackend {
     sent_ns: u64,
     /// The last samples of it, once they are there.
     answer: Option<Samples>,
-    /// The channel that had failed when last heard of: no word since is no word that it is well.
+    /// The channel that had failed by the last frame: no frame since does not mean that it is healthy.
     failed: Option<BackendError>,
-    /// What the front-end was about when last heard of.
+    /// The front-end's state by the last frame.
     state: State,
     /// Exchanges in a row without an answer.
     silent: u32,
@@ -187,7 +187,7 @@ impl SerialBackend {
         Err(error)
     }
 
-    /// The same however long it has been: one that changed from cycle to cycle would be told in each.
+    /// The same however long it has been: one that changed from cycle to cycle would be reported in each.
     fn timeout(&self) -> BackendError {
         BackendError::Timeout { waited_us: (f64::from(self.watchdog_periods) * self.period_us) as u32 }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counts since the backend was made. Written by the loop, readable by anybody.
+/// Counts since the backend was made. Written by the loop, readable by any thread.
 #[derive(Debug, Default)]
 pub struct LineFigures {
     pub(crate) sent: AtomicU64,

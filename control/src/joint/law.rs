@@ -109,7 +109,7 @@ pub struct JointDemand {
     pub tension_n: f64,
     /// Time since the last call, in s.
     pub dt_s: f64,
-    /// What is believed of joint and wires.
+    /// The estimate of joint and wires.
     pub estimate: JointEstimate,
 }
 

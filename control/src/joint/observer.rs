@@ -33,7 +33,7 @@ const PHASE_RATE: f64 = 50.0;
 /// An average surprise up to this share of the stroke, and so many of its standard deviations, is no reason for doubt.
 const DOUBT_STROKE: f64 = 0.002;
 const DOUBT_SIGMA: f64 = 4.0;
-/// How much a kelvin of correction by the resistance changes the loss that is believed, 1/K, and how far it can.
+/// How much a kelvin of correction by the resistance changes the estimated loss, 1/K, and how far it can.
 const LOSS_PER_K: f64 = 0.01;
 const LEAST_LOSS_SCALE: f64 = 0.4;
 const MOST_LOSS_SCALE: f64 = 2.5;
@@ -45,7 +45,7 @@ const SLACK_STROKE: f64 = 0.02;
 /// Stress at which the sensitivity of the angle to temperature is reckoned, Pa.
 const MIDDLE_PA: f64 = 300e6;
 
-/// What is believed of a joint and its wires.
+/// The estimate of a joint and its wires.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointEstimate {
     /// Angle θ, in rad, positive where the agonist is shorter.

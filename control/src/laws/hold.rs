@@ -84,7 +84,7 @@ impl Hold {
         map.thermal_expansion(fraction) * retreat
     }
 
-    /// Begins, goes on with or ends holding the wire, whose believed error is `error` and whose reference moves by `pace`,
+    /// Begins, goes on with or ends holding the wire, whose estimated error is `error` and whose reference moves by `pace`,
     /// between the curves of a wire at rest (`curves`); λ sets the time scale. While it is held: the temperature to hold it at.
     ///
     /// That is the one it came with, inside the hysteresis, trimmed by its thermal strain: away from the curve that it is nearer

@@ -236,7 +236,7 @@ impl Law for TimeOptimal {
 mod tests {
     use super::*;
 
-    /// A wire let go with the excess of the surface comes to rest at the reference: ẋ = −e/κ, ė = −brake − e/τ, integrated.
+    /// A wire released with the excess of the surface comes to rest at the reference: ẋ = −e/κ, ė = −brake − e/τ, integrated.
     #[test]
     fn surface_is_the_stopping_distance() {
         for (drag, settle_s, brake) in

@@ -16,7 +16,7 @@ const BEGINS: f64 = 4.0;
 /// Error, in strokes, below which a wire is left to its law.
 const WORTH_IT: f64 = 0.02;
 
-/// What tells when to stop.
+/// The condition to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Priming {
     /// The estimated temperature, against the heating curve at the estimated phase: also across the hysteresis.

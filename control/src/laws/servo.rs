@@ -240,7 +240,7 @@ mod tests {
         overshoots.iter().sum::<f64>() / 3.0
     }
 
-    /// What mends the overshoot is the drag in the model, not the schedule.
+    /// The drag in the model removes the overshoot, not the schedule.
     #[test]
     fn the_drag_matters_more_than_the_schedule() {
         let fixed = overshoot(Schedule::Static, Coupling::Thermal);

@@ -27,7 +27,7 @@ const CREEP_WITHIN: f64 = 0.6;
 const CREEP: f64 = 0.06;
 /// Least rate, as a share of that, of a wire that does not move as it should: the integral action of this law.
 const CREEP_AT_LEAST: f64 = 0.5;
-/// Share of the believed loss that is made up for on the way: what is missing lets a wire arrive slowly, not run past.
+/// Share of the estimated loss that is compensated on the way: the rest lets a wire arrive slowly instead of overshooting.
 const MADE_UP: f64 = 0.975;
 
 /// How σ becomes power.

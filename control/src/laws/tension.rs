@@ -45,7 +45,7 @@ impl TensionLimits {
     }
 
     /// The duty to give where a law wants `wanted`: not above what the upper limit allows, else not below what the lower one
-    /// asks for. What is believed of the wire has to be numbers; if it is not, the law's duty is the answer.
+    /// asks for. If the estimate is not finite, the law's duty is returned.
     #[inline]
     pub fn limit(&mut self, wanted: f64, seen: &Estimate) -> f64 {
         let m = &self.map;

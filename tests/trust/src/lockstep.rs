@@ -13,7 +13,7 @@ use sinew_rig::Rig;
 use crate::failure::{Failure, expect, unexpected};
 use crate::kind::{between, whole};
 
-/// Channels of the rigs that are struck.
+/// Channels of the rigs under fault.
 pub const CHANNELS: usize = 3;
 
 /// Text of a rig of simulated wires, of a name and rate; `more` goes into every channel.
@@ -94,10 +94,10 @@ fn bits(state: &ChannelState) -> [u64; 7] {
     [numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], u64::from(state.mode), u64::from(state.fault)]
 }
 
-/// A rig that is struck, and its twin that is not.
+/// A rig under fault, and its reference without.
 #[derive(Debug)]
 pub struct Twins {
-    /// The one that is struck.
+    /// The one under fault.
     pub struck: Lockstep,
     /// The other.
     pub twin: Lockstep,
