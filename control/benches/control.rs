@@ -1,4 +1,4 @@
-//! What a channel pays per cycle for its estimate and its law. The figure: at most 300 ns together, by default.
+//! Cost per channel and cycle of estimator and law. Requirement: at most 300 ns together, by default.
 
 use divan::{Bencher, black_box};
 use sinew_control::{

@@ -1,4 +1,4 @@
-//! What the estimators believe of a wire, beside what it is: the command that reproduces the numbers of docs/control-laws.md,
+//! The estimates for a wire compared with the truth: the command that reproduces the numbers of docs/control-laws.md,
 //! "Linear models and observers".
 //!
 //! `cargo run --release -p sinew-control --example observers` prints the tables;

@@ -1,4 +1,4 @@
-//! What every estimator takes from a cycle alike, whatever it believes beyond that.
+//! The inputs of a cycle common to all estimators.
 
 use crate::estimate::Observation;
 use crate::wire_map::WireMap;
@@ -85,14 +85,14 @@ pub(crate) fn stress(m: &WireMap, seen: &Observation, elongation: f64, velocity:
 }
 
 /// The temperature the wire cannot be above, °C, after `dt` under this power: half the loss to the air, no latent heat, never
-/// below the temperature believed.
+/// below the estimated temperature.
 #[inline]
 pub(crate) fn hottest(m: &WireMap, before: f64, power: f64, dt: f64, temperature: f64) -> f64 {
     let rise = power - SURE_LOSS * m.loss * (before - m.ambient);
     (before + rise * dt * m.per_heat_capacity).min(HOTTEST_C).max(temperature)
 }
 
-/// How far a phase is inside its range at this end: 0 where it cannot be told from the end, 1 a few per cent in.
+/// How far a phase is inside its range at this end: 0 where it is indistinguishable from the end, 1 a few per cent in.
 #[inline]
 pub(crate) fn inside(fraction: f64) -> f64 {
     (25.0 * (fraction - 0.03)).clamp(0.0, 1.0)

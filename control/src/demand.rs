@@ -1,4 +1,4 @@
-//! What a controller is told each cycle, what it answers, and the modulation of power that all sliding modes share.
+//! A controller's input and output of each cycle, and the modulation of power that all sliding modes share.
 
 use crate::estimate::Estimate;
 
@@ -17,7 +17,7 @@ pub struct Demand {
     pub resistance_ohm: f64,
     /// Time since the last call, in s.
     pub dt_s: f64,
-    /// What the state estimator believes this cycle; [`Estimate::UNKNOWN`] where none runs.
+    /// The state estimator's estimate of this cycle; [`Estimate::UNKNOWN`] where none runs.
     pub estimate: Estimate,
 }
 

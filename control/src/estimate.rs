@@ -1,4 +1,4 @@
-//! What a cycle measured of a wire, and what is believed of it from then on: the words between sensing, estimators and laws.
+//! Observation and estimate of a wire in a cycle: the types between sensing, estimators and laws.
 
 /// What one cycle measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,7 @@ impl Observation {
     }
 }
 
-/// What is believed of a wire.
+/// The estimated state of a wire.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Mean wire temperature, in °C.

@@ -1,5 +1,5 @@
-//! A wire from what it is to do (thesis, chapter 2, design methods A and B): the wires that are sold, how many of each it takes,
-//! and what each would come to by the rules of Table 3; then what the physics says of the one that is chosen.
+//! Sizes a wire from requirements (thesis, chapter 2, design methods A and B): the wires that are sold, the number needed of each,
+//! and their properties by the rules of Table 3; then the simulated properties of the chosen one.
 
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{DriveKind, Error, Inputs, Load, Wire, WireModel};

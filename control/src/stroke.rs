@@ -1,4 +1,4 @@
-//! Commands in other units than length: strokes and forces.
+//! Conversion of commands in strokes and forces to lengths.
 
 use sinew_physics::{Load, WireModel};
 

@@ -219,7 +219,7 @@ impl WireMap {
         (outer * (1.0 - outer)).max(self.inside * fraction * (1.0 - fraction)) / width
     }
 
-    /// [`WireMap::slope`] at what is believed of the wire.
+    /// [`WireMap::slope`] at the estimated state of the wire.
     pub fn slope_here(&self, heating: bool, seen: &Estimate) -> f64 {
         self.slope(heating, seen.martensite, seen.temperature_c - seen.stress_pa * self.shift)
     }

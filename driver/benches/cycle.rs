@@ -1,4 +1,4 @@
-//! What a cycle costs without its sleep: a channel, a whole rig, publishing.
+//! Cost of a cycle without its sleep: one channel, a whole rig, publishing.
 //!
 //! `cargo bench -p sinew-driver`. Figures to hold: 100 ns for sensing, supervisor and control of a channel (so 1.8 µs for
 //! `engine` at 18 channels and 6.4 µs at 64), 2 µs for `blackboard` at 64.

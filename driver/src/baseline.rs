@@ -1,5 +1,5 @@
-//! A bare timer loop: what this machine does to a loop that does nothing. Its lateness is the floor beside which the real
-//! loop's is to be read.
+//! A bare timer loop: the lateness this machine causes in an empty loop, the baseline for the lateness of the real
+//! loop.
 
 use sinew_backend::clock;
 use sinew_ipc::Histogram;

@@ -1,15 +1,15 @@
-//! How much power keeps a wire within its budgets, before one of them has to switch it off.
+//! Derating: limits the power so that a wire stays within its budgets, before one of them has to switch it off.
 //!
-//! Two budgets, one shape: from 80 % of a budget on the power that is allowed falls in a straight line, to what holds the
-//! budget just short of full. A demand that lasts is so held at the limit instead of tripping it, and a short one passes
-//! as if there were none. What trips is only what derating cannot help.
+//! Two budgets, one curve: from 80 % of a budget on, the allowed power falls linearly, to the power that holds the
+//! budget just short of full. A lasting demand is thus held at the limit instead of tripping it, and a short one is not
+//! limited. Only what derating cannot prevent trips.
 //!
-//! **Heat.** The thesis' rule for the current a wire bears for good (eq. 8, 9) as a thermal image of the wire, like the I²t of a motor's
-//! protection relay: heat goes in with I²R as measured, and drains in proportion to how full the account is, with
-//! `energy_drain_w` where it is full. The time constant is so `energy_budget_j / energy_drain_w`; a pulse may fill what is empty, a
-//! lasting power never more than drains. It knows current and voltage, and nothing of the wire's state.
+//! **Heat.** The thesis' rule for the continuous current of a wire (eq. 8, 9) as a thermal image of the wire, like the I²t of a motor's
+//! protection relay: the budget integrates I²R as measured, and drains in proportion to its level, by
+//! `energy_drain_w` when full. So the time constant is `energy_budget_j / energy_drain_w`; a pulse may use the free budget, a
+//! lasting power at most the drain. It uses current and voltage, not the wire's state.
 //!
-//! **Temperature.** The estimate, which knows the wire's model, its length and its resistance.
+//! **Temperature.** The estimate, which uses the wire's model, its length and its resistance.
 
 use sinew_ipc::ChannelState;
 
@@ -65,8 +65,7 @@ impl Derating {
     /// Derates so that these budgets hold.
     pub fn new(b: &Budgets) -> Derating {
         let period_s = FEWEST_PERIODS * b.period_s;
-        // Full power is just allowed at the share from which on it is derated; one that drains before the account is that full
-        // never is.
+        // Full power is just allowed at the level where derating begins; one that drains before that level is never derated.
         let release_s = if b.full_w > HEAT_KEPT * b.drain_w {
             let spare_w = b.full_w - DERATED_FROM * b.drain_w;
             ((HEAT_KEPT - DERATED_FROM) * b.energy_j / spare_w).max(period_s)
@@ -155,7 +154,7 @@ mod tests {
             prop_assert!(allowed_w >= budgets.full_w * (1.0 - 1e-9), "{allowed_w} of {budgets:?}");
         }
 
-        /// Whoever asks for everything for good never fills the account, whatever the wire, the supply and the loop.
+        /// A permanent demand of full power never exceeds the budget, whatever the wire, the supply and the loop.
         #[test]
         fn what_is_derated_never_fills_the_account(
             energy_j in 1e-3..100.0f64, drain_w in 1e-3..50.0f64, over in 0.2..50.0f64, period_s in 1e-4..0.02f64,

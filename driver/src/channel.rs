@@ -1,4 +1,4 @@
-//! One wire's share of a cycle, and everything it needs for it in one place, in the order it is touched.
+//! One channel's part of a cycle, with all its state in one struct, in the order of access.
 
 use sinew_control::{
     Algorithm, Controller, Demand, EnthalpyObserver, Estimate, Observation, StateEstimator, StrokeRange, TensionLimits,
@@ -20,7 +20,7 @@ use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};
 /// How far above its limit a current must read to be more than noise, in standard deviations of the converter.
 const CURRENT_GUARD: f64 = 8.0;
 
-/// What a channel is told to do.
+/// What a channel is commanded to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Nothing: the sensing pulse only.
@@ -33,7 +33,7 @@ pub enum Target {
     Duty(f64),
 }
 
-/// Who told it so.
+/// The source of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Nobody.
@@ -142,7 +142,7 @@ impl Channel {
         let (short_m, long_m) = (stroke.hot_m.min(stroke.cold_m), stroke.hot_m.max(stroke.cold_m));
         let (low_m, high_m) = (channel.limits.min_length_m, channel.limits.max_length_m);
         let reaches = low_m.max(short_m) <= high_m.min(long_m);
-        // Nothing could be asked of such a channel, and every sample would be out of range.
+        // No setpoint could be commanded on such a channel, and every sample would be out of range.
         if !reaches {
             return Err(refuse(format!(
                 "its limits leave nothing of its stroke: {:.2} to {:.2} mm, but it is {:.2} to {:.2} mm long",
@@ -165,7 +165,7 @@ impl Channel {
         let limits = &channel.limits;
         let settings = settings(channel);
         let estimator = estimator(channel);
-        // Where something else than its own load can hold it, standing proves nothing.
+        // Where something else than its own load can hold it, standstill proves nothing.
         let slide = slide_watch(channel, model, &stroke);
         let standstill = slide.is_some().then(|| Standstill::new(&stroke));
         let noise_a = sensor.config().converter.current_sigma_a();
@@ -287,14 +287,14 @@ impl Channel {
         (permit, change)
     }
 
-    /// Who is in charge, and whether a setpoint's lease ran out.
+    /// Selects the source of the target (client or program), and whether a setpoint's lease expired.
     #[inline]
     pub(crate) fn put_in_charge(&mut self, permit: Permit, tick: &Tick, program: Option<f64>) -> bool {
         let mut lapsed = false;
         match self.source {
             Source::Client { until_ns } if tick.now_ns >= until_ns => {
-                // A stale `off` is no loss of control, and where a program goes on, nothing is lost; else somebody is gone who
-                // should not be.
+                // An expired `off` is no loss of control, and neither is one where a program continues; otherwise a client
+                // was lost.
                 lapsed = self.target != Target::Idle && program.is_none();
                 self.lapsed = lapsed;
                 self.forget_target();
@@ -336,7 +336,7 @@ impl Channel {
             }
         };
         self.regulating = regulating;
-        // Off is off: what nobody wants moved is not kept taut either.
+        // Off is off: a wire without a setpoint is not kept under tension either.
         match (&mut self.tension, permit, self.target) {
             (Some(tension), Permit::Power, Target::Length(_) | Target::Force(_) | Target::Duty(_)) => {
                 tension.limit(wanted, &self.estimate).max(self.min_duty).min(self.max_duty)
@@ -361,10 +361,10 @@ impl Channel {
     /// Puts a duty out, within what the wire may have.
     #[inline]
     pub(crate) fn put_out(&mut self, wanted: f64, permit: Permit, tick: &Tick) {
-        // What was put out at this tick is what the next sample comes from.
+        // The next sample comes from the duty output at this tick.
         self.applied_duty = self.duty;
         self.observer.set_duty(self.applied_duty);
-        // The supply may be higher than the rig file says; NaN from anywhere means nothing.
+        // The supply may be higher than configured; NaN is ignored.
         let most = self.max_duty.min(self.max_power_w / self.on_power_w);
         self.duty = if wanted > 0.0 { wanted.min(most.max(0.0)) } else { 0.0 };
 
@@ -400,7 +400,7 @@ impl Channel {
     #[inline]
     fn hold_down(&mut self) {
         let allowance = self.guard.allowance();
-        // Written so that a power nobody knows allows nothing, and without a division where there is enough.
+        // Written so that an unknown power allows no duty, and without a division where the budget suffices.
         let enough = allowance.power_w >= self.duty * self.on_power_w;
         if !enough && self.duty > self.min_duty {
             self.duty = (allowance.power_w / self.on_power_w).max(self.min_duty);
@@ -408,11 +408,11 @@ impl Channel {
         }
     }
 
-    /// Latches a fault found outside of the channel, and drops what it was told. The duty of the next period is zero.
+    /// Latches a fault found outside of the channel, and drops its target. The duty of the next period is zero.
     #[inline]
     pub fn trip(&mut self, fault: Fault) -> Option<Change> {
-        // A backend that failed has put its outputs to zero; else what went out with this exchange still heats for a period, and
-        // however long that one gets, it is accounted for.
+        // A backend that failed has set its outputs to zero; otherwise the duty of this exchange heats for one more period, which
+        // is accounted for with its real length.
         if fault == Fault::Backend {
             self.duty = 0.0;
         }
@@ -430,7 +430,7 @@ impl Channel {
         self.guard.trip(Fault::SupplyCut)
     }
 
-    /// The length it is told to keep, or else the one it has, m.
+    /// The commanded length, or else the present one, m.
     pub(crate) fn wanted_or_present_m(&self) -> f64 {
         match self.target {
             Target::Length(length_m) | Target::Force(length_m) => length_m,
@@ -438,7 +438,7 @@ impl Channel {
         }
     }
 
-    /// Notes an order, taken or refused, so that a recording tells of it.
+    /// Records an order, accepted or refused, for recordings.
     #[inline]
     pub(crate) fn note(&mut self, ask: Ask, place: u32) {
         let (kind, asked) = match ask {

@@ -1,15 +1,15 @@
-//! Takes the clients' requests on an ordinary thread: checks them, hands them to the loop, and answers when the loop has taken
-//! them or with the reason why not.
+//! Handles the clients' requests on an ordinary thread: validates them, passes them to the loop, and answers when the loop has
+//! accepted them or with the reason for the refusal.
 //!
-//! There is one judge of a request, this module; what only the loop can know (a latched fault, whether its cause is gone) comes
+//! This module alone validates requests; what only the loop can know (a latched fault, whether its cause is gone) comes
 //! back from it as an answer. Rules:
 //!
-//! - Who may only look commands nothing.
+//! - Read-only clients may command nothing.
 //! - A setpoint needs a channel that exists, finite numbers, a value inside the channel's limits, a hold of one period to
 //!   `max_lease_s` (0 = the channel's default).
 //! - Lengths are taken between the hot and the cold end of the stroke, as far as the rig's limits allow; strokes from 0 to 1; duties
 //!   from 0 (which is the sensing pulse) to `max_duty`; forces only against a spring, where they mean a length.
-//! - `off` holds until the next command unless it names a hold. `off`, `reset` and `stop` may be meant for all channels.
+//! - `off` holds until the next command unless it has a hold time. `off`, `reset` and `stop` may address all channels.
 //! - `stop` is answered at once; every other request waits for the loop.
 
 use std::collections::HashMap;
@@ -82,7 +82,7 @@ impl ChannelRules {
                         .joint_of(index)
                         .map(|(joint, _)| (joint.min_tension_n, JointLaw::MOST_TENSION * joint.max_tension_n)),
                     stroke,
-                    // What the wire cannot reach it would only be overheated for.
+                    // A length the wire cannot reach would only overheat it.
                     min_length_m: limits.min_length_m.max(short_m),
                     max_length_m: limits.max_length_m.min(long_m),
                     max_duty: limits.max_duty,
@@ -132,7 +132,7 @@ impl ChannelRules {
             }
             CommandKind::Stroke => {
                 let stroke = self.within(command, command.value, 0.0, 1.0)?;
-                // A limit may cut the stroke's ends off.
+                // A limit may shorten the stroke at its ends.
                 let length_m = self.stroke.length_m(stroke).clamp(self.min_length_m, self.max_length_m);
                 Ask::Length(length_m)
             }
@@ -152,7 +152,7 @@ impl ChannelRules {
             },
             CommandKind::Off => Ask::Off,
             CommandKind::Reset => return Ok((Ask::Reset, 0.0)),
-            // Not a channel's business; the desk has dealt with it.
+            // Not for a channel; already handled by the command thread.
             CommandKind::Stop => return Err(Reply::refused(command, Outcome::UnknownCommand)),
         };
         let hold_s = match command.hold_s {
@@ -235,7 +235,7 @@ impl Desk {
         let mut waiting: HashMap<u64, Waiting> = HashMap::new();
         let mut tickets = 0;
         loop {
-            // Asked before looking at the events, so that the last of them are not left behind.
+            // Read before the events, so that the last of them are not left behind.
             let ended = shared.ended.load(Ordering::Acquire);
             let stopping = ended || shared.stop.load(Ordering::Relaxed);
 
@@ -246,7 +246,7 @@ impl Desk {
                     fault_log.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
                 }
             }
-            // So many at a time: a flood of requests does not keep the desk from the loop's answers.
+            // A limited batch: a flood of requests does not delay the handling of the loop's answers.
             for _ in 0..REQUESTS_A_ROUND {
                 let Some(request) = self.port.as_mut().and_then(CommandServer::receive) else { break };
                 tickets += 1;
@@ -311,7 +311,7 @@ impl Desk {
         for channel in channels {
             let Ok((ask, granted_s)) = self.rules[channel].check(&command) else { continue };
             let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
-            // There is room: asked above, and nobody else pushes.
+            // There is room: checked above, and this is the only producer.
             self.orders.push(Order { ticket, channel, ask, hold_ns });
         }
         let reply = Reply::taken(&command, hold_s);

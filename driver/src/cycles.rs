@@ -1,4 +1,4 @@
-//! The loop itself: one thread, one cycle a period, nothing in it that could make it wait.
+//! The real-time loop: one thread, one cycle a period, nothing blocking in it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -27,7 +27,7 @@ pub trait Outlet: Send {
     fn stats(&mut self, stats: &LoopStats);
 }
 
-/// An outlet that nobody sees: for benchmarks and for simulations nobody watches.
+/// An outlet without readers: for benchmarks and unobserved simulations.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoOutlet;
 
@@ -39,7 +39,7 @@ impl Outlet for NoOutlet {
 /// What ordinary threads share with the loop, apart from the rings.
 #[derive(Debug, Default)]
 pub(crate) struct Shared {
-    /// Set by whoever wants the loop to end.
+    /// Set to end the loop.
     pub stop: AtomicBool,
     /// Set, before `stop`, when a helper's thread has panicked.
     pub panicked: AtomicBool,
@@ -108,12 +108,12 @@ impl<B: Backend> Drop for Stops<'_, B> {
 }
 
 impl<B: Backend, O: Outlet> Cycles<B, O> {
-    /// Runs until told to end, its time is over or its code panics; outputs are zero afterwards, whatever happened.
+    /// Runs until stopped, its time is over or its code panics; outputs are zero afterwards, whatever happened.
     pub fn run(mut self, shared: &Shared) -> Remains {
         let last = Snapshot::new(self.engine.channels().len());
         let mut remains = Remains { stats: self.stats, last, start_ns: clock::now_ns(), ..Remains::nothing() };
         let result = caught(|| self.cycles(shared, &mut remains));
-        // Once more, should it have come from before the guard in there was set up.
+        // Again, in case the panic came from before the guard in there was set up.
         self.backend.stop();
         if let Ok(ending) = result
             && !shared.panicked.load(Ordering::Acquire)
@@ -154,13 +154,13 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             // Tick.
             let tick = grid.wait(stats, missed);
             if shared.stop.load(Ordering::Relaxed) {
-                // No cycle comes that would count the periods it has passed over since the last one.
+                // No further cycle will count the periods skipped since the last one.
                 stats.missed += grid.missed_since();
                 last.missed = stats.missed;
                 shared.missed.store(stats.missed, Ordering::Relaxed);
                 break Ending::Stopped;
             }
-            // A late exchange: what it asked for cannot have been measured by now. Only once, so that no backend stops the loop.
+            // A late exchange: its duty cannot have been measured yet. Skipped only once, so that no backend stops the loop.
             held_back = is_real_time && !held_back && !backend.0.is_due();
             if held_back {
                 grid.skip(missed);
@@ -168,7 +168,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             }
             elapsed += 1 + grid.missed_since();
 
-            // A machine that wakes up must not go on where it fell asleep: the first thing it puts out is nothing.
+            // A machine that resumes from suspension must not continue: its first output is zero.
             if is_real_time && awake.slept(tick.now_ns, clock::boottime_ns()) {
                 engine.was_suspended();
                 duty.fill(0.0);
@@ -179,7 +179,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 backend.0.missed(grid.missed_since());
                 stats.missed += grid.missed_since();
             }
-            // What the backend leaves unwritten is not measured, and must not pass for the sample of the period before.
+            // A sample the backend does not write counts as not measured, not as the sample of the period before.
             samples.fill(Sample::NONE);
             let exchanged = backend.0.exchange(&duty, &mut samples);
             if let Err(error) = exchanged {
@@ -255,7 +255,7 @@ fn hand_over(published: &mut Producer<HeldCycle>, last: &Snapshot, is_real_time:
         if is_real_time || shared.stop.load(Ordering::Relaxed) {
             return false;
         }
-        // Nobody waits for us on a simulated clock: rather wait for the publisher than lose a cycle.
+        // A simulated clock has no deadline: wait for the publisher instead of losing a cycle.
         std::thread::yield_now();
     }
 }

@@ -1,4 +1,4 @@
-//! A whole driver: lock, services, real time, loop, publisher and desk, put together and taken apart in order.
+//! A whole driver: starts and stops lock, services, real time, loop, publisher and command thread in order.
 
 use std::sync::atomic::Ordering;
 use std::sync::mpsc;
@@ -170,7 +170,7 @@ impl Driver {
         Driver::start_tapped(rig, backend, options, None)
     }
 
-    /// The same with somebody who sees every cycle, such as a black box.
+    /// The same with an observer of every cycle, such as a black box.
     ///
     /// # Errors
     /// As [`Driver::start`].
@@ -191,7 +191,7 @@ impl Driver {
             sinew_rig::Pace::RealTime => Pace::RealTime,
             sinew_rig::Pace::AsFastAsPossible => Pace::AsFastAsPossible,
         };
-        // A loop that never sleeps would keep its core from everybody else for good.
+        // A loop that never sleeps would occupy its core permanently.
         let wish = if pace == Pace::RealTime { wish_of(rig) } else { Wish::OFF };
 
         let services =
@@ -231,7 +231,7 @@ impl Driver {
             Ok(Ok(realtime)) => realtime,
             failed => {
                 let _ = main.join();
-                // Without a word it panicked before its first cycle.
+                // Without a message it panicked before its first cycle.
                 let died = || Error::Thread(std::io::Error::other("the loop's thread died while it started"));
                 return Err(failed.ok().and_then(Result::err).unwrap_or_else(died));
             }
@@ -389,7 +389,7 @@ impl DriverHandle {
         }
     }
 
-    /// Waits until the loop has ended (it does not ask for that) and tells how the run was.
+    /// Waits until the loop has ended (without stopping it) and returns the run's report.
     pub fn join(mut self) -> RunReport {
         let (remains, floor) = self.wait();
         self.report(remains, floor)

@@ -1,5 +1,5 @@
-//! A cycle of all channels without clock, thread or backend: samples in, duties out. What the loop runs, the tests test and the
-//! benchmarks measure.
+//! A cycle of all channels without clock, thread or backend: samples in, duties out. Used by the loop, the tests and the
+//! benchmarks.
 
 use sinew_backend::{BackendError, Sample};
 use sinew_ipc::{ChannelState, DriverState, Fault, MAX_CHANNELS, Mode, Snapshot};
@@ -141,12 +141,12 @@ impl Engine {
                 {
                     return Some(Answer::CauseRemains(fault));
                 }
-                // With the supply gone, no channel can prove itself.
+                // Without supply no channel can finish proving.
                 if self.cut && channel.guard.fault().is_some() {
                     let stuck = channel.guard.must_cut();
                     return Some(Answer::CauseRemains(if stuck { Fault::StageOn } else { Fault::SupplyCut }));
                 }
-                // What its partner suffers from is the cause.
+                // The partner's fault is the cause.
                 if let Some(fault @ Fault::JointPartner) = channel.guard.fault()
                     && partners_fault.is_some_and(|cause| cause != Fault::JointPartner)
                 {
@@ -156,7 +156,7 @@ impl Engine {
                     Err(fault) => Some(Answer::CauseRemains(fault)),
                     Ok(false) => Some(Answer::Done),
                     Ok(true) => {
-                        // A reset asked for again while the channel proves itself: the later one gets the verdict.
+                        // A repeated reset during proving: the later one gets the result.
                         self.resets[order.channel] = Some(order.ticket);
                         None
                     }
@@ -164,7 +164,7 @@ impl Engine {
             }
         };
         if let Some(fault) = channel.guard.fault() {
-            // A faulted channel is off already; to ask for that is no mistake.
+            // A faulted channel is off already; requesting `off` is not an error.
             return Some(if order.ask == Ask::Off { Answer::Done } else { Answer::Latched(fault) });
         }
         let moves = matches!(target, Target::Length(_) | Target::Force(_));
@@ -182,7 +182,7 @@ impl Engine {
                 Target::Length(length_m) => other.obey(Target::Length(joint.opposite_m(side, length_m)), source),
                 Target::Force(length_m) => other.obey(Target::Force(joint.opposite_m(side, length_m)), source),
                 Target::Idle if other.guard.fault().is_none() => other.obey(Target::Idle, source),
-                // A duty is given to one wire alone; the joint is nobody's then.
+                // A duty commands one wire alone; the joint is then without a target.
                 _ if matches!(other.target, Target::Length(_) | Target::Force(_)) => {
                     other.obey(Target::Idle, Source::Nobody)
                 }
@@ -282,7 +282,7 @@ impl Engine {
             BackendError::Channel { channel, .. } if (channel as usize) < self.channels.len() => {
                 outside.failed = Some(channel as usize);
             }
-            // A channel there is none of, or a duty that kept all others from going out as well: no sample is to be trusted.
+            // An unknown channel, or a duty that kept all others from being output: no sample is trusted.
             _ => outside.everything = Some(Fault::Backend),
         }
         if exchanged != self.exchanged {

@@ -1,4 +1,4 @@
-//! What can keep a driver from starting or bring it down.
+//! Errors at the start of a driver and in its operation.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! The grid of points in time that cycles lie on, and what of it was missed: a late cycle never makes the next one late.
+//! The absolute time grid of the cycles, and the count of missed periods: a late cycle never makes the next one late.
 
 use sinew_backend::clock;
 use sinew_ipc::LoopStats;
@@ -96,7 +96,7 @@ impl Grid {
             stats.overruns += u64::from(outlasted);
             let gone = (done_ns - self.due_ns) / self.period_ns + 1;
             self.due_ns += gone * self.period_ns;
-            // Woken late and then busy past the end of the period: it is the wake-up that cost it.
+            // Woken late and then busy past the end of the period: counted as missed by the wake-up.
             *(if outlasted { &mut missed.by_cycle } else { &mut missed.by_wakeup }) += gone;
             self.missed_since = gone;
         }

@@ -1,8 +1,8 @@
-//! Two channels that turn one joint: they sense each for itself, are believed and controlled together, and are put out
-//! each for itself.
+//! Two channels that turn one joint: sensed separately, estimated and controlled together, and output
+//! separately.
 //!
-//! A joint's two wires have one target between them. A length or stroke asked of either is an angle of the joint; the
-//! other wire's target is the length it has at that angle. A fault of one wire switches both off in the same cycle.
+//! A joint's two wires share one target. A length or stroke commanded to either is an angle of the joint; the
+//! other wire's target is its length at that angle. A fault of one wire switches both off in the same cycle.
 
 use sinew_control::{JointDemand, JointLaw, JointObserver, JointSettings};
 use sinew_ipc::{ChannelState, Fault};

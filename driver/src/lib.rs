@@ -1,10 +1,10 @@
 //! The driver: the real-time loop, the safety supervisor, publishing and commands.
 //!
-//! A sample's way through it, once a period and in one direction: [`Backend::exchange`](sinew_backend::Backend::exchange) brings it in, [`channel`] makes a
-//! length of it, [`supervisor`] decides whether the channel may be powered, its controller says how much, and the duty goes out
+//! The data flow of a sample, once a period: [`Backend::exchange`](sinew_backend::Backend::exchange) returns it, [`channel`] computes a
+//! length from it, [`supervisor`] decides whether the channel may be powered, its controller computes the duty, which is output
 //! with the next exchange, while the cycle's state goes to the blackboard and into the ring.
 //!
-//! [`Driver::start`] puts it all together for a rig and a backend. The parts stand by themselves: [`Engine`] is a cycle without
+//! [`Driver::start`] starts all of it for a rig and a backend. The parts can be used alone: [`Engine`] is a cycle without
 //! clock, thread or backend.
 #![forbid(unsafe_code)]
 

@@ -1,5 +1,5 @@
-//! What goes into the loop beside samples, and what it reports beside states: orders and their answers, events, beats. All of it is
-//! `Copy` and of fixed size, because it travels through rings.
+//! The loop's inputs besides samples and its outputs besides states: orders and their answers, events, beats. All are
+//! `Copy` and of fixed size, because they are passed through rings.
 
 use sinew_backend::BackendError;
 use sinew_ipc::Fault;
@@ -50,7 +50,7 @@ pub enum Answer {
     CauseRemains(Fault),
 }
 
-/// Something that happened in the loop and that somebody outside wants to know.
+/// An event in the loop, reported to the outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// The loop's clock, ns.

@@ -1,7 +1,7 @@
-//! What a rig does by itself while nobody commands it: a pure function of channel and time, or what a replay gives it.
+//! The built-in program of a rig, active while no client commands it: a pure function of channel and time, or a replay's targets.
 //!
-//! The built-in hexapod walks on the spot with it. A command from outside takes a channel over while its lease lasts, then
-//! the program goes on where its clock is by then.
+//! It lets the built-in hexapod walk on the spot. A client's command overrides it on a channel while its lease lasts, then
+//! the program continues at the current time.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
-//! Takes every cycle out of the loop's ring and publishes it, on an ordinary thread, so that the loop never pays for a
-//! subscriber.
+//! Takes every cycle out of the loop's ring and publishes it, on an ordinary thread, so that subscribers cost the loop
+//! nothing.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use sinew_ring::Consumer;
 
 use crate::cycles::Shared;
 
-/// Somebody who looks at every cycle inside the driver's own process, before it is published. Called on an ordinary thread, which
+/// An observer of every cycle inside the driver's own process, before it is published. Called on an ordinary thread, which
 /// publishes for everybody: nothing in it may take long. Dropped when the loop has ended and every cycle has been seen.
 pub trait Tap: Send {
     /// A cycle of all channels, in order. A number that is left out was dropped by the ring, see `unpublished` in the report.
@@ -34,7 +34,7 @@ pub(crate) fn publish(
     let mut next_ring = Instant::now();
     let mut next_flush = Instant::now() + BATCH_AGE;
     loop {
-        // Asked before looking, so that the last cycles are not left behind.
+        // Read before the ring, so that the last cycles are not left behind.
         let ended = shared.ended.load(Ordering::Acquire);
         let mut news = false;
         while cycles

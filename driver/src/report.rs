@@ -1,4 +1,4 @@
-//! What a run leaves behind: the report of `sinew run --report` (`sinew.run/1`).
+//! The report of a run: `sinew run --report` (`sinew.run/1`).
 
 use std::path::PathBuf;
 
@@ -56,7 +56,7 @@ pub struct RunReport {
     pub leases_lapsed: u64,
     /// The backend's last complaint, in its own words.
     pub backend_error: Option<String>,
-    /// Files the black box has written; filled in by whoever runs one.
+    /// Files the black box has written; filled in by the caller that runs one.
     pub black_boxes: Vec<PathBuf>,
     /// Why a black box could not be written, the last one that could not.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -74,7 +74,7 @@ pub const MAX_FAULTS: usize = 1000;
 pub enum Ending {
     /// Its time was over.
     Duration,
-    /// Somebody asked for it.
+    /// It was requested.
     Stopped,
     /// Code of the loop or of one of its helpers panicked; outputs were put to zero.
     Panicked,

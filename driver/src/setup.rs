@@ -1,4 +1,4 @@
-//! What a rig file says of a channel, in the terms of sensing and control: sensor, observer, watch over the taps, law, estimator.
+//! Configures a channel from the rig file: sensor, observer, check of the taps, law, estimator.
 
 use sinew_control::{AlgorithmKind, EstimatorKind, Modulation, PidGains, Priming, Settings, StrokeRange};
 use sinew_physics::formulas::{SURELY_HOT_K, WORKING_EXCESS_K, heating_power_w, logit, resistance_ohm, stress_shift_k};
@@ -43,7 +43,7 @@ pub fn estimator(channel: &RigChannel) -> EstimatorKind {
     EstimatorKind::ALL[channel.control.estimator as usize]
 }
 
-// The rig file's laws and estimators are those of `control`, word by word: so their places say which is which.
+// The rig file's laws and estimators are those of `control` in the same order, so they are matched by index.
 const _: () = {
     let mut i = 0;
     assert!(
@@ -181,7 +181,7 @@ pub(crate) fn observer_of(model: &WireModel, sigma_m: f64) -> ObserverConfig {
         Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, .. } if mass_kg > 0.0 => {
             // The wire's own stiffness changes with its phase by a factor of three: the softer end, where ω is lowest.
             let own = model.cold_stiffness_n_per_m();
-            // No word on how fast duty moves the wire: inside the hysteresis it hardly does, and "better too small".
+            // The speed per duty is left at zero: inside the hysteresis duty hardly moves the wire, and "better too small".
             let drive = Drive::of_load(mass_kg, damping_n_s_per_m, spring_n_per_m + own, 0.0);
             ObserverConfig::with_drive(sigma_m, drive)
         }

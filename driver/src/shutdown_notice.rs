@@ -1,8 +1,8 @@
 //! The shutdown notice: what a thread that panics reports comes after the outputs are zero, not before.
 //!
-//! A panic is reported by the process's hook before the thread unwinds: a backtrace takes 100 ms to look up, and a standard error that
-//! nobody reads takes for ever. On a thread of the driver the hook only notes the message; who has caught the panic and switched
-//! off reports it.
+//! A panic is reported by the process's hook before the thread unwinds: a backtrace takes 100 ms to look up, and an unread standard
+//! error blocks for ever. On a thread of the driver the hook only stores the message; the code that catches the panic switches off
+//! and then reports it.
 
 use std::any::Any;
 use std::cell::RefCell;

@@ -1,16 +1,16 @@
-//! Does the output stage do what its gate is told?
+//! Detects faults of the output stage: does it follow its gate?
 //!
-//! A transistor that fails mostly fails closed: it heats its wire at full power whatever duty it is given, and the on-phase, in
-//! which everything is measured, looks as always. What tells is the off-phase.
+//! A transistor mostly fails closed: it heats its wire at full power whatever its duty, and the on-phase, in
+//! which everything is measured, looks normal. Only the off-phase shows the fault.
 //!
-//! - Where supply and current share an input, the off-phase is seen in every period: an input that shows the same in both
-//!   phases has a switch that does nothing, conducting (a current) or not (the supply).
-//! - With inputs of their own a period has to be *dark*, without any duty, to show it. A dark period costs a length, so it is
-//!   laid only where something is odd: the channel is given no more than the sensing pulse, and the wire shortens all the same,
-//!   or it is not at its cold end and does not lengthen; or its duty is derated and it stays hot. Suspicion alone trips nothing (somebody may
-//!   have pulled at the wire): the current in the dark does, see [`crate::supervisor`].
+//! - Where supply and current share an input, the off-phase is sampled in every period: if the input reads the same in both
+//!   phases the switch has no effect, conducting (a current) or not (the supply).
+//! - With separate inputs it takes a *dark* period, one with duty 0, to detect it. A dark period costs a length sample, so it is
+//!   inserted only on suspicion: the channel gets only the sensing pulse, and the wire shortens nevertheless,
+//!   or it is not at its cold end and does not lengthen; or its duty is derated and it stays hot. Suspicion alone trips nothing (the wire
+//!   may have been pulled): a current in the dark period does, see [`crate::supervisor`].
 //!
-//! A stage that conducts badly shows as voltage that neither the wire nor the known resistances take.
+//! A stage that conducts badly shows as a voltage drop beyond that of the wire and the known resistances.
 
 use sinew_ipc::Fault;
 use sinew_sensing::{Circuit, Health, LengthSensor, Motion, Reading, Sample};
@@ -102,7 +102,7 @@ impl StageWatch {
     /// What a sample shows of the stage, `driven` or in the dark. NaN shows nothing.
     #[inline]
     pub fn fault(&mut self, sample: &Sample, reading: &Reading, driven: bool) -> Option<Fault> {
-        // A converter that is frozen repeats the current of the on-phase in the dark: no word on the stage.
+        // A frozen converter repeats the on-phase's current in the dark period: no evidence about the stage.
         let before = std::mem::replace(&mut self.last, *sample);
         let same = before.v3_v == sample.v3_v && before.current_a == sample.current_a;
         if !driven && same && self.noise_tells {
@@ -113,10 +113,10 @@ impl StageWatch {
             return self.fault_of_shared(current_a * low_ohm, supply_v, low_ohm, driven);
         }
         if !driven {
-            // More than the wire can carry is the converter's doing, and no word on the stage.
+            // More than the wire can carry is a converter fault, no evidence about the stage.
             return (current_a > self.least_a && current_a < self.most_a).then_some(Fault::StageOn);
         }
-        // A V3 above the supply is the converter's doing.
+        // A V3 above the supply is a converter fault.
         if supply_v > HIGH * self.nominal_v && v3_v < supply_v {
             return Some(Fault::SupplyHigh);
         }
@@ -153,7 +153,7 @@ impl StageWatch {
         if self.low_ohm.is_some() {
             return false;
         }
-        // One look: where it shows a current the supervisor keeps the gate closed for the second.
+        // One dark period: if it shows a current the supervisor keeps the gate closed for a second one.
         self.derated_too_long(derated, dt_s) | self.moves_unasked(low, motion, dt_s)
     }
 

@@ -1,11 +1,11 @@
-//! Heat without motion, where derating keeps the wire from getting so hot that the heat alone would prove it.
+//! Detects heat without motion while derating keeps the wire too cool for [`SlideWatch`](sinew_sensing::SlideWatch).
 //!
-//! [`SlideWatch`](sinew_sensing::SlideWatch) proves by bounds that a length cannot be the wire's, and for that the wire has to get
-//! hotter than a derated one does. What is left is this: a wire that is told to go somewhere else fills its budget until the
-//! supervisor derates it, and since it was told so, or since the budget was last a third empty, its measured length has not moved
+//! `SlideWatch` proves by bounds that a length cannot be the wire's, and for that the wire has to get
+//! hotter than a derated one does. The remaining case is: a wire commanded to another length fills its budget until the
+//! supervisor derates it, and since the command, or since the budget was last a third empty, its measured length has not moved
 //! and is not contracted. A third of the budget takes a wire across its hysteresis. Either the length is not the wire's (a tap sticks), or the wire is held (its load is jammed, or
-//! the air takes all its heat); from voltages alone these cannot be told apart, because heat, stress and phase change the
-//! resistance alike. A wire in a strong draught moves before it stands, and that tells it from the others.
+//! the air takes all its heat); from voltages alone these cannot be distinguished, because heat, stress and phase change the
+//! resistance alike. A wire in a strong draught moves before it stops, which distinguishes it from these.
 
 use sinew_control::StrokeRange;
 
@@ -53,7 +53,7 @@ impl Standstill {
     /// told to take (NaN where it is told a duty). True once the length cannot be a free wire's.
     #[inline]
     pub fn is_held(&mut self, filled: f64, derated: bool, length_m: f64, target_m: f64, dt_s: f64) -> bool {
-        // NaN counts as told anew, but a duty that goes on does not.
+        // NaN counts as a new command, but an unchanged duty does not.
         let told = !((target_m - self.target_m).abs() < self.moved_m || (target_m.is_nan() && self.target_m.is_nan()));
         if filled < RESTED || told || self.longest_m.is_nan() {
             (self.target_m, self.shortest_m, self.longest_m, self.derated_s) = (target_m, length_m, length_m, 0.0);

@@ -1,4 +1,4 @@
-//! Keeps every wire whole: decides, each period and before any controller is asked, whether a channel may be powered.
+//! The safety supervisor: decides, each period and before any controller runs, whether a channel may be powered.
 //!
 //! A channel is in one of three states:
 //!
@@ -10,24 +10,24 @@
 //! ```
 //!
 //! *Proving* and *healthy* channels get at least the sensing pulse, because without current there is nothing to measure;
-//! only a healthy one gets what its controller asks for. A *latched* one gets exactly nothing, no sensing pulse either: after
-//! an electrical fault even that may feed a short or an arc, and after any other the wire is to cool. It keeps its first cause
-//! until somebody resets it; then the sensing pulse comes back and the channel has to prove itself again before the fault is
-//! cleared. If the cause is still there, it latches within [`DEBOUNCE_SAMPLES`] periods.
+//! only a healthy one gets its controller's duty. A *latched* one gets duty 0, no sensing pulse either: after
+//! an electrical fault even that may feed a short or an arc, and after any other the wire has to cool. It keeps its first cause
+//! until a client resets it; then the sensing pulse restarts and the channel goes through *proving* again before the fault is
+//! cleared. If the cause is still present, it latches within [`DEBOUNCE_SAMPLES`] periods.
 //!
-//! Which faults there are, what they are called and what to do about them stands in one table, [`sinew_ipc::fault`].
+//! All faults with names and remedies are in one table, [`sinew_ipc::fault`].
 //! The debouncing is chosen so that noise never trips:
 //!
 //! | evidence | threshold | periods | why noise cannot |
 //! |---|---|---|---|
-//! | a flapping contact | every second sample bad, see [`MOST_UNREST`] | 32 | as above, many times over |
+//! | an intermittent contact | every second sample bad, see [`MOST_UNREST`] | 32 | as above, many times over |
 //! | health of a sample | 8 standard deviations clear of anything healthy (`sinew-sensing`) | 2 | 10⁻¹⁵ a sample, 10⁻³⁰ twice in a row |
 //! | current in the on-phase | `max_current_a` + 8 standard deviations of the converter | 2 | the same |
-//! | estimated temperature, energy account | the limit | 2 | both are integrals: noise moves them by less than 0.1 K |
+//! | estimated temperature, energy budget | the limit | 2 | both are integrals: noise moves them by less than 0.1 K |
 //! | overrun | late without a break for [`OVERRUN_S`], one gap or many | | late wake-ups now and then are only counted |
 //! | stale setpoint | the lease's end | 1 | a clock has no noise |
 //!
-//! The first bad sample already takes the controller's duty away: a channel is at the sensing pulse one period after a
+//! The first bad sample already replaces the controller's duty: a channel is at the sensing pulse one period after a
 //! fault has begun, and off after two.
 
 use sinew_ipc::Fault;
@@ -198,20 +198,20 @@ impl Guard {
     #[inline]
     pub fn judge(&mut self, evidence: &Evidence) -> (Permit, Option<Change>) {
         self.temperature_c = evidence.temperature_c;
-        // A power nobody knows counts as too much; the account stays what it was, and a number.
+        // An unknown power counts as too much; the heat budget stays unchanged and finite.
         let unknown = evidence.power_w.is_nan() || evidence.dt_s.is_nan();
         if !unknown {
             let drained_w = self.derating.drains_w(self.energy_j);
             self.energy_j = (self.energy_j + (evidence.power_w - drained_w) * evidence.dt_s).max(0.0);
         }
 
-        // What conducts on its own is told of whatever else is latched: it heats on. But a converter that repeats itself repeats the
-        // current as well.
+        // A stage that conducts by itself is reported whatever else is latched: it keeps heating. But a frozen converter
+        // repeats the current as well.
         let seen = evidence.stage == Some(Fault::StageOn) && self.latched != Some(Fault::Stuck);
         if seen {
             self.stuck_looks = self.stuck_looks.saturating_add(1);
         } else if !evidence.driven {
-            // Only the dark can clear what was seen there.
+            // Only a dark period can clear a fault detected in one.
             self.stuck_looks = 0;
         }
         if self.stuck_looks >= DEBOUNCE_SAMPLES && !self.must_cut() {
@@ -227,7 +227,7 @@ impl Guard {
         self.proving_s += evidence.dt_s;
         self.proving_periods = self.proving_periods.saturating_add(1);
 
-        // Budgets first: they hold whatever the sample looks like.
+        // Budgets first: they apply to any sample.
         let hot = evidence.temperature_c.is_nan() || evidence.temperature_c > self.limits.budgets.temperature_c;
         self.hot_periods = if hot { self.hot_periods + 1 } else { 0 };
         let spent = unknown || self.energy_j > self.limits.budgets.energy_j;
@@ -256,13 +256,13 @@ impl Guard {
                     if self.bad_samples >= DEBOUNCE_SAMPLES || self.unrest >= MOST_UNREST {
                         return (Permit::Off, self.trip(self.suspect));
                     }
-                    // Whatever is wrong, it is not the moment to heat.
+                    // With any bad sample: no heating.
                     return (Permit::SensingPulse, None);
                 }
             }
         }
         if self.stuck_looks > 0 {
-            // Once more in the dark, to be sure; the next sample may still be of a period with duty.
+            // One more dark period, as confirmation; the next sample may still be of a period with duty.
             return (Permit::Off, None);
         }
 
@@ -328,9 +328,9 @@ impl Guard {
 /// The fault a sample shows, if any.
 #[inline]
 fn wrong_with(evidence: &Evidence, limits: &GuardLimits) -> Option<Fault> {
-    // Over-current before the sample's own verdict: a short shows as both, and this is the one that burns.
+    // Over-current before the sample's own verdict: a short shows as both, and over-current is the dangerous one.
     match evidence.health {
-        // What the stage does explains what else the sample shows.
+        // A stage fault explains the sample's other symptoms.
         _ if evidence.stage.is_some() => evidence.stage,
         Health::Ok if evidence.current_a > limits.max_current_a => Some(Fault::OverCurrent),
         Health::Ok => None,
@@ -338,7 +338,7 @@ fn wrong_with(evidence: &Evidence, limits: &GuardLimits) -> Option<Fault> {
         Health::NotFinite => Some(Fault::NotFinite),
         Health::Saturated => Some(Fault::Saturated),
         Health::SupplyDip => Some(Fault::SupplyDip),
-        // Current was asked for and none flows, nor is there a voltage: the stage, or the lead from it.
+        // A duty was commanded, but there is neither current nor voltage: the stage, or the lead from it.
         Health::NoCurrent => Some(Fault::StageWeak),
         Health::OpenWire => Some(Fault::OpenWire),
         Health::ShortedWire => Some(Fault::ShortedWire),
@@ -476,7 +476,7 @@ mod tests {
         for _ in 0..100 {
             assert_eq!(guard.judge(&dark), (Permit::Power, None));
         }
-        // And where there should be some, its absence is a break.
+        // And where there should be a current, none means an open circuit.
         let none = Evidence { health: Health::NoCurrent, ..GOOD };
         guard.judge(&none);
         assert_eq!(guard.judge(&none).1, Some(Change::Tripped(Fault::StageWeak)));

@@ -1,4 +1,4 @@
-//! How a suspended machine is noticed: time that one clock counted and the other did not.
+//! Detects a suspended machine: time that CLOCK_BOOTTIME counted and CLOCK_MONOTONIC did not.
 
 /// Notices that the machine was suspended: then CLOCK_BOOTTIME is further ahead of CLOCK_MONOTONIC than before. Nothing else
 /// moves the one against the other; a step of the wall clock moves neither.
@@ -18,7 +18,7 @@ impl Wakefulness {
         let ahead_ns = boottime_ns.saturating_sub(monotonic_ns);
         let least_ns = *self.ahead_ns.get_or_insert(ahead_ns);
         let slept = ahead_ns > least_ns + Self::SLEPT_NS;
-        // What lies between the two readings is never negative: the least is the best known.
+        // The delay between the two readings is never negative: the smallest difference is the most accurate.
         if slept || ahead_ns < least_ns {
             self.ahead_ns = Some(ahead_ns);
         }
@@ -39,11 +39,11 @@ mod tests {
         let mut monotonic_ns = 1_000;
         for k in 0..1000 {
             monotonic_ns += 1_000_000;
-            // now and then the thread loses its core between the two readings
+            // now and then the thread is preempted between the two readings
             let between_ns = if k % 100 == 7 { 40_000_000 } else { 30 };
             assert!(!awake.slept(monotonic_ns, monotonic_ns + ahead_ns + between_ns), "cycle {k}");
         }
-        // half a minute with the lid closed
+        // half a minute suspended
         let ahead_ns = ahead_ns + 30_000_000_000;
         assert!(awake.slept(monotonic_ns + 1_000_000, monotonic_ns + 1_000_000 + ahead_ns));
         assert!(!awake.slept(monotonic_ns + 2_000_000, monotonic_ns + 2_000_000 + ahead_ns), "once");

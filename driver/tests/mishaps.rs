@@ -1,6 +1,6 @@
-//! A driver around code that breaks its promises: backends that panic or write nothing, a helper's thread that dies.
+//! A driver around code that violates its contract: backends that panic or write nothing, a helper's thread that dies.
 //!
-//! A binary of its own: its log, of which a process has but one, panics.
+//! A separate binary, because its log, of which a process has only one, panics.
 
 #[path = "integration/common.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! What the observer's tuning costs in the loop: a 0.125 mm × 160 mm wire with 0.2 kg under sliding-mode control.
+//! The effect of the observer's tuning in closed loop: a 0.125 mm × 160 mm wire with 0.2 kg under sliding-mode control.
 //!
 //! `cargo run --release -p sinew-sensing --example closed_loop [λ in 1/s] [rate in Hz] [mass in kg]` prints, for each way to get σ, the
 //! time to settle within ±0.5 % of stroke and the overshoot of a 40 % step by heating and of the step back by cooling, and the

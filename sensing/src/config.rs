@@ -1,5 +1,5 @@
-//! What a [`LengthSensor`](crate::LengthSensor) has to know of its wire, and the limits that follow from the wire's two
-//! ends.
+//! The configuration of a [`LengthSensor`](crate::LengthSensor), and the limits that follow from the wire's hot and cold
+//! state.
 
 use crate::converter::{Circuit, Converter};
 use crate::error::{Error, check, check_ordered};

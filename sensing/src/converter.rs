@@ -1,4 +1,4 @@
-//! The converter between the wire and the numbers: its ranges, its noise, and how it is wired.
+//! The analogue-to-digital converter: its ranges, its noise, and its wiring.
 
 /// How the converter is wired to the heating circuit.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! What can be wrong with a sensing configuration.
+//! Errors of a sensing configuration.
 
 use std::fmt;
 

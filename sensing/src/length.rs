@@ -1,7 +1,7 @@
 //! One sample in, one length out, with its standard deviation and a verdict.
 //!
-//! Every threshold stands [`GUARD`] standard deviations of the converter's noise clear of what it must not hit, so
-//! that a healthy channel raises no alarm in years of running; what it must hit lies far beyond it (a lost probe is wrong
+//! Every threshold is [`GUARD`] standard deviations of the converter's noise away from healthy values, so
+//! that a healthy channel raises no alarm in years of operation; faulty values lie far beyond it (a lost probe is wrong
 //! by whole strokes, an open wire by orders of magnitude), so that one sample is enough.
 
 use sinew_physics::Taps;

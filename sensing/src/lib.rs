@@ -1,14 +1,14 @@
-//! From the voltages on a wire to its length, its motion, and the trust to put in them.
+//! From the voltages on a wire to its length, its motion, and the health of the measurement.
 //!
-//! A [`Sample`] is what the converter saw in the on-phase of one period. [`LengthSensor::read`] makes a [`Reading`] of it:
-//! length by the dual measurement (eq. 42–43) or, as the baseline to beat, by resistance alone; resistance and
+//! A [`Sample`] contains the converter's readings in the on-phase of one period. [`LengthSensor::read`] computes a [`Reading`]:
+//! length by the dual measurement (eq. 42–43) or, as a baseline, by resistance alone; resistance and
 //! resistivity (eq. 44); the standard deviation of the length; and the [`Health`] of the sample. A length is NaN
 //! unless it was measured. [`MotionObserver`] turns the noisy lengths into a [`Motion`]: length, velocity and
-//! acceleration fit for the second-order sliding surface of chapter 11. [`SlideWatch`] says when a length that looks
-//! well cannot be the wire's, because a tap sticks to it.
+//! acceleration suitable for the second-order sliding surface of chapter 11. [`SlideWatch`] detects when a plausible length
+//! cannot be the wire's, because a tap sticks to it.
 //!
-//! The formulas themselves stand in [`sinew_physics::formulas`]; here is what noise, broken wires and lost probes make of
-//! them. No I/O, clock, thread or allocation; no panic on any sample, NaN and infinities included.
+//! The formulas themselves are in [`sinew_physics::formulas`]; this crate handles noise, broken wires and lost probes.
+//! No I/O, clock, thread or allocation; no panic on any sample, NaN and infinities included.
 //!
 //! ```
 //! use sinew_sensing::{Converter, Health, LengthSensor, LengthSensorConfig, Method, MotionObserver, ObserverConfig};

@@ -1,7 +1,7 @@
 //! The baseline: length as a straight line in the wire's resistance (fig. 76).
 //!
-//! It needs no taps, and it pays for that: temperature, stress and hysteresis move the resistance too, so the thesis
-//! finds ten per cent of the stroke as its standard error against under two for the dual measurement.
+//! It needs no taps, but temperature, stress and hysteresis change the resistance too: the thesis
+//! finds a standard error of ten per cent of the stroke, against under two for the dual measurement.
 
 use crate::error::{Error, check};
 

@@ -2,12 +2,12 @@
 //!
 //! A Kalman filter. Without a [`Drive`] it runs on the bare chain length → velocity → acceleration, moved by an unknown,
 //! white jerk: third order, for any wire and load. With one it knows eq. 68, the load that follows the heating,
-//! M x⃛ + B ẍ + K ẋ = K_w L ε_L ξ̇, and what is unknown is how fast the wire transforms: a velocity that wanders, less
-//! what the duty is known to do. That pays twice: what wanders is a velocity instead of a jerk, so less noise reaches the
-//! acceleration, and the load's own dynamics are foreseen instead of followed. `examples/closed_loop.rs` has the figures.
+//! M x⃛ + B ẍ + K ẋ = K_w L ε_L ξ̇, and the unknown is the rate of transformation: a velocity modelled as a random walk, less
+//! the known effect of the duty. Two advantages: the random walk is a velocity instead of a jerk, so less noise reaches the
+//! acceleration, and the load's own dynamics are predicted instead of followed. `examples/closed_loop.rs` has the figures.
 //!
 //! The filter settles to constant gains; once it has, an update is a handful of multiplications. The covariance is only
-//! carried while it changes: after the start, after missing samples, and while steps or noise differ from nominal.
+//! propagated while it changes: after the start, after missing samples, and while steps or noise differ from nominal.
 
 mod config;
 mod motion;

@@ -1,4 +1,4 @@
-//! What one sample says of the wire.
+//! The result of one sample: length, resistance, health.
 
 use crate::health::Health;
 

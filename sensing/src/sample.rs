@@ -1,4 +1,4 @@
-//! What the converter saw in one period.
+//! The converter's readings of one period.
 
 /// What the converter saw in one period: all of it in the on-phase, save the supply of a shared input. NaN = not sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,17 +1,17 @@
-//! Does the wire still slide through its taps?
+//! Detects a stuck tap: does the wire still slide through its taps?
 //!
 //! A tap that sticks to the wire keeps its share of the voltage whatever the wire does: the dual measurement freezes at a
-//! plausible length, and nothing in a sample is wrong. With the first tap at the fixed end there is no redundancy in the
-//! voltages to tell, and the total resistance cannot either: a wire that is heated inside its hysteresis, one that
-//! transforms and one that is jammed all change it alike. What can tell is the heat: a wire that has been heated above
+//! plausible length, and nothing in a sample is wrong. With the first tap at the fixed end the voltages have no redundancy
+//! to detect it, and the total resistance does not show it either: a wire that is heated inside its hysteresis, one that
+//! transforms and one that is jammed all change it alike. The heat balance detects it: a wire that has been heated above
 //! any temperature at which it could still be long must have shortened, one that has cooled below any at which it could
 //! still be short must have lengthened. If the length has stood still all that time, to within its noise, it is not the
 //! wire's length (or the load is jammed, which is as good a reason to stop heating).
 //!
 //! The temperature is known by two bounds only, from the measured power: the least and the most it can be with the heat
 //! capacity, the loss to the air and the power as far off as [`SlideConfig`] allows. A wire that shortens takes up heat of
-//! transformation, so then the least begins anew where nothing is known, at ambient; one that lengthens gives it off, and
-//! the most begins anew at the highest temperature allowed. So the verdict comes late, but what it says is true of every
+//! transformation, so then the lower bound restarts at ambient; one that lengthens releases it, and
+//! the upper bound restarts at the highest temperature allowed. So the verdict is late, but correct for every
 //! wire within those bounds.
 
 use crate::error::{Error, check, check_ordered};

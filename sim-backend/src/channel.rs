@@ -1,4 +1,4 @@
-//! One channel of the virtual rig: a wire in its load, its power stage and its converter, in the order a period meets them.
+//! One channel of the virtual rig: a wire in its load, its power stage and its converter, in the order of a period.
 
 use sinew_backend::{Sample, Truth};
 use sinew_physics::effects::{Gain, Offset};
@@ -149,7 +149,7 @@ impl Channel {
         self.inputs.supply_v = if acting.is_none() {
             supply_v
         } else {
-            // the wire knows a supply behind a whole circuit: give it the one that drives the same current
+            // the wire's model has a supply with the whole circuit: pass the one that drives the same current
             let ohm = self.wire.resistance_ohm();
             let flow = flow(supply_v, self.series_ohm, ohm, &self.defects(acting));
             flow.wire_a * (ohm + self.series_ohm + self.contact_ohm)
@@ -165,7 +165,7 @@ impl Channel {
         self.wire.step(&self.inputs, self.past_s);
     }
 
-    /// The wire with what acts on it, for whoever else lets the period pass: the joint it turns.
+    /// The wire with what acts on it, for the joint it turns, which steps it.
     #[inline]
     pub fn wire_in_joint(&mut self) -> (&mut Wire, &Inputs) {
         (&mut self.wire, &self.inputs)
@@ -208,7 +208,7 @@ impl Channel {
             self.broken_circuit(&mut pins, outputs.resistance_ohm, &self.defects(acting));
         }
         if let Some(low_ohm) = self.low_ohm {
-            // the converter keeps to the duty that was asked for, whatever the stage makes of it
+            // the converter follows the commanded duty, whatever the stage does
             let phases = (lasts(self.past_asked), lasts(1.0 - self.past_asked));
             self.share(&mut pins, low_ohm, phases, acting);
         }

@@ -1,4 +1,4 @@
-//! The heating circuit in the on-phase, healthy or broken: supply, switch, shunt and leads in series, then the contact
+//! The heating circuit in the on-phase, healthy or faulty: supply, switch, shunt and leads in series, then the contact
 //! at the moving end, then the wire down to the fixed end, which is ground.
 
 /// What may be wrong in it. The default is nothing.

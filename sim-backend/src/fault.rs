@@ -1,4 +1,4 @@
-//! What can break, when it does: by the rig file's schedule, or by a handle from another thread.
+//! Fault injection: by the rig file's schedule, or by a handle from another thread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -75,7 +75,7 @@ struct Shared {
     backend: AtomicBool,
 }
 
-/// Breaks and mends things in a running [`SimulatedRig`](crate::SimulatedRig), from any thread, without ever making it
+/// Injects and clears faults in a running [`SimulatedRig`](crate::SimulatedRig), from any thread, without ever making it
 /// wait. What it does shows from the next `exchange` on, on top of what the rig file's schedule does.
 #[derive(Debug, Clone)]
 pub struct FaultHandle {

@@ -1,15 +1,15 @@
 //! A virtual rig behind the driver's backend contract: every channel of a rig file as a simulated wire with its load,
-//! its power stage, its taps and its converter, and whatever of these breaks.
+//! its power stage, its taps and its converter, with fault injection.
 //!
-//! [`SimulatedRig`] takes the place of power stage and converter; the driver cannot tell. [`FaultHandle`] breaks things
-//! while it runs, the rig file's `[[simulation.fault]]` breaks them at set times.
+//! [`SimulatedRig`] replaces power stage and converter; the driver cannot distinguish them. [`FaultHandle`] injects faults
+//! while it runs, the rig file's `[[simulation.fault]]` at set times.
 //!
 //! # One period
 //! The power stage closes the switch for the *last* part of the period, duty × period long, and the converter samples
-//! just before it opens: so the sample that [`exchange`](sinew_backend::Backend::exchange) brings back is as old as the
-//! call, and a row of a recording made of it (duty of the period, sample at its end) is what `sinew_recording` says a
-//! row means. The converter needs the switch closed for [`MIN_ON_TIME_S`] to settle; with a shorter on-phase, or none, it
-//! sees a wire without current: offset and noise. The supply is seen at all times.
+//! just before it opens: so the sample that [`exchange`](sinew_backend::Backend::exchange) returns is as recent as the
+//! call, and a row of a recording made of it (duty of the period, sample at its end) matches `sinew_recording`'s definition
+//! of a row. The converter needs the switch closed for [`MIN_ON_TIME_S`] to settle; with a shorter on-phase, or none, it
+//! samples a wire without current: offset and noise. The supply is always sampled.
 //!
 //! Current flows, and heats, only in the on-phase: a sensing pulse of 2 % heats the wire by 2 % of full power, and
 //! [`SimulatedRig::energy`] accounts for it.

@@ -194,7 +194,7 @@ impl SimulatedRig {
     }
 
     /// Lets one period of `duty` pass and samples its on-phase: what a power stage does in the period that
-    /// [`Backend::exchange`] begins, and hands out only with the next one. For whoever plays a power stage.
+    /// [`Backend::exchange`] begins, and hands out only with the next one. For callers that simulate a power stage.
     ///
     /// # Errors
     /// As [`Backend::exchange`].

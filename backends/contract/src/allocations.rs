@@ -1,4 +1,4 @@
-//! Counts allocations by thread, so that "no allocation in the loop" is a measured figure of every run and not a promise.
+//! Counts allocations by thread, so that "no allocation in the loop" is measured in every run.
 //!
 //! A binary installs it once:
 //!
@@ -23,7 +23,7 @@ thread_local! {
 
 #[inline]
 fn note() {
-    // A thread that is being torn down has no thread locals any more; nobody counts there.
+    // A thread being torn down has no thread locals any more; its allocations are not counted.
     let _ = CALLS.try_with(|calls| calls.set(calls.get().wrapping_add(1)));
 }
 

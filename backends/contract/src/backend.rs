@@ -51,7 +51,7 @@ pub trait Backend: Send {
     /// what the driver calls on its way out, whatever the reason.
     fn stop(&mut self);
 
-    /// What is really the case with a wire: simulated backends only, for tests and reports. `None` where nobody can know.
+    /// The true state of a wire: simulated backends only, for tests and reports. `None` where it is unknown.
     fn truth(&self, channel: usize) -> Option<Truth> {
         let _ = channel;
         None

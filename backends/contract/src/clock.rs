@@ -1,4 +1,4 @@
-//! The clock of loop and backends: CLOCK_MONOTONIC, and CLOCK_BOOTTIME beside it.
+//! The clocks of loop and backends: CLOCK_MONOTONIC and CLOCK_BOOTTIME.
 
 /// CLOCK_MONOTONIC now, ns. A read of shared memory (vDSO), no system call.
 #[inline]

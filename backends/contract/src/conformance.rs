@@ -1,6 +1,6 @@
-//! The suite every [`Backend`] has to pass, simulated or real: call [`suite`] from its tests with a [`Bench`] it stands on.
+//! The conformance suite every [`Backend`] has to pass, simulated or real: call [`suite`] from its tests with a [`Bench`].
 //!
-//! It drives all channels with up to full duty for a few periods, so on real wires it is not harmless, but short.
+//! It drives all channels with up to full duty for a few periods: on real wires not harmless, but short.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use sinew_sensing::Sample;
 
 /// Largest current, as a share of the one in the on-phase, that still counts as none (offset and noise of a converter).
 const NO_CURRENT: f64 = 0.05;
-/// Exchanges that are timed, and how many of them may let go of the processor by themselves before they count as waiting.
+/// Exchanges that are timed, and how many of them may yield the processor voluntarily before they count as waiting.
 const TIMED: usize = 200;
 const WAITS: u64 = TIMED as u64 / 10;
 
@@ -32,13 +32,13 @@ pub trait Bench {
         3
     }
 
-    /// The duty that is put out on a channel at present, 0 ..= 1, seen from outside of the backend; `None` where nobody sees it.
+    /// The present output duty of a channel, 0 ..= 1, measured outside of the backend; `None` where it cannot be measured.
     fn put_out(&mut self, channel: usize) -> Option<f64> {
         let _ = channel;
         None
     }
 
-    /// Whether reaching the hardware lets go of the processor whatever the backend does, as a bus behind the kernel's files may.
+    /// Whether reaching the hardware yields the processor whatever the backend does, as a bus behind the kernel's files may.
     fn hardware_waits(&self) -> bool {
         false
     }
@@ -317,7 +317,7 @@ fn does_not_allocate<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     allocations::is_counting()
 }
 
-/// An exchange takes what is there. One that waited would let go of the processor, which Linux counts, however busy it is.
+/// An exchange takes what is there. One that waited would yield the processor, which Linux counts, however busy it is.
 fn does_not_wait<B: Bench>(stand: &mut Stand<'_, B>) -> [u64; 2] {
     stand.start();
     stand.drive(0.02, 2);
@@ -379,7 +379,7 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     assert!(others, "the other channels go on");
     stand.is_zero(broken, "with its power stage failed");
     stand.bench.mend_channel(broken);
-    // As the supervisor does: off until somebody resets it.
+    // As the supervisor does: off until reset.
     stand.duty[broken] = 0.0;
     stand.exchange_until("a channel that is mended and was off is well again", Result::is_ok);
     stand.drive_until_measured(0.1);
@@ -387,7 +387,7 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     true
 }
 
-/// How often the calling thread has let go of its processor by itself, to wait for something.
+/// How often the calling thread has yielded its processor voluntarily, to wait.
 #[allow(unsafe_code)]
 fn voluntary_switches() -> u64 {
     // SAFETY: all zeros are a valid rusage, and getrusage writes into no more than that.

@@ -1,4 +1,4 @@
-//! What a backend can report, and the numbers it is published by.
+//! The errors a backend can report, and the numbers they are published as.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ pub enum BackendError {
         /// The channel it was meant for.
         channel: u32,
     },
-    /// The hardware is not there, or belongs to somebody else.
+    /// The hardware is missing, or in use by another process.
     Unavailable {
         /// The operating system's error number, 0 when there is none.
         os_error: i32,

@@ -1,31 +1,31 @@
-//! The contract between the loop and whatever powers and measures the wires.
+//! The backend interface: the contract between the loop and the hardware that powers and measures the wires.
 //!
-//! A backend is the only thing that knows how volts come about: a power stage with converters, or a simulated rig. The
-//! loop knows it by a few calls of [`Backend`], in one fixed order:
+//! Only the backend knows the hardware: a power stage with converters, or a simulated rig. The
+//! loop uses a few calls of [`Backend`], in one fixed order:
 //!
 //! ```text
 //! start() -> ( is_due()* -> missed(n)? -> exchange(duty, samples) )* -> stop()
 //! ```
 //!
-//! **Timing.** [`Backend::exchange`] is called once a period, from the real-time thread. It hands over the duty of the
-//! period that begins now and brings back what was sampled in the on-phase of the period just past. It must return well
+//! **Timing.** [`Backend::exchange`] is called once a period, from the real-time thread. It passes the duty of the
+//! period that begins now and returns the samples of the on-phase of the last period. It must return well
 //! within the period (aim at a tenth of it), in a time that does not grow with run length, and must neither allocate,
 //! lock, log nor unwind. The only system calls allowed in it are the ones its hardware needs.
 //!
 //! **Ranges.** Duty is finite and in 0 ..= 1, one for each channel in the rig's order; the driver guarantees it and a
 //! backend checks it anyway. Samples are SI; a value not sampled is NaN, never a stale or invented number. With duty 0
-//! there is no on-phase, so voltages and current are NaN (or what the converter really saw). Where one input is shared
-//! (`circuit = "shared"` in the rig file), V3 is NaN, the supply is what that input saw in the off-phase of the same
-//! period (NaN where duty 1 leaves none), the current is what it saw in the on-phase, over shunt and switch.
+//! there is no on-phase, so voltages and current are NaN (or the converter's real readings). Where one input is shared
+//! (`circuit = "shared"` in the rig file), V3 is NaN, the supply is that input's reading in the off-phase of the same
+//! period (NaN where duty 1 leaves none), the current is its reading in the on-phase, over shunt and switch.
 //!
-//! **Dark.** With duty 0 a backend that can samples all the same, with the gate closed: a current there is the one sign by which
-//! a power stage that conducts on its own can be told (the driver's `stage`). A backend that cannot look leaves NaN, and reports such a
-//! stage as [`ChannelFault::Stage`] if its hardware can tell.
+//! **Dark periods.** With duty 0 a backend samples nevertheless if it can, with the gate closed: only a current there shows
+//! a power stage that conducts by itself (the driver's `stage`). A backend that cannot sample then leaves NaN, and reports such a
+//! stage as [`ChannelFault::Stage`] if its hardware detects it.
 //!
 //! **Zero.** Outputs are zero after [`Backend::start`], after [`Backend::stop`], after a failed `exchange` and after drop.
 //!
-//! # A backend of one's own
-//! The smallest that keeps the contract: one channel, a resistor of 10 Ω at 6 V that is sampled by the exchange itself.
+//! # Example: a minimal backend
+//! The smallest that fulfils the contract: one channel, a resistor of 10 Ω at 6 V that is sampled by the exchange itself.
 //!
 //! ```
 //! use sinew_backend::{Backend, BackendError, Sample, check_exchange};

@@ -1,4 +1,4 @@
-//! Why there is no front-end to play.
+//! Errors of starting the simulated front-end.
 
 use std::fmt;
 use std::io;

@@ -1,4 +1,4 @@
-//! The loop that is the microcontroller: time by an absolute timer, bytes from the line, orders from whoever spoils it.
+//! The loop that simulates the microcontroller: time by an absolute timer, bytes from the line, fault injection by orders.
 
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::PathBuf;
@@ -199,7 +199,7 @@ impl Drop for Host {
     }
 }
 
-/// Runs a front-end until it is told to end, in the calling thread. `put` shows what is put out.
+/// Runs a front-end until it is stopped, in the calling thread. `put` shows the present outputs.
 ///
 /// # Errors
 /// A line, a timer or wires that cannot be had.
@@ -249,7 +249,7 @@ impl Device<'_> {
         let end_ns = self.options.duration_ns.map_or(u64::MAX, |duration_ns| now_ns().saturating_add(duration_ns));
         let mut due_ns = u64::MAX;
         loop {
-            // Time first: what has piled up on the line while nobody looked is judged by it.
+            // Time first: bytes that accumulated on the line since the last poll are evaluated by it.
             let mut now = now_ns();
             if now >= due_ns {
                 self.figures.wakeups += 1;

@@ -1,8 +1,8 @@
-//! The front-end's firmware as a process: simulated wires behind it, a pseudo-terminal or a real line before it.
+//! The front-end's firmware as a process, with simulated wires, on a pseudo-terminal or a real line.
 //!
 //! The same [`Firmware`](sinew_front_end::Firmware) a microcontroller runs, so that the driver and a front-end can be tested as
-//! two processes. [`Host`] runs it on a thread; [`Order`]s spoil the line, take it away, break a power stage; [`Told`] is
-//! what happened, with the time it did.
+//! two processes. [`Host`] runs it on a thread; [`Order`]s damage bytes on the line, disconnect it, break a power stage;
+//! [`Told`] is an event with its time.
 #![forbid(unsafe_code)]
 
 mod error;

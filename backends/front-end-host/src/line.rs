@@ -1,4 +1,4 @@
-//! A line that does to frames what lines do: loses, damages, swaps, delays, stops.
+//! A line with faults: it loses, damages, swaps and delays frames, or stops.
 
 use std::collections::VecDeque;
 

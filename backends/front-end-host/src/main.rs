@@ -1,4 +1,4 @@
-//! `sinew-front-end`: a front-end without a microcontroller, for trying the serial backend and spoiling its line.
+//! `sinew-front-end`: a front-end without a microcontroller, for testing the serial backend and faults of its line.
 
 use std::io::{self, BufRead, Write};
 use std::path::PathBuf;
@@ -118,7 +118,7 @@ fn main() -> ExitCode {
     let put: Arc<[AtomicU16]> = (0..MAX_CHANNELS).map(|_| AtomicU16::new(0)).collect();
     let mut stdout = io::stdout();
     let ended = run(&rig, &options, &orders, put, &mut |told| {
-        // Nobody who listens any more is no reason to stop.
+        // A closed output is no reason to stop.
         if let Ok(line) = serde_json::to_string(&told) {
             let _ = writeln!(stdout, "{line}");
         }

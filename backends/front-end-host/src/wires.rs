@@ -16,7 +16,7 @@ use crate::error::Error;
 
 /// The largest code of the converters.
 const FULL_CODE: u16 = 65_534;
-/// What this firmware allows whatever it is told: silence, current and I²t.
+/// The firmware's own limits, independent of the driver: silence, current and I²t.
 const MAX_SILENCE_NS: u32 = 1_000_000_000;
 const LIMITS: ChannelLimits =
     ChannelLimits { max_duty: FULL_DUTY, max_current_ma: 20_000, heat_ma2_s: u32::MAX, drain_ma2: 25_000_000 };
@@ -37,7 +37,7 @@ pub(crate) struct Wires {
     simulated_ns: Option<u64>,
     /// Now, on the caller's clock.
     pub now_ns: u64,
-    /// What is put out, for whoever watches from outside.
+    /// The present outputs, for observers in tests.
     pub put: Arc<[AtomicU16]>,
     /// Every change of what is put out, and when it was made; `None` where nobody asks.
     pub changes: Option<Vec<(u64, Vec<u16>)>>,

@@ -1,4 +1,4 @@
-//! Why bytes are no frame.
+//! Errors of decoding a frame.
 
 use core::fmt;
 

@@ -1,4 +1,4 @@
-//! What a front-end does: takes frames, keeps the period, samples, answers, and switches off by itself.
+//! The firmware's logic: receives frames, keeps the period, samples, answers, and switches off by itself.
 //!
 //! ```text
 //!          configure            two frames of zeros          silence
@@ -10,10 +10,10 @@
 //!
 //! A duty frame's arrival begins a period: outputs on for their share of it, then off. At the end of the longest on-phase, at
 //! the latest at three quarters of the period, the samples go up with the frame's own sequence number, in time for the
-//! driver's next tick. A frame that is late is waited for a quarter of a period with outputs off; then its predecessor's duties
-//! are put out again, until silence has lasted for the watchdog's time. A frame that comes within half a period of the last one
-//! (a line that had stalled lets go of several at once) waits for the end of the period instead of beginning another, so
-//! that no flood of frames heats a wire.
+//! driver's next tick. A late frame is awaited for a quarter of a period with outputs off; then its predecessor's duties
+//! are output again, until silence has lasted for the watchdog's time. A frame that arrives within half a period of the last one
+//! (a stalled line may deliver several at once) waits for the end of the period instead of beginning another, so
+//! that no burst of frames heats a wire.
 
 use crate::frame::{
     self, ChannelFault, ChannelLimits, Configure, Duty, FULL_DUTY, Frame, Identification, MAX_CHANNELS, NOT_SAMPLED,
@@ -169,7 +169,7 @@ impl Firmware {
         self.session.map_or(0, |session| session.channels)
     }
 
-    /// Takes what came over the line. Whoever may have been away for long calls [`Firmware::poll`] first.
+    /// Takes bytes received on the line. After a long pause call [`Firmware::poll`] first.
     pub fn receive(&mut self, bytes: &[u8], now_ns: u64, hardware: &mut impl Hardware) {
         for byte in bytes {
             let frame = match self.decoder.push(*byte) {
@@ -184,7 +184,7 @@ impl Firmware {
                 Ok(Frame::Configure(wanted)) => self.configure(&wanted, now_ns, hardware),
                 Ok(Frame::Duty(duty)) => self.duty(&duty, now_ns, hardware),
                 Ok(Frame::Off) => self.switch_off(hardware),
-                // Its own kind of frames is not for it, and a damaged one for nobody.
+                // Frames of the front-end's own kinds and damaged ones are dropped.
                 Ok(_) | Err(_) => self.refused = self.refused.wrapping_add(1),
             }
         }
@@ -239,7 +239,7 @@ impl Firmware {
                 for ((limits, range), wanted) in self.limits.iter_mut().zip(&self.who.channel).zip(&wanted.limits) {
                     *limits = range.limits.narrower(wanted);
                 }
-                // The accounts of heat stay, and so do faults: a new configuration cools no wire.
+                // I²t and faults are kept: a new configuration cools no wire.
                 (self.sequence, self.limited, self.lost, self.refused) = (None, 0, 0, 0);
                 (self.begun_ns, self.heard_ns, self.judged_ns, self.framed_ns) = (now_ns, now_ns, now_ns, None);
                 (self.sampled, self.frame) = (true, None);
@@ -254,7 +254,7 @@ impl Firmware {
 
     fn duty(&mut self, duty: &Duty, now_ns: u64, hardware: &mut impl Hardware) {
         let Some(session) = self.session else {
-            // So that a driver whose front-end has started anew gets to know of it.
+            // So that a driver detects that its front-end has restarted.
             return self.answer(duty.sequence, now_ns, &[], hardware);
         };
         if usize::from(duty.channels) != session.channels {
@@ -370,7 +370,7 @@ impl Firmware {
         send(&Frame::Samples(answer), hardware);
     }
 
-    /// Silence: off, and said so, should anybody listen.
+    /// Silence: off, and reported.
     fn trip(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
         hardware.off();
         let powered = self.put_out().iter().any(|duty| *duty > 0);

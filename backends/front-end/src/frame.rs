@@ -1,4 +1,4 @@
-//! What is in a frame: every kind, its fields and their units. Numbers are little-endian; `docs/front-end.md` has the offsets.
+//! The frame format: every kind, its fields and their units. Numbers are little-endian; `docs/front-end.md` has the offsets.
 
 use crate::error::Error;
 use crate::version::VERSION;

@@ -1,4 +1,4 @@
-//! What a channel is held within on the device itself, whoever commands it.
+//! A channel's limits on the device itself, independent of the driver.
 
 use crate::frame::{ChannelFault, ChannelLimits, FULL_DUTY};
 
@@ -64,7 +64,7 @@ impl Guard {
     /// Judges a period; the fault, where it is a new one.
     pub fn judge(&mut self, limits: &ChannelLimits, period: &Period) -> Option<ChannelFault> {
         let on = period.duty > 0;
-        // What nobody could measure counts as the most there may be.
+        // An unmeasured current counts as the largest allowed.
         let current_ma = period.current_ma.unwrap_or(if on { limits.max_current_ma.into() } else { 0 });
         let over = on && current_ma > u32::from(limits.max_current_ma);
         self.strikes = if over { self.strikes.saturating_add(1) } else { 0 };

@@ -1,7 +1,7 @@
 //! A front-end: the microcontroller that makes the PWM and samples in the on-phase, on the other end of a serial line.
 //!
-//! This crate is what both ends share, and all of a front-end that is not its peripherals: [`wire`] puts frames on a line and
-//! takes them off it, [`frame`] says what is in them, [`Firmware`] is what the microcontroller does with them, over the four
+//! This crate is shared by both ends, and contains all of a front-end but its peripherals: [`wire`] encodes and decodes frames
+//! on a line, [`frame`] defines their fields, [`Firmware`] is the microcontroller's logic, over the
 //! calls of [`Hardware`]. No allocation, no operating system, no unsafe code; `docs/front-end.md` describes every byte.
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,7 +1,7 @@
 //! Frames on a line: consistent overhead byte stuffing (COBS) with a CRC-32 inside.
 //!
-//! A zero byte begins and ends every frame and stands nowhere else. So a reader that comes in late, or has lost its place to
-//! damage, is right again at the next zero, whatever the frames carry; with a magic number and a length it would have to trust
+//! A zero byte begins and ends every frame and occurs nowhere else. So a reader that starts late, or has lost synchronisation
+//! by damage, resynchronises at the next zero, whatever the frames contain; with a magic number and a length it would have to trust
 //! bytes before their checksum is known. Two adjacent frames may share their zero. The checksum is CRC-32/ISO-HDLC (the one of
 //! Ethernet and zip, which many microcontrollers compute in hardware) over all bytes before it: sixteen bits would let one
 //! damaged frame in 65536 through, on a noisy line at 1 kHz one a minute.

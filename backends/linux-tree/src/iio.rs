@@ -1,4 +1,4 @@
-//! A converter with the manners of `drivers/iio/industrialio-buffer.c` and its kfifo.
+//! A converter that behaves like `drivers/iio/industrialio-buffer.c` and its kfifo.
 
 use std::collections::VecDeque;
 
@@ -81,7 +81,7 @@ pub struct Converter {
     pub enabled: bool,
     /// The trigger it is set to; `None` in a device that needs none.
     pub trigger: Option<String>,
-    /// Whether somebody has its node open.
+    /// Whether a process has its node open.
     pub open: bool,
     /// Whether it is no longer there.
     pub gone: bool,

@@ -1,4 +1,4 @@
-//! The simulated kernel: chips and converters wired to simulated wires, and the files it shows them as.
+//! The simulated kernel: chips and converters wired to simulated wires, and their files.
 
 use std::time::Duration;
 

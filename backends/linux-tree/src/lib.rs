@@ -1,11 +1,11 @@
-//! A simulated rig as Linux would show it: `/sys/class/pwm`, `/sys/bus/iio/devices` and `/dev/iio:deviceN` under a folder of
-//! one's choice, answering as the kernel does, with simulated wires behind it.
+//! A simulated rig as Linux devices: `/sys/class/pwm`, `/sys/bus/iio/devices` and `/dev/iio:deviceN` under any
+//! folder, behaving like the kernel, with simulated wires behind them.
 //!
-//! It is a file system in user space, so that every read and write has the kernel's own manners: a state of PWM is applied or
+//! It is a file system in user space, so that every read and write behaves as in the kernel: a state of PWM is applied or
 //! refused as a whole, an output is exported once, a running buffer cannot be changed, a full one drops its newest scans, a
-//! node is open once, and what is unplugged answers ENODEV through files that are still open. Not like the kernel: the device
-//! nodes are regular files that never block (a blocking read gets EAGAIN too, `poll` always says ready), there are no uevents,
-//! and all belongs to root.
+//! node is open once, and an unplugged device returns ENODEV through open files. Unlike the kernel: the device
+//! nodes are regular files that never block (a blocking read gets EAGAIN too, `poll` always reports ready), there are no uevents,
+//! and all files belong to root.
 #![forbid(unsafe_code)]
 
 mod files;

@@ -1,5 +1,5 @@
-//! Mounts that are taken away for good: whoever still has a file open keeps that file alone, and what a killed process has left
-//! behind is cleared by the next one.
+//! Unmounting for good: a process with an open file keeps that file only, and mounts left by a killed process
+//! are removed by the next one.
 
 use std::fs;
 use std::io;

@@ -1,4 +1,4 @@
-//! A PWM chip with the manners of `drivers/pwm/core.c` and `drivers/pwm/sysfs.c`.
+//! A PWM chip that behaves like `drivers/pwm/core.c` and `drivers/pwm/sysfs.c`.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! No tree stays mounted: not with files still open in it, not when its process is told to end, not for long when it is killed.
+//! No tree stays mounted: not with open files, not when its process is terminated, not for long when it is killed.
 
 use std::fs::{self, File};
 use std::path::Path;

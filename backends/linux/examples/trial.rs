@@ -1,8 +1,8 @@
-//! Tries a rig file's outputs and converters out, without the driver around them:
+//! Tests a rig file's outputs and converters, without the driver:
 //! `cargo run -p sinew-linux-backend --example trial -- RIG.toml [CYCLES | hold]`.
 //!
-//! Each channel gets its sensing duty for so many cycles (default 200), and what its inputs gave is printed, with how long an
-//! exchange took. `hold` goes on until it is killed, which is how the guard is tried.
+//! Each channel gets its sensing duty for so many cycles (default 200), and its inputs' values are printed with the time of an
+//! exchange. `hold` continues until it is killed, to test the guard.
 
 use std::process::ExitCode;
 use std::thread;

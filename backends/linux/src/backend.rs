@@ -1,7 +1,7 @@
 //! The backend itself: outputs, converters and guard behind the calls of the contract.
 //!
-//! What is unplugged is looked for again by a thread of its own, the [`Mender`]; the loop goes on without, and takes the new
-//! set of open files over when there is one.
+//! A separate thread, the [`Mender`], looks for unplugged devices; the loop continues without them, and takes over the new
+//! set of open files when there is one.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -51,7 +51,7 @@ struct Running {
     /// The output that is written at the next beat whether its duty changes or not: so it is noticed when a chip is gone, or when
     /// somebody else has written to it.
     refresh: usize,
-    /// Last, so that it is let go when everything else is closed.
+    /// Last, so that it is dropped after everything else.
     guard: Guard,
 }
 
@@ -182,7 +182,7 @@ impl Running {
         self.guard.beat()
     }
 
-    /// Samples and duties of all channels. What went wrong is told of the lowest channel, or of all where all failed.
+    /// Samples and duties of all channels. An error is reported for the lowest channel, or for all where all failed.
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         let mut failed: Option<(usize, ChannelFault, Errno)> = None;
         let mut failures = 0;
@@ -198,7 +198,7 @@ impl Running {
                 (Ok(_), Ok(())) => continue,
                 (Err(errno), _) => (channel, ChannelFault::Converter, errno),
                 (Ok(_), Err(errno)) => {
-                    // It may have taken part of it; and a duty that stays must not be thought to be another.
+                    // The write may have succeeded in part; the cached duty must not differ from the real one.
                     let _ = self.outputs[channel].put(0.0);
                     *sample = Sample::NONE;
                     (channel, ChannelFault::Stage, errno)
@@ -247,7 +247,7 @@ impl Backend for LinuxRig {
             Watch::Good => {
                 let exchanged = running.exchange(duty, samples);
                 if matches!(exchanged, Err(BackendError::Unavailable { .. })) {
-                    // Files of what is gone stay dead even when it comes back.
+                    // Files of an unplugged device stay dead even when it returns.
                     mender.lost(&mut self.running);
                 }
                 exchanged
@@ -258,7 +258,7 @@ impl Backend for LinuxRig {
                 running.fail(samples, BackendError::Timeout { waited_us })
             }
             watch @ (Watch::Silent | Watch::Gone) => {
-                // Asked again in the next period, and until it answers nothing is put out.
+                // Queried again in the next period, and until it answers nothing is output.
                 running.beat_in = 0;
                 running.outputs.iter_mut().for_each(Output::forget);
                 let failed = running.fail(samples, BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() });

@@ -1,4 +1,4 @@
-//! Why a rig cannot be driven over Linux's interfaces: found out before anything is put out.
+//! Errors of driving a rig over Linux's interfaces, detected before any output.
 
 use std::fmt;
 use std::io;

@@ -1,17 +1,17 @@
-//! The guard: a second, tiny process that puts the outputs to zero when the driver cannot.
+//! The guard: a second, small process that sets the outputs to zero when the driver cannot.
 //!
-//! The kernel goes on making PWM whatever becomes of the program that asked for it. So the outputs belong to the guard: it
+//! The kernel keeps generating PWM after the program that configured it has died. So the outputs belong to the guard: it
 //! opens them, locks them against other drivers, and watches a socket to the driver.
 //!
-//! - The socket closes (the driver ended, was killed, ran out of memory): zero, at once, until it has worked.
-//! - No beat for the agreed time (the driver is stopped, hangs, starves): zero, again and again until a beat comes. A write of
-//!   the driver's that was stuck in the kernel all the while does not stay in force.
-//! - The guard itself hangs: the driver finds its echo missing, fails its exchange and puts the outputs to zero, until it answers.
+//! - The socket closes (the driver ended, was killed, ran out of memory): zero, at once, until the write succeeds.
+//! - No beat for the agreed time (the driver is stopped, hangs, starves): zero, repeatedly until a beat arrives. A write of
+//!   the driver's that was blocked in the kernel meanwhile is overwritten.
+//! - The guard itself hangs: the driver detects the missing echo, fails its exchange and sets the outputs to zero, until it answers.
 //! - The guard itself dies: the same, and the driver starts another one.
 //!
-//! One byte goes each way: the driver's beat is answered by an echo, and `ZEROED` tells it that the outputs were taken away.
-//! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, holds its memory, and has nothing
-//! else to do. Both killed at once leave the outputs as they are: against that helps only hardware (docs/linux-backend.md).
+//! One byte goes each way: the driver's beat is answered by an echo, and `ZEROED` notifies it that the outputs were set to zero.
+//! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, locks its memory, and does nothing
+//! else. Both killed at once leave the outputs as they are: only hardware protects against that (docs/linux-backend.md).
 
 use std::env;
 use std::ffi::OsString;
@@ -46,7 +46,7 @@ const ZEROED: u8 = b'z';
 /// So many beats in the time of silence the guard bears, and so many times that without an echo until it is given up.
 pub(crate) const BEATS: u32 = 5;
 const ECHOES: u32 = 2 * BEATS;
-/// How long the predecessor's guard may take to let go of the outputs, and a new one to get ready.
+/// How long the predecessor's guard may take to release the outputs, and a new one to get ready.
 const HANDOVER: Duration = Duration::from_secs(2);
 const START: Duration = Duration::from_secs(5);
 /// How often and for how long an output that cannot be written is tried again once the driver is gone.
@@ -269,7 +269,7 @@ fn last_long() -> Held {
     use rustix::thread::{CpuSet, sched_setaffinity};
     use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 
-    // Whoever ends the driver by a signal to the whole family is not to end the guard before it.
+    // A signal to the whole process group must not end the guard before the driver.
     for signal in [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP] {
         let _ = signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)));
     }

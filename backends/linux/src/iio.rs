@@ -1,4 +1,4 @@
-//! IIO by sysfs: which converters there are, what their inputs are called and how they are scaled.
+//! IIO by sysfs: enumerates the converters, the names of their inputs and their scales.
 //!
 //! Source: the kernel's `Documentation/ABI/testing/sysfs-bus-iio`. A voltage in mV (a current in mA) is
 //! (`_raw` + `_offset`) · `_scale`; where there is no `_raw`, `_input` is that value itself. Scale and offset are an input's own
@@ -103,7 +103,7 @@ pub(crate) struct Scale {
 }
 
 impl Device {
-    /// Whether this user may set its buffer up and read it. A node that somebody else has open is no obstacle of rights.
+    /// Whether this user may set its buffer up and read it. A node opened by another process is not a missing permission.
     pub fn is_open(&self) -> bool {
         let node =
             fs::File::open(&self.node).map_or_else(|error| error.kind() != ErrorKind::PermissionDenied, |_| true);

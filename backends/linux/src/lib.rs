@@ -1,8 +1,8 @@
-//! Wires on Linux's own interfaces: PWM by sysfs for the power stages, IIO for the converters.
+//! Backend on Linux's own interfaces: PWM by sysfs for the power stages, IIO for the converters.
 //!
-//! [`LinuxRig`] is the backend. [`pwm`] and [`iio`] know what the kernel has to offer and find it by name, [`scan`] is the layout
-//! of IIO's buffers, [`guard`] the process that puts the outputs to zero when the driver cannot. `docs/linux-backend.md` says
-//! how to wire it, what it costs, and what was tried on which hardware.
+//! [`LinuxRig`] is the backend. [`pwm`] and [`iio`] enumerate the kernel's devices and find them by name, [`scan`] is the layout
+//! of IIO's buffers, [`guard`] the process that sets the outputs to zero when the driver cannot. `docs/linux-backend.md` has
+//! wiring, cost and tests.
 #![forbid(unsafe_code)]
 
 mod backend;

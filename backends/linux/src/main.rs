@@ -1,4 +1,4 @@
-//! The guard as a program of its own, for programs that are not their own guard (`sinew` is).
+//! The guard as a separate program, for programs that do not contain it (`sinew` does).
 
 use std::process::ExitCode;
 

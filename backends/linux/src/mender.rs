@@ -1,7 +1,7 @@
-//! The thread that looks for what was unplugged, so that the loop need not.
+//! The reconnection thread: looks for unplugged devices, so that the loop need not.
 //!
-//! The loop leaves its dead files here and finds open ones later. Both are behind locks that the loop only ever tries: where
-//! the mender has one just then, there is another period. Closing and opening, which block and allocate, are the mender's.
+//! The loop hands over its dead files here and gets open ones later. Both are behind locks that the loop only tries: if
+//! this thread holds one, the loop tries again in the next period. Closing and opening, which block and allocate, are done here.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -57,7 +57,7 @@ impl<T: Send + 'static> Mender<T> {
 
 impl<T> Shared<T> {
     fn mend(&self, open: &impl Fn() -> Result<T, Error>) {
-        // The loop's core is the loop's.
+        // Keep off the loop's core.
         let mut all = CpuSet::new();
         (0..CpuSet::MAX_CPU).for_each(|cpu| all.set(cpu));
         let _ = sched_setaffinity(None, &all);
@@ -67,7 +67,7 @@ impl<T> Shared<T> {
             thread::park_timeout(LOOK);
             let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take();
             missing |= lost.is_some();
-            // Closes the files and lets the guard go, which holds the outputs otherwise.
+            // Closes the files and ends the guard, which would keep the outputs locked.
             drop(lost);
             if !missing {
                 continue;

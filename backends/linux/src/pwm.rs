@@ -1,4 +1,4 @@
-//! PWM by sysfs: which chips there are, and one output of one of them.
+//! PWM by sysfs: enumerates the chips and drives one output.
 //!
 //! Source: the kernel's `Documentation/ABI/testing/sysfs-class-pwm`, `drivers/pwm/sysfs.c` and `drivers/pwm/core.c`. A channel
 //! is exported by writing its number; then, of `period`, `duty_cycle` (both ns), `enable` and `polarity`, each write is applied
@@ -87,7 +87,7 @@ pub(crate) fn export(chip: &Chip, number: u32) -> Result<PathBuf, Error> {
     let folder = chip.path.join(format!("pwm{number}"));
     if !folder.is_dir() {
         let exported = sysfs::write(&chip.path.join("export"), &number.to_string());
-        // Somebody may have been quicker; then the folder is there.
+        // Another process may have exported it already; then the folder exists.
         if let Err(error) = exported
             && !folder.is_dir()
         {
@@ -159,7 +159,7 @@ impl Output {
         Ok(())
     }
 
-    /// Somebody else wrote to it: the next duty is written whatever it is.
+    /// Another process wrote to it: the next duty is written whatever it is.
     pub fn forget(&mut self) {
         self.on_ns = None;
     }

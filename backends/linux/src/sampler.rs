@@ -103,7 +103,7 @@ impl Sampler {
         let mut readers = Vec::new();
         for (device, wanted) in devices.iter().zip(&wanted) {
             readers.push(match sampling {
-                // of a device nobody wants anything of
+                // of a device that no channel uses
                 _ if wanted.inputs.is_empty() => Reader::Sysfs(Vec::new()),
                 LinuxSampling::Buffer => Reader::Buffer(Buffer::open(device, &wanted.inputs, trigger)?),
                 LinuxSampling::Sysfs => {
@@ -132,7 +132,7 @@ impl Sampler {
         let Some(current) = inputs.current else { return Err(Errno::INVAL) };
         let held = self.phase == LinuxPhase::Synchronised && matches!(self.readers[current.reader], Reader::Sysfs(_));
         if held && !driven {
-            // What a sample-and-hold still holds is of an earlier period; but a converter that fails is to be known.
+            // A sample-and-hold's value is of an earlier period; but a failing converter is reported.
             return self.read(current, 0).map(|_| Sample::NONE);
         }
         let on_phase = |sample: &Sample| sample.v3_v >= *on_voltage_v || sample.current_a >= *on_current_a;
@@ -202,7 +202,7 @@ impl Buffer {
         let folder = device.path.join("scan_elements");
         let enable = Attribute::to_write(device.path.join("buffer/enable"))?;
         let set = |on: u64| enable.write(on).map_err(|e| Error::file(enable.path(), format!("write {on}"), e));
-        // First the node, which one process can have open at a time: nobody's running buffer is stopped by mistake.
+        // First the node, which one process can have open at a time: no other process' running buffer is stopped by mistake.
         let node =
             File::options().read(true).custom_flags(rustix::fs::OFlags::NONBLOCK.bits() as i32).open(&device.node);
         let node = node.map_err(|error| Error::file(&device.node, "open to read", error))?;
@@ -213,7 +213,7 @@ impl Buffer {
             let on = if wanted.contains(name) { "1" } else { "0" };
             sysfs::write(&folder.join(format!("{name}_en")), on)?;
         }
-        // Drivers may sample in fixed sets only, but then sort out what was not asked for.
+        // Drivers may sample in fixed sets only, but then drop the inputs not enabled.
         let elements = wanted.iter().map(|name| {
             let found = there.iter().find(|(there, ..)| there == name);
             found.map(|(_, index, format)| (*index, *format)).ok_or_else(|| Error::Content {
@@ -263,7 +263,7 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        // The converter need not run on for nobody.
+        // An unused converter is stopped.
         let _ = self.enable.write(0);
     }
 }

@@ -1,4 +1,4 @@
-//! The layout of an IIO buffer: what `scan_elements/in_*_type` says, and where an element lies in a scan.
+//! The layout of an IIO buffer: the format in `scan_elements/in_*_type`, and the offset of an element in a scan.
 //!
 //! Source: the kernel's `Documentation/ABI/testing/sysfs-bus-iio` (`scan_elements`) and `iio_compute_scan_bytes` of
 //! `drivers/iio/industrialio-buffer.c`: elements stand in the order of their index, each aligned to its own size, and the

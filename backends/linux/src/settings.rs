@@ -1,4 +1,4 @@
-//! What the backend has to know of a rig: which output and which inputs belong to each channel.
+//! The backend's configuration: which output and which inputs belong to each channel.
 
 use std::path::PathBuf;
 

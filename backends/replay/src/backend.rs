@@ -1,4 +1,4 @@
-//! A recording in the place of power stage and converter.
+//! The backend that returns recorded samples.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -89,7 +89,7 @@ impl<S: Source> ReplayBackend<S> {
         Ok(Some((between, &self.recorded)))
     }
 
-    /// What kept the reader from going on, told once.
+    /// The reader's error, reported once.
     pub fn trouble(&self) -> Option<S::Error> {
         self.trouble.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -104,7 +104,7 @@ impl<S: Source> ReplayBackend<S> {
         let Some(ahead) = &mut self.ahead else { return false };
         let mut waited_from = None;
         loop {
-            // Asked before looking, so that what is read between the two is not lost.
+            // Read before the queue, so that cycles read between the two are not lost.
             let over = ahead.is_alone();
             let recorded = &mut self.recorded;
             if ahead.take(|cycle| std::mem::swap(recorded, cycle)).is_some() {
@@ -148,7 +148,7 @@ impl<S: Source> ReplayBackend<S> {
     }
 }
 
-/// Reads a recording ahead of the loop until it ends or nobody wants it any more.
+/// Reads a recording ahead of the loop until it ends or the backend is dropped.
 fn read_ahead<C: Cycles>(cycles: C, mut ahead: Producer<C::Cycle>) -> Result<(), C::Error> {
     cycles.each(&mut |read| {
         while !ahead.put(|cycle| cycle.copy_from(read)) {
@@ -228,7 +228,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
                 _ if known && !then.is_nan() => Some(then > 0.0),
                 _ => None,
             };
-            // Nobody knows what a converter would have seen of a wire that was driven otherwise.
+            // The samples of a wire driven with another duty are unknown.
             if driven_then.unwrap_or(true) != now {
                 *sample = Sample { supply_v: sample.supply_v, ..Sample::NONE };
             }
@@ -251,7 +251,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
     }
 
     fn stop(&mut self) {
-        // The reader finds itself alone and ends by itself.
+        // The reader detects the closed channel and ends by itself.
         self.ahead = None;
         self.applied.fill(0.0);
     }

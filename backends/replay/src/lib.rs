@@ -1,7 +1,7 @@
-//! A recording behind the contract of backends.
+//! A recording as a backend.
 //!
-//! [`ReplayBackend`] takes the place of power stage and converter: it brings back the voltages that were recorded. What it reads is a
-//! [`Source`]; it knows of a recorded [`Cycle`] what a backend needs to know and nothing of files or messages.
+//! [`ReplayBackend`] replaces power stage and converter: it returns the recorded voltages. It reads a
+//! [`Source`]; a recorded [`Cycle`] has only the data a backend needs, independent of files and messages.
 #![forbid(unsafe_code)]
 
 mod backend;

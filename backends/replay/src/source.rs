@@ -1,4 +1,4 @@
-//! Where recorded cycles come from, and what a backend needs to know of one.
+//! The source of recorded cycles, and the data a backend needs of one.
 
 use std::fmt::Debug;
 

@@ -1,6 +1,6 @@
-//! What a serial line costs and bears, over a pseudo-terminal with the firmware on a thread of this process, which gets real time
-//! as the loop does where Linux allows it, since a microcontroller is punctual: the exchange, the rates without a lost sample, what a
-//! driver that is late itself loses, and how soon silence is noticed. The figures of `docs/front-end.md`:
+//! Cost and limits of a serial line, over a pseudo-terminal with the firmware on a thread of this process, which gets real time
+//! as the loop does where Linux allows it, since a microcontroller is punctual: the exchange, the rates without a lost sample, the
+//! samples a late driver loses, and how soon silence is detected. The figures of `docs/front-end.md`:
 //!
 //! ```sh
 //! cargo run --release -p sinew-serial-backend --example line          # all of it, 2 min

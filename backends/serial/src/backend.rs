@@ -1,4 +1,4 @@
-//! The exchange: what has arrived in, one frame out, and never a wait.
+//! The exchange: reads the received frames, writes one frame, never blocks.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -51,9 +51,9 @@ pub struct SerialBackend {
     sent_ns: u64,
     /// The last samples of it, once they are there.
     answer: Option<Samples>,
-    /// The channel that had failed when last heard of: no word since is no word that it is well.
+    /// The channel that had failed by the last frame: no frame since does not mean that it is healthy.
     failed: Option<BackendError>,
-    /// What the front-end was about when last heard of.
+    /// The front-end's state by the last frame.
     state: State,
     /// Exchanges in a row without an answer.
     silent: u32,
@@ -139,7 +139,7 @@ impl SerialBackend {
                         LineFigures::count(&self.figures.damaged);
                         continue;
                     }
-                    // What is left of being introduced.
+                    // The rest of the identification.
                     Some(Ok(_)) | None => continue,
                 };
                 if samples.state == State::Tripped && self.state != State::Tripped {
@@ -187,7 +187,7 @@ impl SerialBackend {
         Err(error)
     }
 
-    /// The same however long it has been: one that changed from cycle to cycle would be told in each.
+    /// The same however long it has been: one that changed from cycle to cycle would be reported in each.
     fn timeout(&self) -> BackendError {
         BackendError::Timeout { waited_us: (f64::from(self.watchdog_periods) * self.period_us) as u32 }
     }
@@ -250,7 +250,7 @@ impl Backend for SerialBackend {
         if self.link.is_none() || gone_ns >= self.late_ns {
             return true;
         }
-        // What is wrong with the line is the exchange's to tell.
+        // The exchange reports errors of the line.
         self.receive().is_err() || self.state != State::Running || (self.answer.is_some() && gone_ns >= self.own_ns)
     }
 
@@ -269,7 +269,7 @@ impl Backend for SerialBackend {
             self.lose_line();
             return Err(BackendError::Io { os_error: error.raw_os_error() });
         }
-        // It started anew and knows nothing of us any more.
+        // It restarted and has lost its configuration.
         if self.state == State::Boot {
             self.lose_line();
             return Err(BackendError::Unavailable { os_error: 0 });
@@ -288,7 +288,7 @@ impl Backend for SerialBackend {
             LineFigures::count(&self.figures.answered);
             self.failed = self.read_out(answer, samples);
         }
-        // What is not armed yet is asked for nothing: that is what arms it.
+        // A front-end that is not armed yet gets zero duty, which arms it.
         let duty = (self.state == State::Running).then_some(duty);
         if let Err(error) = self.send(duty) {
             self.lose_line();
@@ -301,7 +301,7 @@ impl Backend for SerialBackend {
     fn stop(&mut self) {
         self.started = false;
         self.answer = None;
-        // Should this be lost, silence does the same.
+        // If this frame is lost, the watchdog does the same.
         if let Some(link) = &self.link
             && let Ok(length) = encode(&Frame::Off, &mut self.line)
             && link.port.write(&self.line[..length]).is_err()

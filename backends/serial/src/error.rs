@@ -1,4 +1,4 @@
-//! Why there is no front-end to drive wires with.
+//! Errors of connecting to a front-end.
 
 use std::fmt;
 use std::io;

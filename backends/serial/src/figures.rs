@@ -1,8 +1,8 @@
-//! How the line does, for whoever wants to know while the loop runs.
+//! Statistics of the line, readable while the loop runs.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counts since the backend was made. Written by the loop, readable by anybody.
+/// Counts since the backend was made. Written by the loop, readable by any thread.
 #[derive(Debug, Default)]
 pub struct LineFigures {
     pub(crate) sent: AtomicU64,

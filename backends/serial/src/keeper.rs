@@ -1,4 +1,4 @@
-//! The thread that has a lost line back: what may take long or wait stands here and not in the loop.
+//! The reconnection thread of a lost line: all blocking operations are here and not in the loop.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! A front-end found on its line, asked who it is and told what it may do.
+//! Identifies the front-end on a line and configures it.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -28,7 +28,7 @@ pub(crate) struct Link {
 /// Opens the line, finds the front-end, checks and configures it.
 pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>), Error> {
     let port = Port::open(&plan.port, plan.baud_hz)?;
-    // Whatever went on before, nothing is driven while we talk.
+    // Whatever the previous state, all outputs are off during the identification.
     put(plan, &port, &Frame::Off)?;
     let nonce = std::process::id().rotate_left(16).wrapping_add(CONNECTIONS.fetch_add(1, Ordering::Relaxed));
     let who = ask(plan, &port, &Frame::Hello { nonce }, |frame| match frame {

@@ -1,4 +1,4 @@
-//! What a rig asks of a front-end, and what the front-end's codes mean for it.
+//! A rig's requirements of a front-end, and the conversion of the front-end's codes.
 
 use sinew_front_end::{ChannelLimits, Configure, FULL_DUTY, Identification, MAX_CHANNELS, NOT_SAMPLED, RawSample};
 use sinew_rig::{Rig, SamplingCircuit};

@@ -1,4 +1,4 @@
-//! A serial device as the kernel has it: raw, exclusive, never waiting.
+//! A serial device: raw, exclusive, non-blocking.
 
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 

@@ -1,4 +1,4 @@
-//! The driver's own suite for backends, over a pseudo-terminal with the firmware on the other end.
+//! The conformance suite for backends, over a pseudo-terminal with the firmware on the other end.
 
 use std::time::{Duration, Instant};
 
@@ -79,7 +79,7 @@ impl Bench for Line {
     fn pace(&mut self) {
         let period = Duration::from_secs_f64(1.0 / RATE_HZ);
         let now = Instant::now();
-        // As the loop does: whoever is late goes on from now, and no two ticks follow at once.
+        // As the loop does: a late tick continues from now, and no two ticks follow at once.
         self.next = if self.next + period < now { now } else { self.next + period };
         std::thread::sleep(self.next.saturating_duration_since(now));
     }

@@ -31,7 +31,7 @@ const MOTION_RATE: f64 = 2.0;
 const MOTION_GAIN: f64 = 4.0;
 /// Share of the cooling speed at which it gets all of that.
 const MOTION_SPEED: f64 = 0.27;
-/// How much a kelvin of pull changes the loss that is believed, 1/K.
+/// How much a kelvin of pull changes the estimated loss, 1/K.
 const LOSS_PER_K: f64 = 0.035;
 /// Power imbalance, as a share of the loss, up to which a pull says something of the loss.
 const BALANCE: f64 = 0.25;
@@ -131,7 +131,7 @@ impl EnthalpyObserver {
     /// on.
     #[inline]
     fn pull(&self, curves: &Curves, dt: f64) -> f64 {
-        // a phase that cannot be told from the end of its range says nothing of that side
+        // a phase indistinguishable from the end of its range gives no bound on that side
         let (below, above) = (inside(self.fraction), inside(1.0 - self.fraction));
         if self.temperature > curves.heating_c {
             below * BOUND_RATE * (curves.heating_c - self.temperature)

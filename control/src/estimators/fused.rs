@@ -1,4 +1,4 @@
-//! Everything that is measured of a wire, weighed together: length by dual measurement, resistance of the whole wire,
+//! Fusion of all measurements of a wire: length by dual measurement, resistance of the whole wire,
 //! electrical power, and the model.
 //!
 //! Two Kalman filters, each with what the other says as given, so that noise of one cannot circulate:
@@ -10,8 +10,8 @@
 //! - **Heat**: temperature, loss to the air, resistivity of both phases and place of both curves. The heat balance (eq. 48)
 //!   predicts, with the phase from the length (eq. 6, 23). Two measurements correct: the resistivity R A_c/L
 //!   (eq. 39, 44: the length is known, so what is left of the resistance is temperature, which is a thermometer for a wire that stands still), and
-//!   for a wire that moves the curve it has to be on. Which of loss, resistivities and curves is to blame for a difference, the
-//!   covariance says.
+//!   for a wire that moves the curve it has to be on. The covariance attributes a difference to
+//!   loss, resistivities or curves.
 //!
 //! Without a length the motion goes on by the model alone: a kelvin changes the resistance as much as a quarter of a millimetre does,
 //! so that it says nothing of the length that the heat balance does not say better.
@@ -528,7 +528,7 @@ impl FusedEstimator {
         let state = &self.heat.state;
         let (heating, cooling) = (curves.heating_c + state[HEATING], curves.cooling_c + state[COOLING]);
         let temperature = state[T];
-        // a phase that cannot be told from the end of its range says nothing of that side
+        // a phase indistinguishable from the end of its range gives no bound on that side
         let (low, high) = (inside(self.fraction), inside(1.0 - self.fraction));
         let standing = STANDING * self.cooling_speed;
         let moving = ((velocity.abs() - standing) / (3.0 * standing)).clamp(0.0, 1.0);

@@ -3,8 +3,8 @@
 //!
 //! States are elongation, velocity, martensite and temperature. With **constant** gains the whole model is that of the
 //! mean slope ∂ξ/∂ϑ = −k/6: the elastic part makes the phase come out right whatever the slope, the temperature only
-//! where the wire has that slope. **Scheduled**, model and gains follow the slope at the state that is believed. Neither knows
-//! of the air: at rest the temperature is the one at which P = h A_s (T − T_∞) with the h of the model, so that a draught,
+//! where the wire has that slope. **Scheduled**, model and gains follow the slope at the estimated state. Neither estimates
+//! the loss to the air: at rest the temperature is the one at which P = h A_s (T − T_∞) with the h of the model, so that a draught,
 //! against which more power is needed, looks like heat (figure 98).
 
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start};
@@ -27,7 +27,7 @@ const FLATTEST: f64 = 0.1;
 const NODES: usize = 17;
 /// Slower than this share of the fastest the air lets a wire lengthen is standing; twice as fast is surely moving.
 const STANDING: f64 = 0.14;
-/// Bandwidth of the rate that tells the two apart, in poles of the wire's temperature.
+/// Bandwidth of the rate that distinguishes the two, in poles of the wire's temperature.
 const RATE_POLE: f64 = 40.0;
 /// Least inertia of the model: the load follows its wire within this, s. The form needs a mass.
 const QUICKEST_S: f64 = 1e-3;
@@ -78,7 +78,7 @@ pub struct LuenbergerObserver {
     velocity: f64,
     martensite: f64,
     temperature: f64,
-    /// How fast the length changes, smoothed, m/s: the believed velocity is off while the believed phase is.
+    /// How fast the length changes, smoothed, m/s: the estimated velocity is wrong while the estimated phase is.
     rate: f64,
     hottest: f64,
     full_power: f64,
@@ -165,7 +165,7 @@ impl LuenbergerObserver {
     /// |∂ξ/∂ϑ|, with the load's spring taking its share, 1/K: the outer curve's for a wire that moves the way its heat balance
     /// says, 0 for one that stands, inside the loop.
     ///
-    /// The believed temperature has no further say, by design. To the linear model a wire that lengthens faster than predicted
+    /// The estimated temperature has no further influence, by design. To the linear model a wire that lengthens faster than predicted
     /// loses more heat, so that it is *hotter*: were the slope to follow that temperature, an estimate above the cooling
     /// curve would flatten the slope and drive itself up.
     #[inline]

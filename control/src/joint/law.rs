@@ -14,9 +14,9 @@
 //! need; where the air is too slow for that, its line says how the tension rises, and the wire that shortens is given the
 //! power that moves the joint against it. So at high speeds the stress does what the air cannot: 8 MPa shift a curve by 1 K.
 //!
-//! Tension is kept at its set value by how fast the lengthening wire is let go; above the upper limit nothing is heated
-//! (anti-overload), below the lower one both wires are (anti-slack). A joint that stands on too much tension lets both wires
-//! go alike; one that was asked for a tension moves them alike until it has it.
+//! Tension is kept at its set value by how fast the lengthening wire is released; above the upper limit nothing is heated
+//! (anti-overload), below the lower one both wires are (anti-slack). A resting joint with too much tension releases both wires
+//! alike; with a commanded tension it moves them alike until it is reached.
 
 use super::observer::JointEstimate;
 use super::stroke::stroke_rad;
@@ -109,7 +109,7 @@ pub struct JointDemand {
     pub tension_n: f64,
     /// Time since the last call, in s.
     pub dt_s: f64,
-    /// What is believed of joint and wires.
+    /// The estimate of joint and wires.
     pub estimate: JointEstimate,
 }
 

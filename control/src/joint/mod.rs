@@ -1,4 +1,4 @@
-//! Two wires that turn one joint against each other: what is believed of them, and the law from angle to both duties.
+//! Two antagonistic wires on one joint: their observer, and the law from angle to both duties.
 
 mod law;
 mod observer;

@@ -1,15 +1,15 @@
 //! Angle, tension, temperatures and phases of a pair of wires on one joint, from both lengths, resistances and powers.
 //!
-//! Two lengths say one angle twice; of the tension, which nobody measures, they say nothing. What says it is the wires'
-//! own law: a wire whose phase and temperature are known has just one stress at a given length (eq. 23). So the observer runs
+//! Two lengths measure the same angle twice; the tension is not measured. It follows from the wires' constitutive
+//! law: a wire whose phase and temperature are known has just one stress at a given length (eq. 23). So the observer runs
 //! the reference model of both wires on the joint's own equation of motion, fed with the measured powers, and corrects it by
-//! what the measurements say otherwise:
-//! - The angle by the mean of both measured angles, each weighed by its noise. The model knows where the joint goes, so
+//! the innovations:
+//! - The angle by the mean of both measured angles, each weighted by its noise. The model predicts the joint's motion, so
 //!   the filter can be slow without lagging: noise of a length never reaches a wire's hysteresis.
-//! - The temperatures by the same surprise, of the wire that stands on the curve it would have to move along.
-//! - The phases, where the surprise stays beyond what noise makes: inside the hysteresis the model's memory is what is wrong.
-//! - Each temperature by the wire's resistance (eq. 36): the only witness of what both wires have in common. What has to be
-//!   corrected that way again and again is a loss to the air that is not as the model has it.
+//! - The temperatures by the same innovation, of the wire that is on the curve it would have to move along.
+//! - The phases, where the innovation stays larger than noise: inside the hysteresis the model's memory is wrong.
+//! - Each temperature by the wire's resistance (eq. 36): the only measurement of an error common to both wires. A repeated
+//!   correction of this kind is attributed to a loss to the air other than the model's.
 
 use super::stroke::stroke_rad;
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C};
@@ -33,7 +33,7 @@ const PHASE_RATE: f64 = 50.0;
 /// An average surprise up to this share of the stroke, and so many of its standard deviations, is no reason for doubt.
 const DOUBT_STROKE: f64 = 0.002;
 const DOUBT_SIGMA: f64 = 4.0;
-/// How much a kelvin of correction by the resistance changes the loss that is believed, 1/K, and how far it can.
+/// How much a kelvin of correction by the resistance changes the estimated loss, 1/K, and how far it can.
 const LOSS_PER_K: f64 = 0.01;
 const LEAST_LOSS_SCALE: f64 = 0.4;
 const MOST_LOSS_SCALE: f64 = 2.5;
@@ -45,7 +45,7 @@ const SLACK_STROKE: f64 = 0.02;
 /// Stress at which the sensitivity of the angle to temperature is reckoned, Pa.
 const MIDDLE_PA: f64 = 300e6;
 
-/// What is believed of a joint and its wires.
+/// The estimate of a joint and its wires.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointEstimate {
     /// Angle θ, in rad, positive where the agonist is shorter.
@@ -215,7 +215,7 @@ impl JointObserver {
         for (index, (side, seen)) in self.sides.iter().zip(seen).enumerate() {
             let Some(elongation) = side.elongation(seen.length_m) else { continue };
             let shortens = if index == 0 { -per_radius } else { per_radius };
-            // a noise nobody knows is taken for a hundredth of the stroke
+            // an unknown noise is assumed to be a hundredth of the stroke
             let sigma =
                 if seen.length_sigma_m.is_finite() { seen.length_sigma_m * per_radius } else { 0.01 * self.stroke };
             let weight = 1.0 / (sigma * sigma).max(1e-18);
@@ -272,7 +272,7 @@ impl Side {
             let fraction = -beyond * m.per_length / strain_per_fraction.max(1e-4);
             self.wire.correct(0.0, (PHASE_RATE * dt).min(1.0) * fraction);
         }
-        // The model's own loss is that of the rig file; what is believed beyond that comes in as power, as does a correction.
+        // The model's own loss is that of the rig file; the estimated difference is added as power, as is a correction.
         let less_loss = (1.0 - self.loss_scale) * m.loss * (temperature - m.ambient);
         let drive = power + less_loss + m.heat_capacity * warmer;
         self.wire.step(&Inputs { drive, imposed: self.rest - shortened, ..self.inputs }, dt);

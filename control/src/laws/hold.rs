@@ -1,6 +1,6 @@
-//! Holding a wire where it stands. Crossing the hysteresis moves a wire the wrong way by its thermal strain, and its
-//! readings are noisier than the accuracy wanted: so within a band around the reference it is left at the temperature it has,
-//! until its mean error says otherwise.
+//! Holding a wire at its reference. Crossing the hysteresis moves a wire the wrong way by its thermal strain, and its
+//! readings are noisier than the required accuracy: so within a band around the reference its temperature is held
+//! until its mean error leaves the band.
 
 use crate::cycle::Curves;
 use crate::demand::Demand;
@@ -84,7 +84,7 @@ impl Hold {
         map.thermal_expansion(fraction) * retreat
     }
 
-    /// Begins, goes on with or ends holding the wire, whose believed error is `error` and whose reference moves by `pace`,
+    /// Begins, goes on with or ends holding the wire, whose estimated error is `error` and whose reference moves by `pace`,
     /// between the curves of a wire at rest (`curves`); λ sets the time scale. While it is held: the temperature to hold it at.
     ///
     /// That is the one it came with, inside the hysteresis, trimmed by its thermal strain: away from the curve that it is nearer

@@ -1,4 +1,4 @@
-//! Input–output linearisation (chapter 10, eq. 55–59): the power that makes length an integral of what is asked for.
+//! Input–output linearisation (chapter 10, eq. 55–59): the power that makes length an integral of the control input.
 //!
 //! Differentiated until the power appears, the length obeys M x⃛ + B ẍ + (K + K_SMA) ẋ = K_SMA L ε_L (∂ξ/∂T) Ṫ with Q Ṫ = P − h A_s (T − T_∞).
 //! P = α u + β with α the inverse of that gain and β the heat loss (eq. 58) leaves 1/s times the load's own modes (eq. 59), which a

@@ -1,5 +1,5 @@
-//! The way to a reference that the wire itself would choose: full power or none for as long as it can still be stopped, and
-//! along the fastest way that stops there from then on.
+//! Time-optimal control to a reference: full power or none for as long as the wire can still be stopped, and then
+//! along the fastest trajectory that stops there.
 //!
 //! A sliding mode whose surface is not a straight line but the stopping distance. Where the load is damped, a transforming
 //! wire moves by its excess temperature e over the curve it is on, ẋ = −e/κ (eq. 12, 51), and the excess obeys the heat balance
@@ -185,7 +185,7 @@ impl TimeOptimal {
         let braking = loss - sign * brake * capacity * moving + sign * capacity * kept / settle_s;
         let mut power = braking + capacity * gain * self.surface;
         if !tracking && error.abs() < self.hold.reach() + lead && excess < 0.0 {
-            // A correction out of a hold: below its curve the wire moves already, by the inner loop, and nobody knows how far.
+            // A correction out of a hold: below its curve the wire already moves, along the inner loop, by an unknown distance.
             let rate = CREEP_WIDTHS_PER_S * width + CREEP_PER_S * (-excess - CREEP_BEYOND_WIDTHS * width).max(0.0);
             power = if heating { power.min(loss + capacity * rate) } else { power.max(loss - capacity * rate) };
         }
@@ -236,7 +236,7 @@ impl Law for TimeOptimal {
 mod tests {
     use super::*;
 
-    /// A wire let go with the excess of the surface comes to rest at the reference: ẋ = −e/κ, ė = −brake − e/τ, integrated.
+    /// A wire released with the excess of the surface comes to rest at the reference: ẋ = −e/κ, ė = −brake − e/τ, integrated.
     #[test]
     fn surface_is_the_stopping_distance() {
         for (drag, settle_s, brake) in

@@ -1,7 +1,7 @@
 //! Proportional-integral-derivative control with anti-windup by back-calculation: the laws that need no model and no acceleration.
 //!
-//! PI is the one with a derivative gain of 0. Either may be told the power that the wire loses to the air, which its integral
-//! would otherwise have to find anew at every length (chapter 10: the offset β of eq. 58 without its inversion α).
+//! PI has a derivative gain of 0. Either may get the wire's loss to the air as feed-forward, which its integral
+//! would otherwise have to find again at every length (chapter 10: the offset β of eq. 58 without its inversion α).
 
 use crate::demand::{Demand, Law, Range};
 

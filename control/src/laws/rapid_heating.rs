@@ -1,7 +1,7 @@
 //! Rapid heating (table 5): full power to a wire that has to shorten, until just below the temperature at which it would.
 //!
-//! Not a law but what any law can be preceded by. Below its transformation a wire answers nothing, and a law that waits for an answer, or
-//! is afraid of one, wastes the time; how far full power is safe can be told from the estimated temperature, or, with nothing but a
+//! Not a law but a phase before any law. Below its transformation a wire does not respond, and a law that waits for a response
+//! wastes the time; how far full power is safe follows from the estimated temperature, or, with only a
 //! calibrated model of the cold wire, from its resistance (resistance priming).
 
 use crate::demand::Demand;
@@ -16,7 +16,7 @@ const BEGINS: f64 = 4.0;
 /// Error, in strokes, below which a wire is left to its law.
 const WORTH_IT: f64 = 0.02;
 
-/// What tells when to stop.
+/// The condition to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Priming {
     /// The estimated temperature, against the heating curve at the estimated phase: also across the hysteresis.

@@ -1,7 +1,7 @@
 //! On and off: full power to a wire that is too long, the least to one that is too short, and a band in which nothing changes.
 //!
-//! The simplest of the field (table 5: positioning to 2 %, with limit cycles). It needs no model; the band keeps noise from
-//! switching it and is about what it cycles by.
+//! The simplest law (table 5: positioning to 2 %, with limit cycles). It needs no model; the band keeps noise from
+//! switching it and is about the amplitude of its limit cycle.
 
 use crate::demand::{Demand, Law, Range};
 

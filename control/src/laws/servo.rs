@@ -3,10 +3,10 @@
 //! Differentiated once, the wire in its load is linear in (ẋ, ẍ, Ṫ) with coefficients that vary with ∂ξ/∂T alone (eq. 63); with the
 //! error beside them (eq. 64) a linear-quadratic regulator finds Ṗ = −K (x_ref − x, ẋ, ẍ, Ṫ). It is integrated as it stands, step by
 //! step: ΔP = −K ((x_ref − x) Δt, Δx, Δẋ, ΔT) differentiates nothing but states and is eq. 65 where K is constant. P itself is
-//! what is limited, so that nothing winds up, and gains may change without a bump.
+//! what is limited, so that there is no windup, and gain changes are bumpless.
 //!
 //! The static servo is the thesis': temperature alone changes the phase. It overshoots by a quarter, and scheduling its gains alone
-//! hardly mends that: what it does not know is that the load's drag lets the wire lag behind its temperature (eq. 12 and 51).
+//! hardly improves that: it does not model that the load's drag lets the wire lag behind its temperature (eq. 12 and 51).
 //! So the scheduled servo is designed on all couplings of the reference model.
 
 use super::linearised::CONSTANT_SLOPE_PER_K;
@@ -240,7 +240,7 @@ mod tests {
         overshoots.iter().sum::<f64>() / 3.0
     }
 
-    /// What mends the overshoot is the drag in the model, not the schedule.
+    /// The drag in the model removes the overshoot, not the schedule.
     #[test]
     fn the_drag_matters_more_than_the_schedule() {
         let fixed = overshoot(Schedule::Static, Coupling::Thermal);

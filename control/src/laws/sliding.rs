@@ -7,11 +7,11 @@
 //! σ = (2λ/κ)(T_b(x) + κ(λ/2)(x − x_ref) − T) up to the slow drift of T_b. The power that keeps σ = 0 follows from the heat
 //! balance as in eq. 70, and is what a switch between maximum and minimum power is modulated to.
 //!
-//! Three things of the wire that the surface does not know are dealt with apart:
+//! Three effects that the surface does not model are handled separately:
 //! - Crossing the hysteresis moves the wire the wrong way by its thermal strain. So a wire within a band around the
-//!   reference is held at the temperature it has, and left there until its mean error says otherwise.
+//!   reference is held at its temperature until its mean error leaves the band.
 //! - A wire that lengthens is slow to move and quick to stop: it approaches [`COOLING_HASTE`] times as steeply.
-//! - The last correction out of a hold is crept at.
+//! - The last correction out of a hold is approached slowly.
 
 use super::hold::Hold;
 use crate::cycle::Curves;
@@ -27,7 +27,7 @@ const CREEP_WITHIN: f64 = 0.6;
 const CREEP: f64 = 0.06;
 /// Least rate, as a share of that, of a wire that does not move as it should: the integral action of this law.
 const CREEP_AT_LEAST: f64 = 0.5;
-/// Share of the believed loss that is made up for on the way: what is missing lets a wire arrive slowly, not run past.
+/// Share of the estimated loss that is compensated on the way: the rest lets a wire arrive slowly instead of overshooting.
 const MADE_UP: f64 = 0.975;
 
 /// How σ becomes power.
@@ -97,7 +97,7 @@ impl SlidingMode {
             if error.abs() < self.hold.reach() {
                 let (creep, within) = (CREEP * lambda * width, CREEP_WITHIN * width);
                 let towards = if error > 0.0 { -seen.velocity_m_s } else { seen.velocity_m_s };
-                // slower than half of what the surface asks: the curve is not where it is believed to be
+                // slower than half of the surface's speed: the curve is not where the model has it
                 let least =
                     if towards < 0.25 * lambda * error.abs() { CREEP_AT_LEAST * creep } else { f64::NEG_INFINITY };
                 if error > 0.0 {

@@ -1,7 +1,7 @@
 //! Sliding mode control on a first-order surface σ = ẋ + λ(x − x_ref), for comparison with the second-order one.
 //!
-//! A wire answers power a state later than the surface sees, so switched on σ alone it goes on cycling (figure 113). With the
-//! equivalent control that keeps σ = 0 (eq. 70, one order lower) the switch has only to make up for what the model misses,
+//! A wire responds to power one state later than the surface measures, so switched on σ alone it keeps cycling (figure 113). With the
+//! equivalent control that keeps σ = 0 (eq. 70, one order lower) the switch only has to compensate the model's errors,
 //! and its mean inside the PWM period is proportional to σ within a thin layer around the surface.
 
 use super::sliding::SurfaceLaw;

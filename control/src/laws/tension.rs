@@ -1,9 +1,9 @@
 //! Limits of the tension around any law (table 5: anti-slack, anti-overload [146, 147]).
 //!
-//! Nobody measures the tension; it follows from the load at the estimated length (eq. 51). A load with a spring pulls the harder
-//! the shorter the wire is, so heat is what tension is made of: a wire that comes near its most is heated no further than the
-//! tension it will have when it stands, one that has less than its least is heated although nobody asks for it. Where the load has no
-//! spring heat cannot change the tension, and there is nothing to limit but the drag of a moving load.
+//! The tension is not measured; it follows from the load at the estimated length (eq. 51). A load with a spring pulls the harder
+//! the shorter the wire is, so heat controls the tension: near the upper limit a wire is heated only to the
+//! tension it will have at rest, below the lower limit it is heated without a setpoint. Where the load has no
+//! spring heat cannot change the tension, and only the drag of a moving load can be limited.
 
 use crate::estimate::Estimate;
 use crate::wire_map::WireMap;
@@ -45,7 +45,7 @@ impl TensionLimits {
     }
 
     /// The duty to give where a law wants `wanted`: not above what the upper limit allows, else not below what the lower one
-    /// asks for. What is believed of the wire has to be numbers; if it is not, the law's duty is the answer.
+    /// asks for. If the estimate is not finite, the law's duty is returned.
     #[inline]
     pub fn limit(&mut self, wanted: f64, seen: &Estimate) -> f64 {
         let m = &self.map;

@@ -1,5 +1,5 @@
-//! The joint's observer and law on the simulated joint of the physics, without a driver between: what they believe, how they
-//! follow, and that no input makes them do anything unsafe.
+//! The joint's observer and law on the simulated joint of the physics, without a driver between: estimates, tracking,
+//! and that no input leads to an unsafe output.
 
 use proptest::prelude::*;
 use sinew_control::*;

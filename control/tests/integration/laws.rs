@@ -1,4 +1,4 @@
-//! The field of rivals in closed loop: what the thesis found of each, in simulated time, on fixed seeds.
+//! All laws in closed loop: the thesis' findings for each, in simulated time, on fixed seeds.
 
 use crate::rig::{self, Bench, CONVERTER, Noise, Step, duty_for_power, figure_wire};
 use sinew_control::{Algorithm, AlgorithmKind, Controller, Demand, Estimate, PidGains, Priming, Settings, StrokeRange};
@@ -157,7 +157,7 @@ fn the_inverse_of_a_vanishing_slope_is_all_or_nothing() {
     let [estimated, constant] = [AlgorithmKind::InputOutputLinearised, AlgorithmKind::InputOutputLinearisedConstant]
         .map(|kind| {
             let settings = settings(kind, 3.0);
-            // a cold wire, asked for one part in a thousand of its stroke
+            // a cold wire, commanded by one part in a thousand of its stroke
             let mut bench = bench(&settings, 1e3, QUIET, 1);
             let mut most = 0f64;
             bench.step_to(0.003, 0.02, |bench, _, _| most = most.max(bench.duty() / settings.maximum_duty));

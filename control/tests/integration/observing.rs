@@ -1,4 +1,4 @@
-//! What the estimators believe of a wire that a PI controller moves, beside what it is: chapter 9's comparison.
+//! The estimates for a wire that a PI controller moves, compared with the truth: chapter 9's comparison.
 #![allow(dead_code)]
 
 use crate::rig::{Bench, Noise, figure_wire};

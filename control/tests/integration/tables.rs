@@ -1,5 +1,5 @@
-//! The tables of laws and of estimators own all that is said of one. What has to say it again, because it may not depend on this
-//! crate or is no Rust, is written from them: the words of the rig file, and the tables of docs/control-laws.md.
+//! The tables of laws and estimators are the single source. Copies in places that may not depend on this
+//! crate or are not Rust are generated from them: the words of the rig file, and the tables of docs/control-laws.md.
 //!
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes them.
 

@@ -63,7 +63,7 @@ fn with_all_that_linux_grants_nothing_is_allocated_either() {
     let options = Options { duration_s: Some(0.2), ..Options::default() };
     let report = Driver::start(&rig, Fake::new(&rig), options).unwrap().join();
     assert_eq!(report.allocations_in_loop, Some(0));
-    // Whatever was granted, the report tells of it without contradiction.
+    // Whatever was granted, the report is consistent.
     let granted = |id: &str| report.rt.rows.iter().any(|row| row.id == id && row.granted);
     assert_eq!(report.rt.policy == "SCHED_FIFO", granted("scheduler"));
     assert_eq!(report.rt.locked, granted("memory"));
@@ -83,7 +83,7 @@ fn the_running_loop_allocates_nothing_and_reports_what_it_did() {
     fake.script = vec![(300..310, 4, Mishap::OpenWire)];
     let watch = fake.watch.clone();
     let handle = Driver::start(&rig, fake, options).unwrap();
-    // Somebody reads, streams and commands meanwhile: that is when a service might allocate behind the loop's back.
+    // Clients read, stream and command meanwhile: a service might then allocate on the loop's thread.
     let client = Client::connect(&rig.name).unwrap();
     assert_eq!(client.rig_text().unwrap().as_deref(), Some(rig.text()));
     let mut stream = client.stream().unwrap();
@@ -317,7 +317,7 @@ fn what_cannot_be_started_says_why_and_leaves_nothing_behind() {
     let error = Driver::start(&rig, Fake::new(&other), Options::default()).unwrap_err();
     assert!(matches!(error, Error::Channels { expected: 2, found: 3 }), "{error}");
 
-    // A core no machine has: refused everywhere, and strict does not put up with it.
+    // A core no machine has: refused everywhere, and an error with strict.
     rig.realtime.mode = sinew_rig::RealtimeMode::Strict;
     rig.realtime.cpu = Some(4095);
     match Driver::start(&rig, Fake::new(&rig), Options::default()).unwrap_err() {

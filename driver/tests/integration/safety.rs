@@ -1,4 +1,4 @@
-//! The safety list, played: each fault within its periods, latched, with its first cause, reset only when it is gone.
+//! The safety list, injected: each fault within its periods, latched, with its first cause, reset only when it is gone.
 
 use crate::common::{Fake, Mishap, rig};
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
@@ -151,7 +151,7 @@ fn the_state_tells_what_was_asked_and_how_the_backend_failed() {
     let codes = bench.state.channels().iter().map(|channel| channel.backend).collect::<Vec<_>>();
     assert_eq!(codes[..2], [0, 0]);
     assert!(matches!(BackendError::from_code(codes[2], 2), Some(BackendError::Channel { channel: 2, .. })));
-    // A refused order is told of too: under another law it might have been taken.
+    // A refused order is reported too: under another law it might have been accepted.
     bench.run(1);
     assert!(matches!(bench.order(2, Ask::Duty(0.2), 1.0), Some(Answer::Latched(_))));
     bench.run(1);
@@ -385,7 +385,7 @@ fn a_stage_that_cannot_be_switched_off_takes_the_supply_from_all_for_good() {
     for channel in 0..3 {
         bench.order(channel, Ask::Off, 1000.0);
     }
-    // On from before the first dark look on: a fault elsewhere switches it off, and it is not.
+    // Stage on since before the first dark period: another fault switches the channel off, but the stage conducts.
     bench.fake.script = vec![(40..u64::MAX, 1, Mishap::StageOn), (50..60, 1, Mishap::NanVoltage)];
     bench.fake.script.swap(0, 1);
     bench.run(100);
@@ -418,7 +418,7 @@ fn the_first_to_fail_is_told_from_those_that_followed() {
         flags.take(3).collect::<Vec<_>>()
     };
     assert_eq!(first(&bench), [false, false, true]);
-    // Mended, it is nobody's: the other one was not the first.
+    // After the repair no fault is left: the other one was not the first.
     assert_eq!(bench.reset(2), Answer::Done);
     bench.run(2);
     assert_eq!((bench.engine.first_to_fail(), first(&bench)), (None, vec![false; 3]));
@@ -446,12 +446,12 @@ fn a_setpoint_whose_lease_runs_out_is_gone_in_that_period_and_nothing_has_to_be_
     assert_eq!(bench.state.channel[0].fault(), Some(Fault::StaleSetpoint));
     assert!(bench.state.channel[0].lease_s.is_nan() && bench.state.channel[0].target_m.is_nan());
     assert_eq!(bench.events.iter().filter(|event| event.2 == Occurrence::Lapsed).count(), 1);
-    // The next setpoint is taken without ado.
+    // The next setpoint is accepted without a reset.
     assert_eq!(bench.order(0, Ask::Duty(0.1), 1.0), Some(Answer::Done));
     bench.run(1);
     assert_eq!(bench.state.channel[0].fault(), None);
     assert_eq!(bench.mode(0), Mode::Duty);
-    // And an `off` may end without anybody minding.
+    // And the expiry of an `off` is no fault.
     bench.order(0, Ask::Off, 0.010);
     bench.run(30);
     assert_eq!(bench.state.channel[0].fault(), None);

@@ -1,5 +1,5 @@
-//! What a supervisor must not do: switch off what is well. Runs rigs through an hour (or the seconds given) of ordinary work on the simulated
-//! clock, with the converter's noise, draughts, air that warms and cools and a supply that wanders, and counts what tripped.
+//! False trips of the supervisor. Runs rigs through an hour (or the seconds given) of ordinary operation on the simulated
+//! clock, with the converter's noise, draughts, drifting air temperature and supply, and counts the faults.
 //!
 //! `cargo run -p sinew-lockstep --example false_trips -- 3600` prints the table of `docs/supervisor.md`; it ends with 1 if
 //! anything has tripped.

@@ -1,5 +1,5 @@
-//! The driver's cycle and a virtual rig in lockstep: no clock, no thread, no shared memory, so as fast as the machine can, and
-//! the same again for the same seed. What tests, trials and figures of the supervisor run on.
+//! The driver's cycle and a virtual rig in lockstep: no clock, no thread, no shared memory, so as fast as possible, and
+//! reproducible for the same seed. Tests, trials and figures of the supervisor use it.
 
 use std::collections::HashMap;
 
@@ -59,7 +59,7 @@ pub struct Lockstep {
 }
 
 impl Lockstep {
-    /// A driver on the rig it believes to have. `program` is what the rig does while nobody commands it.
+    /// A driver on the rig it is configured for. `program` is what the rig does while no client commands it.
     ///
     /// # Errors
     /// A rig that cannot be driven or simulated.
@@ -67,7 +67,7 @@ impl Lockstep {
         Lockstep::misjudging(rig, rig, program)
     }
 
-    /// A driver that believes in one rig, on another one with as many channels.
+    /// A driver configured for one rig, on another one with as many channels.
     ///
     /// # Errors
     /// A rig that cannot be driven or simulated.
@@ -93,7 +93,7 @@ impl Lockstep {
         })
     }
 
-    /// The rig the driver believes in.
+    /// The rig the driver is configured for.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }

@@ -1,4 +1,4 @@
-//! What differs between what was recorded then and what comes out now.
+//! The differences between recorded and replayed output.
 
 use sinew_ipc::{ChannelField, ChannelState, CycleHeader};
 

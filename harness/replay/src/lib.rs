@@ -1,13 +1,13 @@
-//! The driver's engine run once more over a recording, and what comes out otherwise today.
+//! Runs the driver's engine over a recording and compares the output with the recorded one.
 //!
-//! A [`ReplayBackend`](sinew_replay_backend::ReplayBackend) brings back the voltages that were recorded. [`Replay`] runs the driver's own cycle over them in lockstep, with
-//! the same beats and the same requests at the same cycles, and [`Comparison`] lists what comes out otherwise than it was recorded.
+//! A [`ReplayBackend`](sinew_replay_backend::ReplayBackend) returns the recorded voltages. [`Replay`] runs the driver's own cycle over them in lockstep, with
+//! the same beats and the same requests at the same cycles, and [`Comparison`] lists the differences from the recording.
 //!
-//! # What it says, and what not
-//! With the program, the rig file and a recording from the driver's first cycle on, everything comes out bit for bit the
-//! same. Change the rig, an algorithm or the program, and what differs is their doing. But a recorded wire does not answer: it
-//! goes on as it was heated then, whatever duty comes out now. Sensing, estimates, faults and the law's first answer are
-//! those a change would have had; how the wire would have moved under that answer only a simulation can say.
+//! # Limits: open loop
+//! With the same program and rig file and a recording from the driver's first cycle on, the output is bit for bit the
+//! same. After a change of rig, algorithm or program, that change causes the differences. But a recorded wire does not respond:
+//! it behaves as it was heated in the recording, whatever the new duty. Sensing, estimates, faults and the law's first output are
+//! those of the change; how the wire would have moved only a simulation shows.
 #![forbid(unsafe_code)]
 
 mod compare;

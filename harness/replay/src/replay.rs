@@ -1,4 +1,4 @@
-//! The driver's cycle run again over a recording, in lockstep: the same beats, the same requests, the samples of then.
+//! The driver's cycle run again over a recording, in lockstep: with the recorded beats, requests and samples.
 
 use sinew_backend::{Backend, BackendError, Sample};
 use sinew_control::StrokeRange;
@@ -91,7 +91,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
     pub fn cycle(&mut self, tell: impl FnMut(Event)) -> Result<Option<(&[ChannelState], &Snapshot)>, Error> {
         let Some((between, cycle)) = self.backend.advance()? else { return Ok(None) };
         let head = cycle.0.header;
-        // What the driver had missed before its first cycle it told its channels of as well.
+        // The driver also passed the periods missed before its first cycle to its channels.
         let missed = if head.cycle == 1 { head.missed } else { between };
         self.keep_count(&head);
         if between > 0 {
@@ -99,7 +99,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         self.command(&head);
-        // No sample tells of a suspended machine; the fault it left does.
+        // No sample shows a suspended machine; its fault does.
         let slept = self.backend.recorded().0.channels.iter().any(|state| state.fault == Fault::Suspended.code());
         if slept && !self.slept {
             self.engine.was_suspended();
@@ -143,7 +143,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         let begins = self.before.is_none() && head.cycle != 1;
         self.orders.clear();
         for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {
-            // Without an order, a recording that begins in the middle still says what was in force.
+            // Without an order, a recording that begins later still contains the target in force.
             let (kind, place) = match state.order() {
                 Some(order) => order,
                 None => match in_force(state).filter(|_| begins) {
@@ -174,7 +174,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         }
         self.orders.sort_by_key(|(place, _)| *place);
         for (_, order) in &self.orders {
-            // Who asked then has long had the answer.
+            // The recorded client has its answer already.
             let _ = self.engine.take(order, head.monotonic_ns);
         }
         for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Driver's sessions as recordings to replay, and what to write a replay as.
+//! Reads a driver's session for replay, and writes a replay as a session.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Why there is no figure.
+//! Errors of making a figure.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What is drawn: which curves of which recordings on which axes, gathered in one pass over each.
+//! The content of a figure: which curves of which recordings on which axes, gathered in one pass over each.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::source::{Sample, Source};
 use crate::thin::Thin;
 use crate::{Error, Kind, Order};
 
-/// Curves of time that are drawn when nobody says which, of those that are there …
+/// Curves over time that are drawn by default, of those that exist …
 const USUAL: [&str; 9] = [
     "length_m",
     "position_m",
@@ -111,7 +111,7 @@ struct Gathered {
 /// Reads the recordings and gathers what is requested.
 ///
 /// # Errors
-/// Names nobody has, kinds that lack what they need, damaged files; [`Error::Nothing`] where there is nothing to draw.
+/// Unknown names, kinds without the fields they need, damaged files; [`Error::Nothing`] where there is nothing to draw.
 pub fn gather(sources: &[Source], order: &Order, progress: &mut dyn FnMut(u64, u64)) -> Result<Figure, Error> {
     let (subjects, mut notes) = subjects(sources, order)?;
     let (mut panels, wanted) = panels(sources, order, &subjects)?;

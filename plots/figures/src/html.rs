@@ -1,5 +1,5 @@
-//! A figure as a page that can be zoomed into: one file with the curves, the plotting library and its hands inside, which
-//! needs no network and sends nothing anywhere.
+//! A figure as a zoomable HTML page: one file with the curves, the plotting library and its controls, which
+//! needs no network and sends no data.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;

@@ -1,8 +1,8 @@
-//! Recordings as figures: sessions and CSV, one or several over one another.
+//! Plots of recordings: sessions and CSV, one or several overlaid.
 //!
-//! [`Source::open`] opens a recording, [`gather`] reads each once and makes its curves thin while reading, so that memory
-//! does not grow with it, and a [`Figure`] becomes an [`svg`](Figure::svg), a [`png`](Figure::png) or an
-//! [`html`](Figure::html) page that can be zoomed into and needs nothing else.
+//! [`Source::open`] opens a recording, [`gather`] reads each once and decimates its curves while reading, so that memory
+//! does not grow with it, and a [`Figure`] is written as [`svg`](Figure::svg), [`png`](Figure::png) or a
+//! self-contained zoomable [`html`](Figure::html) page.
 //!
 //! # Example
 //! ```

@@ -1,4 +1,4 @@
-//! A figure as a picture: SVG drawn by the project's plots, PNG rendered from that with a font of its own.
+//! A figure as an image: SVG drawn by the project's plots, PNG rendered from that with a bundled font.
 
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
-//! A curve made thin while it is read: whatever its length, a few thousand points that look the same.
+//! Decimates a curve while it is read: whatever its length, to a few thousand points that look the same.
 //!
-//! Samples are gathered in stretches. Of each its first and last are kept and those furthest left, right, down and up, so
-//! that no spike is lost and a loop keeps its width. When there are too many stretches, neighbours are joined: memory
+//! Samples are grouped in stretches. Of each the first and last are kept and the extremes in x and y, so
+//! that no spike is lost and a loop keeps its width. When there are too many stretches, neighbours are merged: memory
 //! does not grow with the recording.
 //!
 //! A sensor slower than the recording leaves missing samples between its own. Those do not break the curve; a stretch

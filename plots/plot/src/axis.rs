@@ -134,7 +134,7 @@ impl Axis {
         let mut axis = self.clone();
         axis.ticks = match &self.scale {
             Scale::Linear => {
-                // three at least, or nobody can read a value off
+                // three at least, for values to be readable
                 let inside = |step: f64| ((self.high / step).floor() - (self.low / step).ceil()) as usize + 1;
                 let step = |n: usize| nice_step((self.high - self.low) / n as f64);
                 let most = most.max(2);

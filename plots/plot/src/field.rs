@@ -1,4 +1,4 @@
-//! Recorded quantities as a reader wants them: a column's or field's name in words, and its unit.
+//! Labels of recorded quantities: a column's or field's name in words, and its unit.
 
 /// What a column or field is called, and its unit.
 #[derive(Debug, Clone, PartialEq, Eq)]

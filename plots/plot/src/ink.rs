@@ -1,5 +1,5 @@
-//! What lines, areas and bands are drawn with. Every ink has a colour of its own, by which the page's style sheet gives it
-//! its dash and its colour on a dark screen; a reader without colours distinguishes them by the dash.
+//! The styles of lines, areas and bands. Every ink has its own colour, by which the page's style sheet selects
+//! its dash and its colour on a dark screen; without colours they are distinguished by the dash.
 
 use plotters::style::{RGBAColor, ShapeStyle};
 

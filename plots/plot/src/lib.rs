@@ -1,8 +1,8 @@
 //! Drawing: lines over bands and heat maps as SVG, panels under one legend, pages with plots inside, numbers with units.
 //!
-//! What is drawn is not known here, only how: axes in the prefix that suits them, [`Ink`]s that a grey print and a
-//! colour-blind reader can tell apart, and no drawing that fails on values that are none. All are functions of what they
-//! are given: no clock, no randomness, the same bytes for the same data.
+//! Independent of the data's meaning: axes with suitable SI prefixes, [`Ink`]s that are distinguishable in a grey print and to a
+//! colour-blind reader, and no drawing that fails on NaN. All are pure functions:
+//! no clock, no randomness, the same bytes for the same data.
 //!
 //! # Example
 //! ```

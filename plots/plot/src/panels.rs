@@ -1,4 +1,4 @@
-//! Plots side by side under one legend as a picture of its own, for a paper, a talk or a page of documentation.
+//! Plots side by side under one legend as a standalone image, for a paper, a talk or a page of documentation.
 
 use maud::{Markup, PreEscaped, html};
 

@@ -1,4 +1,4 @@
-//! Numbers as a reader wants them: few digits, a unit with an SI prefix, a true minus sign.
+//! Formatting of numbers: few digits, a unit with an SI prefix, a true minus sign.
 
 /// What stands where there is no number.
 pub const NONE: &str = "–";

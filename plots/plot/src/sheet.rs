@@ -1,4 +1,4 @@
-//! What all pages of the project have in common: one file with its styles inside, a heading, links to its sections.
+//! The common layout of the project's pages: one file with its styles inside, a heading, links to its sections.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

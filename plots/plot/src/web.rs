@@ -1,5 +1,5 @@
-//! What pages with curves that move are made of: a plotting library of others, and on it the axes, inks and hands of this
-//! project. All of it is in the program; a page needs no network.
+//! Assets of interactive pages: a third-party plotting library, and this project's axes, inks and controls
+//! for it. All of it is in the program; a page needs no network.
 //!
 //! uPlot 1.6.32 by Leon Sorokin, MIT (`web/uplot/LICENSE`), as published on npm: `npm pack uplot@1.6.32`, from whose
 //! `dist/` the two files are copied unchanged.

@@ -1,4 +1,4 @@
-//! The ways to get a motion out of lengths that the examples compare.
+//! The methods of estimating motion from lengths that the examples compare.
 
 use sinew_sensing::{Motion, MotionObserver, ObserverConfig};
 

@@ -1,4 +1,4 @@
-//! The sensor against the wire and converter it was made for, broken and whole.
+//! The sensor on the wire and converter it is configured for, healthy and faulty.
 
 use super::*;
 use crate::converter::Converter;
@@ -269,7 +269,7 @@ fn open_wires_are_found_at_once() {
     found(|_, s| Sample { current_a: 0.0, v1_v: 0.0, v2_v: 6.0, v3_v: 6.0, ..s }, &open);
     found(|_, s| Sample { current_a: 0.0, v1_v: 6.0, v2_v: 6.0, v3_v: 6.0, ..s }, &open);
     found(|_, s| Sample { current_a: s.current_a / 3.0, ..s }, &open);
-    // Before the moving end nothing is left to see.
+    // Before the moving end no voltage is left to measure.
     found(|_, s| Sample { current_a: 0.0, v1_v: 0.0, v2_v: 0.0, v3_v: 0.0, ..s }, &[Health::NoCurrent]);
 }
 

@@ -1,4 +1,4 @@
-//! What a [`MotionObserver`](crate::MotionObserver) is told of noise, load and heating.
+//! The configuration of a [`MotionObserver`](crate::MotionObserver): noise, load and heating.
 
 use crate::error::{Error, check};
 

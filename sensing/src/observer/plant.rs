@@ -1,4 +1,4 @@
-//! The equation of motion that the observer knows, and what it makes of state and covariance over a step.
+//! The observer's equation of motion, and its propagation of state and covariance over a step.
 
 use super::config::ObserverConfig;
 use super::motion::Motion;

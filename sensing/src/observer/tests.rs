@@ -284,7 +284,7 @@ proptest! {
                 prop_assert!(value.is_finite(), "{m:?} {d:?}");
             }
         }
-        // Whatever that did to it, a second of good lengths puts it right.
+        // A second of good lengths corrects any state.
         for _ in 0..(2.0 * rate_hz) as u32 {
             observer.set_duty(0.0);
             let m = observer.update(Some(0.163), 1.0 / rate_hz);

@@ -1,4 +1,4 @@
-//! The driver's own suite for backends, with every call of the allocator counted.
+//! The conformance suite for backends, with every call of the allocator counted.
 
 use sinew_backend::ChannelFault;
 use sinew_backend::conformance::{Bench, suite};

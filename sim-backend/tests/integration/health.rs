@@ -1,4 +1,4 @@
-//! Does the sensing recognise what the virtual rig breaks? Both sides of the converter, put together.
+//! Sensing detects the faults the virtual rig injects: both sides of the converter together.
 
 use sinew_backend::{Backend, Sample};
 use sinew_physics::{cold_length_m, hot_length_m};

@@ -1,4 +1,4 @@
-//! The virtual rig from the driver's side of the contract: what it measures, what it does to its wires, what breaks.
+//! The virtual rig from the driver's side of the contract: samples, wires, faults.
 
 use proptest::prelude::*;
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
@@ -134,7 +134,7 @@ fn a_shared_input_sees_the_supply_while_the_switch_is_open_and_the_shunt_while_i
         let s = run(&mut backend, duty, 2)[0];
         let truth = backend.truth(0).unwrap();
         assert!(s.v3_v.is_nan());
-        // The unloaded supply: what sags in the on-phase is not seen, which is what this circuit cannot know.
+        // The unloaded supply: a sag in the on-phase is not measured, a limitation of this circuit.
         near(s.supply_v, 6.0, 1e-5);
         near(s.current_a, 6.0 / (truth.resistance_ohm + 0.32), 2e-5);
         let low = 0.12 * s.current_a;

@@ -1,4 +1,4 @@
-//! What a wire may take: current, heat, temperature. On a simulated clock; the truth is the simulated wire's own temperature.
+//! Budgets of a wire: current, heat, temperature. On a simulated clock; judged by the simulated wire's true temperature.
 
 use rand::rngs::Xoshiro256PlusPlus;
 use sinew_ipc::{CommandKind, Fault};

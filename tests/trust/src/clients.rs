@@ -1,4 +1,4 @@
-//! Programs that look and command, and what they do wrong: killed, hung, too many, too fast.
+//! Faults of client programs: killed, hung, too many, too fast.
 
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};

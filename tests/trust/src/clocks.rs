@@ -1,4 +1,4 @@
-//! Clocks of one process that can be moved: a shim in C, compiled when it is needed, in front of its libraries.
+//! Adjustable clocks for one process: a shim in C, compiled on demand and preloaded (`LD_PRELOAD`).
 
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;

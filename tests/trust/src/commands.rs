@@ -1,4 +1,4 @@
-//! Commands nobody can carry out, and those that ran out: in lockstep, beside a twin that got none of them.
+//! Invalid commands and expired leases: in lockstep, compared with a reference rig without them.
 
 use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -117,7 +117,7 @@ fn lease() -> Kind {
         twins.struck.step();
         let state = twins.struck.state(victim);
         expect(state.fault() == Some(Fault::StaleSetpoint) && state.mode() == Mode::Off, || format!("{state:?}"))?;
-        // And nobody has to reset anything.
+        // And no reset is needed.
         command(&mut twins.struck, victim, CommandKind::Duty, 0.1, 10.0)?;
         twins.struck.run(3);
         expect(twins.struck.in_force(victim) == 0.1, || "the next setpoint is not carried out".into())?;

@@ -1,4 +1,4 @@
-//! Disks without room, under the real program: what it cannot write costs what is said here, and the wires nothing.
+//! Full disks under the real program: a failed write has only the documented data loss, and no effect on the wires.
 
 use std::path::Path;
 use std::process::Command;

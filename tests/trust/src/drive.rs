@@ -1,5 +1,5 @@
-//! `sinew-trust drive`: a driver with a witness, that breaks on demand. What it is told comes by lines on its standard input; one
-//! that drives hardware is told nothing: there it is the line or the kernel that breaks.
+//! `sinew-trust drive`: a driver with an output log and fault injection by commands on its standard input; one
+//! that drives hardware gets none: there the line or the kernel injects the faults.
 
 use std::io::BufRead;
 use std::path::PathBuf;
@@ -153,7 +153,7 @@ fn obey(line: &str, names: &[String], faults: &FaultHandle, mischief: &Mischief)
             };
         }
         ["eat"] => {
-            // Until somebody who owns the memory has had enough.
+            // Until the kernel's OOM killer ends it.
             let mut eaten = Vec::new();
             loop {
                 eaten.push(vec![1u8; 1 << 20]);

@@ -1,5 +1,5 @@
-//! A driver's process on hardware whose outputs are seen without asking the driver, and a client of it: the frame of every kind that
-//! strikes a hardware backend.
+//! A driver's process on hardware whose outputs are measured independently of the driver, and a client of it: the fixture of
+//! every fault of a hardware backend.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,14 +18,14 @@ use crate::lockstep::rig_text;
 use crate::running::{LONG, Process, started, wait_for};
 use crate::site::Site;
 
-/// What the wires get when they are struck, and the pulse that goes out whenever nothing more does.
+/// The wires' duty when the fault is injected, and the pulse that is output otherwise.
 pub const DUTY: [f64; CHANNELS] = [0.1, 0.09];
 /// See [`DUTY`].
 pub const PULSE: f64 = 0.02;
 /// Wires.
 pub const CHANNELS: usize = 2;
 
-/// Something a driver works on that tells by itself what is put out.
+/// Hardware of a driver that reports its own outputs.
 pub trait Hardware: Sized {
     /// Where the faults of its kind are listed.
     const GROUP: Group;

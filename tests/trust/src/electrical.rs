@@ -1,4 +1,4 @@
-//! What breaks between supply, power stage, wire, taps and converter. On a simulated clock, to the period.
+//! Electrical faults of supply, power stage, wire, taps and converter. On a simulated clock, exact to the period.
 
 use rand::rngs::Xoshiro256PlusPlus;
 use sinew_backend::{Backend, Truth};
@@ -244,7 +244,7 @@ fn breakage(b: &'static Breakage) -> Kind {
         };
         let struck = twins.struck(&[victim], b.flags, b.patience_s)?;
         let refused = twins.struck.reset(victim);
-        // A supply that is back to where it was looks well for nobody; what is broken has to be seen again.
+        // After the supply has returned the fault has to be detected again.
         expect(matches!(refused, Some(Answer::CauseRemains(_))), || {
             format!("reset with the cause there: {refused:?}")
         })?;
@@ -273,7 +273,7 @@ fn does_not_move(name: &'static str, injected: &'static str, broken: FaultKind) 
             cycles += 1;
             hottest_c = hottest_c.max(bench.wires().wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
             if (cycles as f64) >= PATIENCE_S * RATE_HZ {
-                // Held at its budget for as long as it is asked for: no fault, and no harm.
+                // Held at its budget for as long as the setpoint lasts: no fault, and no harm.
                 let held = bench.state(0).flags & ChannelState::FLAG_LIMITED != 0;
                 return if held {
                     Ok(hottest_c - limit_c)
@@ -461,7 +461,7 @@ fn two_at_once() -> Kind {
         }
         let fault = twins.struck.state(victim).fault();
         expect(fault == Some(Fault::OpenWire), || format!("the first cause became {fault:?}"))?;
-        // The wire is mended, the supply is not: what is wrong now is named.
+        // The wire is repaired, the supply is not: the present fault is reported.
         faults.clear(victim, FaultKind::OpenWire);
         let refused = twins.struck.reset(victim);
         expect(refused == Some(Answer::CauseRemains(Fault::SupplyDip)), || format!("{refused:?}"))?;

@@ -1,4 +1,4 @@
-//! Why a try did not come out.
+//! Errors of a try.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! A kind of fault, a hundred tries of it, and the row of the table they make.
+//! A kind of fault, a hundred tries of it, and its row of the table.
 
 use std::fmt;
 use std::time::Instant;

@@ -1,10 +1,10 @@
-//! The machine that proves what the driver promises: it injects every fault there is, a hundred times each at random phases,
-//! looks at the *output* and not at what the driver says of it, and writes the table of `docs/trust.md`.
+//! Fault injection: tests the driver's guarantees. It injects every fault, a hundred times each at random phases,
+//! measures the *output* independently of the driver's own report, and writes the table of `docs/trust.md`.
 //!
-//! - [`kinds`] lists what is injected; [`kind`] is what one of them consists of, and the row it becomes.
-//! - [`lockstep`]: engine and simulated wires on a simulated clock, beside a twin that is not struck.
-//! - [`witness`]: a driver's process whose outputs are written down as they go out, and outlive it.
-//! - `serial` and `linux`: a driver's process and a front-end, or a simulated kernel, whose own outputs are the witness there.
+//! - [`kinds`] lists the faults; [`kind`] defines one of them, and its row of the table.
+//! - [`lockstep`]: engine and simulated wires on a simulated clock, compared with a reference without the fault.
+//! - [`witness`]: a driver's process with an output log that outlives it.
+//! - `serial` and `linux`: a driver's process and a front-end, or a simulated kernel, whose own outputs are measured.
 #![forbid(unsafe_code)]
 
 mod budgets;

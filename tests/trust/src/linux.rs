@@ -1,5 +1,5 @@
-//! What can happen to a driver of Linux's own outputs, its guard and its converters: a driver's process with a guard of its own,
-//! on a simulated kernel in a mounted folder. The outputs are the kernel's, which goes on with the last duty it was told.
+//! Faults of a driver of Linux's own outputs, its guard and its converters: a driver's process with its guard,
+//! on a simulated kernel in a mounted folder. The outputs are the kernel's, which keeps the last duty written.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The driver's cycle and simulated wires in lockstep, on a simulated clock: exact to the period, and as fast as possible.
 //!
-//! Beside the rig that is struck runs its twin: the same wires, the same noise, the same orders, only not struck. What a fault
-//! on one channel costs another is then no matter of opinion: the others' states have to stay the same bit by bit.
+//! In parallel with the rig under fault runs a reference: the same wires, the same noise, the same orders, without the fault. A
+//! fault on one channel must not affect another: the others' states have to stay the same bit by bit.
 
 use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -13,7 +13,7 @@ use sinew_rig::Rig;
 use crate::failure::{Failure, expect, unexpected};
 use crate::kind::{between, whole};
 
-/// Channels of the rigs that are struck.
+/// Channels of the rigs under fault.
 pub const CHANNELS: usize = 3;
 
 /// Text of a rig of simulated wires, of a name and rate; `more` goes into every channel.
@@ -94,10 +94,10 @@ fn bits(state: &ChannelState) -> [u64; 7] {
     [numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], u64::from(state.mode), u64::from(state.fault)]
 }
 
-/// A rig that is struck, and its twin that is not.
+/// A rig under fault, and its reference without.
 #[derive(Debug)]
 pub struct Twins {
-    /// The one that is struck.
+    /// The one under fault.
     pub struck: Lockstep,
     /// The other.
     pub twin: Lockstep,
@@ -201,7 +201,7 @@ impl Twins {
         loop {
             self.cycle(hit)?;
             cycles += 1;
-            // A dark period, in which the supervisor looks for current that should not be, is no reaction.
+            // A dark period, in which the supervisor checks for current with the gate closed, is no reaction.
             if !powered(self) && latched(self).iter().all(Option::is_some) {
                 break;
             }
@@ -233,7 +233,7 @@ impl Twins {
         self.struck.wires().faults().clear_all();
         self.struck.run(5);
         for &channel in hit {
-            // What the estimate says of the wire may have to cool first.
+            // The estimated temperature may have to fall first.
             let mut answer = None;
             for _ in 0..60 {
                 answer = self.struck.reset(channel);

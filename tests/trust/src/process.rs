@@ -1,5 +1,5 @@
-//! What can happen to the driver's process and to the machine under it: real processes, real time. The outputs are those that the
-//! witness wrote down as they went out.
+//! Faults of the driver's process and its machine: real processes, real time. The outputs are those of the
+//! output log (witness).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -85,7 +85,7 @@ fn dies(name: &'static str, injected: &'static str, signal: Signal) -> Kind {
             Err(Error::DriverGone { stopped: false, .. }) => {}
             other => return unexpected(format!("a command to a dead driver: {other:?}")),
         }
-        // The next try starts under the same name: what this one leaves is in nobody's way.
+        // The next try starts under the same name: leftovers of this one must not prevent it.
         running.powered_until_ms(from)
     };
     Kind {
@@ -117,7 +117,7 @@ fn out_of_memory() -> Kind {
         let _ = std::fs::remove_dir(&group);
         ended?;
         expect(running.client.health() == DriverHealth::Died, || "the client is not told".into())?;
-        // It may have lived on for a while; what counts is that it never was half dead.
+        // It may have run on for a while; required is that its outputs never paused before its end.
         let put = running.put()?;
         let gap = put.windows(2).map(|pair| pair[1].at_ns - pair[0].at_ns).max().unwrap_or(0);
         Ok(gap as f64 * 1e-6)
@@ -280,7 +280,7 @@ fn stopped_briefly() -> Kind {
         let gap_ms = (now_ns() - from) as f64 * 1e-6;
         let state = running.client.latest();
         let good = state.channels().iter().all(|c| c.duty == DUTY && c.fault().is_none());
-        // A machine that lets us sleep for longer than we asked may make it the other row.
+        // A machine that sleeps longer than requested may make it the other row.
         let overrun = || gap_ms > OVERRUN_MS && state.channels().iter().all(|c| c.fault() == Some(Fault::CycleOverrun));
         expect(good || overrun(), || format!("after {gap_ms} ms: {:?}", state.channels()))?;
         let report = running.stop()?;
@@ -329,7 +329,7 @@ fn clock_step() -> Kind {
         // Up to ten years to either side.
         let year_ns = 365.0 * 86_400.0 * 1e9;
         clocks.set_wall_ns((between(rng, -10.0, 10.0) * year_ns) as i64)?;
-        // By the cycles' own times: how soon we look at them is no matter of the lease.
+        // By the cycles' own times: when they are read does not matter for the lease.
         let mut taken_ns = None;
         let lasted_ns = wait_for("the lease to run out", || {
             while let Some(cycle) = stream.next()? {
@@ -557,7 +557,7 @@ fn no_descriptors() -> Kind {
             let mut stream = running.client.stream()?;
             let mut served = 0;
             trials.each(|_| {
-                // Their patience is short: they are refused, or served, but nobody is to hang.
+                // Their timeout is short: they are refused, or served, but none may hang.
                 let newcomer = Client::connect(&running.rig);
                 served += usize::from(newcomer.is_ok());
                 running.client.set_duty("wire0", DUTY, LONG)?;

@@ -1,4 +1,4 @@
-//! Processes that are struck: a driver with its witness and a client of it, or anything else with a runtime folder of its own.
+//! Processes under test: a driver with its output log and a client of it, or any other with a separate runtime folder.
 
 use std::fs::File;
 use std::io::Write;

@@ -1,6 +1,6 @@
-//! What can happen to a front-end, its line and the driver behind it: a driver's process, and the firmware of a front-end on a
-//! thread of this one, with a pseudo-terminal between them. The outputs are the front-end's own, as it puts them out: what the
-//! driver believes of them does not count.
+//! Faults of a front-end, its line and its driver: a driver's process, and the firmware of a front-end on a
+//! thread of this one, with a pseudo-terminal between them. The outputs are measured at the front-end, not as reported by
+//! the driver.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -275,7 +275,7 @@ fn front_end_restarts() -> Kind {
         let latched = bench.driver()?.latched_by_the_backend();
         let latched_ms = (now_ns() - from) as f64 * 1e-6;
         thread::sleep(Duration::from_secs_f64(between(rng, 0.0, 0.2)));
-        // The old one takes its link along, so it has to be gone first.
+        // The old one removes its link when it ends, so it has to have ended first.
         if let Some(thread) = bench.hardware.front_end.thread.take() {
             let _ = thread.join();
         }
@@ -382,7 +382,7 @@ fn judge(stream: &mut CycleStream, judged: &mut Judged) -> Result<(), Failure> {
                 Some(fault) => {
                     if !std::mem::replace(&mut run.over, true) {
                         run.worst = run.worst.max(run.now);
-                        // Where the machine keeps the driver away for long, it or the front-end's watchdog notices that first.
+                        // Where the machine delays the driver for long, it or the front-end's watchdog detects that first.
                         let known = match fault {
                             Fault::NoSample => true,
                             Fault::CycleOverrun => late_ms > PERIOD_MS,

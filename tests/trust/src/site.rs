@@ -1,4 +1,4 @@
-//! Where the tries take place: the programs they start and the folders they use.
+//! The environment of the tries: the programs they start and the folders they use.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! `sinew-trust soak`: everything at once for half an hour. A driver of many wires that break at random, clients that come, command
-//! and are killed, a recorder, load on all cores; in the end every cycle has to be accounted for and the driver no larger than it was.
+//! `sinew-trust soak`: all faults at once for half an hour. A driver of many wires with random faults, clients that connect, command
+//! and are killed, a recorder, load on all cores; in the end every cycle has to be accounted for and the driver's memory not grown.
 
 use std::path::PathBuf;
 use std::process::Command;

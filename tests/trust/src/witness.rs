@@ -1,5 +1,5 @@
-//! A driver's process with a witness: what it puts out is written down as it goes out, by the backend's own thread, into a file
-//! that outlives the process. So a killed driver can be asked when it last powered a wire.
+//! A driver's process with an output log (the witness): the backend's own thread logs every output to a file
+//! that outlives the process. So the log of a killed driver shows when it last powered a wire.
 
 use std::fs::File;
 use std::io::Write;
@@ -54,7 +54,7 @@ impl<B: Backend> Watched<B> {
         for (place, duty) in rest.chunks_exact_mut(8).zip(duty) {
             place.copy_from_slice(&duty.to_ne_bytes());
         }
-        // A witness that cannot write shows as a log that ends, which no try takes for a good one.
+        // If logging fails the log ends early, and the try fails.
         let _ = self.file.write_all(&self.record);
     }
 }

@@ -1,4 +1,4 @@
-//! How closely a plant's wire can follow the bench's sines at all: `follow [PLANT]`.
+//! The smallest possible tracking error of a plant's wire on the bench's sines: `follow [PLANT]`.
 
 use sinew_bench::{Choice, Plant, follow, row};
 use sinew_control::StrokeRange;

@@ -1,4 +1,4 @@
-//! The steps of one plant under one choice, beside the bound: `steps PLANT CONTROLLER ESTIMATOR SENSING SEEDS`.
+//! The steps of one plant under one choice, compared with the bound: `steps PLANT CONTROLLER ESTIMATOR SENSING SEEDS`.
 
 use sinew_bench::{Choice, Plant, Session, idle, step};
 

@@ -1,4 +1,4 @@
-//! What a run of the bench says: rows, ranking, findings.
+//! The result of a run of the bench: rows, ranking, findings.
 
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,7 +1,7 @@
-//! How fast a wire can settle at all: the time-optimal bound.
+//! The time-optimal bound of a wire's settling time.
 //!
-//! What is searched for is the shortest time after which the wire stays within a band around a length, for whoever knows the
-//! wire, its load and its state exactly, measures without noise or delay and needs no sensing pulse. The power is between nothing
+//! Searches the shortest time after which the wire stays within a band around a length, with the
+//! wire, its load and its state known exactly, without noise, delay or sensing pulse. The power is between zero
 //! and the largest mean power the channel may take, so by Pontryagin's principle the optimal power is at one of its ends until
 //! the wire arrives: full power until a first switch, none until a second one (for cooling the other way round), and then the power
 //! that holds the temperature, which stops the transformation. Between the second switch and the arrival the load may still creep
@@ -10,8 +10,8 @@
 //! The switches are searched on clones of the simulated wire itself, in steps of a millisecond and with switches between steps.
 //! For each length of the second phase the first switch is bisected: as late as the wire still stays on this side of the far
 //! edge of the band. Over that length the arrival falls until it ends abruptly (the wire creeps back), and is searched by sections.
-//! A load that rings when it is stopped has to be stopped in two blows half a swing apart: for such a one two more switches are
-//! searched from there, by descent from several stops of that kind.
+//! A load that oscillates when it is stopped has to be stopped in two pulses half an oscillation apart: for such a load two more switches
+//! are searched from there, by descent from several stops of that kind.
 
 use sinew_physics::formulas::heating_power_w;
 use sinew_physics::{Inputs, Load, Wire, WireModel};

@@ -1,4 +1,4 @@
-//! What can be chosen on a channel: every word of the rig file for controller, estimator and sensing.
+//! The choices on a channel: every value of the rig file's keys for controller, estimator and sensing.
 
 use sinew_rig::words;
 

@@ -1,4 +1,4 @@
-//! What the thesis found, looked for in the bench's own rows.
+//! The thesis' findings, checked on the bench's rows.
 
 use serde::Serialize;
 

@@ -1,10 +1,10 @@
-//! How closely the wire can follow a sine at all.
+//! The smallest possible tracking error of a wire on a sine.
 //!
-//! What is searched for is the power over a period, in equal pieces and between nothing and the largest, that leaves the least RMS
-//! error once the motion repeats, for whoever knows wire, load and reference exactly and in advance. It is a least-squares
-//! problem within bounds: Levenberg and Marquardt's steps on the simulated wire, the derivatives by differences, pieces that
-//! want out of their bounds held there; from several starts, of which the best is kept. A power found this way exists; that no
-//! better one does, nobody has proved. So it says what can be reached, and is no bound in the strict sense.
+//! Searches the power over a period, piecewise constant and between zero and the largest, that minimises the RMS
+//! error of the periodic motion, with wire, load and reference known exactly and in advance. It is a bounded least-squares
+//! problem: Levenberg–Marquardt on the simulated wire, derivatives by differences, pieces at
+//! their bounds held there; from several starts, of which the best is kept. The power found is feasible, but not proven
+//! optimal: the result is achievable, and not a bound in the strict sense.
 
 use nalgebra::{DMatrix, DVector};
 use sinew_control::StrokeRange;

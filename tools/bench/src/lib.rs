@@ -1,15 +1,15 @@
-//! Sensing, estimators and controllers on the same simulated plants, beside what physics allows.
+//! Sensing, estimators and controllers on the same simulated plants, compared with the physical bounds.
 //!
-//! The product drives itself: a rig file is what the driver believes ([`sinew_rig`]), [`sinew_driver::Engine`] runs its cycles,
-//! and [`sinew_sim_backend::SimulatedRig`] is the rig as it really is, which may be another one. Every word the rig file
-//! has for a controller, an estimator or a way of sensing is a row of its own ([`Choice::all`]).
+//! It runs the product's own code: a rig file configures the driver ([`sinew_rig`]), [`sinew_driver::Engine`] runs its cycles,
+//! and [`sinew_sim_backend::SimulatedRig`] is the real rig, which may differ. Every value of the rig file's keys
+//! for controller, estimator and sensing is a row ([`Choice::all`]).
 //! Everything is simulated time and seeded: the same call gives the same numbers, whatever the machine.
 //!
 //! # Example
 //! ```
 //! use sinew_bench::{Choice, Plant};
 //!
-//! // what the driver believes of a misjudged rig, and what that rig really is
+//! // the rig as configured in the driver, and the true, misjudged rig
 //! let plant = Plant::named("hotter").ok_or("no such plant")?;
 //! let believed = plant.believed(&Choice::default(), 1)?;
 //! let truth = plant.truth(&believed);

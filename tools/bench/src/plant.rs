@@ -1,4 +1,4 @@
-//! The plants: rigs as their drivers believe them, and as they are.
+//! The plants: rigs as configured in the driver, and as simulated.
 
 use serde::Serialize;
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;

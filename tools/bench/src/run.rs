@@ -1,4 +1,4 @@
-//! Runs rows side by side.
+//! Runs rows in parallel.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

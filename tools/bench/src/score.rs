@@ -1,4 +1,4 @@
-//! Who wins: each choice's figures over what is wanted of them, on seeds nobody tuned with.
+//! The score: each choice's figures relative to their requirements, on seeds not used for tuning.
 
 use serde::Serialize;
 

@@ -1,5 +1,5 @@
 //! A driver and its simulated rig in lockstep: no clock, no thread, one cycle a call. The rig is one wire in its load, or two on
-//! a joint, of which the agonist is commanded and looked at.
+//! a joint, of which the agonist is commanded and measured.
 
 use std::fmt;
 

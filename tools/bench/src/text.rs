@@ -1,4 +1,4 @@
-//! The answer for a terminal.
+//! The result as text for a terminal.
 
 use std::fmt::Write as _;
 

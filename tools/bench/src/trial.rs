@@ -1,4 +1,4 @@
-//! What one session is put through, and what is measured while it is.
+//! The test sequence of one session, and its measurements.
 
 use sinew_driver::Ask;
 use sinew_sim_backend::World;

@@ -1,4 +1,4 @@
-//! What can keep a black box from being there, or a file of it from being written.
+//! Errors of starting a black box, or of writing a file of it.
 
 use std::fmt;
 use std::io;

@@ -1,15 +1,15 @@
 //! The black box: the last seconds before a fault, and the second after it, in a file.
 //!
 //! [`BlackBox::start`] gives a [`sinew_driver::Tap`] to put into a driver. It keeps the cycles of the last seconds in memory. When a
-//! fault is latched it waits for the second behind it and hands both to a thread of its own, which writes them: a session like
-//! any other, which `sinew plot`, `replay`, `export` and `recording doctor` read. Faults within that second are in the same
+//! fault is latched it waits for the second after it and hands both to a separate thread, which writes them: an ordinary
+//! session, which `sinew plot`, `replay`, `export` and `recording doctor` read. Faults within that second are in the same
 //! file, and those that follow at once in the next one, which begins where the first ends: however many faults there are, there
 //! is at most one file in the time a file covers before its fault.
 //!
-//! Memory is bounded ([`sinew_rig::BlackBox::memory_bytes`]), with what is just being written: where the rig is too large or too
-//! fast for it, or the disk too slow, a file holds less before its fault, and says so. A file appears under its name when it is whole.
-//! What cannot be written costs that file and a warning, never the driver: the loop does not know of any of this, and the publisher,
-//! which does, only copies.
+//! Memory is bounded ([`sinew_rig::BlackBox::memory_bytes`]), including data being written: where the rig is too large or too
+//! fast for it, or the disk too slow, a file has a shorter history before its fault, and notes that. A file gets its name when it is complete.
+//! A failed write loses that file with a warning and never affects the driver: the loop is not involved, and the publisher
+//! only copies.
 //!
 //! # Example
 //! Files go into a folder for the rig, which keeps the newest of them:

@@ -1,4 +1,4 @@
-//! Where files go, what they are called, and how many stay.
+//! The files' folder, their names, and how many are kept.
 
 use std::ffi::OsString;
 use std::fs;

@@ -1,4 +1,4 @@
-//! What the publisher's thread does for the black box: copy a cycle, look for faults, hand over what is due.
+//! The black box' part on the publisher's thread: copies a cycle, checks for faults, hands over files that are due.
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;

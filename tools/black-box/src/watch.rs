@@ -1,4 +1,4 @@
-//! When a black box is due: a fault was latched, and the time behind it has passed.
+//! Decides when a file is due: a fault was latched, and the time after it has passed.
 
 use sinew_ipc::{ChannelState, CycleHeader, Mode};
 
@@ -53,7 +53,7 @@ impl Watch {
             match &mut self.due {
                 Some(due) => due.faults += 1,
                 None => {
-                    // One file in the time it covers: in a storm they follow each other without a hole.
+                    // One file in the time it covers: in a series of faults they follow each other without a gap.
                     let least_ns = self.covered_ns.map_or(0, |covered| covered.saturating_add(self.before_ns));
                     let until_ns = now_ns.saturating_add(self.after_ns).max(least_ns);
                     let from_ns = until_ns.saturating_sub(self.before_ns.saturating_add(self.after_ns));

@@ -1,4 +1,4 @@
-//! The thread that writes: one file after the other, whole or not at all.
+//! The writing thread: one file after the other, each complete or not at all.
 
 use std::io::BufWriter;
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
-//! What was written when something broke.
+//! The files written so far, and the writes that failed.
 
 use std::path::PathBuf;
 
-/// What has come of it so far.
+/// The result so far.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Written {
     /// The files, in order.

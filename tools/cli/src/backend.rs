@@ -1,4 +1,4 @@
-//! Which backend drives a rig: the one place that knows all of them.
+//! Selects the backend of a rig: the only place that depends on all of them.
 
 use std::sync::Arc;
 

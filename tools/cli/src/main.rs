@@ -1,4 +1,4 @@
-//! `sinew`: the command line. Each command is a file in `commands/`; this one only chooses it and turns its end into an
+//! `sinew`: the command line. Each command is a file in `commands/`; this one dispatches to it and converts its result to an
 //! exit code.
 
 mod args;

@@ -1,4 +1,4 @@
-//! What a person types to command a channel: `length=164mm`, `stroke=40%`, `duty=0.1`, `force=2N`, `off`.
+//! The syntax of a setpoint on the command line: `length=164mm`, `stroke=40%`, `duty=0.1`, `force=2N`, `off`.
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
-//! Wires nobody knows, one after the other: parameters 10 to 30 % off what the rig file believes, either way, drawn by a
-//! seed; each is characterised, and what no fit saw is foretold. Prints a row for each wire.
+//! Unknown wires, one after the other: parameters 10 to 30 % off the rig file's, either way, drawn by a
+//! seed; each is characterised, and recordings not fitted are predicted. Prints a row for each wire.
 //!
 //! `cargo run --release -p sinew-machine --example wires`
 

@@ -1,4 +1,4 @@
-//! A mass that hangs on the wire, played by the cross-head, and the law that is to move it.
+//! A mass that hangs on the wire, simulated by the cross-head, and the law that moves it.
 //!
 //! The thesis gives the cross-head a mass and a proportional-integral controller on the load: of e = W − F, what the mass
 //! is pulled by, its integral over the mass is the velocity the mass would have, and a share of e itself, 1/b, moves

@@ -1,9 +1,9 @@
 //! The test machine: chapter 8 of the thesis as software.
 //!
-//! [`Machine`] is what every testing machine can do in one period; [`SimulatedMachine`] computes one. A [`Routine`] is a
-//! state machine over what the machine measured, made of [`Stage`]s; [`plan`] has the seven of the thesis. [`run()`](run::run)
-//! brings both together under the [`Watch`] of the limits, and [`record`] makes a recording of it that `simulate`,
-//! `identify` and `diagnose` take.
+//! [`Machine`] is the interface of every testing machine; [`SimulatedMachine`] simulates one. A [`Routine`] is a
+//! state machine over the measurements, made of [`Stage`]s; [`plan`] has the seven of the thesis. [`run()`](run::run)
+//! runs it on a machine while [`Watch`] checks the limits, and [`record`] makes a recording of it for `simulate`,
+//! `identify` and `diagnose`.
 //!
 //! # Example
 //! The first second of a routine on the simulated machine:

@@ -1,4 +1,4 @@
-//! What every testing machine can do, whether of plastic and steel or simulated: one exchange a period.
+//! The interface of every testing machine, real or simulated: one exchange a period.
 
 use sinew_rig::Machine as Spec;
 

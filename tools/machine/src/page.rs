@@ -1,4 +1,4 @@
-//! The report for people: one self-contained page with plots, and the plots as a picture of their own.
+//! The HTML report: one self-contained page with plots, and the plots as a separate image.
 
 use maud::{Markup, html};
 use sinew_plot::quantity::{fixed, number, shown_unit};

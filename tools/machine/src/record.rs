@@ -1,8 +1,8 @@
-//! What a run measured, as a recording that everything else takes, and the rig file that goes with it.
+//! The recording of a run in the common format, with its rig file.
 //!
-//! In the machine the cross-head says where the wire's end is, and the amplifier which current flows: so for a model the
-//! elongation is imposed and the current is the drive, whatever the routine held constant, and force and voltages are what
-//! the model has to answer. All recordings of a wire can so be fitted together with one rig file.
+//! In the machine the cross-head determines the position of the wire's end, and the amplifier the current: so for a model the
+//! elongation is imposed and the current is the drive, whatever the routine held constant, and force and voltages are
+//! predicted by the model. So all recordings of a wire can be fitted together with one rig file.
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};

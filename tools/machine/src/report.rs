@@ -1,4 +1,4 @@
-//! What a run came to: the numbers for programs and for a terminal, and where they are from.
+//! The report of a run: the numbers as JSON and for a terminal, and their origin.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! A routine at work: its stages in turn, as a state machine over readings. No clock, no input, no output.
+//! A running routine: its stages in turn, as a state machine over readings. No clock, no I/O.
 
 use sinew_physics::WireModel;
 use sinew_rig::Machine as Spec;

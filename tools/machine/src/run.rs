@@ -1,4 +1,4 @@
-//! Routine and machine together, period by period, under watch, until either ends.
+//! Runs a routine on a machine, period by period, with the limits checked, until either ends.
 
 use crate::machine::{Machine, MachineError, Order, Reading};
 use crate::routine::{Directive, Routine};

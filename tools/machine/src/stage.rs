@@ -1,4 +1,4 @@
-//! What a routine is made of: stretches of time in which one thing is done until something comes true.
+//! The stages of a routine: each performs one action until a condition holds.
 
 use crate::wave::{Quantity, Wave};
 

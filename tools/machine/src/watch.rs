@@ -1,4 +1,4 @@
-//! What no routine may exceed: watched at every sample, and the first breach ends it.
+//! The limits of every routine: checked at every sample, and the first violation ends it.
 
 use sinew_physics::WireModel;
 use sinew_physics::formulas::relaxed;

@@ -1,4 +1,4 @@
-//! What is driven up and down: heat, load, reference.
+//! Waveforms of heat, load and reference.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! The thread that empties the driver's stream. It waits for nothing but the driver.
+//! The thread that reads the driver's stream. It waits for the driver only.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};

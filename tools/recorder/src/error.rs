@@ -1,4 +1,4 @@
-//! What can go wrong while recording.
+//! Errors of recording.
 
 use std::fmt;
 use std::io;

@@ -1,4 +1,4 @@
-//! What a recording says of faults: an event for each channel whose fault has changed.
+//! Fault events of a recording: one for each channel whose fault has changed.
 
 use std::mem::offset_of;
 

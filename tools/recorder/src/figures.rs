@@ -1,4 +1,4 @@
-//! The loop's own figures, as a recording keeps them.
+//! The loop's statistics in a recording.
 
 use sinew_ipc::{Histogram, LoopStats};
 use sinew_recording::session::{Durations, LoopFigures};

@@ -1,4 +1,4 @@
-//! The files of a recording: opened without replacing anything, brought to the disk, and named one after the other.
+//! The files of a recording: opened without replacing existing ones, synced to the disk, and numbered.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -38,7 +38,7 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
 pub(crate) fn keep(path: &Path, file: &File) -> io::Result<()> {
     file.sync_all()?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // some file systems know no such thing for folders
+    // some file systems do not support that for folders
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
     Ok(())
 }

@@ -1,11 +1,11 @@
-//! Records a running driver: a client like any other, which writes every cycle of all channels into files.
+//! Records a running driver: an ordinary client, which writes every cycle of all channels into files.
 //!
-//! [`Recorder::start`] connects a stream to two threads. One drains it: it copies every cycle out of shared memory into blocks, and
-//! never waits for anything but the driver. The other one compresses the blocks and writes them. Between the two lies a buffer of
-//! several seconds ([`Options::buffer_bytes`]), so that a disk that stands still for that long loses nothing. What does not fit in
-//! is lost, counted, and named in the file ([`sinew_recording::session::Ending`]).
+//! [`Recorder::start`] connects a stream to two threads. One reads it: it copies every cycle out of shared memory into blocks, and
+//! waits for the driver only. The other one compresses the blocks and writes them. Between the two is a buffer of
+//! several seconds ([`Options::buffer_bytes`]), so that a disk stalled for that long loses nothing. Cycles that do not fit
+//! are lost, counted, and listed in the file ([`sinew_recording::session::Ending`]).
 //!
-//! Data are brought to the disk every few seconds and at the end of each file, so that even when the power fails only the last
+//! Data are synced to the disk every few seconds and at the end of each file, so that even when the power fails only the last
 //! seconds are missing. A recorder that is killed leaves every chunk it had completed, which is all but the last second.
 //!
 //! # Example

@@ -1,4 +1,4 @@
-//! What to record, and how.
+//! Options of a recording.
 
 use std::path::PathBuf;
 

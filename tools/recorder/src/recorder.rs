@@ -1,4 +1,4 @@
-//! A recording that runs: started, watched, stopped, and what came of it.
+//! A running recording: start, status, stop, and its report.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! What the thread that reads, the thread that writes and the outside share.
+//! State shared by the reading thread, the writing thread and the caller.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

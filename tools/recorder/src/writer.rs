@@ -148,7 +148,7 @@ impl<'a> Writer<'a> {
     /// Completes the present file.
     fn close(&mut self, ended: Ended) -> Result<(), Error> {
         let Some(mut part) = self.part.take() else { return Ok(()) };
-        // what cannot be completed must not be lost sight of
+        // a file that cannot be completed must still be reported
         if let Err(error) = part.session.cut() {
             self.part = Some(part);
             return Err(error.into());
@@ -189,7 +189,7 @@ impl<'a> Writer<'a> {
     }
 
     fn end_without_summary(&mut self, file: &mut File, length: u64, ending: &Ending) {
-        // Should there be no room even for that, the file just ends behind its last complete chunk.
+        // If there is no room even for that, the file ends after its last complete chunk.
         if file.set_len(length).is_ok() && close_off(file, length, ending).is_err() {
             let _ = file.set_len(length);
         }

@@ -85,7 +85,7 @@ fn carry_out(shared: &Shared, what: Request) -> Result<String, String> {
                 Kind::Stroke => (channel, CommandKind::Stroke, value, hold),
                 Kind::Duty => (channel, CommandKind::Duty, value, hold),
                 Kind::Force => (channel, CommandKind::Force, value, hold),
-                // off stays off until somebody says otherwise
+                // off holds until the next command
                 Kind::Off => (channel, CommandKind::Off, 0.0, Duration::ZERO),
             }
         }

@@ -1,4 +1,4 @@
-//! What can go wrong before the page is there. Later there is somebody to tell: the page says it.
+//! Errors before the page is open. Later ones are shown on the page.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! The last while of every quantity of every channel, as thin as a screen can show: a ring of bins.
+//! The recent history of every quantity of every channel, decimated to a screen's resolution: a ring of bins.
 //!
 //! Up to 1 kHz a bin is a cycle, and every sample is shown. A faster loop's bins are 1 ms with the least and the largest
 //! value of each, so that no spike is lost and a page's work does not grow with the rate.

@@ -1,13 +1,13 @@
 //! A running driver in a browser: a live page on loopback.
 //!
-//! An ordinary thread (`watch`) reads every cycle as any client does, so the driver notices no more of it than of a
-//! second monitor. It keeps the last while of everything in a ring of bins (`history`). Each open page says which
-//! channels and quantities it shows, and gets these, what is new some sixty times a second and what was before when it
-//! asks (`session`). A page that cannot keep up gets fewer and longer frames; what falls out of the ring meanwhile is
-//! counted and shown as a gap. Nothing it does, or does not, reaches back to the thread that reads.
+//! An ordinary thread (`watch`) reads every cycle as any client does, so it loads the driver no more than a second
+//! monitor. It keeps the recent history in a ring of bins (`history`). Each open page subscribes to channels and
+//! quantities, and receives new samples sixty times a second and the history on request (`session`). A page that cannot
+//! keep up gets fewer and longer frames; bins overwritten meanwhile are counted and shown as a gap. A page never blocks
+//! the reading thread.
 //!
-//! The page commands only if it was opened by the address with the token, and only with leases it keeps renewing
-//! (`door`, `command`).
+//! A page may command only if it was opened with the token, and only with leases it keeps renewing
+//! (`access`, `command`).
 //!
 //! # Example
 //! ```no_run
@@ -21,8 +21,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod access;
 mod command;
-mod door;
 mod error;
 mod history;
 mod page;

@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use sinew_ipc::{Client, CycleStream};
 
-use crate::door::{Door, Token};
+use crate::access::{AccessControl, Token};
 use crate::record::Button;
 use crate::shared::Shared;
 use crate::view::View;
@@ -47,7 +47,7 @@ impl Scope {
         listener.set_nonblocking(true).map_err(refused)?;
         let shared = Shared {
             token: Token::new()?,
-            door: Door::new(port),
+            access: AccessControl::new(port),
             stop: AtomicBool::new(false),
             recorder: Mutex::new(Button::new(&options)),
             view: Mutex::new(View::new(Arc::new(client), options.commands)),
@@ -89,7 +89,7 @@ impl Scope {
         });
         shared.stop.store(true, Ordering::Relaxed);
         let _ = watcher.join();
-        // a recording that runs is completed; without one there is nothing to say
+        // a running recording is completed; without one there is nothing to report
         let _ = shared.recorder.lock().unwrap_or_else(PoisonError::into_inner).stop();
         served.map_err(system)
     }
@@ -103,19 +103,19 @@ fn router(shared: Arc<Shared>) -> Router {
     router.layer(from_fn_with_state(shared.clone(), guard)).with_state(shared)
 }
 
-/// Turns away what was not meant for this server, and sees to it that every answer carries its policy.
+/// Rejects requests for other hosts, and adds the security headers to every response.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    let mut response = if shared.door.lets_in(request.headers()) {
+    let mut response = if shared.access.accepts_request(request.headers()) {
         next.run(request).await
     } else {
         (StatusCode::MISDIRECTED_REQUEST, "this is not the host you think it is\n").into_response()
     };
-    response.headers_mut().extend(shared.door.headers());
+    response.headers_mut().extend(shared.access.headers());
     response
 }
 
 async fn live(State(shared): State<Arc<Shared>>, headers: HeaderMap, socket: WebSocketUpgrade) -> Response {
-    if !shared.door.lets_connect(&headers) {
+    if !shared.access.accepts_websocket(&headers) {
         return (StatusCode::FORBIDDEN, "only the scope's own page may connect\n").into_response();
     }
     socket.max_message_size(LONGEST_MESSAGE).on_upgrade(move |socket| session::run(socket, shared))

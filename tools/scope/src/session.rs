@@ -1,8 +1,8 @@
-//! One open page: what it shows goes to it, what it asks for comes from it.
+//! The session of one open page: curves and state to it, requests from it.
 //!
-//! Frames of curves are numbered and the page acknowledges each. No more than [`IN_FLIGHT`] are under way, so that a page
-//! that is slow, or asleep in the background, is not sent ever older curves: it gets what is new once it is ready, in one
-//! frame, and if that is more than the history reaches back, how much it missed.
+//! Frames of curves are numbered and the page acknowledges each. At most [`IN_FLIGHT`] are unacknowledged, so that a page
+//! that is slow, or suspended in the background, is not sent ever older curves: once ready it gets all new bins in one
+//! frame, and the number of bins it missed if the history does not reach back so far.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -71,7 +71,7 @@ pub async fn run(mut socket: WebSocket, shared: Arc<Shared>) {
                 let Message::Text(text) = message else { continue };
                 match serde_json::from_str(&text) {
                     Ok(Said::Token { token }) => {
-                        may_command = shared.options.commands && shared.token.opens(&token);
+                        may_command = shared.options.commands && shared.token.matches(&token);
                         send(&mut socket, json(&serde_json::json!({ "kind": "may", "command": may_command }))).await
                     }
                     Ok(Said::Show { generation, series }) => {

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::Options;
-use crate::door::{Door, Token};
+use crate::access::{AccessControl, Token};
 use crate::record::Button;
 use crate::view::View;
 
@@ -12,7 +12,7 @@ use crate::view::View;
 pub struct Shared {
     pub options: Options,
     pub token: Token,
-    pub door: Door,
+    pub access: AccessControl,
     pub stop: AtomicBool,
     pub recorder: Mutex<Button>,
     pub(crate) view: Mutex<View>,

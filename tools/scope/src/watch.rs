@@ -100,7 +100,7 @@ fn follow(shared: &Shared, client: &Client, stream: &mut CycleStream) {
     let mut looked: Option<Instant> = None;
     let mut rate = Rate::new();
     while !shared.stop.load(Ordering::Relaxed) {
-        // what is there is taken in one go, so that the lock is taken once a batch
+        // all available cycles are read at once, so that the lock is taken once a batch
         let waited = match stream.next_within(Duration::from_millis(20)) {
             Ok(Some(cycle)) => {
                 let mut view = shared.view();

@@ -172,7 +172,7 @@ fn it_refuses_what_it_cannot_keep() {
     assert_eq!(line.configure(3, PERIOD_NS as u32, 201, WIDE), Some(Refusal::Silence));
     assert_eq!(line.configure(3, PERIOD_NS as u32, 0, WIDE), Some(Refusal::Silence));
     assert_eq!(line.firmware.state(), State::Boot);
-    // Without a configuration nothing is put out, and whoever asks gets to know that.
+    // Without a configuration nothing is output, and the answer states that.
     line.duty(&[100, 100, 100]);
     line.pass(10 * PERIOD_NS);
     assert!(line.bench.put.iter().all(|duty| *duty == 0));
@@ -212,7 +212,7 @@ fn silence_switches_off_in_time_and_only_zeros_bring_it_back() {
     assert_eq!((line.firmware.state(), line.bench.put.clone()), (State::Tripped, vec![0, 0]));
     assert_eq!(line.bench.told.last(), Some(&Event::Silent { since_ns: 5 * PERIOD_NS, powered: true }));
     assert!(matches!(line.answers().last(), Some(Frame::Samples(Samples { state: State::Tripped, .. }))));
-    // A driver that comes back and goes on as if nothing had happened heats nothing.
+    // A driver that resumes after a stall heats nothing.
     let answer = line.periods(&[30_000, 100], 50);
     assert_eq!((answer.state, line.bench.put.clone()), (State::Tripped, vec![0, 0]));
     assert_eq!(line.periods(&[0, 0], 2).state, State::Running);

@@ -1,4 +1,4 @@
-//! Frames: there and back, damaged, and any bytes at all.
+//! Frames: round trip, damaged, and arbitrary bytes.
 
 use proptest::prelude::*;
 use sinew_front_end::wire::checksum;

@@ -1,4 +1,4 @@
-//! The protocol and its firmware: what every input of bytes comes to.
+//! The protocol and its firmware, for every input of bytes.
 
 mod firmware;
 mod frames;

@@ -1,4 +1,4 @@
-//! What the tests share: a rig on a simulated kernel, and a backend whose periods pass when it is called.
+//! Shared by the tests: a rig on a simulated kernel, and a backend whose periods pass when it is called.
 
 use std::path::PathBuf;
 use std::thread;

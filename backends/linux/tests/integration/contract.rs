@@ -1,5 +1,5 @@
-//! The driver's own suite for backends against a simulated kernel, with every call of the allocator counted, and what is
-//! Linux's own: names, takeovers, things that vanish.
+//! The conformance suite for backends against a simulated kernel, with every call of the allocator counted, and tests specific
+//! to Linux: names, takeovers, devices that disappear.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The dead program: a driver in a process of its own is killed, stopped, starved of its guard, and the outputs are at zero
+//! The guard process: a driver in a separate process is killed, stopped, or loses its guard, and the outputs are at zero
 //! within the stated time. `SINEW_TRIES` repeats each that often (default 3), `-- --nocapture` prints the times.
 
 use std::env;

@@ -1,5 +1,5 @@
-//! What breaks is found: by the driver's own cycle, on the virtual rig, in both circuits, and within how many periods; and what
-//! is whole is not called broken in ten minutes of work.
+//! Fault detection by the driver's own cycle on the virtual rig, in both circuits, with its time in periods; and no
+//! false alarm in ten minutes of operation.
 //!
 //! `cargo test -p sinew-lockstep --test integration detection:: -- --nocapture` prints the table of `docs/sensing.md`.
 

@@ -1,5 +1,5 @@
-//! The supervisor against wires, stages and supplies that are not as they should be: what is found and how fast over a hundred
-//! phases of motion, what is derated instead of tripped, and how hot a wire gets that is not the one believed in.
+//! The supervisor with faulty wires, stages and supplies: detection and its time over a hundred
+//! phases of motion, derating instead of trips, and the temperature of a wire that differs from its rig file.
 //!
 //! `cargo test -p sinew-lockstep --test integration guard:: -- --nocapture` prints the tables of `docs/supervisor.md`.
 
@@ -261,7 +261,7 @@ fn a_converter_that_freezes_is_never_taken_for_a_stage_that_is_stuck_on() {
                 bench.run_s(1.0);
                 bench.move_to(0, 0.2);
                 bench.run(20 + k);
-                // At the worst moment: the look itself is frozen, and repeats the on-phase's current.
+                // At the worst moment: the dark period's sample is frozen, and repeats the on-phase's current.
                 let mut left = 1000;
                 while k.is_multiple_of(2) && left > 0 && bench.state(0).flags & ChannelState::FLAG_DARK == 0 {
                     bench.step();

@@ -1,4 +1,4 @@
-//! A joint between two simulated wires under the driver's cycle: how it follows, who commands it, what a fault does.
+//! A joint between two simulated wires under the driver's cycle: tracking, commands, faults.
 
 use sinew_backend::allocations::{calls_of_this_thread, is_counting};
 use sinew_backend::{Backend, Sample};
@@ -195,7 +195,7 @@ fn a_fault_of_one_wire_switches_both_off_in_the_same_cycle() {
     assert_eq!(bench.ask(0, Ask::Length(bench.length_m(0, 0.5))), Some(Answer::Latched(Fault::JointPartner)));
     assert_eq!(bench.ask(0, Ask::Reset), Some(Answer::CauseRemains(Fault::JointPartner)));
 
-    // mended: the cause first, then the partner
+    // repaired: the cause first, then the partner
     bench.backend.faults().clear(1, FaultKind::OpenWire);
     assert_eq!(bench.ask(1, Ask::Reset), None);
     (0..30).for_each(|_| bench.cycle());

@@ -1,4 +1,4 @@
-//! The driver's own suite for backends, over a recording of simulated wires that were driven all the time.
+//! The conformance suite for backends, over a recording of simulated wires that were driven all the time.
 
 use crate::common::{Memory, Turn, record};
 use sinew_backend::conformance::{Bench, suite};

@@ -1,4 +1,4 @@
-//! A whole driver, recorded by a client from its first cycle on while things happen to it, comes out again bit for bit.
+//! A whole driver, recorded by a client from its first cycle on under commands and faults, is replayed bit for bit.
 
 use std::sync::mpsc::{self, Receiver};
 use std::thread;

@@ -1,4 +1,4 @@
-//! What was recorded comes out again bit for bit, and what was changed shows itself.
+//! An unchanged replay is identical bit for bit, and a change shows as a difference.
 
 use crate::common::{Memory, Turn, record, replay_all};
 use sinew_driver::{Ask, Order, Program};
@@ -32,7 +32,7 @@ fn eventful(rig: &Rig) -> Memory {
         match cycle {
             1 => turn.missed = 3,
             200 => turn.orders = vec![order(2, Ask::Length(short_m), 0.4), order(7, Ask::Duty(0.3), 0.25)],
-            // while its lease lasts, asked for again and for something else
+            // while its lease lasts, the same setpoint again and another one
             400 => turn.orders = vec![order(7, Ask::Off, f64::INFINITY), order(2, Ask::Length(long_m), 0.7)],
             500 => turn.missed = 5,
             700 => assert!(faults.set(4, FaultKind::OpenWire)),

@@ -1,4 +1,4 @@
-//! What a session says of a wire, in the contract's columns: simulated again with the rig it came from, it differs by no
+//! A session's samples as rows of the standard columns: simulated with the same rig they differ by no
 //! more than the converter's noise.
 
 use std::fs::File;

@@ -1,4 +1,4 @@
-//! What is known of the wire: by the estimators, and of its length by the sensing.
+//! The errors of the estimators, and of the sensed length.
 
 use maud::{Markup, html};
 use sinew_plot::Ink;

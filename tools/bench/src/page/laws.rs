@@ -1,4 +1,4 @@
-//! What the laws do: on steps, on sines, on plants they misjudge, on joints, and what no law can do better.
+//! The results of the laws: on steps, on sines, on misjudged plants, on joints, and the bounds of every law.
 
 use maud::{Markup, html};
 use sinew_plot::Ink;

@@ -1,4 +1,4 @@
-//! The page: who wins and why, what the thesis found, steps, sines, estimates, what is misjudged, every row.
+//! The page: ranking with reasons, the thesis' findings, steps, sines, estimates, misjudged plants, every row.
 
 mod estimates;
 mod laws;

@@ -1,4 +1,4 @@
-//! Who wins and why, everyone in order, and what the thesis found.
+//! The ranking with reasons, and the thesis' findings.
 
 use maud::{Markup, html};
 use sinew_plot::quantity::{NONE, fixed};

@@ -1,4 +1,4 @@
-//! Every row, and how to run it again.
+//! Every row, with the command that reproduces it.
 
 use maud::{Markup, html};
 use sinew_plot::quantity::fixed;

@@ -1,4 +1,4 @@
-//! What is drawn of an answer, and how: the rows that are shown, their inks, plots, numbers and words.
+//! The presentation of a result: the rows shown, their inks, plots, numbers and words.
 
 use maud::{Markup, html};
 use sinew_plot::quantity::{NONE, fixed};

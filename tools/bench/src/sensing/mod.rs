@@ -1,4 +1,4 @@
-//! The experiment of the thesis' chapter 7 in simulation: how far from the true length is what the voltages say?
+//! The experiment of the thesis' chapter 7 in simulation: the error of the length measured by voltages.
 //!
 //! A hanging wire is heated and cooled slowly, under three loads, and each sample's length is compared with the true one: by
 //! the dual measurement (eq. 42), by resistance and one straight line calibrated over all loads (fig. 76), by the driver's

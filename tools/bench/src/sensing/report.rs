@@ -1,4 +1,4 @@
-//! What the experiment reports: errors of length by estimator and arrangement, beside those of the thesis.
+//! The report of the experiment: errors of length by estimator and arrangement, compared with the thesis.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Estimators over the samples of a sweep: the converter between them, and how far each is from the true length.
+//! Estimators over the samples of a sweep: the converter, and each estimator's error of the length.
 
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;

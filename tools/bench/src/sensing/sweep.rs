@@ -1,4 +1,4 @@
-//! One slow sweep of a hanging wire: what heats it, where its taps are, what is wrong with it, and what its pins show.
+//! One slow sweep of a hanging wire: its heating, its taps, its faults, and its voltages.
 
 use serde::Serialize;
 use sinew_physics::formulas::{STANDARD_GRAVITY_M_S2, logit};

@@ -1,4 +1,4 @@
-//! The bench as a whole: the same words, plants and numbers for everybody, and what is said of them.
+//! The bench as a whole: choices, plants, figures and their report.
 
 use sinew_bench::score::{self, WINNER, ranking};
 use sinew_bench::{Answer, Choice, Family, Filter, Plan, Plant, follow, page, pictures, row, run, sensing};

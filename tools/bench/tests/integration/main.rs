@@ -1,4 +1,4 @@
-//! The bench of controllers and what physics allows.
+//! The bench of controllers and the physical bounds.
 
 mod bench;
 mod bound;

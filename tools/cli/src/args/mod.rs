@@ -1,4 +1,4 @@
-//! The command line as clap knows it: every command with its options and an example.
+//! The command line for clap: every command with its options and an example.
 
 mod design;
 mod exchange;

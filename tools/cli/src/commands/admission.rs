@@ -1,5 +1,5 @@
-//! What `sinew doctor` says about clients: whether as many fit as a driver serves, and whether the gateway for other users can be opened as
-//! the rig file wants it.
+//! `sinew doctor`'s checks for clients: whether the limits allow as many as a driver serves, and whether the gateway for other users
+//! can be opened as configured.
 
 use sinew_driver::access_of;
 use sinew_ipc::descriptors;

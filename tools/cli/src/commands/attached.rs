@@ -1,4 +1,4 @@
-//! What `sinew doctor` finds attached: PWM chips, converters, serial ports; and whether the rig's places among them are there.
+//! `sinew doctor`'s checks of attached hardware: PWM chips, converters, serial ports; and whether those of the rig file exist.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! `sinew bench loop`: the driver with simulated wires at a given size, beside a bare timer loop in the same thread, and what
-//! the parts of a cycle cost by themselves.
+//! `sinew bench loop`: the driver with simulated wires at a given size, compared with a bare timer loop in the same thread, and
+//! the cost of each part of a cycle.
 
 use std::fmt::Write as _;
 use std::time::Instant;

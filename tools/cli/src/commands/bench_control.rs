@@ -1,4 +1,4 @@
-//! `sinew bench control`: every controller, estimator and way of sensing on the same plants.
+//! `sinew bench control`: every controller, estimator and sensing method on the same plants.
 
 use std::io::{self, IsTerminal};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! One row of `sinew doctor`: what was wanted, what was found, what it costs to do without, what to type.
+//! One row of `sinew doctor`: requirement, finding, cost if missing, command that fixes it.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! `sinew design`: a wire from requirements, by the thesis' rules of chapter 2, and what the physics says of it.
+//! `sinew design`: a wire from requirements, by the thesis' rules of chapter 2, with its simulated properties.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! `sinew diagnose`: where a recording and its simulation differ, what physics was left out, and the rig file with it.
+//! `sinew diagnose`: where a recording and its simulation differ, the missing physical effect, and the rig file with it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
     let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
-    // from here to the end nobody's Ctrl-C leaves half an answer: it takes a moment, and the work is done
+    // from here to the end Ctrl-C is ignored, so that no partial result is left: it takes a moment
     let _asked = signals()?;
     let improved = outcome.improved.to_toml();
     let files = [(IMPROVED, improved.as_str()), (REPORT, &page), (JSON, &json)];

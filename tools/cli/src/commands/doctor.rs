@@ -1,5 +1,5 @@
-//! `sinew doctor`: what this machine lacks for real time and for the rig, what is attached to it, what that costs, and what to
-//! type.
+//! `sinew doctor`: checks what this machine lacks for real time and for the rig and which hardware is attached, with cost and
+//! remedy.
 
 use std::ffi::CString;
 use std::fmt::Write as _;
@@ -153,7 +153,7 @@ fn shared_memory() -> Check {
     let Some(free) = free_bytes(folder) else {
         return lacking("not there".into(), "sudo mount -t tmpfs -o size=256m tmpfs /dev/shm");
     };
-    // permission is best found out by asking
+    // permission is determined by trying
     let probe = Path::new(folder).join(format!(".sinew-doctor-{}", std::process::id()));
     let written = fs::write(&probe, b"sinew");
     let _ = fs::remove_file(&probe);

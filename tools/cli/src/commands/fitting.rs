@@ -1,5 +1,5 @@
-//! What `identify` and `diagnose` share: reading the rig and its recordings, keeping files from being overwritten, telling
-//! how far the work is.
+//! Shared by `identify` and `diagnose`: reading the rig and its recordings, protecting files from being overwritten, showing
+//! the progress.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -131,7 +131,7 @@ impl Progress {
 
     /// Says how far a stage is, 0..1.
     pub fn tell(&self, stage: &str, share: f64) {
-        // whoever comes while another thread draws has nothing new to say
+        // while another thread draws there is nothing new to show
         let Some(Ok(mut shown)) = self.shown.as_ref().map(Mutex::try_lock) else { return };
         let now = Instant::now();
         if shown.stage == stage && shown.drawn.is_some_and(|drawn| now - drawn < REDRAW) {

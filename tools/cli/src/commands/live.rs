@@ -1,4 +1,4 @@
-//! A running driver seen from here: which one is meant, what it says, and what it answers.
+//! Connection of the commands to a running driver: selecting it, its state, its answers.
 
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ pub fn connect(target: &Target) -> Result<Client, Failure> {
 
 /// A client's error, with its remedy as the hint.
 pub fn failure(error: Error) -> Failure {
-    // a name nobody has, while others are there, is a slip of the user's
+    // an unknown name while other drivers run is a user error
     let slip = matches!(&error, Error::NotRunning { running, .. } if !running.is_empty());
     let (message, remedy) = words(&error);
     let failure = if error.is_bad_input() || slip { Failure::input(message) } else { Failure::own(message) };

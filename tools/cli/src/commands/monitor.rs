@@ -1,4 +1,4 @@
-//! `sinew monitor`: every channel live, as a client of a running driver like any other.
+//! `sinew monitor`: every channel live, as an ordinary client of a running driver.
 
 use std::io::{self, IsTerminal};
 use std::sync::Arc;

@@ -30,7 +30,7 @@ pub fn record(args: &args::Record) -> Outcome {
     let client = live::connect(&args.target)?;
     let (rig, channels, rate_hz) = (client.info().rig.to_string(), client.channels().len(), client.info().rate_hz);
     let asked = signals()?;
-    // A file that may not grow any further (`ulimit -f`) is an error, to be told like a full disk, not a sudden end.
+    // A file that may not grow any further (`ulimit -f`) is an error, reported like a full disk, not a sudden end.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
     let options = Options {

@@ -1,4 +1,4 @@
-//! `sinew recording`: what is in a recording, whether it is whole, and a whole one out of a damaged one.
+//! `sinew recording`: the contents of a recording, its integrity check, and recovery of a damaged one.
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write as _};

@@ -1,4 +1,4 @@
-//! `sinew replay`: the driver's cycle once more over a recording, and what comes out otherwise.
+//! `sinew replay`: the driver's cycle run again over a recording, and the differences.
 
 use std::fmt::Write as _;
 use std::fs::File;

@@ -97,14 +97,14 @@ fn black_box(rig: &Rig, simulated: bool) -> Option<(BlackBox, Box<dyn Tap>)> {
     };
     let folder = sinew_black_box::folder().inspect_err(warn).ok()?;
     let place = Place::new(folder, &rig.name, rig.black_box.keep as usize);
-    // By the time there is a fault that may have been mended.
+    // The folder may be usable by the time of a fault.
     let _ = place.prepare().inspect_err(warn);
     BlackBox::start(rig, place, simulated).inspect_err(warn).ok()
 }
 
 /// Shows the running driver until `over`.
 fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &dyn Fn() -> bool) -> Outcome {
-    // a client of its own, like anybody's
+    // a separate ordinary client
     let mut live = match Client::connect(&rig.name) {
         Ok(client) => Live::new(client),
         // a very short run may be over before anybody could look

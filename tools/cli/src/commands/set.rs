@@ -1,4 +1,4 @@
-//! `sinew set`, `reset` and `stop`: commands to a running driver, done when it has taken them.
+//! `sinew set`, `reset` and `stop`: commands to a running driver, finished when it has accepted them.
 
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ pub fn set(args: &args::Set) -> Outcome {
     let ask = |hold_s: f64| client.command(channel as u32, kind, value, Duration::from_secs_f64(hold_s));
     let asked = match (setpoint, args.hold_s) {
         (_, Some(hold_s)) => ask(hold_s),
-        // off stays off until somebody says otherwise
+        // off holds until the next command
         (Setpoint::Off, None) => ask(0.0),
         (_, None) => match ask(DEFAULT_HOLD_S) {
             // this channel does not let anybody hold it that long: then as long as it does
@@ -71,7 +71,7 @@ pub fn stop(args: &args::Stop) -> Outcome {
     let client = live::connect(&args.target)?;
     let (rig, pid) = (client.info().rig, client.info().pid);
     match client.stop() {
-        // somebody was quicker: what was asked for is so
+        // another client was quicker: the driver has stopped already
         Ok(_) | Err(Error::DriverGone { .. }) => {}
         Err(error) => return Err(live::failure(error)),
     }

@@ -1,4 +1,4 @@
-//! `sinew simulate`: a recording's inputs drive the model, and what its sensors would have measured is written row by row.
+//! `sinew simulate`: a recording's inputs drive the model, and the simulated sensors are written row by row.
 
 use std::io::{self, BufWriter};
 use std::path::Path;

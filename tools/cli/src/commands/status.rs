@@ -1,4 +1,4 @@
-//! `sinew status`: one look at a running driver.
+//! `sinew status`: the current state of a running driver.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! `sinew tune`: the λ with which each channel's sliding surface stays reachable, from what the wire has and how well it is known.
+//! `sinew tune`: the λ with which each channel's sliding surface stays reachable, from the wire's power and cooling and its uncertainty.
 
 use std::fmt::Write as _;
 

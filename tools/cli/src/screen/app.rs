@@ -1,4 +1,4 @@
-//! The screen's state: what is selected, what is being typed, what was said last, and what every channel did lately.
+//! The screen's state: selection, input line, last message, and recent history of every channel.
 
 use std::collections::VecDeque;
 

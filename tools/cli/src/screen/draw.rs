@@ -1,7 +1,7 @@
-//! Draws the screen: a title, a table of all channels, the selected channel's course, the loop's figures, the keys.
+//! Draws the screen: a title, a table of all channels, the selected channel's chart, the loop's statistics, the keys.
 //!
-//! Eighteen channels fit into 80 × 24. What room there is beyond that goes to the bars, to columns of lesser weight, and to a
-//! chart of the selected channel; what is missing is taken from the same, and the table scrolls.
+//! Eighteen channels fit into 80 × 24. Additional space goes to the bars, to columns of lower priority, and to a
+//! chart of the selected channel; on smaller screens these shrink first, and the table scrolls.
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;

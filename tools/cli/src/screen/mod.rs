@@ -1,4 +1,4 @@
-//! The live screen: what it shows, how it is drawn, and how the terminal is taken and given back.
+//! The live screen: its data, its drawing, and how the terminal is set up and restored.
 
 pub mod app;
 pub mod draw;

@@ -1,5 +1,5 @@
 //! Colours, chosen from the terminal's own sixteen so that its theme stays in force. Cyan, yellow and magenta stay apart in
-//! every common colour blindness, and nothing is said by colour alone: faults carry a mark and a word.
+//! every common colour blindness, and no information is in colour alone: faults have a mark and a word.
 
 use ratatui::style::{Color, Modifier, Style};
 

@@ -1,4 +1,4 @@
-//! Takes the terminal, shows the screen until somebody leaves or the driver ends, and gives it back whatever happens.
+//! Sets up the terminal, shows the screen until the user quits or the driver ends, and restores the terminal in any case.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -85,7 +85,7 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
         }
         app.held = held.iter().map(|held| held.channel).collect();
         let drawn = terminal.draw(|frame| draw(frame, &app, palette));
-        // a terminal that is gone is a reason to leave, not to complain
+        // a closed terminal ends the screen without an error
         if drawn.is_err() || over() || live.ended().is_some() {
             break;
         }

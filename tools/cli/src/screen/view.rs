@@ -1,4 +1,4 @@
-//! What the screen shows, apart from where it comes from: filled from a client of the driver, or by hand in tests.
+//! The data the screen shows, independent of their source: filled from a client of the driver, or by hand in tests.
 
 use sinew_driver::report::Quantiles;
 use sinew_ipc::{ChannelState, FaultRow};

@@ -93,7 +93,7 @@ fn a_driver_is_commanded_refuses_what_it_must_and_stops_in_order() {
     assert!(scratch.sinew(["set", "wire", "off"]).done().contains("off"));
     driver.until("off", |status| status["channel"][0]["mode"] == "off");
 
-    // what it cannot do comes back in the units it was asked in
+    // a refusal uses the units of the command
     scratch.sinew(["set", "wire", "length=150mm"]).refused(&["150.00 mm", "outside"]);
     scratch.sinew(["set", "wires", "off"]).refused(&["no channel \"wires\"", "did you mean \"wire\"?"]);
     scratch.sinew(["set", "wire", "stroke=30%", "--hold", "9999999"]).refused(&["hold", "--hold from"]);

@@ -44,7 +44,7 @@ fn a_routine_leaves_a_recording_that_the_model_answers_and_a_report() {
     }
     let recording = "out/constant-strain-sweep.mcap";
     scratch.sinew(["simulate", "out/rig.toml", recording, "-o", "simulated.csv"]).done();
-    // the wire is as believed: what was measured is what the model makes of it, to within the noise
+    // the wire is as in the rig file: the measurement equals the model's prediction, to within the noise
     let fitted = scratch.sinew(["identify", "out/rig.toml", recording, "-o", "fitted.toml", "--json"]).done();
     let fitted: serde_json::Value = serde_json::from_str(&fitted).expect("JSON");
     let chi = |column: &str| fitted["fit"]["as_given"][column]["chi"].as_f64().expect("chi");

@@ -1,4 +1,4 @@
-//! One number of a run, how well it is known, and how it was found or why it cannot be determined.
+//! One result of a run, its uncertainty, and its method or why it cannot be determined.
 
 use serde::Serialize;
 

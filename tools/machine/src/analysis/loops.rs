@@ -297,7 +297,7 @@ fn temperature(run: &Run<'_>, level: usize) -> Option<(f64, f64)> {
     if run.options.quantity != Quantity::Power && value > 0.0 {
         return None;
     }
-    // rise per watt by what is believed of the loss
+    // rise per watt by the assumed loss
     let rise = value / holding_power_w(run.model, 1.0, 0.0).max(1e-12);
     Some((air + rise, LOSS_SIGMA * rise))
 }

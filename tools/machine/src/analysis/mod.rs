@@ -1,4 +1,4 @@
-//! From the rows of a run to the numbers its routine exists for, each with how it was found or why it cannot be determined.
+//! From the rows of a run to its routine's results, each with its method or why it cannot be determined.
 
 mod finding;
 mod line;

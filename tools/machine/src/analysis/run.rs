@@ -1,4 +1,4 @@
-//! What is analysed: the rows of a run, with what they refer to.
+//! The input of the analysis: the rows of a run, with their context.
 
 use sinew_physics::WireModel;
 

@@ -1,4 +1,4 @@
-//! Places held by a law: settling, overshoot, and what is left once it stands.
+//! Steps of the reference: settling, overshoot, and steady-state error.
 
 use super::finding::{Estimate, Finding, mean};
 use super::run::Run;

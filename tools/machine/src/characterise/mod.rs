@@ -1,5 +1,5 @@
-//! From an unknown wire to a fitted rig file: which routines make every parameter show, and how well what was fitted
-//! predicts a routine that was not fitted.
+//! From an unknown wire to a fitted rig file: the routines that make every parameter identifiable, and how well the fitted
+//! model predicts a routine that was not fitted.
 //!
 //! - `loops`: slow pulls at three heating powers. Moduli, transformation strain, the plateaus and what a kelvin does to them.
 //! - `warm`: the same in a warm chamber. A power alone says temperature and loss to the air only together: what the
@@ -283,7 +283,7 @@ pub fn judge(
     recorded: &[Recorded],
 ) -> Result<Characterised, sinew_recording::Error> {
     let believed = rig_in_machine(rig, channel);
-    // the noise of the sensors as it is believed to be, whatever was fitted
+    // the assumed noise of the sensors, whatever was fitted
     let mut fitted = identified.rig.clone();
     fitted.channels[channel].noise.clone_from(&believed.channels[channel].noise);
     let (mut unseen, mut count) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! The characterisation for people: parameters, how every recording is met, and what was not fitted.
+//! The HTML report of a characterisation: parameters, residuals of every recording, and validation on recordings not fitted.
 
 use maud::html;
 use sinew_plot::quantity::{fixed, number, shown_unit};

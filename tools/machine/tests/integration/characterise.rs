@@ -1,4 +1,4 @@
-//! A wire nobody knows: its parameters come out, and the fitted rig foretells what it was not fitted to.
+//! An unknown wire: its parameters are found, and the fitted rig predicts recordings it was not fitted to.
 
 use sinew_diagnosis::Settings;
 use sinew_machine::characterise::{Recorded, fit, fitted_rig, judge, tasks};

@@ -1,4 +1,4 @@
-//! The test machine's routines and what they are run for.
+//! The test machine's routines and their results.
 
 mod characterise;
 mod routines;

@@ -1,4 +1,4 @@
-//! The routines on the simulated machine: what they report is what the wire is made of.
+//! The routines on the simulated machine: they report the wire's true parameters.
 
 use sinew_machine::analysis::{self, Finding};
 use sinew_machine::hanging::{Disturbance, playable};
@@ -115,7 +115,7 @@ fn a_wire_without_transformation_has_the_bandwidth_of_its_heat() {
     o.cycles = 1;
     let all = findings(&rig, RoutineKind::ConstantForceSweep, &o);
     agrees(find(&all, "open_loop_bandwidth_hz", 0), exact);
-    // heat makes this wire longer, which counts as 180° from shortening: its 45° are not there to be told
+    // heat makes this wire longer, which counts as 180° from shortening: its 45° cannot be determined
     let stroke = find(&all, "stroke_mm", 0).value.expect("a stroke");
     let m = &model.material;
     let expected = m.thermoelastic_pa_per_k / m.austenite_modulus_pa * 65.0 * model.geometry.length_m * 1e3;

@@ -1,17 +1,17 @@
-//! Who may come in, and who may touch: loopback only, our own pages only, commands only with the token.
+//! Access control of the HTTP server: loopback hosts only, WebSockets of our own pages only, commands only with the token.
 //!
-//! A browser runs the scripts of any page it has open, and any of them may knock at a port of this machine. So a request
-//! must name this server as a host no name server could have pointed here (DNS rebinding), and a WebSocket must come from
-//! a page of this very origin (cross-site WebSocket hijacking). To look, that is all it takes: another user of this machine
-//! may. To command or record takes the token, which only the terminal that started the scope has seen: it stands behind
-//! the `#` of the address, which browsers send nowhere.
+//! A browser runs the scripts of any page it has open, and any of them may send requests to a port of this machine. So a
+//! request must name a host that DNS cannot point here (against DNS rebinding), and a WebSocket must come from a page of this
+//! origin (against cross-site WebSocket hijacking). That suffices to watch: other users of this machine may. Commanding and
+//! recording require the token, which only the terminal that started the scope has printed: it is in the fragment (`#`) of
+//! the address, which browsers do not send to servers.
 
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use subtle::ConstantTimeEq;
 
 use crate::Error;
 
-/// A page may load what this server serves and nothing else, and talk to nobody else; nobody may frame it.
+/// The Content-Security-Policy: a page may load from this server only, connect to this server only, and not be framed.
 fn policy(port: u16) -> String {
     format!(
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
@@ -20,7 +20,7 @@ fn policy(port: u16) -> String {
     )
 }
 
-/// What opens the commands: 128 random bits, in hexadecimal.
+/// The token that permits commands: 128 random bits, in hexadecimal.
 #[derive(Clone)]
 pub struct Token(String);
 
@@ -35,47 +35,47 @@ impl Token {
         Ok(Token(bits.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// For the address.
+    /// As it is written in the address.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// Whether this is it, in a time that does not tell how much of it is right.
-    pub fn opens(&self, offered: &str) -> bool {
+    /// Whether `offered` is this token, compared in constant time.
+    pub fn matches(&self, offered: &str) -> bool {
         self.0.as_bytes().ct_eq(offered.as_bytes()).into()
     }
 }
 
-/// The door of a server at this port.
+/// Checks requests to a server at this port.
 #[derive(Clone)]
-pub struct Door {
+pub struct AccessControl {
     port: u16,
 }
 
-impl Door {
+impl AccessControl {
     /// At `port` of 127.0.0.1.
-    pub fn new(port: u16) -> Door {
-        Door { port }
+    pub fn new(port: u16) -> AccessControl {
+        AccessControl { port }
     }
 
     /// Whether a host is this server: a loopback address or `localhost`, and the port.
-    fn is_us(&self, host: &str) -> bool {
+    fn is_this_server(&self, host: &str) -> bool {
         host.rsplit_once(':')
             .is_some_and(|(name, port)| matches!(name, "127.0.0.1" | "localhost") && port.parse() == Ok(self.port))
     }
 
-    /// Whether a request was meant for this server.
-    pub fn lets_in(&self, headers: &HeaderMap) -> bool {
-        text(headers, header::HOST).is_some_and(|host| self.is_us(host))
+    /// Whether a request's `Host` is this server.
+    pub fn accepts_request(&self, headers: &HeaderMap) -> bool {
+        text(headers, header::HOST).is_some_and(|host| self.is_this_server(host))
     }
 
-    /// Whether a WebSocket is opened by one of this server's own pages. Every browser says where it comes from.
-    pub fn lets_connect(&self, headers: &HeaderMap) -> bool {
+    /// Whether a WebSocket is opened by one of this server's own pages: browsers always send the `Origin`.
+    pub fn accepts_websocket(&self, headers: &HeaderMap) -> bool {
         let origin = text(headers, header::ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
-        self.lets_in(headers) && origin.is_some_and(|host| self.is_us(host))
+        self.accepts_request(headers) && origin.is_some_and(|host| self.is_this_server(host))
     }
 
-    /// What every answer carries.
+    /// The security headers of every response.
     pub fn headers(&self) -> Vec<(HeaderName, HeaderValue)> {
         let policy =
             HeaderValue::from_str(&policy(self.port)).unwrap_or(HeaderValue::from_static("default-src 'none'"));
@@ -92,7 +92,7 @@ impl Door {
 
 fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     let mut all = headers.get_all(name).iter();
-    // two of them is one too many to know which is meant
+    // a duplicated header is ambiguous and therefore rejected
     match (all.next(), all.next()) {
         (Some(only), None) => only.to_str().ok(),
         _ => None,
@@ -111,9 +111,9 @@ mod tests {
     }
 
     #[test]
-    fn only_our_own_pages_come_in() {
-        let door = Door::new(8750);
-        for (host, origin, looks, connects) in [
+    fn only_our_own_pages_are_accepted() {
+        let access = AccessControl::new(8750);
+        for (host, origin, request, websocket) in [
             ("127.0.0.1:8750", Some("http://127.0.0.1:8750"), true, true),
             ("localhost:8750", Some("http://localhost:8750"), true, true),
             ("127.0.0.1:8750", None, true, false),
@@ -128,19 +128,20 @@ mod tests {
             ("127.0.0.1.evil.example:8750", None, false, false),
             ("", None, false, false),
         ] {
-            let asked = headers(host, origin);
-            assert_eq!((door.lets_in(&asked), door.lets_connect(&asked)), (looks, connects), "{host} {origin:?}");
+            let sent = headers(host, origin);
+            let accepted = (access.accepts_request(&sent), access.accepts_websocket(&sent));
+            assert_eq!(accepted, (request, websocket), "{host} {origin:?}");
         }
         let mut twice = headers("127.0.0.1:8750", None);
         twice.append(header::HOST, "evil.example".parse().unwrap());
-        assert!(!door.lets_in(&twice));
-        assert!(!door.lets_in(&HeaderMap::new()));
+        assert!(!access.accepts_request(&twice));
+        assert!(!access.accepts_request(&HeaderMap::new()));
     }
 
     #[test]
-    fn a_token_opens_for_itself_alone() {
+    fn a_token_matches_itself_only() {
         let (one, other) = (Token::new().unwrap(), Token::new().unwrap());
-        assert!(one.opens(one.as_str()) && !one.opens(other.as_str()) && !one.opens(""));
-        assert!(!one.opens(&one.as_str()[..31]) && one.as_str().len() == 32);
+        assert!(one.matches(one.as_str()) && !one.matches(other.as_str()) && !one.matches(""));
+        assert!(!one.matches(&one.as_str()[..31]) && one.as_str().len() == 32);
     }
 }
