@@ -6,6 +6,19 @@
 //!
 //! [`Driver::start`] starts all of it for a rig and a backend. The parts can be used alone: [`Engine`] is a cycle without
 //! clock, thread or backend.
+//!
+//! ```
+//! use sinew_backend::Sample;
+//! use sinew_driver::{Beat, Engine};
+//! use sinew_rig::Rig;
+//!
+//! let mut engine = Engine::new(&Rig::hexapod(), None)?;
+//! let samples = [Sample::NONE; 18]; // nothing was sampled yet
+//! let mut duty = [1.0; 18];
+//! engine.cycle(Beat { now_ns: 0, missed: 0 }, Ok(()), &samples, &mut duty, |_| {});
+//! assert_eq!(duty, [0.02; 18], "nothing but the sensing pulse before a sensor has reported");
+//! # Ok::<(), sinew_driver::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod baseline;

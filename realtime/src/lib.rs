@@ -5,6 +5,15 @@
 //! turns a refusal into a refusal to start. `docs/realtime.md` tells the reasons at length.
 //!
 //! Unsafe code here is the bare system calls.
+//!
+//! ```
+//! use sinew_realtime::{Wish, prepare_process, prepare_thread};
+//!
+//! let wish = Wish::OFF; // ask for nothing: an ordinary thread
+//! let (_held, mut report) = prepare_process(&wish);
+//! prepare_thread(&wish, &mut report);
+//! assert_eq!(report.missing().count(), 0, "nothing that was insisted on is missing");
+//! ```
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};

@@ -17,6 +17,23 @@
 //! # Noise
 //! Every channel draws from a generator of its own, seeded by the rig's seed and the channel's name: the same seed gives
 //! the same samples, whatever other channels the rig has and in whatever order.
+//!
+//! # Example
+//! ```
+//! use sinew_backend::{Backend, Sample};
+//! use sinew_sim_backend::SimulatedRig;
+//!
+//! let rig = sinew_rig::Rig::hexapod();
+//! let mut backend = SimulatedRig::new(&rig)?;
+//! let mut samples = vec![Sample::NONE; backend.channels()];
+//! backend.start()?;
+//! for _ in 0..500 {
+//!     backend.exchange(&[0.3; 18], &mut samples)?; // half a second of 30 % duty
+//! }
+//! assert!(samples[0].current_a > 0.1 && samples[0].v3_v > 1.0);
+//! assert!(backend.wire(0).is_some_and(|wire| wire.temperature_c() > 40.0), "the true wire, which no driver sees");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod channel;

@@ -6,6 +6,16 @@
 //! node is open once, and an unplugged device returns ENODEV through open files. Unlike the kernel: the device
 //! nodes are regular files that never block (a blocking read gets EAGAIN too, `poll` always reports ready), there are no uevents,
 //! and all files belong to root.
+//!
+//! ```no_run
+//! use sinew_linux_tree::{Scans, Tree};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let mut tree = Tree::mount(&sinew_rig::Rig::hexapod(), Scans::OnPhase, folder.path())?;
+//! tree.run(); // from now on time passes: `root` of the rig file's [backend.linux] is this folder
+//! println!("see {}/sys/class/pwm", tree.root().display());
+//! # Ok::<(), std::io::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod files;

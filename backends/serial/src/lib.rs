@@ -4,6 +4,15 @@
 //! the limits of the wires. In the loop an exchange is one non-blocking read and one non-blocking write. When the line is lost, a separate
 //! thread reconnects it, and meanwhile every exchange fails: the driver switches off and latches, and the
 //! front-end switches off by itself. The protocol is in `docs/front-end.md`.
+//!
+//! ```no_run
+//! use sinew_serial_backend::SerialBackend;
+//!
+//! let rig = sinew_rig::Rig::load("my-rig.toml".as_ref())?; // [backend] kind = "serial"
+//! let backend = SerialBackend::connect(&rig)?;
+//! println!("{}", backend.front_end());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod backend;

@@ -1,5 +1,18 @@
 //! The driver's cycle and a virtual rig in lockstep: no clock, no thread, no shared memory, so as fast as possible, and
 //! reproducible for the same seed. Tests, trials and figures of the supervisor use it.
+//!
+//! ```
+//! use sinew_lockstep::Lockstep;
+//!
+//! let mut bench = Lockstep::new(&sinew_rig::Rig::hexapod(), None)?;
+//! bench.run_s(0.5); // the driver has sensed every channel
+//! bench.move_to(0, 0.4);
+//! bench.run_s(2.0);
+//! let state = bench.state(0);
+//! assert!((state.length_m - state.target_m).abs() < 0.2e-3, "within 0.2 mm");
+//! assert!(bench.trips().is_empty());
+//! # Ok::<(), sinew_lockstep::LockstepError>(())
+//! ```
 
 use std::collections::HashMap;
 

@@ -8,6 +8,19 @@
 //! same. After a change of rig, algorithm or program, that change causes the differences. But a recorded wire does not respond:
 //! it behaves as it was heated in the recording, whatever the new duty. Sensing, estimates, faults and the law's first output are
 //! those of the change; how the wire would have moved only a simulation shows.
+//!
+//! ```no_run
+//! use sinew_recording::session::Session;
+//! use sinew_replay::{Replay, SessionSource};
+//! use sinew_rig::Rig;
+//!
+//! let path = "session.mcap".as_ref();
+//! let session = Session::open(path)?;
+//! let mut replay = Replay::new(&Rig::load("my-rig.toml".as_ref())?, SessionSource::new(path, &session)?)?;
+//! while replay.cycle(|_| {})?.is_some() {}
+//! println!("decides the same today: {}", replay.comparison().is_identical());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod compare;

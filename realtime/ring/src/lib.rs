@@ -5,6 +5,16 @@
 //! counted. Both directions of the driver use it, cycles and events out of the loop and orders into it.
 //!
 //! `tests/model.rs` lets loom try every interleaving of the two ends on this very source file.
+//!
+//! ```
+//! let (mut producer, mut consumer) = sinew_ring::ring([0u64; 4]);
+//! assert!(producer.push(1));
+//! assert!(producer.put(|slot| *slot = 2), "filled in place");
+//! assert_eq!((consumer.pop(), consumer.pop(), consumer.pop()), (Some(1), Some(2), None));
+//!
+//! let fitted = (0..10).filter(|number| producer.push(*number)).count();
+//! assert_eq!(fitted, 4, "nothing is overwritten: what does not fit is refused, and can be counted");
+//! ```
 #![deny(unsafe_code)]
 
 #[allow(unsafe_code)]

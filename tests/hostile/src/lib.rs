@@ -6,6 +6,12 @@
 //! again. What acts on what it reads, a front-end's firmware and the loop under the requests of its clients, is held to what keeps
 //! a wire whole: no output beyond its limits, none without a driver. The fuzzer (`fuzz/`) looks for bytes that break one; [`damaged`] makes damaged files from
 //! good ones, a few thousand on every run of the tests.
+//!
+//! ```
+//! use sinew_hostile::{Format, damaged};
+//!
+//! damaged(Format::Rig, 1, 20); // twenty damaged rig files: panics where the reader breaks a promise
+//! ```
 #![forbid(unsafe_code)]
 
 mod command;

@@ -5,6 +5,11 @@
 //! - [`lockstep`]: engine and simulated wires on a simulated clock, compared with a reference without the fault.
 //! - [`witness`]: a driver's process with an output log that outlives it.
 //! - `serial` and `linux`: a driver's process and a front-end, or a simulated kernel, whose own outputs are measured.
+//!
+//! ```
+//! // the table of docs/trust.md: every fault the driver knows has a kind that injects it
+//! assert!(sinew_trust::kinds().iter().any(|kind| kind.faults.contains(&sinew_ipc::Fault::OpenWire)));
+//! ```
 #![forbid(unsafe_code)]
 
 mod budgets;
