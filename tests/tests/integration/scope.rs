@@ -2,9 +2,10 @@
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::Command;
 
-use sinew_ipc::Mode;
+use sinew_ipc::{Client, Mode};
 use sinew_tests::browser::Browser;
 use sinew_tests::{Driver, Process, Rig, checkout, entries, run, sinew, wait_for, wait_until};
 
@@ -33,8 +34,34 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
     std::fs::create_dir(&folder).expect("the folder is writable");
     let (scope, url) = scope(&rig, &["--record-dir", folder.to_str().expect("a plain path")]);
 
-    // data flow, on a page whose policy let everything it needs through
     browser.open(&url);
+    shows_what_is_running(&mut browser);
+    selects_channels_and_quantities(&mut browser);
+    pauses_and_zooms(&mut browser);
+    holds_a_setpoint(&mut browser, &client);
+    records(&mut browser, &folder, &rig.file("all.svg"), &client.channels()[2].name.to_string());
+
+    browser.open("about:blank");
+    wait_until("the lease to run out", || client.latest().channels()[2].mode() != Mode::Length);
+
+    let bare = url.split('#').next().expect("an address");
+    is_refused_without_the_token(&mut browser, bare, &client);
+
+    // the driver goes and comes back: the page says so and goes on by itself
+    let stopped = driver.stop();
+    assert_eq!(stopped["faults_not_listed"], 0);
+    browser.wait("page.status?.driver === 'gone' && !$('banner').hidden");
+    let last = browser.eval("page.curves.last").as_f64().expect("a time");
+    let (_driver, _client) = Driver::ready(&rig);
+    browser
+        .wait(&format!("page.status?.driver === 'running' && page.curves.last > {last} + 0.1 && $('banner').hidden"));
+    scope.signal(libc::SIGTERM);
+    scope.finish().expect(0);
+    browser.wait("$('driver').textContent === 'no scope'");
+}
+
+/// Data flow, on a page whose policy let everything it needs through.
+fn shows_what_is_running(browser: &mut Browser) {
     browser.wait("page.curves && page.curves.length > 200 && page.status?.driver === 'running'");
     assert_eq!(browser.eval("document.querySelectorAll('#channels li').length"), 18);
     let before = browser.eval("page.curves.last").as_f64().expect("a time");
@@ -42,16 +69,20 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
     let drawn = "(() => { const c = page.panels[0].raster.canvas; \
                  return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v) => v > 0); })()";
     browser.wait(drawn);
+}
 
-    // channels: the ones chosen are drawn, with what was before they were
+/// The ones chosen are drawn, with what was before they were.
+fn selects_channels_and_quantities(browser: &mut Browser) {
     browser.eval("$('all').click()");
     browser.wait("page.curves.series >= 36 && page.curves.length > 200 && page.shown.size === 18");
     browser.eval("page.rows[4].shows.click()");
     browser.wait("page.panels[1].lines.length === 17 && page.curves.series === 51");
     browser.eval("[...document.querySelectorAll('#quantities button')].find((b) => b.textContent === 'Wire temperature').click()");
     browser.wait("page.panels.length === 3 && page.panels[2].name === 'temperature_c' && page.panels[2].range");
+}
 
-    // pause: the time stands still while data go on coming; zoom: by a drag over the curve; and back
+/// Paused, the time stands still while data go on coming; a drag over a curve zooms; and back.
+fn pauses_and_zooms(browser: &mut Browser) {
     browser.eval("$('pause').click()");
     let paused = browser.eval("JSON.stringify(span())");
     let came = browser.eval("page.curves.last").as_f64().expect("a time");
@@ -60,14 +91,16 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
     let place = |browser: &mut Browser, key: &str| {
         browser.eval(&format!("page.panels[0].chart.over.getBoundingClientRect().{key}")).as_f64().expect("px")
     };
-    let [left, top, width] = ["left", "top", "width"].map(|key| place(&mut browser, key));
+    let [left, top, width] = ["left", "top", "width"].map(|key| place(browser, key));
     let width_before = browser.eval("span().to - span().from").as_f64().expect("s");
     browser.drag((left + 0.25 * width, top + 40.0), (left + 0.5 * width, top + 45.0));
     browser.wait(&format!("Math.abs((span().to - span().from) / {width_before} - 0.25) < 0.02"));
     browser.eval("$('live').click()");
     browser.wait("!page.frozen");
+}
 
-    // a setpoint is held by a lease the page renews, and runs out with the page
+/// A setpoint is held by a lease that the page renews.
+fn holds_a_setpoint(browser: &mut Browser, client: &Client) {
     browser.eval("page.selected = 2; entry.kind = 'stroke'; entry.value = 0.4; card(); $('hold').click()");
     let state = || client.latest().channels()[2];
     wait_until("the setpoint", || state().mode() == Mode::Length);
@@ -81,29 +114,27 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
         renewals >= 6
     });
     assert_eq!(state().mode(), Mode::Length, "renewed beyond its first lease");
+}
 
-    // the record button: a session of all channels, which `plot` can draw
+/// The record button: a session of all channels, which `plot` can draw.
+fn records(browser: &mut Browser, folder: &Path, drawn: &Path, channel: &str) {
     browser.eval("$('record').click()");
     browser.wait("page.status?.recording?.seconds > 1");
     browser.eval("$('record').click()");
     browser.wait("page.status && !page.status.recording");
-    let files = entries(&folder);
+    let files = entries(folder);
     assert_eq!(files.len(), 1, "{files:?}");
     let file = folder.join(&files[0]);
-    let (file, drawn) = (file.to_str().expect("a plain path"), rig.file("all.svg"));
-    let name = client.channels()[2].name.to_string();
-    let out = drawn.to_str().expect("a plain path");
-    run(["plot", file, "-o", out, "--kind", "all", "--channel", &name]).expect(0);
-    let svg = std::fs::read_to_string(&drawn).expect("it was drawn");
+    let [file, out] = [file.as_path(), drawn].map(|path| path.to_str().expect("a plain path"));
+    run(["plot", file, "-o", out, "--kind", "all", "--channel", channel]).expect(0);
+    let svg = std::fs::read_to_string(drawn).expect("it was drawn");
     for what in ["Wire length, mm", "against wire temperature", "surface: ė = −λe", "share of cycles"] {
         assert!(svg.contains(what), "{what}");
     }
+}
 
-    browser.open("about:blank");
-    wait_until("the lease to run out", || state().mode() != Mode::Length);
-
-    // without the token a page shows the same and is refused
-    let bare = url.split('#').next().expect("an address");
+/// Without the token, or with another one, a page shows the same and is refused.
+fn is_refused_without_the_token(browser: &mut Browser, bare: &str, client: &Client) {
     browser.open(bare);
     browser.wait("page.curves && page.curves.length > 20");
     assert_eq!(browser.eval("page.may"), false);
@@ -111,23 +142,11 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
     let answer = browser.eval("set(2, 'duty', 0.1)");
     assert_eq!(answer["ok"], false);
     assert!(answer["message"].as_str().is_some_and(|said| said.contains("token")), "{answer}");
-    assert_ne!(state().mode(), Mode::Duty);
+    assert_ne!(client.latest().channels()[2].mode(), Mode::Duty);
     browser.open("about:blank");
     browser.open(&format!("{bare}#{}", "0".repeat(32)));
     browser.wait("page.curves && page.curves.length > 20");
     assert_eq!(browser.eval("set(2, 'duty', 0.1)")["ok"], false, "another token is none");
-
-    // the driver goes and comes back: the page says so and goes on by itself
-    let stopped = driver.stop();
-    assert_eq!(stopped["faults_not_listed"], 0);
-    browser.wait("page.status?.driver === 'gone' && !$('banner').hidden");
-    let last = browser.eval("page.curves.last").as_f64().expect("a time");
-    let (_driver, _client) = Driver::ready(&rig);
-    browser
-        .wait(&format!("page.status?.driver === 'running' && page.curves.last > {last} + 0.1 && $('banner').hidden"));
-    scope.signal(libc::SIGTERM);
-    scope.finish().expect(0);
-    browser.wait("$('driver').textContent === 'no scope'");
 }
 
 /// The first line of the answer to a request with these headers.
