@@ -234,6 +234,7 @@ impl MotionObserver {
         }
     }
 
+    #[inline]
     fn transient_gain(&mut self, dt: f64, nominal: bool, sigma_m: f64) -> Gain {
         self.predict_covariance(dt);
         self.unsettled = if nominal { self.unsettled.saturating_sub(1) } else { self.settle.max(1) };
@@ -241,6 +242,7 @@ impl MotionObserver {
     }
 
     /// A cycle without a length: prediction only, for as long as that means anything.
+    #[inline]
     fn coast(&mut self, dt_s: f64) -> Motion {
         self.missed = self.missed.saturating_add(1);
         if !self.started {

@@ -235,6 +235,7 @@ impl Step {
 }
 
 /// Takes a measurement of the length with variance `r` into the covariance; returns the gain.
+#[inline]
 pub(super) fn correct(p: &mut Matrix, r: f64) -> Gain {
     let scale = 1.0 / (p[0][0] + r);
     let row = p[0];

@@ -22,7 +22,7 @@ fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
     client.set_stroke("left", 0.5, Duration::from_millis(800)).unwrap();
     client.set_duty("right", 0.2, Duration::from_millis(400)).unwrap();
     let recorded = recorder.finish().expect(0).json();
-    driver.stop();
+    let missed = driver.stop()["missed"].as_u64().expect("a count");
     assert_eq!(recorded["lost"], 0, "{recorded:#}");
 
     let sinew = |words: &[&OsStr]| run(words.iter().copied());
@@ -33,8 +33,8 @@ fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
         for row in channel["fields"].as_array().unwrap() {
             let measured = ["length_m", "resistance_ohm", "target_m", "asked", "order", "fault"];
             let cycles = row["cycles"].as_u64().unwrap();
-            // until the duty of then is in force again
-            assert!(!measured.contains(&row["field"].as_str().unwrap()) || cycles <= 3, "{channel:#}");
+            // until the duty of then is in force again, a period that was missed meanwhile later
+            assert!(!measured.contains(&row["field"].as_str().unwrap()) || cycles <= 3 + missed, "{channel:#}");
         }
     }
 

@@ -77,6 +77,10 @@ pub fn drive(args: &Args) -> Result<(), Failure> {
         }
         BackendKind::Serial => (Box::new(SerialBackend::connect(&rig).map_err(|e| wrong(&e))?), None),
         BackendKind::Linux => (Box::new(LinuxRig::new(Settings::of_rig(&rig)).map_err(|e| wrong(&e))?), None),
+        #[allow(unreachable_patterns, reason = "until there is a backend whose wires nobody here can damage")]
+        other => {
+            return Err(Failure::Unexpected(format!("nothing here injects faults behind backend {}", other.word())));
+        }
     };
     let mischief = Arc::new(Mischief::default());
     let watched = Watched::new(backend, &args.log, mischief.clone())?;

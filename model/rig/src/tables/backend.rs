@@ -28,7 +28,7 @@ macro_rules! backends {
         }
 
         /// What powers and measures the wires: which kind, and what each kind needs to know.
-        #[derive(Debug, Clone, PartialEq, Eq)]
+        #[derive(Debug, Clone, PartialEq)]
         pub struct Backend {
             /// Which of them it is.
             pub kind: BackendKind,
