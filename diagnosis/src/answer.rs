@@ -28,8 +28,15 @@ pub struct Diagnosis {
     pub location: Location,
     /// The effects that are needed, in order of weight.
     pub effects: Vec<FoundEffect>,
+    /// Share of what was wrong with the rig file as given that its parameters account for, tolerances included; the effects
+    /// have the rest.
+    pub parameters_share: f64,
     /// What is outside the catalogue.
     pub unknown: Option<Unknown>,
+    /// What is left with everything that was found in the model.
+    pub remains: Remains,
+    /// Constants stated as known that are off by more than their tolerance, and sensors likewise.
+    pub beyond_tolerance: Vec<BeyondTolerance>,
     /// Parameters of the reference model that a fit may move, by key.
     pub parameters: BTreeMap<String, FittedParameter>,
     /// What is nuisance per recording: an arbitrary zero, run-to-run scatter. By recording, then name.
@@ -97,7 +104,7 @@ pub struct Left {
     pub chi: f64,
     /// chi over all sensors on data kept back, improved.
     pub chi_improved: f64,
-    /// Probability of an improvement this large if nothing were missing.
+    /// Upper bound of the probability that the best candidate looks this good where nothing is missing.
     pub p_value: f64,
     /// How the p-value was made, in a sentence.
     pub method: String,
@@ -150,12 +157,103 @@ pub struct FoundEffect {
     pub says: String,
     /// Its parameters.
     pub parameters: BTreeMap<String, EffectSize>,
+    /// Share of what was wrong with the rig file as given that it accounts for; the parameters and the other effects have
+    /// the rest.
+    pub share: f64,
+    /// How well it is borne out.
+    pub grade: Grade,
     /// Why it is believed.
     pub evidence: Evidence,
     /// What else was tried in its place, best first.
     pub alternatives: Vec<Alternative>,
     /// Effects that explain the recording equally well.
     pub cannot_be_told_apart_from: Vec<String>,
+}
+
+/// How well an effect is borne out by what no fit has seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// A whole recording kept back is more probable with it.
+    ConfirmedOnAnotherProgramme,
+    /// Blocks kept back of the same recordings are.
+    OnThisProgrammeOnly,
+    /// The fit is better with it, what is kept back is not, or the evidence is weak.
+    Suspected,
+}
+
+impl Grade {
+    /// In words.
+    pub const fn says(self) -> &'static str {
+        match self {
+            Grade::ConfirmedOnAnotherProgramme => "confirmed on another programme",
+            Grade::OnThisProgrammeOnly => "on this programme only",
+            Grade::Suspected => "suspected",
+        }
+    }
+}
+
+/// What is left with everything that was found in the model.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Remains {
+    /// chi over all sensors on data kept back.
+    pub chi: f64,
+    /// What it looks like.
+    pub looks_like: LooksLike,
+    /// By sensor column.
+    pub sensors: BTreeMap<String, SensorRemains>,
+    /// Share of it that an unknown input to each equation explains.
+    pub equations: BTreeMap<String, f64>,
+    /// When.
+    pub windows: Vec<Window>,
+    /// Under which conditions.
+    pub conditions: Vec<Condition>,
+}
+
+/// What is left in one sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SensorRemains {
+    /// Error of the model beside the sensor's noise, RMS, in the column's unit.
+    pub rms: f64,
+    /// Over the sensor's noise.
+    pub over_noise: f64,
+    /// For how long it keeps its sign, s.
+    pub memory_s: f64,
+}
+
+/// What a remainder looks like.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LooksLike {
+    /// Noise of the sensors, in every sensor by itself.
+    #[default]
+    Noise,
+    /// Transformation curves of another shape than the model's.
+    Curves,
+    /// A mechanism that is not in the model.
+    MissingMechanism,
+}
+
+impl LooksLike {
+    /// In words.
+    pub const fn says(self) -> &'static str {
+        match self {
+            LooksLike::Noise => "noise of the sensors",
+            LooksLike::Curves => "transformation curves of another shape",
+            LooksLike::MissingMechanism => "a mechanism that is not in the model",
+        }
+    }
+}
+
+/// A constant stated as known, or a sensor, that is off by more than its tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BeyondTolerance {
+    /// Key of the rig file.
+    pub key: String,
+    /// By how many σ of its tolerance.
+    pub sigmas: f64,
+    /// In a sentence.
+    pub says: String,
 }
 
 /// A fitted parameter of an effect with its 90 % interval.
@@ -178,9 +276,9 @@ pub struct Evidence {
     pub holdout_chi_before: f64,
     /// chi on data kept back with all found effects.
     pub holdout_chi_after: f64,
-    /// Change of the Bayesian information criterion when it is added, for the effective number of samples.
+    /// Minus twice the rise of the log evidence when it is added: what a Bayesian information criterion approximates.
     pub delta_bic: f64,
-    /// Probability of an improvement this large if it were not there.
+    /// Upper bound of the probability of evidence this strong if it were not there.
     pub p_value: f64,
 }
 
@@ -189,7 +287,7 @@ pub struct Evidence {
 pub struct Alternative {
     /// Its id.
     pub id: String,
-    /// BIC with it in the found one's place, less that of the found one: positive = worse.
+    /// Minus twice the log evidence with it in the found one's place, less that of the found one: positive = worse.
     pub delta_bic: f64,
     /// chi on data kept back with it.
     pub holdout_chi: f64,

@@ -1,11 +1,16 @@
 //! Recordings as a fit needs them: inputs row by row, sensors side by side, and which samples are fitted, kept back or
 //! left out.
 
-use sinew_physics::{Inputs, WireModel};
+use std::sync::Arc;
+
+use sinew_physics::{DriveKind, Inputs, WireModel};
 use sinew_recording::{Column, Recording, imposed_column};
 
+use crate::discrepancy::{Discrepancy, Whitening};
 use crate::error::Error;
 use crate::gates::{self, Exclude, Warning};
+use crate::noise::Noise;
+use crate::residuals::Residuals;
 
 /// What a sample is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +29,8 @@ pub(crate) struct Sensor {
     pub(crate) column: Column,
     /// RMS, in the column's unit.
     pub(crate) noise: f64,
+    /// The part of it that is new in every sample.
+    pub(crate) white: f64,
 }
 
 /// One recording.
@@ -46,6 +53,9 @@ pub(crate) struct Run {
     pub(crate) held_out: bool,
     /// The simulation may take pieces as long as this, s: 0 for those the wire takes by itself.
     pub(crate) longest_piece_s: f64,
+    /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its length.
+    /// Empty where every row is one sample.
+    pub(crate) early: Vec<f64>,
 }
 
 /// Everything that is compared.
@@ -57,6 +67,8 @@ pub(crate) struct Data {
     pub(crate) free_zero: bool,
     /// The position is not measured but imposed.
     pub(crate) position_imposed: bool,
+    /// What makes residuals white, where the model is known to be wrong.
+    pub(crate) whitening: Option<Arc<Whitening>>,
 }
 
 /// A recording as the gates leave it.
@@ -122,12 +134,12 @@ const LEAST_SEEN: usize = 20;
 
 impl Data {
     /// The recordings of one channel. Blocks of the fitted ones are kept back where none is held out as a whole.
-    /// `noise` gives the RMS noise of a column.
+    /// `noise` gives the noise of a column.
     pub(crate) fn new(
         model: &WireModel,
         free_zero: bool,
         sources: &[Source],
-        noise: &dyn Fn(Column) -> f64,
+        noise: &dyn Fn(Column) -> Noise,
     ) -> Result<Data, Error> {
         let fitted = || sources.iter().filter(|source| !source.held_out);
         let mut columns: Vec<Column> = fitted().flat_map(|s| gates::sensors(&s.recording, model)).collect();
@@ -145,20 +157,20 @@ impl Data {
             run.measured.retain(|_| kept.next().is_some_and(|kept| *kept));
         }
         let columns = columns.into_iter().zip(&kept).filter(|(_, kept)| **kept).map(|(column, _)| column);
-        let sensors = columns.map(|column| Sensor { column, noise: noise(column) }).collect();
+        let sensors = columns
+            .map(|column| {
+                let Noise { white, total, .. } = noise(column);
+                Sensor { column, noise: total, white }
+            })
+            .collect();
         let position_imposed = imposed_column(&model.load) == Some(Column::PositionM);
-        Ok(Data { sensors, runs, free_zero, position_imposed })
+        Ok(Data { sensors, runs, free_zero, position_imposed, whitening: None })
     }
 
     /// How many samples of all sensors a part has.
     pub(crate) fn count(&self, part: Part) -> usize {
         let sensors = 0..self.sensors.len();
         self.runs.iter().map(|run| sensors.clone().map(|s| run.count(part, s)).sum::<usize>()).sum()
-    }
-
-    /// How many rows all recordings have.
-    pub(crate) fn samples(&self) -> usize {
-        self.runs.iter().map(|run| run.time_s.len()).sum()
     }
 
     /// The index of the position's sensor.
@@ -171,13 +183,24 @@ impl Data {
         self.runs.iter().map(Run::duration_s).fold(0.0, f64::max)
     }
 
-    /// The same with other noise.
-    pub(crate) fn with_noise(&self, noise: &[f64]) -> Data {
-        let mut data = self.clone();
-        for (sensor, noise) in data.sensors.iter_mut().zip(noise) {
-            sensor.noise = *noise;
-        }
-        data
+    /// The same for a model that is wrong by `discrepancy`; `left` are its residuals over noise.
+    pub(crate) fn whitened(&self, discrepancy: &Discrepancy, left: &Residuals) -> Data {
+        Data { whitening: Some(Arc::new(discrepancy.whitening(self, left))), ..self.clone() }
+    }
+
+    /// The same with `rows` rows made one: as much is known of what moves slowly, for a fraction of the work.
+    pub(crate) fn thinned(&self, rows: usize, drive: DriveKind) -> Data {
+        let runs = self.runs.iter().map(|run| run.thinned(rows, drive)).collect();
+        let sensors = self
+            .sensors
+            .iter()
+            .map(|sensor| {
+                let wandering = (sensor.noise.powi(2) - sensor.white.powi(2)).max(0.0);
+                let white = sensor.white / (rows as f64).sqrt();
+                Sensor { noise: (wandering + white * white).sqrt(), white, ..*sensor }
+            })
+            .collect();
+        Data { runs, sensors, ..self.clone() }
     }
 
     /// The same, simulated in pieces as long as `longest_s`.
@@ -245,7 +268,57 @@ impl Run {
             block,
             held_out: *held_out,
             longest_piece_s: 0.0,
+            early: Vec::new(),
         })
+    }
+
+    /// The same with up to `rows` rows of one block made one.
+    fn thinned(&self, rows: usize, drive: DriveKind) -> Run {
+        let mut thin = Run {
+            time_s: Vec::new(),
+            inputs: Vec::new(),
+            measured: vec![Vec::new(); self.measured.len()],
+            part: Vec::new(),
+            block: Vec::new(),
+            early: Vec::new(),
+            ..self.clone()
+        };
+        let mut first = 0;
+        while first < self.time_s.len() {
+            let alike = |row: &usize| self.block[*row] == self.block[first] && self.part[*row] == self.part[first];
+            let count = (first..self.time_s.len()).take(rows).take_while(alike).count();
+            let group = first..first + count;
+            let last = group.end - 1;
+            let span_s: f64 = self.inputs[group.clone()].iter().map(|(_, dt_s)| dt_s).sum();
+            let mean = |of: &dyn Fn(&Inputs) -> f64| {
+                self.inputs[group.clone()].iter().map(|(inputs, dt_s)| of(inputs) * dt_s).sum::<f64>() / span_s
+            };
+            let (end, _) = self.inputs[last];
+            let inputs = Inputs {
+                drive: match drive {
+                    DriveKind::Pwm | DriveKind::Power => mean(&|i| i.drive),
+                    // heats by its square
+                    DriveKind::Current => mean(&|i| i.drive * i.drive).sqrt(),
+                    // is there at the end
+                    DriveKind::Temperature => end.drive,
+                },
+                supply_v: mean(&|i| i.supply_v),
+                ambient_c: mean(&|i| i.ambient_c),
+                external_n: mean(&|i| i.external_n),
+                ..end
+            };
+            let ago = group.clone().map(|row| self.time_s[last] - self.time_s[row]).sum::<f64>() / count as f64;
+            thin.time_s.push(self.time_s[last]);
+            thin.inputs.push((inputs, span_s));
+            thin.part.push(self.part[first]);
+            thin.block.push(self.block[first]);
+            thin.early.push(ago / span_s);
+            for (thin, all) in thin.measured.iter_mut().zip(&self.measured) {
+                thin.push(all[group.clone()].iter().sum::<f64>() / count as f64);
+            }
+            first = group.end;
+        }
+        thin
     }
 
     /// How many samples of one sensor a part has.
@@ -321,7 +394,7 @@ mod tests {
         let sources = held_out.map(|held_out| {
             Source::new(&recording(model, stairs, 1), model, &[], held_out).expect("a recording that can be used")
         });
-        Data::new(model, false, &sources, &|_| 1.0).expect("sensors")
+        Data::new(model, false, &sources, &|_| Noise { white: 1.0, total: 1.0, step: 0.0 }).expect("sensors")
     }
 
     #[test]

@@ -126,7 +126,8 @@ fn sharpen(data: &Data, space: &Space, z: &[f64], columns: &mut [Residuals]) {
 /// What the zero of the position in one recording does to the residuals, per `scale`.
 pub(crate) fn of_zero(data: &Data, scale: f64, run: usize, at: &Residuals) -> Residuals {
     let position = data.position();
-    at.iter()
+    let column: Residuals = at
+        .iter()
         .enumerate()
         .map(|(r, by_sensor)| {
             by_sensor
@@ -139,5 +140,9 @@ pub(crate) fn of_zero(data: &Data, scale: f64, run: usize, at: &Residuals) -> Re
                 })
                 .collect()
         })
-        .collect()
+        .collect();
+    match &data.whitening {
+        Some(whitening) => whitening.whiten(&column),
+        None => column,
+    }
 }

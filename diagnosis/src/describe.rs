@@ -14,21 +14,14 @@ use crate::intervals::Interval;
 use crate::locate::Located;
 use crate::numbers::number;
 use crate::residuals::Residuals;
-use crate::search::Agreement;
 use crate::space::What;
 use crate::stages::Compared;
 use crate::words;
 
 /// What a reader must know of a fit.
-pub(crate) fn warn_of_fit(fit: &Fit, agreement: Agreement, warnings: &mut Vec<String>) {
+pub(crate) fn warn_of_fit(fit: &Fit, warnings: &mut Vec<String>) {
     if !fit.converged {
         warnings.push("the fit of the parameters did not converge: take their values with caution".into());
-    }
-    if agreement.carried > 1 && agreement.alike < 2 {
-        warnings.push(
-            "fits from different starts ended in different places: another recording at the same time would tell which is right"
-                .into(),
-        );
     }
     for (coordinate, z) in fit.space.coordinates.iter().zip(&fit.z) {
         let (What::Key(_) | What::BothModuli) = coordinate.what else { continue };
@@ -87,7 +80,7 @@ pub(crate) fn next_experiment(
     rivals: &[Rival],
     effects: &[FoundEffect],
 ) -> String {
-    let proposal = |rival: &Fit| experiment::propose(data, chosen, rival);
+    let proposal = |rival: &Fit| experiment::propose(data, &chosen.fit, rival);
     match (verdict, rivals.first()) {
         (Verdict::PhysicsMissing, Some(rival)) => {
             let named = effects
@@ -96,11 +89,11 @@ pub(crate) fn next_experiment(
                 .map_or("the effect found", |e| e.id.as_str());
             words::separate(named, rival.id, proposal(&rival.fit))
         }
-        (Verdict::PhysicsMissing, None) => words::confirm(effects, proposal(reference)),
+        (Verdict::PhysicsMissing, None) => words::confirm(effects, proposal(&reference.fit)),
         // without a closed form there is nothing to tell apart yet
-        (Verdict::UnknownPhysics, _) if chosen.space.effects.is_empty() => words::explore(None),
-        (Verdict::UnknownPhysics, _) => words::explore(proposal(reference)),
-        (Verdict::Agrees | Verdict::ParametersOff, _) => words::nothing_needed(chosen, data),
+        (Verdict::UnknownPhysics, _) if chosen.fit.space.effects.is_empty() => words::explore(None),
+        (Verdict::UnknownPhysics, _) => words::explore(proposal(&reference.fit)),
+        (Verdict::Agrees | Verdict::ParametersOff, _) => words::nothing_needed(&chosen.fit, data),
     }
 }
 
@@ -117,7 +110,7 @@ pub(crate) fn location(
         *score = score.max(l.score);
     }
     let Some(guilty) = guilty else { return Location { equation_scores, ..Location::default() } };
-    let event = chosen.space.effects.iter().find_map(|e| words::event_of(e, chosen));
+    let event = chosen.fit.space.effects.iter().find_map(|e| words::event_of(e, &chosen.fit));
     let windows = match event {
         Some((start_s, end_s)) => conditions::share_in(data, &recalibrated.residuals, start_s, end_s),
         None => conditions::windows(data, &recalibrated.residuals),
@@ -126,7 +119,7 @@ pub(crate) fn location(
         equation: Some(guilty.name().to_string()),
         equation_scores,
         windows,
-        conditions: conditions::conditions(data, reference, &recalibrated.residuals),
+        conditions: conditions::conditions(data, &reference.fit, &recalibrated.residuals),
     }
 }
 

@@ -7,20 +7,23 @@ use sinew_recording::Recording;
 use sinew_rig::Rig;
 
 use crate::answer::*;
-use crate::attempt::{self, Attempt};
 use crate::data::Data;
 use crate::describe;
 use crate::error::Error;
 use crate::evidence;
+use crate::explanation::{Explanation, Turns};
 use crate::figures;
-use crate::forward;
 use crate::intervals;
+use crate::locate::{self, Located};
 use crate::prepare::{self, Prepared};
-use crate::search;
+use crate::remains;
+use crate::select::{self, Selection};
 use crate::settings::Settings;
+use crate::shares::Shares;
 use crate::space::Space;
 use crate::stages::{Compared, Stage};
-use crate::unknown::{self, Remainder};
+use crate::tolerances;
+use crate::unknown::Outside;
 use crate::words;
 
 /// What a diagnosis gives.
@@ -88,23 +91,26 @@ pub fn identify(
         (settings.progress)("as given", 0.0);
         let given = Stage::as_given(&data, &space)?;
         (settings.progress)("fitting", 0.1);
-        let (fit, agreement) =
-            search::multistart(&prepare::for_search(&data, &space), &space, settings.seed).ok_or(Error::NoFit)?;
-        let fit = search::polish(&data, fit.judged_by(&data).ok_or_else(Error::lost_fit)?);
-        describe::warn_of_fit(&fit, agreement, &mut warnings);
+        let searched = prepare::for_search(&data, &space, rig.channels[channel].model.drive.kind);
+        let [_, found] = Explanation::from_belief(&searched, &space, &vec![0.0; space.len()]).ok_or(Error::NoFit)?;
+        (settings.progress)("polishing", 0.6);
+        let Explanation { fit, discrepancy, .. } = &found;
+        let found = Explanation::of(&data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;
+        let fit = &found.fit;
+        describe::warn_of_fit(fit, &mut warnings);
         (settings.progress)("intervals", 0.9);
-        let intervals = intervals::intervals(&data, &fit);
+        let intervals = intervals::intervals(&found.judges(&data).ok_or_else(Error::lost_fit)?, fit);
         let mut fitted_rig = rig.clone();
         fit.space.apply(&fit.z, &mut fitted_rig)?;
         let stages = Stages {
             as_given: given.misfits(&data, true),
-            recalibrated: Stage::of_fit(&data, &fit)?.misfits(&data, true),
+            recalibrated: Stage::of_fit(&data, fit)?.misfits(&data, true),
             improved: BTreeMap::new(),
         };
         (settings.progress)("done", 1.0);
         Ok(Identified {
             rig: fitted_rig,
-            parameters: describe::parameters(&fit, &intervals),
+            parameters: describe::parameters(fit, &intervals),
             noise: describe::noise_by_column(&data),
             fit: stages,
             warnings,
@@ -122,37 +128,39 @@ fn in_pool<T: Send>(jobs: usize, work: impl FnOnce() -> Result<T, Error> + Send)
 
 /// Everything from prepared data to the answer.
 fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -> Result<Outcome, Error> {
-    let Prepared { mut data, mut warnings } = prepared;
+    let Prepared { data, mut warnings } = prepared;
     let progress = settings.progress;
+    let drive = rig.channels[channel].model.drive.kind;
     let space = Space::reference(rig, channel, &data);
     progress("as given", 0.0);
-    let mut as_given = Stage::as_given(&data, &space)?;
-    let mut searched = prepare::for_search(&data, &space);
-    let mut attempt = attempt::best(&searched, &space, settings)?;
-
-    progress("beyond the catalogue", 0.0);
-    let left = attempt.selection.fit.residuals(&searched).ok_or_else(Error::lost_fit)?;
-    let colours = forward::colours(&searched, &left);
-    let remainder = Remainder::new(&searched, &attempt, &left, &colours, settings);
-    if remainder.is_noise {
-        // from here on in the final noise
-        let noise = unknown::wandering_noise(&data, &colours, &mut warnings);
-        (data, searched) = (data.with_noise(&noise), searched.with_noise(&noise));
-        attempt.selection = attempt.selection.judged_by(&searched).ok_or_else(Error::lost_fit)?;
-        as_given = Stage::as_given(&data, &space)?;
-    }
+    let as_given = Stage::as_given(&data, &space)?;
+    let searched = prepare::for_search(&data, &space, drive);
+    let selection = select::select(&searched, &space, progress).ok_or(Error::NoFit)?;
+    progress("locating", 0.0);
+    let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
+    let left = if selection.chosen.fit.space.effects.is_empty() {
+        located.clone()
+    } else {
+        locate::locate(&searched, &selection.chosen.fit, &|f| progress("locating", f))
+    };
+    let outside = match remains::looks_like(&selection.chosen, &left) {
+        LooksLike::MissingMechanism if selection.chosen.fit.space.effects.is_empty() => {
+            progress("beyond the catalogue", 0.0);
+            Outside::search(&searched, &selection.chosen)
+        }
+        _ => None,
+    };
     // and simulated as finely as the wire takes it
     progress("polishing", 0.0);
-    let compared = Compared::new(&data, as_given, &attempt.selection, &remainder)?;
-    describe::warn_of_fit(&compared.chosen, attempt.agreement, &mut warnings);
+    let chosen = outside.as_ref().map_or(&selection.chosen, |outside| &outside.explanation);
+    let compared = Compared::new(&data, as_given, &selection.reference, chosen)?;
+    describe::warn_of_fit(&compared.chosen.fit, &mut warnings);
 
-    let inflation = unknown::inflation(&colours);
-    let found = Found { data, searched, attempt, remainder, compared, inflation };
-    let diagnosis = found.answer(warnings, settings);
+    let found = Found { data, searched, selection, located, left, outside, compared };
+    let diagnosis = found.answer(warnings, settings)?;
     let improved = found.improved(rig, diagnosis.verdict)?;
     progress("drawing", 0.0);
-    let drive = rig.channels[channel].model.drive.kind;
-    let figures = figures::figures(&found.data, drive, &found.compared, &found.attempt, inflation);
+    let figures = figures::figures(&found.data, drive, &found.compared, &found.selection, &found.located);
     progress("done", 1.0);
     Ok(Outcome { diagnosis, figures, improved })
 }
@@ -162,74 +170,94 @@ struct Found {
     data: Data,
     /// The same as the search simulated them.
     searched: Data,
-    attempt: Attempt,
-    remainder: Remainder,
+    selection: Selection,
+    /// Where the parameters alone miss the recording, and where everything that was found does.
+    located: Vec<Located>,
+    left: Vec<Located>,
+    outside: Option<Outside>,
     compared: Compared,
-    /// One sample in so many counts.
-    inflation: f64,
 }
 
 impl Found {
-    fn verdict(&self) -> Verdict {
-        let Compared { as_given, recalibrated, chosen, .. } = &self.compared;
-        match (&self.remainder.unknown, chosen.space.effects.is_empty()) {
-            (Some(_), _) => Verdict::UnknownPhysics,
-            (None, false) => Verdict::PhysicsMissing,
-            (None, true) if as_given.score.kept <= AGREES * recalibrated.score.kept => Verdict::Agrees,
-            (None, true) => Verdict::ParametersOff,
+    fn verdict(&self, effects: &[FoundEffect], beyond_tolerance: &[BeyondTolerance]) -> Verdict {
+        let Compared { as_given, recalibrated, .. } = &self.compared;
+        let is_confirmed = effects.iter().any(|effect| effect.grade != Grade::Suspected);
+        if self.outside.is_some() {
+            Verdict::UnknownPhysics
+        } else if is_confirmed {
+            Verdict::PhysicsMissing
+        } else if beyond_tolerance.is_empty() && as_given.score.kept <= AGREES * recalibrated.score.kept {
+            Verdict::Agrees
+        } else {
+            Verdict::ParametersOff
         }
     }
 
-    fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Diagnosis {
-        let Found { data, searched, attempt, remainder, compared, inflation } = self;
+    fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Result<Diagnosis, Error> {
+        let Found { data, searched, selection, located, left, outside, compared } = self;
         let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
-        let Attempt { selection, located, .. } = attempt;
         let progress = settings.progress;
         progress("intervals", 0.0);
-        let intervals = intervals::intervals(data, chosen);
-        let verdict = self.verdict();
+        let judging = chosen.judges(data).ok_or_else(Error::lost_fit)?;
+        let intervals = intervals::intervals(&judging, &chosen.fit);
         progress("rivals", 0.0);
-        let (effects, rivals) = if verdict == Verdict::PhysicsMissing {
-            evidence::found_effects(searched, selection, chosen, &intervals, *inflation, progress)
-        } else {
-            (Vec::new(), Vec::new())
+        let (mut effects, rivals) = match outside {
+            None => {
+                let found = evidence::judge(data, searched, selection, chosen, &intervals, progress);
+                (found.effects, found.rivals)
+            }
+            Some(_) => (Vec::new(), Vec::new()),
         };
+        let beyond_tolerance = tolerances::beyond(&chosen.fit);
+        effects.extend(tolerances::as_effects(&chosen.fit, &intervals, &beyond_tolerance, compared));
+        let verdict = self.verdict(&effects, &beyond_tolerance);
         progress("next experiment", 0.0);
         let next_experiment = describe::next_experiment(data, verdict, compared, &rivals, &effects);
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
             Verdict::PhysicsMissing => effects.first().and_then(|e| effects::effect(&e.id)).map(|e| e.equation),
-            Verdict::UnknownPhysics => remainder.unknown.as_ref().map(|u| u.equation),
+            Verdict::UnknownPhysics => outside.as_ref().map(|outside| outside.library.equation),
         };
         let location = describe::location(data, guilty, compared, located);
-        let unknown = remainder.unknown.as_ref().map(|u| u.describe(&intervals, recalibrated.score, improved.score));
-        let p_value = if verdict == Verdict::UnknownPhysics {
-            selection.p_value.min(remainder.structure.p_value)
-        } else {
-            selection.p_value
-        };
-        Diagnosis {
+        let unknown = outside.as_ref().map(|o| o.describe(chosen, &intervals, recalibrated.score, improved.score));
+        let remains = remains::remains(data, compared, left);
+        Ok(Diagnosis {
             schema: SCHEMA.to_string(),
             verdict,
-            summary: words::summary(verdict, compared, &effects, unknown.as_ref(), &location, selection),
+            summary: words::summary(
+                verdict,
+                compared,
+                &effects,
+                unknown.as_ref(),
+                &location,
+                &remains,
+                &beyond_tolerance,
+            ),
             noise: describe::noise_by_column(data),
             fit: compared.misfits(data),
             left: Left {
                 chi_as_given: as_given.score.chi_kept(),
                 chi: recalibrated.score.chi_kept(),
                 chi_improved: improved.score.chi_kept(),
-                p_value,
-                method: selection.method.clone(),
+                p_value: evidence::p_value(selection.first_rise(), selection.tried()),
+                method: format!(
+                    "evidence of the best of {} candidates, each fitted with all parameters and with an error of the model \
+                     that is correlated in time; a bound by Markov's inequality",
+                    selection.tried()
+                ),
             },
             location,
             effects,
+            parameters_share: Shares::of(&chosen.fit).parameters,
             unknown,
-            parameters: describe::parameters(chosen, &intervals),
-            recordings: describe::summaries(data, chosen, &improved.residuals),
+            remains,
+            beyond_tolerance,
+            parameters: describe::parameters(&chosen.fit, &intervals),
+            recordings: describe::summaries(data, &chosen.fit, &improved.residuals),
             next_experiment,
             warnings,
             seed: settings.seed,
-        }
+        })
     }
 
     /// The rig with what was found in its model.
@@ -238,7 +266,7 @@ impl Found {
         if verdict == Verdict::Agrees {
             return Ok(improved);
         }
-        let chosen = &self.compared.chosen;
+        let chosen = &self.compared.chosen.fit;
         chosen.space.apply(&chosen.z, &mut improved)?;
         improved.refreshed().map_err(|error| Error::Lost { what: format!("the improved rig ({error})") })
     }

@@ -4,28 +4,28 @@ use sinew_physics::DriveKind;
 use sinew_recording::drive_column;
 
 use crate::answer::{Figures, SensorTrace, Traces, Tried, UnknownInput};
-use crate::attempt::Attempt;
 use crate::conditions;
 use crate::data::Data;
-use crate::fit::Fit;
-use crate::forward::Selection;
+use crate::evidence;
+use crate::explanation::Explanation;
 use crate::locate::Located;
+use crate::select::Selection;
 use crate::simulate;
 use crate::stages::{Compared, Stage};
 
 /// Most points of a line.
 const MOST_POINTS: usize = 3000;
 
-/// Draws what `compared` left of the data, and what `attempt` tried; one sample in `inflation` counts.
+/// Draws what `compared` left of the data, what `selection` tried, and the unknown inputs of `located`.
 pub(crate) fn figures(
     data: &Data,
     drive: DriveKind,
     compared: &Compared,
-    Attempt { located, selection, .. }: &Attempt,
-    inflation: f64,
+    selection: &Selection,
+    located: &[Located],
 ) -> Figures {
     let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
-    let states = chosen.states(data);
+    let states = chosen.fit.states(data);
     let recordings = data
         .runs
         .iter()
@@ -69,9 +69,9 @@ pub(crate) fn figures(
         .collect();
     Figures {
         recordings,
-        maps: conditions::maps(data, chosen, &recalibrated.residuals, &improved.residuals),
+        maps: conditions::maps(data, &chosen.fit, &recalibrated.residuals, &improved.residuals),
         unknown_inputs: located.iter().map(unknown_input).collect(),
-        tried: tried(selection, inflation),
+        tried: tried(data, selection),
     }
 }
 
@@ -87,31 +87,34 @@ fn unknown_input(located: &Located) -> UnknownInput {
     }
 }
 
-fn tried(selection: &Selection, inflation: f64) -> Vec<Tried> {
-    let names = |fit: &Fit| fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
-    let bic = |fit: &Fit| fit.bic(inflation);
-    let reference = bic(&selection.reference);
-    let row = |fit: &Fit, screened: bool| Tried {
-        effects: names(fit),
-        holdout_chi: fit.score.chi_kept(),
-        delta_bic: bic(fit) - reference,
-        chosen: names(fit) == names(&selection.fit),
-        screened,
+fn tried(data: &Data, selection: &Selection) -> Vec<Tried> {
+    let names = |x: &Explanation| x.fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
+    let row = |x: &Explanation| Tried {
+        effects: names(x),
+        holdout_chi: evidence::chi_kept(data, &x.fit),
+        delta_bic: -2.0 * (x.evidence - selection.reference.evidence),
+        chosen: names(x) == names(&selection.chosen),
+        screened: false,
     };
-    let mut all = vec![row(&selection.reference, false)];
-    let rejected = selection.rejected.iter().map(|(field, full)| (field, *full));
-    for (field, full) in selection.steps.iter().map(|s| (&s.field, s.full)).chain(rejected) {
-        all.extend(field.iter().enumerate().map(|(i, racer)| row(&racer.fit, i >= full)));
+    let mut all = vec![row(&selection.chosen), row(&selection.reference)];
+    for round in &selection.rounds {
+        all.extend(round.refitted.iter().map(|(_, x)| row(x)));
+        // what screening alone says of the others, beside what it was added to
+        let base = row(&round.base);
+        all.extend(round.screened.iter().map(|s| Tried {
+            effects: base.effects.iter().cloned().chain([s.candidate.effect.id.to_string()]).collect(),
+            delta_bic: base.delta_bic - 2.0 * s.gain,
+            chosen: false,
+            screened: true,
+            ..base.clone()
+        }));
     }
-    if !all.iter().any(|t| t.chosen) {
-        all.push(Tried { chosen: true, ..row(&selection.fit, false) });
-    }
-    all.sort_by(|a, b| a.holdout_chi.total_cmp(&b.holdout_chi));
     let mut seen: Vec<Vec<String>> = Vec::new();
     all.retain(|t| {
         let new = !seen.contains(&t.effects);
         seen.push(t.effects.clone());
         new
     });
+    all.sort_by(|a, b| a.holdout_chi.total_cmp(&b.holdout_chi));
     all
 }

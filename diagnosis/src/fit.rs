@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::data::{Data, Part};
-use crate::derivatives::{self, Steps};
+use crate::derivatives;
 use crate::products::{flat, matrix, square};
 use crate::residuals::{self, Residuals, Score, zip};
 use crate::simulate::{self, State};
@@ -28,12 +28,8 @@ pub(crate) struct Fit {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     pub(crate) iterations: usize,
-    /// Residuals count as if the noise were this many times larger: makes the way through rough country smoother.
-    pub(crate) soften: f64,
     /// A step that promises less than this share of what the objective has above pure noise ends the fit …
     pub(crate) relative: f64,
-    /// Derivatives to go by, one after the other, each until it sees no way on.
-    pub(crate) steps: &'static [Steps],
 }
 
 /// … or less than this: a tenth of what a parameter one standard deviation off costs.
@@ -53,16 +49,15 @@ const AS_PROMISED: f64 = 0.75;
 /// … and after one that gains this share the next may be longer.
 const FAIR: f64 = 0.25;
 
+/// Further steps by the same derivatives.
+const MOST_CHORDS: usize = 4;
+
 /// Damping that is as good as none, relative to the curvature along each coordinate.
 const LEAST_DAMPING: f64 = 1e-9;
 
 impl Effort {
-    /// To the end: where intervals and likelihoods are taken from.
-    pub(crate) const POLISH: Effort =
-        Effort { iterations: 25, soften: 1.0, relative: 1e-4, steps: &[Steps::CENTRAL, Steps::SHARP] };
     /// Far enough to see how good a model is.
-    pub(crate) const SEARCH: Effort =
-        Effort { iterations: 10, soften: 1.0, relative: 5e-3, steps: &[Steps::ONE_SIDED] };
+    pub(crate) const SEARCH: Effort = Effort { iterations: 10, relative: 5e-3 };
 
     pub(crate) fn iterations(iterations: usize) -> Effort {
         Effort { iterations, ..Effort::SEARCH }
@@ -79,11 +74,169 @@ struct Place {
 
 impl Place {
     /// `None` where the model cannot be built.
-    fn new(data: &Data, space: &Space, z: Vec<f64>, weight: f64) -> Option<Place> {
+    fn new(data: &Data, space: &Space, z: Vec<f64>) -> Option<Place> {
         let residuals = residuals::at(data, space, &z)?;
         let score = residuals::score(data, &residuals);
-        let objective = weight * score.fitted + space.resistance(&z);
+        let objective = score.fitted + space.resistance(&z);
         Some(Place { z, residuals, score, objective })
+    }
+}
+
+/// Derivatives of the residuals at a place, kept true on further steps by what these show (Broyden, 1965).
+struct Slope {
+    /// Columns: the coordinates.
+    columns: DMatrix<f32>,
+    /// Their products, the priors' pulls added.
+    information: DMatrix<f64>,
+    /// The residuals at the place they were last true at.
+    left: DVector<f32>,
+}
+
+impl Slope {
+    fn at(data: &Data, space: &Space, here: &Place) -> Option<Slope> {
+        let columns = derivatives::one_sided(data, space, &here.z, &here.residuals)?;
+        let columns = matrix(data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
+        let mut information = square(&columns);
+        for (i, pull) in space.pulls().enumerate() {
+            information[(i, i)] += pull;
+        }
+        let left = DVector::from_vec(flat(data, Part::Fitted, &here.residuals));
+        Some(Slope { columns, information, left })
+    }
+
+    /// Half the derivative of the objective at `z`.
+    fn gradient(&self, space: &Space, z: &[f64]) -> DVector<f64> {
+        let mut gradient = product(&self.columns, &self.left);
+        for (i, (pull, z)) in space.pulls().zip(z).enumerate() {
+            gradient[i] += pull * z;
+        }
+        gradient
+    }
+
+    /// What the residuals did on a step beyond what their derivatives predict (half the second derivative along it).
+    fn beyond(&self, after: &DVector<f32>, step: &DVector<f64>) -> DVector<f32> {
+        after - &self.left - &self.columns * step.map(|s| s as f32)
+    }
+
+    /// Its products with the derivatives.
+    fn bend(&self, data: &Data, after: &Residuals, step: &DVector<f64>) -> DVector<f64> {
+        let after = DVector::from_vec(flat(data, Part::Fitted, after));
+        product(&self.columns, &self.beyond(&after, step))
+    }
+
+    /// Takes in what a step from the last place to `here` has shown.
+    fn learn(&mut self, data: &Data, here: &Place, step: &DVector<f64>) {
+        let after = DVector::from_vec(flat(data, Part::Fitted, &here.residuals));
+        let length = step.norm_squared();
+        if length > 0.0 {
+            let beyond = self.beyond(&after, step);
+            let along = product(&self.columns, &beyond) / length;
+            let square = f64::from(beyond.norm_squared()) / (length * length);
+            self.information += &along * step.transpose() + step * along.transpose() + step * step.transpose() * square;
+            self.columns.ger((1.0 / length) as f32, &beyond, &step.map(|s| s as f32), 1.0);
+        }
+        self.left = after;
+    }
+}
+
+/// Jᵀ r, summed in double precision over stretches.
+fn product(columns: &DMatrix<f32>, left: &DVector<f32>) -> DVector<f64> {
+    const STRETCH: usize = 1024;
+    let mut sum = DVector::zeros(columns.ncols());
+    for first in (0..columns.nrows()).step_by(STRETCH) {
+        let rows = STRETCH.min(columns.nrows() - first);
+        sum += columns.rows(first, rows).tr_mul(&left.rows(first, rows)).map(f64::from);
+    }
+    sum
+}
+
+/// What a search for the next place came to.
+enum Next {
+    /// A better place, and the step there.
+    Better(Place, DVector<f64>),
+    /// Nothing worth a step is promised, or none is better.
+    Nothing,
+}
+
+/// A fit on its way.
+struct Walk<'a> {
+    data: &'a Data,
+    space: &'a Space,
+    effort: Effort,
+    here: Place,
+    damping: f64,
+    /// Steps in a row that gained next to nothing.
+    slow: usize,
+}
+
+impl Walk<'_> {
+    fn above_noise(&self) -> f64 {
+        (self.here.objective - self.here.score.fitted_count).max(0.0)
+    }
+
+    fn place(&self, from: &[f64], step: &DVector<f64>) -> Option<Place> {
+        let moved = from.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
+        Place::new(self.data, self.space, moved)
+    }
+
+    /// The next place by fresh derivatives, however strongly the step has to be damped for it.
+    fn next(&mut self, slope: &Slope) -> Next {
+        let gradient = slope.gradient(self.space, &self.here.z);
+        let above_noise = self.above_noise();
+        for attempt in 0..8 {
+            let (step, promised) = bounded_step(self.space, &self.here.z, &slope.information, &gradient, self.damping);
+            if promised < NEGLIGIBLE + self.effort.relative * above_noise {
+                // damping hides the way along a valley that the data hardly slope: look without before calling it the end
+                if self.damping > LEAST_DAMPING && attempt == 0 {
+                    self.damping = LEAST_DAMPING;
+                    continue;
+                }
+                break;
+            }
+            if let Some(straight) = self.place(&self.here.z, &step) {
+                let mut best = straight;
+                if best.objective > self.here.objective - AS_PROMISED * promised {
+                    let bend = slope.bend(self.data, &best.residuals, &step);
+                    let (correction, _) = bounded_step(self.space, &best.z, &slope.information, &bend, self.damping);
+                    best =
+                        self.place(&best.z, &correction).filter(|bent| bent.objective < best.objective).unwrap_or(best);
+                }
+                let gained = self.here.objective - best.objective;
+                if gained > 0.0 {
+                    self.slow = if gained < CRAWL + CRAWL_SHARE * above_noise { self.slow + 1 } else { 0 };
+                    self.damping = match gained / promised {
+                        ratio if ratio > FAIR => (self.damping * 0.1).max(LEAST_DAMPING),
+                        ratio if ratio < 0.1 => self.damping * 4.0,
+                        _ => self.damping,
+                    };
+                    let step = DVector::from_iterator(
+                        best.z.len(),
+                        best.z.iter().zip(&self.here.z).map(|(to, from)| to - from),
+                    );
+                    return Next::Better(best, step);
+                }
+            }
+            self.damping = (self.damping * 10.0).max(1e-6);
+        }
+        Next::Nothing
+    }
+
+    /// Goes on by derivatives that have served already, while steps gain what they promise.
+    fn go_on(&mut self, slope: &mut Slope) {
+        for _ in 0..MOST_CHORDS {
+            let gradient = slope.gradient(self.space, &self.here.z);
+            let (step, promised) = bounded_step(self.space, &self.here.z, &slope.information, &gradient, self.damping);
+            if promised < NEGLIGIBLE + self.effort.relative * self.above_noise() {
+                return;
+            }
+            match self.place(&self.here.z, &step) {
+                Some(next) if self.here.objective - next.objective > FAIR * promised => {
+                    slope.learn(self.data, &next, &step);
+                    self.here = next;
+                }
+                _ => return,
+            }
+        }
     }
 }
 
@@ -93,87 +246,28 @@ impl Place {
 /// parameters make up for each other the valley is narrow and winds, and straight steps crawl along it.
 pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
     let n = space.len();
-    let weight = 1.0 / (effort.soften * effort.soften);
-    let pull = DVector::from_iterator(n, space.pulls());
     let start: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
-    let mut here = Place::new(data, space, start, weight)?;
-    let mut damping = 1e-3;
+    let here = Place::new(data, space, start)?;
+    let mut walk = Walk { data, space, effort, here, damping: 1e-3, slow: 0 };
     let mut information = DMatrix::identity(n, n);
     let mut converged = n == 0;
-    let mut stage = 0;
-    let mut slow = 0;
     for _ in 0..effort.iterations {
         if converged {
             break;
         }
-        let columns = derivatives::by(data, space, &here.z, &here.residuals, effort.steps[stage])?;
-        // the residuals are the last column: their products with the others are the gradient
-        let all: Vec<&Residuals> = columns.iter().chain([&here.residuals]).collect();
-        let all = matrix(data, Part::Fitted, &all);
-        let products = square(&all) * weight;
-        information = products.view((0, 0), (n, n)).into_owned();
-        let mut gradient: DVector<f64> = products.view((0, n), (n, 1)).column(0).into_owned();
-        for i in 0..n {
-            information[(i, i)] += pull[i];
-            gradient[i] += pull[i] * here.z[i];
+        let mut slope = Slope::at(data, space, &walk.here)?;
+        let next = walk.next(&slope);
+        let improved = matches!(next, Next::Better(..));
+        if let Next::Better(place, step) = next {
+            slope.learn(data, &place, &step);
+            walk.here = place;
+            walk.go_on(&mut slope);
         }
-        let above_noise = (here.objective - weight * here.score.fitted_count).max(0.0);
-        let mut next = None;
-        for attempt in 0..8 {
-            let (step, promised) = bounded_step(space, &here.z, &information, &gradient, damping);
-            if promised < NEGLIGIBLE * space.firmness + effort.relative * above_noise {
-                // damping hides the way along a valley that the data hardly slope: look without before calling it the end
-                if damping > LEAST_DAMPING && attempt == 0 {
-                    damping = LEAST_DAMPING;
-                    continue;
-                }
-                break;
-            }
-            let by = |from: &[f64], step: &DVector<f64>| {
-                let moved = from.iter().zip(step.iter()).map(|(z, s)| z + s).collect();
-                Place::new(data, space, moved, weight)
-            };
-            if let Some(straight) = by(&here.z, &step) {
-                let mut best = straight;
-                if best.objective > here.objective - AS_PROMISED * promised {
-                    let bend = bend(data, &all, &best.residuals, &step) * weight;
-                    let (correction, _) = bounded_step(space, &best.z, &information, &bend, damping);
-                    best = by(&best.z, &correction).filter(|bent| bent.objective < best.objective).unwrap_or(best);
-                }
-                let gained = here.objective - best.objective;
-                if gained > 0.0 {
-                    slow = if gained < CRAWL * space.firmness + CRAWL_SHARE * above_noise { slow + 1 } else { 0 };
-                    damping = match gained / promised {
-                        ratio if ratio > FAIR => (damping * 0.1).max(LEAST_DAMPING),
-                        ratio if ratio < 0.1 => damping * 4.0,
-                        _ => damping,
-                    };
-                    next = Some(best);
-                    break;
-                }
-            }
-            damping = (damping * 10.0).max(1e-6);
-        }
-        let improved = next.is_some();
-        here = next.unwrap_or(here);
-        if !improved || slow >= MOST_CRAWLS {
-            slow = 0;
-            converged = stage + 1 == effort.steps.len();
-            stage += 1;
-        }
+        information = slope.information;
+        converged = !improved || walk.slow >= MOST_CRAWLS;
     }
-    let Place { z, score, objective, .. } = here;
+    let Place { z, score, objective, .. } = walk.here;
     Some(Fit { space: space.clone(), z, score, objective, information, converged })
-}
-
-/// What the residuals did on a step beyond what their derivatives predict (half the second derivative along it), as its
-/// products with the derivatives. `all` has the derivatives as its columns, and the residuals before the step as its last.
-fn bend(data: &Data, all: &DMatrix<f32>, after: &Residuals, step: &DVector<f64>) -> DVector<f64> {
-    let n = step.len();
-    let derivatives = all.columns(0, n);
-    let after = DVector::from_vec(flat(data, Part::Fitted, after));
-    let beyond = after - all.column(n) - derivatives * step.map(|s| s as f32);
-    derivatives.tr_mul(&beyond).map(f64::from)
 }
 
 /// A few steps from `start` with the derivatives along what `space` shares with a former fit taken from there, so that
@@ -310,28 +404,10 @@ impl Fit {
         residuals::at(data, &self.space, &self.z)
     }
 
-    /// The same, scored by other data: in other noise, or simulated otherwise.
-    pub(crate) fn judged_by(&self, data: &Data) -> Option<Fit> {
-        let score = residuals::score(data, &self.residuals(data)?);
-        let objective = score.fitted + self.space.resistance(&self.z);
-        Some(Fit { score, objective, ..self.clone() })
-    }
-
     /// The states of the wire through every recording.
     pub(crate) fn states(&self, data: &Data) -> Option<Vec<Vec<State>>> {
         let model = self.space.model(&self.z)?;
         (0..data.runs.len()).map(|r| simulate::states(&model, &self.space.run(data, r, &self.z))).collect()
-    }
-
-    /// What explanations are compared by: everything measured, of which one sample in `inflation` counts, and the priors.
-    pub(crate) fn likelihood(&self, inflation: f64) -> f64 {
-        self.score.sum() / inflation + self.space.penalty(&self.z)
-    }
-
-    /// Bayesian information criterion for samples of which one in `inflation` counts.
-    pub(crate) fn bic(&self, inflation: f64) -> f64 {
-        let samples = self.score.count() / inflation;
-        self.likelihood(inflation) + self.space.len() as f64 * samples.max(2.0).ln()
     }
 
     /// Standard deviations of the coordinates, in their scales, from the curvature.

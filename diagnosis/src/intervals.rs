@@ -8,7 +8,8 @@ use crate::data::{Data, Part};
 use crate::derivatives;
 use crate::fit::{self, Effort, Fit};
 use crate::products;
-use crate::space::What;
+use crate::residuals;
+use crate::space::{Coordinate, What};
 
 /// How far a simulation is to be trusted, as a share of a sensor's range: two simulators of the same equations agree to
 /// this (see the physics' reference trajectories). With thousands of samples it is more than what noise leaves open.
@@ -53,6 +54,14 @@ pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
             Interval { value: c.value(z), low: a.min(b), high: a.max(b) }
         })
         .collect()
+}
+
+impl Interval {
+    /// A value known to a standard deviation, in the coordinate's scales, within its bounds.
+    pub(crate) fn about(c: &Coordinate, z: f64, deviation: f64) -> Interval {
+        let [a, b] = [-Z90, Z90].map(|by| c.value((z + by * deviation).clamp(c.low, c.high)));
+        Interval { value: c.value(z), low: a.min(b), high: a.max(b) }
+    }
 }
 
 /// How far the coordinate may go before the profile has fallen as far as a 90 % interval allows, given a first guess.
@@ -107,6 +116,9 @@ impl Spread {
         }
         let covariance = information.cholesky()?.inverse();
         let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
+        // what an error of one size throughout comes to where residuals are whitened
+        let ones = residuals::zip(&here, &here, |a, _| if a.is_nan() { f32::NAN } else { 1.0 });
+        let ones = data.whitening.as_ref().map_or_else(|| ones.clone(), |whitening| whitening.whiten(&ones));
         for (r, run) in data.runs.iter().enumerate() {
             let blocks = run.block.last().map_or(0, |b| b + 1);
             for s in 0..data.sensors.len() {
@@ -118,7 +130,7 @@ impl Spread {
                     for (row, (d, residual)) in column[r][s].iter().zip(&here[r][s]).enumerate() {
                         if run.part[row] == Part::Fitted && !d.is_nan() && !residual.is_nan() {
                             pulls[run.block[row]][i] += f64::from(d * residual);
-                            errors[run.block[row]][i] += wrong * f64::from(*d);
+                            errors[run.block[row]][i] += wrong * f64::from(*d * ones[r][s][row]);
                         }
                     }
                 }
@@ -128,7 +140,7 @@ impl Spread {
             }
         }
         for (i, pull) in fit.space.pulls().enumerate() {
-            middle[(i, i)] += fit.space.firmness * pull;
+            middle[(i, i)] += pull;
         }
         let sandwich = &covariance * middle * &covariance;
         let (deviations, inflation) = (0..n)

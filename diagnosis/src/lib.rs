@@ -52,19 +52,18 @@
 #![forbid(unsafe_code)]
 
 mod answer;
-mod attempt;
-mod closed_form;
 mod conditions;
 mod data;
 mod derivatives;
 mod describe;
 mod diagnose;
+mod discrepancy;
 mod error;
 mod evidence;
 mod experiment;
+mod explanation;
 mod figures;
 mod fit;
-mod forward;
 mod gates;
 mod intervals;
 mod locate;
@@ -73,15 +72,17 @@ mod numbers;
 mod prepare;
 mod products;
 mod progress;
+mod remains;
 mod residuals;
-mod search;
+mod screen;
+mod select;
 mod settings;
-mod significance;
+mod shares;
 mod simulate;
 mod space;
 mod stages;
 mod starts;
-mod structure;
+mod tolerances;
 mod unknown;
 mod words;
 

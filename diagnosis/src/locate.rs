@@ -59,8 +59,6 @@ pub(crate) struct Located {
     pub(crate) evidence: f64,
     /// By recording: times and values.
     pub(crate) input: Vec<(Vec<f64>, Vec<f64>)>,
-    /// By recording: how well each value is known, as 1 σ.
-    pub(crate) deviation: Vec<Vec<f64>>,
 }
 
 /// A column of few samples: residuals over noise from one row on, by sensor.
@@ -382,7 +380,7 @@ fn explain(
             gram[(n + j, n + i)] = product;
         }
     }
-    let mut best: Option<(f64, DVector<f64>, DMatrix<f64>)> = None;
+    let mut best: Option<(f64, DVector<f64>)> = None;
     for size in SIZES {
         let mut a = gram.clone();
         for i in 0..n + k {
@@ -394,11 +392,11 @@ fn explain(
         let determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
         let prior = -2.0 * (k as f64) * f64::ln(size);
         let evidence = 0.5 * (-b.dot(&solution) - determinant + prior);
-        if best.as_ref().is_none_or(|(e, _, _)| evidence > *e) {
-            best = Some((evidence, solution, factor.inverse()));
+        if best.as_ref().is_none_or(|(e, _)| evidence > *e) {
+            best = Some((evidence, solution));
         }
     }
-    let (evidence, solution, covariance) = best?;
+    let (evidence, solution) = best?;
     let change = 2.0 * b.dot(&solution) + (&gram * &solution).dot(&solution)
         - 2.0 * (0..n).map(|i| pulls[i] * fit.z[i] * solution[i]).sum::<f64>();
     let count = fit.score.fitted_count;
@@ -407,7 +405,6 @@ fn explain(
     let natural = kind.natural(data, model);
     let (what, unit) = kind.words(data);
     let mut input = Vec::new();
-    let mut deviation = Vec::new();
     let mut at = n;
     for base in bases {
         let run = &data.runs[base.run];
@@ -416,70 +413,7 @@ fn explain(
             base.knots.iter().map(|row| run.time_s[*row]).collect(),
             (at..at + count).map(|i| natural * solution[i]).collect(),
         ));
-        deviation.push((at..at + count).map(|i| natural * covariance[(i, i)].max(0.0).sqrt()).collect());
         at += count;
     }
-    Some(Located { kind, equation: kind.equation(), what, unit, score, evidence, input, deviation })
-}
-
-/// Where in time the wire may have lost more (or less) heat than still air explains: the windows in which a constant
-/// factor on the loss explains most of the unknown heat. From and to, s from the first sample; the most telling first.
-pub(crate) fn draught_windows(data: &Data, fit: &Fit, located: &[Located]) -> Vec<(f64, f64)> {
-    let Some(heat) = located.iter().find(|l| l.kind == Kind::Heat) else { return Vec::new() };
-    let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
-    let loss = model.constant_loss_w_per_k();
-    let mut windows: Vec<(f64, (f64, f64))> = Vec::new();
-    let Some(states) = fit.states(data) else { return Vec::new() };
-    let fitted = data.runs.iter().zip(&states).filter(|(run, _)| !run.held_out);
-    for ((run, states), ((times, heat), deviation)) in fitted.zip(heat.input.iter().zip(&heat.deviation)) {
-        // factor on the loss and its weight, knot by knot
-        let mut points: Vec<(f64, f64, f64)> = Vec::new();
-        for ((time, q), sd) in times.iter().zip(heat).zip(deviation) {
-            let row = run.time_s.partition_point(|t| t < time).min(states.len() - 1);
-            let ambient_c = if run.ambient_of_model { model.ambient_c } else { run.inputs[row].0.ambient_c };
-            let warm = loss * (states[row].temperature_c - ambient_c);
-            let precision = warm * warm / (sd * sd).max(1e-30);
-            points.push((
-                *time - run.time_s[0],
-                if warm.abs() > 0.0 { -q / warm } else { 0.0 },
-                if warm > 0.0 { precision } else { 0.0 },
-            ));
-        }
-        let total: f64 = points.iter().map(|p| p.2).sum();
-        let mean = points.iter().map(|p| p.1 * p.2).sum::<f64>() / total.max(1e-30);
-        let spacing = if points.len() > 1 { points[1].0 - points[0].0 } else { 1.0 };
-        let least = (2.0 / spacing).ceil().max(2.0) as usize;
-        let (mut sums, mut weights) = (vec![0.0], vec![0.0]);
-        for p in &points {
-            sums.push(sums[sums.len() - 1] + (p.1 - mean) * p.2);
-            weights.push(weights[weights.len() - 1] + p.2);
-        }
-        for i in 0..points.len() {
-            for j in i + least..=points.len() {
-                let (s, w) = (sums[j] - sums[i], weights[j] - weights[i]);
-                let rest = total - w;
-                if w > 0.0 && rest > 0.05 * total {
-                    // contrast of inside against outside
-                    let gain = s * s / w + s * s / rest;
-                    windows.push((gain, ((points[i].0 - 0.5 * spacing).max(0.0), points[j - 1].0 + 0.5 * spacing)));
-                }
-            }
-        }
-    }
-    windows.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut chosen: Vec<(f64, f64)> = Vec::new();
-    for (_, (start, end)) in windows {
-        // others only where they are elsewhere
-        let apart = chosen.iter().all(|(s, e)| {
-            let overlap = (end.min(*e) - start.max(*s)).max(0.0);
-            overlap < 0.5 * (end - start).max(e - s)
-        });
-        if apart {
-            chosen.push((start, end));
-        }
-        if chosen.len() == 3 {
-            break;
-        }
-    }
-    chosen
+    Some(Located { kind, equation: kind.equation(), what, unit, score, evidence, input })
 }

@@ -50,13 +50,6 @@ pub(crate) fn matrix(data: &Data, part: Part, columns: &[&Residuals]) -> DMatrix
     DMatrix::from_vec(rows, flat.len(), flat.concat())
 }
 
-/// As [`matrix`], of every sample whatever its part.
-pub(crate) fn matrix_of_all(data: &Data, columns: &[&Residuals]) -> DMatrix<f32> {
-    let flat: Vec<Vec<f32>> =
-        columns.par_iter().map(|c| c.iter().flatten().flatten().copied().collect::<Vec<f32>>()).collect();
-    DMatrix::from_vec(data.samples() * data.sensors.len(), flat.len(), flat.concat())
-}
-
 /// JᵀJ, summed in double precision: what the data hardly tell apart is eight orders below what they know best.
 pub(crate) fn square(matrix: &DMatrix<f32>) -> DMatrix<f64> {
     const STRETCH: usize = 4096;

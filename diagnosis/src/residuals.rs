@@ -4,11 +4,21 @@ use crate::data::{Data, Part};
 use crate::simulate;
 use crate::space::Space;
 
-/// Residuals over noise of the whole data: by run, sensor, sample; NaN where nothing was measured.
+/// Residuals over noise of the whole data, whitened where the data say how: by run, sensor, sample; NaN where nothing was
+/// measured.
 pub(crate) type Residuals = Vec<Vec<Vec<f32>>>;
 
 /// Residuals of the model at `z`; `None` where it cannot be built.
 pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
+    let left = plain_at(data, space, z)?;
+    Some(match &data.whitening {
+        Some(whitening) => whitening.whiten(&left),
+        None => left,
+    })
+}
+
+/// The same, never whitened.
+pub(crate) fn plain_at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
     let model = space.model(z)?;
     (0..data.runs.len())
         .map(|index| {
@@ -63,39 +73,28 @@ pub(crate) struct Score {
     /// Σ r² over samples kept back, and how many they are.
     pub(crate) kept: f64,
     pub(crate) kept_count: f64,
+    /// Σ ln of the variances behind them, where they are whitened.
+    pub(crate) fitted_log: f64,
+    pub(crate) kept_log: f64,
 }
 
 impl Score {
-    /// Σ r² of both: an error that shows in a few stretches only may spare all that is kept back.
-    pub(crate) fn sum(&self) -> f64 {
-        self.fitted + self.kept
-    }
-
-    pub(crate) fn count(&self) -> f64 {
-        self.fitted_count + self.kept_count
-    }
-
-    /// What is there beyond noise.
-    pub(crate) fn excess(&self) -> f64 {
-        self.sum() - self.count()
-    }
-
-    pub(crate) fn chi(&self) -> f64 {
-        (self.sum() / self.count().max(1.0)).sqrt()
+    /// Minus twice the logarithm of the density of what is kept back, up to what is common to all models.
+    pub(crate) fn deviance_kept(&self) -> f64 {
+        self.kept + self.kept_log
     }
 
     pub(crate) fn chi_kept(&self) -> f64 {
         (self.kept / self.kept_count.max(1.0)).sqrt()
-    }
-
-    pub(crate) fn chi_fitted(&self) -> f64 {
-        (self.fitted / self.fitted_count.max(1.0)).sqrt()
     }
 }
 
 /// Sums of squares of what is fitted and what is kept back.
 pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
     let mut score = Score::default();
+    if let Some(whitening) = &data.whitening {
+        (score.fitted_log, score.kept_log) = (whitening.log_fitted, whitening.log_kept);
+    }
     for (run, by_sensor) in data.runs.iter().zip(residuals) {
         for values in by_sensor {
             for (r, part) in values.iter().zip(&run.part) {
@@ -118,46 +117,6 @@ pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
         }
     }
     score
-}
-
-/// A sample kept back.
-pub(crate) struct Kept {
-    /// Index of its recording.
-    pub(crate) run: usize,
-    /// Index of its sensor.
-    pub(crate) sensor: usize,
-    /// Its block in the recording.
-    pub(crate) block: usize,
-    /// r².
-    pub(crate) square: f64,
-}
-
-/// Every sample kept back.
-pub(crate) fn kept<'a>(data: &'a Data, residuals: &'a Residuals) -> impl Iterator<Item = Kept> + 'a {
-    data.runs.iter().zip(residuals).enumerate().flat_map(|(number, (run, by_sensor))| {
-        by_sensor.iter().enumerate().flat_map(move |(sensor, values)| {
-            let samples = values.iter().zip(&run.part).zip(&run.block);
-            samples.filter(|((r, part), _)| **part == Part::KeptBack && !r.is_nan()).map(move |((r, _), block)| Kept {
-                run: number,
-                sensor,
-                block: *block,
-                square: f64::from(*r).powi(2),
-            })
-        })
-    })
-}
-
-/// The residuals of one part; NaN elsewhere.
-pub(crate) fn only(data: &Data, part: Part, residuals: &Residuals) -> Residuals {
-    let mut of_part = residuals.clone();
-    for (run, by_sensor) in data.runs.iter().zip(&mut of_part) {
-        for (value, of) in by_sensor.iter_mut().flat_map(|values| values.iter_mut().zip(&run.part)) {
-            if *of != part {
-                *value = f32::NAN;
-            }
-        }
-    }
-    of_part
 }
 
 /// Combines two sets of residuals sample by sample.

@@ -16,7 +16,6 @@ pub(crate) struct State {
     pub(crate) temperature_c: f64,
     pub(crate) martensite: f64,
     pub(crate) stress_pa: f64,
-    pub(crate) position_m: f64,
     /// dϑ over the sample, K: above 0 the wire heats.
     pub(crate) warming_k: f64,
 }
@@ -31,7 +30,6 @@ pub(crate) fn states(model: &WireModel, run: &Run) -> Option<Vec<State>> {
             temperature_c: wire.temperature_c(),
             martensite: wire.martensite(),
             stress_pa: wire.stress_pa(),
-            position_m: wire.position_m(),
             warming_k: theta - last.replace(theta).unwrap_or(theta),
         });
     })?;
@@ -57,7 +55,18 @@ fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMu
         }
         see(&wire);
     }
+    outputs.iter_mut().for_each(|values| average(values, &run.early));
     outputs.iter().flatten().all(|value| value.is_finite()).then_some(outputs)
+}
+
+/// Turns what is at the end of every row into what is there on the mean of the samples it is made of.
+fn average(values: &mut [f64], early: &[f64]) {
+    let mut before = None;
+    for (value, early) in values.iter_mut().zip(early) {
+        let end = *value;
+        *value -= early * (end - before.unwrap_or(end));
+        before = Some(end);
+    }
 }
 
 #[cfg(test)]
@@ -72,7 +81,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_no_simulation() {
         let model = &rig().channels[0].model;
-        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5 }];
+        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5, white: 1e-5 }];
         let run = |supply_v: f64| Run {
             name: "a".to_string(),
             time_s: vec![0.01, 0.02],
@@ -84,6 +93,7 @@ mod tests {
             block: vec![0; 2],
             held_out: false,
             longest_piece_s: 0.0,
+            early: Vec::new(),
         };
         assert!(outputs(model, &run(6.0), &sensors).is_some());
         assert_eq!(outputs(model, &run(f64::MAX), &sensors), None);

@@ -12,6 +12,9 @@ use crate::data::{Data, Run};
 
 /// Steps of numerical derivatives, in scales: a hysteretic simulator is not smooth below that, and fits stall.
 const STEP: f64 = 0.02;
+/// The same of what is known to better than this share: its σ is so short that the simulator's own steps would show.
+const FIRM_SHARE: f64 = 0.035;
+const FIRM_STEP: f64 = 0.2;
 /// How far a parameter with a prior may go, in σ.
 const FARTHEST_SIGMA: f64 = 8.0;
 /// Transformation temperatures this far above the room's are counted from it, K.
@@ -84,6 +87,11 @@ impl Coordinate {
         matches!(&self.what, What::Effect(e, _) if e.id == effect.id)
     }
 
+    /// Whether it is stated as known, and free within a tolerance only; or what a sensor is off by.
+    pub(crate) fn is_tolerance(&self) -> bool {
+        matches!(&self.what, What::Key(key) if sinew_rig::is_tolerance(key))
+    }
+
     /// Whether it acts on what one recording's sensors show, not on the wire.
     pub(crate) fn is_of_run(&self) -> Option<usize> {
         match self.what {
@@ -100,9 +108,6 @@ pub(crate) struct Space {
     channel: usize,
     pub(crate) coordinates: Vec<Coordinate>,
     pub(crate) effects: Vec<&'static Effect>,
-    /// How many times more firmly the priors hold than samples of noise alone allow: where the model itself is wrong,
-    /// thousands of samples repeat the same error, and count as little as they know.
-    pub(crate) firmness: f64,
 }
 
 impl Space {
@@ -111,10 +116,9 @@ impl Space {
         let c = &rig.channels[channel];
         let one_modulus =
             effects::effect("mechanical.phase_modulus").is_some_and(|phase_modulus| phase_modulus.is_null(&c.model));
-        let measured_ambient = data.runs.iter().all(|run| !run.ambient_of_model);
         let mut coordinates = Vec::new();
         for (key, prior) in c.priors_in_force() {
-            if one_modulus && key == "martensite_modulus_gpa" || measured_ambient && key == "ambient_c" {
+            if one_modulus && key == "martensite_modulus_gpa" {
                 continue;
             }
             let (Some(value), Some((_, lowest, highest))) = (rig.parameter(channel, &key), sinew_rig::range_of(&key))
@@ -122,7 +126,7 @@ impl Space {
                 continue;
             };
             let sigma = prior.sigma(value);
-            if sigma <= 0.0 || !acts(&key, &c.model) {
+            if sigma <= 0.0 || !acts(&key, &c.model, data) {
                 continue;
             }
             let both = one_modulus && key == "austenite_modulus_gpa";
@@ -143,13 +147,13 @@ impl Space {
                 low: 0.0,
                 high: 0.0,
                 pull: 1.0,
-                step: STEP,
+                step: if sigma < FIRM_SHARE * value.abs() { FIRM_STEP } else { STEP },
             };
             coordinate.low = coordinate.at(least).clamp(-FARTHEST_SIGMA, 0.0);
             coordinate.high = coordinate.at(most).clamp(0.0, FARTHEST_SIGMA);
             coordinates.push(coordinate);
         }
-        let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new(), firmness: 1.0 };
+        let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new() };
         space.add_runs(data);
         space
     }
@@ -214,7 +218,9 @@ impl Space {
                 space.coordinates.push(coordinate);
             }
         }
-        space.effects.push(effect);
+        if !space.effects.iter().any(|there| there.id == effect.id) {
+            space.effects.push(effect);
+        }
         (space, at)
     }
 
@@ -291,24 +297,33 @@ impl Space {
         (zero, gain)
     }
 
-    /// The same, its priors held so firmly.
-    pub(crate) fn firm(&self, firmness: f64) -> Space {
-        Space { firmness, ..self.clone() }
-    }
-
     /// Weight of each coordinate's pull to where it is believed to be, beside the squared residuals.
     pub(crate) fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
-        self.coordinates.iter().map(|c| self.firmness * c.pull)
+        self.coordinates.iter().map(|c| c.pull)
     }
 
-    /// What the priors add to the squared residuals.
+    /// What the priors add to the squared residuals: Σ z².
     pub(crate) fn resistance(&self, z: &[f64]) -> f64 {
-        self.firmness * self.penalty(z)
+        self.coordinates.iter().zip(z).map(|(c, z)| c.pull * z * z).sum()
     }
 
-    /// The pull of the priors: Σ z².
-    pub(crate) fn penalty(&self, z: &[f64]) -> f64 {
-        self.coordinates.iter().zip(z).map(|(c, z)| c.pull * z * z).sum()
+    /// Whether what switches an effect on is a nuisance here already.
+    pub(crate) fn has_as_nuisance(&self, effect: &Effect) -> bool {
+        let is_there =
+            |name: String| self.coordinates.iter().any(|c| matches!(&c.what, What::Key(key) if *key == name));
+        effect.parameters.iter().filter(|p| p.is_switch()).any(|p| is_there(format!("{}.{}", effect.id, p.key)))
+    }
+
+    /// Logarithm of the density of the priors at their best, up to what is common to all models: what a free parameter costs
+    /// by having been free.
+    pub(crate) fn log_prior(&self) -> f64 {
+        let of = |c: &Coordinate| match c.what {
+            _ if c.pull > 0.0 => 0.5 * c.pull.ln(),
+            // anywhere between its bounds
+            What::Effect(..) => 0.5 * std::f64::consts::TAU.ln() - (c.high - c.low).ln(),
+            _ => 0.0,
+        };
+        self.coordinates.iter().map(of).sum()
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -347,16 +362,34 @@ pub(crate) fn is_time(parameter: &EffectParameter) -> bool {
 /// Step of a derivative with respect to an effect's parameter, in scales.
 pub(crate) const EFFECT_STEP: f64 = STEP;
 
-/// Whether a parameter can make a difference in this rig at all.
-fn acts(key: &str, model: &WireModel) -> bool {
+/// Whether a parameter can make a difference to what was measured at all.
+fn acts(key: &str, model: &WireModel, data: &Data) -> bool {
     use sinew_physics::{DriveKind, Load};
+    use sinew_recording::Column;
+    let is_sensor = |column: Column| data.sensors.iter().any(|sensor| sensor.column == column);
+    let sees = |name: &str| match name {
+        "v1" | "v1_v" => is_sensor(Column::V1V),
+        "v2" | "v2_v" => is_sensor(Column::V2V),
+        "v3" | "v3_v" => is_sensor(Column::V3V),
+        "current" | "current_a" => is_sensor(Column::CurrentA),
+        "force" | "force_n" => is_sensor(Column::ForceN),
+        // an arbitrary zero is a nuisance of each recording, and so is the gain where there are several
+        "position" => is_sensor(Column::PositionM) && !(data.free_zero && data.runs.len() > 1),
+        "position_m" => is_sensor(Column::PositionM) && !data.free_zero,
+        _ => true,
+    };
+    if let Some(name) = key.strip_prefix("sensing.gain.").or(key.strip_prefix("sensing.offset.")) {
+        return sees(name);
+    }
     let furnace = model.drive.kind == DriveKind::Temperature;
-    let thermal = ["convection_w_per_m2_k", "specific_heat_j_per_kg_k", "latent_heat_j_per_kg", "ambient_c"];
-    if furnace && thermal.contains(&key) {
-        return false;
+    match key {
+        "convection_w_per_m2_k" | "specific_heat_j_per_kg_k" | "latent_heat_j_per_kg" => !furnace,
+        "ambient_c" => !furnace && data.runs.iter().any(|run| run.ambient_of_model),
+        "supply_v" => !furnace && data.runs.iter().any(|run| run.supply_of_model),
+        "shunt_ohm" | "switch_ohm" | "lead_ohm" => !furnace,
+        "l0_mm" => is_sensor(Column::V1V) || is_sensor(Column::V2V),
+        "ls_mm" => is_sensor(Column::V2V),
+        "damping_n_s_per_m" => matches!(model.load, Load::SpringMassDamper { .. }),
+        _ => true,
     }
-    if key == "damping_n_s_per_m" {
-        return matches!(model.load, Load::SpringMassDamper { .. });
-    }
-    true
 }

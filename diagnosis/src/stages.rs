@@ -5,14 +5,12 @@ use std::collections::BTreeMap;
 use crate::answer::{Misfit, Stages};
 use crate::data::{Data, Part};
 use crate::error::Error;
+use crate::explanation::{Explanation, Turns};
 use crate::fit::{self, Effort, Fit};
-use crate::forward::Selection;
 use crate::residuals::{self, Residuals, Score};
-use crate::search;
 use crate::space::Space;
-use crate::unknown::Remainder;
 
-/// What one of them leaves.
+/// What one of them leaves, over the noise of the sensors.
 pub(crate) struct Stage {
     pub(crate) residuals: Residuals,
     pub(crate) score: Score,
@@ -27,14 +25,14 @@ impl Stage {
     pub(crate) fn as_given(data: &Data, space: &Space) -> Result<Stage, Error> {
         let mut zeros = space.clone();
         zeros.coordinates.retain(|c| c.is_of_run().is_some());
-        let fit = fit::fit(data, &zeros, &vec![0.0; zeros.len()], Effort::POLISH).ok_or(Error::NoFit)?;
+        let fit = fit::fit(data, &zeros, &vec![0.0; zeros.len()], Effort::SEARCH).ok_or(Error::NoFit)?;
         let residuals = fit.residuals(data).ok_or(Error::NoFit)?;
         Ok(Stage::new(data, residuals))
     }
 
     /// What a fit leaves.
     pub(crate) fn of_fit(data: &Data, fit: &Fit) -> Result<Stage, Error> {
-        Ok(Stage::new(data, fit.residuals(data).ok_or_else(Error::lost_fit)?))
+        Ok(Stage::new(data, residuals::plain_at(data, &fit.space, &fit.z).ok_or_else(Error::lost_fit)?))
     }
 
     /// RMS and chi by sensor, on what is kept back or (`all`) on everything.
@@ -65,27 +63,27 @@ pub(crate) struct Compared {
     pub(crate) recalibrated: Stage,
     pub(crate) improved: Stage,
     /// The reference model, recalibrated.
-    pub(crate) reference: Fit,
+    pub(crate) reference: Explanation,
     /// With everything that was found in the model.
-    pub(crate) chosen: Fit,
+    pub(crate) chosen: Explanation,
 }
 
 impl Compared {
-    /// Carries what a search came to to its end on all of the data.
+    /// Carries what a search came to, on thinned data, to its end on all of `data`.
     pub(crate) fn new(
         data: &Data,
         as_given: Stage,
-        selection: &Selection,
-        remainder: &Remainder,
+        reference: &Explanation,
+        chosen: &Explanation,
     ) -> Result<Compared, Error> {
-        let found = remainder.fit(selection);
-        let chosen = search::polish(data, found.judged_by(data).ok_or_else(Error::lost_fit)?);
-        let reference = match found.space.effects.is_empty() {
-            true => chosen.clone(),
-            false => search::onward(data, selection.reference.judged_by(data).ok_or_else(Error::lost_fit)?),
+        let carried = |found: &Explanation| {
+            let Explanation { fit, discrepancy, .. } = found;
+            Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)
         };
-        let recalibrated = Stage::of_fit(data, &reference)?;
-        let improved = Stage::of_fit(data, &chosen)?;
+        let chosen = carried(chosen)?;
+        let reference = if chosen.fit.space.effects.is_empty() { chosen.clone() } else { carried(reference)? };
+        let recalibrated = Stage::of_fit(data, &reference.fit)?;
+        let improved = Stage::of_fit(data, &chosen.fit)?;
         Ok(Compared { as_given, recalibrated, improved, reference, chosen })
     }
 

@@ -3,7 +3,7 @@
 use sinew_physics::WireModel;
 use sinew_physics::effects::{self, Effect, EffectParameter, Nature, Role};
 
-use crate::space::{EFFECT_STEP, Start, is_time};
+use crate::space::{EFFECT_STEP, Space, Start, What, is_time};
 
 /// Step of the derivative with respect to an edge in time, s.
 const EDGE_STEP_S: f64 = 0.1;
@@ -109,4 +109,32 @@ fn parameter(
             (low + shape * (high - low), scale, 0.3, EFFECT_STEP)
         }
     }
+}
+
+/// One candidate per term of a library that is not in the fit yet.
+pub(crate) fn terms(effect: &'static Effect, space: &Space) -> Vec<Candidate> {
+    let there = |key: &str| {
+        space.coordinates.iter().any(|c| c.is_of(effect) && matches!(c.what, What::Effect(_, p) if p.key == key))
+    };
+    effect
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| !there(p.key))
+        .map(|(only, _)| Candidate {
+            effect,
+            start: Start {
+                parameters: effect
+                    .parameters
+                    .iter()
+                    .enumerate()
+                    .map(|(i, p)| {
+                        let scale = if i == only { p.plausible.1.abs().max(p.plausible.0.abs()) } else { 0.0 };
+                        (0.0, scale, 0.05, EFFECT_STEP)
+                    })
+                    .collect(),
+                times_s: (0.0, 0.0),
+            },
+        })
+        .collect()
 }

@@ -4,20 +4,16 @@ use std::collections::BTreeMap;
 
 use sinew_physics::effects::Effect;
 
-use crate::answer::{EffectSize, FoundEffect, Location, Unknown, Verdict};
+use crate::answer::{BeyondTolerance, EffectSize, FoundEffect, Grade, Location, LooksLike, Remains, Unknown, Verdict};
 use crate::data::Data;
 use crate::experiment::Proposal;
 use crate::fit::Fit;
-use crate::forward::Selection;
 use crate::numbers::{interval, number};
 use crate::space::{Coordinate, What, is_time};
 use crate::stages::Compared;
 
 /// Separations below this, in RMS over noise, are not worth a recording.
 const WORTH_IT: f64 = 0.1;
-
-/// chi with all that was found in the model, above which the answer says that more is left.
-const MUCH_IS_LEFT: f64 = 1.5;
 
 /// The rig file's key of a coordinate of the reference model.
 pub(crate) fn key_of(coordinate: &Coordinate) -> String {
@@ -69,28 +65,40 @@ pub(crate) fn says(effect: &Effect, parameters: &BTreeMap<String, EffectSize>) -
     format!("{} ({})", effect.says.trim_end_matches('.'), sizes.join(", "))
 }
 
-/// The answer in two or three sentences.
+/// The answer in a few sentences.
 pub(crate) fn summary(
     verdict: Verdict,
     compared: &Compared,
     effects: &[FoundEffect],
     unknown: Option<&Unknown>,
     location: &Location,
-    selection: &Selection,
+    remains: &Remains,
+    beyond_tolerance: &[BeyondTolerance],
 ) -> String {
     let (given, before, after) = (compared.as_given.score, compared.recalibrated.score, compared.improved.score);
     let (g, b, a) = (number(given.chi_kept()), number(before.chi_kept()), number(after.chi_kept()));
+    let left = what_is_left(remains);
+    let off: String = beyond_tolerance.iter().map(|off| format!(" {}.", off.says)).collect();
+    let suspected: Vec<&str> = of_grade(effects, true).map(|e| e.id.as_str()).collect();
+    let suspicion = match suspected.as_slice() {
+        [] => String::new(),
+        ids => format!(" Suspected, on weaker evidence: {}.", ids.join(" and ")),
+    };
     match verdict {
         Verdict::Agrees => format!(
-            "The rig file as given explains the recording: on data kept back its error is {g} times the noise of the sensors."
+            "The rig file as given explains the recording: on data kept back its error is {g} times the noise of the \
+             sensors.{left}{suspicion}"
         ),
         Verdict::ParametersOff => format!(
             "No physics is missing: with other parameters the same model explains the recording. On data kept back the \
-             error falls from {g} to {b} times the noise of the sensors; no effect of the catalogue takes away more than chance would."
+             error falls from {g} to {b} times the noise of the sensors; no effect of the catalogue is clearly \
+             needed.{off}{left}{suspicion}"
         ),
         Verdict::PhysicsMissing => {
-            let names: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
-            let said: Vec<String> = effects.iter().map(|e| format!("{}.", e.says)).collect();
+            let names: Vec<&str> = of_grade(effects, false).map(|e| e.id.as_str()).collect();
+            let said: Vec<String> = of_grade(effects, false)
+                .map(|e| format!("{}: {:.0} % of what was wrong, {}.", e.says, 100.0 * e.share, e.grade.says()))
+                .collect();
             let alike: Vec<String> = effects
                 .iter()
                 .filter(|e| !e.cannot_be_told_apart_from.is_empty())
@@ -100,50 +108,51 @@ pub(crate) fn summary(
                 .collect();
             format!(
                 "The simulation leaves out {}. {} On data kept back the error is {g} times the noise as given, {b} with \
-                 parameters refitted, {a} with {} in the model.{}{}",
+                 parameters refitted, {a} with {} in the model.{}{off}{left}{suspicion}",
                 names.join(" and "),
                 said.join(" "),
-                if effects.len() == 1 { "it" } else { "them" },
+                if names.len() == 1 { "it" } else { "them" },
                 alike.concat(),
-                if after.chi() > MUCH_IS_LEFT {
-                    " What is left then is more than noise, and not explained."
-                } else {
-                    ""
-                }
             )
         }
         Verdict::UnknownPhysics => {
             let equation = location.equation.clone().unwrap_or_default();
-            let named: Vec<&str> = selection.fit.space.effects.iter().map(|e| e.id).collect();
-            let nearest = if named.is_empty() {
-                String::new()
-            } else {
-                let left = number(selection.fit.score.chi_kept());
-                format!(" The nearest of the catalogue, {}, leaves {left} times the noise.", named.join(" with "))
-            };
             let form = match unknown {
                 Some(u) if !u.form.is_empty() => format!(
                     " An empirical term, {}{}, brings it to {a}: a description, not a mechanism.",
                     u.form,
                     if u.unit == "1" { String::new() } else { format!(" {}", u.unit) }
                 ),
-                _ if named.is_empty() => " No closed form describes it.".to_string(),
-                _ => " No closed form describes it better, so that stands in the improved rig file: a description, not the \
-                      mechanism."
-                    .to_string(),
-            };
-            let elsewhere = if before.chi() > 2.0 * before.chi_kept() {
-                format!(" and at {} over all, from a few stretches,", number(before.chi()))
-            } else {
-                String::new()
+                _ => " No closed form describes it.".to_string(),
             };
             format!(
                 "Something outside the catalogue acts in the {equation} equation: with parameters refitted the error on \
-                 data kept back stays at {b} times the noise{elsewhere} ({g} as given), and what is left is more than \
-                 noise of the sensors can be.{nearest}{form}"
+                 data kept back stays at {b} times the noise ({g} as given), and what is left is more than \
+                 noise of the sensors can be.{form}{off}"
             )
         }
     }
+}
+
+/// The effects that are only suspected, or the others.
+fn of_grade(effects: &[FoundEffect], suspected: bool) -> impl Iterator<Item = &FoundEffect> {
+    effects.iter().filter(move |effect| (effect.grade == Grade::Suspected) == suspected)
+}
+
+/// What is left, where it is more than noise.
+fn what_is_left(remains: &Remains) -> String {
+    if remains.looks_like == LooksLike::Noise {
+        return String::new();
+    }
+    let most = remains.sensors.iter().max_by(|a, b| a.1.over_noise.total_cmp(&b.1.over_noise));
+    let most = most.map_or_else(String::new, |(column, left)| {
+        format!(
+            ", most in {column} ({} times its noise, for {} s at a time)",
+            number(left.over_noise),
+            number(left.memory_s)
+        )
+    });
+    format!(" What is left, {} times the noise{most}, looks like {}.", number(remains.chi), remains.looks_like.says())
 }
 
 /// How to tell two explanations apart.

@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 use sinew_diagnosis::{
-    Diagnosis, Evidence, Figures, FittedParameter, FoundEffect, Misfit, RecordingSummary, Tried, Unknown, Verdict,
+    Diagnosis, Evidence, Figures, FittedParameter, FoundEffect, LooksLike, Misfit, RecordingSummary, Tried, Unknown,
+    Verdict,
 };
 use sinew_physics::effects::effect as effect_of;
 use sinew_plot::quantity::{NONE, chi, estimate, is_sane, number, percent, probability, quantity, shown_unit, signed};
@@ -26,6 +27,7 @@ pub(crate) fn page(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> M
             Section::new("fit", "Fit", fit(diagnosis, figures)),
             Section::new("where", "Where", location(diagnosis, figures)),
             Section::new("what", "What", what(diagnosis, figures)),
+            Section::new("remains", "What remains", remains(diagnosis)),
             Section::new("parameters", "Parameters", parameters(diagnosis)),
             Section::new("recordings", "Recordings", recordings(diagnosis)),
             Section::new("next", "Next", next(diagnosis)),
@@ -53,7 +55,7 @@ fn answer(diagnosis: &Diagnosis) -> Markup {
             p.muted {
                 "chi: error on data kept back, over the sensors' noise. 1 means that nothing is left to explain. "
                 @if diagnosis.left.p_value.is_finite() {
-                    "If nothing were missing, the best addition to the physics would still improve the fit this much with a probability of " b { (probability(diagnosis.left.p_value)) } "."
+                    "If nothing were missing, the best addition to the physics would look this good with a probability of at most " b { (probability(diagnosis.left.p_value)) } "."
                 }
             }
             @if !diagnosis.warnings.is_empty() {
@@ -226,14 +228,90 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
             h2 { (title) }
             @if words::is_complete(diagnosis.verdict) {
                 p {
-                    "No. The best of all additions to the physics improves the fit by no more than it would if nothing were missing (p = "
+                    "Not clearly. The best of all additions to the physics looks no better than one may where nothing is missing (probability up to "
                     (probability(diagnosis.left.p_value)) ")."
                 }
             }
+            @if !diagnosis.effects.is_empty() { (shares(diagnosis)) }
             @for effect in &diagnosis.effects { (found(effect)) }
             @if let Some(unknown) = &diagnosis.unknown { (outside(unknown)) }
             (tried(figures))
-            @if !diagnosis.left.method.is_empty() { p.muted { "How the p-value was made: " (diagnosis.left.method) } }
+            @if !diagnosis.left.method.is_empty() { p.muted { "How this was judged: " (diagnosis.left.method) } }
+        }
+    }
+}
+
+/// How much of what was wrong each thing accounts for.
+fn shares(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        h3 { "Of what was wrong with the rig file as given" }
+        div.scroll {
+            table.bars {
+                thead { tr { th scope="col" { "accounted for by" } th scope="col" { "share" } td {} th scope="col" { "" } } }
+                tbody {
+                    tr {
+                        th scope="row" { "parameters and tolerances" }
+                        td { (bar(diagnosis.parameters_share)) }
+                        td.n { (percent(diagnosis.parameters_share)) }
+                        td {}
+                    }
+                    @for effect in &diagnosis.effects {
+                        tr {
+                            th scope="row" { (words::effect_name(&effect.id)) }
+                            td { (bar(effect.share)) }
+                            td.n { (percent(effect.share)) }
+                            td { (effect.grade.says()) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What is left with everything that was found in the model.
+fn remains(diagnosis: &Diagnosis) -> Markup {
+    let remains = &diagnosis.remains;
+    html! {
+        section #remains {
+            h2 { "What remains" }
+            p.lead { "chi " b { (chi(remains.chi)) } " on data kept back; it looks like " b { (remains.looks_like.says()) } "." }
+            @if !remains.sensors.is_empty() {
+                div.scroll {
+                    table {
+                        thead {
+                            tr {
+                                th scope="col" { "sensor" }
+                                th.n scope="col" { "error of the model beside noise, RMS" }
+                                th.n scope="col" { "over noise" }
+                                th.n scope="col" { "keeps its sign for" }
+                            }
+                        }
+                        tbody {
+                            @for (column, left) in &remains.sensors {
+                                @let (name, unit) = words::column_by_name(column);
+                                tr {
+                                    th scope="row" { (name) }
+                                    td.n { (quantity(left.rms, unit)) }
+                                    td.n { (number(left.over_noise)) }
+                                    td.n { (quantity(left.memory_s, "s")) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            @if remains.looks_like != LooksLike::Noise && !remains.equations.is_empty() {
+                p {
+                    "Of it, an unknown input would explain "
+                    (words::list(&remains.equations.iter().map(|(name, share)| format!("{} in the {name} equation", percent(*share))).collect::<Vec<_>>()))
+                    "."
+                }
+            }
+            @if !diagnosis.beyond_tolerance.is_empty() {
+                h3 { "Off by more than tools and sensors err" }
+                ul { @for off in &diagnosis.beyond_tolerance { li { (off.says) "." } } }
+            }
         }
     }
 }
@@ -241,7 +319,7 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
 fn found(effect: &FoundEffect) -> Markup {
     html! {
         article {
-            h3 { (capitalised(&words::effect_name(&effect.id))) " " code { (effect.id) } }
+            h3 { (capitalised(&words::effect_name(&effect.id))) " " code { (effect.id) } ", " (effect.grade.says()) }
             @for paragraph in paragraphs(&effect.says) { p { (paragraph) } }
             @if let Some(known) = effect_of(&effect.id) {
                 p.muted { @if !effect.says.contains(known.says) { (known.says) ". " } "In the model: " code { (known.term) } }
@@ -259,7 +337,7 @@ fn found(effect: &FoundEffect) -> Markup {
                 div.scroll {
                     table {
                         caption { "In its place, everything else refitted" }
-                        thead { tr { th scope="col" { "effect" } th.n scope="col" { "chi, kept back" } th.n scope="col" { "ΔBIC to the one found" } } }
+                        thead { tr { th scope="col" { "effect" } th.n scope="col" { "chi, kept back" } th.n scope="col" { "−2 Δ ln evidence" } } }
                         tbody {
                             tr.chosen {
                                 th scope="row" { (words::effect_name(&effect.id)) " (found)" }
@@ -305,9 +383,15 @@ fn evidence(evidence: &Evidence) -> Markup {
         p {
             "Without it chi on data kept back is " b { (chi(evidence.holdout_chi_before)) }
             ", with it " b { (chi(evidence.holdout_chi_after)) }
-            "; ΔBIC " (signed(evidence.delta_bic)) " (negative speaks for it), p = " (probability(evidence.p_value)) "."
+            "; twice the log evidence changes by " (signed(-evidence.delta_bic)) " with it, p " (bound(evidence.p_value)) "."
         }
     }
+}
+
+/// A probability that is known as a bound.
+fn bound(p_value: f64) -> String {
+    let said = probability(p_value);
+    if said.starts_with("below") { said } else { format!("at most {said}") }
 }
 
 /// What no effect of the catalogue explains.

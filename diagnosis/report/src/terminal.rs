@@ -35,6 +35,7 @@ pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
             answer.says("unknown", &form(unknown));
         }
     }
+    answer.says("remains", &remains(diagnosis));
     answer.says("param.", &parameters(diagnosis));
     answer.says("next", &diagnosis.next_experiment);
     for warning in diagnosis.warnings.iter().take(WARNINGS) {
@@ -49,11 +50,11 @@ pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
 fn fit(diagnosis: &Diagnosis) -> String {
     let Overall { as_given, recalibrated, improved } = Overall::of(diagnosis);
     format!(
-        "chi on kept-back data {} as given, {} recalibrated, {} improved (1 = noise), p = {}",
+        "chi on kept-back data {} as given, {} recalibrated, {} improved (1 = noise), p ≤ {}",
         chi(as_given),
         chi(recalibrated),
         chi(improved),
-        probability(diagnosis.left.p_value)
+        probability(diagnosis.left.p_value).trim_start_matches("below ")
     )
 }
 
@@ -73,10 +74,11 @@ fn found(effect: &FoundEffect) -> String {
     });
     let mut line = format!("{}: {}", effect.id, list(&sizes.collect::<Vec<_>>()));
     line += &format!(
-        "; without it chi {} (ΔBIC {}, p = {})",
+        "; {} of what was wrong, {}; without it chi {}, p ≤ {}",
+        percent(effect.share),
+        effect.grade.says(),
         chi(effect.evidence.holdout_chi_before),
-        signed(effect.evidence.delta_bic),
-        probability(effect.evidence.p_value)
+        probability(effect.evidence.p_value).trim_start_matches("below ")
     );
     if !effect.cannot_be_told_apart_from.is_empty() {
         line += &format!("; cannot be told apart from {}", list(&effect.cannot_be_told_apart_from));
@@ -84,6 +86,12 @@ fn found(effect: &FoundEffect) -> String {
         line += &format!("; next best {} leaves chi {}", rival.id, chi(rival.holdout_chi));
     }
     line
+}
+
+fn remains(diagnosis: &Diagnosis) -> String {
+    let remains = &diagnosis.remains;
+    let off = diagnosis.beyond_tolerance.iter().map(|off| format!("; {}", off.says));
+    format!("chi {}, {}{}", chi(remains.chi), remains.looks_like.says(), off.collect::<String>())
 }
 
 fn form(unknown: &Unknown) -> String {

@@ -329,11 +329,28 @@ prop_compose! {
         (holdout_chi_before, holdout_chi_after, delta_bic, p_value) in (value(), value(), value(), value()),
         alternatives in prop::collection::vec((name(), value(), value()), 0..3),
         cannot_be_told_apart_from in prop::collection::vec(name(), 0..3),
+        share in value(),
+        grade in prop::sample::select(&[Grade::ConfirmedOnAnotherProgramme, Grade::OnThisProgrammeOnly, Grade::Suspected]),
     ) -> FoundEffect {
         let alternatives =
             alternatives.into_iter().map(|(id, delta_bic, holdout_chi)| Alternative { id, delta_bic, holdout_chi }).collect();
         let evidence = Evidence { holdout_chi_before, holdout_chi_after, delta_bic, p_value };
-        FoundEffect { id, says, parameters, evidence, alternatives, cannot_be_told_apart_from }
+        FoundEffect { id, says, parameters, share, grade, evidence, alternatives, cannot_be_told_apart_from }
+    }
+}
+
+prop_compose! {
+    fn remains()(
+        chi in value(),
+        looks_like in prop::sample::select(&[LooksLike::Noise, LooksLike::Curves, LooksLike::MissingMechanism]),
+        sensors in prop::collection::btree_map(name(), (value(), value(), value()), 0..3),
+        equations in prop::collection::btree_map(name(), value(), 0..3),
+    ) -> Remains {
+        let sensors = sensors
+            .into_iter()
+            .map(|(column, (rms, over_noise, memory_s))| (column, SensorRemains { rms, over_noise, memory_s }))
+            .collect();
+        Remains { chi, looks_like, sensors, equations, ..Remains::default() }
     }
 }
 
@@ -358,7 +375,8 @@ prop_compose! {
         parameters in prop::collection::btree_map(name(), (value(), size(), value()), 0..4),
         recordings in prop::collection::vec((name(), any::<usize>(), value(), any::<bool>(), value()), 0..3),
         offsets in prop::collection::btree_map(name(), value(), 0..3),
-        warnings in prop::collection::vec(name(), 0..3),
+        (warnings, off) in (prop::collection::vec(name(), 0..3), prop::collection::vec((name(), value(), name()), 0..3)),
+        (remains, parameters_share) in (remains(), value()),
         seed in any::<u64>(),
     ) -> Diagnosis {
         Diagnosis {
@@ -378,6 +396,9 @@ prop_compose! {
                 conditions: conditions.into_iter().map(|(when, share, of_time)| Condition { when, share, of_time }).collect(),
             },
             effects,
+            parameters_share,
+            remains,
+            beyond_tolerance: off.into_iter().map(|(key, sigmas, says)| BeyondTolerance { key, sigmas, says }).collect(),
             unknown: unknown.map(|(equation, form, unit, size, holdout_chi_before, holdout_chi_after)| Unknown {
                 coefficients: BTreeMap::from([(form.clone(), size)]),
                 equation,

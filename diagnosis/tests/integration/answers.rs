@@ -3,7 +3,7 @@
 
 use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 use rand_distr::StandardNormal;
-use sinew_diagnosis::{Outcome, Settings, Verdict, diagnose, identify};
+use sinew_diagnosis::{LooksLike, Outcome, Settings, Verdict, diagnose, identify};
 use sinew_physics::{Inputs, Wire};
 use sinew_recording::{Column, Recording};
 use sinew_rig::Rig;
@@ -139,6 +139,45 @@ fn friction_is_named_and_sized_whatever_the_number_of_threads() {
     let again = answer(&recording, 1);
     assert_eq!(diagnosis, &again.diagnosis);
     assert_eq!(outcome.improved, again.improved);
+}
+
+/// Two recordings of one wire say the same in either order.
+#[test]
+fn the_order_of_recordings_changes_no_answer() {
+    let mut truth = real();
+    truth.set_effect(0, "mechanical.friction", "coulomb_n", 0.08).unwrap();
+    let [a, b] = [record(&truth, 21), later(&record(&truth, 22), 500.0)];
+    let of = |recordings: &[Recording]| diagnose(&believed(), 0, recordings, &[], &settings(0)).unwrap().diagnosis;
+    let (one, other) = (of(&[a.clone(), b.clone()]), of(&[b, a]));
+    for diagnosis in [&one, &other] {
+        assert_eq!(diagnosis.effects[0].id, "mechanical.friction", "{}", diagnosis.summary);
+        let size = &diagnosis.effects[0].parameters["coulomb_n"];
+        assert!((size.value - 0.08).abs() < 0.004, "{size:?}");
+    }
+    assert!((one.effects[0].share - other.effects[0].share).abs() < 0.1);
+    assert!((one.left.chi_improved / other.left.chi_improved - 1.0).abs() < 0.05);
+}
+
+/// What a workshop's tools leave is no missing physics, and one constant that is further off is said.
+#[test]
+fn tolerances_are_no_finding_and_what_is_beyond_them_is() {
+    let off = |factors: &[(&str, f64)]| {
+        let mut rig = real();
+        for (key, factor) in factors {
+            let value = rig.parameter(0, key).unwrap();
+            rig.set_parameter(0, key, value * factor).unwrap();
+        }
+        answer(&record(&rig, 23), 0).diagnosis
+    };
+    let within = [("length_mm", 1.004), ("mass_kg", 0.985), ("spring_n_per_m", 1.03), ("preload_n", 1.012)];
+    let diagnosis = off(&[&within[..], &[("shunt_ohm", 0.98), ("supply_v", 1.003)]].concat());
+    assert_eq!(diagnosis.verdict, Verdict::ParametersOff, "{}", diagnosis.summary);
+    assert!(diagnosis.beyond_tolerance.is_empty(), "{:?}", diagnosis.beyond_tolerance);
+    assert!(diagnosis.left.chi_improved < 1.06, "{}", diagnosis.left.chi_improved);
+    assert_eq!(diagnosis.remains.looks_like, LooksLike::Noise, "{:?}", diagnosis.remains);
+    let diagnosis = off(&[("spring_n_per_m", 1.3)]);
+    assert_eq!(diagnosis.verdict, Verdict::ParametersOff, "{}", diagnosis.summary);
+    assert_eq!(diagnosis.beyond_tolerance[0].key, "spring_n_per_m", "{:?}", diagnosis.beyond_tolerance);
 }
 
 /// The same rows at times `by_s` later.

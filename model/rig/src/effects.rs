@@ -7,7 +7,7 @@ use sinew_physics::WireModel;
 use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Home};
 
 use crate::error::What;
-use crate::key::shortest;
+use crate::key::{Prior, shortest};
 use crate::notes::{Reader, Stated};
 use crate::suggest::nearest;
 use crate::tables::Channel;
@@ -18,6 +18,21 @@ use crate::value::{channel_choices, in_range, not_a_choice, number as any_number
 pub(crate) const DRAUGHT: &str = "thermal.draught";
 /// The comment above a table that the writer adds for an effect that is no mechanism.
 pub(crate) const EMPIRICAL: &str = "# empirical: fitted to a recording, not a mechanism";
+
+/// How far sensors as they are bought and mounted are off, by the full name of the effect's number: every fit has these
+/// as nuisances. Amplifiers on one board agree better than a load cell's or an encoder's scale.
+pub(crate) const SENSOR_TOLERANCES: [(&str, Prior); 10] = [
+    ("sensing.gain.v3", Prior::Absolute(0.002)),
+    ("sensing.gain.current", Prior::Absolute(0.005)),
+    ("sensing.gain.force", Prior::Absolute(0.01)),
+    ("sensing.gain.position", Prior::Absolute(0.01)),
+    ("sensing.offset.v1_v", Prior::Absolute(0.001)),
+    ("sensing.offset.v2_v", Prior::Absolute(0.001)),
+    ("sensing.offset.v3_v", Prior::Absolute(0.001)),
+    ("sensing.offset.current_a", Prior::Absolute(0.0005)),
+    ("sensing.offset.force_n", Prior::Absolute(0.01)),
+    ("sensing.offset.position_m", Prior::Absolute(5e-5)),
+];
 
 /// The effects that stand in `[channel.effects."ID"]`.
 pub(crate) fn in_tables() -> impl Iterator<Item = &'static Effect> + Clone {

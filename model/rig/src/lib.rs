@@ -51,7 +51,7 @@ mod write;
 
 pub use error::{Error, Problem, What};
 pub use key::Prior;
-pub use parameters::{Parameter, default_priors, parameters, range_of};
+pub use parameters::{Parameter, default_priors, is_tolerance, parameters, range_of};
 pub use read::HEXAPOD_TOML;
 pub use reference::{catalogue, reference, word, words};
 pub use suggest::nearest;

@@ -18,7 +18,7 @@ use crate::value::number;
 pub fn default_priors() -> BTreeMap<&'static str, Prior> {
     let of_rig = RIG.keys().filter_map(|key| Some((key.name, key.prior?)));
     let of_channel = tables_of_model().flat_map(Section::keys).filter_map(|key| Some((key.name, key.prior?)));
-    of_rig.chain(of_channel).collect()
+    of_rig.chain(of_channel).chain(effects::SENSOR_TOLERANCES).collect()
 }
 
 /// A number a fit may move.
@@ -68,6 +68,15 @@ fn describe<T: 'static>(section: &'static Section<T>) -> impl Iterator<Item = Pa
 pub fn range_of(key: &str) -> Option<(&'static str, f64, f64)> {
     let of_model = parameters().find(|p| p.key == key).map(|p| (p.unit, p.low, p.high));
     of_model.or_else(|| effects::number(key).map(|(_, number)| (number.unit, number.low, number.high)))
+}
+
+/// Whether a fit may move this key only as far as tools and sensors err: what a rig file states as known, and what a sensor
+/// is off by.
+pub fn is_tolerance(key: &str) -> bool {
+    const KNOWN: [&str; 4] = ["channel.wire", "channel.taps", "channel.drive", "channel.load"];
+    // the damping of a load is estimated, not measured
+    let is_known = |p: &Parameter| p.key == key && KNOWN.contains(&p.table) && key != "damping_n_s_per_m";
+    parameters().any(|p| is_known(&p)) || effects::SENSOR_TOLERANCES.iter().any(|(name, _)| *name == key)
 }
 
 impl Channel {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use sinew_diagnosis::Diagnosis;
+use sinew_diagnosis::{Diagnosis, Grade};
 
 /// An effect that was named.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -58,6 +58,8 @@ impl Reported {
         let effects = diagnosis
             .effects
             .iter()
+            // what is only suspected is not named
+            .filter(|effect| effect.grade != Grade::Suspected)
             .map(|effect| Named {
                 id: effect.id.clone(),
                 class: effect.cannot_be_told_apart_from.clone(),

@@ -47,6 +47,8 @@ pub fn physics_missing() -> (Diagnosis, Figures) {
             ("start_s".into(), size(33.08, 32.91, 33.22, "s")),
             ("end_s".into(), size(52.03, 51.84, 52.19, "s")),
         ]),
+        share: 0.83,
+        grade: Grade::OnThisProgrammeOnly,
         evidence: Evidence { holdout_chi_before: before, holdout_chi_after: after, delta_bic: -5210.0, p_value: 0.001 },
         alternatives: vec![
             Alternative { id: "thermal.ambient_drift".into(), delta_bic: 830.0, holdout_chi: 0.7 * before },
@@ -306,13 +308,21 @@ fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
             chi: chi(&traces.sensors, |s| &s.recalibrated),
             chi_improved: chi(&traces.sensors, |s| &s.improved),
             p_value: 0.001,
-            method: "999 recordings simulated from the recalibrated model with the residuals' own correlation, each searched for the \
-                best addition as this one was."
-                .into(),
+            method: "evidence of the best of 33 candidates, each fitted with all parameters.".into(),
         },
         location: Location::default(),
         effects: vec![],
+        parameters_share: 0.17,
         unknown: None,
+        remains: Remains {
+            chi: chi(&traces.sensors, |s| &s.improved),
+            sensors: SENSORS
+                .into_iter()
+                .map(|(c, noise)| (c.name().into(), SensorRemains { rms: 0.1 * noise, over_noise: 0.1, memory_s: 0.4 }))
+                .collect(),
+            ..Remains::default()
+        },
+        beyond_tolerance: vec![],
         parameters: BTreeMap::from([
             ("convection_w_per_m2_k".into(), fitted_as(121.2, 113.0, 1.2, 24.2, "W/(m² K)")),
             ("austenite_temperature_c".into(), fitted_as(93.0, 94.0, 0.1, 5.0, "°C")),

@@ -17,6 +17,8 @@ pub struct Mechanical {
     pub stress_dependent_strain: StressDependentStrain,
     /// Shape strain without stress.
     pub two_way: TwoWay,
+    /// Expansion of each phase.
+    pub phase_expansion: PhaseExpansion,
 }
 
 /// `mechanical.friction`: a force of at most this size against the movement of the wire's end (Coulomb): it sticks
@@ -115,6 +117,23 @@ impl StressDependentStrain {
 pub struct TwoWay {
     /// The strain of full martensite.
     pub strain: f64,
+}
+
+/// `mechanical.phase_expansion`: each phase expands by a coefficient of its own. One thermoelastic coefficient θ over the
+/// modulus gives the softer martensite the larger expansion, C(ξ) θ (eq. 23), where measured wires have the smaller one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PhaseExpansion {
+    /// Of austenite beside θ/E_A, in 1/K.
+    pub austenite_extra_per_k: f64,
+    /// Of martensite beside θ/E_M, in 1/K.
+    pub martensite_extra_per_k: f64,
+}
+
+impl PhaseExpansion {
+    /// Expansion at a martensite fraction beside C(ξ) θ, in 1/K.
+    pub(crate) fn extra_per_k(&self, austenite: f64, martensite: f64) -> f64 {
+        self.austenite_extra_per_k * austenite + self.martensite_extra_per_k * martensite
+    }
 }
 
 impl Mechanical {
@@ -245,6 +264,37 @@ impl<M: Has<Mechanical>> Group<M> for Mechanical {
                 two_way.strain,
                 "strain of full martensite without stress"
             )],
+        },
+        Effect {
+            id: "mechanical.phase_expansion",
+            equation: Equation::Mechanical,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "strain ((1 − ξ) austenite_extra + ξ martensite_extra) (T − T_0) beside C(ξ) θ (T − T_0)",
+            says: "Austenite and martensite expand with temperature each by a coefficient of its own",
+            parameters: &[
+                switch!(
+                    0.0,
+                    "austenite_extra_per_k",
+                    "1/K",
+                    (-1e-3, 1e-3),
+                    (-1.2e-5, 1.2e-5),
+                    1.0,
+                    phase_expansion.austenite_extra_per_k,
+                    "expansion of austenite beside θ/E_A"
+                ),
+                switch!(
+                    0.0,
+                    "martensite_extra_per_k",
+                    "1/K",
+                    (-1e-3, 1e-3),
+                    (-2.5e-5, 1.2e-5),
+                    1.0,
+                    phase_expansion.martensite_extra_per_k,
+                    "expansion of martensite beside θ/E_M"
+                ),
+            ],
         },
     ];
 }

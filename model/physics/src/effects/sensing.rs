@@ -43,6 +43,10 @@ pub struct Offset {
     pub v3_v: f64,
     /// On the current, in A.
     pub current_a: f64,
+    /// On the load cell, in N.
+    pub force_n: f64,
+    /// On the encoder, in m.
+    pub position_m: f64,
 }
 
 /// `sensing.gain`: what an amplifier makes of its input, before its offset.
@@ -52,11 +56,15 @@ pub struct Gain {
     pub v3: f64,
     /// Of the current.
     pub current: f64,
+    /// Of the load cell.
+    pub force: f64,
+    /// Of the encoder.
+    pub position: f64,
 }
 
 impl Default for Gain {
     fn default() -> Self {
-        Gain { v3: 1.0, current: 1.0 }
+        Gain { v3: 1.0, current: 1.0, force: 1.0, position: 1.0 }
     }
 }
 
@@ -115,13 +123,36 @@ impl Sensing {
         self.probe_deflection.m_per_n * tension
     }
 
-    /// What the amplifiers make of currents and voltages.
+    /// What acts on the signals alone, after the wire; `None` where every sensor shows what there is.
+    pub(crate) fn amplifiers(&self) -> Option<Amplifiers> {
+        let amplifiers = Amplifiers { gain: self.gain, offset: self.offset };
+        (amplifiers != Amplifiers::default()).then_some(amplifiers)
+    }
+
+    /// What acts besides the amplifiers.
+    pub(crate) fn without_amplifiers(self) -> Sensing {
+        let Amplifiers { gain, offset } = Amplifiers::default();
+        Sensing { gain, offset, ..self }
+    }
+}
+
+/// Gains and offsets of all sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Amplifiers {
+    gain: Gain,
+    offset: Offset,
+}
+
+impl Amplifiers {
+    /// What they make of what there is.
     pub(crate) fn amplify(&self, o: &mut Outputs) {
-        let (gain, offset) = (&self.gain, &self.offset);
+        let Amplifiers { gain, offset } = self;
         o.current_a = o.current_a * gain.current + offset.current_a;
         o.v1_v += offset.v1_v;
         o.v2_v += offset.v2_v;
         o.v3_v = o.v3_v * gain.v3 + offset.v3_v;
+        o.force_n = o.force_n * gain.force + offset.force_n;
+        o.position_m = o.position_m * gain.position + offset.position_m;
     }
 }
 
@@ -263,9 +294,9 @@ impl<M: Has<Sensing>> Group<M> for Sensing {
             equation: Equation::Sensing,
             nature: Nature::Mechanism,
             home: Home::Table,
-            needs: Needs::Heating,
-            term: "V → V + offset, I → I + offset",
-            says: "An amplifier does not show zero at zero",
+            needs: Needs::Nothing,
+            term: "V → V + offset, I → I + offset, F → F + offset, x → x + offset",
+            says: "An amplifier or a sensor does not show zero at zero",
             parameters: &[
                 switch!(0.0, "v1_v", "V", (-100.0, 100.0), (-0.05, 0.05), 1.0, offset.v1_v, "offset of V_1"),
                 switch!(0.0, "v2_v", "V", (-100.0, 100.0), (-0.05, 0.05), 1.0, offset.v2_v, "offset of V_2"),
@@ -280,6 +311,26 @@ impl<M: Has<Sensing>> Group<M> for Sensing {
                     offset.current_a,
                     "offset of the current"
                 ),
+                switch!(
+                    0.0,
+                    "force_n",
+                    "N",
+                    (-1000.0, 1000.0),
+                    (-0.1, 0.1),
+                    1.0,
+                    offset.force_n,
+                    "offset of the load cell"
+                ),
+                switch!(
+                    0.0,
+                    "position_m",
+                    "m",
+                    (-10.0, 10.0),
+                    (-0.001, 0.001),
+                    1.0,
+                    offset.position_m,
+                    "offset of the encoder"
+                ),
             ],
         },
         Effect {
@@ -287,12 +338,14 @@ impl<M: Has<Sensing>> Group<M> for Sensing {
             equation: Equation::Sensing,
             nature: Nature::Mechanism,
             home: Home::Table,
-            needs: Needs::Heating,
-            term: "V_3 → gain V_3, I → gain I",
-            says: "Two amplifiers that should be alike have different gains",
+            needs: Needs::Nothing,
+            term: "V_3 → gain V_3, I → gain I, F → gain F, x → gain x",
+            says: "An amplifier or a sensor shows more or less than there is, by the same share",
             parameters: &[
                 switch!(1.0, "v3", "1", (0.1, 10.0), (0.95, 1.05), 1.0, gain.v3, "gain of V_3"),
                 switch!(1.0, "current", "1", (0.1, 10.0), (0.95, 1.05), 1.0, gain.current, "gain of the current"),
+                switch!(1.0, "force", "1", (0.1, 10.0), (0.95, 1.05), 1.0, gain.force, "gain of the load cell"),
+                switch!(1.0, "position", "1", (0.1, 10.0), (0.95, 1.05), 1.0, gain.position, "gain of the encoder"),
             ],
         },
         Effect {

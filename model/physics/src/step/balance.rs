@@ -61,6 +61,8 @@ struct Elastic {
     compliance: f64,
     /// Gives way to stress but not to temperature, 1/Pa.
     soft: f64,
+    /// Stress of a held wire per kelvin, Pa/K: times the compliance its expansion.
+    thermoelastic: f64,
     /// Shape strain per ξ that does work.
     shape: f64,
 }
@@ -134,7 +136,8 @@ impl Balance {
     fn elastic(&self, terms: Option<&Terms>, fraction: &Fraction, at: f64) -> Elastic {
         let (compliance, _) = self.reference.compliance(fraction);
         let shape = self.reference.transformation_strain;
-        let plain = Elastic { free: shape * fraction.martensite, compliance, soft: 0.0, shape };
+        let thermoelastic = self.reference.thermoelastic;
+        let plain = Elastic { free: shape * fraction.martensite, compliance, soft: 0.0, thermoelastic, shape };
         match terms {
             None => plain,
             Some(terms) => self.elastic_with(terms, fraction, at, plain),
@@ -144,6 +147,8 @@ impl Balance {
     fn elastic_with(&self, terms: &Terms, fraction: &Fraction, at: f64, mut elastic: Elastic) -> Elastic {
         let mechanical = &terms.effects.mechanical;
         let xi = fraction.martensite;
+        elastic.thermoelastic +=
+            mechanical.phase_expansion.extra_per_k(fraction.austenite, fraction.martensite) / elastic.compliance;
         let (_, steeper) = mechanical.stress_dependent_strain.oriented(at);
         elastic.soft = self.reference.transformation_strain * steeper * xi;
         elastic.shape = mechanical.shape(self.reference.transformation_strain, at);
@@ -181,7 +186,7 @@ impl Balance {
     #[inline(always)]
     fn free_strain(&self, terms: Option<&Terms>, fraction: &Fraction, temperature: f64) -> f64 {
         let elastic = self.elastic(terms, fraction, 0.0);
-        elastic.free + elastic.compliance * self.reference.thermoelastic * (temperature - self.reference.reference_c)
+        elastic.free + elastic.compliance * elastic.thermoelastic * (temperature - self.reference.reference_c)
     }
 
     /// R = ρL/A_c (eq. 36, 37, 39), in Ω.
@@ -274,7 +279,7 @@ impl Balance {
             for _ in 0..MOST_ROUNDS {
                 let elastic = self.elastic(terms, fraction, stress);
                 let found = stress_of(
-                    elastic.free + elastic.compliance * self.reference.thermoelastic * warm,
+                    elastic.free + elastic.compliance * elastic.thermoelastic * warm,
                     elastic.compliance + elastic.soft,
                 );
                 let moved = (found - stress).abs();
@@ -302,7 +307,7 @@ impl Balance {
         let elastic = self.elastic(terms, &fraction, stress);
         let wire_end = self.reference.length
             * (elastic.free
-                + elastic.compliance * self.reference.thermoelastic * warm
+                + elastic.compliance * elastic.thermoelastic * warm
                 + (elastic.compliance + elastic.soft) * stress);
         let position = match self.reference.motion {
             Motion::Position => inputs.imposed,
@@ -469,7 +474,7 @@ impl Balance {
             }
             Motion::Position => (stage.position_base, 0.0),
             Motion::Force => {
-                let thermal = self.reference.thermoelastic * (temperature - self.reference.reference_c);
+                let thermal = elastic.thermoelastic * (temperature - self.reference.reference_c);
                 let soft = elastic.soft * stress;
                 (self.reference.length * (elastic.free + elastic.compliance * (stress + thermal) + soft), 0.0)
             }
@@ -507,7 +512,7 @@ impl Balance {
                 None => {
                     let follow = line.inertia * elastic.compliance;
                     let pull = line.inertia * (line.stretch - elastic.free)
-                        + follow * self.reference.thermoelastic * self.reference.reference_c
+                        + follow * elastic.thermoelastic * self.reference.reference_c
                         + line.push * self.reference.per_length;
                     let mut hold = follow + line.give * self.reference.per_length;
                     if terms.is_some() {
@@ -520,11 +525,11 @@ impl Balance {
                 Some(temperature) => temperature,
                 None => {
                     (heating.heat * hold + half_work * pull)
-                        / (heating.capacity * hold + half_work * follow * self.reference.thermoelastic)
+                        / (heating.capacity * hold + half_work * follow * elastic.thermoelastic)
                 }
             };
             let mut temperature = temperature_at(pull, follow);
-            let mut stress = (pull - follow * self.reference.thermoelastic * temperature) / hold;
+            let mut stress = (pull - follow * elastic.thermoelastic * temperature) / hold;
             if stress < 0.0 {
                 // slack: a wire cannot push
                 (pull, follow, stress) = (0.0, 0.0, 0.0);

@@ -252,7 +252,9 @@ impl Ends {
             let temperature = cell.temperature + rise;
             let fraction = cell.fraction.moved(slope * rise);
             let (compliance, _) = c.compliance(&fraction);
-            let thermal = compliance * c.thermoelastic * (temperature - c.reference_c);
+            let extra_per_k =
+                beside.effects.mechanical.phase_expansion.extra_per_k(fraction.austenite, fraction.martensite);
+            let thermal = (compliance * c.thermoelastic + extra_per_k) * (temperature - c.reference_c);
             cell.ohm = c.unstrained(Some(beside.effects), &fraction, temperature, state.stress);
             // ϑ falls with stress, ξ with ϑ
             let soft = -shape * slope * c.stress_shift;

@@ -4,6 +4,7 @@
 
 use crate::effects::all::Effects;
 use crate::effects::electrical::PhaseOhms;
+use crate::effects::sensing::Amplifiers;
 use crate::effects::thermal::Skin;
 use crate::formulas;
 use crate::kinetics::{Fraction, Hysteresis};
@@ -67,6 +68,8 @@ pub(crate) struct Reference {
     pub(crate) ohm_per_resistivity: f64,
     /// A frame's strain of the wire's length per stress, 1/Pa.
     pub(crate) frame: f64,
+    /// Sensors that do not show just what there is.
+    pub(crate) amplifiers: Option<Amplifiers>,
 }
 
 /// The state at one instant.
@@ -135,6 +138,7 @@ impl Reference {
             series_ohm: model.outside_ohm() + effects.sensing.contact_ohm(),
             taps: model.taps,
             ohm_per_resistivity,
+            amplifiers: effects.sensing.amplifiers(),
             frame: effects.mechanical.frame_compliance.compliance_m_per_n * area / g.length_m,
         }
     }

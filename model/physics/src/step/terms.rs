@@ -135,7 +135,9 @@ impl Terms {
     /// The effects of `model`; `None` where it has none.
     pub(crate) fn of(model: &WireModel) -> Option<Box<Terms>> {
         let stroke = model.material.transformation_strain.max(1e-3) * model.geometry.length_m;
-        (model.effects != Effects::default()).then(|| Terms::with_stroke(model.effects, stroke))
+        // amplifiers act on signals, not on the wire: they cost no terms
+        let effects = Effects { sensing: model.effects.sensing.without_amplifiers(), ..model.effects };
+        (effects != Effects::default()).then(|| Terms::with_stroke(effects, stroke))
     }
 
     /// No effect at all: something to hold an unknown input.

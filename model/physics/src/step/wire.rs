@@ -463,6 +463,9 @@ impl Wire {
         if let Some(terms) = &c.terms {
             self.add_effects(terms, &mut outputs);
         }
+        if let Some(amplifiers) = &c.reference.amplifiers {
+            amplifiers.amplify(&mut outputs);
+        }
         outputs
     }
 
@@ -480,7 +483,6 @@ impl Wire {
         if matches!(c.reference.motion, Motion::Position) {
             o.force_n += terms.effects.mechanical.dragged(o.force_n, s.velocity) + terms.imposed_load();
         }
-        sensing.amplify(o);
     }
 
     /// Wire temperature T, in °C.

@@ -28,11 +28,11 @@ pub(crate) fn section() -> Section<WireModel> {
             "kind" = at(drive.kind), DriveKind::KIND, DriveKind::DEFAULT;
             /// Supply voltage; the driver needs more than 0.
             "supply_v" = at(drive.supply_v), number(si("V"), 0.0, 1000.0),
-                Computed("required with kind `pwm`, else 0");
+                Computed("required with kind `pwm`, else 0"), prior Relative(0.004);
             /// Current shunt.
-            "shunt_ohm" = at(drive.shunt_ohm), number(si("Ω"), 0.0, 1000.0), Number(0.0);
+            "shunt_ohm" = at(drive.shunt_ohm), number(si("Ω"), 0.0, 1000.0), Number(0.0), prior Relative(0.02);
             /// Switch in its on state.
-            "switch_ohm" = at(drive.switch_ohm), number(si("Ω"), 0.0, 1000.0), Number(0.0);
+            "switch_ohm" = at(drive.switch_ohm), number(si("Ω"), 0.0, 1000.0), Number(0.0), prior Relative(0.2);
             /// Leads outside the taps.
             "lead_ohm" = at(drive.lead_ohm), number(si("Ω"), 0.0, 1000.0), Number(0.0);
         },

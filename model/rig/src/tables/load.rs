@@ -75,14 +75,16 @@ pub(crate) fn section() -> Section<WireModel> {
             "kind" = at(load), KIND, Text("spring_mass_damper");
             /// Moving mass M.
             "mass_kg" = motion(mass_kg), number(si("kg"), 1e-6, 1e4),
-                Computed("required with kind `spring_mass_damper`"), only in_motion();
+                Computed("required with kind `spring_mass_damper`"), only in_motion(), prior Relative(0.015);
             /// Damping B.
             "damping_n_s_per_m" = motion(damping_n_s_per_m), number(si("N s/m"), 0.0, 1e6), Number(40.0), only in_motion(),
                 prior Relative(0.30);
             /// Spring K; 0 = a hanging mass.
-            "spring_n_per_m" = motion(spring_n_per_m), number(si("N/m"), 0.0, 1e7), Number(0.0), only in_motion();
+            "spring_n_per_m" = motion(spring_n_per_m), number(si("N/m"), 0.0, 1e7), Number(0.0), only in_motion(),
+                prior Relative(0.03);
             /// Pull on the wire at its hot, unloaded length.
-            "preload_n" = motion(preload_n), number(si("N"), -1e5, 1e5), Computed("`mass_kg` × 9.80665 m/s²"), only in_motion();
+            "preload_n" = motion(preload_n), number(si("N"), -1e5, 1e5), Computed("`mass_kg` × 9.80665 m/s²"), only in_motion(),
+                prior Relative(0.015);
         },
         check: Some(Box::new(what_moves_has_a_mass)),
     }

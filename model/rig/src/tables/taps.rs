@@ -23,10 +23,10 @@ pub(crate) fn section() -> Section<WireModel> {
         keys: keys! {
             WireModel;
             /// Position of the first tap from the fixed end; on the wire.
-            "l0_mm" = tap(l0_m), number(milli("mm"), 0.0, 100_000.0), Number(0.0);
+            "l0_mm" = tap(l0_m), number(milli("mm"), 0.0, 100_000.0), Number(0.0), prior Relative(0.007);
             /// Distance from the first to the second tap; `l0_mm` + `ls_mm` must lie on the wire.
             "ls_mm" = tap(ls_m), number(milli("mm"), 0.001, 100_000.0),
-                Required("the distance between the taps in mm, such as 150.0");
+                Required("the distance between the taps in mm, such as 150.0"), prior Relative(0.007);
         },
         check: None,
     }

@@ -47,10 +47,15 @@ pub const CONTRACT: &[Row] = &[
     ("mechanical.frame_compliance", &[("compliance_m_per_n", 0.0)], &[]),
     ("mechanical.stress_dependent_strain", &[("stress_scale_mpa", 0.0)], &[]),
     ("mechanical.two_way", &[("strain", 0.0)], &[]),
+    ("mechanical.phase_expansion", &[("austenite_extra_per_k", 0.0), ("martensite_extra_per_k", 0.0)], &[]),
     ("sensing.contact_resistance", &[("ohm", 0.0)], &[]),
     ("sensing.probe_deflection", &[("m_per_n", 0.0)], &[]),
-    ("sensing.offset", &[("v1_v", 0.0), ("v2_v", 0.0), ("v3_v", 0.0), ("current_a", 0.0)], &[]),
-    ("sensing.gain", &[("v3", 1.0), ("current", 1.0)], &[]),
+    (
+        "sensing.offset",
+        &[("v1_v", 0.0), ("v2_v", 0.0), ("v3_v", 0.0), ("current_a", 0.0), ("force_n", 0.0), ("position_m", 0.0)],
+        &[],
+    ),
+    ("sensing.gain", &[("v3", 1.0), ("current", 1.0), ("force", 1.0), ("position", 1.0)], &[]),
     ("sensing.delay", &[("seconds", 0.0)], &[]),
 ];
 
@@ -80,10 +85,21 @@ pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
         ("mechanical.frame_compliance", vec![("compliance_m_per_n", 3e-4)]),
         ("mechanical.stress_dependent_strain", vec![("stress_scale_mpa", 90.0)]),
         ("mechanical.two_way", vec![("strain", 0.006)]),
+        ("mechanical.phase_expansion", vec![("austenite_extra_per_k", 4e-6), ("martensite_extra_per_k", -1.3e-5)]),
         ("sensing.contact_resistance", vec![("ohm", 0.3)]),
         ("sensing.probe_deflection", vec![("m_per_n", 5e-4)]),
-        ("sensing.offset", vec![("v1_v", 0.02), ("v2_v", 0.02), ("v3_v", 0.02), ("current_a", 0.01)]),
-        ("sensing.gain", vec![("v3", 1.02), ("current", 0.98)]),
+        (
+            "sensing.offset",
+            vec![
+                ("v1_v", 0.02),
+                ("v2_v", 0.02),
+                ("v3_v", 0.02),
+                ("current_a", 0.01),
+                ("force_n", 0.05),
+                ("position_m", 1e-4),
+            ],
+        ),
+        ("sensing.gain", vec![("v3", 1.02), ("current", 0.98), ("force", 1.03), ("position", 0.99)]),
         ("sensing.delay", vec![("seconds", 0.06)]),
     ]
 }
@@ -142,6 +158,8 @@ struct Numbers {
     drift_k: f64,
     scale_mpa: f64,
     two_way: f64,
+    austenite_extra_per_k: f64,
+    martensite_extra_per_k: f64,
     ratchet: f64,
     frame_m_per_n: f64,
     austenite_per_gpa: f64,
@@ -173,6 +191,8 @@ impl Numbers {
             drift_k: get("kinetic.training_drift", "kelvin_per_cycle"),
             scale_mpa: get("mechanical.stress_dependent_strain", "stress_scale_mpa"),
             two_way: get("mechanical.two_way", "strain"),
+            austenite_extra_per_k: get("mechanical.phase_expansion", "austenite_extra_per_k"),
+            martensite_extra_per_k: get("mechanical.phase_expansion", "martensite_extra_per_k"),
             ratchet: get("mechanical.ratcheting", "strain_per_cycle"),
             frame_m_per_n: get("mechanical.frame_compliance", "compliance_m_per_n"),
             austenite_per_gpa: get("electrical.resistivity_stress", "austenite_per_gpa"),
@@ -259,6 +279,7 @@ impl<'a> Equations<'a> {
         let two_way = self.numbers.two_way;
         s.strain = compliance * (stress + m.thermoelastic_pa_per_k * warm)
             + (self.oriented(stress) + two_way) * xi
+            + ((1.0 - xi) * self.numbers.austenite_extra_per_k + xi * self.numbers.martensite_extra_per_k) * warm
             + self.numbers.ratchet * 0.5 * s.travel;
         let austenite = (m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm)
             * (1.0 + self.numbers.austenite_per_gpa * 1e-9 * stress);

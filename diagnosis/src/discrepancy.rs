@@ -1,0 +1,428 @@
+//! A likelihood that knows that the model is wrong. What a model leaves of a sensor is its noise and, beside it, an error
+//! of the model that keeps its sign for a while: a process with a size and a memory of its own, by recording and sensor.
+//! Thousands of samples that repeat one error then count as what they know, and parameters stay where they are believed.
+//!
+//! The covariance of a residual, in units of the sensor's noise, is K = (1 + (ẏ δt)²) I + a² exp(−|t − t'| / τ): white
+//! noise, what half a row of time is worth where the signal is steep, and the process. A Kalman filter of one state
+//! whitens residuals, and derivatives, in one pass; normal equations, steps and curvatures are then those of white noise.
+//! Blocks kept back are whitened each from its own start: their density is marginal, and no process interpolates into
+//! them from its neighbours.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::data::{Data, Part, Run};
+use crate::residuals::Residuals;
+
+/// Largest error of a model, as a share of the sensor's range: a larger process swallows the misfit, and the fit stays
+/// wherever it is.
+const LARGEST: f64 = 0.02;
+/// Least one, in units of noise: below it nothing changes.
+const SMALLEST: f64 = 0.02;
+/// Memories, s; the least is besides at least two rows.
+const MEMORIES_S: (f64, f64) = (0.02, 10.0);
+/// How far the logarithms of size and memory may lie from noise's own size and from one second, 1 σ.
+const SIZE_SPREAD: f64 = 5.0;
+const MEMORY_SPREAD: f64 = 2.5;
+/// Steps of the search for size and memory, in their logarithms.
+const FIRST_STEP: f64 = 1.0;
+const LAST_STEP: f64 = 0.06;
+/// What an instant of a sample is known to, in rows.
+const INSTANT: f64 = 0.5;
+
+/// The error of a model in one sensor of one recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Wander {
+    /// RMS, in units of the sensor's noise.
+    pub(crate) size: f64,
+    /// Time after which it is forgotten to 1/e, s.
+    pub(crate) memory_s: f64,
+}
+
+/// The errors of a model, by recording and sensor.
+#[derive(Debug, Clone)]
+pub(crate) struct Discrepancy {
+    pub(crate) wanders: Vec<Vec<Wander>>,
+}
+
+impl Discrepancy {
+    /// One that is the given share of each sensor's range and lasts `memory_s`.
+    pub(crate) fn of_range(data: &Data, share: f64, memory_s: f64) -> Discrepancy {
+        let by_sensor = |run: &Run| {
+            let sensors = data.sensors.iter().enumerate();
+            sensors
+                .map(|(s, sensor)| {
+                    let size = (share * range(&run.measured[s]) / sensor.noise).max(SMALLEST);
+                    Wander { size, memory_s }
+                })
+                .collect()
+        };
+        Discrepancy { wanders: data.runs.iter().map(by_sensor).collect() }
+    }
+
+    /// The most probable one for `left`, residuals over noise that are not whitened, searched from this one.
+    pub(crate) fn refitted(&self, data: &Data, left: &Residuals) -> Discrepancy {
+        let largest = Discrepancy::of_range(data, LARGEST, 1.0);
+        let places: Vec<(usize, usize)> =
+            (0..data.runs.len()).flat_map(|r| (0..data.sensors.len()).map(move |s| (r, s))).collect();
+        let found: Vec<Wander> = places
+            .into_par_iter()
+            .map(|(r, s)| {
+                let most = largest.wanders[r][s].size.max(2.0 * SMALLEST);
+                let signal = Signal::of(data, r, s, left);
+                signal.most_probable(self.wanders[r][s], most, &left[r][s])
+            })
+            .collect();
+        let sensors = data.sensors.len().max(1);
+        Discrepancy { wanders: found.chunks(sensors).map(<[Wander]>::to_vec).collect() }
+    }
+
+    /// The filters that whiten what is left of `data`; `left` are residuals over noise near which they will be used.
+    pub(crate) fn whitening(&self, data: &Data, left: &Residuals) -> Whitening {
+        let mut whitening = Whitening { filters: Vec::new(), log_fitted: 0.0, log_kept: 0.0, prior: 0.0 };
+        for (r, by_sensor) in self.wanders.iter().enumerate() {
+            let filters: Vec<(Filter, [f64; 2])> = by_sensor
+                .par_iter()
+                .enumerate()
+                .map(|(s, wander)| Signal::of(data, r, s, left).filter(*wander))
+                .collect();
+            whitening.prior += by_sensor.iter().map(|wander| wander.penalty()).sum::<f64>();
+            for (_, [fitted, kept]) in &filters {
+                whitening.log_fitted += fitted;
+                whitening.log_kept += kept;
+            }
+            whitening.filters.push(filters.into_iter().map(|(filter, _)| filter).collect());
+        }
+        whitening
+    }
+}
+
+impl Wander {
+    /// Minus twice the logarithm of its own prior.
+    fn penalty(self) -> f64 {
+        (self.size.ln() / SIZE_SPREAD).powi(2) + (self.memory_s.ln() / MEMORY_SPREAD).powi(2)
+    }
+}
+
+/// What whitens the residuals of one set of data.
+#[derive(Debug, Clone)]
+pub(crate) struct Whitening {
+    /// By recording and sensor.
+    filters: Vec<Vec<Filter>>,
+    /// Σ ln of the variances of the samples that are fitted, and of those kept back, in units of noise.
+    pub(crate) log_fitted: f64,
+    pub(crate) log_kept: f64,
+    /// Minus twice the logarithm of the prior of sizes and memories.
+    pub(crate) prior: f64,
+}
+
+impl Whitening {
+    /// Residuals, or their derivatives, in units in which they are white.
+    pub(crate) fn whiten(&self, left: &Residuals) -> Residuals {
+        let filtered = |(filters, left): (&Vec<Filter>, &Vec<Vec<f32>>)| {
+            filters.iter().zip(left).map(|(filter, values)| filter.whiten(values)).collect()
+        };
+        self.filters.iter().zip(left).map(filtered).collect()
+    }
+}
+
+/// What a sample is to a filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sight {
+    /// Not measured, or left out.
+    Missing,
+    Fitted,
+    Kept,
+    /// The first of a block that is kept back.
+    FirstKept,
+}
+
+/// The filter of one sensor in one recording.
+#[derive(Debug, Clone)]
+struct Filter {
+    sight: Arc<[Sight]>,
+    /// By sample: what is left of the process since the last one, the filter's gain, one over the standard deviation of
+    /// what is new.
+    decay: Vec<f32>,
+    gain: Vec<f32>,
+    weight: Vec<f32>,
+}
+
+impl Filter {
+    fn whiten(&self, values: &[f32]) -> Vec<f32> {
+        let (mut fitted, mut kept) = (0.0f64, 0.0f64);
+        let places = self.sight.iter().zip(&self.decay).zip(self.gain.iter().zip(&self.weight));
+        let white = values.iter().zip(places).map(|(value, ((sight, decay), (gain, weight)))| {
+            fitted *= f64::from(*decay);
+            kept *= f64::from(*decay);
+            let expected = match sight {
+                Sight::Missing => return f32::NAN,
+                Sight::Fitted => &mut fitted,
+                Sight::Kept => &mut kept,
+                Sight::FirstKept => {
+                    kept = 0.0;
+                    &mut kept
+                }
+            };
+            let new = f64::from(*value) - *expected;
+            *expected += f64::from(*gain) * new;
+            (f64::from(*weight) * new) as f32
+        });
+        white.collect()
+    }
+}
+
+/// One sensor in one recording, as a filter sees it.
+struct Signal {
+    sight: Arc<[Sight]>,
+    /// Time since the sample before, s.
+    since_s: Vec<f64>,
+    /// White variance of every sample, in units of noise².
+    white: Vec<f64>,
+}
+
+impl Signal {
+    fn of(data: &Data, r: usize, s: usize, left: &Residuals) -> Signal {
+        let (run, noise) = (&data.runs[r], data.sensors[s].noise);
+        let n = run.time_s.len();
+        let mut block = usize::MAX;
+        let sight = (0..n)
+            .map(|row| match run.part[row] {
+                _ if left[r][s][row].is_nan() => Sight::Missing,
+                Part::LeftOut => Sight::Missing,
+                Part::Fitted => Sight::Fitted,
+                Part::KeptBack if run.block[row] == block => Sight::Kept,
+                Part::KeptBack => {
+                    block = run.block[row];
+                    Sight::FirstKept
+                }
+            })
+            .collect();
+        let since_s = (0..n).map(|row| if row == 0 { 0.0 } else { run.time_s[row] - run.time_s[row - 1] }).collect();
+        // the model's own signal: what was measured less what it leaves
+        let seen = |row: usize| run.measured[s][row] / noise - f64::from(left[r][s][row]);
+        let white = (0..n)
+            .map(|row| {
+                let (before, after) = (row.saturating_sub(1), (row + 1).min(n - 1));
+                let steep = (seen(after) - seen(before)) / (after - before).max(1) as f64;
+                if steep.is_nan() { 1.0 } else { 1.0 + (INSTANT * steep).powi(2) }
+            })
+            .collect();
+        Signal { sight, since_s, white }
+    }
+
+    /// The filter for an error of this kind, and Σ ln of the variances, fitted and kept back.
+    fn filter(&self, wander: Wander) -> (Filter, [f64; 2]) {
+        let n = self.sight.len();
+        let mut filter = Filter {
+            sight: Arc::clone(&self.sight),
+            decay: Vec::with_capacity(n),
+            gain: Vec::with_capacity(n),
+            weight: Vec::with_capacity(n),
+        };
+        let logs = self.run(wander, |decay, gain, weight| {
+            filter.decay.push(decay as f32);
+            filter.gain.push(gain as f32);
+            filter.weight.push(weight as f32);
+        });
+        (filter, logs)
+    }
+
+    /// Runs the filter's own recursion; `each` is given decay, gain and weight of every sample.
+    fn run(&self, wander: Wander, mut each: impl FnMut(f64, f64, f64)) -> [f64; 2] {
+        let all = wander.size * wander.size;
+        let (mut fitted, mut kept) = (all, all);
+        let mut logs = [0.0; 2];
+        let (mut since, mut decay) = (f64::NAN, 1.0);
+        for ((sight, since_s), white) in self.sight.iter().zip(&self.since_s).zip(&self.white) {
+            if *since_s != since {
+                (since, decay) = (*since_s, (-*since_s / wander.memory_s).exp());
+            }
+            let square = decay * decay;
+            fitted = square * fitted + all * (1.0 - square);
+            kept = square * kept + all * (1.0 - square);
+            let (uncertain, log) = match sight {
+                Sight::Missing => {
+                    each(decay, 0.0, 0.0);
+                    continue;
+                }
+                Sight::Fitted => (&mut fitted, 0),
+                Sight::Kept => (&mut kept, 1),
+                Sight::FirstKept => {
+                    kept = all;
+                    (&mut kept, 1)
+                }
+            };
+            let variance = *uncertain + white;
+            let gain = *uncertain / variance;
+            *uncertain *= 1.0 - gain;
+            logs[log] += variance.ln();
+            each(decay, gain, 1.0 / variance.sqrt());
+        }
+        logs
+    }
+
+    /// Minus twice the logarithm of how probable what is fitted of `left` is, with this error.
+    fn deviance(&self, wander: Wander, left: &[f32]) -> f64 {
+        let (mut expected, mut sum, mut row) = (0.0, 0.0, 0);
+        let [log, _] = self.run(wander, |decay, gain, weight| {
+            expected *= decay;
+            if self.sight[row] == Sight::Fitted {
+                let new = f64::from(left[row]) - expected;
+                expected += gain * new;
+                sum += (weight * new).powi(2);
+            }
+            row += 1;
+        });
+        sum + log + wander.penalty()
+    }
+
+    /// The error that makes `left` most probable, searched from `start` and from where its own spread points.
+    fn most_probable(&self, start: Wander, most: f64, left: &[f32]) -> Wander {
+        let (sum, count) = left
+            .iter()
+            .zip(self.sight.iter())
+            .filter(|(_, sight)| **sight == Sight::Fitted)
+            .fold((0.0, 0.0), |(sum, count), (r, _)| (sum + f64::from(*r).powi(2), count + 1.0));
+        if count == 0.0 {
+            return Wander { size: SMALLEST, memory_s: 1.0 };
+        }
+        let beyond = (sum / count - 1.0).max(0.01).sqrt();
+        let row_s = self.since_s.iter().sum::<f64>() / self.since_s.len().max(1) as f64;
+        let shortest = MEMORIES_S.0.max(2.0 * row_s);
+        let kept_in = |size: f64, memory: f64| Wander {
+            size: size.exp().clamp(SMALLEST, most),
+            memory_s: memory.exp().clamp(shortest, MEMORIES_S.1),
+        };
+        let from = |start: Wander| {
+            let mut at = kept_in(start.size.ln(), start.memory_s.ln());
+            let mut least = self.deviance(at, left);
+            let mut step = FIRST_STEP;
+            while step > LAST_STEP {
+                let (size, memory) = (at.size.ln(), at.memory_s.ln());
+                let next = [(step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)]
+                    .map(|(by, for_s)| kept_in(size + by, memory + for_s))
+                    .into_iter()
+                    .filter(|wander| *wander != at)
+                    .map(|wander| (self.deviance(wander, left), wander))
+                    .min_by(|a, b| a.0.total_cmp(&b.0));
+                match next {
+                    Some((deviance, wander)) if deviance < least - 0.01 => (least, at) = (deviance, wander),
+                    _ => step *= 0.5,
+                }
+            }
+            (least, at)
+        };
+        let own = Wander { size: beyond, memory_s: 0.3 };
+        let (a, b) = (from(start), from(own));
+        if a.0 <= b.0 { a.1 } else { b.1 }
+    }
+}
+
+/// From the least to the largest of what was measured.
+fn range(values: &[f64]) -> f64 {
+    let (least, most) = values
+        .iter()
+        .filter(|v| !v.is_nan())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(*v), most.max(*v)));
+    (most - least).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    const WANDER: Wander = Wander { size: 3.0, memory_s: 0.4 };
+
+    /// Rows at uneven times, some missing, two blocks of them kept back.
+    fn signal() -> (Signal, Vec<f64>) {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+        let mut time_s = vec![0.0];
+        (1..60).for_each(|k| time_s.push(time_s[k - 1] + rng.random_range(0.01..0.05)));
+        let sight = (0..60)
+            .map(|row| match row {
+                _ if row % 11 == 5 => Sight::Missing,
+                20 | 40 => Sight::FirstKept,
+                21..30 | 41..50 => Sight::Kept,
+                _ => Sight::Fitted,
+            })
+            .collect();
+        let since_s = (0..60).map(|row| if row == 0 { 0.0 } else { time_s[row] - time_s[row - 1] }).collect();
+        let white = (0..60).map(|row| 1.0 + 0.5 * f64::from(row % 4)).collect();
+        (Signal { sight, since_s, white }, time_s)
+    }
+
+    /// rᵀ K⁻¹ r and ln |K| of some rows, with the whole matrix.
+    fn dense(signal: &Signal, time_s: &[f64], rows: &[usize], left: &[f32]) -> (f64, f64) {
+        let n = rows.len();
+        let k = DMatrix::from_fn(n, n, |i, j| {
+            let apart_s = (time_s[rows[i]] - time_s[rows[j]]).abs();
+            let white = if i == j { signal.white[rows[i]] } else { 0.0 };
+            white + WANDER.size * WANDER.size * (-apart_s / WANDER.memory_s).exp()
+        });
+        let r = DVector::from_iterator(n, rows.iter().map(|row| f64::from(left[*row])));
+        let factor = k.cholesky().expect("positive");
+        let log = 2.0 * factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        (r.dot(&factor.solve(&r)), log)
+    }
+
+    #[test]
+    fn the_filter_whitens_as_the_whole_covariance_does() {
+        let (signal, time_s) = signal();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+        let left: Vec<f32> = (0..60)
+            .map(
+                |row| if signal.sight[row] == Sight::Missing { f32::NAN } else { rng.sample::<f32, _>(StandardNormal) },
+            )
+            .collect();
+        let (filter, [log_fitted, log_kept]) = signal.filter(WANDER);
+        let white = filter.whiten(&left);
+        let rows = |of: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..60).filter(|row| signal.sight[*row] != Sight::Missing && of(*row)).collect()
+        };
+        let sum = |rows: &[usize]| rows.iter().map(|row| f64::from(white[*row]).powi(2)).sum::<f64>();
+        let is_kept = |row: usize| (20..30).contains(&row) || (40..50).contains(&row);
+        let fitted = rows(&|row| !is_kept(row));
+        let (square, log) = dense(&signal, &time_s, &fitted, &left);
+        assert!((sum(&fitted) - square).abs() < 1e-3 * square && (log_fitted - log).abs() < 1e-9);
+        assert!((signal.deviance(WANDER, &left) - square - log - WANDER.penalty()).abs() < 1e-6 * square);
+        // each block kept back by itself: nothing of it comes from its neighbours
+        let blocks = [rows(&|row| (20..30).contains(&row)), rows(&|row| (40..50).contains(&row))];
+        let dense = blocks.iter().map(|block| dense(&signal, &time_s, block, &left));
+        let (square, log) = dense.fold((0.0, 0.0), |(s, l), (square, log)| (s + square, l + log));
+        assert!((sum(&rows(&is_kept)) - square).abs() < 1e-3 * square && (log_kept - log).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_size_and_memory_of_an_error_are_found() {
+        let n = 20_000;
+        let signal = Signal {
+            sight: vec![Sight::Fitted; n].into(),
+            since_s: (0..n).map(|row| if row == 0 { 0.0 } else { 0.01 }).collect(),
+            white: vec![1.0; n],
+        };
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
+        let decay = (-0.01 / WANDER.memory_s).exp();
+        let mut error = 0.0;
+        let left: Vec<f32> = (0..n)
+            .map(|_| {
+                let [new, noise]: [f64; 2] = std::array::from_fn(|_| rng.sample(StandardNormal));
+                error = decay * error + WANDER.size * (1.0 - decay * decay).sqrt() * new;
+                (error + noise) as f32
+            })
+            .collect();
+        let found = signal.most_probable(Wander { size: 50.0, memory_s: 5.0 }, 100.0, &left);
+        assert!((found.size / WANDER.size - 1.0).abs() < 0.12, "{found:?}");
+        assert!((found.memory_s / WANDER.memory_s - 1.0).abs() < 0.25, "{found:?}");
+        // and noise alone is none
+        let noise: Vec<f32> = (0..n).map(|_| rng.sample(StandardNormal)).collect();
+        let found = signal.most_probable(Wander { size: 5.0, memory_s: 1.0 }, 100.0, &noise);
+        assert!(found.size < 0.1, "{found:?}");
+    }
+}

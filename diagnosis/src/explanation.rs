@@ -1,0 +1,129 @@
+//! A model of the wire fitted together with the error it leaves, and how probable that makes the recordings.
+
+use nalgebra::DMatrix;
+
+use crate::data::Data;
+use crate::discrepancy::Discrepancy;
+use crate::fit::{self, Effort, Fit};
+use crate::residuals::{self, Residuals};
+use crate::space::Space;
+
+/// Sizes of a model's error on the way from belief, as shares of each sensor's range, and its memory there, s: the large
+/// features of a recording lead, and parameters stay where they are believed until the data insist.
+const SHARES: [f64; 3] = [0.3, 0.1, 0.04];
+/// The one of them at which what is missing is looked for first.
+const NEAR: f64 = 0.1;
+const MEMORY_S: f64 = 2.0;
+/// Iterations at each of these sizes.
+const ON_THE_WAY: usize = 2;
+/// Most rounds of parameters and error refitted by turns, and the rise of evidence that ends them.
+const ROUNDS: usize = 6;
+const SETTLED: f64 = 0.3;
+
+/// An error of a model of less than this, in units of noise, is as good as none.
+const NEXT_TO_NOTHING: f64 = 0.25;
+
+/// A model fitted, and the error it is known to leave.
+#[derive(Debug, Clone)]
+pub(crate) struct Explanation {
+    /// By residuals whitened for `discrepancy`.
+    pub(crate) fit: Fit,
+    pub(crate) discrepancy: Discrepancy,
+    /// Logarithm of the probability of what is fitted, the parameters and the error integrated over (Laplace), up to what
+    /// is common to all models.
+    pub(crate) evidence: f64,
+}
+
+/// How long an explanation is refitted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turns {
+    pub(crate) rounds: usize,
+    pub(crate) iterations: usize,
+}
+
+impl Turns {
+    /// To the end.
+    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6 };
+    /// From where a search on thinned data has ended, on all of them.
+    pub(crate) const LAST: Turns = Turns { rounds: 2, iterations: 3 };
+    /// Far enough to be compared.
+    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4 };
+}
+
+impl Explanation {
+    /// From `start`, where everything that may move is believed to be: with a large error first, which lets the large features
+    /// of a recording lead, and smaller ones then. Gives also the explanation while the error was large enough for all
+    /// parameters to stay near: there what is missing shows before anything has made up for it.
+    pub(crate) fn from_belief(data: &Data, space: &Space, start: &[f64]) -> Option<[Explanation; 2]> {
+        let mut z = start.to_vec();
+        let mut discrepancy = Discrepancy::of_range(data, SHARES[0], MEMORY_S);
+        let mut near = None;
+        for share in SHARES {
+            discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
+            let left = residuals::plain_at(data, space, &z)?;
+            let fit = fit::fit(&data.whitened(&discrepancy, &left), space, &z, Effort::iterations(ON_THE_WAY))?;
+            z.clone_from(&fit.z);
+            if share == NEAR {
+                near = Explanation::new(data, fit, discrepancy.clone(), &left);
+            }
+        }
+        Some([near?, Explanation::of(data, space, &z, &discrepancy, Turns::ALL)?])
+    }
+
+    /// Whether it leaves nothing but noise: then nothing can be better.
+    pub(crate) fn leaves_noise(&self) -> bool {
+        self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < NEXT_TO_NOTHING)
+    }
+
+    /// From `start`, with an error like `discrepancy` to begin with. `None` where the start is impossible.
+    pub(crate) fn of(
+        data: &Data,
+        space: &Space,
+        start: &[f64],
+        discrepancy: &Discrepancy,
+        turns: Turns,
+    ) -> Option<Explanation> {
+        let mut left = residuals::plain_at(data, space, start)?;
+        let mut discrepancy = discrepancy.refitted(data, &left);
+        let mut z = start.to_vec();
+        let mut best: Option<Explanation> = None;
+        for _ in 0..turns.rounds {
+            let fit = fit::fit(&data.whitened(&discrepancy, &left), space, &z, Effort::iterations(turns.iterations))?;
+            left = residuals::plain_at(data, space, &fit.z)?;
+            discrepancy = discrepancy.refitted(data, &left);
+            z.clone_from(&fit.z);
+            let found = Explanation::new(data, fit, discrepancy.clone(), &left)?;
+            let rise = best.as_ref().map_or(f64::INFINITY, |best| found.evidence - best.evidence);
+            if rise > 0.0 {
+                best = Some(found);
+            }
+            if rise < SETTLED {
+                break;
+            }
+        }
+        best
+    }
+
+    /// A fit judged by the error it leaves.
+    fn new(data: &Data, fit: Fit, discrepancy: Discrepancy, left: &Residuals) -> Option<Explanation> {
+        let whitened = data.whitened(&discrepancy, left);
+        let white = whitened.whitening.as_ref()?.whiten(left);
+        let score = residuals::score(&whitened, &white);
+        let objective = score.fitted + fit.space.resistance(&fit.z);
+        let fit = Fit { score, objective, ..fit };
+        let prior_of_error = whitened.whitening.as_ref()?.prior;
+        let evidence = -0.5 * (objective + score.fitted_log + prior_of_error) + fit.space.log_prior()
+            - 0.5 * log_determinant(&fit.information);
+        Some(Explanation { fit, discrepancy, evidence })
+    }
+
+    /// The data as this explanation judges them.
+    pub(crate) fn judges(&self, data: &Data) -> Option<Data> {
+        Some(data.whitened(&self.discrepancy, &residuals::plain_at(data, &self.fit.space, &self.fit.z)?))
+    }
+}
+
+/// ln |H| of a positive matrix, directions that nothing holds left out.
+fn log_determinant(matrix: &DMatrix<f64>) -> f64 {
+    matrix.clone().symmetric_eigenvalues().iter().filter(|value| **value > 1e-12).map(|value| value.ln()).sum()
+}

@@ -1,0 +1,59 @@
+//! What is left with everything that was found in the model: how much, in which equation, when, and what it looks like.
+
+use std::collections::BTreeMap;
+
+use sinew_physics::effects::Equation;
+
+use crate::answer::{LooksLike, Remains, SensorRemains};
+use crate::conditions;
+use crate::data::Data;
+use crate::explanation::Explanation;
+use crate::locate::{self, Located};
+use crate::stages::Compared;
+
+/// What an explanation leaves, by what would explain it: noise comes in each sensor by itself, a mechanism in an equation;
+/// an unknown shift of the transformation is what curves of another shape come to.
+pub(crate) fn looks_like(chosen: &Explanation, left: &[Located]) -> LooksLike {
+    if chosen.leaves_noise() || !locate::is_physical(left) {
+        return LooksLike::Noise;
+    }
+    match left.first() {
+        Some(most) if most.equation == Equation::Kinetic => LooksLike::Curves,
+        _ => LooksLike::MissingMechanism,
+    }
+}
+
+/// What the chosen model leaves; `left` is where.
+pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located]) -> Remains {
+    let Compared { chosen, improved, .. } = compared;
+    let mut equations: BTreeMap<String, f64> = BTreeMap::new();
+    for l in left {
+        let score = equations.entry(l.equation.name().to_string()).or_insert(0.0);
+        *score = score.max(l.score);
+    }
+    let looks_like = looks_like(chosen, left);
+    let is_noise = looks_like == LooksLike::Noise;
+    Remains {
+        chi: improved.score.chi_kept(),
+        looks_like,
+        sensors: by_sensor(data, chosen),
+        equations,
+        windows: if is_noise { Vec::new() } else { conditions::windows(data, &improved.residuals) },
+        conditions: if is_noise { Vec::new() } else { conditions::conditions(data, &chosen.fit, &improved.residuals) },
+    }
+}
+
+/// The error of the model in every sensor, over all recordings.
+fn by_sensor(data: &Data, chosen: &Explanation) -> BTreeMap<String, SensorRemains> {
+    data.sensors
+        .iter()
+        .enumerate()
+        .map(|(s, sensor)| {
+            let wanders = || chosen.discrepancy.wanders.iter().map(|by_sensor| by_sensor[s]);
+            let count = chosen.discrepancy.wanders.len().max(1) as f64;
+            let over_noise = (wanders().map(|w| w.size * w.size).sum::<f64>() / count).sqrt();
+            let memory_s = wanders().max_by(|a, b| a.size.total_cmp(&b.size)).map_or(0.0, |w| w.memory_s);
+            (sensor.column.name().to_string(), SensorRemains { rms: over_noise * sensor.noise, over_noise, memory_s })
+        })
+        .collect()
+}

@@ -1,0 +1,195 @@
+//! What: effects are added one at a time, each fitted with everything that may move, while the evidence rises.
+
+use rayon::prelude::*;
+use sinew_physics::effects::{self, Effect, Nature};
+
+use crate::data::Data;
+use crate::explanation::{Explanation, Turns};
+use crate::fit::Fit;
+use crate::screen::{Field, Screened};
+use crate::space::{Coordinate, Space, What};
+use crate::starts::{self, Candidate};
+
+/// Rise of the log evidence from which an effect is taken.
+pub(crate) const TAKEN: f64 = 10.0;
+/// An effect that costs no more evidence than this when it is taken out is not needed.
+const NEEDED: f64 = 5.0;
+/// Sketched candidates that are refitted in full, near belief and where the parameters have settled.
+const FINALISTS: usize = 2;
+/// Most effects.
+const MOST_ROUNDS: usize = 5;
+/// Lengths of the windows in which an event may lie, as shares of the longest recording.
+const WINDOWS: [f64; 3] = [0.1, 0.2, 0.35];
+
+/// One round: what screening says where the parameters have settled, and the best candidates refitted, by evidence.
+#[derive(Debug, Clone)]
+pub(crate) struct Round {
+    /// What they are added to.
+    pub(crate) base: Explanation,
+    pub(crate) screened: Vec<Screened>,
+    pub(crate) refitted: Vec<(&'static Effect, Explanation)>,
+}
+
+/// What selection came to.
+#[derive(Debug, Clone)]
+pub(crate) struct Selection {
+    /// The parameters alone.
+    pub(crate) reference: Explanation,
+    pub(crate) chosen: Explanation,
+    pub(crate) rounds: Vec<Round>,
+}
+
+impl Selection {
+    /// How many effects were compared at first.
+    pub(crate) fn tried(&self) -> usize {
+        self.rounds.first().map_or(0, |round| round.screened.len())
+    }
+
+    /// The rise of the evidence by the best first addition, taken or not.
+    pub(crate) fn first_rise(&self) -> f64 {
+        let of = |round: &Round| Some(round.refitted.first()?.1.evidence - round.base.evidence);
+        self.rounds.first().and_then(of).unwrap_or(0.0)
+    }
+}
+
+/// Adds effects to the reference model of `space` while the evidence rises.
+pub(crate) fn select(data: &Data, space: &Space, progress: &(dyn Fn(&str, f64) + Sync)) -> Option<Selection> {
+    progress("recalibrating", 0.0);
+    let [mut near, reference] = Explanation::from_belief(data, space, &vec![0.0; space.len()])?;
+    let mut chosen = reference.clone();
+    let mut rounds: Vec<Round> = Vec::new();
+    for number in 0..MOST_ROUNDS {
+        let stage = format!("candidates, round {}", number + 1);
+        progress(&stage, 0.0);
+        let settled = Field::of(data, &chosen, &mechanisms(data, &chosen), true)?;
+        // what has been made up for by now may show where everything was still near belief
+        let early = if chosen.leaves_noise() { None } else { Field::of(data, &near, &mechanisms(data, &near), true) };
+        let fields = [Some(&settled), early.as_ref()].into_iter().flatten();
+        let starts: Vec<&Fit> = fields.flat_map(|field| field.sketched.iter().take(FINALISTS)).collect();
+        progress(&stage, 0.3);
+        let refitted = refitted(data, &chosen, &starts);
+        let best = refitted.first().map(|(_, best)| best.clone());
+        rounds.push(Round { base: chosen.clone(), screened: settled.screened, refitted });
+        let Some(best) = best.filter(|best| best.evidence - chosen.evidence > TAKEN) else { break };
+        progress(&stage, 0.7);
+        let (anew, found) = home(data, best)?;
+        near = anew.unwrap_or(near);
+        chosen = prune(data, found);
+    }
+    Some(Selection { reference, chosen, rounds })
+}
+
+/// Fits from `starts`, each to where it can be compared, the best effect by evidence first.
+fn refitted(data: &Data, base: &Explanation, starts: &[&Fit]) -> Vec<(&'static Effect, Explanation)> {
+    let mut refitted: Vec<(&'static Effect, Explanation)> = starts
+        .par_iter()
+        .filter_map(|start| {
+            let effect = *start.space.effects.last()?;
+            Some((effect, Explanation::of(data, &start.space, &start.z, &base.discrepancy, Turns::SOME)?))
+        })
+        .collect();
+    refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
+    let mut seen: Vec<&'static str> = Vec::new();
+    refitted.retain(|(effect, _)| {
+        let new = !seen.contains(&effect.id);
+        seen.push(effect.id);
+        new
+    });
+    refitted
+}
+
+/// The most promising additions of one effect to `base`, refitted, at most `most`, the best first.
+pub(crate) fn best_additions(data: &Data, base: &Explanation, most: usize) -> Vec<(&'static Effect, Explanation)> {
+    let Some(field) = Field::of(data, base, &mechanisms(data, base), true) else { return Vec::new() };
+    refitted(data, base, &field.sketched.iter().take(most).collect::<Vec<_>>())
+}
+
+/// The best further term of a closed form, of `library` or, where there is none yet, of any; `most` are refitted.
+pub(crate) fn next_term(
+    data: &Data,
+    base: &Explanation,
+    library: Option<&'static Effect>,
+    most: usize,
+) -> Option<(&'static Effect, Explanation)> {
+    let model = base.fit.space.model(&base.fit.z)?;
+    let libraries: Vec<&'static Effect> = match library {
+        Some(library) => vec![library],
+        None => effects::catalogue()
+            .filter(|e| e.nature == Nature::Empirical && e.applies_to(&model) && e.is_null(&model))
+            .collect(),
+    };
+    let terms: Vec<Candidate> = libraries.iter().flat_map(|library| starts::terms(library, &base.fit.space)).collect();
+    let field = Field::of(data, base, &terms, false)?;
+    let starts: Vec<&Fit> = field.sketched.iter().take(most).collect();
+    starts
+        .into_par_iter()
+        .filter_map(|start| {
+            let added = start.space.coordinates.last()?;
+            let What::Effect(library, _) = added.what else { return None };
+            Some((library, Explanation::of(data, &start.space, &start.z, &base.discrepancy, Turns::SOME)?))
+        })
+        .max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
+}
+
+/// Back from the valley: while an effect was missing the parameters went where they make up for it best, and do not come
+/// back by themselves. Everything but the effects begins anew where it is believed to be. Gives the explanation near belief,
+/// where there was one, and the better end.
+fn home(data: &Data, found: Explanation) -> Option<(Option<Explanation>, Explanation)> {
+    let settled = Explanation::of(data, &found.fit.space, &found.fit.z, &found.discrepancy, Turns::ALL);
+    let best = settled.into_iter().chain([found]).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    if best.leaves_noise() {
+        return Some((None, best));
+    }
+    let space = &best.fit.space;
+    let keep = |c: &Coordinate| matches!(c.what, What::Effect(..));
+    let start: Vec<f64> =
+        space.coordinates.iter().zip(&best.fit.z).map(|(c, z)| if keep(c) { *z } else { 0.0 }).collect();
+    match Explanation::from_belief(data, space, &start) {
+        Some([near, anew]) if anew.evidence > best.evidence => Some((Some(near), anew)),
+        Some([near, _]) => Some((Some(near), best)),
+        None => Some((None, best)),
+    }
+}
+
+/// Takes out what is no longer needed now that others are in.
+fn prune(data: &Data, mut chosen: Explanation) -> Explanation {
+    while chosen.fit.space.effects.len() > 1 {
+        let without = chosen
+            .fit
+            .space
+            .effects
+            .par_iter()
+            .filter_map(|effect| {
+                let (space, z) = chosen.fit.space.without(effect, &chosen.fit.z);
+                Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)
+            })
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        match without {
+            Some(without) if without.evidence > chosen.evidence - NEEDED => chosen = without,
+            _ => break,
+        }
+    }
+    chosen
+}
+
+/// Every start of every mechanism the model leaves out.
+fn mechanisms(data: &Data, base: &Explanation) -> Vec<Candidate> {
+    let space = &base.fit.space;
+    let Some(model) = space.model(&base.fit.z) else { return Vec::new() };
+    let windows = windows(data.longest_s());
+    starts::missing(&model)
+        .into_iter()
+        .filter(|e| !space.effects.iter().any(|there| there.id == e.id) && !space.has_as_nuisance(e))
+        .flat_map(|e| starts::starts(e, &model, &windows, data.longest_s()))
+        .collect()
+}
+
+/// Windows in which an event may lie, s from the first sample, for recordings of this length.
+fn windows(longest_s: f64) -> Vec<(f64, f64)> {
+    let of_length = |share: &f64| {
+        let length = share * longest_s;
+        let count = (2.0 * (longest_s - length) / length).floor() as usize;
+        (0..=count).map(move |k| (0.5 * length * k as f64, 0.5 * length * k as f64 + length))
+    };
+    WINDOWS.iter().flat_map(of_length).collect()
+}
