@@ -10,7 +10,7 @@ use crate::answer::*;
 use crate::data::Data;
 use crate::describe;
 use crate::error::Error;
-use crate::evidence;
+use crate::evidence::{self, Borne};
 use crate::explanation::{Explanation, Turns};
 use crate::figures;
 use crate::intervals;
@@ -95,11 +95,11 @@ pub fn identify(
         let [_, found] = Explanation::from_belief(&searched, &space, &vec![0.0; space.len()]).ok_or(Error::NoFit)?;
         (settings.progress)("polishing", 0.6);
         let Explanation { fit, discrepancy, .. } = &found;
-        let found = Explanation::of(&data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;
-        let fit = &found.fit;
+        let ended = Explanation::of(&data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;
+        let fit = &ended.fit;
         describe::warn_of_fit(fit, &mut warnings);
         (settings.progress)("intervals", 0.9);
-        let intervals = intervals::intervals(&found.judges(&data).ok_or_else(Error::lost_fit)?, fit);
+        let intervals = intervals::intervals(&found.judges(&searched).ok_or_else(Error::lost_fit)?, &found.fit, fit);
         let mut fitted_rig = rig.clone();
         fit.space.apply(&fit.z, &mut fitted_rig)?;
         let stages = Stages {
@@ -150,13 +150,20 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
         }
         _ => None,
     };
+    progress("judging", 0.0);
+    let borne = evidence::borne_out(&searched, &selection);
+    let is_borne_out = borne.iter().any(|borne| borne.grade != Grade::Suspected);
     // and simulated as finely as the wire takes it
     progress("polishing", 0.0);
-    let chosen = outside.as_ref().map_or(&selection.chosen, |outside| &outside.explanation);
-    let compared = Compared::new(&data, as_given, &selection.reference, chosen)?;
+    let chosen = match &outside {
+        Some(outside) => outside.explanation.clone(),
+        None if is_borne_out => selection.chosen.clone(),
+        None => selection.reference.clone(),
+    };
+    let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
     describe::warn_of_fit(&compared.chosen.fit, &mut warnings);
 
-    let found = Found { data, searched, selection, located, left, outside, compared };
+    let found = Found { data, searched, selection, borne, chosen, located, left, outside, compared };
     let diagnosis = found.answer(warnings, settings)?;
     let improved = found.improved(rig, diagnosis.verdict)?;
     progress("drawing", 0.0);
@@ -171,6 +178,9 @@ struct Found {
     /// The same as the search simulated them.
     searched: Data,
     selection: Selection,
+    borne: Vec<Borne>,
+    /// What of it is the answer, as it was searched.
+    chosen: Explanation,
     /// Where the parameters alone miss the recording, and where everything that was found does.
     located: Vec<Located>,
     left: Vec<Located>,
@@ -194,19 +204,17 @@ impl Found {
     }
 
     fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Result<Diagnosis, Error> {
-        let Found { data, searched, selection, located, left, outside, compared } = self;
+        let Found { data, searched, selection, borne, located, left, outside, compared, .. } = self;
         let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
         let progress = settings.progress;
         progress("intervals", 0.0);
-        let judging = chosen.judges(data).ok_or_else(Error::lost_fit)?;
-        let intervals = intervals::intervals(&judging, &chosen.fit);
+        let judging = self.chosen.judges(searched).ok_or_else(Error::lost_fit)?;
+        let intervals = intervals::intervals(&judging, &self.chosen.fit, &chosen.fit);
         progress("rivals", 0.0);
-        let (mut effects, rivals) = match outside {
-            None => {
-                let found = evidence::judge(data, searched, selection, chosen, &intervals, progress);
-                (found.effects, found.rivals)
-            }
-            Some(_) => (Vec::new(), Vec::new()),
+        let evidence::Found { mut effects, rivals } = if chosen.fit.space.effects.is_empty() || outside.is_some() {
+            evidence::Found { effects: evidence::suspects(data, selection, borne), rivals: Vec::new() }
+        } else {
+            evidence::judge(data, searched, selection, borne, chosen, &intervals, progress)
         };
         let beyond_tolerance = tolerances::beyond(&chosen.fit);
         effects.extend(tolerances::as_effects(&chosen.fit, &intervals, &beyond_tolerance, compared));

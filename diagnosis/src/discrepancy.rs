@@ -75,7 +75,25 @@ impl Discrepancy {
             })
             .collect();
         let sensors = data.sensors.len().max(1);
-        Discrepancy { wanders: found.chunks(sensors).map(<[Wander]>::to_vec).collect() }
+        let mut refitted = Discrepancy { wanders: found.chunks(sensors).map(<[Wander]>::to_vec).collect() };
+        refitted.expect_in_held_out(data);
+        refitted
+    }
+
+    /// In a recording that is kept back as a whole an error is expected as large as in the others.
+    fn expect_in_held_out(&mut self, data: &Data) {
+        for s in 0..data.sensors.len() {
+            let fitted = data.runs.iter().zip(&self.wanders).filter(|(run, _)| !run.held_out);
+            let seen: Vec<Wander> = fitted.map(|(_, by_sensor)| by_sensor[s]).collect();
+            let Some(largest) = seen.iter().max_by(|a, b| a.size.total_cmp(&b.size)) else { continue };
+            let square = seen.iter().map(|wander| wander.size * wander.size).sum::<f64>() / seen.len() as f64;
+            let expected = Wander { size: square.sqrt(), ..*largest };
+            for (run, by_sensor) in data.runs.iter().zip(&mut self.wanders) {
+                if run.held_out {
+                    by_sensor[s] = expected;
+                }
+            }
+        }
     }
 
     /// The filters that whiten what is left of `data`; `left` are residuals over noise near which they will be used.

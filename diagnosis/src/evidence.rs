@@ -31,7 +31,31 @@ pub(crate) struct Rival {
     pub(crate) fit: Fit,
 }
 
+/// An effect that was chosen, and how far what was kept back bears it out.
+pub(crate) struct Borne {
+    pub(crate) effect: &'static Effect,
+    pub(crate) grade: Grade,
+    /// The model without it, everything else refitted.
+    without: Explanation,
+}
+
+/// Takes every effect of a selection out, and grades it by what was kept back.
+pub(crate) fn borne_out(searched: &Data, selection: &Selection) -> Vec<Borne> {
+    let best = &selection.chosen;
+    best.fit
+        .space
+        .effects
+        .par_iter()
+        .filter_map(|effect| {
+            let (space, z) = best.fit.space.without(effect, &best.fit.z);
+            let without = Explanation::of(searched, &space, &z, &best.discrepancy, Turns::SOME)?;
+            Some(Borne { effect, grade: grade(searched, &without, best), without })
+        })
+        .collect()
+}
+
 /// What the effects of a selection are believed for.
+#[derive(Default)]
 pub(crate) struct Found {
     /// In the order of their shares.
     pub(crate) effects: Vec<FoundEffect>,
@@ -45,6 +69,7 @@ pub(crate) fn judge(
     data: &Data,
     searched: &Data,
     selection: &Selection,
+    borne: &[Borne],
     chosen: &Explanation,
     intervals: &[Interval],
     progress: &(dyn Fn(&str, f64) + Sync),
@@ -52,18 +77,14 @@ pub(crate) fn judge(
     let best = &selection.chosen;
     let shares = Shares::of(&chosen.fit);
     let chi_after = chi_kept(data, &chosen.fit);
-    let mut found = Found { effects: Vec::new(), rivals: Vec::new() };
-    let count = best.fit.space.effects.len();
-    for (number, effect) in best.fit.space.effects.iter().enumerate() {
-        progress("rivals", number as f64 / count as f64);
-        let (space, z) = best.fit.space.without(effect, &best.fit.z);
-        let Some(without) = Explanation::of(searched, &space, &z, &best.discrepancy, Turns::SOME) else { continue };
-        let others: Vec<(&'static Effect, Explanation)> = select::best_additions(searched, &without, RIVALS + 1)
+    let mut found = Found::default();
+    for (number, Borne { effect, grade, without }) in borne.iter().enumerate() {
+        progress("rivals", number as f64 / borne.len() as f64);
+        let others: Vec<(&'static Effect, Explanation)> = select::best_additions(searched, without, RIVALS + 1)
             .into_iter()
             .filter(|(other, _)| other.id != effect.id)
             .take(RIVALS)
             .collect();
-        let is_alike = |other: &Explanation| best.evidence - other.evidence < ALIKE;
         let mut alternatives: Vec<Alternative> = others
             .par_iter()
             .map(|(other, explanation)| Alternative {
@@ -73,66 +94,79 @@ pub(crate) fn judge(
             })
             .collect();
         alternatives.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-        let rivals = others.iter().filter(|(_, explanation)| is_alike(explanation));
-        found.rivals.extend(rivals.clone().map(|(other, x)| Rival { id: other.id, fit: x.fit.clone() }));
+        let alike: Vec<&(&'static Effect, Explanation)> =
+            others.iter().filter(|(_, explanation)| best.evidence - explanation.evidence < ALIKE).collect();
+        found.rivals.extend(alike.iter().map(|(other, x)| Rival { id: other.id, fit: x.fit.clone() }));
+        let place = chosen.fit.space.effects.iter().position(|e| e.id == effect.id);
         let parameters = sizes(effect, &chosen.fit, intervals);
         found.effects.push(FoundEffect {
             id: effect.id.to_string(),
             says: words::says(effect, &parameters),
             parameters,
-            share: shares.effects.get(number).copied().unwrap_or(0.0),
-            grade: grade(data, &without, best),
+            share: place.and_then(|place| shares.effects.get(place)).copied().unwrap_or(0.0),
+            grade: *grade,
             evidence: Evidence {
                 holdout_chi_before: chi_kept(data, &without.fit),
                 holdout_chi_after: chi_after,
                 delta_bic: -2.0 * (best.evidence - without.evidence),
                 p_value: p_value(best.evidence - without.evidence, selection.tried()),
             },
-            cannot_be_told_apart_from: rivals.map(|(other, _)| other.id.to_string()).collect(),
+            cannot_be_told_apart_from: alike.iter().map(|(other, _)| other.id.to_string()).collect(),
             alternatives,
         });
     }
     found.effects.sort_by(|a, b| b.share.total_cmp(&a.share));
-    found.effects.extend(suspected(data, searched, selection, chi_after));
+    found.effects.extend(next_in_line(data, selection));
+    found
+}
+
+/// Effects none of which what was kept back bears out: they are suspected, and the model is the one without.
+pub(crate) fn suspects(data: &Data, selection: &Selection, borne: &[Borne]) -> Vec<FoundEffect> {
+    let mut found: Vec<FoundEffect> =
+        borne.iter().map(|b| suspect(data, selection, b.effect, &selection.chosen, &b.without)).collect();
+    found.extend(next_in_line(data, selection));
     found
 }
 
 /// What the last round would have added next, had it been clearer.
-fn suspected(data: &Data, searched: &Data, selection: &Selection, chi_before: f64) -> Option<FoundEffect> {
+fn next_in_line(data: &Data, selection: &Selection) -> Option<FoundEffect> {
     let best = &selection.chosen;
     let (effect, with) = selection.rounds.last()?.refitted.first()?;
+    let is_new = best.fit.space.effects.iter().all(|e| e.id != effect.id);
     let rise = with.evidence - best.evidence;
-    if !(SUSPECTED..TAKEN).contains(&rise) || best.fit.space.effects.iter().any(|e| e.id == effect.id) {
-        return None;
-    }
-    let deviations = with.fit.deviations();
-    let intervals: Vec<Interval> = with
-        .fit
-        .space
-        .coordinates
-        .iter()
-        .zip(&with.fit.z)
-        .zip(&deviations)
-        .map(|((c, z), deviation)| Interval::about(c, *z, *deviation))
-        .collect();
-    let parameters = sizes(effect, &with.fit, &intervals);
-    let share = Shares::of(&with.fit).effects.last().copied().unwrap_or(0.0);
-    debug_assert!(searched.whitening.is_none());
-    Some(FoundEffect {
+    (is_new && (SUSPECTED..TAKEN).contains(&rise)).then(|| suspect(data, selection, effect, with, best))
+}
+
+/// An effect that is in the model `with` and in no other.
+fn suspect(
+    data: &Data,
+    selection: &Selection,
+    effect: &'static Effect,
+    with: &Explanation,
+    without: &Explanation,
+) -> FoundEffect {
+    let fit = &with.fit;
+    let places = fit.space.coordinates.iter().zip(&fit.z).zip(fit.deviations());
+    let intervals: Vec<Interval> = places.map(|((c, z), deviation)| Interval::about(c, *z, deviation)).collect();
+    let parameters = sizes(effect, fit, &intervals);
+    let place = fit.space.effects.iter().position(|e| e.id == effect.id);
+    let shares = Shares::of(fit).effects;
+    let rise = with.evidence - without.evidence;
+    FoundEffect {
         id: effect.id.to_string(),
         says: words::says(effect, &parameters),
         parameters,
-        share,
+        share: place.and_then(|place| shares.get(place)).copied().unwrap_or(0.0),
         grade: Grade::Suspected,
         evidence: Evidence {
-            holdout_chi_before: chi_before,
-            holdout_chi_after: chi_kept(data, &with.fit),
+            holdout_chi_before: chi_kept(data, &without.fit),
+            holdout_chi_after: chi_kept(data, fit),
             delta_bic: -2.0 * rise,
             p_value: p_value(rise, selection.tried()),
         },
         cannot_be_told_apart_from: Vec::new(),
         alternatives: Vec::new(),
-    })
+    }
 }
 
 /// How far what was kept back bears an effect out.

@@ -29,8 +29,16 @@ pub(crate) struct Interval {
     pub(crate) high: f64,
 }
 
-/// The intervals of all coordinates of a fit. Those of effects are walked out along the profile.
-pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
+/// The intervals of all coordinates of a fit, as wide as `searched`, the same model at its end on `data`, knows them: thinned
+/// data know as much for a fraction of the work. Those of effects are walked out along the profile.
+pub(crate) fn intervals(data: &Data, searched: &Fit, fit: &Fit) -> Vec<Interval> {
+    let reaches = reaches(data, searched);
+    let places = fit.space.coordinates.iter().zip(&fit.z).zip(reaches);
+    places.map(|((c, z), [down, up])| Interval::of(c, *z, z - down, z + up)).collect()
+}
+
+/// How far each coordinate may go down and up.
+fn reaches(data: &Data, fit: &Fit) -> Vec<[f64; 2]> {
     let n = fit.space.len();
     let spread = Spread::of(data, fit);
     let deviations = spread.as_ref().map_or_else(|| fit.deviations(), |s| s.deviations.clone());
@@ -49,9 +57,7 @@ pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
                     _ => reach.min(room.max(0.0)),
                 }
             };
-            let (down, up) = (side(-1.0), side(1.0));
-            let (a, b) = (c.value(z - down), c.value(z + up));
-            Interval { value: c.value(z), low: a.min(b), high: a.max(b) }
+            [side(-1.0), side(1.0)]
         })
         .collect()
 }
@@ -59,7 +65,11 @@ pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
 impl Interval {
     /// A value known to a standard deviation, in the coordinate's scales, within its bounds.
     pub(crate) fn about(c: &Coordinate, z: f64, deviation: f64) -> Interval {
-        let [a, b] = [-Z90, Z90].map(|by| c.value((z + by * deviation).clamp(c.low, c.high)));
+        Interval::of(c, z, z - Z90 * deviation, z + Z90 * deviation)
+    }
+
+    fn of(c: &Coordinate, z: f64, low: f64, high: f64) -> Interval {
+        let [a, b] = [low, high].map(|end| c.value(end.clamp(c.low, c.high)));
         Interval { value: c.value(z), low: a.min(b), high: a.max(b) }
     }
 }

@@ -53,7 +53,7 @@ pub enum Prior {
 }
 
 /// The parameters that are not known exactly, and how well they are.
-pub const PRIORS: [(&str, Prior); 17] = [
+pub const PRIORS: [(&str, Prior); 28] = [
     ("convection_w_per_m2_k", Prior::Share(0.2)),
     ("heating_steepness_per_k", Prior::Share(0.25)),
     ("cooling_steepness_per_k", Prior::Share(0.25)),
@@ -71,6 +71,18 @@ pub const PRIORS: [(&str, Prior); 17] = [
     ("austenite_temperature_c", Prior::Absolute(5.0)),
     ("martensite_temperature_c", Prior::Absolute(5.0)),
     ("ambient_c", Prior::Absolute(2.0)),
+    // what a workshop's tools and a sensor's data sheet leave
+    ("diameter_mm", Prior::Share(0.01)),
+    ("length_mm", Prior::Share(0.005)),
+    ("l0_mm", Prior::Share(0.007)),
+    ("ls_mm", Prior::Share(0.007)),
+    ("supply_v", Prior::Share(0.004)),
+    ("shunt_ohm", Prior::Share(0.02)),
+    ("mass_kg", Prior::Share(0.015)),
+    ("spring_n_per_m", Prior::Share(0.03)),
+    ("preload_n", Prior::Share(0.015)),
+    ("sensing.gain.force", Prior::Share(0.01)),
+    ("sensing.gain.position", Prior::Share(0.01)),
 ];
 
 /// Farthest a true parameter is drawn from the rig file's, in σ.
@@ -199,7 +211,7 @@ fn random_load(rng: &mut SmallRng, material: &Material, area: f64, length: f64) 
 fn random_sensors(rng: &mut SmallRng, set: Set, wire: &Truth, stress: f64) -> BTreeMap<Sensor, f64> {
     let stroke = wire.material.eps_l * wire.length;
     let mut noisy = |of: f64| tidy(of * between(rng, -0.7f64, 0.9).exp(), 2);
-    let current = wire.supply / (wire.cold_ohm() + wire.series);
+    let current = wire.supply / (wire.cold_ohm() + wire.series());
     let mut all = vec![
         (Sensor::Current, noisy(7e-4 * current)),
         (Sensor::V1, noisy(2.5e-4 * wire.supply)),
@@ -233,7 +245,7 @@ impl Bench {
             length,
             taps: Taps { first: l0, apart: tidy(0.93 * length - l0, 3) },
             supply: 0.0,
-            series: 0.12,
+            shunt: 0.1,
             mass,
             damping,
             spring: tidy(spring, 3),
@@ -248,7 +260,7 @@ impl Bench {
         let energy = believed.wire_mass() * (material.c_p * rise + material.latent);
         let power = (energy / transforms_in + 0.7 * believed.loss_w_per_k() * rise) / 0.8;
         let ohm = believed.cold_ohm();
-        believed.supply = tidy((power / ohm).sqrt() * (ohm + believed.series), 2);
+        believed.supply = tidy((power / ohm).sqrt() * (ohm + believed.series()), 2);
 
         let set = set.unwrap_or_else(|| match rng.random_range(0..20) {
             0..10 => Set::All,

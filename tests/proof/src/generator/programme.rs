@@ -64,7 +64,7 @@ pub fn programme(rng: &mut SmallRng, wire: &Truth, rate_hz: f64, seconds: f64) -
     let m = &wire.material;
     let capacity = wire.wire_mass() * m.c_p;
     let ohm = wire.cold_ohm();
-    let power = wire.supply * wire.supply * ohm / (ohm + wire.series).powi(2);
+    let power = wire.supply * wire.supply * ohm / (ohm + wire.series()).powi(2);
     let cooling = wire.loss_w_per_k() / capacity;
     let tau = 1.0 / cooling;
     let mut plan = Planner {

@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 /// Effects with their parameters, in the units of the rig file's keys.
 pub type Effects = BTreeMap<String, BTreeMap<String, f64>>;
 
+/// The switch of every circuit, Ω.
+const SWITCH_OHM: f64 = 0.02;
+
 /// One wire in its circuit and load, in SI (temperatures in °C).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
@@ -19,8 +22,8 @@ pub struct Truth {
     pub taps: Taps,
     /// Supply, V.
     pub supply: f64,
-    /// Shunt and switch together, Ω.
-    pub series: f64,
+    /// Shunt, Ω.
+    pub shunt: f64,
     /// Mass, kg.
     pub mass: f64,
     /// Damping, N s/m.
@@ -248,6 +251,10 @@ pub struct Gains {
     pub v3: f64,
     /// Of the current.
     pub current: f64,
+    /// Of the load cell.
+    pub force: f64,
+    /// Of the encoder.
+    pub position: f64,
 }
 
 /// A stop with a stiffness.
@@ -326,7 +333,7 @@ impl Default for Beyond {
             contact: 0.0,
             probe: 0.0,
             offsets: Offsets::default(),
-            gains: Gains { v3: 1.0, current: 1.0 },
+            gains: Gains { v3: 1.0, current: 1.0, force: 1.0, position: 1.0 },
             delay: 0.0,
             cosine: false,
             outside: Outside::default(),
@@ -350,7 +357,12 @@ impl Truth {
         self.material.density * self.area() * self.length
     }
 
-    /// A coefficient of the reference model by the rig file's key, in the key's unit.
+    /// Shunt and switch together, Ω.
+    pub fn series(&self) -> f64 {
+        self.shunt + SWITCH_OHM
+    }
+
+    /// A coefficient of the reference model, a constant of the rig or a sensor's gain by the rig file's key, in the key's unit.
     pub fn coefficient(&mut self, key: &str) -> Option<(&mut f64, f64)> {
         let m = &mut self.material;
         Some(match key {
@@ -374,6 +386,17 @@ impl Truth {
             "austenite_resistivity_slope_uohm_cm_per_k" => (&mut m.slope_a, 1e-8),
             "martensite_resistivity_slope_uohm_cm_per_k" => (&mut m.slope_m, 1e-8),
             "damping_n_s_per_m" => (&mut self.damping, 1.0),
+            "diameter_mm" => (&mut self.diameter, 1e-3),
+            "length_mm" => (&mut self.length, 1e-3),
+            "l0_mm" => (&mut self.taps.first, 1e-3),
+            "ls_mm" => (&mut self.taps.apart, 1e-3),
+            "supply_v" => (&mut self.supply, 1.0),
+            "shunt_ohm" => (&mut self.shunt, 1.0),
+            "mass_kg" => (&mut self.mass, 1.0),
+            "spring_n_per_m" => (&mut self.spring, 1.0),
+            "preload_n" => (&mut self.preload, 1.0),
+            "sensing.gain.force" => (&mut self.beyond.gains.force, 1.0),
+            "sensing.gain.position" => (&mut self.beyond.gains.position, 1.0),
             "ambient_c" => (&mut self.ambient, 1.0),
             _ => return None,
         })
@@ -437,7 +460,7 @@ impl Truth {
             "sensing.offset" => {
                 b.offsets = Offsets { volts: ["v1_v", "v2_v", "v3_v"].map(get), current: get("current_a") };
             }
-            "sensing.gain" => b.gains = Gains { v3: gain("v3"), current: gain("current") },
+            "sensing.gain" => b.gains = Gains { v3: gain("v3"), current: gain("current"), ..b.gains },
             "sensing.delay" => b.delay = get("seconds"),
             _ => return self.put_coefficients(parameters),
         }

@@ -59,7 +59,7 @@ impl Wire {
         }
         let inside = wire + contact;
         let both = inside / (1.0 + inside * b.outside.leakage);
-        let total = supply * (1.0 - b.outside.duty_drop * duty) / (both + self.t.series + b.source + b.lead);
+        let total = supply * (1.0 - b.outside.duty_drop * duty) / (both + self.t.series() + b.source + b.lead);
         let through = total * both / inside;
         Circuit { total_a: total, through_a: through, wire_ohm: wire, contact_ohm: contact }
     }

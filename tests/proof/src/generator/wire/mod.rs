@@ -196,8 +196,8 @@ impl Wire {
         Seen {
             current: total * b.gains.current + b.offsets.current,
             volts,
-            force,
-            position,
+            force: force * b.gains.force,
+            position: position * b.gains.position,
             temperature: self.middle(),
             martensite: self.martensite(),
         }
@@ -219,7 +219,7 @@ mod tests {
             length,
             taps: Taps { first: 0.0, apart: ls },
             supply,
-            series: 0.12,
+            shunt: 0.1,
             mass,
             damping,
             spring,
