@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::data::{Data, Part};
 use crate::derivatives;
-use crate::products::{flat, matrix, square};
+use crate::products::{flat, matrix, product, square};
 use crate::residuals::{self, Residuals, Score, zip};
 use crate::simulate::{self, State};
 use crate::space::Space;
@@ -137,17 +137,6 @@ impl Slope {
         }
         self.left = after;
     }
-}
-
-/// Jᵀ r, summed in double precision over stretches.
-fn product(columns: &DMatrix<f32>, left: &DVector<f32>) -> DVector<f64> {
-    const STRETCH: usize = 1024;
-    let mut sum = DVector::zeros(columns.ncols());
-    for first in (0..columns.nrows()).step_by(STRETCH) {
-        let rows = STRETCH.min(columns.nrows() - first);
-        sum += columns.rows(first, rows).tr_mul(&left.rows(first, rows)).map(f64::from);
-    }
-    sum
 }
 
 /// What a search for the next place came to.

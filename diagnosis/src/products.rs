@@ -1,7 +1,7 @@
 //! Inner products of residuals and of their derivatives: what normal equations are made from. Every sum is made in the
 //! same order on any number of threads.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::data::{Data, Part};
@@ -66,6 +66,17 @@ pub(crate) fn square(matrix: &DMatrix<f32>) -> DMatrix<f64> {
         .into_iter()
         // in order: sums of floats depend on it, and the same seed must give the same answer on any number of threads
         .fold(DMatrix::zeros(n, n), |sum, part| sum + part)
+}
+
+/// Jᵀ r, summed in double precision over stretches.
+pub(crate) fn product(columns: &DMatrix<f32>, left: &DVector<f32>) -> DVector<f64> {
+    const STRETCH: usize = 1024;
+    let mut sum = DVector::zeros(columns.ncols());
+    for first in (0..columns.nrows()).step_by(STRETCH) {
+        let rows = STRETCH.min(columns.nrows() - first);
+        sum += columns.rows(first, rows).tr_mul(&left.rows(first, rows)).map(f64::from);
+    }
+    sum
 }
 
 /// JᵀJ of the samples of a part.

@@ -53,7 +53,7 @@ impl<'a> Screen<'a> {
         let columns = products::matrix(&data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
         let mut information = products::square(&columns);
         let left = DVector::from_vec(products::flat(&data, Part::Fitted, &here));
-        let mut gradient = columns.tr_mul(&left).map(f64::from);
+        let mut gradient = products::product(&columns, &left);
         for (i, pull) in fit.space.pulls().enumerate() {
             information[(i, i)] += pull + 1e-9;
             gradient[i] += pull * fit.z[i];
@@ -93,7 +93,7 @@ impl<'a> Screen<'a> {
         let cross = self.columns.tr_mul(&own).map(f64::from);
         let made_up = self.factor.solve(&cross);
         let mut information = products::square(&own) - cross.transpose() * &made_up;
-        let gradient: DVector<f64> = own.tr_mul(&self.left).map(f64::from) - made_up.transpose() * &self.gradient;
+        let gradient: DVector<f64> = products::product(&own, &self.left) - made_up.transpose() * &self.gradient;
         let mut log_prior = 0.0;
         for (k, i) in switches.iter().enumerate() {
             let pull = space.coordinates[*i].pull.max(1e-3);

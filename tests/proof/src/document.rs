@@ -96,7 +96,9 @@ are tests).
 
 - **Benches** differ in wire (0.1–0.38 mm, 100–400 mm), alloy, load (hanging mass, stiff spring, soft spring), supply, taps, \
 sensors (all; position and resistance; position and force; resistance; position) and noise. The true parameters are drawn \
-from the priors of the rig file, cut at 2 σ. Recordings are 30–60 s at 100 Hz under random stairs, ramps, full and partial \
+from the priors of the rig file, cut at 2 σ, and so is what the rig file states as known: diameter (1 σ of 1 %), length (0.5 %), \
+taps (0.7 %), supply (0.4 %), shunt (2 %), mass and preload (1.5 %), spring (3 %), and the gains of load cell and encoder (1 %). \
+Recordings are 30–60 s at 100 Hz under random stairs, ramps, full and partial \
 loops; some are 90 s at 200 Hz. The diagnosis sees one recording; a second one under another programme only judges it.
 - **Level** of an effect: what is left of it, RMS over the noise over all sensors, once every uncertain parameter has been \
 refitted within its prior by the generator's own least squares. Effects are sized to leave 1, 3 or 10, within what rigs show; \
