@@ -56,6 +56,9 @@ pub(crate) struct Run {
     /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its length.
     /// Empty where every row is one sample.
     pub(crate) early: Vec<f64>,
+    /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is. Empty
+    /// where it lacks nothing.
+    pub(crate) lacking: Vec<Vec<f64>>,
 }
 
 /// Everything that is compared.
@@ -269,6 +272,7 @@ impl Run {
             held_out: *held_out,
             longest_piece_s: 0.0,
             early: Vec::new(),
+            lacking: Vec::new(),
         })
     }
 
@@ -362,6 +366,20 @@ impl Run {
     /// From the first sample to the last, s.
     pub(crate) fn duration_s(&self) -> f64 {
         self.time_s[self.time_s.len() - 1] - self.time_s[0]
+    }
+
+    /// Values by row of the recording that this one was thinned from, as means over its own rows.
+    pub(crate) fn means_of(&self, time_s: &[f64], values: &[f64]) -> Vec<f64> {
+        let mut first = 0;
+        self.time_s
+            .iter()
+            .map(|end_s| {
+                let count = time_s[first..].partition_point(|time| time <= end_s);
+                let mean = values[first..first + count].iter().sum::<f64>() / count.max(1) as f64;
+                first += count;
+                mean
+            })
+            .collect()
     }
 
     /// The intervals kept back, s.

@@ -15,7 +15,7 @@ use crate::explanation::{Explanation, Turns};
 use crate::figures;
 use crate::intervals;
 use crate::locate::{self, Located};
-use crate::prepare::{self, Prepared};
+use crate::prepare::{Prepared, Searched};
 use crate::remains;
 use crate::select::{self, Selection};
 use crate::settings::Settings;
@@ -91,7 +91,7 @@ pub fn identify(
         (settings.progress)("as given", 0.0);
         let given = Stage::as_given(&data, &space)?;
         (settings.progress)("fitting", 0.1);
-        let searched = prepare::for_search(&data, &space, rig.channels[channel].model.drive.kind);
+        let searched = Searched::new(&data, &space, rig.channels[channel].model.drive.kind).data;
         let [_, found] = Explanation::from_belief(&searched, &space, &vec![0.0; space.len()]).ok_or(Error::NoFit)?;
         (settings.progress)("polishing", 0.6);
         let Explanation { fit, discrepancy, .. } = &found;
@@ -134,8 +134,9 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let space = Space::reference(rig, channel, &data);
     progress("as given", 0.0);
     let as_given = Stage::as_given(&data, &space)?;
-    let searched = prepare::for_search(&data, &space, drive);
+    let searched = Searched::new(&data, &space, drive);
     let selection = select::select(&searched, &space, progress).ok_or(Error::NoFit)?;
+    let searched = selection.searched.clone();
     progress("locating", 0.0);
     let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
     let left = if selection.chosen.fit.space.effects.is_empty() {

@@ -71,7 +71,7 @@ impl Discrepancy {
             .map(|(r, s)| {
                 let most = largest.wanders[r][s].size.max(2.0 * SMALLEST);
                 let signal = Signal::of(data, r, s, left);
-                signal.most_probable(self.wanders[r][s], most, &left[r][s])
+                signal.most_probable(Part::Fitted, self.wanders[r][s], most, &left[r][s]).1
             })
             .collect();
         let sensors = data.sensors.len().max(1);
@@ -96,9 +96,27 @@ impl Discrepancy {
         }
     }
 
+    /// Minus twice the logarithm of how probable what is kept back of `left` is, in every block by itself, with an error of its
+    /// own size and memory: one that is found where the fit sees, where it may be none, would make any error elsewhere a
+    /// catastrophe.
+    pub(crate) fn deviance_kept(&self, data: &Data, left: &Residuals) -> f64 {
+        let places: Vec<(usize, usize)> =
+            (0..data.runs.len()).flat_map(|r| (0..data.sensors.len()).map(move |s| (r, s))).collect();
+        let largest = Discrepancy::of_range(data, 1.0, 1.0);
+        let deviances: Vec<f64> = places
+            .into_par_iter()
+            .map(|(r, s)| {
+                let signal = Signal::of(data, r, s, left);
+                let most = largest.wanders[r][s].size.max(2.0 * SMALLEST);
+                signal.most_probable(Part::KeptBack, self.wanders[r][s], most, &left[r][s]).0
+            })
+            .collect();
+        deviances.iter().sum()
+    }
+
     /// The filters that whiten what is left of `data`; `left` are residuals over noise near which they will be used.
     pub(crate) fn whitening(&self, data: &Data, left: &Residuals) -> Whitening {
-        let mut whitening = Whitening { filters: Vec::new(), log_fitted: 0.0, log_kept: 0.0, prior: 0.0 };
+        let mut whitening = Whitening { filters: Vec::new(), log_fitted: 0.0, prior: 0.0 };
         for (r, by_sensor) in self.wanders.iter().enumerate() {
             let filters: Vec<(Filter, [f64; 2])> = by_sensor
                 .par_iter()
@@ -106,10 +124,7 @@ impl Discrepancy {
                 .map(|(s, wander)| Signal::of(data, r, s, left).filter(*wander))
                 .collect();
             whitening.prior += by_sensor.iter().map(|wander| wander.penalty()).sum::<f64>();
-            for (_, [fitted, kept]) in &filters {
-                whitening.log_fitted += fitted;
-                whitening.log_kept += kept;
-            }
+            whitening.log_fitted += filters.iter().map(|(_, [fitted, _])| fitted).sum::<f64>();
             whitening.filters.push(filters.into_iter().map(|(filter, _)| filter).collect());
         }
         whitening
@@ -128,9 +143,8 @@ impl Wander {
 pub(crate) struct Whitening {
     /// By recording and sensor.
     filters: Vec<Vec<Filter>>,
-    /// Σ ln of the variances of the samples that are fitted, and of those kept back, in units of noise.
+    /// Σ ln of the variances of the samples that are fitted, in units of noise.
     pub(crate) log_fitted: f64,
-    pub(crate) log_kept: f64,
     /// Minus twice the logarithm of the prior of sizes and memories.
     pub(crate) prior: f64,
 }
@@ -154,6 +168,16 @@ enum Sight {
     Kept,
     /// The first of a block that is kept back.
     FirstKept,
+}
+
+impl Sight {
+    fn part(self) -> Option<Part> {
+        match self {
+            Sight::Missing => None,
+            Sight::Fitted => Some(Part::Fitted),
+            Sight::Kept | Sight::FirstKept => Some(Part::KeptBack),
+        }
+    }
 }
 
 /// The filter of one sensor in one recording.
@@ -281,30 +305,36 @@ impl Signal {
         logs
     }
 
-    /// Minus twice the logarithm of how probable what is fitted of `left` is, with this error.
-    fn deviance(&self, wander: Wander, left: &[f32]) -> f64 {
+    /// Minus twice the logarithm of how probable one part of `left` is, with this error.
+    fn deviance(&self, part: Part, wander: Wander, left: &[f32]) -> f64 {
         let (mut expected, mut sum, mut row) = (0.0, 0.0, 0);
-        let [log, _] = self.run(wander, |decay, gain, weight| {
+        let logs = self.run(wander, |decay, gain, weight| {
             expected *= decay;
-            if self.sight[row] == Sight::Fitted {
+            let sight = self.sight[row];
+            if sight == Sight::FirstKept {
+                expected = 0.0;
+            }
+            if sight.part() == Some(part) {
                 let new = f64::from(left[row]) - expected;
                 expected += gain * new;
                 sum += (weight * new).powi(2);
             }
             row += 1;
         });
+        let log = if part == Part::KeptBack { logs[1] } else { logs[0] };
         sum + log + wander.penalty()
     }
 
-    /// The error that makes `left` most probable, searched from `start` and from where its own spread points.
-    fn most_probable(&self, start: Wander, most: f64, left: &[f32]) -> Wander {
+    /// The error that makes one part of `left` most probable, searched from `start` and from where its own spread points, with
+    /// its deviance.
+    fn most_probable(&self, part: Part, start: Wander, most: f64, left: &[f32]) -> (f64, Wander) {
         let (sum, count) = left
             .iter()
             .zip(self.sight.iter())
-            .filter(|(_, sight)| **sight == Sight::Fitted)
+            .filter(|(_, sight)| sight.part() == Some(part))
             .fold((0.0, 0.0), |(sum, count), (r, _)| (sum + f64::from(*r).powi(2), count + 1.0));
         if count == 0.0 {
-            return Wander { size: SMALLEST, memory_s: 1.0 };
+            return (0.0, Wander { size: SMALLEST, memory_s: 1.0 });
         }
         let beyond = (sum / count - 1.0).max(0.01).sqrt();
         let row_s = self.since_s.iter().sum::<f64>() / self.since_s.len().max(1) as f64;
@@ -315,7 +345,7 @@ impl Signal {
         };
         let from = |start: Wander| {
             let mut at = kept_in(start.size.ln(), start.memory_s.ln());
-            let mut least = self.deviance(at, left);
+            let mut least = self.deviance(part, at, left);
             let mut step = FIRST_STEP;
             while step > LAST_STEP {
                 let (size, memory) = (at.size.ln(), at.memory_s.ln());
@@ -323,7 +353,7 @@ impl Signal {
                     .map(|(by, for_s)| kept_in(size + by, memory + for_s))
                     .into_iter()
                     .filter(|wander| *wander != at)
-                    .map(|wander| (self.deviance(wander, left), wander))
+                    .map(|wander| (self.deviance(part, wander, left), wander))
                     .min_by(|a, b| a.0.total_cmp(&b.0));
                 match next {
                     Some((deviance, wander)) if deviance < least - 0.01 => (least, at) = (deviance, wander),
@@ -334,7 +364,7 @@ impl Signal {
         };
         let own = Wander { size: beyond, memory_s: 0.3 };
         let (a, b) = (from(start), from(own));
-        if a.0 <= b.0 { a.1 } else { b.1 }
+        if a.0 <= b.0 { a } else { b }
     }
 }
 
@@ -409,10 +439,13 @@ mod tests {
         let fitted = rows(&|row| !is_kept(row));
         let (square, log) = dense(&signal, &time_s, &fitted, &left);
         assert!((sum(&fitted) - square).abs() < 1e-3 * square && (log_fitted - log).abs() < 1e-9);
-        assert!((signal.deviance(WANDER, &left) - square - log - WANDER.penalty()).abs() < 1e-6 * square);
+        assert!((signal.deviance(Part::Fitted, WANDER, &left) - square - log - WANDER.penalty()).abs() < 1e-6 * square);
         // each block kept back by itself: nothing of it comes from its neighbours
         let blocks = [rows(&|row| (20..30).contains(&row)), rows(&|row| (40..50).contains(&row))];
-        let dense = blocks.iter().map(|block| dense(&signal, &time_s, block, &left));
+        let dense: Vec<(f64, f64)> = blocks.iter().map(|block| dense(&signal, &time_s, block, &left)).collect();
+        let whole: f64 = dense.iter().map(|(square, log)| square + log).sum();
+        assert!((signal.deviance(Part::KeptBack, WANDER, &left) - whole - WANDER.penalty()).abs() < 1e-6 * whole);
+        let dense = dense.into_iter();
         let (square, log) = dense.fold((0.0, 0.0), |(s, l), (square, log)| (s + square, l + log));
         assert!((sum(&rows(&is_kept)) - square).abs() < 1e-3 * square && (log_kept - log).abs() < 1e-9);
     }
@@ -435,12 +468,12 @@ mod tests {
                 (error + noise) as f32
             })
             .collect();
-        let found = signal.most_probable(Wander { size: 50.0, memory_s: 5.0 }, 100.0, &left);
+        let (_, found) = signal.most_probable(Part::Fitted, Wander { size: 50.0, memory_s: 5.0 }, 100.0, &left);
         assert!((found.size / WANDER.size - 1.0).abs() < 0.12, "{found:?}");
         assert!((found.memory_s / WANDER.memory_s - 1.0).abs() < 0.25, "{found:?}");
         // and noise alone is none
         let noise: Vec<f32> = (0..n).map(|_| rng.sample(StandardNormal)).collect();
-        let found = signal.most_probable(Wander { size: 5.0, memory_s: 1.0 }, 100.0, &noise);
+        let (_, found) = signal.most_probable(Part::Fitted, Wander { size: 5.0, memory_s: 1.0 }, 100.0, &noise);
         assert!(found.size < 0.1, "{found:?}");
     }
 }

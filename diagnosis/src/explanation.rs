@@ -117,6 +117,12 @@ impl Explanation {
         Some(Explanation { fit, discrepancy, evidence })
     }
 
+    /// Minus twice the logarithm of how probable what is kept back is.
+    pub(crate) fn deviance_kept(&self, data: &Data) -> Option<f64> {
+        let left = residuals::plain_at(data, &self.fit.space, &self.fit.z)?;
+        Some(self.discrepancy.deviance_kept(data, &left))
+    }
+
     /// The data as this explanation judges them.
     pub(crate) fn judges(&self, data: &Data) -> Option<Data> {
         Some(data.whitened(&self.discrepancy, &residuals::plain_at(data, &self.fit.space, &self.fit.z)?))

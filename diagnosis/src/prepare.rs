@@ -11,7 +11,7 @@ use crate::data::{Data, Part, Source};
 use crate::error::{Broken, Error, Trouble};
 use crate::gates;
 use crate::noise::{self, Noise};
-use crate::residuals::{self, Residuals};
+use crate::simulate;
 use crate::space::Space;
 
 /// Fewest samples a fit is made from, or judged by.
@@ -80,43 +80,78 @@ impl Prepared {
 const LONG_ROWS_S: [f64; 2] = [0.02, 0.01];
 const LONG_PIECES_S: [f64; 2] = [0.01, 0.005];
 
-/// As long as no sensor shows it by more than this share of its noise, RMS.
-const UNNOTICED: f64 = 0.15;
+/// As long as what they lack, which is known at one place and taken into account, is less than this share of any sensor's
+/// noise, RMS: then it hardly changes from place to place.
+const UNNOTICED: f64 = 0.3;
 
-/// The data as a search simulates them: rows and pieces as long as nobody would notice. What is reported is fitted in the
-/// end with those that there are.
-pub(crate) fn for_search(data: &Data, space: &Space, drive: DriveKind) -> Data {
-    let rest = vec![0.0; space.len()];
-    let Some(exact) = residuals::plain_at(data, space, &rest) else { return data.clone() };
-    let is_unnoticed = |hasty: &Data, exact: &Residuals| {
-        residuals::plain_at(hasty, space, &rest).is_some_and(|there| {
-            let errors = residuals::zip(&there, exact, |there, exact| there - exact);
-            (0..data.sensors.len()).all(|s| rms(errors.iter().map(|by_sensor| by_sensor[s].as_slice())) < UNNOTICED)
-        })
-    };
-    let row_s = data.runs.iter().map(|run| run.duration_s() / run.time_s.len() as f64).fold(f64::INFINITY, f64::min);
-    for long_s in LONG_ROWS_S {
-        let rows = (long_s / row_s + 0.01).floor() as usize;
-        if rows > 1 {
-            let thin = data.thinned(rows, drive);
-            // what the rows that were made one are on the mean
-            let Some(exact) = residuals::plain_at(&thin.in_pieces(0.0), space, &rest) else { continue };
-            let pieces = LONG_PIECES_S.iter().map(|piece| thin.in_pieces(*piece));
-            if let Some(found) = pieces.into_iter().find(|hasty| is_unnoticed(hasty, &exact)) {
-                return found;
-            }
-        }
-    }
-    LONG_PIECES_S
-        .iter()
-        .map(|piece| data.in_pieces(*piece))
-        .find(|hasty| is_unnoticed(hasty, &exact))
-        .unwrap_or_else(|| data.clone())
+/// The data as a search simulates them, and those they are made from.
+#[derive(Debug, Clone)]
+pub(crate) struct Searched {
+    pub(crate) data: Data,
+    exact: Data,
 }
 
-/// RMS of what was measured.
-fn rms<'a>(values: impl Iterator<Item = &'a [f32]>) -> f64 {
-    let measured = values.flatten().filter(|r| !r.is_nan());
-    let (sum, count) = measured.fold((0.0, 0.0), |(sum, count), r| (sum + f64::from(*r).powi(2), count + 1.0));
-    (sum / f64::max(count, 1.0)).sqrt()
+impl Searched {
+    /// In rows and pieces as long as nobody would notice. What is reported is fitted in the end with those that there are.
+    pub(crate) fn new(exact: &Data, space: &Space, drive: DriveKind) -> Searched {
+        let rest = vec![0.0; space.len()];
+        let row_s =
+            exact.runs.iter().map(|run| run.duration_s() / run.time_s.len() as f64).fold(f64::INFINITY, f64::min);
+        let thinned = LONG_ROWS_S.iter().filter_map(|long_s| {
+            let rows = (long_s / row_s + 0.01).floor() as usize;
+            (rows > 1).then(|| exact.thinned(rows, drive))
+        });
+        for data in thinned.chain([exact.clone()]) {
+            for piece_s in LONG_PIECES_S {
+                let searched = Searched { data: data.in_pieces(piece_s), exact: exact.clone() };
+                if let Some(lacking) = searched.lacking(space, &rest)
+                    && searched.is_unnoticed(&lacking)
+                {
+                    return searched.with(lacking);
+                }
+            }
+        }
+        Searched { data: exact.clone(), exact: exact.clone() }
+    }
+
+    /// The same, what it lacks taken into account as it is at `z`.
+    pub(crate) fn near(&self, space: &Space, z: &[f64]) -> Searched {
+        let lacking = self.lacking(space, z);
+        lacking.map_or_else(|| self.clone(), |lacking| self.clone().with(lacking))
+    }
+
+    fn with(mut self, lacking: Vec<Vec<Vec<f64>>>) -> Searched {
+        for (run, lacking) in self.data.runs.iter_mut().zip(lacking) {
+            run.lacking = lacking;
+        }
+        self
+    }
+
+    /// By recording, sensor and row: what an exact simulation at `z` shows beside a hasty one.
+    fn lacking(&self, space: &Space, z: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let model = space.model(z)?;
+        let mut hasty = self.data.clone();
+        hasty.runs.iter_mut().for_each(|run| run.lacking.clear());
+        (0..hasty.runs.len())
+            .map(|r| {
+                let outputs = |data: &Data| simulate::outputs(&model, &space.run(data, r, z), &data.sensors);
+                let (exact, there) = (outputs(&self.exact)?, outputs(&hasty)?);
+                let (run, times) = (&hasty.runs[r], &self.exact.runs[r].time_s);
+                let differences = exact.iter().zip(&there).map(|(exact, there)| {
+                    run.means_of(times, exact).iter().zip(there).map(|(exact, there)| exact - there).collect()
+                });
+                Some(differences.collect())
+            })
+            .collect()
+    }
+
+    fn is_unnoticed(&self, lacking: &[Vec<Vec<f64>>]) -> bool {
+        self.data.sensors.iter().enumerate().all(|(s, sensor)| {
+            let (sum, count) = lacking
+                .iter()
+                .flat_map(|by_sensor| &by_sensor[s])
+                .fold((0.0, 0.0), |(sum, count), lacking| (sum + lacking * lacking, count + 1.0));
+            (sum / f64::max(count, 1.0)).sqrt() < UNNOTICED * sensor.noise
+        })
+    }
 }

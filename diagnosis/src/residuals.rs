@@ -73,17 +73,11 @@ pub(crate) struct Score {
     /// Σ r² over samples kept back, and how many they are.
     pub(crate) kept: f64,
     pub(crate) kept_count: f64,
-    /// Σ ln of the variances behind them, where they are whitened.
+    /// Σ ln of the variances behind what the fit sees, where it is whitened.
     pub(crate) fitted_log: f64,
-    pub(crate) kept_log: f64,
 }
 
 impl Score {
-    /// Minus twice the logarithm of the density of what is kept back, up to what is common to all models.
-    pub(crate) fn deviance_kept(&self) -> f64 {
-        self.kept + self.kept_log
-    }
-
     pub(crate) fn chi_kept(&self) -> f64 {
         (self.kept / self.kept_count.max(1.0)).sqrt()
     }
@@ -93,7 +87,7 @@ impl Score {
 pub(crate) fn score(data: &Data, residuals: &Residuals) -> Score {
     let mut score = Score::default();
     if let Some(whitening) = &data.whitening {
-        (score.fitted_log, score.kept_log) = (whitening.log_fitted, whitening.log_kept);
+        score.fitted_log = whitening.log_fitted;
     }
     for (run, by_sensor) in data.runs.iter().zip(residuals) {
         for values in by_sensor {

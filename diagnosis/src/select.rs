@@ -6,6 +6,7 @@ use sinew_physics::effects::{self, Effect, Nature};
 use crate::data::Data;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
+use crate::prepare::Searched;
 use crate::screen::{Field, Screened};
 use crate::space::{Coordinate, Space, What};
 use crate::starts::{self, Candidate};
@@ -33,6 +34,8 @@ pub(crate) struct Round {
 /// What selection came to.
 #[derive(Debug, Clone)]
 pub(crate) struct Selection {
+    /// The data it was made on, at their end.
+    pub(crate) searched: Data,
     /// The parameters alone.
     pub(crate) reference: Explanation,
     pub(crate) chosen: Explanation,
@@ -53,30 +56,44 @@ impl Selection {
 }
 
 /// Adds effects to the reference model of `space` while the evidence rises.
-pub(crate) fn select(data: &Data, space: &Space, progress: &(dyn Fn(&str, f64) + Sync)) -> Option<Selection> {
+pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f64) + Sync)) -> Option<Selection> {
     progress("recalibrating", 0.0);
-    let [mut near, reference] = Explanation::from_belief(data, space, &vec![0.0; space.len()])?;
+    let [mut near, reference] = Explanation::from_belief(&from.data, space, &vec![0.0; space.len()])?;
+    let (mut searched, mut reference) = settled(from, &reference)?;
     let mut chosen = reference.clone();
     let mut rounds: Vec<Round> = Vec::new();
     for number in 0..MOST_ROUNDS {
         let stage = format!("candidates, round {}", number + 1);
         progress(&stage, 0.0);
-        let settled = Field::of(data, &chosen, &mechanisms(data, &chosen), true)?;
+        let data = &searched.data;
+        let late = Field::of(data, &chosen, &mechanisms(data, &chosen), true)?;
         // what has been made up for by now may show where everything was still near belief
         let early = if chosen.leaves_noise() { None } else { Field::of(data, &near, &mechanisms(data, &near), true) };
-        let fields = [Some(&settled), early.as_ref()].into_iter().flatten();
+        let fields = [Some(&late), early.as_ref()].into_iter().flatten();
         let starts: Vec<&Fit> = fields.flat_map(|field| field.sketched.iter().take(FINALISTS)).collect();
         progress(&stage, 0.3);
         let refitted = refitted(data, &chosen, &starts);
         let best = refitted.first().map(|(_, best)| best.clone());
-        rounds.push(Round { base: chosen.clone(), screened: settled.screened, refitted });
+        rounds.push(Round { base: chosen.clone(), screened: late.screened, refitted });
         let Some(best) = best.filter(|best| best.evidence - chosen.evidence > TAKEN) else { break };
         progress(&stage, 0.7);
         let (anew, found) = home(data, best)?;
         near = anew.unwrap_or(near);
-        chosen = prune(data, found);
+        chosen = prune(data, found, &mut reference);
+        // to the new place the simulation in long rows has to be held anew, and all that is compared with it
+        (searched, chosen) = settled(from, &chosen)?;
+        let Explanation { fit, discrepancy, .. } = &reference;
+        reference = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
     }
-    Some(Selection { reference, chosen, rounds })
+    Some(Selection { searched: searched.data, reference, chosen, rounds })
+}
+
+/// An explanation carried to its end where the search's simulation is exact.
+fn settled(from: &Searched, found: &Explanation) -> Option<(Searched, Explanation)> {
+    let Explanation { fit, discrepancy, .. } = found;
+    let searched = from.near(&fit.space, &fit.z);
+    let settled = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
+    Some((searched, settled))
 }
 
 /// Fits from `starts`, each to where it can be compared, the best effect by evidence first.
@@ -151,9 +168,10 @@ fn home(data: &Data, found: Explanation) -> Option<(Option<Explanation>, Explana
     }
 }
 
-/// Takes out what is no longer needed now that others are in.
-fn prune(data: &Data, mut chosen: Explanation) -> Explanation {
-    while chosen.fit.space.effects.len() > 1 {
+/// Takes out what is not needed: others do it now, or it has only led to a better valley of the model without. Where that is
+/// the one without any effect, and better than `reference`, it takes its place.
+fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> Explanation {
+    while !chosen.fit.space.effects.is_empty() {
         let without = chosen
             .fit
             .space
@@ -164,10 +182,14 @@ fn prune(data: &Data, mut chosen: Explanation) -> Explanation {
                 Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)
             })
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        match without {
-            Some(without) if without.evidence > chosen.evidence - NEEDED => chosen = without,
-            _ => break,
+        let Some(without) = without else { break };
+        if without.fit.space.effects.is_empty() && without.evidence > reference.evidence {
+            *reference = without.clone();
         }
+        if without.evidence < chosen.evidence - NEEDED {
+            break;
+        }
+        chosen = without;
     }
     chosen
 }

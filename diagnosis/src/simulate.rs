@@ -56,6 +56,9 @@ fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMu
         see(&wire);
     }
     outputs.iter_mut().for_each(|values| average(values, &run.early));
+    for (values, lacking) in outputs.iter_mut().zip(&run.lacking) {
+        values.iter_mut().zip(lacking).for_each(|(value, lacking)| *value += lacking);
+    }
     outputs.iter().flatten().all(|value| value.is_finite()).then_some(outputs)
 }
 
@@ -94,6 +97,7 @@ mod tests {
             held_out: false,
             longest_piece_s: 0.0,
             early: Vec::new(),
+            lacking: Vec::new(),
         };
         assert!(outputs(model, &run(6.0), &sensors).is_some());
         assert_eq!(outputs(model, &run(f64::MAX), &sensors), None);

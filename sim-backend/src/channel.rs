@@ -192,7 +192,7 @@ impl Channel {
                 supply_v,
             }
         } else {
-            let Offset { v1_v, v2_v, v3_v, current_a } = self.offset;
+            let Offset { v1_v, v2_v, v3_v, current_a, .. } = self.offset;
             Pins { taps: self.taps.then_some([v1_v, v2_v]), v3_v, current_a, supply_v }
         };
         if acting.is_none() {
