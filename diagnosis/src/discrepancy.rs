@@ -311,10 +311,10 @@ impl Signal {
         let logs = self.run(wander, |decay, gain, weight| {
             expected *= decay;
             let sight = self.sight[row];
-            if sight == Sight::FirstKept {
-                expected = 0.0;
-            }
             if sight.part() == Some(part) {
+                if sight == Sight::FirstKept {
+                    expected = 0.0;
+                }
                 let new = f64::from(left[row]) - expected;
                 expected += gain * new;
                 sum += (weight * new).powi(2);

@@ -75,6 +75,11 @@ impl Explanation {
         self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < NEXT_TO_NOTHING)
     }
 
+    /// Whether it is wrong by less than the noise in every sensor.
+    pub(crate) fn leaves_little(&self) -> bool {
+        self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < 1.0)
+    }
+
     /// From `start`, with an error like `discrepancy` to begin with. `None` where the start is impossible.
     pub(crate) fn of(
         data: &Data,

@@ -13,6 +13,8 @@ use crate::starts::{self, Candidate};
 
 /// Rise of the log evidence from which an effect is taken.
 pub(crate) const TAKEN: f64 = 10.0;
+/// The share of what all effects before have brought that one more has to bring where the model leaves more than noise.
+const WORTH_ADDING: f64 = 0.05;
 /// An effect that costs no more evidence than this when it is taken out is not needed.
 const NEEDED: f64 = 5.0;
 /// Sketched candidates that are refitted in full, near belief and where the parameters have settled.
@@ -75,7 +77,8 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         let refitted = refitted(data, &chosen, &starts);
         let best = refitted.first().map(|(_, best)| best.clone());
         rounds.push(Round { base: chosen.clone(), screened: late.screened, refitted });
-        let Some(best) = best.filter(|best| best.evidence - chosen.evidence > TAKEN) else { break };
+        let least = least_rise(&reference, &chosen);
+        let Some(best) = best.filter(|best| best.evidence - chosen.evidence > least) else { break };
         progress(&stage, 0.7);
         let (anew, found) = home(data, best)?;
         near = anew.unwrap_or(near);
@@ -86,6 +89,13 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         reference = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
     }
     Some(Selection { searched: searched.data, reference, chosen, rounds })
+}
+
+/// Rise of the log evidence that one more effect has to bring. Where the model leaves more than noise, others can be bent to
+/// explain some of that: there it has to be a share of what was brought already.
+fn least_rise(reference: &Explanation, chosen: &Explanation) -> f64 {
+    let brought = chosen.evidence - reference.evidence;
+    if chosen.leaves_little() { TAKEN } else { TAKEN.max(WORTH_ADDING * brought) }
 }
 
 /// An explanation carried to its end where the search's simulation is exact.

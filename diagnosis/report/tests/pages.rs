@@ -64,7 +64,7 @@ fn a_null_answer_says_that_nothing_is_missing_and_shows_the_proof() {
     let page = html(&diagnosis, &figures, &about());
     assert!(page.contains("The simulation agrees with the recording"));
     assert!(page.contains("Nowhere: what is left is noise"));
-    assert!(page.contains("improves the fit by no more than it would if nothing were missing (p = 0.43)"));
+    assert!(page.contains("looks no better than one may where nothing is missing (probability up to 0.43)"));
     assert!(page.contains("nothing: recalibrated only"), "the models that were tried are the proof");
     assert!(!page.contains("stroke=\"#D55E00\" stroke-width"), "there is no before");
     let answer = text(&diagnosis, 100, false);
