@@ -30,13 +30,19 @@ pub(crate) fn one_sided(data: &Data, space: &Space, z: &[f64], at: &Residuals) -
     by(data, space, z, at, Steps::ONE_SIDED)
 }
 
+/// As [`one_sided`], never whitened; `left` are the residuals there, not whitened either.
+pub(crate) fn plain(data: &Data, space: &Space, z: &[f64], left: &Residuals) -> Option<Vec<Residuals>> {
+    let data = Data { whitening: None, ..data.clone() };
+    by(&data, space, z, left, Steps::ONE_SIDED)
+}
+
 /// As [`one_sided`], as good as they can be had: where intervals are taken from.
 pub(crate) fn sharp(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
     by(data, space, z, at, Steps::SHARP)
 }
 
 /// Derivatives as `steps` says.
-pub(crate) fn by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: Steps) -> Option<Vec<Residuals>> {
+fn by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: Steps) -> Option<Vec<Residuals>> {
     let mut columns = (0..space.len())
         .into_par_iter()
         .map(|i| {

@@ -17,7 +17,7 @@ use crate::space::What;
 use crate::words;
 
 /// Rivals of an effect that are refitted in its place.
-const RIVALS: usize = 3;
+const RIVALS: usize = 2;
 /// Two explanations whose log evidence differs less than this cannot be distinguished.
 const ALIKE: f64 = 5.0;
 /// Rise of the log density of what is kept back from which an effect is confirmed there.
@@ -80,11 +80,13 @@ pub(crate) fn judge(
     let mut found = Found::default();
     for (number, Borne { effect, grade, without }) in borne.iter().enumerate() {
         progress("rivals", number as f64 / borne.len() as f64);
-        let others: Vec<(&'static Effect, Explanation)> = select::best_additions(searched, without, RIVALS + 1)
-            .into_iter()
-            .filter(|(other, _)| other.id != effect.id)
-            .take(RIVALS)
-            .collect();
+        // where it is the only one, the others were fitted in its place when it was found
+        let in_place = match selection.rounds.as_slice() {
+            [first, ..] if borne.len() == 1 => first.refitted.clone(),
+            _ => select::best_additions(searched, without, RIVALS + 1),
+        };
+        let others: Vec<(&'static Effect, Explanation)> =
+            in_place.into_iter().filter(|(other, _)| other.id != effect.id).take(RIVALS).collect();
         let mut alternatives: Vec<Alternative> = others
             .par_iter()
             .map(|(other, explanation)| Alternative {

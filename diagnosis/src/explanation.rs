@@ -92,8 +92,11 @@ impl Explanation {
         let mut discrepancy = discrepancy.refitted(data, &left);
         let mut z = start.to_vec();
         let mut best: Option<Explanation> = None;
-        for _ in 0..turns.rounds {
-            let fit = fit::fit(&data.whitened(&discrepancy, &left), space, &z, Effort::iterations(turns.iterations))?;
+        let mut known = None;
+        for round in 0..turns.rounds {
+            // the first one goes by derivatives taken as often as it likes, the others by what is known, and once more
+            let effort = Effort::iterations(if round == 0 { turns.iterations } else { 1 });
+            let fit = fit::fit_from(&data.whitened(&discrepancy, &left), space, &z, effort, &mut known)?;
             left = residuals::plain_at(data, space, &fit.z)?;
             discrepancy = discrepancy.refitted(data, &left);
             z.clone_from(&fit.z);

@@ -2,6 +2,7 @@
 //! enough for hysteresis, priors as residuals of their own, and bounds by projection.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::data::{Data, Part};
 use crate::derivatives;
@@ -27,6 +28,7 @@ pub(crate) struct Fit {
 /// How long a fit goes on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
+    /// How often derivatives are taken.
     pub(crate) iterations: usize,
     /// A step that promises less than this share of what the objective has above pure noise ends the fit …
     pub(crate) relative: f64,
@@ -49,6 +51,10 @@ const AS_PROMISED: f64 = 0.75;
 /// … and after one that gains this share the next may be longer.
 const FAIR: f64 = 0.25;
 
+/// How often a step is damped more before there is none, by derivatives of the place itself and of one near it.
+const FRESH_ATTEMPTS: usize = 8;
+const STALE_ATTEMPTS: usize = 2;
+
 /// Further steps by the same derivatives.
 const MOST_CHORDS: usize = 4;
 
@@ -67,6 +73,8 @@ impl Effort {
 /// A place on the way of a fit.
 struct Place {
     z: Vec<f64>,
+    /// Not whitened.
+    left: Residuals,
     residuals: Residuals,
     score: Score,
     objective: f64,
@@ -75,10 +83,20 @@ struct Place {
 impl Place {
     /// `None` where the model cannot be built.
     fn new(data: &Data, space: &Space, z: Vec<f64>) -> Option<Place> {
-        let residuals = residuals::at(data, space, &z)?;
+        let left = residuals::plain_at(data, space, &z)?;
+        let residuals = data.whitening.as_ref().map_or_else(|| left.clone(), |whitening| whitening.whiten(&left));
         let score = residuals::score(data, &residuals);
         let objective = score.fitted + space.resistance(&z);
-        Some(Place { z, residuals, score, objective })
+        Some(Place { z, left, residuals, score, objective })
+    }
+}
+
+/// Derivatives of the residuals that were taken somewhere near, not whitened: they serve whatever the error of the model.
+pub(crate) struct Known(Vec<Residuals>);
+
+impl Known {
+    fn at(data: &Data, space: &Space, here: &Place) -> Option<Known> {
+        Some(Known(derivatives::plain(data, space, &here.z, &here.left)?))
     }
 }
 
@@ -93,15 +111,18 @@ struct Slope {
 }
 
 impl Slope {
-    fn at(data: &Data, space: &Space, here: &Place) -> Option<Slope> {
-        let columns = derivatives::one_sided(data, space, &here.z, &here.residuals)?;
-        let columns = matrix(data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
+    fn new(data: &Data, space: &Space, known: &Known, here: &Place) -> Slope {
+        let white: Vec<Residuals> = match &data.whitening {
+            Some(whitening) => known.0.par_iter().map(|column| whitening.whiten(column)).collect(),
+            None => known.0.clone(),
+        };
+        let columns = matrix(data, Part::Fitted, &white.iter().collect::<Vec<_>>());
         let mut information = square(&columns);
         for (i, pull) in space.pulls().enumerate() {
             information[(i, i)] += pull;
         }
         let left = DVector::from_vec(flat(data, Part::Fitted, &here.residuals));
-        Some(Slope { columns, information, left })
+        Slope { columns, information, left }
     }
 
     /// Half the derivative of the objective at `z`.
@@ -168,11 +189,11 @@ impl Walk<'_> {
         Place::new(self.data, self.space, moved)
     }
 
-    /// The next place by fresh derivatives, however strongly the step has to be damped for it.
-    fn next(&mut self, slope: &Slope) -> Next {
+    /// The next place, the step damped up to so many times for it.
+    fn next(&mut self, slope: &Slope, attempts: usize) -> Next {
         let gradient = slope.gradient(self.space, &self.here.z);
         let above_noise = self.above_noise();
-        for attempt in 0..8 {
+        for attempt in 0..attempts {
             let (step, promised) = bounded_step(self.space, &self.here.z, &slope.information, &gradient, self.damping);
             if promised < NEGLIGIBLE + self.effort.relative * above_noise {
                 // damping hides the way along a valley that the data hardly slope: look without before calling it the end
@@ -230,33 +251,60 @@ impl Walk<'_> {
 }
 
 /// Fits from `start`. `None` where the start itself is impossible.
+pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
+    fit_from(data, space, start, effort, &mut None)
+}
+
+/// Fits from `start`, by derivatives that are known from somewhere near as long as they lead on; leaves those it ended with.
 ///
 /// Levenberg–Marquardt, its steps bent along with the valley (geodesic acceleration, Transtrum and Sethna 2012): where
 /// parameters make up for each other the valley is narrow and winds, and straight steps crawl along it.
-pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
+pub(crate) fn fit_from(
+    data: &Data,
+    space: &Space,
+    start: &[f64],
+    effort: Effort,
+    known: &mut Option<Known>,
+) -> Option<Fit> {
     let n = space.len();
     let start: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
     let here = Place::new(data, space, start)?;
     let mut walk = Walk { data, space, effort, here, damping: 1e-3, slow: 0 };
-    let mut information = DMatrix::identity(n, n);
+    let mut taken = 0;
+    if known.is_none() {
+        *known = Known::at(data, space, &walk.here);
+        taken += 1;
+    }
+    let mut slope = Slope::new(data, space, known.as_ref()?, &walk.here);
+    // true at the place where the walk stands
+    let mut is_fresh = taken > 0;
     let mut converged = n == 0;
-    for _ in 0..effort.iterations {
-        if converged {
-            break;
+    while !converged {
+        match walk.next(&slope, if is_fresh { FRESH_ATTEMPTS } else { STALE_ATTEMPTS }) {
+            Next::Better(place, step) if walk.slow < MOST_CRAWLS => {
+                slope.learn(data, &place, &step);
+                walk.here = place;
+                walk.go_on(&mut slope);
+                is_fresh = false;
+            }
+            next => {
+                if let Next::Better(place, _) = next {
+                    walk.here = place;
+                }
+                walk.slow = 0;
+                converged = is_fresh;
+                if converged || taken >= effort.iterations {
+                    break;
+                }
+                *known = Known::at(data, space, &walk.here);
+                slope = Slope::new(data, space, known.as_ref()?, &walk.here);
+                taken += 1;
+                is_fresh = true;
+            }
         }
-        let mut slope = Slope::at(data, space, &walk.here)?;
-        let next = walk.next(&slope);
-        let improved = matches!(next, Next::Better(..));
-        if let Next::Better(place, step) = next {
-            slope.learn(data, &place, &step);
-            walk.here = place;
-            walk.go_on(&mut slope);
-        }
-        information = slope.information;
-        converged = !improved || walk.slow >= MOST_CRAWLS;
     }
     let Place { z, score, objective, .. } = walk.here;
-    Some(Fit { space: space.clone(), z, score, objective, information, converged })
+    Some(Fit { space: space.clone(), z, score, objective, information: slope.information, converged })
 }
 
 /// A few steps from `start` with the derivatives along what `space` shares with a former fit taken from there, so that

@@ -189,13 +189,16 @@ fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> E
             .par_iter()
             .filter_map(|effect| {
                 let (space, z) = chosen.fit.space.without(effect, &chosen.fit.z);
-                Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)
+                let without = Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)?;
+                // what an effect has led away from the others may not find back to from there
+                if space.effects.is_empty() { Some(without) } else { home(data, without).map(|(_, without)| without) }
             })
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         let Some(without) = without else { break };
         if without.fit.space.effects.is_empty() && without.evidence > reference.evidence {
             *reference = without.clone();
         }
+        let without = if without.fit.space.effects.is_empty() { reference.clone() } else { without };
         if without.evidence < chosen.evidence - NEEDED {
             break;
         }

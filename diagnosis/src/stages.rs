@@ -69,19 +69,17 @@ pub(crate) struct Compared {
 }
 
 impl Compared {
-    /// Carries what a search came to, on thinned data, to its end on all of `data`.
+    /// Carries what a search came to on thinned data to its end on all of `data`. A reference model beside effects is compared
+    /// as it was searched.
     pub(crate) fn new(
         data: &Data,
         as_given: Stage,
         reference: &Explanation,
         chosen: &Explanation,
     ) -> Result<Compared, Error> {
-        let carried = |found: &Explanation| {
-            let Explanation { fit, discrepancy, .. } = found;
-            Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)
-        };
-        let chosen = carried(chosen)?;
-        let reference = if chosen.fit.space.effects.is_empty() { chosen.clone() } else { carried(reference)? };
+        let Explanation { fit, discrepancy, .. } = chosen;
+        let chosen = Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;
+        let reference = if chosen.fit.space.effects.is_empty() { &chosen } else { reference }.clone();
         let recalibrated = Stage::of_fit(data, &reference.fit)?;
         let improved = Stage::of_fit(data, &chosen.fit)?;
         Ok(Compared { as_given, recalibrated, improved, reference, chosen })
