@@ -10,7 +10,7 @@ use crate::answer::*;
 use crate::data::Data;
 use crate::describe;
 use crate::error::Error;
-use crate::evidence::{self, Borne};
+use crate::evidence;
 use crate::explanation::{Explanation, Turns};
 use crate::figures;
 use crate::intervals;
@@ -152,8 +152,8 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
         _ => None,
     };
     progress("judging", 0.0);
-    let borne = evidence::borne_out(&searched, &selection);
-    let is_borne_out = borne.iter().any(|borne| borne.grade != Grade::Suspected);
+    let grades = evidence::borne_out(&selection);
+    let is_borne_out = grades.iter().any(|grade| *grade != Grade::Suspected);
     // and simulated as finely as the wire takes it
     progress("polishing", 0.0);
     let chosen = match &outside {
@@ -164,7 +164,7 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
     describe::warn_of_fit(&compared.chosen.fit, &mut warnings);
 
-    let found = Found { data, searched, selection, borne, chosen, located, left, outside, compared };
+    let found = Found { data, searched, selection, grades, chosen, located, left, outside, compared };
     let diagnosis = found.answer(warnings, settings)?;
     let improved = found.improved(rig, diagnosis.verdict)?;
     progress("drawing", 0.0);
@@ -179,7 +179,8 @@ struct Found {
     /// The same as the search simulated them.
     searched: Data,
     selection: Selection,
-    borne: Vec<Borne>,
+    /// Of its effects.
+    grades: Vec<Grade>,
     /// What of it is the answer, as it was searched.
     chosen: Explanation,
     /// Where the parameters alone miss the recording, and where everything that was found does.
@@ -205,17 +206,16 @@ impl Found {
     }
 
     fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Result<Diagnosis, Error> {
-        let Found { data, searched, selection, borne, located, left, outside, compared, .. } = self;
+        let Found { data, searched, selection, grades, located, left, outside, compared, .. } = self;
         let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
         let progress = settings.progress;
         progress("intervals", 0.0);
         let judging = self.chosen.judges(searched).ok_or_else(Error::lost_fit)?;
         let intervals = intervals::intervals(&judging, &self.chosen.fit, &chosen.fit);
-        progress("rivals", 0.0);
         let evidence::Found { mut effects, rivals } = if chosen.fit.space.effects.is_empty() || outside.is_some() {
-            evidence::Found { effects: evidence::suspects(data, selection, borne), rivals: Vec::new() }
+            evidence::Found { effects: evidence::suspects(data, selection), rivals: Vec::new() }
         } else {
-            evidence::judge(data, searched, selection, borne, chosen, &intervals, progress)
+            evidence::judge(data, selection, grades, chosen, &intervals)
         };
         let beyond_tolerance = tolerances::beyond(&chosen.fit);
         effects.extend(tolerances::as_effects(&chosen.fit, &intervals, &beyond_tolerance, compared));

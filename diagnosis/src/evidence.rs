@@ -7,17 +7,15 @@ use sinew_physics::effects::Effect;
 
 use crate::answer::{Alternative, EffectSize, Evidence, FoundEffect, Grade};
 use crate::data::Data;
-use crate::explanation::{Explanation, Turns};
+use crate::explanation::Explanation;
 use crate::fit::Fit;
 use crate::intervals::Interval;
 use crate::residuals;
-use crate::select::{self, Selection, TAKEN};
+use crate::select::{InPlace, Selection, TAKEN};
 use crate::shares::Shares;
 use crate::space::What;
 use crate::words;
 
-/// Rivals of an effect that are refitted in its place.
-const RIVALS: usize = 2;
 /// Two explanations whose log evidence differs less than this cannot be distinguished.
 const ALIKE: f64 = 5.0;
 /// Rise of the log density of what is kept back from which an effect is confirmed there.
@@ -31,27 +29,10 @@ pub(crate) struct Rival {
     pub(crate) fit: Fit,
 }
 
-/// An effect that was chosen, and how far what was kept back bears it out.
-pub(crate) struct Borne {
-    pub(crate) effect: &'static Effect,
-    pub(crate) grade: Grade,
-    /// The model without it, everything else refitted.
-    without: Explanation,
-}
-
-/// Takes every effect of a selection out, and grades it by what was kept back.
-pub(crate) fn borne_out(searched: &Data, selection: &Selection) -> Vec<Borne> {
-    let best = &selection.chosen;
-    best.fit
-        .space
-        .effects
-        .par_iter()
-        .filter_map(|effect| {
-            let (space, z) = best.fit.space.without(effect, &best.fit.z);
-            let without = Explanation::of(searched, &space, &z, &best.discrepancy, Turns::SOME)?;
-            Some(Borne { effect, grade: grade(searched, &without, best), without })
-        })
-        .collect()
+/// Grades every effect of a selection by what was kept back, in its order.
+pub(crate) fn borne_out(selection: &Selection) -> Vec<Grade> {
+    let Selection { searched, chosen, in_place, .. } = selection;
+    in_place.par_iter().map(|place| grade(searched, &place.without, chosen)).collect()
 }
 
 /// What the effects of a selection are believed for.
@@ -63,30 +44,20 @@ pub(crate) struct Found {
     pub(crate) rivals: Vec<Rival>,
 }
 
-/// Judges the effects of a selection on the data it was made on, `searched`, and on all of `data`, where `chosen` is carried
-/// to its end, with its `intervals`.
+/// Judges the effects of a selection, with their `grades`, on all of `data`, where `chosen` is carried to its end, with its
+/// `intervals`.
 pub(crate) fn judge(
     data: &Data,
-    searched: &Data,
     selection: &Selection,
-    borne: &[Borne],
+    grades: &[Grade],
     chosen: &Explanation,
     intervals: &[Interval],
-    progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Found {
     let best = &selection.chosen;
     let shares = Shares::of(&chosen.fit);
     let chi_after = chi_kept(data, &chosen.fit);
     let mut found = Found::default();
-    for (number, Borne { effect, grade, without }) in borne.iter().enumerate() {
-        progress("rivals", number as f64 / borne.len() as f64);
-        // where it is the only one, the others were fitted in its place when it was found
-        let in_place = match selection.rounds.as_slice() {
-            [first, ..] if borne.len() == 1 => first.refitted.clone(),
-            _ => select::best_additions(searched, without, RIVALS + 1),
-        };
-        let others: Vec<(&'static Effect, Explanation)> =
-            in_place.into_iter().filter(|(other, _)| other.id != effect.id).take(RIVALS).collect();
+    for (InPlace { effect, without, others }, grade) in selection.in_place.iter().zip(grades) {
         let mut alternatives: Vec<Alternative> = others
             .par_iter()
             .map(|(other, explanation)| Alternative {
@@ -123,9 +94,10 @@ pub(crate) fn judge(
 }
 
 /// Effects none of which what was kept back bears out: they are suspected, and the model is the one without.
-pub(crate) fn suspects(data: &Data, selection: &Selection, borne: &[Borne]) -> Vec<FoundEffect> {
+pub(crate) fn suspects(data: &Data, selection: &Selection) -> Vec<FoundEffect> {
+    let places = selection.in_place.iter();
     let mut found: Vec<FoundEffect> =
-        borne.iter().map(|b| suspect(data, selection, b.effect, &selection.chosen, &b.without)).collect();
+        places.map(|place| suspect(data, selection, place.effect, &selection.chosen, &place.without)).collect();
     found.extend(next_in_line(data, selection));
     found
 }

@@ -19,6 +19,9 @@ const WORTH_ADDING: f64 = 0.05;
 const NEEDED: f64 = 5.0;
 /// Sketched candidates that are refitted in full, near belief and where the parameters have settled.
 const FINALISTS: usize = 2;
+/// Others that are fitted in the place of an effect, and how often one of them takes it.
+const RIVALS: usize = 2;
+const MOST_EXCHANGES: usize = 2;
 /// Most effects.
 const MOST_ROUNDS: usize = 5;
 /// Lengths of the windows in which an event may lie, as shares of the longest recording.
@@ -41,7 +44,19 @@ pub(crate) struct Selection {
     /// The parameters alone.
     pub(crate) reference: Explanation,
     pub(crate) chosen: Explanation,
+    /// Each of its effects taken out, and others in its place.
+    pub(crate) in_place: Vec<InPlace>,
     pub(crate) rounds: Vec<Round>,
+}
+
+/// What does without an effect, and with another one instead.
+#[derive(Debug, Clone)]
+pub(crate) struct InPlace {
+    pub(crate) effect: &'static Effect,
+    /// Everything else refitted.
+    pub(crate) without: Explanation,
+    /// The best by evidence first.
+    pub(crate) others: Vec<(&'static Effect, Explanation)>,
 }
 
 impl Selection {
@@ -88,7 +103,39 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         let Explanation { fit, discrepancy, .. } = &reference;
         reference = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
     }
-    Some(Selection { searched: searched.data, reference, chosen, rounds })
+    progress("rivals", 0.0);
+    let mut in_place = others_in_place(&searched.data, &chosen, &reference, &rounds);
+    for _ in 0..MOST_EXCHANGES {
+        let best = in_place.iter().flat_map(|place| &place.others).max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence));
+        let Some((_, better)) = best.filter(|(_, other)| other.evidence > chosen.evidence + NEEDED) else { break };
+        progress("exchanging", 0.0);
+        let (_, found) = home(&searched.data, better.clone())?;
+        (searched, chosen) = settled(from, &found)?;
+        in_place = others_in_place(&searched.data, &chosen, &reference, &[]);
+    }
+    Some(Selection { searched: searched.data, reference, chosen, in_place, rounds })
+}
+
+/// Every effect taken out of `chosen`, and the best others in its place: where one of them does better, the search has gone
+/// astray. Where it is the only one and leaves noise, they were fitted when it was found.
+fn others_in_place(data: &Data, chosen: &Explanation, reference: &Explanation, rounds: &[Round]) -> Vec<InPlace> {
+    let effects = &chosen.fit.space.effects;
+    effects
+        .par_iter()
+        .filter_map(|effect| {
+            if let ([_], [first, ..], true) = (effects.as_slice(), rounds, chosen.leaves_noise()) {
+                let others = first.refitted.iter().filter(|(other, _)| other.id != effect.id);
+                let others = others.take(RIVALS).cloned().collect();
+                return Some(InPlace { effect, without: reference.clone(), others });
+            }
+            let (space, z) = chosen.fit.space.without(effect, &chosen.fit.z);
+            let without = Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)?;
+            let mut others = best_additions(data, &without, RIVALS + 1);
+            others.retain(|(other, _)| other.id != effect.id);
+            others.truncate(RIVALS);
+            Some(InPlace { effect, without, others })
+        })
+        .collect()
 }
 
 /// Rise of the log evidence that one more effect has to bring. Where the model leaves more than noise, others can be bent to
@@ -126,7 +173,7 @@ fn refitted(data: &Data, base: &Explanation, starts: &[&Fit]) -> Vec<(&'static E
 }
 
 /// The most promising additions of one effect to `base`, refitted, at most `most`, the best first.
-pub(crate) fn best_additions(data: &Data, base: &Explanation, most: usize) -> Vec<(&'static Effect, Explanation)> {
+fn best_additions(data: &Data, base: &Explanation, most: usize) -> Vec<(&'static Effect, Explanation)> {
     let Some(field) = Field::of(data, base, &mechanisms(data, base), true) else { return Vec::new() };
     refitted(data, base, &field.sketched.iter().take(most).collect::<Vec<_>>())
 }
