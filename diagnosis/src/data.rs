@@ -6,11 +6,10 @@ use std::sync::Arc;
 use sinew_physics::{DriveKind, Inputs, WireModel};
 use sinew_recording::{Column, Recording, imposed_column};
 
-use crate::discrepancy::{Discrepancy, Whitening};
 use crate::error::Error;
 use crate::gates::{self, Exclude, Warning};
 use crate::noise::Noise;
-use crate::residuals::Residuals;
+use crate::whitening::Whitening;
 
 /// What a sample is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -184,11 +183,6 @@ impl Data {
     /// The longest recording, s.
     pub(crate) fn longest_s(&self) -> f64 {
         self.runs.iter().map(Run::duration_s).fold(0.0, f64::max)
-    }
-
-    /// The same for a model that is wrong by `discrepancy`; `left` are its residuals over noise.
-    pub(crate) fn whitened(&self, discrepancy: &Discrepancy, left: &Residuals) -> Data {
-        Data { whitening: Some(Arc::new(discrepancy.whitening(self, left))), ..self.clone() }
     }
 
     /// The same with `rows` rows made one: as much is known of what moves slowly, for a fraction of the work.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::data::{Data, Part, Run};
-use crate::residuals::Residuals;
+use crate::whitening::{Filter, Residuals, Sight, Whitening};
 
 /// Largest error of a model, as a share of the sensor's range: a larger process swallows the misfit, and the fit stays
 /// wherever it is.
@@ -114,8 +114,13 @@ impl Discrepancy {
         deviances.iter().sum()
     }
 
+    /// The data for a model that is wrong by this; `left` are its residuals over noise.
+    pub(crate) fn whitened(&self, data: &Data, left: &Residuals) -> Data {
+        Data { whitening: Some(Arc::new(self.whitening(data, left))), ..data.clone() }
+    }
+
     /// The filters that whiten what is left of `data`; `left` are residuals over noise near which they will be used.
-    pub(crate) fn whitening(&self, data: &Data, left: &Residuals) -> Whitening {
+    fn whitening(&self, data: &Data, left: &Residuals) -> Whitening {
         let mut whitening = Whitening { filters: Vec::new(), log_fitted: 0.0, prior: 0.0 };
         for (r, by_sensor) in self.wanders.iter().enumerate() {
             let filters: Vec<(Filter, [f64; 2])> = by_sensor
@@ -135,83 +140,6 @@ impl Wander {
     /// Minus twice the logarithm of its own prior.
     fn penalty(self) -> f64 {
         (self.size.ln() / SIZE_SPREAD).powi(2) + (self.memory_s.ln() / MEMORY_SPREAD).powi(2)
-    }
-}
-
-/// What whitens the residuals of one set of data.
-#[derive(Debug, Clone)]
-pub(crate) struct Whitening {
-    /// By recording and sensor.
-    filters: Vec<Vec<Filter>>,
-    /// Σ ln of the variances of the samples that are fitted, in units of noise.
-    pub(crate) log_fitted: f64,
-    /// Minus twice the logarithm of the prior of sizes and memories.
-    pub(crate) prior: f64,
-}
-
-impl Whitening {
-    /// Residuals, or their derivatives, in units in which they are white.
-    pub(crate) fn whiten(&self, left: &Residuals) -> Residuals {
-        let filtered = |(filters, left): (&Vec<Filter>, &Vec<Vec<f32>>)| {
-            filters.iter().zip(left).map(|(filter, values)| filter.whiten(values)).collect()
-        };
-        self.filters.iter().zip(left).map(filtered).collect()
-    }
-}
-
-/// What a sample is to a filter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sight {
-    /// Not measured, or left out.
-    Missing,
-    Fitted,
-    Kept,
-    /// The first of a block that is kept back.
-    FirstKept,
-}
-
-impl Sight {
-    fn part(self) -> Option<Part> {
-        match self {
-            Sight::Missing => None,
-            Sight::Fitted => Some(Part::Fitted),
-            Sight::Kept | Sight::FirstKept => Some(Part::KeptBack),
-        }
-    }
-}
-
-/// The filter of one sensor in one recording.
-#[derive(Debug, Clone)]
-struct Filter {
-    sight: Arc<[Sight]>,
-    /// By sample: what is left of the process since the last one, the filter's gain, one over the standard deviation of
-    /// what is new.
-    decay: Vec<f32>,
-    gain: Vec<f32>,
-    weight: Vec<f32>,
-}
-
-impl Filter {
-    fn whiten(&self, values: &[f32]) -> Vec<f32> {
-        let (mut fitted, mut kept) = (0.0f64, 0.0f64);
-        let places = self.sight.iter().zip(&self.decay).zip(self.gain.iter().zip(&self.weight));
-        let white = values.iter().zip(places).map(|(value, ((sight, decay), (gain, weight)))| {
-            fitted *= f64::from(*decay);
-            kept *= f64::from(*decay);
-            let expected = match sight {
-                Sight::Missing => return f32::NAN,
-                Sight::Fitted => &mut fitted,
-                Sight::Kept => &mut kept,
-                Sight::FirstKept => {
-                    kept = 0.0;
-                    &mut kept
-                }
-            };
-            let new = f64::from(*value) - *expected;
-            *expected += f64::from(*gain) * new;
-            (f64::from(*weight) * new) as f32
-        });
-        white.collect()
     }
 }
 
@@ -311,7 +239,7 @@ impl Signal {
         let logs = self.run(wander, |decay, gain, weight| {
             expected *= decay;
             let sight = self.sight[row];
-            if sight.part() == Some(part) {
+            if part_of(sight) == Some(part) {
                 if sight == Sight::FirstKept {
                     expected = 0.0;
                 }
@@ -331,7 +259,7 @@ impl Signal {
         let (sum, count) = left
             .iter()
             .zip(self.sight.iter())
-            .filter(|(_, sight)| sight.part() == Some(part))
+            .filter(|(_, sight)| part_of(**sight) == Some(part))
             .fold((0.0, 0.0), |(sum, count), (r, _)| (sum + f64::from(*r).powi(2), count + 1.0));
         if count == 0.0 {
             return (0.0, Wander { size: SMALLEST, memory_s: 1.0 });
@@ -365,6 +293,14 @@ impl Signal {
         let own = Wander { size: beyond, memory_s: 0.3 };
         let (a, b) = (from(start), from(own));
         if a.0 <= b.0 { a } else { b }
+    }
+}
+
+fn part_of(sight: Sight) -> Option<Part> {
+    match sight {
+        Sight::Missing => None,
+        Sight::Fitted => Some(Part::Fitted),
+        Sight::Kept | Sight::FirstKept => Some(Part::KeptBack),
     }
 }
 

@@ -61,7 +61,7 @@ impl Explanation {
         for share in SHARES {
             discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
             let left = residuals::plain_at(data, space, &z)?;
-            let fit = fit::fit(&data.whitened(&discrepancy, &left), space, &z, Effort::iterations(ON_THE_WAY))?;
+            let fit = fit::fit(&discrepancy.whitened(data, &left), space, &z, Effort::iterations(ON_THE_WAY))?;
             z.clone_from(&fit.z);
             if share == NEAR {
                 near = Explanation::new(data, fit, discrepancy.clone(), &left);
@@ -96,7 +96,7 @@ impl Explanation {
         for round in 0..turns.rounds {
             // the first one goes by derivatives taken as often as it likes, the others by what is known, and once more
             let effort = Effort::iterations(if round == 0 { turns.iterations } else { 1 });
-            let fit = fit::fit_from(&data.whitened(&discrepancy, &left), space, &z, effort, &mut known)?;
+            let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
             left = residuals::plain_at(data, space, &fit.z)?;
             discrepancy = discrepancy.refitted(data, &left);
             z.clone_from(&fit.z);
@@ -114,7 +114,7 @@ impl Explanation {
 
     /// A fit judged by the error it leaves.
     fn new(data: &Data, fit: Fit, discrepancy: Discrepancy, left: &Residuals) -> Option<Explanation> {
-        let whitened = data.whitened(&discrepancy, left);
+        let whitened = discrepancy.whitened(data, left);
         let white = whitened.whitening.as_ref()?.whiten(left);
         let score = residuals::score(&whitened, &white);
         let objective = score.fitted + fit.space.resistance(&fit.z);
@@ -133,7 +133,7 @@ impl Explanation {
 
     /// The data as this explanation judges them.
     pub(crate) fn judges(&self, data: &Data) -> Option<Data> {
-        Some(data.whitened(&self.discrepancy, &residuals::plain_at(data, &self.fit.space, &self.fit.z)?))
+        Some(self.discrepancy.whitened(data, &residuals::plain_at(data, &self.fit.space, &self.fit.z)?))
     }
 }
 

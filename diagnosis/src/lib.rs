@@ -84,6 +84,7 @@ mod stages;
 mod starts;
 mod tolerances;
 mod unknown;
+mod whitening;
 mod words;
 
 pub use answer::*;

@@ -3,10 +3,7 @@
 use crate::data::{Data, Part};
 use crate::simulate;
 use crate::space::Space;
-
-/// Residuals over noise of the whole data, whitened where the data say how: by run, sensor, sample; NaN where nothing was
-/// measured.
-pub(crate) type Residuals = Vec<Vec<Vec<f32>>>;
+pub(crate) use crate::whitening::Residuals;
 
 /// Residuals of the model at `z`; `None` where it cannot be built.
 pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {

@@ -38,7 +38,9 @@ mod tests {
     /// A rig file with the uncertain parameters as they truly are.
     fn true_rig(text: &str, answer: &Answer) -> Rig {
         let mut rig = Rig::parse(text, "rig.toml").expect("a rig file that can be read");
-        for (key, value) in &answer.parameters {
+        // taps, or a spring, that the bench has not are none of its parameters
+        let its_own = answer.parameters.iter().filter(|(key, _)| rig.parameter(0, key).is_some()).collect::<Vec<_>>();
+        for (key, value) in its_own {
             rig.set_parameter(0, key, *value).expect("a parameter in its range");
         }
         rig
