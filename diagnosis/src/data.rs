@@ -9,7 +9,7 @@ use sinew_recording::{Column, Recording, imposed_column};
 use crate::error::Error;
 use crate::gates::{self, Exclude, Warning};
 use crate::noise::Noise;
-use crate::whitening::Whitening;
+use crate::whitening::{Residuals, Whitening};
 
 /// What a sample is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -185,6 +185,14 @@ impl Data {
         self.runs.iter().map(Run::duration_s).fold(0.0, f64::max)
     }
 
+    /// Residuals, or their derivatives, in units in which they are white, where the model is known to be wrong; else as they are.
+    pub(crate) fn white(&self, left: &Residuals) -> Residuals {
+        match &self.whitening {
+            Some(whitening) => whitening.whiten(left),
+            None => left.clone(),
+        }
+    }
+
     /// The same with `rows` rows made one: as much is known of what moves slowly, for a fraction of the work.
     pub(crate) fn thinned(&self, rows: usize, drive: DriveKind) -> Data {
         let runs = self.runs.iter().map(|run| run.thinned(rows, drive)).collect();
@@ -323,6 +331,15 @@ impl Run {
     fn count(&self, part: Part, sensor: usize) -> usize {
         let samples = self.part.iter().zip(&self.measured[sensor]);
         samples.filter(|(of, value)| **of == part && !value.is_nan()).count()
+    }
+
+    /// From the least to the largest of what a sensor measured.
+    pub(crate) fn range(&self, sensor: usize) -> f64 {
+        let (least, most) = self.measured[sensor]
+            .iter()
+            .filter(|v| !v.is_nan())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(*v), most.max(*v)));
+        (most - least).max(0.0)
     }
 
     /// The share of its rows that count for nothing.

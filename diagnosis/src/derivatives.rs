@@ -147,8 +147,5 @@ pub(crate) fn of_zero(data: &Data, scale: f64, run: usize, at: &Residuals) -> Re
                 .collect()
         })
         .collect();
-    match &data.whitening {
-        Some(whitening) => whitening.whiten(&column),
-        None => column,
-    }
+    data.white(&column)
 }

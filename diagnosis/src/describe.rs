@@ -11,7 +11,7 @@ use crate::evidence::Rival;
 use crate::experiment;
 use crate::fit::Fit;
 use crate::intervals::Interval;
-use crate::locate::Located;
+use crate::locate::{self, Located};
 use crate::numbers::number;
 use crate::residuals::Residuals;
 use crate::space::What;
@@ -104,11 +104,7 @@ pub(crate) fn location(
     Compared { chosen, reference, recalibrated, .. }: &Compared,
     located: &[Located],
 ) -> Location {
-    let mut equation_scores: BTreeMap<String, f64> = BTreeMap::new();
-    for l in located {
-        let score = equation_scores.entry(l.equation.name().to_string()).or_insert(0.0);
-        *score = score.max(l.score);
-    }
+    let equation_scores = locate::scores(located);
     let Some(guilty) = guilty else { return Location { equation_scores, ..Location::default() } };
     let event = chosen.fit.space.effects.iter().find_map(|e| words::event_of(e, &chosen.fit));
     let windows = match event {

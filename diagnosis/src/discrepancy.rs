@@ -53,7 +53,7 @@ impl Discrepancy {
             let sensors = data.sensors.iter().enumerate();
             sensors
                 .map(|(s, sensor)| {
-                    let size = (share * range(&run.measured[s]) / sensor.noise).max(SMALLEST);
+                    let size = (share * run.range(s) / sensor.noise).max(SMALLEST);
                     Wander { size, memory_s }
                 })
                 .collect()
@@ -302,15 +302,6 @@ fn part_of(sight: Sight) -> Option<Part> {
         Sight::Fitted => Some(Part::Fitted),
         Sight::Kept | Sight::FirstKept => Some(Part::KeptBack),
     }
-}
-
-/// From the least to the largest of what was measured.
-fn range(values: &[f64]) -> f64 {
-    let (least, most) = values
-        .iter()
-        .filter(|v| !v.is_nan())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(*v), most.max(*v)));
-    (most - least).max(0.0)
 }
 
 #[cfg(test)]

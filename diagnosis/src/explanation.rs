@@ -56,18 +56,18 @@ impl Explanation {
     /// parameters to stay near: there what is missing shows before anything has made up for it.
     pub(crate) fn from_belief(data: &Data, space: &Space, start: &[f64]) -> Option<[Explanation; 2]> {
         let mut z = start.to_vec();
-        let mut discrepancy = Discrepancy::of_range(data, SHARES[0], MEMORY_S);
         let mut near = None;
         for share in SHARES {
-            discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
+            let discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
             let left = residuals::plain_at(data, space, &z)?;
             let fit = fit::fit(&discrepancy.whitened(data, &left), space, &z, Effort::iterations(ON_THE_WAY))?;
             z.clone_from(&fit.z);
             if share == NEAR {
-                near = Explanation::new(data, fit, discrepancy.clone(), &left);
+                near = Explanation::new(data, fit, discrepancy, &left);
             }
         }
-        Some([near?, Explanation::of(data, space, &z, &discrepancy, Turns::ALL)?])
+        let last = Discrepancy::of_range(data, SHARES[SHARES.len() - 1], MEMORY_S);
+        Some([near?, Explanation::of(data, space, &z, &last, Turns::ALL)?])
     }
 
     /// Whether it leaves nothing but noise: then nothing can be better.

@@ -84,7 +84,7 @@ impl Place {
     /// `None` where the model cannot be built.
     fn new(data: &Data, space: &Space, z: Vec<f64>) -> Option<Place> {
         let left = residuals::plain_at(data, space, &z)?;
-        let residuals = data.whitening.as_ref().map_or_else(|| left.clone(), |whitening| whitening.whiten(&left));
+        let residuals = data.white(&left);
         let score = residuals::score(data, &residuals);
         let objective = score.fitted + space.resistance(&z);
         Some(Place { z, left, residuals, score, objective })
@@ -112,10 +112,7 @@ struct Slope {
 
 impl Slope {
     fn new(data: &Data, space: &Space, known: &Known, here: &Place) -> Slope {
-        let white: Vec<Residuals> = match &data.whitening {
-            Some(whitening) => known.0.par_iter().map(|column| whitening.whiten(column)).collect(),
-            None => known.0.clone(),
-        };
+        let white: Vec<Residuals> = known.0.par_iter().map(|column| data.white(column)).collect();
         let columns = matrix(data, Part::Fitted, &white.iter().collect::<Vec<_>>());
         let mut information = square(&columns);
         for (i, pull) in space.pulls().enumerate() {

@@ -95,15 +95,6 @@ fn profile(data: &Data, fit: &Fit, spread: &Spread, i: usize, guess: f64) -> Opt
     Some(guess.abs() * (target / fall).sqrt().clamp(0.5, 2.5))
 }
 
-/// From the least to the largest of what was measured.
-fn range(values: &[f64]) -> f64 {
-    let (least, most) = values
-        .iter()
-        .filter(|v| !v.is_nan())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(*v), most.max(*v)));
-    (most - least).max(0.0)
-}
-
 /// What the curvature of a fit says.
 struct Spread {
     /// Standard deviations of the coordinates, in their scales, widened where what is left is correlated.
@@ -128,12 +119,12 @@ impl Spread {
         let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
         // what an error of one size throughout comes to where residuals are whitened
         let ones = residuals::zip(&here, &here, |a, _| if a.is_nan() { f32::NAN } else { 1.0 });
-        let ones = data.whitening.as_ref().map_or_else(|| ones.clone(), |whitening| whitening.whiten(&ones));
+        let ones = data.white(&ones);
         for (r, run) in data.runs.iter().enumerate() {
             let blocks = run.block.last().map_or(0, |b| b + 1);
             for s in 0..data.sensors.len() {
                 // what the simulation itself may be wrong by, the same way throughout a block
-                let wrong = SIMULATION_ERROR * range(&run.measured[s]) / data.sensors[s].noise;
+                let wrong = SIMULATION_ERROR * run.range(s) / data.sensors[s].noise;
                 let mut pulls = vec![DVector::<f64>::zeros(n); blocks];
                 let mut errors = pulls.clone();
                 for (i, column) in columns.iter().enumerate() {

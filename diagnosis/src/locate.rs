@@ -4,6 +4,7 @@
 //! the input is a row of hats in time, simulated one by one.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -98,6 +99,16 @@ pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) ->
     });
     located.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     located
+}
+
+/// The share of what is left that the best unknown input to each equation explains.
+pub(crate) fn scores(located: &[Located]) -> BTreeMap<String, f64> {
+    let mut scores = BTreeMap::new();
+    for l in located {
+        let score: &mut f64 = scores.entry(l.equation.name().to_string()).or_insert(0.0);
+        *score = score.max(l.score);
+    }
+    scores
 }
 
 /// Whether an unknown input to the wire makes the recording more probable than an error of any one sensor does: noise of

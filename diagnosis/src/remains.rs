@@ -26,18 +26,13 @@ pub(crate) fn looks_like(chosen: &Explanation, left: &[Located]) -> LooksLike {
 /// What the chosen model leaves; `left` is where.
 pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located]) -> Remains {
     let Compared { chosen, improved, .. } = compared;
-    let mut equations: BTreeMap<String, f64> = BTreeMap::new();
-    for l in left {
-        let score = equations.entry(l.equation.name().to_string()).or_insert(0.0);
-        *score = score.max(l.score);
-    }
     let looks_like = looks_like(chosen, left);
     let is_noise = looks_like == LooksLike::Noise;
     Remains {
         chi: improved.score.chi_kept(),
         looks_like,
         sensors: by_sensor(data, chosen),
-        equations,
+        equations: locate::scores(left),
         windows: if is_noise { Vec::new() } else { conditions::windows(data, &improved.residuals) },
         conditions: if is_noise { Vec::new() } else { conditions::conditions(data, &chosen.fit, &improved.residuals) },
     }

@@ -7,11 +7,7 @@ pub(crate) use crate::whitening::Residuals;
 
 /// Residuals of the model at `z`; `None` where it cannot be built.
 pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
-    let left = plain_at(data, space, z)?;
-    Some(match &data.whitening {
-        Some(whitening) => whitening.whiten(&left),
-        None => left,
-    })
+    Some(data.white(&plain_at(data, space, z)?))
 }
 
 /// The same, never whitened.

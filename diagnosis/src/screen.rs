@@ -3,6 +3,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
+use sinew_physics::effects::Effect;
 
 use crate::data::{Data, Part};
 use crate::derivatives;
@@ -118,6 +119,17 @@ impl<'a> Screen<'a> {
     }
 }
 
+/// Keeps the first of every effect.
+pub(crate) fn keep_first<T>(all: &mut Vec<T>, effect: impl Fn(&T) -> &'static Effect) {
+    let mut seen: Vec<&'static str> = Vec::new();
+    all.retain(|one| {
+        let id = effect(one).id;
+        let is_new = !seen.contains(&id);
+        seen.push(id);
+        is_new
+    });
+}
+
 /// What screening comes to at one explanation.
 #[derive(Debug, Clone)]
 pub(crate) struct Field {
@@ -134,12 +146,9 @@ impl Field {
         let mut screened: Vec<Screened> =
             candidates.par_iter().filter_map(|candidate| screen.gain(candidate)).collect();
         screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut seen: Vec<&'static str> = Vec::new();
-        screened.retain(|s| {
-            let new = !seen.contains(&s.candidate.effect.id);
-            seen.push(s.candidate.effect.id);
-            new || !one_each
-        });
+        if one_each {
+            keep_first(&mut screened, |s| s.candidate.effect);
+        }
         let gram = products::square(&screen.columns);
         let worth = screened.iter().filter(|s| s.gain > WORTH_A_FIT).take(SKETCHED).collect::<Vec<_>>();
         let mut sketched: Vec<Fit> = worth

@@ -7,7 +7,7 @@ use crate::data::Data;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
 use crate::prepare::Searched;
-use crate::screen::{Field, Screened};
+use crate::screen::{Field, Screened, keep_first};
 use crate::space::{Coordinate, Space, What};
 use crate::starts::{self, Candidate};
 
@@ -163,12 +163,7 @@ fn refitted(data: &Data, base: &Explanation, starts: &[&Fit]) -> Vec<(&'static E
         })
         .collect();
     refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
-    let mut seen: Vec<&'static str> = Vec::new();
-    refitted.retain(|(effect, _)| {
-        let new = !seen.contains(&effect.id);
-        seen.push(effect.id);
-        new
-    });
+    keep_first(&mut refitted, |(effect, _)| effect);
     refitted
 }
 

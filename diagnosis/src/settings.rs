@@ -2,7 +2,7 @@
 
 /// How a diagnosis is run.
 pub struct Settings<'a> {
-    /// Everything random is drawn from it: same input and seed, same answer.
+    /// Stands in the answer; nothing is drawn at random any more: same input, same answer.
     pub seed: u64,
     /// Threads; 0 = as many as the machine has cores.
     pub jobs: usize,
