@@ -144,10 +144,11 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     } else {
         locate::locate(&searched, &selection.chosen.fit, &|f| progress("locating", f))
     };
-    let outside = match remains::looks_like(&selection.chosen, &left) {
-        LooksLike::MissingMechanism if selection.chosen.fit.space.effects.is_empty() => {
+    // effects that explain the smaller part only have bent to what they are not
+    let outside = match (remains::looks_like(&selection.chosen, &left), located.first()) {
+        (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &left) => {
             progress("beyond the catalogue", 0.0);
-            Outside::search(&searched, &selection.chosen)
+            Some(Outside::search(&searched, &selection.reference, most.equation))
         }
         _ => None,
     };
@@ -218,14 +219,16 @@ impl Found {
             evidence::judge(data, selection, grades, chosen, &intervals)
         };
         let beyond_tolerance = tolerances::beyond(&chosen.fit);
-        effects.extend(tolerances::as_effects(&chosen.fit, &intervals, &beyond_tolerance, compared));
+        if outside.is_none() {
+            effects.extend(tolerances::as_effects(&chosen.fit, &intervals, &beyond_tolerance, compared));
+        }
         let verdict = self.verdict(&effects, &beyond_tolerance);
         progress("next experiment", 0.0);
         let next_experiment = describe::next_experiment(data, verdict, compared, &rivals, &effects);
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
             Verdict::PhysicsMissing => effects.first().and_then(|e| effects::effect(&e.id)).map(|e| e.equation),
-            Verdict::UnknownPhysics => outside.as_ref().map(|outside| outside.library.equation),
+            Verdict::UnknownPhysics => outside.as_ref().map(|outside| outside.equation),
         };
         let location = describe::location(data, guilty, compared, located);
         let unknown = outside.as_ref().map(|o| o.describe(chosen, &intervals, recalibrated.score, improved.score));

@@ -11,16 +11,28 @@ use crate::explanation::Explanation;
 use crate::locate::{self, Located};
 use crate::stages::Compared;
 
-/// What an explanation leaves, by what would explain it: noise comes in each sensor by itself, a mechanism in an equation;
-/// an unknown shift of the transformation is what curves of another shape come to.
+/// Where an unknown input explains more than this share of what it explained beside the parameters alone, what was found has not
+/// explained the larger part.
+const LARGER_PART: f64 = 0.5;
+
+/// What an explanation leaves, by what would explain it: noise comes in each sensor by itself and is no larger than it was
+/// estimated to be, a mechanism comes in an equation; an unknown shift of the transformation is what curves of another shape
+/// come to.
 pub(crate) fn looks_like(chosen: &Explanation, left: &[Located]) -> LooksLike {
-    if chosen.leaves_noise() || !locate::is_physical(left) {
+    if chosen.leaves_noise() || chosen.leaves_little() && !locate::is_physical(left) {
         return LooksLike::Noise;
     }
     match left.first() {
         Some(most) if most.equation == Equation::Kinetic => LooksLike::Curves,
         _ => LooksLike::MissingMechanism,
     }
+}
+
+/// Whether what was found explains the smaller part only: `located` is what an unknown input explains beside the parameters
+/// alone, `left` beside what was found, too.
+pub(crate) fn is_the_larger_part(located: &[Located], left: &[Located]) -> bool {
+    let most = |located: &[Located]| located.first().map_or(0.0, |most| most.evidence);
+    most(left) > LARGER_PART * most(located).max(0.0)
 }
 
 /// What the chosen model leaves; `left` is where.

@@ -1,7 +1,7 @@
 //! What: effects are added one at a time, each fitted with everything that may move, while the evidence rises.
 
 use rayon::prelude::*;
-use sinew_physics::effects::{self, Effect, Nature};
+use sinew_physics::effects::Effect;
 
 use crate::data::Data;
 use crate::explanation::{Explanation, Turns};
@@ -102,6 +102,10 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         (searched, chosen) = settled(from, &chosen)?;
         let Explanation { fit, discrepancy, .. } = &reference;
         reference = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
+        // the end is never worse than what was met on the way
+        if reference.evidence > chosen.evidence - NEEDED {
+            chosen = reference.clone();
+        }
     }
     progress("rivals", 0.0);
     let mut in_place = others_in_place(&searched.data, &chosen, &reference, &rounds);
@@ -173,20 +177,13 @@ fn best_additions(data: &Data, base: &Explanation, most: usize) -> Vec<(&'static
     refitted(data, base, &field.sketched.iter().take(most).collect::<Vec<_>>())
 }
 
-/// The best further term of a closed form, of `library` or, where there is none yet, of any; `most` are refitted.
+/// The best further term of a closed form, of one of these libraries; `most` are refitted.
 pub(crate) fn next_term(
     data: &Data,
     base: &Explanation,
-    library: Option<&'static Effect>,
+    libraries: &[&'static Effect],
     most: usize,
 ) -> Option<(&'static Effect, Explanation)> {
-    let model = base.fit.space.model(&base.fit.z)?;
-    let libraries: Vec<&'static Effect> = match library {
-        Some(library) => vec![library],
-        None => effects::catalogue()
-            .filter(|e| e.nature == Nature::Empirical && e.applies_to(&model) && e.is_null(&model))
-            .collect(),
-    };
     let terms: Vec<Candidate> = libraries.iter().flat_map(|library| starts::terms(library, &base.fit.space)).collect();
     let field = Field::of(data, base, &terms, false)?;
     let starts: Vec<&Fit> = field.sketched.iter().take(most).collect();

@@ -1,15 +1,15 @@
-//! Outside the catalogue: a closed form for what no mechanism explains.
+//! Outside the catalogue: what no mechanism explains, by the equation it acts in and, where there is one, a closed form.
 
 use std::collections::BTreeMap;
 
-use sinew_physics::effects::Effect;
+use sinew_physics::effects::{self, Effect, Equation, Nature};
 
 use crate::answer::{EffectSize, Unknown};
 use crate::data::Data;
 use crate::explanation::{Explanation, Turns};
 use crate::intervals::Interval;
 use crate::numbers::number;
-use crate::residuals::Score;
+use crate::residuals::{self, Score};
 use crate::select::{self, TAKEN};
 use crate::space::What;
 
@@ -18,36 +18,31 @@ const MOST_TERMS: usize = 3;
 /// Terms that are refitted at every step.
 const FINALISTS: usize = 3;
 
-/// A sparse closed form of terms of one equation.
+/// What acts in one equation, and a sparse closed form for it where there is one.
 #[derive(Debug, Clone)]
 pub(crate) struct Outside {
-    /// The library its terms are from.
-    pub(crate) library: &'static Effect,
+    pub(crate) equation: Equation,
+    /// The library the form's terms are from; `None` where none of them helps.
+    library: Option<&'static Effect>,
+    /// With the form, where there is one.
     pub(crate) explanation: Explanation,
 }
 
 impl Outside {
-    /// The closed form beyond `base` that raises the evidence most, its terms added while each raises it enough; the first
-    /// has to do so against all terms of all equations.
-    pub(crate) fn search(data: &Data, base: &Explanation) -> Option<Outside> {
-        let mut best: Option<Outside> = None;
-        for _ in 0..MOST_TERMS {
-            let from = best.as_ref().map_or(base, |best| &best.explanation);
-            let library = best.as_ref().map(|best| best.library);
-            let next = select::next_term(data, from, library, FINALISTS)?;
-            if next.1.evidence - from.evidence < TAKEN {
-                break;
+    /// What `base` leaves out, which an unknown input shows best in the equation `suspect`. A closed form of any equation that
+    /// explains the larger part says where better than that; else one is looked for there. A form that does not help where it
+    /// was not fitted is none.
+    pub(crate) fn search(data: &Data, base: &Explanation, suspect: Equation) -> Outside {
+        let found = Form::search(data, base, |_| true)
+            .filter(|form| form.explains_the_larger_part(data, base))
+            .or_else(|| Form::search(data, base, |equation| equation == suspect))
+            .filter(|form| form.is_borne_out(data, base));
+        match found {
+            Some(Form { library, explanation }) => {
+                Outside { equation: library.equation, library: Some(library), explanation }
             }
-            best = Some(Outside { library: next.0, explanation: next.1 });
+            None => Outside { equation: suspect, library: None, explanation: base.clone() },
         }
-        let mut found = best?;
-        let Explanation { fit, discrepancy, .. } = &found.explanation;
-        if let Some(settled) = Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::ALL)
-            && settled.evidence > found.explanation.evidence
-        {
-            found.explanation = settled;
-        }
-        Some(found)
     }
 
     /// As the answer says it, with the score of the model without and with it.
@@ -63,7 +58,7 @@ impl Outside {
         let mut unit = String::new();
         for (coordinate, interval) in chosen.fit.space.coordinates.iter().zip(intervals) {
             if let What::Effect(effect, parameter) = coordinate.what
-                && effect.id == self.library.id
+                && self.library.is_some_and(|library| library.id == effect.id)
             {
                 unit = parameter.unit.to_string();
                 let sign = if interval.value < 0.0 {
@@ -81,12 +76,67 @@ impl Outside {
             }
         }
         Unknown {
-            equation: self.library.equation.name().to_string(),
+            equation: self.equation.name().to_string(),
             form,
             unit,
             coefficients,
             holdout_chi_before: before.chi_kept(),
             holdout_chi_after: after.chi_kept(),
+        }
+    }
+}
+
+/// A sparse closed form of terms of one library.
+struct Form {
+    library: &'static Effect,
+    explanation: Explanation,
+}
+
+impl Form {
+    /// The one of the equations `of` that raises the evidence most beyond `base`, its terms added while each raises it enough.
+    fn search(data: &Data, base: &Explanation, of: impl Fn(Equation) -> bool) -> Option<Form> {
+        let model = base.fit.space.model(&base.fit.z)?;
+        let is_library = |e: &&'static Effect| e.nature == Nature::Empirical && of(e.equation);
+        let mut libraries: Vec<&'static Effect> =
+            effects::catalogue().filter(is_library).filter(|e| e.applies_to(&model) && e.is_null(&model)).collect();
+        let mut found: Option<Form> = None;
+        for _ in 0..MOST_TERMS {
+            let from = found.as_ref().map_or(base, |form| &form.explanation);
+            let Some((library, explanation)) = select::next_term(data, from, &libraries, FINALISTS) else { break };
+            if explanation.evidence - from.evidence < TAKEN {
+                break;
+            }
+            libraries = vec![library];
+            found = Some(Form { library, explanation });
+        }
+        let mut found = found?;
+        let Explanation { fit, discrepancy, .. } = &found.explanation;
+        if let Some(settled) = Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::ALL)
+            && settled.evidence > found.explanation.evidence
+        {
+            found.explanation = settled;
+        }
+        Some(found)
+    }
+
+    /// Whether at most half of what `base` leaves beyond noise is left, where it is fitted.
+    fn explains_the_larger_part(&self, data: &Data, base: &Explanation) -> bool {
+        let beyond_noise = |x: &Explanation| {
+            let left = residuals::plain_at(data, &x.fit.space, &x.fit.z)?;
+            let score = residuals::score(data, &left);
+            Some(score.fitted / score.fitted_count.max(1.0) - 1.0)
+        };
+        match (beyond_noise(&self.explanation), beyond_noise(base)) {
+            (Some(with), Some(without)) => with < 0.5 * without,
+            _ => false,
+        }
+    }
+
+    /// Whether it makes what was kept back more probable.
+    fn is_borne_out(&self, data: &Data, base: &Explanation) -> bool {
+        match (self.explanation.deviance_kept(data), base.deviance_kept(data)) {
+            (Some(with), Some(without)) => with < without,
+            _ => false,
         }
     }
 }

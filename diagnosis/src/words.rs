@@ -128,7 +128,7 @@ pub(crate) fn summary(
             format!(
                 "Something outside the catalogue acts in the {equation} equation: with parameters refitted the error on \
                  data kept back stays at {b} times the noise ({g} as given), and what is left is more than \
-                 noise of the sensors can be.{form}{off}"
+                 noise of the sensors can be. No effect of the catalogue explains the larger part of it.{form}{off}{suspicion}"
             )
         }
     }

@@ -11,4 +11,17 @@ pub struct About {
     pub command: String,
     /// Version of the program that made it.
     pub version: String,
+    /// When, as people write it.
+    pub date: String,
+    /// The rig file and the recordings it was made from.
+    pub files: Vec<Source>,
+}
+
+/// A file as it was when it was read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Source {
+    /// Its path, as typed.
+    pub path: String,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
 }

@@ -44,7 +44,7 @@ mod words;
 
 use sinew_diagnosis::{Diagnosis, Figures};
 
-pub use about::About;
+pub use about::{About, Source};
 pub use terminal::text;
 
 /// The page: `report.html`.

@@ -443,7 +443,7 @@ fn tried_table(models: &[Tried], worst: f64) -> Markup {
                         th scope="col" { "added to the model" }
                         th.n scope="col" { "chi, kept back" }
                         th scope="col" { span.visually-hidden { "chi above 1, as a bar" } }
-                        th.n scope="col" { "ΔBIC" }
+                        th.n scope="col" { "−2 Δ ln evidence" }
                         td {}
                     }
                 }
@@ -627,7 +627,21 @@ fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
         section #again {
             h2 { "How to reproduce this" }
             @if !about.command.is_empty() { pre { (about.command) } }
+            @if !about.files.is_empty() {
+                div.scroll {
+                    table {
+                        caption { "Made from" }
+                        thead { tr { th scope="col" { "file" } th scope="col" { "SHA-256" } } }
+                        tbody {
+                            @for file in &about.files {
+                                tr { th scope="row" { code { (file.path) } } td { code.hash { (file.sha256) } } }
+                            }
+                        }
+                    }
+                }
+            }
             p.muted {
+                @if !about.date.is_empty() { (about.date) ", " }
                 "sinew " (about.version) ", format " (diagnosis.schema) ", seed " (diagnosis.seed)
                 ". The same input and seed give the same answer. "
                 code { "diagnosis.json" } " beside this page holds every number, "
@@ -643,8 +657,8 @@ fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
                 dd { "The model with the rig file as it is; with its parameters refitted as far as their priors allow; with what was found added." }
                 dt { "p-value" }
                 dd { "How often an improvement as large as this one would be found if nothing were missing. Small: chance does not explain it. Large: no proof that everything is in the model, but nothing in this recording says otherwise." }
-                dt { "ΔBIC" }
-                dd { "Change of the Bayesian information criterion: fit against number of parameters, counted for as many samples as are independent. Negative is better; beyond 10 is clear." }
+                dt { "−2 Δ ln evidence" }
+                dd { "By how much a model makes the recordings more probable, everything it may adjust weighed by how well that was known before: what it explains less what it costs. Negative is better; beyond 20 is clear." }
                 dt { "90 % interval" }
                 dd { "Values the recording is compatible with." }
                 dt { "σ of the prior" }

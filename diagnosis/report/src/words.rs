@@ -1,13 +1,14 @@
 //! The words of the page and of the terminal's answer: verdicts, sensors, equations, effects.
 
-use sinew_diagnosis::{Diagnosis, Location, Verdict};
+use sinew_diagnosis::{Diagnosis, Grade, Location, Verdict};
 use sinew_physics::effects::Equation;
 use sinew_plot::quantity::{fixed, percent};
 use sinew_recording::Column;
 
 /// The answer as a headline.
 pub(crate) fn headline(diagnosis: &Diagnosis) -> String {
-    let found = list(&diagnosis.effects.iter().map(|e| effect_name(&e.id)).collect::<Vec<_>>());
+    let found = diagnosis.effects.iter().filter(|e| e.grade != Grade::Suspected);
+    let found = list(&found.map(|e| effect_name(&e.id)).collect::<Vec<_>>());
     match diagnosis.verdict {
         Verdict::Agrees => "The simulation agrees with the recording".into(),
         Verdict::ParametersOff => "The physics suffices; its parameters were off".into(),

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use sinew_diagnosis::*;
 use sinew_recording::Column;
-use sinew_report::{About, html, picture, text};
+use sinew_report::{About, Source, html, picture, text};
 
 fn about() -> About {
     About {
@@ -16,6 +16,8 @@ fn about() -> About {
         channel: "wire".into(),
         command: "sinew diagnose bench.toml train.csv.gz --out diagnosis --seed 1".into(),
         version: "0.1.0".into(),
+        date: "2026-08-01 15:30:12 UTC".into(),
+        files: vec![Source { path: "bench.toml".into(), sha256: "5f".repeat(32) }],
     }
 }
 
@@ -125,7 +127,9 @@ fn names_are_escaped_everywhere_and_nothing_is_fetched() {
     figures.tried[0].effects = vec![NASTY.into()];
     let input = &mut figures.unknown_inputs[0];
     (input.equation, input.what, input.unit) = (NASTY.into(), NASTY.into(), NASTY.into());
-    let about = About { rig: NASTY.into(), channel: NASTY.into(), command: NASTY.into(), version: NASTY.into() };
+    let nasty = || NASTY.to_string();
+    let files = vec![Source { path: nasty(), sha256: nasty() }];
+    let about = About { rig: nasty(), channel: nasty(), command: nasty(), version: nasty(), date: nasty(), files };
 
     let page = html(&diagnosis, &figures, &about);
     assert!(page.matches("&lt;script&gt;").count() > 30, "the names are there");

@@ -3,7 +3,7 @@
 
 use rand::{RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 use rand_distr::StandardNormal;
-use sinew_diagnosis::{LooksLike, Outcome, Settings, Verdict, diagnose, identify};
+use sinew_diagnosis::{Grade, LooksLike, Outcome, Settings, Verdict, diagnose, identify};
 use sinew_physics::{Inputs, Wire};
 use sinew_recording::{Column, Recording};
 use sinew_rig::Rig;
@@ -44,6 +44,12 @@ fn duty(t: f64) -> f64 {
 
 /// A recording of the wire as `truth` has it.
 fn record(truth: &Rig, seed: u64) -> Recording {
+    record_beside(truth, seed, |_| 0.0, 1)
+}
+
+/// A recording of the wire as `truth` has it, with a force on its load that depends on where that is, and follows it so many
+/// times a row.
+fn record_beside(truth: &Rig, seed: u64, force_n: impl Fn(f64) -> f64, follows: u32) -> Recording {
     let model = &truth.channels[0].model;
     let mut wire = Wire::new(model).unwrap();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -51,7 +57,10 @@ fn record(truth: &Rig, seed: u64) -> Recording {
     let time: Vec<f64> = (0..rows).map(|i| f64::from(i) * 0.02).collect();
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); SENSORS.len()];
     for t in &time {
-        wire.step(&Inputs { drive: duty(*t), ..model.rest_inputs() }, 0.02);
+        for _ in 0..follows {
+            let external_n = force_n(wire.position_m());
+            wire.step(&Inputs { drive: duty(*t), external_n, ..model.rest_inputs() }, 0.02 / f64::from(follows));
+        }
         let seen = wire.outputs();
         for ((column, noise), values) in SENSORS.iter().zip(&mut columns) {
             let e: f64 = rng.sample(StandardNormal);
@@ -178,6 +187,31 @@ fn tolerances_are_no_finding_and_what_is_beyond_them_is() {
     let diagnosis = off(&[("spring_n_per_m", 1.3)]);
     assert_eq!(diagnosis.verdict, Verdict::ParametersOff, "{}", diagnosis.summary);
     assert_eq!(diagnosis.beyond_tolerance[0].key, "spring_n_per_m", "{:?}", diagnosis.beyond_tolerance);
+}
+
+/// What no effect of the catalogue is gets no name of one, but its equation: a load that runs into rubber, and an encoder
+/// whose marks are uneven.
+#[test]
+fn what_is_outside_the_catalogue_is_said_to_be_and_where() {
+    let free = record(&real(), 24);
+    let (short, long) = free
+        .get(Column::PositionM)
+        .unwrap()
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(short, long), x| (x.min(short), x.max(long)));
+    let touches = 0.5 * (short + long);
+    let rubber = record_beside(&real(), 24, |x| 800.0 * (touches - x).max(0.0), 20);
+    let mut uneven = record(&real(), 25);
+    let position: Vec<f64> = uneven.get(Column::PositionM).unwrap().to_vec();
+    let marks = |x: &f64| x + 1.5e-4 * (std::f64::consts::TAU * x / 1e-3).sin();
+    uneven.set(Column::PositionM, position.iter().map(marks).collect()).unwrap();
+    for (recording, equation) in [(rubber, "mechanical"), (uneven, "sensing")] {
+        let diagnosis = answer(&recording, 0).diagnosis;
+        assert_eq!(diagnosis.verdict, Verdict::UnknownPhysics, "{}", diagnosis.summary);
+        assert_eq!(diagnosis.location.equation.as_deref(), Some(equation), "{}", diagnosis.summary);
+        assert!(diagnosis.effects.iter().all(|e| e.grade == Grade::Suspected), "{:?}", diagnosis.effects);
+        assert_eq!(diagnosis.remains.looks_like, LooksLike::MissingMechanism, "{:?}", diagnosis.remains);
+    }
 }
 
 /// The same rows at times `by_s` later.

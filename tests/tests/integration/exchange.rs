@@ -30,11 +30,16 @@ fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
     assert_eq!((&told["cycles"], &told["lost"]), (&recorded["cycles"], &recorded["lost"]), "{told:#}");
     assert!(told["first_cycle"].as_u64().unwrap() > 1, "the driver ran already");
     for channel in told["channel"].as_array().unwrap() {
-        for row in channel["fields"].as_array().unwrap() {
+        let rows = channel["fields"].as_array().unwrap();
+        let cycles = |row: &Value| row["cycles"].as_u64().unwrap();
+        // A wire that was warm is looked at in the dark now and then, and shows no length there: a replay that begins later takes
+        // it for colder, and looks at other moments.
+        let dark = rows.iter().find(|row| row["field"] == "flags").map_or(0, cycles);
+        for row in rows {
             let measured = ["length_m", "resistance_ohm", "target_m", "asked", "order", "fault"];
-            let cycles = row["cycles"].as_u64().unwrap();
             // until the duty of then is in force again, a period that was missed meanwhile later
-            assert!(!measured.contains(&row["field"].as_str().unwrap()) || cycles <= 3 + missed, "{channel:#}");
+            let most = 3 + missed + dark;
+            assert!(!measured.contains(&row["field"].as_str().unwrap()) || cycles(row) <= most, "{channel:#}");
         }
     }
 

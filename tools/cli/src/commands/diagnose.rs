@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use sinew_recording::Utc;
 use sinew_report::About;
 
 use super::fitting::{Input, command, has_colour, spare_inputs, width, work};
@@ -41,6 +42,8 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         channel: input.channel_name().to_string(),
         command: command(),
         version: env!("CARGO_PKG_VERSION").to_string(),
+        date: Utc::now().to_string(),
+        files: input.sources,
     };
     let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use sha2::{Digest, Sha256};
 use sinew_diagnosis::{Error, MOST_SAMPLES, Settings};
 use sinew_recording::{Options, Recording};
+use sinew_report::Source;
 use sinew_rig::Rig;
 
 use super::simulate::recording_failure;
@@ -29,6 +31,8 @@ pub struct Input {
     pub recordings: Vec<Recording>,
     /// What is only judged by.
     pub held_out: Vec<Recording>,
+    /// All the files this is from.
+    pub sources: Vec<Source>,
 }
 
 impl Input {
@@ -60,13 +64,25 @@ impl Input {
             all.push(recording);
         }
         let held_out = all.split_off(args.recordings.len());
-        Ok(Input { rig, channel, recordings: all, held_out })
+        let files = std::iter::once(&args.rig).chain(&args.recordings).chain(holdout);
+        let sources = files.map(|path| source(path)).collect::<Result<_, Failure>>()?;
+        Ok(Input { rig, channel, recordings: all, held_out, sources })
     }
 
     /// Name of the channel.
     pub fn channel_name(&self) -> &str {
         &self.rig.channels[self.channel].name
     }
+}
+
+/// A file by what is in it.
+fn source(path: &Path) -> Result<Source, Failure> {
+    let bytes = std::fs::read(path).map_err(|error| {
+        Failure::input(format!("{}: cannot be read again: {error}", path.display()))
+            .hint("leave it where it is meanwhile")
+    })?;
+    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(Source { path: path.display().to_string(), sha256 })
 }
 
 /// Whether two recordings have the same samples, whatever their files are called.
