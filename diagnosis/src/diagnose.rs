@@ -233,6 +233,8 @@ impl Found {
         let location = describe::location(data, guilty, compared, located);
         let unknown = outside.as_ref().map(|o| o.describe(chosen, &intervals, recalibrated.score, improved.score));
         let remains = remains::remains(data, compared, left);
+        let of_form = outside.as_ref().map_or(0.0, |o| o.explanation.evidence - selection.reference.evidence);
+        let rise = selection.first_rise().max(of_form);
         Ok(Diagnosis {
             schema: SCHEMA.to_string(),
             verdict,
@@ -251,7 +253,7 @@ impl Found {
                 chi_as_given: as_given.score.chi_kept(),
                 chi: recalibrated.score.chi_kept(),
                 chi_improved: improved.score.chi_kept(),
-                p_value: evidence::p_value(selection.first_rise(), selection.tried()),
+                p_value: evidence::p_value(rise, selection.tried()),
                 method: format!(
                     "evidence of the best of {} candidates, each fitted with all parameters and with an error of the model \
                      that is correlated in time; a bound by Markov's inequality",
