@@ -137,31 +137,28 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     let searched = Searched::new(&data, &space, drive);
     let selection = select::select(&searched, &space, progress).ok_or(Error::NoFit)?;
     let searched = selection.searched.clone();
+    progress("judging", 0.0);
+    let grades = evidence::borne_out(&selection);
+    let is_borne_out = grades.iter().any(|grade| *grade != Grade::Suspected);
+    let named = if is_borne_out { &selection.chosen } else { &selection.reference };
     progress("locating", 0.0);
     let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
-    let left = if selection.chosen.fit.space.effects.is_empty() {
-        located.clone()
+    let left = if is_borne_out {
+        locate::locate(&searched, &named.fit, &|f| progress("locating", f))
     } else {
-        locate::locate(&searched, &selection.chosen.fit, &|f| progress("locating", f))
+        located.clone()
     };
     // effects that explain the smaller part only have bent to what they are not
-    let outside = match (remains::looks_like(&selection.chosen, &left), located.first()) {
+    let outside = match (remains::looks_like(named, &left), located.first()) {
         (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &left) => {
             progress("beyond the catalogue", 0.0);
             Some(Outside::search(&searched, &selection.reference, most.equation))
         }
         _ => None,
     };
-    progress("judging", 0.0);
-    let grades = evidence::borne_out(&selection);
-    let is_borne_out = grades.iter().any(|grade| *grade != Grade::Suspected);
     // and simulated as finely as the wire takes it
     progress("polishing", 0.0);
-    let chosen = match &outside {
-        Some(outside) => outside.explanation.clone(),
-        None if is_borne_out => selection.chosen.clone(),
-        None => selection.reference.clone(),
-    };
+    let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
     let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
     describe::warn_of_fit(&compared.chosen.fit, &mut warnings);
 
