@@ -145,11 +145,7 @@ fn suspect(
 
 /// How far what was kept back bears an effect out.
 fn grade(data: &Data, without: &Explanation, with: &Explanation) -> Grade {
-    let rise = match (without.deviance_kept(data), with.deviance_kept(data)) {
-        (Some(without), Some(with)) => 0.5 * (without - with),
-        _ => 0.0,
-    };
-    if rise < CONFIRMED {
+    if with.rise_on_kept(data, without) < CONFIRMED {
         Grade::Suspected
     } else if data.runs.iter().any(|run| run.held_out) {
         Grade::ConfirmedOnAnotherProgramme

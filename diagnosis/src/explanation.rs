@@ -126,9 +126,17 @@ impl Explanation {
     }
 
     /// Minus twice the logarithm of how probable what is kept back is.
-    pub(crate) fn deviance_kept(&self, data: &Data) -> Option<f64> {
+    fn deviance_kept(&self, data: &Data) -> Option<f64> {
         let left = residuals::plain_at(data, &self.fit.space, &self.fit.z)?;
         Some(self.discrepancy.deviance_kept(data, &left))
+    }
+
+    /// How much more probable it makes what is kept back than `without` does, by the logarithm; 0 where one of them is impossible.
+    pub(crate) fn rise_on_kept(&self, data: &Data, without: &Explanation) -> f64 {
+        match (without.deviance_kept(data), self.deviance_kept(data)) {
+            (Some(without), Some(with)) => 0.5 * (without - with),
+            _ => 0.0,
+        }
     }
 
     /// The data as this explanation judges them.

@@ -36,7 +36,7 @@ impl Outside {
         let found = Form::search(data, base, |_| true)
             .filter(|form| form.explains_the_larger_part(data, base))
             .or_else(|| Form::search(data, base, |equation| equation == suspect))
-            .filter(|form| form.is_borne_out(data, base));
+            .filter(|form| form.explanation.rise_on_kept(data, base) > 0.0);
         match found {
             Some(Form { library, explanation }) => {
                 Outside { equation: library.equation, library: Some(library), explanation }
@@ -128,14 +128,6 @@ impl Form {
         };
         match (beyond_noise(&self.explanation), beyond_noise(base)) {
             (Some(with), Some(without)) => with < 0.5 * without,
-            _ => false,
-        }
-    }
-
-    /// Whether it makes what was kept back more probable.
-    fn is_borne_out(&self, data: &Data, base: &Explanation) -> bool {
-        match (self.explanation.deviance_kept(data), base.deviance_kept(data)) {
-            (Some(with), Some(without)) => with < without,
             _ => false,
         }
     }

@@ -634,7 +634,7 @@ fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
                         thead { tr { th scope="col" { "file" } th scope="col" { "SHA-256" } } }
                         tbody {
                             @for file in &about.files {
-                                tr { th scope="row" { code { (file.path) } } td { code.hash { (file.sha256) } } }
+                                tr { th scope="row" { code { (file.path) } } td { code { (file.sha256) } } }
                             }
                         }
                     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sinew_recording::Utc;
 use sinew_report::About;
 
-use super::fitting::{Input, command, has_colour, spare_inputs, width, work};
+use super::fitting::{Input, command, has_colour, sources, spare_inputs, width, work};
 use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -25,6 +25,7 @@ const PICTURE: &str = "picture.svg";
 pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let fitting = &args.fitting;
     let input = Input::read(fitting, &args.holdout)?;
+    let files = sources(fitting, &args.holdout)?;
     can_become_folder(&args.out)?;
     let names = names(args.picture);
     for name in &names {
@@ -43,7 +44,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         command: command(),
         version: env!("CARGO_PKG_VERSION").to_string(),
         date: Utc::now().to_string(),
-        files: input.sources,
+        files,
     };
     let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);

@@ -31,8 +31,6 @@ pub struct Input {
     pub recordings: Vec<Recording>,
     /// What is only judged by.
     pub held_out: Vec<Recording>,
-    /// All the files this is from.
-    pub sources: Vec<Source>,
 }
 
 impl Input {
@@ -64,9 +62,7 @@ impl Input {
             all.push(recording);
         }
         let held_out = all.split_off(args.recordings.len());
-        let files = std::iter::once(&args.rig).chain(&args.recordings).chain(holdout);
-        let sources = files.map(|path| source(path)).collect::<Result<_, Failure>>()?;
-        Ok(Input { rig, channel, recordings: all, held_out, sources })
+        Ok(Input { rig, channel, recordings: all, held_out })
     }
 
     /// Name of the channel.
@@ -75,7 +71,11 @@ impl Input {
     }
 }
 
-/// A file by what is in it.
+/// The files an answer is made from, by what is in them.
+pub fn sources(args: &args::Fitting, holdout: &[PathBuf]) -> Result<Vec<Source>, Failure> {
+    std::iter::once(&args.rig).chain(&args.recordings).chain(holdout).map(|path| source(path)).collect()
+}
+
 fn source(path: &Path) -> Result<Source, Failure> {
     let bytes = std::fs::read(path).map_err(|error| {
         Failure::input(format!("{}: cannot be read again: {error}", path.display()))
