@@ -43,6 +43,7 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Result<Option<T>, Failu
 /// A process that does not outlive its try.
 #[derive(Debug)]
 pub struct Process {
+    name: String,
     child: Child,
     said: PathBuf,
 }
@@ -58,7 +59,7 @@ impl Process {
         let file = File::create(&said)?;
         command.stdin(Stdio::piped()).stdout(file.try_clone()?).stderr(file);
         let child = command.spawn().map_err(|error| Failure::Unexpected(format!("{command:?}: {error}")))?;
-        Ok(Process { child, said })
+        Ok(Process { name: format!("{command:?}"), child, said })
     }
 
     /// Its number.
@@ -118,7 +119,8 @@ impl Process {
     /// # Errors
     /// When it does not come.
     pub fn finish(&mut self) -> Result<ExitStatus, Failure> {
-        wait_for("the end of a process", || self.ended())
+        let ended = wait_for("its end", || self.ended());
+        ended.map_err(|failure| Failure::Unexpected(format!("{}: {failure}; it said: {}", self.name, self.said())))
     }
 }
 

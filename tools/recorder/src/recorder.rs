@@ -218,7 +218,8 @@ fn write(
     outlet: &Outlet,
     ready: &std::sync::mpsc::Sender<Result<(), Error>>,
 ) -> Written {
-    let written = match Writer::new(options, about, layout, shared) {
+    let _said = SaysItEnded(shared);
+    match Writer::new(options, about, layout, shared) {
         Ok(writer) => {
             let _ = ready.send(Ok(()));
             writer.run(outlet)
@@ -227,9 +228,17 @@ fn write(
             let _ = ready.send(Err(error));
             Written::default()
         }
-    };
-    shared.ended.store(true, Ordering::Release);
-    written
+    }
+}
+
+/// Says that nothing more is written, also where the writer panics: who waits for its end must not wait for ever.
+struct SaysItEnded<'a>(&'a Shared);
+
+impl Drop for SaysItEnded<'_> {
+    fn drop(&mut self) {
+        self.0.stop.store(true, Ordering::Relaxed);
+        self.0.ended.store(true, Ordering::Release);
+    }
 }
 
 fn spawn<T: Send + 'static>(name: &str, body: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>, Error> {
@@ -244,3 +253,19 @@ pub fn unix_ns(moment_ns: u64) -> u64 {
 
 // A recording is made of these bytes as they are.
 const _: () = assert!(cfg!(target_endian = "little") && align_of::<ChannelState>() == 8);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_writer_that_panics_has_ended() {
+        let shared = Shared::default();
+        let writer = std::panic::AssertUnwindSafe(|| {
+            let _said = SaysItEnded(&shared);
+            panic!("asked to panic");
+        });
+        assert!(std::panic::catch_unwind(writer).is_err());
+        assert!(shared.ended.load(Ordering::Acquire) && shared.stop.load(Ordering::Relaxed));
+    }
+}
