@@ -253,7 +253,7 @@ impl Space {
                 }
                 What::Effect(_, parameter) => {
                     if let Some(channel) = rig.channels.get_mut(self.channel) {
-                        (parameter.set)(&mut channel.model, value);
+                        parameter.set(&mut channel.model, value);
                     }
                 }
                 What::Zero(_) | What::Gain(_) => {}

@@ -305,7 +305,7 @@ fn shift(model: &mut WireModel, shift_k: f64) {
 fn set(model: &mut WireModel, id: &str, key: &str, value: f64) {
     let effect = sinew_physics::effects::effect(id);
     if let Some(parameter) = effect.and_then(|effect| effect.parameters.iter().find(|p| p.key == key)) {
-        (parameter.set)(model, value.clamp(parameter.low, parameter.high));
+        parameter.set(model, value.clamp(parameter.low, parameter.high));
     }
 }
 

@@ -165,7 +165,7 @@ mod tests {
                     "end_s" => 20.0,
                     _ => parameter.plausible.1,
                 };
-                (parameter.set)(&mut model, value);
+                parameter.set(&mut model, value);
             }
             let recording = recording(&model, stairs, seed);
             if let Err(error) = check(&recording, &rig.channels[0]) {

@@ -61,7 +61,7 @@ fn switching(bencher: Bencher, dt: f64) {
 fn with_effect(bencher: Bencher, id: &str) {
     let mut model = model();
     for parameter in effects::effect(id).expect("in the catalogue").parameters {
-        (parameter.set)(&mut model, parameter.plausible.1);
+        parameter.set(&mut model, parameter.plausible.1);
     }
     run(bencher, model, 1e-3, &sweep());
 }

@@ -57,6 +57,6 @@ pub use joint::{Joint, JointEnergy, JointMotion, MOST_JOINT_HZ};
 pub use kinetics::{Direction, Fraction, Hysteresis};
 pub use model::WireModel;
 pub use signals::{EnergyBalance, Inputs, Outputs};
-pub use step::{Unknown, Wire, cold_length_m, hot_length_m};
+pub use step::{Undefined, Unknown, Wire, cold_length_m, hot_length_m};
 
 pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};

@@ -49,8 +49,8 @@ pub(crate) fn number(name: &str) -> Option<(&'static Effect, &'static EffectPara
 /// A number of an effect as the shortest decimal that reads back as the same model.
 pub(crate) fn in_file(parameter: &EffectParameter, model: &WireModel) -> f64 {
     let mut again = model.clone();
-    shortest((parameter.get)(model), |decimal| {
-        (parameter.set)(&mut again, decimal);
+    shortest(parameter.get(model), |decimal| {
+        parameter.set(&mut again, decimal);
         again.effects == model.effects
     })
 }
@@ -122,7 +122,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, channel: &
         let before = reader.found();
         for (key, node) in keys {
             let result = if let Some(p) = effect.parameters.iter().find(|p| p.key == key) {
-                in_range(node, p.low, p.high).map(|value| (p.set)(&mut channel.model, value))
+                in_range(node, p.low, p.high).map(|value| p.set(&mut channel.model, value))
             } else if let Some(word) = words(effect).find(|word| word.key == key) {
                 match &node.value {
                     Tree::Text(text) => (word.set)(channel, Some(text)),

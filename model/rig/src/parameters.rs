@@ -94,7 +94,7 @@ impl Channel {
     /// The number of an effect goes by its full name, such as `thermal.draught.gain`.
     pub fn parameter(&self, key: &str) -> Option<f64> {
         if let Some((_, number)) = effects::number(key) {
-            return Some((number.get)(&self.model));
+            return Some(number.get(&self.model));
         }
         let (key, unit) = find(key)?;
         match key.get(self) {
@@ -130,7 +130,7 @@ impl Rig {
             if !(low..=high).contains(&found) {
                 return Err(wrong(self, What::OutOfRange { found, low, high, defaulted: false }));
             }
-            (number.set)(&mut c.model, value);
+            number.set(&mut c.model, value);
             return Ok(());
         }
         // The initial temperature may be left open and can be given all the same; taps or a mass that are not there

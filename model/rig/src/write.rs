@@ -174,8 +174,8 @@ fn write_effects(table: &mut dyn TableLike, channel: &Channel, base: Option<&Cha
         let begins = acts && base.is_none_or(|b| effect.is_null(&b.model));
         let is_new = table_if(table, &path).is_none();
         for p in effect.parameters {
-            let (now, default) = ((p.get)(model), p.default(model));
-            let changed = now != base.map_or(default, |b| (p.get)(&b.model));
+            let (now, default) = (p.get(model), p.default(model));
+            let changed = now != base.map_or(default, |b| p.get(&b.model));
             let written = table_if(table, &path).is_some_and(|t| t.contains_key(p.key));
             if changed && now == default && (!acts || p.is_switch()) {
                 remove(table, &path, p.key);

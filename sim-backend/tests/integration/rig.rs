@@ -547,7 +547,7 @@ proptest! {
         let catalogue: Vec<_> = sinew_physics::effects::catalogue().collect();
         for (index, share) in effects {
             for p in catalogue[index.index(catalogue.len())].parameters {
-                (p.set)(&mut rig.channels[0].model, p.plausible.0 + share * (p.plausible.1 - p.plausible.0));
+                p.set(&mut rig.channels[0].model, p.plausible.0 + share * (p.plausible.1 - p.plausible.0));
             }
         }
         rig.channels[0].neighbour = Some("right".into());

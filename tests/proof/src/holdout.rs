@@ -91,7 +91,7 @@ mod tests {
                     let effect = effects::effect(id).expect("an effect of the catalogue");
                     for parameter in effect.parameters {
                         if let Some(value) = parameters.get(parameter.key) {
-                            (parameter.set)(&mut rig.channels[0].model, *value);
+                            parameter.set(&mut rig.channels[0].model, *value);
                         }
                     }
                 }

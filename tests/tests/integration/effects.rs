@@ -51,7 +51,7 @@ fn every_effect_of_the_catalogue_runs_in_simulate_and_shows() {
                     // of the many terms of a closed form one will do
                     if i == 0 || effect.id.starts_with("sensing.") || !p.is_switch() {
                         let (least, most) = p.plausible;
-                        (p.set)(model, least + 0.8 * (most - least));
+                        p.set(model, least + 0.8 * (most - least));
                     }
                 }
                 if effect.id == "thermal.draught" {

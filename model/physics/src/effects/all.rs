@@ -4,12 +4,13 @@ use super::electrical::Electrical;
 use super::empirical::Empirical;
 use super::kinetic::Kinetic;
 use super::mechanical::Mechanical;
+use super::own::Own;
 use super::sensing::Sensing;
 use super::thermal::Thermal;
 
 /// Every effect beyond the reference model, in SI, grouped by the equation it is a term of. The default has none of
 /// them.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
     /// Terms of the heat balance.
     pub thermal: Thermal,
@@ -23,4 +24,6 @@ pub struct Effects {
     pub sensing: Sensing,
     /// Closed forms for what no mechanism explains.
     pub empirical: Empirical,
+    /// What users wrote themselves.
+    pub own: Own,
 }

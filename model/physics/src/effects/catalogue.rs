@@ -1,13 +1,14 @@
 //! The catalogue as it is of a [`WireModel`]: every row, what it does to a model, and the check of a model's effects.
 
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 use super::all::Effects;
 use super::electrical::Electrical;
 use super::empirical::Empirical;
 use super::kinetic::Kinetic;
 use super::mechanical::Mechanical;
-use super::row::{self, Group, Has, Home, Needs};
+use super::own::{Entry, Law, Own, OwnRole};
+use super::row::{self, Equation, Group, Has, Home, Nature, Needs, Null, Place};
 use super::sensing::Sensing;
 use super::thermal::Thermal;
 use crate::error::Error;
@@ -53,8 +54,10 @@ has!(Kinetic, effects.kinetic);
 has!(Mechanical, effects.mechanical);
 has!(Sensing, effects.sensing);
 has!(Empirical, effects.empirical);
+has!(Own, effects.own);
 
-/// Every row of the catalogue: the reference model's own coefficients first, the empirical forms last.
+/// Every row of the catalogue: the reference model's own coefficients first, the empirical forms last. What users wrote
+/// themselves is a model's own: see [`WireModel::catalogue`].
 pub fn catalogue() -> impl Iterator<Item = &'static Effect> + Clone {
     GROUPS.iter().flat_map(|group| group.iter())
 }
@@ -62,6 +65,70 @@ pub fn catalogue() -> impl Iterator<Item = &'static Effect> + Clone {
 /// The row with this id.
 pub fn effect(id: &str) -> Option<&'static Effect> {
     catalogue().find(|effect| effect.id == id)
+}
+
+impl WireModel {
+    /// Every effect there is for this wire: the catalogue, then the laws its users wrote.
+    pub fn catalogue(&self) -> impl Iterator<Item = &'static Effect> + '_ {
+        catalogue().chain(self.effects.own.laws().map(row_of))
+    }
+
+    /// The row with this id.
+    pub fn effect(&self, id: &str) -> Option<&'static Effect> {
+        self.catalogue().find(|effect| effect.id == id)
+    }
+}
+
+/// The row of a law that users wrote.
+pub fn row_of(law: &'static Law) -> &'static Effect {
+    static ROWS: Mutex<Vec<(&'static Law, &'static Effect)>> = Mutex::new(Vec::new());
+    let mut rows = ROWS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, row)) = rows.iter().find(|(of, _)| std::ptr::eq(*of, law)) {
+        return row;
+    }
+    // as static as the law is, and once for each
+    let row: &'static Effect = Box::leak(Box::new(new_row(law)));
+    rows.push((law, row));
+    row
+}
+
+fn new_row(law: &'static Law) -> Effect {
+    let definition = &law.definition;
+    let (equation, needs) = match definition.enters {
+        Entry::Heat => (Equation::Thermal, Needs::Heating),
+        Entry::DrivingTemperature => (Equation::Kinetic, Needs::Nothing),
+        Entry::Strain | Entry::Force => (Equation::Mechanical, Needs::Nothing),
+        Entry::Resistivity => (Equation::Electrical, Needs::Nothing),
+        Entry::ShownPosition => (Equation::Sensing, Needs::FreeEnd),
+        Entry::ShownForce => (Equation::Sensing, Needs::Nothing),
+        Entry::ShownCurrent | Entry::ShownV3 => (Equation::Sensing, Needs::Heating),
+        Entry::ShownV1 | Entry::ShownV2 => (Equation::Sensing, Needs::Taps),
+    };
+    let parameter = |(index, of): (usize, &'static super::own::OwnParameter)| EffectParameter {
+        key: &of.key,
+        unit: &of.unit,
+        role: match of.role {
+            OwnRole::Switch { null } => Role::Switch { null: Null::At(null) },
+            OwnRole::Shape { default } => Role::Shape { default },
+        },
+        low: of.range.0,
+        high: of.range.1,
+        plausible: of.plausible,
+        about: &of.about,
+        place: Place::Law { law, index },
+    };
+    let term = format!("{} + {}", definition.enters.word(), definition.formula);
+    let parameters: Vec<EffectParameter> = definition.parameters.iter().enumerate().map(parameter).collect();
+    Effect {
+        id: law.id(),
+        equation,
+        nature: Nature::Mechanism,
+        home: Home::Table,
+        needs,
+        term: term.leak(),
+        says: &definition.says,
+        parameters: parameters.leak(),
+    }
 }
 
 impl Effect {
@@ -74,7 +141,7 @@ impl Effect {
     pub fn set_null(&self, model: &mut WireModel) {
         for parameter in self.parameters {
             let value = parameter.default(model);
-            (parameter.set)(model, value);
+            parameter.set(model, value);
         }
     }
 
@@ -98,7 +165,7 @@ impl Effect {
             return Ok(());
         }
         for parameter in self.parameters {
-            let found = (parameter.get)(model);
+            let found = parameter.get(model);
             let slack = 8.0 * f64::EPSILON * found.abs();
             if !(found >= parameter.low - slack && found <= parameter.high + slack) {
                 return Err(Error::OutOfRange {
@@ -121,17 +188,17 @@ impl EffectParameter {
 
     /// A switch's null on this model, in the rig file's unit.
     pub fn null(&self, model: &WireModel) -> Option<f64> {
-        match self.role {
-            Role::Switch { null } => Some(null(model)),
+        match &self.role {
+            Role::Switch { null } => Some(null.of(model)),
             Role::Shape { .. } => None,
         }
     }
 
     /// Its value where the rig file gives none, in the rig file's unit.
     pub fn default(&self, model: &WireModel) -> f64 {
-        match self.role {
-            Role::Switch { null } => null(model),
-            Role::Shape { default } => default,
+        match &self.role {
+            Role::Switch { null } => null.of(model),
+            Role::Shape { default } => *default,
         }
     }
 
@@ -139,7 +206,7 @@ impl EffectParameter {
     fn is_null(&self, model: &WireModel) -> bool {
         match self.null(model) {
             // a null that is another parameter comes back from SI with other last digits
-            Some(null) => ((self.get)(model) - null).abs() <= 1e-12 * null.abs(),
+            Some(null) => (self.get(model) - null).abs() <= 1e-12 * null.abs(),
             None => true,
         }
     }
@@ -150,15 +217,16 @@ pub(crate) fn validate(model: &WireModel) -> Result<(), Error> {
     if model.effects == Effects::default() {
         return Ok(());
     }
-    catalogue().try_for_each(|effect| effect.check(model))
+    model.catalogue().try_for_each(|effect| effect.check(model))
 }
 
 /// An effect's key as errors name it, such as `thermal.draught.gain`.
-fn path(id: &str, key: &str) -> &'static str {
+fn path(id: &'static str, key: &str) -> &'static str {
     static PATHS: LazyLock<Vec<String>> = LazyLock::new(|| {
         catalogue().flat_map(|e| e.parameters.iter().map(move |p| format!("{}.{}", e.id, p.key))).collect()
     });
     let at =
         catalogue().flat_map(|e| e.parameters.iter().map(move |p| (e.id, p.key))).position(|found| found == (id, key));
-    at.map_or("effects", |at| &PATHS[at])
+    // a law of its users' is named whole
+    at.map_or(id, |at| &PATHS[at])
 }

@@ -1,7 +1,7 @@
 //! Effects that are a coefficient of the reference model: they live with the material and count as left out at their
 //! null.
 
-use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, Role, parameter, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, Null, Role, parameter, switch};
 use crate::params::Material;
 
 impl<M: Has<Material>> Group<M> for Material {
@@ -72,7 +72,7 @@ impl<M: Has<Material>> Group<M> for Material {
             term: "C(ξ) = (1 − ξ)/E_A + ξ/E_M (eq. 4)",
             says: "Martensite is softer than austenite",
             parameters: &[parameter!(
-                Role::Switch { null: |model: &M| model.part().austenite_modulus_pa / 1e9 },
+                Role::Switch { null: Null::Of(|model: &M| model.part().austenite_modulus_pa / 1e9) },
                 "martensite_modulus_gpa",
                 "GPa",
                 (1.0, 300.0),

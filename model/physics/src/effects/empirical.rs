@@ -188,7 +188,7 @@ macro_rules! access {
     ($form:ident) => {
         mod $form {
             use crate::effects::empirical::{Empirical, Term};
-            use crate::effects::row::{EffectParameter, Has, Role};
+            use crate::effects::row::{EffectParameter, Has, Null, Place, Role};
 
             fn get<M: Has<Empirical>, const TERM: usize>(model: &M) -> f64 {
                 model.part().$form.coefficients[TERM]
@@ -208,13 +208,12 @@ macro_rules! access {
                 EffectParameter {
                     key: term.name(),
                     unit,
-                    role: Role::Switch { null: |_| 0.0 },
+                    role: Role::Switch { null: Null::At(0.0) },
                     low,
                     high,
                     plausible,
                     about: term.formula(),
-                    get: get::<M, TERM>,
-                    set: set::<M, TERM>,
+                    place: Place::Field { get: get::<M, TERM>, set: set::<M, TERM> },
                 }
             }
         }

@@ -3,6 +3,8 @@
 //! A group of effects (a file of this folder) knows its own struct only. That a [`WireModel`](crate::WireModel) has it is
 //! said in the catalogue, so that no group knows the model and the model can be made of the groups.
 
+use super::own::{Law, Own};
+
 /// The equation an effect belongs to: where a mismatch can sit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Equation {
@@ -108,10 +110,35 @@ pub struct EffectParameter<M> {
     pub plausible: (f64, f64),
     /// What it is.
     pub about: &'static str,
+    /// Where its value is.
+    pub(crate) place: Place<M>,
+}
+
+/// Where the value of a parameter is, in the rig file's unit.
+#[derive(Debug)]
+pub(crate) enum Place<M> {
+    /// In a field of its group.
+    Field { get: fn(&M) -> f64, set: fn(&mut M, f64) },
+    /// Among the parameters of a law that users wrote.
+    Law { law: &'static Law, index: usize },
+}
+
+impl<M: Has<Own>> EffectParameter<M> {
     /// Its value in the rig file's unit.
-    pub get: fn(&M) -> f64,
+    pub fn get(&self, model: &M) -> f64 {
+        match self.place {
+            Place::Field { get, .. } => get(model),
+            Place::Law { law, index } => model.part().get(law, index),
+        }
+    }
+
     /// Sets it, in the rig file's unit.
-    pub set: fn(&mut M, f64),
+    pub fn set(&self, model: &mut M, value: f64) {
+        match self.place {
+            Place::Field { set, .. } => set(model, value),
+            Place::Law { law, index } => model.part_mut().set(law, index, value),
+        }
+    }
 }
 
 /// What a parameter does for its effect.
@@ -119,8 +146,8 @@ pub struct EffectParameter<M> {
 pub enum Role<M> {
     /// The effect vanishes where all its switches are at their null, which is also their default.
     Switch {
-        /// The null in the rig file's unit (of this model: a modulus is null where it equals another).
-        null: fn(&M) -> f64,
+        /// The null in the rig file's unit.
+        null: Null<M>,
     },
     /// Says how the effect acts; means nothing while the switches are at their null.
     Shape {
@@ -129,7 +156,16 @@ pub enum Role<M> {
     },
 }
 
-// not derived: the model need not be copied for the function that reads it
+/// Where a switch leaves its effect out.
+#[derive(Debug)]
+pub enum Null<M> {
+    /// Always here.
+    At(f64),
+    /// Where this model has something else: a modulus is null where it equals another.
+    Of(fn(&M) -> f64),
+}
+
+// not derived: the model need not be copied for the functions that read it
 impl<M> Clone for Role<M> {
     fn clone(&self) -> Self {
         *self
@@ -137,6 +173,24 @@ impl<M> Clone for Role<M> {
 }
 
 impl<M> Copy for Role<M> {}
+
+impl<M> Clone for Null<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M> Copy for Null<M> {}
+
+impl<M> Null<M> {
+    /// The value, on this model.
+    pub fn of(&self, model: &M) -> f64 {
+        match self {
+            Null::At(value) => *value,
+            Null::Of(of) => of(model),
+        }
+    }
+}
 
 /// A model that has the group `T`.
 pub trait Has<T>: 'static {
@@ -164,15 +218,17 @@ macro_rules! parameter {
             high: $range.1,
             plausible: $plausible,
             about: $about,
-            get: |model: &M| model.part().$($at).+ / $si,
-            set: |model: &mut M, value| model.part_mut().$($at).+ = value * $si,
+            place: $crate::effects::row::Place::Field {
+                get: |model: &M| model.part().$($at).+ / $si,
+                set: |model: &mut M, value| model.part_mut().$($at).+ = value * $si,
+            },
         }
     };
 }
 /// A switch with the given null: see `parameter`.
 macro_rules! switch {
     ($null:literal, $($rest:tt)+) => {
-        $crate::effects::row::parameter!($crate::effects::row::Role::Switch { null: |_| $null }, $($rest)+)
+        $crate::effects::row::parameter!($crate::effects::row::Role::Switch { null: $crate::effects::row::Null::At($null) }, $($rest)+)
     };
 }
 /// A shape with the given default: see `parameter`.

@@ -44,10 +44,11 @@ pub(crate) struct Sleeve {
     pub(crate) per_k: f64,
 }
 
-/// A loss that no mechanism explains: fixed + linear τ + square τ², τ = (T − T∞)/60 K, in W.
+/// A loss besides the mechanisms': fixed + per_k T + linear τ + square τ², τ = (T − T∞)/60 K, in W.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Extra {
     pub(crate) fixed: f64,
+    pub(crate) per_k: f64,
     /// `None` where nothing depends on T.
     pub(crate) form: Option<ExtraForm>,
 }
@@ -91,7 +92,7 @@ impl Air {
             ambient: Both::same(0.0),
             draught: Both::same(1.0),
             sleeve_ahead: Sleeve { base: 0.0, per_k: 0.0 },
-            extra: Extra { fixed: 0.0, form: None },
+            extra: Extra { fixed: 0.0, per_k: 0.0, form: None },
         }
     }
 
@@ -186,7 +187,8 @@ impl Air {
             neighbour: self.neighbour_c,
         };
         let mut flow = self.thermal.losses(skin, temperature, &around);
-        flow.watts += self.extra.fixed;
+        flow.watts += self.extra.fixed + self.extra.per_k * temperature;
+        flow.per_k += self.extra.per_k;
         let Some(ExtraForm { linear, square }) = self.extra.form else { return flow };
         let tau = (temperature - around.ambient) / WORKING_EXCESS_K;
         let bounded = tau.clamp(-MOST_WARM, MOST_WARM);

@@ -158,7 +158,9 @@ impl Balance {
         // the library's σ has a bound, beyond which its square no longer grows
         let most = MOST_STRESS * STRESS_PA;
         let (bounded, steeper) = if at < most { (at, 2.0 * square * at) } else { (most, 0.0) };
-        elastic.soft = (elastic.soft + linear + steeper).max((LEAST_COMPLIANCE - 1.0) * elastic.compliance);
+        let own = terms.own.as_ref().map(|own| own.now()).copied().unwrap_or_default();
+        elastic.soft =
+            (elastic.soft + linear + steeper + own.strain_per_pa).max((LEAST_COMPLIANCE - 1.0) * elastic.compliance);
         elastic.free += (form.get(Term::Martensite) + form.get(Term::Mixed) * fraction.austenite) * xi
             + square * bounded * bounded
             - steeper * at;
@@ -167,7 +169,7 @@ impl Balance {
             elastic.compliance *= ends.middle;
             elastic.soft = ends.middle * elastic.soft + ends.compliance + ends.soft;
         }
-        elastic.free += terms.strain();
+        elastic.free += terms.strain() + own.strain_per_fraction * xi;
         elastic.soft += self.reference.frame;
         elastic
     }

@@ -3,11 +3,13 @@
 
 use super::air::{Air, At, Extra, ExtraForm, Sleeve};
 use super::ends::{Beside, Ends, Ledger};
+use super::own::{OwnTerms, Size, Undefined};
 use super::reference::{Reference, State};
 use crate::effects::all::Effects;
 use crate::effects::empirical::{Features, Form, Term};
 use crate::effects::kinetic::{Grains, LagWeights};
 use crate::effects::mechanical::Grip;
+use crate::effects::own::{CURRENT, Entry, Quantities};
 use crate::effects::sensing::Memory;
 use crate::effects::thermal::HeatFlow;
 use crate::formulas::WORKING_EXCESS_K;
@@ -72,6 +74,8 @@ pub(crate) struct Terms {
     pub(crate) bends: bool,
     /// Some empirical form is on: otherwise its library is not evaluated.
     forms: bool,
+    /// What users wrote themselves.
+    pub(crate) own: Option<OwnTerms>,
     /// x/(ε_L L_0) of 1, in m.
     stroke: f64,
     now: Now,
@@ -103,6 +107,10 @@ struct Driven {
     duty: f64,
     /// Electrical power at its start, W.
     power: f64,
+    /// On-phase current at its start, A.
+    current: f64,
+    /// V_s, V.
+    supply: f64,
 }
 
 /// What pulls on a moving load besides the reference model, as a tangent at its present movement.
@@ -136,8 +144,13 @@ impl Terms {
     pub(crate) fn of(model: &WireModel) -> Option<Box<Terms>> {
         let stroke = model.material.transformation_strain.max(1e-3) * model.geometry.length_m;
         // amplifiers act on signals, not on the wire: they cost no terms
-        let effects = Effects { sensing: model.effects.sensing.without_amplifiers(), ..model.effects };
-        (effects != Effects::default()).then(|| Terms::with_stroke(effects, stroke))
+        let sensing = model.effects.sensing.without_amplifiers();
+        let effects = Effects { sensing, own: model.effects.own.acting(), ..model.effects.clone() };
+        (effects != Effects::default()).then(|| {
+            let mut terms = Terms::with_stroke(effects, stroke);
+            terms.own = OwnTerms::of(model);
+            terms
+        })
     }
 
     /// No effect at all: something to hold an unknown input.
@@ -150,8 +163,11 @@ impl Terms {
     fn with_stroke(effects: Effects, stroke: f64) -> Box<Terms> {
         let none = Fraction::of_martensite(1.0);
         let mechanical = &effects.empirical.mechanical;
+        let bends =
+            effects.mechanical.stress_dependent_strain.stress_scale_pa > 0.0 || mechanical.get(Term::Stress2) != 0.0;
+        let forms = effects.empirical.is_on();
         let mut air = Air::new(effects.thermal);
-        air.extra.form = effects.empirical.is_on().then(|| form_of_temperature(&effects.empirical.thermal, 0.0));
+        air.extra.form = forms.then(|| form_of_temperature(&effects.empirical.thermal, 0.0));
         Box::new(Terms {
             effects,
             unknown: Unknown::default(),
@@ -163,9 +179,9 @@ impl Terms {
             equilibrium: none,
             ends: None,
             memory: None,
-            bends: effects.mechanical.stress_dependent_strain.stress_scale_pa > 0.0
-                || mechanical.get(Term::Stress2) != 0.0,
-            forms: effects.empirical.is_on(),
+            bends,
+            forms,
+            own: None,
             stroke,
             now: Now {
                 h: 1.0,
@@ -173,7 +189,7 @@ impl Terms {
                 strain: 0.0,
                 load: LoadForce { fixed: 0.0, whole: 0.0 },
                 lag: LagWeights::NONE,
-                drive: Driven { duty: 0.0, power: 0.0 },
+                drive: Driven { duty: 0.0, power: 0.0, current: 0.0, supply: 0.0 },
                 grip: None,
             },
         })
@@ -190,11 +206,12 @@ impl Terms {
             self.ends = Some(ends);
         }
         let features = self.features(state, 0.0, ambient);
+        self.begin_own(state, 0.0, ambient, 0.0);
         if let Some(form) = &mut self.air.extra.form {
             *form = form_of_temperature(&self.effects.empirical.thermal, features.0[Term::Position as usize]);
         }
         self.now.shift = self.shift_of(&features);
-        self.now.strain = self.strain_of(&features);
+        self.now.strain = self.strain_of(&features, state);
         let load = self.load_of(&features);
         self.now.load = LoadForce { fixed: load, whole: load };
     }
@@ -207,18 +224,65 @@ impl Terms {
     /// What the phase sees besides T − σ/α without the rate of the phase, K.
     fn shift_of(&self, phi: &Features) -> f64 {
         let (known, form) = (&self.effects.kinetic, &self.effects.empirical.kinetic);
-        self.unknown.driving_k + self.sum(form, &[Term::PhaseRate], phi) - known.moved(self.travel)
+        let own = self.own.as_ref().map_or(0.0, |own| own.now().shift);
+        self.unknown.driving_k + self.sum(form, &[Term::PhaseRate], phi) - known.moved(self.travel) + own
     }
 
-    /// Strain without stress that is not solved with the end of a piece.
-    fn strain_of(&self, phi: &Features) -> f64 {
+    /// Strain without stress that is not solved with the end of a piece which begins in `start`.
+    fn strain_of(&self, phi: &Features, start: &State) -> f64 {
         let (known, form) = (&self.effects.mechanical, &self.effects.empirical.mechanical);
-        self.unknown.strain + known.permanent(self.travel) + self.sum(form, &IMPLICIT_STRAIN, phi)
+        let (stress, martensite) = (start.stress, start.fraction.martensite);
+        let own = self.own.as_ref().map_or(0.0, |own| own.now().fixed_strain(stress, martensite));
+        self.unknown.strain + known.permanent(self.travel) + self.sum(form, &IMPLICIT_STRAIN, phi) + own
     }
 
     /// Force on the load besides the reference model's, N.
     fn load_of(&self, phi: &Features) -> f64 {
-        self.unknown.load_n + self.sum(&self.effects.empirical.load, &[], phi)
+        let own = self.own.as_ref().map_or(0.0, |own| own.now().force);
+        self.unknown.load_n + self.sum(&self.effects.empirical.load, &[], phi) + own
+    }
+
+    /// What laws may use of a state at `time` s.
+    fn quantities(&self, size: &Size, state: &State, time: f64, ambient: f64) -> Quantities {
+        let Driven { duty, power, current, supply } = self.now.drive;
+        let Rates { velocity, phase, warming } = self.rates;
+        let Fraction { martensite, austenite } = state.fraction;
+        let tension = size.area * state.stress;
+        [
+            state.temperature,
+            ambient,
+            martensite,
+            austenite,
+            state.stress,
+            tension,
+            state.position,
+            velocity,
+            warming,
+            phase,
+            state.resistance,
+            current,
+            power,
+            duty,
+            supply,
+            time,
+            size.length,
+            size.diameter,
+            size.surface,
+            size.mass,
+        ]
+    }
+
+    /// Prepares the users' laws for a piece of `h` s that begins in `start`.
+    fn begin_own(&mut self, start: &State, time: f64, ambient: f64, h: f64) {
+        if let Some(mut own) = self.own.take() {
+            own.begin(self.quantities(&own.size, start, time, ambient), start.velocity, h);
+            self.own = Some(own);
+        }
+    }
+
+    /// The first formula of a user's law that was not defined.
+    pub(crate) fn undefined(&self) -> Option<Undefined> {
+        self.own.as_ref().and_then(OwnTerms::undefined)
     }
 
     /// How far stress moves the cooling curve besides ϑ, in K; `None` where it does not.
@@ -229,19 +293,20 @@ impl Terms {
 
     /// Prepares the piece of length `h` that begins in `start`.
     pub(crate) fn begin(&mut self, c: &Reference, inputs: &Inputs, start: &State, h: f64) {
-        let e = &self.effects;
         let (t0, t1) = (self.time, self.time + h);
         let ambient = self.air.ambient_over(inputs.ambient_c, t0, t1);
         let power = c.power(inputs, start.resistance);
         let duty = if c.drive == DriveKind::Pwm { inputs.drive } else { 0.0 };
-        let drive = Driven { duty, power };
+        let drive = Driven { duty, power, current: c.current(inputs, start.resistance), supply: inputs.supply_v };
         self.now.drive = drive;
+        self.begin_own(start, t0, ambient.start, h);
+        let e = &self.effects;
         let features = self.features(start, t0, ambient.start);
-        let extra = self.extra_loss(&features);
+        let extra = self.extra_loss(&features, start);
         self.now = Now {
             h,
             shift: self.shift_of(&features),
-            strain: self.strain_of(&features),
+            strain: self.strain_of(&features, start),
             load: LoadForce {
                 fixed: self.unknown.load_n + self.sum(&e.empirical.load, &MOVED_LOAD, &features),
                 whole: self.load_of(&features),
@@ -286,7 +351,7 @@ impl Terms {
         };
         let change = end.fraction.change_from(&start.fraction);
         self.travel += change.abs();
-        if self.forms {
+        if self.forms || self.own.is_some() {
             let heard = -(-h / RATE_MEMORY_S).exp_m1();
             let hear = |mean: &mut f64, moved: f64| *mean += heard * (moved / h - *mean);
             hear(&mut self.rates.velocity, end.position - start.position);
@@ -294,6 +359,11 @@ impl Terms {
             hear(&mut self.rates.warming, end.temperature - start.temperature);
         }
         self.time += h;
+        if let Some(mut own) = self.own.take() {
+            let quantities = self.quantities(&own.size, end, self.time, self.air.ambient(At::End));
+            own.finish(&quantities, h, self.time);
+            self.own = Some(own);
+        }
         if let Some(kept) = self.air.finish(end.temperature) {
             ledger.lost -= kept;
         }
@@ -305,11 +375,17 @@ impl Terms {
         Beside { air: &self.air, effects: &self.effects, power: self.now.drive.power }
     }
 
-    /// The loss that no mechanism explains, in a piece that begins with these functions.
-    fn extra_loss(&self, phi: &Features) -> Extra {
+    /// The loss besides the mechanisms', in a piece that begins in `start` with these functions.
+    fn extra_loss(&self, phi: &Features, start: &State) -> Extra {
         let form = &self.effects.empirical.thermal;
-        let fixed = self.sum(form, &IMPLICIT_LOSS, phi) - self.unknown.heat_w;
-        Extra { fixed, form: self.forms.then(|| form_of_temperature(form, phi.0[Term::Position as usize])) }
+        let (heat, per_k) = self.own.as_ref().map_or((0.0, 0.0), |own| (own.now().heat, own.now().heat_per_k));
+        let own = per_k * start.temperature - heat;
+        let fixed = self.sum(form, &IMPLICIT_LOSS, phi) - self.unknown.heat_w + own;
+        Extra {
+            fixed,
+            per_k: -per_k,
+            form: self.forms.then(|| form_of_temperature(form, phi.0[Term::Position as usize])),
+        }
     }
 }
 
@@ -450,6 +526,21 @@ impl Terms {
 
     /// What pulls on a moving load besides the reference model. The movement weighs `tau` s.
     pub(crate) fn moving_load(&self, start: &State, mass: f64, tau: f64) -> MovingLoad {
+        let mut load = self.moving_form(start, mass, tau);
+        if let Some(own) = &self.own {
+            let now = own.now();
+            // as below: what drives the load away must not outrun its mass within a piece
+            let per_m = now.force_per_m.min(0.5 * mass / (tau * tau));
+            let per_m_s = now.force_per_m_s.min(0.5 * mass / tau);
+            load.force += now.force - per_m * start.position - per_m_s * start.velocity;
+            load.spring -= per_m;
+            load.damping -= per_m_s;
+        }
+        load
+    }
+
+    /// The closed form's part of it.
+    fn moving_form(&self, start: &State, mass: f64, tau: f64) -> MovingLoad {
         let form = &self.effects.empirical.load;
         let mut force = self.now.load.fixed;
         if !form.is_on() {
@@ -527,12 +618,25 @@ impl Terms {
         if self.forms && form.is_on() {
             change += form.sum(&self.features(state, self.time + self.now.h, self.air.ambient(At::End)));
         }
+        if let Some(own) = self.own.as_ref().filter(|own| own.enters(Entry::Resistivity)) {
+            let end = self.time + self.now.h;
+            change += own.sum(Entry::Resistivity, &self.quantities(&own.size, state, end, self.air.ambient(At::End)));
+        }
         (1.0 + change).max(0.05)
     }
 
     /// The library's functions as they are now, after a step.
     pub(crate) fn features_now(&self, state: &State) -> Features {
         self.features(state, self.time, self.air.ambient(At::End))
+    }
+
+    /// Adds what the users' laws make of what sensors see now, after a step.
+    pub(crate) fn show_own(&self, state: &State, o: &mut Outputs) {
+        if let Some(own) = &self.own {
+            let mut quantities = self.quantities(&own.size, state, self.time, self.air.ambient(At::End));
+            quantities[CURRENT] = o.current_a;
+            own.show(&quantities, o);
+        }
     }
 
     /// Remembers what the delayed sensor shows at the start.

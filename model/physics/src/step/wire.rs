@@ -9,6 +9,7 @@
 
 use super::balance::{Balance, Stage, Trial};
 use super::ends::Ledger;
+use super::own::Undefined;
 use super::reference::{Motion, Reference, State, fitted_implicitness};
 use super::terms::{Terms, Unknown};
 use crate::error::Error;
@@ -483,6 +484,7 @@ impl Wire {
         if matches!(c.reference.motion, Motion::Position) {
             o.force_n += terms.effects.mechanical.dragged(o.force_n, s.velocity) + terms.imposed_load();
         }
+        terms.show_own(s, o);
     }
 
     /// Wire temperature T, in °C.
@@ -537,6 +539,11 @@ impl Wire {
             None => (self.balance.reference.hysteresis.lower(theta), self.balance.reference.hysteresis.upper(theta)),
             Some(terms) => terms.bounds(&self.balance.reference.hysteresis, theta),
         }
+    }
+
+    /// The first formula of a user's law that was not defined where the wire went; it counted as zero there.
+    pub fn undefined(&self) -> Option<Undefined> {
+        self.balance.terms.as_ref().and_then(|terms| terms.undefined())
     }
 
     /// The energy ledger since the start.

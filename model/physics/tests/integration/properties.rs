@@ -280,7 +280,7 @@ fn with_effects(mut model: WireModel, drawn: &[(f64, Vec<f64>)], crowd: f64) -> 
     for (row, (on, shares)) in catalogue().filter(|row| row.home == Home::Table).zip(drawn) {
         if *on < crowd {
             for (p, share) in row.parameters.iter().zip(shares) {
-                (p.set)(&mut model, p.plausible.0 + share * (p.plausible.1 - p.plausible.0));
+                p.set(&mut model, p.plausible.0 + share * (p.plausible.1 - p.plausible.0));
             }
         }
     }

@@ -45,7 +45,7 @@ fn describe(out: &mut String, effect: &'static Effect) {
             (Home::Table, Role::Shape { .. }) if effect.id == DRAUGHT => "**required** where it acts".to_string(),
             (Home::Table, Role::Shape { default }) => Plain(default).to_string(),
             (Home::Table, Role::Switch { .. }) => null.clone(),
-            (Home::Material, _) => (p.get)(&Rig::hexapod().channels[0].model).to_string(),
+            (Home::Material, _) => p.get(&Rig::hexapod().channels[0].model).to_string(),
         };
         let (least, most) = p.plausible;
         let _ = writeln!(

@@ -40,8 +40,8 @@ fn every_parameter_comes_back_as_it_was_set_and_is_checked() {
             row.set_null(&mut m);
             assert!(row.is_null(&m), "{} {}", row.id, p.key);
             for value in [p.plausible.0, p.plausible.1] {
-                (p.set)(&mut m, value);
-                assert!(((p.get)(&m) - value).abs() <= 1e-12 * value.abs());
+                p.set(&mut m, value);
+                assert!((p.get(&m) - value).abs() <= 1e-12 * value.abs());
             }
             assert_eq!(row.is_null(&m), !p.is_switch(), "{} {}", row.id, p.key);
             row.set_null(&mut m);
@@ -49,11 +49,11 @@ fn every_parameter_comes_back_as_it_was_set_and_is_checked() {
             if row.home == Home::Table {
                 // on, then out of range
                 for other in row.parameters {
-                    (other.set)(&mut m, other.plausible.1);
+                    other.set(&mut m, other.plausible.1);
                 }
                 m.validate().unwrap_or_else(|e| panic!("{e}"));
                 for wrong in [p.high + 1.0 + p.high.abs(), f64::NAN] {
-                    (p.set)(&mut m, wrong);
+                    p.set(&mut m, wrong);
                     let Err(Error::OutOfRange { key, .. }) = m.validate() else { panic!("{} {}", row.id, p.key) };
                     assert_eq!(key, format!("{}.{}", row.id, p.key));
                 }

@@ -19,7 +19,7 @@ pub fn hanging() -> WireModel {
 pub fn set(model: &mut WireModel, id: &str, key: &str, value: f64) {
     let row = effect(id).unwrap_or_else(|| panic!("{id} is in the catalogue"));
     let parameter = row.parameters.iter().find(|p| p.key == key).unwrap_or_else(|| panic!("{id} has {key}"));
-    (parameter.set)(model, value);
+    parameter.set(model, value);
 }
 
 pub fn with(model: &WireModel, values: &[(&str, &str, f64)]) -> WireModel {

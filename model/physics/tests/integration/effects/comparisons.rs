@@ -20,7 +20,7 @@ fn effects_at_their_null_are_the_reference_model() {
         let mut null = plain.clone();
         for row in tables() {
             for p in row.parameters.iter().filter(|p| !p.is_switch()) {
-                (p.set)(&mut null, 0.5 * (p.plausible.0 + p.plausible.1));
+                p.set(&mut null, 0.5 * (p.plausible.0 + p.plausible.1));
             }
         }
         assert!(null.effects != plain.effects && tables().all(|row| row.is_null(&null)));
@@ -84,8 +84,8 @@ fn effects_grow_from_their_null() {
             let mut little = set_all(&model, id, &values);
             for p in row.parameters.iter().filter(|p| p.is_switch()) {
                 let null = p.null(&model).expect("a switch has a null");
-                let value = (p.get)(&little);
-                (p.set)(&mut little, null + share * (value - null));
+                let value = p.get(&little);
+                p.set(&mut little, null + share * (value - null));
             }
             let got = hang(&little, 5e-3, 4.0);
             assert!(got.iter().flatten().all(|x| x.is_finite()), "{id} at {share} of its size");

@@ -234,7 +234,7 @@ impl<'a> Equations<'a> {
         let (m, g) = (&model.material, &model.geometry);
         let get = |id: &str, key: &str| -> f64 {
             let row = effect(id).unwrap();
-            (row.parameters.iter().find(|p| p.key == key).unwrap().get)(model)
+            row.parameters.iter().find(|p| p.key == key).unwrap().get(model)
         };
         let numbers = Numbers::of(&get);
         let spread = get("kinetic.distributed", "spread_k");

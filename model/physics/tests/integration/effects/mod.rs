@@ -7,5 +7,6 @@ mod comparisons;
 mod ends;
 mod explicit;
 mod friction;
+mod own;
 mod sensors;
 mod unknown;
