@@ -15,6 +15,17 @@ const LEAST_DUTY: f64 = 1e-3;
 /// Share of its loss to the air that a wire surely has.
 const SURE_LOSS: f64 = 0.5;
 
+/// Shorter than that no time has passed, s.
+pub(crate) const SHORTEST_STEP_S: f64 = 1e-9;
+/// Longer than that a cycle is not taken for, s.
+const LONGEST_STEP_S: f64 = 0.1;
+
+/// Time that has passed since the cycle before, as far as one is to be believed, s.
+#[inline]
+pub(crate) fn elapsed_s(dt_s: f64) -> f64 {
+    if dt_s > SHORTEST_STEP_S { dt_s.min(LONGEST_STEP_S) } else { 0.0 }
+}
+
 /// The state a wire starts in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Start {

@@ -56,7 +56,7 @@ pub(crate) fn parameters(fit: &Fit, intervals: &[Interval]) -> BTreeMap<String, 
         .filter(|(c, _)| matches!(c.what, What::Key(_) | What::BothModuli))
         .map(|(c, i)| {
             let key = words::key_of(c);
-            let unit = sinew_rig::range_of(&key).map_or("", |(unit, ..)| unit).to_string();
+            let unit = fit.space.unit_of(&key).to_string();
             (
                 key,
                 FittedParameter {

@@ -121,8 +121,7 @@ impl Space {
             if one_modulus && key == "martensite_modulus_gpa" {
                 continue;
             }
-            let (Some(value), Some((_, lowest, highest))) = (rig.parameter(channel, &key), sinew_rig::range_of(&key))
-            else {
+            let (Some(value), Some((_, lowest, highest))) = (rig.parameter(channel, &key), c.range_of(&key)) else {
                 continue;
             };
             let sigma = prior.sigma(value);
@@ -232,6 +231,11 @@ impl Space {
         let mut kept = keep.iter();
         space.coordinates.retain(|_| *kept.next().unwrap_or(&true));
         (space, z.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(z, _)| *z).collect())
+    }
+
+    /// Unit of a key of this wire; nothing where there is none.
+    pub(crate) fn unit_of(&self, key: &str) -> &'static str {
+        self.rig.channels[self.channel].range_of(key).map_or("", |(unit, ..)| unit)
     }
 
     /// The wire's model at `z`.

@@ -17,7 +17,8 @@ pub(crate) struct Candidate {
 
 /// The mechanisms the model leaves out and could have.
 pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
-    effects::catalogue()
+    model
+        .catalogue()
         .filter(|e| e.nature == Nature::Mechanism && e.is_null(model) && e.applies_to(model))
         // what a neighbour did is in no recording of this wire
         .filter(|e| e.id != "thermal.neighbour")
@@ -95,7 +96,7 @@ fn parameter(
     }
     match p.role {
         Role::Switch { null } => {
-            let null = null(model);
+            let null = null.of(model);
             let (above, below) = (high - null, null - low);
             let scale = above.max(below);
             // near the null the way is straight and everything else can come along; only what acts by its square, or not

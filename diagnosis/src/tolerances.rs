@@ -29,7 +29,7 @@ pub(crate) fn beyond(fit: &Fit) -> Vec<BeyondTolerance> {
         .map(|(_, c, z)| {
             let key = words::key_of(c);
             let (given, value) = (c.origin, c.value(z));
-            let unit = sinew_rig::range_of(&key).map_or("", |(unit, ..)| unit);
+            let unit = fit.space.unit_of(&key);
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             let says = format!(
                 "{key} is {}{unit}, not {}{unit}: {:.1} times its tolerance away",

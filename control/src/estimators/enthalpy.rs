@@ -169,7 +169,7 @@ impl EnthalpyObserver {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = if seen.dt_s > 0.0 { seen.dt_s.min(0.1) } else { 0.0 };
+        let dt = cycle::elapsed_s(seen.dt_s);
         // a length that no wire can have is none
         let measured = (seen.length_m - self.map.length).abs() < self.map.length;
         if measured {

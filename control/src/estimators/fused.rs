@@ -16,7 +16,7 @@
 //! Without a length the motion goes on by the model alone: a kelvin changes the resistance as much as a quarter of a millimetre does,
 //! so that it says nothing of the length that the heat balance does not say better.
 
-use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start, inside};
+use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, SHORTEST_STEP_S, Start, inside};
 use crate::estimate::{Estimate, Observation};
 use crate::lambda;
 use crate::wire_map::WireMap;
@@ -28,14 +28,10 @@ const BIAS_TIME_S: f64 = 0.1;
 /// Spread of the bias of a standing wire, in the cooling speed, and of a moving one, as a share of its velocity.
 const BIAS_STANDING: f64 = 0.015;
 const BIAS_MOVING: f64 = 0.12;
-/// Shorter than that no time has passed, s.
-const SHORTEST_STEP_S: f64 = 1e-9;
 /// Fastest a wire is taken to follow its temperature, 1/s: with a load that hardly damps it, a kelvin of error is half a millimetre.
 const STIFFEST_PER_S: f64 = 20.0;
 /// What is left of the error of a moving wire's excess temperature, in widths 1/k.
 const EXCESS_MODEL: f64 = 0.04;
-/// Longest step that is predicted in one piece, s.
-const LONGEST_STEP_S: f64 = 0.1;
 /// Time over which innovations of the length are averaged, in samples, and the mean (in standard deviations) beyond which the
 /// model has lost the wire.
 const LOST_SAMPLES: f64 = 12.0;
@@ -323,7 +319,7 @@ impl FusedEstimator {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = if seen.dt_s > SHORTEST_STEP_S { seen.dt_s.min(LONGEST_STEP_S) } else { 0.0 };
+        let dt = cycle::elapsed_s(seen.dt_s);
         let length_seen = seen.length_m - self.map.length;
         // a length that no wire can have is none
         let measured = length_seen.abs() < self.map.length;

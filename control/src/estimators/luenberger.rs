@@ -198,7 +198,7 @@ impl LuenbergerObserver {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = if seen.dt_s > 0.0 { seen.dt_s.min(0.1) } else { 0.0 };
+        let dt = cycle::elapsed_s(seen.dt_s);
         let m = &self.map;
         let power = cycle::power(m, seen, || m.power_at_full_duty(self.martensite, self.temperature, self.elongation));
         self.full_power = cycle::full_power(m, seen, power, self.full_power);

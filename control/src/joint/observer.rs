@@ -164,7 +164,7 @@ impl JointObserver {
     /// Takes one cycle of both wires in, agonist first. Their tensions are not read: they are what is looked for.
     #[inline]
     pub fn update(&mut self, seen: [&Observation; 2]) -> JointEstimate {
-        let dt = if seen[0].dt_s > 0.0 { seen[0].dt_s.min(0.1) } else { 0.0 };
+        let dt = cycle::elapsed_s(seen[0].dt_s);
         let taut = self.sides.iter().all(|side| side.wire.tension_n() > 0.0);
         let predicted = self.predict(dt);
         let (surprise, sigma) = self.surprise(seen, predicted, dt);
@@ -183,6 +183,11 @@ impl JointObserver {
             wires[index] = side.update(seen[index], dt, shortens * surprise, shortens * beyond, shortens * angle);
             wires[index].velocity_m_s = -shortens * rate;
         }
+        if !self.is_sane() {
+            // inputs that no joint gives: forget what they did rather than pass it on
+            self.reset();
+            wires = self.sides.each_mut().map(|side| side.update(&Observation::nothing(0.0, 0.0), 0.0, 0.0, 0.0, 0.0));
+        }
         let noise = sigma * r * (SLACK_AVERAGE * dt).sqrt();
         JointEstimate {
             angle_rad: self.angle,
@@ -192,6 +197,13 @@ impl JointObserver {
             is_slack: self.slack > SLACK_STROKE * self.stroke * r + 5.0 * noise,
             wires,
         }
+    }
+
+    /// Whether what it believes are numbers.
+    #[inline]
+    fn is_sane(&self) -> bool {
+        let of_wire = |side: &Side| side.wire.temperature_c().is_finite() && side.wire.tension_n().is_finite();
+        self.angle.is_finite() && self.rate.is_finite() && self.slack.is_finite() && self.sides.iter().all(of_wire)
     }
 
     /// The angle after `dt` by the joint's own equation; implicit, because the wires' stiffness is far faster than a period.

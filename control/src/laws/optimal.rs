@@ -72,7 +72,8 @@ impl Pace {
         let moved = reference - self.reference;
         self.reference = reference;
         if moved.abs() < jump {
-            self.velocity += (moved / dt - self.velocity) * dt / (dt + PACE_TIME_S);
+            // (moved/dt − v) dt/(dt + τ), which an instant of no length must not divide by
+            self.velocity += (moved - self.velocity * dt) / (dt + PACE_TIME_S);
         } else {
             self.velocity = 0.0;
         }

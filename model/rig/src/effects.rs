@@ -9,6 +9,7 @@ use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Home}
 use crate::error::What;
 use crate::key::{Prior, shortest};
 use crate::notes::{Reader, Stated};
+use crate::own::{self, Catalogue, DEFINITION, OWN};
 use crate::suggest::nearest;
 use crate::tables::Channel;
 use crate::tree::{Node, Table, Tree};
@@ -34,16 +35,21 @@ pub(crate) const SENSOR_TOLERANCES: [(&str, Prior); 10] = [
     ("sensing.offset.position_m", Prior::Absolute(5e-5)),
 ];
 
-/// The effects that stand in `[channel.effects."ID"]`.
+/// The effects of the catalogue that stand in `[channel.effects."ID"]`.
 pub(crate) fn in_tables() -> impl Iterator<Item = &'static Effect> + Clone {
     effects::catalogue().filter(|effect| effect.home == Home::Table)
 }
 
-/// The number of an effect in a table by its full name, such as `thermal.draught.gain`.
-pub(crate) fn number(name: &str) -> Option<(&'static Effect, &'static EffectParameter)> {
+/// The same of one wire, with the laws its users wrote.
+pub(crate) fn in_tables_of(model: &WireModel) -> impl Iterator<Item = &'static Effect> + '_ {
+    model.catalogue().filter(|effect| effect.home == Home::Table)
+}
+
+/// The number of an effect of one wire in a table by its full name, such as `thermal.draught.gain`.
+pub(crate) fn number(model: &WireModel, name: &str) -> Option<&'static EffectParameter> {
     let (id, key) = name.rsplit_once('.')?;
-    let effect = in_tables().find(|effect| effect.id == id)?;
-    Some((effect, effect.parameters.iter().find(|p| p.key == key)?))
+    let effect = in_tables_of(model).find(|effect| effect.id == id)?;
+    effect.parameters.iter().find(|p| p.key == key)
 }
 
 /// A number of an effect as the shortest decimal that reads back as the same model.
@@ -108,19 +114,26 @@ pub(crate) fn words(effect: &'static Effect) -> impl Iterator<Item = &'static Wo
 }
 
 /// Reads `[channel.effects."ID"]`.
-pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, channel: &mut Channel) {
+pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, catalogue: &Catalogue, channel: &mut Channel) {
     let Some(table) = reader.table(node, Some(label), "effects", "[channel.effects.\"ID\"]") else { return };
     for (id, node) in table {
         let path = format!("effects.\"{id}\"");
-        let Some(effect) = in_tables().find(|e| e.id == id) else {
+        let own = id.strip_prefix(OWN);
+        if own.is_none() && !in_tables().any(|effect| effect.id == id) {
             reader.problem(node.line, Some(label), path, What::Unknown { hint: unknown_effect(id) });
             continue;
-        };
+        }
         let Some(keys) = reader.table(node, Some(label), &path, &format!("[channel.effects.\"{id}\"]")) else {
             continue;
         };
         let before = reader.found();
-        for (key, node) in keys {
+        if let Some(name) = own
+            && !declare(reader, label, (&path, name), (node.line, keys), catalogue, channel)
+        {
+            continue;
+        }
+        let Some(effect) = channel.model.effect(id) else { continue };
+        for (key, node) in keys.iter().filter(|(key, _)| own.is_none() || !DEFINITION.contains(&key.as_str())) {
             let result = if let Some(p) = effect.parameters.iter().find(|p| p.key == key) {
                 in_range(node, p.low, p.high).map(|value| p.set(&mut channel.model, value))
             } else if let Some(word) = words(effect).find(|word| word.key == key) {
@@ -147,6 +160,32 @@ pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, channel: &
             reader.problem(node.line, Some(label), path, What::Contradiction { message });
         }
     }
+}
+
+/// Gives the channel a law its users wrote: the one defined in this table, or that of the catalogue. False where it is neither.
+fn declare(
+    reader: &mut Reader<'_>,
+    label: &str,
+    (path, name): (&str, &str),
+    (header, keys): (usize, &Table),
+    catalogue: &Catalogue,
+    channel: &mut Channel,
+) -> bool {
+    let given = channel.model.effects.own.laws().find(|law| law.definition.name == name);
+    if !DEFINITION.iter().any(|key| keys.contains_key(*key)) {
+        if given.is_none() {
+            let expected = "a formula; or read the file with the catalogue that defines it, by --catalogue".into();
+            reader.problem(header, Some(label), path, What::Missing { expected });
+        }
+        return given.is_some();
+    }
+    let Some(law) = own::law(reader, Some(label), path, name, header, keys) else { return false };
+    if given.is_some_and(|given| !std::ptr::eq(given, law)) {
+        reader.problem(header, Some(label), path, own::another(catalogue));
+        return false;
+    }
+    channel.model.effects.own.declare(law);
+    true
 }
 
 /// A draught that blows does so for a while, and only the file can say when.

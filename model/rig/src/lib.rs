@@ -40,6 +40,7 @@ mod effects;
 mod error;
 mod key;
 mod notes;
+mod own;
 mod parameters;
 mod read;
 mod reference;
@@ -51,7 +52,8 @@ mod write;
 
 pub use error::{Error, Problem, What};
 pub use key::Prior;
-pub use parameters::{Parameter, default_priors, is_tolerance, parameters, range_of};
+pub use own::Catalogue;
+pub use parameters::{Parameter, default_priors, is_tolerance, parameters};
 pub use read::HEXAPOD_TOML;
 pub use reference::{catalogue, reference, word, words};
 pub use suggest::nearest;

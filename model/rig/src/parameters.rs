@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use sinew_physics::WireModel;
 use sinew_physics::effects::Home;
 
 use crate::effects;
@@ -63,13 +64,6 @@ fn describe<T: 'static>(section: &'static Section<T>) -> impl Iterator<Item = Pa
     })
 }
 
-/// Unit, least and largest value of what a prior may stand for: a parameter, or a number of an effect by its full name,
-/// such as `thermal.draught.gain`.
-pub fn range_of(key: &str) -> Option<(&'static str, f64, f64)> {
-    let of_model = parameters().find(|p| p.key == key).map(|p| (p.unit, p.low, p.high));
-    of_model.or_else(|| effects::number(key).map(|(_, number)| (number.unit, number.low, number.high)))
-}
-
 /// Whether a fit may move this key only as far as tools and sensors err: what a rig file states as known, and what a sensor
 /// is off by.
 pub fn is_tolerance(key: &str) -> bool {
@@ -80,6 +74,13 @@ pub fn is_tolerance(key: &str) -> bool {
 }
 
 impl Channel {
+    /// Unit, least and largest value of what a prior may stand for: a parameter, or a number of an effect by its full name,
+    /// such as `thermal.draught.gain`.
+    pub fn range_of(&self, key: &str) -> Option<(&'static str, f64, f64)> {
+        let of_model = parameters().find(|p| p.key == key).map(|p| (p.unit, p.low, p.high));
+        of_model.or_else(|| effects::number(&self.model, key).map(|number| (number.unit, number.low, number.high)))
+    }
+
     /// The priors in force: the defaults, with the rig file's own in their place, of the parameters this channel has.
     pub fn priors_in_force(&self) -> BTreeMap<String, Prior> {
         let mut priors: BTreeMap<String, Prior> =
@@ -93,7 +94,7 @@ impl Channel {
     /// such thing (taps, or a mass at an imposed position). The ambient temperature is asked of the [`Rig`].
     /// The number of an effect goes by its full name, such as `thermal.draught.gain`.
     pub fn parameter(&self, key: &str) -> Option<f64> {
-        if let Some((_, number)) = effects::number(key) {
+        if let Some(number) = effects::number(&self.model, key) {
             return Some(number.get(&self.model));
         }
         let (key, unit) = find(key)?;
@@ -125,7 +126,8 @@ impl Rig {
             let file = rig.source.file.clone();
             Error::Invalid { problems: vec![Problem { file, line: 1, channel: Some(name), key: key.into(), what }] }
         };
-        if let (Some((_, number)), Some(c)) = (effects::number(key), self.channels.get_mut(channel)) {
+        let number = self.channels.get(channel).and_then(|c| effects::number(&c.model, key));
+        if let (Some(number), Some(c)) = (number, self.channels.get_mut(channel)) {
             let (found, low, high) = (value, number.low, number.high);
             if !(low..=high).contains(&found) {
                 return Err(wrong(self, What::OutOfRange { found, low, high, defaulted: false }));
@@ -159,7 +161,7 @@ impl Rig {
 impl Rig {
     /// A number of an effect of one channel, in the unit of its key; `None` where there is no such channel, effect or key.
     pub fn effect_parameter(&self, channel: usize, id: &str, key: &str) -> Option<f64> {
-        self.parameter(channel, &name_of(id, key)?)
+        self.parameter(channel, &name_of(&self.channels.get(channel)?.model, id, key)?)
     }
 
     /// Changes a number of an effect of one channel, in the unit of its key, wherever in the file the effect has its home.
@@ -169,14 +171,15 @@ impl Rig {
     /// As [`Rig::set_parameter`].
     pub fn set_effect(&mut self, channel: usize, id: &str, key: &str, value: f64) -> Result<(), Error> {
         // what is no number of the catalogue is refused under the name it was asked for
-        let name = name_of(id, key).unwrap_or_else(|| format!("{id}.{key}"));
+        let model = self.channels.get(channel).map(|channel| &channel.model);
+        let name = model.and_then(|model| name_of(model, id, key)).unwrap_or_else(|| format!("{id}.{key}"));
         self.set_parameter(channel, &name, value)
     }
 }
 
 /// What a number of the catalogue is called among the parameters.
-fn name_of(id: &str, key: &str) -> Option<String> {
-    let effect = sinew_physics::effects::effect(id)?;
+fn name_of(model: &WireModel, id: &str, key: &str) -> Option<String> {
+    let effect = model.effect(id)?;
     effect.parameters.iter().find(|p| p.key == key)?;
     Some(match effect.home {
         Home::Material => key.to_string(),
@@ -194,12 +197,12 @@ fn find(name: &str) -> Option<(&'static Key<Channel>, Unit)> {
 }
 
 /// Reads `[channel.priors]`.
-pub(crate) fn priors(reader: &mut Reader<'_>, node: &Node, label: &str) -> BTreeMap<String, Prior> {
+pub(crate) fn priors(reader: &mut Reader<'_>, node: &Node, label: &str, channel: &Channel) -> BTreeMap<String, Prior> {
     let mut priors = BTreeMap::new();
     let Some(table) = reader.table(node, Some(label), "priors", "[channel.priors]") else { return priors };
     for (key, node) in table {
         let path = format!("priors.{key}");
-        if range_of(key).is_none() {
+        if channel.range_of(key).is_none() {
             let known: Vec<&str> = parameters().map(|p| p.key).collect();
             let hint = match nearest(key, known.iter().copied()) {
                 Some(near) => format!(", did you mean {near}?"),

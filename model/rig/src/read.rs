@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::complete;
 use crate::error::{Error, What};
 use crate::notes::{Given, Reader, Stated};
+use crate::own::Catalogue;
 use crate::tables::rig::Source;
 use crate::tables::{OTHER_TABLES, RIG, Rig, TOP, of_rig, recording, simulation};
 use crate::tree::{self, Table};
@@ -24,13 +25,21 @@ impl Rig {
     /// # Errors
     /// [`Error::Unreadable`] where the file cannot be read as text, else as [`Rig::parse`].
     pub fn load(path: &Path) -> Result<Rig, Error> {
+        Rig::load_with(path, &Catalogue::default())
+    }
+
+    /// Reads a rig file, every channel of which has the laws of `catalogue` besides its own, at their null.
+    ///
+    /// # Errors
+    /// As [`Rig::load`].
+    pub fn load_with(path: &Path, catalogue: &Catalogue) -> Result<Rig, Error> {
         let file = path.display().to_string();
         let bytes = match std::fs::read(path) {
             Ok(bytes) => bytes,
             Err(error) => return Err(Error::Unreadable { file, reason: error.to_string() }),
         };
         match String::from_utf8(bytes) {
-            Ok(text) => Rig::parse(&text, &file),
+            Ok(text) => Rig::parse_with(&text, &file, catalogue),
             Err(error) => {
                 let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
                 let line = 1 + good.iter().filter(|b| **b == b'\n').count();
@@ -44,7 +53,15 @@ impl Rig {
     /// # Errors
     /// [`Error::Invalid`] with every mistake found, each with its line, its key and what would be right.
     pub fn parse(text: &str, file: &str) -> Result<Rig, Error> {
-        rig(text, file)
+        Rig::parse_with(text, file, &Catalogue::default())
+    }
+
+    /// Reads the text of a rig file, every channel of which has the laws of `catalogue` besides its own, at their null.
+    ///
+    /// # Errors
+    /// As [`Rig::parse`].
+    pub fn parse_with(text: &str, file: &str, catalogue: &Catalogue) -> Result<Rig, Error> {
+        rig(Source { file: file.to_string(), text: text.to_string(), catalogue: catalogue.clone() })
     }
 
     /// The built-in rig: a hexapod of eighteen wires, three joints to each of six legs.
@@ -60,22 +77,22 @@ impl Rig {
 }
 
 /// Reads a rig file's text.
-fn rig(text: &str, file: &str) -> Result<Rig, Error> {
-    let mut reader = Reader::new(file);
+fn rig(source: Source) -> Result<Rig, Error> {
+    let mut reader = Reader::new(&source.file);
     // A byte-order mark is no mistake; it is cut off only for the parser, lines stay as they are.
-    let rig = match tree::parse(text.strip_prefix('\u{feff}').unwrap_or(text)) {
+    let rig = match tree::parse(source.text.strip_prefix('\u{feff}').unwrap_or(&source.text)) {
         Err(errors) => {
             for (line, message) in errors {
                 reader.problem(line, None, "", What::Syntax { message: format!("not TOML: {message}") });
             }
             None
         }
-        Ok(tree) => Some(root(&mut reader, &tree)),
+        Ok(tree) => Some(root(&mut reader, &tree, &source.catalogue)),
     };
     let problems = reader.into_problems();
     match rig {
         Some(mut rig) if problems.is_empty() => {
-            rig.source = Source { file: file.to_string(), text: text.to_string() };
+            rig.source = source;
             Ok(rig)
         }
         _ => Err(Error::Invalid { problems }),
@@ -83,7 +100,7 @@ fn rig(text: &str, file: &str) -> Result<Rig, Error> {
 }
 
 /// Reads the whole file, table by table.
-fn root(reader: &mut Reader<'_>, root: &Table) -> Rig {
+fn root(reader: &mut Reader<'_>, root: &Table, catalogue: &Catalogue) -> Rig {
     for (name, node) in root {
         if !TOP.contains(&name.as_str()) {
             let hint = unknown_hint(name, "", TOP);
@@ -104,7 +121,7 @@ fn root(reader: &mut Reader<'_>, root: &Table) -> Rig {
     }
     complete::rig(reader, &rig, &Stated { given, header: 1, label: None, table: root, right: true });
     rig.joints = root.get("joint").map_or_else(Vec::new, |node| joints::joints(reader, node));
-    let read = channels::channels(reader, root.get("channel"), &mut rig);
+    let read = channels::channels(reader, root.get("channel"), catalogue, &mut rig);
     if let Some(node) = root.get("joint") {
         complete::joints(reader, node, &mut rig);
     }

@@ -7,6 +7,7 @@ use crate::edit::{put, remove, table_if};
 use crate::effects;
 use crate::error::Error;
 use crate::key::{Kind, Prior, Section, Value, shortest};
+use crate::own;
 use crate::parameters::MODEL_TABLES;
 use crate::tables::simulation::NamedFault;
 use crate::tables::{Channel, JOINT, RIG, Rig, of_channel, of_rig, recording, simulation};
@@ -18,7 +19,7 @@ impl Rig {
     /// anew by whoever reads the text.
     pub fn to_toml(&self) -> String {
         // A rig is only ever made from text that reads well, so both of these succeed.
-        let (base, mut document) = match (Rig::parse(&self.source.text, ""), self.source.text.parse::<DocumentMut>()) {
+        let (base, mut document) = match (self.read_again(&self.source.text), self.source.text.parse::<DocumentMut>()) {
             (Ok(base), Ok(document)) => (Some(base), document),
             _ => (None, DocumentMut::new()),
         };
@@ -37,7 +38,7 @@ impl Rig {
         simulation::write_faults(document.as_table_mut(), self.named_faults(), &old_faults);
         // A model is what it is to the last number. Where one was a default computed from another that has changed
         // (the preload of a hanging mass), it has to be written out to stay.
-        if let Ok(again) = Rig::parse(&document.to_string(), "") {
+        if let Ok(again) = self.read_again(&document.to_string()) {
             for (index, (channel, read)) in self.channels.iter().zip(&again.channels).enumerate() {
                 if channel.model == read.model {
                     continue;
@@ -57,7 +58,12 @@ impl Rig {
     /// # Errors
     /// [`Error::Invalid`] where a field was set to something no rig file may say.
     pub fn refreshed(&self) -> Result<Rig, Error> {
-        Rig::parse(&self.to_toml(), &self.source.file)
+        Rig::parse_with(&self.to_toml(), &self.source.file, &self.source.catalogue)
+    }
+
+    /// A text read as this rig's was.
+    fn read_again(&self, text: &str) -> Result<Rig, Error> {
+        Rig::parse_with(text, "", &self.source.catalogue)
     }
 
     /// The simulated faults by the names of the channels they strike.
@@ -167,12 +173,18 @@ fn write_channel(table: &mut dyn TableLike, channel: &Channel, base: Option<&Cha
 /// Writes what differs from `base`. An effect that begins to act has its shape written out with the switches that are on;
 /// of one that does not act, only what is not at its default stays.
 fn write_effects(table: &mut dyn TableLike, channel: &Channel, base: Option<&Channel>) {
-    for effect in effects::in_tables() {
+    for effect in effects::in_tables_of(&channel.model) {
         let path = ["effects", effect.id];
         let model = &channel.model;
         let acts = !effect.is_null(model);
         let begins = acts && base.is_none_or(|b| effect.is_null(&b.model));
         let is_new = table_if(table, &path).is_none();
+        if let Some(law) = channel.model.effects.own.laws().find(|law| law.id() == effect.id)
+            && acts
+        {
+            // whoever reads it may not have the catalogue it came from
+            own::write(table, &path, law);
+        }
         for p in effect.parameters {
             let (now, default) = (p.get(model), p.default(model));
             let changed = now != base.map_or(default, |b| p.get(&b.model));

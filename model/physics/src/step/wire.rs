@@ -24,6 +24,8 @@ const THETA_TOLERANCE_K: f64 = 1e-7;
 /// ϑ is solved to this share of its movement in the stage. What is left does not add up over steps: phase, heat and
 /// force are exact for the ϑ accepted, which lags by a thousandth of a step.
 const THETA_TOLERANCE: f64 = 1e-3;
+/// Rates are differences over a step: no shorter one has any, s.
+const SHORTEST_STEP_S: f64 = 1e-12;
 /// More than Newton inside a bracket ever needs; bisection alone would reach the tolerance from 10⁴ K in 37.
 const MOST_ITERATIONS: u32 = 60;
 /// A load that no wire moves, kg: what jams one.
@@ -166,9 +168,9 @@ impl Wire {
 
     /// Advances by `dt_s` under `inputs`. The answer does not depend on how a span is cut into steps, but for the
     /// second-order error of pieces of at most 2.5 ms. Steps of 10 µs to 10 ms are what it is made for; longer ones are
-    /// divided the same way. A zero, negative or non-finite step does nothing.
+    /// divided the same way. A negative or non-finite step, or one of less than a picosecond, does nothing.
     pub fn step(&mut self, inputs: &Inputs, dt_s: f64) {
-        if !(dt_s > 0.0 && dt_s.is_finite()) {
+        if !(dt_s >= SHORTEST_STEP_S && dt_s.is_finite()) {
             return;
         }
         let pieces = (dt_s / self.balance.reference.longest_piece - 1e-9).ceil().max(1.0);

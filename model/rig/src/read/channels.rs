@@ -8,6 +8,7 @@ use crate::effects;
 use crate::error::What;
 use crate::key::Section;
 use crate::notes::{Given, Reader, Stated};
+use crate::own::Catalogue;
 use crate::parameters;
 use crate::read::walk::{descend, within};
 use crate::tables::{Channel, MAX_CHANNEL_NAME, MAX_CHANNELS, Rig, of_channel};
@@ -18,7 +19,12 @@ use crate::value::is_name;
 const OTHER_TABLES: [&str; 2] = ["priors", "effects"];
 
 /// Reads the channels; for each, what of it stood in the file and whether it is right key by key.
-pub(crate) fn channels<'n>(reader: &mut Reader<'_>, node: Option<&'n Node>, rig: &mut Rig) -> Vec<Stated<'n>> {
+pub(crate) fn channels<'n>(
+    reader: &mut Reader<'_>,
+    node: Option<&'n Node>,
+    catalogue: &Catalogue,
+    rig: &mut Rig,
+) -> Vec<Stated<'n>> {
     let mut read = Vec::new();
     let Some(nodes) = array(reader, node) else { return read };
     if let Some(extra) = nodes.get(MAX_CHANNELS) {
@@ -36,7 +42,7 @@ pub(crate) fn channels<'n>(reader: &mut Reader<'_>, node: Option<&'n Node>, rig:
             reader.problem(node.line, Some(&place), "", What::WrongType { found, expected });
             continue;
         };
-        let (channel, stated) = channel(reader, &place, node.line, table, rig);
+        let (channel, stated) = channel(reader, &place, (node.line, table), catalogue, rig);
         if !channel.name.is_empty() {
             let line = stated.line_at(&["name"]);
             match first_use.get(&channel.name) {
@@ -79,12 +85,15 @@ fn array<'n>(reader: &mut Reader<'_>, node: Option<&'n Node>) -> Option<&'n [Nod
 fn channel<'n>(
     reader: &mut Reader<'_>,
     place: &str,
-    header: usize,
-    table: &'n Table,
+    (header, table): (usize, &'n Table),
+    catalogue: &Catalogue,
     rig: &Rig,
 ) -> (Channel, Stated<'n>) {
     let before = reader.found();
     let mut channel = Channel::unread(rig.ambient_c);
+    for law in &catalogue.laws {
+        channel.model.effects.own.declare(law.0);
+    }
     // The name first: every message about the channel carries it.
     let label = match table.get("name").map(|n| &n.value) {
         Some(Tree::Text(name)) if is_name(name, MAX_CHANNEL_NAME) => name,
@@ -105,11 +114,11 @@ fn channel<'n>(
     if let Some(joint) = rig.joints.iter().find(|joint| joint.side(&channel.name).is_some()) {
         complete::in_joint(reader, &mut channel, joint, &mut stated);
     }
-    if let Some(node) = table.get("priors") {
-        channel.priors = parameters::priors(reader, node, label);
-    }
     if let Some(node) = table.get("effects") {
-        effects::read(reader, node, label, &mut channel);
+        effects::read(reader, node, label, catalogue, &mut channel);
+    }
+    if let Some(node) = table.get("priors") {
+        channel.priors = parameters::priors(reader, node, label, &channel);
     }
     for section in of_channel() {
         reader.belonging(section, &channel, &stated);

@@ -2,6 +2,7 @@
 
 use crate::declare::rows::*;
 use crate::notes::{Reader, Stated};
+use crate::own::Catalogue;
 use crate::tables::{Access, Backend, BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
 
 /// Longest name of a rig, in bytes.
@@ -168,6 +169,8 @@ impl Rig {
 pub(crate) struct Source {
     pub file: String,
     pub text: String,
+    /// Laws that were there besides those in the text.
+    pub catalogue: Catalogue,
 }
 
 /// Where a rig came from is no part of what it says.
