@@ -90,11 +90,13 @@ fn every_kind_of_command_does_what_it_says() {
     assert_eq!((state.mode(), state.duty), (Mode::Duty, 0.1), "{state:?}");
     assert!(state.target_m.is_nan(), "{state:?}");
     wait_until("0.1 of duty to heat the wire", || left().temperature_c > 30.0);
-    // 0.1 of V²/R over a period, to a few percent.
-    let state = left();
-    let current_a = 6.5 / (state.resistance_ohm + 0.12);
-    let power_w = 0.1 * current_a * current_a * state.resistance_ohm;
-    assert!((state.power_w / power_w - 1.0).abs() < 0.05, "{power_w} W expected: {state:?}");
+    // 0.1 of V²/R over a period, to a few percent. A sample that was bad takes the heating away for a cycle, so not every one has it.
+    wait_until("0.1 of the full power", || {
+        let state = left();
+        let current_a = 6.5 / (state.resistance_ohm + 0.12);
+        let power_w = 0.1 * current_a * current_a * state.resistance_ohm;
+        (state.power_w / power_w - 1.0).abs() < 0.05
+    });
 
     // Against a spring, a force is a length: F = preload − K (L − L0).
     robot.set_force("left", 1.6, LONG).unwrap();
