@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use sinew_physics::effects;
 use sinew_recording::Recording;
 use sinew_rig::Rig;
 
@@ -224,7 +223,7 @@ impl Found {
         let next_experiment = describe::next_experiment(data, verdict, compared, &rivals, &effects);
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
-            Verdict::PhysicsMissing => effects.first().and_then(|e| effects::effect(&e.id)).map(|e| e.equation),
+            Verdict::PhysicsMissing => effects.first().and_then(|e| chosen.fit.space.effect(&e.id)).map(|e| e.equation),
             Verdict::UnknownPhysics => outside.as_ref().map(|outside| outside.equation),
         };
         let location = describe::location(data, guilty, compared, located);

@@ -36,8 +36,8 @@
 //! let duty = time_s.iter().map(|t| [0.05, 0.3, 0.02, 0.35][(t / 3.0) as usize % 4]).collect();
 //! let mut monday = Recording::new("monday.csv", time_s)?;
 //! monday.set(Column::Duty, duty)?;
-//! let position: Vec<f64> =
-//!     monday.simulated(&channel.model)?.filter_map(|(_, seen)| Column::PositionM.of_outputs(&seen)).collect();
+//! let shown = |row: Result<(_, _), _>| row.map(|(_, seen)| Column::PositionM.of_outputs(&seen).unwrap_or(f64::NAN));
+//! let position = monday.simulated(&channel.model)?.map(shown).collect::<Result<Vec<f64>, _>>()?;
 //! monday.set(Column::PositionM, position.clone())?;
 //! assert!(check(&monday, channel)?.is_empty());
 //!

@@ -55,6 +55,10 @@ fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMu
         }
         see(&wire);
     }
+    // a formula that is no number there is no candidate there
+    if wire.undefined().is_some() {
+        return None;
+    }
     outputs.iter_mut().for_each(|values| average(values, &run.early));
     for (values, lacking) in outputs.iter_mut().zip(&run.lacking) {
         values.iter_mut().zip(lacking).for_each(|(value, lacking)| *value += lacking);

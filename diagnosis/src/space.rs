@@ -233,6 +233,11 @@ impl Space {
         (space, z.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(z, _)| *z).collect())
     }
 
+    /// The effect with this id that there is for this wire.
+    pub(crate) fn effect(&self, id: &str) -> Option<&'static Effect> {
+        self.rig.channels[self.channel].model.effect(id)
+    }
+
     /// Unit of a key of this wire; nothing where there is none.
     pub(crate) fn unit_of(&self, key: &str) -> &'static str {
         self.rig.channels[self.channel].range_of(key).map_or("", |(unit, ..)| unit)

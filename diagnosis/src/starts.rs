@@ -1,7 +1,7 @@
 //! Where the fit of an effect starts: inside what rigs show, for every sign and shape it can have.
 
 use sinew_physics::WireModel;
-use sinew_physics::effects::{self, Effect, EffectParameter, Nature, Role};
+use sinew_physics::effects::{Effect, EffectParameter, Nature, Role};
 
 use crate::space::{EFFECT_STEP, Space, Start, What, is_time};
 

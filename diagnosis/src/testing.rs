@@ -64,7 +64,8 @@ pub(crate) fn recording(model: &WireModel, duty: impl Fn(f64) -> f64, seed: u64)
     recording.set(Column::Duty, times.iter().map(|t| duty(*t)).collect()).expect("a duty");
     let mut columns = vec![Vec::new(); NOISE.len()];
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    for (_, outputs) in recording.simulated(model).expect("a wire") {
+    for simulated in recording.simulated(model).expect("a wire") {
+        let (_, outputs) = simulated.expect("the catalogue's laws");
         for ((column, rms), values) in NOISE.iter().zip(&mut columns) {
             let value = column.of_outputs(&outputs).expect("an output");
             values.push(value + rms * random.sample::<f64, _>(StandardNormal));

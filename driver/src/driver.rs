@@ -103,12 +103,14 @@ impl Services {
     /// Takes the rig's name and opens the services under it.
     fn open(rig: &Rig, rules: &[ChannelRules], simulated: bool) -> Result<Services, Error> {
         let lock = RigLock::acquire(&rig.name)?;
-        lock.leave_rig_text(rig.text())?;
+        // with the laws of a catalogue, which a session of it cannot have at hand
+        let rig_text = rig.to_toml();
+        lock.leave_rig_text(&rig_text)?;
         let mut info = info(rig, rules)?;
         info.simulated = simulated.into();
         let mut server = Server::create(lock, &info)?;
         if rig.access.is_open() {
-            server.open_gateway(&info, &access_of(rig)?, rig.text())?;
+            server.open_gateway(&info, &access_of(rig)?, &rig_text)?;
         }
         let (state, cycles, commands) = server.split();
         Ok(Services { state: Some(state), cycles: Some(cycles), commands: Some(commands) })

@@ -1,9 +1,17 @@
 //! Whether the units in a formula fit together.
 
 use crate::error::Error;
-use crate::program::Quantity;
 use crate::syntax::{Function, Kind, Node, Operator};
 use crate::unit::Dimension;
+
+/// A name that a formula may use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity<'a> {
+    /// As it stands in the formula.
+    pub name: &'a str,
+    /// What it measures.
+    pub dimension: Dimension,
+}
 
 /// What a formula measures: something, or anything, as a zero does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

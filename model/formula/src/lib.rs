@@ -26,6 +26,7 @@ mod program;
 mod syntax;
 mod unit;
 
+pub use crate::check::Quantity;
 pub use crate::error::{Error, Place};
-pub use crate::program::{Formula, Quantity};
+pub use crate::program::Formula;
 pub use crate::unit::{Dimension, Unit};

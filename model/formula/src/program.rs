@@ -1,21 +1,12 @@
 //! A formula as the operations that evaluate it, on a stack.
 
-use crate::check::check;
+use crate::check::{Quantity, check};
 use crate::error::Error;
 use crate::syntax::{Function, Kind, Node, Operator, parse};
 use crate::unit::Dimension;
 
 /// The deepest stack; the bounds of the syntax keep it below.
 const MOST_DEPTH: usize = 32;
-
-/// A name that a formula may use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Quantity<'a> {
-    /// As it stands in the formula.
-    pub name: &'a str,
-    /// What it measures.
-    pub dimension: Dimension,
-}
 
 /// A formula that can be evaluated.
 #[derive(Debug, Clone, PartialEq)]

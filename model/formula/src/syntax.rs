@@ -226,7 +226,7 @@ fn operand(input: &mut Input<'_>) -> Parsed<Node> {
             mark('(').parse_next(input)?;
             let inner = sum(input)?;
             close(input, start)?;
-            Ok(inner)
+            Ok(Node { at: start..input.previous_token_end(), ..inner })
         }
         // left to the prefixes
         Some(c) if is_sign(c) => fail(input),
@@ -337,6 +337,14 @@ mod tests {
             Kind::Call(function, of) => {
                 format!("{}({})", function.name(), of.iter().map(whole).collect::<Vec<_>>().join(","))
             }
+        }
+    }
+
+    #[test]
+    fn the_page_names_every_function() {
+        let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/own-physics.md")).unwrap();
+        for (name, ..) in Function::ALL {
+            assert!(page.contains(&format!("`{name}`")) || page.contains(&format!("`{name}(")), "{name}");
         }
     }
 

@@ -232,9 +232,9 @@ impl<'a> Reader<'a> {
             None => self.symbol()?,
         };
         let exponent = self.exponent()?;
-        let dimension = unit.dimension.power(f64::from(exponent));
-        let dimension = dimension.ok_or_else(|| Error::new(from..self.at, "this exponent is too large"))?;
-        Ok(Unit { si: unit.si.powi(i32::from(exponent)), dimension })
+        let dimension = unit.dimension.power(exponent).filter(|_| exponent.abs() <= f64::from(MOST_EXPONENT));
+        let dimension = dimension.ok_or_else(|| Error::new(from..self.at, "no unit has this exponent"))?;
+        Ok(Unit { si: unit.si.powf(exponent), dimension })
     }
 
     fn symbol(&mut self) -> Result<Unit, Error> {
@@ -256,33 +256,28 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// `²`, `^-2`, `-2`; 1 where there is none.
-    fn exponent(&mut self) -> Result<i16, Error> {
+    /// `²`, `^-2`, `-2`, `^0.5`; 1 where there is none.
+    fn exponent(&mut self) -> Result<f64, Error> {
         let from = self.at;
-        if let Some(raised) = self.take(&['²', '³']) {
-            return Ok(if raised == '²' { 2 } else { 3 });
-        }
         let marked = self.take(&['^']).is_some();
         let negative = self.take(&['-', '−', '⁻']).is_some();
-        let rest = self.rest();
-        let digits = &rest[..rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len())];
-        self.at += digits.len();
-        if digits.is_empty() {
-            return match (marked || negative, negative, self.take(&['¹', '²', '³'])) {
-                (_, true, Some(raised)) => Ok(if raised == '¹' {
-                    -1
-                } else if raised == '²' {
-                    -2
-                } else {
-                    -3
-                }),
-                (false, ..) => Ok(1),
-                _ => Err(Error::new(from..self.at, "an exponent is missing here")),
-            };
-        }
-        let exponent = digits.parse::<i16>().ok().filter(|exponent| *exponent <= MOST_EXPONENT);
-        let exponent = exponent.ok_or_else(|| Error::new(from..self.at, "this exponent is too large"))?;
-        Ok(if negative { -exponent } else { exponent })
+        let raised = [('¹', 1.0), ('²', 2.0), ('³', 3.0)];
+        let raised = self
+            .take(&raised.map(|(sign, _)| sign))
+            .and_then(|found| raised.iter().find(|(sign, _)| *sign == found).map(|(_, exponent)| *exponent));
+        let size = match raised {
+            Some(raised) => raised,
+            None => {
+                let rest = self.rest();
+                let end = rest.find(|c: char| !(c.is_ascii_digit() || marked && c == '.')).unwrap_or(rest.len());
+                self.at += end;
+                match &rest[..end] {
+                    "" if !marked && !negative => 1.0,
+                    digits => digits.parse().map_err(|_| Error::new(from..self.at, "an exponent is missing here"))?,
+                }
+            }
+        };
+        Ok(if negative { -size } else { size })
     }
 }
 
@@ -354,6 +349,7 @@ mod tests {
         assert_eq!(of("K s").to_string(), "s K");
         assert_eq!(of("m²").power(0.5), Some(of("m")));
         assert_eq!(of("m").power(0.1), None);
+        assert_eq!(of("m^0.5").power(2.0), Some(of("m")));
     }
 
     #[test]
@@ -366,8 +362,10 @@ mod tests {
             ("kmin", 0..4, "no unit"),
             ("W m^", 3..4, "exponent is missing"),
             ("W)", 1..2, "does not belong"),
-            ("m^99", 1..4, "too large"),
-            ("(m^9)^9", 0..7, "too large"),
+            ("m^99", 0..4, "no unit has this exponent"),
+            ("(m^9)^9", 0..7, "no unit has this exponent"),
+            ("m^0.1", 0..5, "no unit has this exponent"),
+            ("m^.", 1..3, "exponent is missing"),
             ("W $", 2..3, "begins with its symbol"),
         ] {
             let error = Unit::parse(text).unwrap_err();

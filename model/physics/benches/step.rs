@@ -1,6 +1,7 @@
 //! What one wire step costs: `cargo bench -p sinew-physics`.
 
 use divan::{Bencher, black_box};
+use sinew_physics::effects::{Definition, Entry, Law, OwnParameter, OwnRole, OwnState};
 use sinew_physics::*;
 
 fn main() {
@@ -55,7 +56,7 @@ fn switching(bencher: Bencher, dt: f64) {
 
 /// The slow sweep at 1 ms with one effect on, by its id.
 #[divan::bench(args = [
-    "thermal.draught", "thermal.end_conduction", "thermal.sheath", "electrical.r_phase", "kinetic.distributed",
+    "thermal.draught", "thermal.radiation", "thermal.end_conduction", "thermal.sheath", "electrical.r_phase", "kinetic.distributed",
     "kinetic.lag", "mechanical.friction", "mechanical.stress_dependent_strain", "sensing.delay", "empirical.thermal",
 ])]
 fn with_effect(bencher: Bencher, id: &str) {
@@ -63,5 +64,39 @@ fn with_effect(bencher: Bencher, id: &str) {
     for parameter in effects::effect(id).expect("in the catalogue").parameters {
         parameter.set(&mut model, parameter.plausible.1);
     }
+    run(bencher, model, 1e-3, &sweep());
+}
+
+/// The same term as `thermal.radiation`, and a force with a state, as laws that users write.
+#[divan::bench(args = ["radiation", "relaxing_spring"])]
+fn with_own(bencher: Bencher, name: &str) {
+    let (enters, formula, unit, states) = match name {
+        "radiation" => {
+            let difference = "((temperature + 273.15 [K])^4 - (ambient + 273.15 [K])^4)";
+            let formula = format!("-gain * 5.670374419e-8 [W/(m² K^4)] * surface * {difference}");
+            (Entry::Heat, formula, "1", Vec::new())
+        }
+        _ => {
+            let follows = OwnState {
+                key: "follows".into(),
+                unit: "mm".into(),
+                start: 0.0,
+                rate: "(position - follows) / 0.5 [s]".into(),
+            };
+            (Entry::Force, "-gain * (position - follows)".into(), "N/m", vec![follows])
+        }
+    };
+    let gain = OwnParameter {
+        key: "gain".into(),
+        unit: unit.into(),
+        role: OwnRole::Switch { null: 0.0 },
+        range: (0.0, 1e3),
+        plausible: (0.2, 0.9),
+        about: "size".into(),
+    };
+    let (name, says) = (name.into(), "It is so".into());
+    let law = Law::new(Definition { name, says, enters, formula, parameters: vec![gain], states }).expect("a law");
+    let mut model = model();
+    effects::row_of(law).parameters[0].set(&mut model, 0.9);
     run(bencher, model, 1e-3, &sweep());
 }

@@ -149,6 +149,13 @@ pub enum What {
         /// Which parameter, and what would be right.
         error: sinew_physics::Error,
     },
+    /// The formula of a law of one's own was no number where the recording drives the wire.
+    Undefined {
+        /// Its id.
+        law: &'static str,
+        /// When, s since the first row.
+        time_s: f64,
+    },
     /// An input with a hole in it.
     MissingSample {
         /// When, s.
@@ -346,6 +353,9 @@ impl Error {
                 )
             }
             What::Impossible { .. } => "give the wire a parameter in its range".into(),
+            What::Undefined { .. } => {
+                "use abs, max or clamp where a root, a logarithm or a division of its formula needs it".into()
+            }
             What::MissingSample { .. } => {
                 "an input has to be known at every row: take the row out, or fill it in".into()
             }
@@ -485,6 +495,9 @@ impl fmt::Display for What {
                 write!(f, "is {found_s:?} s long at this row, expected at most {limit_s:?} s")
             }
             What::Impossible { error } => write!(f, "cannot drive this wire: {error}"),
+            What::Undefined { law, time_s } => {
+                write!(f, "the formula of {law} is no number {time_s:.3} s after the first row")
+            }
             What::MissingSample { time_s } => write!(f, "has no value at {time_s:?} s, but it is an input"),
             What::DutyOutOfRange { found } => write!(f, "a duty of {found:?} is not in 0 to 1"),
             What::NegativePower { found } => write!(f, "a power of {found:?} W is negative"),

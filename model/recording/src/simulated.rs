@@ -1,6 +1,6 @@
 //! A simulated wire driven by a recording.
 
-use sinew_physics::{Inputs, Outputs, Wire, WireModel};
+use sinew_physics::{Inputs, Outputs, Undefined, Wire, WireModel};
 
 use crate::error::{Error, What};
 use crate::recording::Recording;
@@ -10,18 +10,22 @@ impl Recording {
     /// that row. The wire starts as the model says, with the first row's inputs.
     ///
     /// # Errors
-    /// As [`Recording::check_inputs`], or a model whose parameters no wire can have.
+    /// As [`Recording::check_inputs`], or a model whose parameters no wire can have. A row at which the formula of a law of one's
+    /// own is no number is an error, too.
     pub fn simulated(
         &self,
         model: &WireModel,
-    ) -> Result<impl ExactSizeIterator<Item = (Inputs, Outputs)> + use<'_>, Error> {
+    ) -> Result<impl ExactSizeIterator<Item = Result<(Inputs, Outputs), Error>> + use<'_>, Error> {
         let mut rows = self.inputs_for(model)?.peekable();
         let impossible = |error| Error::new(self.name(), What::Impossible { error });
         let first = rows.peek().map_or(model.rest_inputs(), |(inputs, _)| *inputs);
         let mut wire = Wire::with_inputs(model, &first).map_err(impossible)?;
         Ok(rows.map(move |(inputs, dt_s)| {
             wire.step(&inputs, dt_s);
-            (inputs, wire.outputs())
+            match wire.undefined() {
+                None => Ok((inputs, wire.outputs())),
+                Some(Undefined { law, time_s }) => Err(Error::new(self.name(), What::Undefined { law, time_s })),
+            }
         }))
     }
 }
@@ -38,7 +42,7 @@ mod tests {
         let model = &Rig::hexapod().channels[0].model;
         let mut recording = Recording::new("run", (0..50).map(|i| f64::from(i) * 0.01).collect()).unwrap();
         recording.set(Column::Duty, (0..50).map(|i| f64::from(u8::from(i >= 10))).collect()).unwrap();
-        let rows: Vec<_> = recording.simulated(model).unwrap().collect();
+        let rows: Vec<_> = recording.simulated(model).unwrap().map(Result::unwrap).collect();
         assert_eq!(rows.len(), recording.len());
         assert!(rows[..10].iter().all(|(inputs, outputs)| inputs.drive == 0.0 && outputs.power_w == 0.0));
         let warmest = rows.windows(2).map(|pair| pair[1].1.temperature_c - pair[0].1.temperature_c);

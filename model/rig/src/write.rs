@@ -1,6 +1,6 @@
 //! From a rig back to text: the user's own text with the changed values in their places.
 
-use sinew_physics::effects::Nature;
+use sinew_physics::effects::{Nature, row_of};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike};
 
 use crate::edit::{put, remove, table_if};
@@ -24,7 +24,9 @@ impl Rig {
             _ => (None, DocumentMut::new()),
         };
         let base = base.as_ref();
-        if base.is_some_and(|base| self == base) {
+        let acts = |channel: &Channel| channel.model.effects.own.laws().any(|law| !row_of(law).is_null(&channel.model));
+        // a law that acts is written with its definition, which may stand in a catalogue
+        if base.is_some_and(|base| self == base) && !self.channels.iter().any(acts) {
             return self.source.text.clone();
         }
         for section in [&*RIG].into_iter().chain(of_rig()) {

@@ -27,6 +27,14 @@ load = { mass_kg = 0.2, damping_n_s_per_m = 40.0, preload_n = 1.96 }
 material = { austenite_temperature_c = 93.0 }
 effects."thermal.draught" = { gain = 0.35, start_s = 33.0, end_s = 52.0 }
 
+[channel.effects."own.creep"]
+says = "Under tension the wire flows"
+enters = "strain"
+formula = "max(flowed, 0) * clamp(austenite, 0.1, 1)^2"
+rate = 2e-6
+parameters.rate = { unit = "1/(MPa s)", null = 0.0, range = [0.0, 1e-3], about = "how fast" }
+states.flowed = { unit = "%", start = 0.0, rate = "rate * (stress - 20 [MPa])" }
+
 [recording.columns]
 position_m = { column = "Pos", scale = -1.0, offset = 0.0 }
 

@@ -10,7 +10,8 @@ use sinew_rig::Rig;
 pub fn chi(rig: &Rig, recording: &Recording, noise: &BTreeMap<String, f64>) -> Option<(BTreeMap<String, f64>, f64)> {
     let model = &rig.channels.first()?.model;
     let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
-    for (i, (_, seen)) in recording.simulated(model).ok()?.enumerate() {
+    for (i, simulated) in recording.simulated(model).ok()?.enumerate() {
+        let (_, seen) = simulated.ok()?;
         for (column, values) in recording.columns() {
             let (Some(noise), Some(value)) = (noise.get(column.name()), column.of_outputs(&seen)) else { continue };
             if values[i].is_finite() {

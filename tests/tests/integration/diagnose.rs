@@ -226,7 +226,12 @@ fn nothing_that_goes_in_is_overwritten_and_a_place_is_found_first() {
 fn cooled_better(bench: &Bench) -> PathBuf {
     let truth = fs::read_to_string(bench.rig.path()).unwrap() + "material = { convection_w_per_m2_k = 140.0 }\n";
     let truth = bench.file("truth.toml", &truth);
-    let args = [&truth, &bench.rig.file("inputs.csv")].map(|path| path.as_os_str().to_owned());
+    recorded(bench, "cooled.csv", &[&truth, &bench.rig.file("inputs.csv")])
+}
+
+/// What its position sensor shows where `simulate` is given these arguments.
+fn recorded(bench: &Bench, name: &str, simulate: &[&Path]) -> PathBuf {
+    let args = simulate.iter().map(|path| path.as_os_str().to_owned());
     let simulated = run(["simulate".into()].into_iter().chain(args).chain(["-o".into(), "-".into()])).expect(0).stdout;
     let mut lines = simulated.lines();
     let place = lines.next().unwrap().split(',').position(|name| name == "position_m").unwrap();
@@ -237,7 +242,7 @@ fn cooled_better(bench: &Bench) -> PathBuf {
         let position: f64 = cells[place].parse().unwrap();
         writeln!(text, "{},{},{}", cells[0], cells[1], position + 1.5e-5 * random.normal()).unwrap();
     }
-    bench.file("cooled.csv", &text)
+    bench.file(name, &text)
 }
 
 #[test]
@@ -293,6 +298,84 @@ fn diagnose_writes_the_whole_answer_and_says_no_more_than_is_so() {
     assert!(fs::read_to_string(out.join("picture.svg")).unwrap().starts_with("<svg"));
     assert!(again.stdout.contains("chi") && !again.stdout.contains('\u{1b}'), "{again:#?}");
     assert!(again.stderr.contains("report.html"), "{again:#?}");
+}
+
+const SLIPSTREAM: &str = r#"
+[effects."own.slipstream"]
+says = "The moving wire stirs the air around it."
+enters = "heat"
+formula = "-gain * surface * abs(velocity) * (temperature - ambient)"
+[effects."own.slipstream".parameters.gain]
+unit = "W s/(m³ K)"
+null = 0.0
+range = [0.0, 1e5]
+plausible = [500.0, 20000.0]
+about = "loss per surface, speed and degree"
+
+[effects."own.draw"]
+says = "A steady draw of heat that is not there."
+enters = "heat"
+formula = "-watt * step(time - 3 [s])"
+[effects."own.draw".parameters]
+watt = { unit = "mW", null = 0.0, range = [0.0, 1e3], about = "heat drawn off" }
+"#;
+
+#[test]
+fn a_law_of_ones_own_is_found_among_all_others_and_written_where_it_acts() {
+    let bench = Bench::new();
+    let laws = bench.file("laws.toml", SLIPSTREAM);
+    let truth = fs::read_to_string(bench.rig.path()).unwrap() + "effects.\"own.slipstream\" = { gain = 8000.0 }\n";
+    let truth = bench.file("truth.toml", &truth);
+    let inputs = bench.rig.file("inputs.csv");
+    let recording = recorded(&bench, "windy.csv", &[&truth, &inputs, Path::new("--catalogue"), &laws]);
+    let catalogue = ["--catalogue", laws.to_str().unwrap()];
+    let done = bench.diagnose(&[&recording], &[&["--json"][..], &catalogue].concat()).expect(0);
+    let said = done.json();
+    assert_eq!(said["verdict"], "physics_missing", "{said:#}");
+    let ids: Vec<&str> = said["effects"].as_array().unwrap().iter().map(|e| e["id"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["own.slipstream"], "{said:#}");
+    let gain = &said["effects"][0]["parameters"]["gain"];
+    let of = |key: &str| gain[key].as_f64().unwrap();
+    assert!(of("low") < 8000.0 && 8000.0 < of("high") && of("high") - of("low") < 4000.0, "{gain}");
+    assert!(said["sources"].to_string().contains("laws.toml") || done.stdout.contains("own.slipstream"));
+    // the improved rig file needs the catalogue no more, and agrees
+    let improved = bench.rig.file("out").join("improved.toml");
+    let text = fs::read_to_string(&improved).unwrap();
+    assert!(text.contains("abs(velocity)") && !text.contains("own.draw"), "{text}");
+    let improved = bench.file("better.toml", &text);
+    let out = bench.rig.file("out");
+    let again = run([Path::new("diagnose"), &improved, &recording, Path::new("--out"), &out, Path::new("--json")]);
+    assert_eq!(again.expect(0).json()["verdict"], "agrees");
+    // where nothing of one's own is missing, its being there changes nothing
+    let good = bench.good();
+    let (with, without) =
+        (bench.diagnose(&[&good], &[&["--json"][..], &catalogue].concat()), bench.diagnose(&[&good], &["--json"]));
+    assert_eq!(with.expect(0).json()["verdict"], without.expect(0).json()["verdict"]);
+}
+
+#[test]
+fn a_law_that_is_wrong_is_refused_at_its_place() {
+    let bench = Bench::new();
+    let good = bench.good();
+    let refused = |name: &str, from: &str, to: &str, words: &[&str]| {
+        assert!(SLIPSTREAM.contains(from), "{from}");
+        let laws = bench.file(name, &SLIPSTREAM.replacen(from, to, 1));
+        bench.diagnose(&[&good], &["--catalogue", laws.to_str().unwrap()]).refused(words);
+    };
+    refused("name.toml", "abs(velocity)", "abs(speed)", &["name.toml:5", "no `speed` here", "^^^^^", "own-physics.md"]);
+    refused("unit.toml", "- ambient", "- velocity", &["unit.toml:5", "K and m s^-1 cannot be added"]);
+    refused("null.toml", "-gain *", "-(1e4 [W s/(m³ K)] + gain) *", &["null.toml:5", "has to be 0 there"]);
+    refused("enters.toml", "\"heat\"", "\"heet\"", &["enters.toml:4", "did you mean \"heat\"?"]);
+    bench.diagnose(&[&good], &["--catalogue", "nowhere.toml"]).refused(&["nowhere.toml", "cannot be read"]);
+    // a formula that is no number only where this recording goes
+    let root = "-gain * surface * abs(velocity) * sqrt((500 [K])^2 - (temperature + 425 [K])^2)";
+    let laws = SLIPSTREAM.replace("-gain * surface * abs(velocity) * (temperature - ambient)", root);
+    let laws = bench.file("root.toml", &laws);
+    let set = fs::read_to_string(bench.rig.path()).unwrap() + "effects.\"own.slipstream\" = { gain = 1.0 }\n";
+    let set = bench.file("set.toml", &set);
+    let inputs = bench.rig.file("inputs.csv");
+    let args = [Path::new("simulate"), &set, &inputs, Path::new("--catalogue"), &laws, Path::new("-o"), Path::new("-")];
+    run(args).refused(&["own.slipstream"]);
 }
 
 #[test]

@@ -6,8 +6,9 @@ use std::fs;
 use std::time::Duration;
 
 use serde_json::Value;
+use sinew_ipc::Client;
 use sinew_physics::effects::{Home, catalogue};
-use sinew_tests::{Driver, Process, Rig, run, wait_until};
+use sinew_tests::{Driver, Process, Rig, run, wait_for, wait_until};
 
 const LONG: Duration = Duration::from_secs(120);
 
@@ -87,7 +88,7 @@ ohm = 0.05
 fn a_driver_runs_on_a_rig_with_a_draught_friction_and_a_bad_crimp() {
     let rig = Rig::bench(&["wire"], DRAUGHTY);
     let report = rig.file("report.json");
-    Process::start(rig.command(&["--for", "3"]).arg("--report").arg(&report)).finish().expect(0);
+    Process::start(rig.command(&["--for", "10"]).arg("--report").arg(&report)).finish().expect(0);
     let report: Value = serde_json::from_str(&fs::read_to_string(&report).unwrap()).unwrap();
     sinew_tests::check_report(&report);
     assert_eq!(report["channel"][0]["fault"], Value::Null, "{report:#}");
@@ -106,4 +107,40 @@ fn a_controller_that_knows_nothing_of_them_still_reaches_its_length() {
     });
     let report = driver.stop();
     assert_eq!(report["channel"][0]["fault"], Value::Null, "{report:#}");
+}
+
+/// A law in the rig file itself: a fan that blows harder the hotter the wire is.
+const FAN: &str = r#"
+[channel.effects."own.fan"]
+says = "A fan that is turned up with the temperature."
+enters = "heat"
+formula = "-gain * max(temperature - 40 [°C], 0)"
+gain = 1.5
+parameters.gain = { unit = "mW/K", null = 0.0, range = [0.0, 100.0], about = "how strong it is" }
+"#;
+
+#[test]
+fn a_law_of_ones_own_acts_in_simulate_and_on_the_drivers_wires_and_goes_with_their_recording() {
+    let here = Rig::bench(&["wire"], "");
+    fs::write(here.file("in.csv"), inputs()).unwrap();
+    let reference = simulated(&here, &sinew_rig::Rig::load(&here.path()).unwrap());
+    let fan = Rig::bench(&["wire"], FAN);
+    fs::write(fan.file("in.csv"), inputs()).unwrap();
+    let rows = simulated(&fan, &sinew_rig::Rig::load(&fan.path()).unwrap());
+    let hottest = |rows: &[Vec<f64>]| rows.iter().map(|row| row[row.len() - 2]).fold(0.0, f64::max);
+    assert!(hottest(&rows) < hottest(&reference) - 2.0, "{} and {}", hottest(&rows), hottest(&reference));
+
+    let laws = fan.file("laws.toml");
+    fs::write(&laws, FAN.replace("[channel.", "[").replace("gain = 1.5\n", "")).unwrap();
+    let rig = Rig::bench(&["wire"], "[channel.effects.\"own.fan\"]\ngain = 1.5\n");
+    let report = rig.file("report.json");
+    let mut command = rig.command(&["--for", "10"]);
+    command.arg("--catalogue").arg(&laws).arg("--report").arg(&report);
+    let driver = Process::start(&mut command);
+    // whoever records it needs no catalogue
+    let text = wait_for("a driver with its text", || Client::connect(&rig.name).ok()?.rig_text().ok()?);
+    let told = sinew_rig::Rig::parse(&text, "told").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    assert_eq!(told.channels[0].model.catalogue().filter(|effect| effect.id.starts_with("own.")).count(), 1, "{text}");
+    driver.finish().expect(0);
+    sinew_tests::check_report(&serde_json::from_str(&fs::read_to_string(&report).unwrap()).unwrap());
 }

@@ -42,7 +42,7 @@ impl Writer {
             simulated,
             started_unix_ns: 0,
             started_monotonic_ns: 0,
-            rig_toml: Some(rig.text().to_string()),
+            rig_toml: Some(rig.to_toml()),
             extra: [("driver_pid".to_string(), std::process::id().to_string())].into(),
         };
         Writer { about, layout, place, before_s: rig.black_box.before_s, written, failing: false }

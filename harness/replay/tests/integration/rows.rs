@@ -137,7 +137,8 @@ fn a_shared_input_is_reckoned_back_to_the_wire() {
     assert!(recording.get(Column::V3V).is_none(), "not sampled");
     let model = &rig.channels[0].model;
     let mut worst = 0.0f64;
-    for (row, (_, outputs)) in recording.simulated(model).unwrap().enumerate() {
+    for (row, simulated) in recording.simulated(model).unwrap().enumerate() {
+        let (_, outputs) = simulated.unwrap();
         let (v2_v, seen) = (outputs.v2_v, recording.get(Column::V2V).unwrap()[row]);
         worst = worst.max((v2_v - seen).abs() * f64::from(u8::from(seen.is_finite())));
     }

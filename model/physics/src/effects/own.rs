@@ -431,60 +431,64 @@ impl OwnParameter {
 }
 
 /// The laws of a wire, each with the values of its parameters in their own units. A law at its null is one to look for.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Own {
-    laws: Vec<(&'static Law, Vec<f64>)>,
+    laws: Vec<Given>,
 }
 
-// the same law is kept once
-impl PartialEq for Own {
-    fn eq(&self, other: &Own) -> bool {
-        let same = |((a, x), (b, y)): (&(&Law, Vec<f64>), &(&Law, Vec<f64>))| std::ptr::eq(*a, *b) && x == y;
-        self.laws.len() == other.laws.len() && self.laws.iter().zip(&other.laws).all(same)
+/// A law with its values.
+#[derive(Debug, Clone)]
+struct Given {
+    law: &'static Law,
+    values: Vec<f64>,
+}
+
+impl PartialEq for Given {
+    fn eq(&self, other: &Given) -> bool {
+        // the same law is kept once
+        std::ptr::eq(self.law, other.law) && self.values == other.values
     }
 }
 
 impl Own {
     /// Adds a law at its null, in the order of names; one of the same name goes.
     pub fn declare(&mut self, law: &'static Law) {
-        let name = |(law, _): &(&'static Law, Vec<f64>)| law.id.clone();
-        match self.laws.binary_search_by_key(&law.id, name) {
-            Ok(there) if std::ptr::eq(self.laws[there].0, law) => {}
-            Ok(there) => self.laws[there] = (law, law.defaults()),
-            Err(place) => self.laws.insert(place, (law, law.defaults())),
+        let new = Given { law, values: law.defaults() };
+        match self.laws.binary_search_by(|there| there.law.id.cmp(&law.id)) {
+            Ok(there) if std::ptr::eq(self.laws[there].law, law) => {}
+            Ok(there) => self.laws[there] = new,
+            Err(place) => self.laws.insert(place, new),
         }
     }
 
     /// The laws, in the order of their names.
     pub fn laws(&self) -> impl Iterator<Item = &'static Law> + '_ {
-        self.laws.iter().map(|(law, _)| *law)
+        self.laws.iter().map(|there| there.law)
     }
 
     /// The value of a parameter, in its own unit; its default where the wire has no such law.
     pub(crate) fn get(&self, law: &'static Law, index: usize) -> f64 {
-        let found = self.laws.iter().find(|(there, _)| std::ptr::eq(*there, law));
-        found.map_or_else(|| law.default(index), |(_, values)| values[index])
+        let found = self.laws.iter().find(|there| std::ptr::eq(there.law, law));
+        found.map_or_else(|| law.default(index), |there| there.values[index])
     }
 
     /// Sets it.
     pub(crate) fn set(&mut self, law: &'static Law, index: usize, value: f64) {
         self.declare(law);
-        let found = self.laws.iter_mut().find(|(there, _)| std::ptr::eq(*there, law));
-        if let Some((_, values)) = found {
-            values[index] = value;
+        if let Some(there) = self.laws.iter_mut().find(|there| std::ptr::eq(there.law, law)) {
+            there.values[index] = value;
         }
     }
 
-    /// The laws that are not at their null, each with its values in SI.
+    /// Those that are not at their null.
     pub(crate) fn acting(&self) -> Own {
-        Own { laws: self.laws.iter().filter(|(law, values)| !law.is_null(values)).cloned().collect() }
+        Own { laws: self.laws.iter().filter(|there| !there.law.is_null(&there.values)).cloned().collect() }
     }
 
-    /// Its laws with the values of their parameters in SI.
+    /// The laws with the values of their parameters in SI.
     pub(crate) fn in_si(&self) -> impl Iterator<Item = (&'static Law, Vec<f64>)> + '_ {
-        self.laws
-            .iter()
-            .map(|(law, values)| (*law, values.iter().zip(&law.parameters_si).map(|(value, si)| value * si).collect()))
+        let si = |Given { law, values }: &Given| values.iter().zip(&law.parameters_si).map(|(x, si)| x * si).collect();
+        self.laws.iter().map(move |there| (there.law, si(there)))
     }
 }
 

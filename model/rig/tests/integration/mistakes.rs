@@ -2,7 +2,7 @@
 
 use sinew_rig::{Error, Rig};
 
-const GOOD: &str = r#"[rig]
+pub const GOOD: &str = r#"[rig]
 name = "bench"
 rate_hz = 1000.0
 

@@ -1,13 +1,13 @@
-//! `docs/rig.md` and `docs/effects.md` say what the code does: their tables are those of the keys and the catalogue,
-//! their examples are read.
+//! `docs/rig.md`, `docs/effects.md` and `docs/own-physics.md` say what the code does: their tables are those of the keys, the
+//! catalogue and the quantities, their examples are read.
 //!
 //! `SINEW_BLESS=1 cargo test -p sinew-rig --test integration reference::` writes the tables into the pages.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sinew_physics::effects::Home;
-use sinew_rig::{FaultKind, Prior, RECORDING_COLUMNS, Rig, default_priors};
+use sinew_physics::effects::{Entry, Home, QUANTITIES};
+use sinew_rig::{Catalogue, FaultKind, Prior, RECORDING_COLUMNS, Rig, default_priors};
 
 fn priors() -> String {
     let mut out = "| key | 1 σ |\n|---|---|\n".to_string();
@@ -43,6 +43,22 @@ fn faults() -> String {
             }
             _ => writeln!(out, "| `{word}` | none | | |").unwrap(),
         }
+    }
+    out
+}
+
+fn entries() -> String {
+    let mut out = "| `enters` | unit | cut off beyond | |\n|---|---|---|---|\n".to_string();
+    for (_, word, unit, most, about) in Entry::ALL {
+        writeln!(out, "| `{word}` | {unit} | {most} | {about} |").unwrap();
+    }
+    out
+}
+
+fn quantities() -> String {
+    let mut out = "| name | unit | |\n|---|---|---|\n".to_string();
+    for (name, unit, about) in QUANTITIES {
+        writeln!(out, "| `{name}` | {unit} | {about} |").unwrap();
     }
     out
 }
@@ -86,6 +102,7 @@ fn the_pages_carry_the_tables_of_the_code() {
     ];
     carries("rig.md", &keys);
     carries("effects.md", &[("catalogue", sinew_rig::catalogue())]);
+    carries("own-physics.md", &[("entries", entries()), ("quantities", quantities())]);
 }
 
 #[test]
@@ -98,6 +115,19 @@ fn the_examples_of_the_page_are_read() {
     for more in &examples[1..] {
         Rig::parse(&format!("{smallest}\n{more}"), "docs/rig.md").unwrap_or_else(|e| panic!("{e}"));
     }
+}
+
+#[test]
+fn the_laws_of_the_page_are_read() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/own-physics.md")).unwrap();
+    let examples: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    let [slipstream, set, creep] = examples[..] else { panic!("{} examples", examples.len()) };
+    let catalogue = Catalogue::parse(&format!("{slipstream}\n{creep}"), "laws.toml").unwrap_or_else(|e| panic!("{e}"));
+    let rig = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/rig.md")).unwrap();
+    let smallest = rig.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let rig = Rig::parse_with(&format!("{smallest}\n{set}"), "rig.toml", &catalogue).unwrap_or_else(|e| panic!("{e}"));
+    let acting = |id: &str| !rig.channels[0].model.effect(id).unwrap().is_null(&rig.channels[0].model);
+    assert!(acting("own.slipstream") && !acting("own.creep"));
 }
 
 #[test]

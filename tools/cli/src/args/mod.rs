@@ -104,6 +104,9 @@ pub struct Run {
     /// One line a second, also on a terminal.
     #[arg(long)]
     pub no_monitor: bool,
+    /// Physics of one's own, for simulated wires.
+    #[command(flatten)]
+    pub laws: Laws,
 }
 
 /// Which running driver is meant.
@@ -211,6 +214,7 @@ Examples:
   sinew simulate bench.toml recording.csv -o simulated.csv
   sinew simulate bench.toml recording.csv.gz -o - | head
   sinew simulate hexapod.toml walk.mcap --channel front_left_femur -o simulated.csv
+  sinew simulate bench.toml recording.csv --catalogue laws.toml -o simulated.csv
 
 The inputs are the column of the drive's kind (duty, power_w, current_a or temperature_c), position_m or force_n where
 the load imposes it, and supply_v, ambient_c and disturbance_n where present. A row's inputs hold from its time to the
@@ -231,6 +235,18 @@ pub struct Simulate {
     /// Pass over columns that are no recording's instead of refusing them.
     #[arg(long)]
     pub ignore_columns: bool,
+    /// Physics of one's own.
+    #[command(flatten)]
+    pub laws: Laws,
+}
+
+/// Physics of one's own, beside that of the rig file.
+#[derive(Debug, Default, Args)]
+pub struct Laws {
+    /// A file of physics of your own, [effects."own.NAME"]: candidates for a diagnosis, and laws the rig file may set
+    /// (docs/own-physics.md).
+    #[arg(long, value_name = "LAWS.toml")]
+    pub catalogue: Option<PathBuf>,
 }
 
 /// Where the random numbers of a fit start, unless another seed is given.
@@ -260,6 +276,9 @@ pub struct Fitting {
     /// The answer as JSON on stdout.
     #[arg(long)]
     pub json: bool,
+    /// Physics of one's own.
+    #[command(flatten)]
+    pub laws: Laws,
 }
 
 /// `sinew identify`.
@@ -324,6 +343,7 @@ pub struct Tune {
 Examples:
   sinew diagnose bench.toml monday.csv --out monday
   sinew diagnose bench.toml slow.csv fast.csv --holdout tuesday.csv --out week
+  sinew diagnose bench.toml monday.csv --catalogue laws.toml --out monday
   sinew diagnose bench.toml monday.csv --out monday --json | jq '.verdict, .effects[].id'
 
 Writes DIR/diagnosis.json, DIR/improved.toml (the rig file with what was found in it, as

@@ -13,7 +13,7 @@ use sinew_report::Source;
 use sinew_rig::Rig;
 
 use super::simulate::recording_failure;
-use super::{choose_channel, load_rig, rig_failure};
+use super::{choose_channel, load_rig_with, rig_failure};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
@@ -36,7 +36,7 @@ pub struct Input {
 impl Input {
     /// Reads everything, and refuses one and the same recording twice: it would count double, or judge itself.
     pub fn read(args: &args::Fitting, holdout: &[PathBuf]) -> Result<Input, Failure> {
-        let rig = load_rig(Some(&args.rig))?;
+        let rig = load_rig_with(Some(&args.rig), &args.laws)?;
         let name = choose_channel(&rig, args.channel.as_deref())?.name.clone();
         let channel = rig.channels.iter().position(|c| c.name == name).unwrap_or(0);
         let options = Options {
@@ -73,7 +73,8 @@ impl Input {
 
 /// The files an answer is made from, by what is in them.
 pub fn sources(args: &args::Fitting, holdout: &[PathBuf]) -> Result<Vec<Source>, Failure> {
-    std::iter::once(&args.rig).chain(&args.recordings).chain(holdout).map(|path| source(path)).collect()
+    let rig = std::iter::once(&args.rig).chain(&args.laws.catalogue);
+    rig.chain(&args.recordings).chain(holdout).map(|path| source(path)).collect()
 }
 
 fn source(path: &Path) -> Result<Source, Failure> {

@@ -30,24 +30,40 @@ pub mod tune;
 
 use std::path::Path;
 
-use sinew_rig::{Channel, Rig, nearest};
+use sinew_rig::{Catalogue, Channel, HEXAPOD_TOML, Rig, nearest};
 
+use crate::args;
 use crate::failure::Failure;
 
 /// Reads a rig file, or takes the built-in hexapod.
 fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
-    let Some(path) = path else { return Ok(Rig::hexapod()) };
-    Rig::load(path).map_err(|error| rig_failure(&error))
+    load_rig_with(path, &args::Laws::default())
+}
+
+/// The same, with laws of one's own.
+fn load_rig_with(path: Option<&Path>, laws: &args::Laws) -> Result<Rig, Failure> {
+    let failure = |error: sinew_rig::Error| rig_failure(&error);
+    let catalogue = laws.catalogue.as_deref().map(Catalogue::load).transpose().map_err(failure)?.unwrap_or_default();
+    match path {
+        Some(path) => Rig::load_with(path, &catalogue).map_err(failure),
+        None => Rig::parse_with(HEXAPOD_TOML, "the built-in hexapod", &catalogue).map_err(failure),
+    }
 }
 
 /// A rig file's mistakes, every one on its line.
 pub fn rig_failure(error: &sinew_rig::Error) -> Failure {
     let hint = match error {
         sinew_rig::Error::Unreadable { .. } => "check the path; a rig file is TOML, docs/rig.md describes it".into(),
-        sinew_rig::Error::Invalid { problems } if problems.len() > 1 => {
-            format!("{} places to mend; docs/rig.md has every key with its range and default", problems.len())
+        sinew_rig::Error::Invalid { problems } => {
+            let page = match problems.iter().all(|problem| problem.key.contains("effects.\"own.")) {
+                true => "docs/own-physics.md has what a law of one's own may say",
+                false => "docs/rig.md has every key with its range and default",
+            };
+            match problems.len() {
+                1 => page.to_string(),
+                count => format!("{count} places to mend; {page}"),
+            }
         }
-        sinew_rig::Error::Invalid { .. } => "docs/rig.md has every key with its range and default".to_string(),
     };
     Failure::input(error).hint(hint)
 }

@@ -14,7 +14,7 @@ use sinew_ipc::Client;
 use sinew_rig::Rig;
 
 use super::live::{self, Live};
-use super::load_rig;
+use super::load_rig_with;
 use super::monitor::{has_screen, lines, signals};
 use crate::args;
 use crate::backend::{self, Chosen};
@@ -29,7 +29,7 @@ const STEP_S: f64 = 6.0;
 
 /// Runs the command.
 pub fn run(args: &args::Run) -> Outcome {
-    let rig = load_rig(args.rig.as_deref())?;
+    let rig = load_rig_with(args.rig.as_deref(), &args.laws)?;
     if let Some(path) = &args.report {
         output::has_place(path)?;
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use sinew_physics::{DriveKind, Inputs, Outputs, WireModel};
 use sinew_recording::{Column, Options, Recording, Writer, drive_column, imposed_column};
 
-use super::{choose_channel, load_rig};
+use super::{choose_channel, load_rig_with};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
@@ -16,7 +16,7 @@ const MARTENSITE: &str = "martensite";
 
 /// Runs the command.
 pub fn simulate(args: &args::Simulate) -> Outcome {
-    let rig = load_rig(Some(&args.rig))?;
+    let rig = load_rig_with(Some(&args.rig), &args.laws)?;
     let channel = choose_channel(&rig, args.channel.as_deref())?;
     let options = Options {
         ignore_columns: args.ignore_columns,
@@ -105,7 +105,8 @@ fn rows(
     mut writer: Writer,
 ) -> Result<(), sinew_recording::Error> {
     let mut cells = vec![0.0; columns.len()];
-    for ((inputs, outputs), &time_s) in recording.simulated(model)?.zip(recording.time_s()) {
+    for (simulated, &time_s) in recording.simulated(model)?.zip(recording.time_s()) {
+        let (inputs, outputs) = simulated?;
         for (cell, column) in cells.iter_mut().zip(columns) {
             *cell = value(*column, &inputs, &outputs, model);
         }

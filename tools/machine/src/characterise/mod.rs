@@ -180,7 +180,8 @@ pub fn foretell(rig: &Rig, channel: usize, recording: &Recording) -> Result<Fore
         .collect();
     let mut sums = vec![(0.0, 0usize); columns.len()];
     let mut force_n = Vec::with_capacity(recording.len());
-    for (row, (inputs, outputs)) in recording.simulated(model)?.enumerate() {
+    for (row, simulated) in recording.simulated(model)?.enumerate() {
+        let (inputs, outputs) = simulated?;
         force_n.push(outputs.force_n);
         for ((column, noise), sum) in columns.iter().zip(&mut sums) {
             let measured = recording.get(*column).map_or(f64::NAN, |values| values[row]);
