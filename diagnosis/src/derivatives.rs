@@ -1,56 +1,76 @@
-//! Derivatives of the residuals along the coordinates of a model, by simulation: with steps large enough for hysteresis,
-//! and sharpened along the directions that the data hardly tell apart.
+//! Derivatives of the residuals along the coordinates of a model, by simulation where they are not known: with steps large enough
+//! for hysteresis, and sharpened along the directions that the data hardly tell apart.
+
+use std::ops::Range;
 
 use nalgebra::{DVector, SymmetricEigen};
 use rayon::prelude::*;
+use sinew_recording::Column;
 
 use crate::data::{Data, Part};
 use crate::products::gram;
 use crate::residuals::{self, Residuals, zip};
-use crate::space::{Space, What};
+use crate::space::{self, Space, What};
 
-/// How derivatives step.
+/// How derivatives step, in units of each coordinate's own step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Steps {
-    /// In units of each coordinate's own step.
+struct Steps {
     length: f64,
     both_sides: bool,
-    /// Rounds of [`sharpen`].
-    rounds: usize,
 }
 
-impl Steps {
-    pub(crate) const ONE_SIDED: Steps = Steps { length: 1.0, both_sides: false, rounds: 0 };
-    pub(crate) const CENTRAL: Steps = Steps { length: 0.5, both_sides: true, rounds: 0 };
-    pub(crate) const SHARP: Steps = Steps { rounds: 2, ..Steps::CENTRAL };
+const ONE_SIDED: Steps = Steps { length: 1.0, both_sides: false };
+const CENTRAL: Steps = Steps { length: 0.5, both_sides: true };
+
+/// How often derivatives are sharpened where intervals are taken from them.
+const ROUNDS: usize = 2;
+
+/// Derivatives of what is fitted along every coordinate, whitened.
+pub(crate) fn one_sided(data: &Data, space: &Space, z: &[f64]) -> Option<Vec<Residuals>> {
+    let left = residuals::fitted_at(data, space, z)?;
+    Some(white(data, &by(data, space, z, &left, 0..space.len(), ONE_SIDED)?))
 }
 
-/// Derivatives of the residuals along every coordinate; all of one recording's own are known without a simulation.
-pub(crate) fn one_sided(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
-    by(data, space, z, at, Steps::ONE_SIDED)
-}
-
-/// As [`one_sided`], never whitened; `left` are the residuals there, not whitened either.
-pub(crate) fn plain(data: &Data, space: &Space, z: &[f64], left: &Residuals) -> Option<Vec<Residuals>> {
-    let data = Data { whitening: None, ..data.clone() };
-    by(&data, space, z, left, Steps::ONE_SIDED)
+/// The same, never whitened, along some coordinates; `left` are the residuals there, not whitened either.
+pub(crate) fn plain(
+    data: &Data,
+    space: &Space,
+    z: &[f64],
+    left: &Residuals,
+    along: Range<usize>,
+) -> Option<Vec<Residuals>> {
+    by(data, space, z, left, along, ONE_SIDED)
 }
 
 /// As [`one_sided`], as good as they can be had: where intervals are taken from.
-pub(crate) fn sharp(data: &Data, space: &Space, z: &[f64], at: &Residuals) -> Option<Vec<Residuals>> {
-    by(data, space, z, at, Steps::SHARP)
+pub(crate) fn sharp(data: &Data, space: &Space, z: &[f64]) -> Option<Vec<Residuals>> {
+    let left = residuals::fitted_at(data, space, z)?;
+    let mut columns = white(data, &by(data, space, z, &left, 0..space.len(), CENTRAL)?);
+    for _ in 0..ROUNDS {
+        sharpen(data, space, z, &mut columns);
+    }
+    Some(columns)
 }
 
-/// Derivatives as `steps` says.
-fn by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: Steps) -> Option<Vec<Residuals>> {
-    let mut columns = (0..space.len())
+fn white(data: &Data, columns: &[Residuals]) -> Vec<Residuals> {
+    columns.par_iter().map(|column| data.white(column)).collect()
+}
+
+/// Derivatives as `steps` says; what acts on the sensors alone is known without a simulation.
+fn by(
+    data: &Data,
+    space: &Space,
+    z: &[f64],
+    left: &Residuals,
+    along: Range<usize>,
+    steps: Steps,
+) -> Option<Vec<Residuals>> {
+    along
         .into_par_iter()
         .map(|i| {
             let coordinate = &space.coordinates[i];
-            if let What::Zero(run) = coordinate.what
-                && data.position().is_some()
-            {
-                return Some(of_zero(data, coordinate.scale, run, at));
+            if let Some(known) = of_sensor(data, space, z, i, left) {
+                return Some(known);
             }
             let step = steps.length * coordinate.step;
             let go = |step: f64| {
@@ -59,22 +79,72 @@ fn by(data: &Data, space: &Space, z: &[f64], at: &Residuals, steps: Steps) -> Op
                 }
                 let mut moved = z.to_vec();
                 moved[i] += step;
-                residuals::at(data, space, &moved)
+                residuals::fitted_at(data, space, &moved)
             };
             let above = go(step);
             let below = if steps.both_sides || above.is_none() { go(-step) } else { None };
             match (above, below) {
                 (Some(above), Some(below)) => Some(zip(&above, &below, |a, b| (a - b) * (0.5 / step) as f32)),
-                (Some(above), None) => Some(zip(&above, at, |a, here| (a - here) * (1.0 / step) as f32)),
-                (None, Some(below)) => Some(zip(&below, at, |b, here| (here - b) * (1.0 / step) as f32)),
+                (Some(above), None) => Some(zip(&above, left, |a, here| (a - here) * (1.0 / step) as f32)),
+                (None, Some(below)) => Some(zip(&below, left, |b, here| (here - b) * (1.0 / step) as f32)),
                 (None, None) => None,
             }
         })
-        .collect::<Option<Vec<Residuals>>>()?;
-    for _ in 0..steps.rounds {
-        sharpen(data, space, z, &mut columns);
+        .collect()
+}
+
+/// The derivative along a coordinate that acts on what a sensor shows and on nothing else: its zero, its offset, its gain.
+fn of_sensor(data: &Data, space: &Space, z: &[f64], i: usize, left: &Residuals) -> Option<Residuals> {
+    let coordinate = &space.coordinates[i];
+    let slope = coordinate.slope(z[i]);
+    match &coordinate.what {
+        What::Zero(run) if data.position().is_some() => Some(of_zero(data, slope, *run, left)),
+        What::Key(key) => {
+            let (column, acts) = amplifier(key)?;
+            let sensor = data.sensors.iter().position(|sensor| sensor.column == column)?;
+            let noise = data.sensors[sensor].noise;
+            // shown = gain seen + offset, of which a residual is what was measured less the run's own gain times this
+            let offset = space.value(&format!("sensing.offset.{}", column.name()), z)?;
+            let value = coordinate.value(z[i]);
+            let mut derivative = nothing(left);
+            for (r, run) in data.runs.iter().enumerate() {
+                let (zero, gain) = if data.position() == Some(sensor) { space.position_of(r, z) } else { (0.0, 1.0) };
+                let rows = derivative[r][sensor].iter_mut().zip(&left[r][sensor]).zip(&run.measured[sensor]);
+                for ((derivative, left), measured) in rows {
+                    *derivative = match acts {
+                        Acts::Adds => (-slope * gain / noise) as f32,
+                        Acts::Multiplies => {
+                            let shown = (measured - zero - f64::from(*left) * noise) / gain;
+                            (-slope * gain * (shown - offset) / value / noise) as f32
+                        }
+                    };
+                }
+            }
+            Some(derivative)
+        }
+        _ => None,
     }
-    Some(columns)
+}
+
+/// What an amplifier's key does to what its sensor shows.
+#[derive(Debug, Clone, Copy)]
+enum Acts {
+    Adds,
+    Multiplies,
+}
+
+/// The sensor behind `sensing.offset.KEY` or `sensing.gain.KEY`.
+fn amplifier(key: &str) -> Option<(Column, Acts)> {
+    if let Some(of) = key.strip_prefix("sensing.offset.") {
+        return space::amplified(of).map(|column| (column, Acts::Adds));
+    }
+    let of = key.strip_prefix("sensing.gain.")?;
+    space::amplified(of).map(|column| (column, Acts::Multiplies))
+}
+
+/// No derivative anywhere.
+fn nothing(left: &Residuals) -> Residuals {
+    left.iter().map(|by_sensor| by_sensor.iter().map(|values| vec![0.0; values.len()]).collect()).collect()
 }
 
 /// Directions are sharpened that the data hold this many times less firmly (in curvature) than the firmest.
@@ -130,22 +200,46 @@ fn sharpen(data: &Data, space: &Space, z: &[f64], columns: &mut [Residuals]) {
 }
 
 /// What the zero of the position in one recording does to the residuals, per `scale`.
-pub(crate) fn of_zero(data: &Data, scale: f64, run: usize, at: &Residuals) -> Residuals {
-    let position = data.position();
-    let column: Residuals = at
-        .iter()
-        .enumerate()
-        .map(|(r, by_sensor)| {
-            by_sensor
-                .iter()
-                .enumerate()
-                .map(|(s, values)| {
-                    let slope =
-                        if r == run && Some(s) == position { (-scale / data.sensors[s].noise) as f32 } else { 0.0 };
-                    vec![slope; values.len()]
-                })
-                .collect()
-        })
-        .collect();
-    data.white(&column)
+pub(crate) fn of_zero(data: &Data, scale: f64, run: usize, left: &Residuals) -> Residuals {
+    let mut derivative = nothing(left);
+    if let Some(position) = data.position() {
+        derivative[run][position].fill((-scale / data.sensors[position].noise) as f32);
+    }
+    derivative
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::Prepared;
+    use crate::testing::{recording, rig};
+
+    #[test]
+    fn what_acts_on_a_sensor_alone_is_known_as_a_simulation_would_say() {
+        let rig = rig();
+        let model = &rig.channels[0].model;
+        let stairs = |t: f64| [0.05, 0.3, 0.02, 0.35, 0.1][(t / 4.0) as usize % 5];
+        let data = Prepared::new(&rig, 0, &[recording(model, stairs, 3)], &[]).unwrap().data;
+        let space = Space::reference(&rig, 0, &data);
+        let z: Vec<f64> = (0..space.len()).map(|i| 0.3 * (i as f64).sin()).collect();
+        let left = residuals::fitted_at(&data, &space, &z).unwrap();
+        let mut known = 0;
+        for i in 0..space.len() {
+            let Some(direct) = of_sensor(&data, &space, &z, i, &left) else { continue };
+            known += 1;
+            let there = |step: f64| {
+                let mut moved = z.clone();
+                moved[i] += step;
+                residuals::fitted_at(&data, &space, &moved).unwrap()
+            };
+            let stepped = zip(&there(0.5), &there(-0.5), |above, below| above - below);
+            let flat = |of: &Residuals| of.iter().flatten().flatten().copied().collect::<Vec<f32>>();
+            let most = flat(&direct).iter().fold(0.0f32, |most, d| most.max(d.abs()));
+            for (direct, stepped) in flat(&direct).iter().zip(flat(&stepped)) {
+                let name = &space.coordinates[i].what;
+                assert!((direct - stepped).abs() <= 2e-3 * most, "{name:?}: {direct} and {stepped}");
+            }
+        }
+        assert!(known >= 6, "{known} of {}", space.len());
+    }
 }

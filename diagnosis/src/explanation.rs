@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::data::Data;
 use crate::discrepancy::Discrepancy;
-use crate::fit::{self, Effort, Fit};
+use crate::fit::{self, Effort, Fit, Known};
 use crate::residuals::{self, Residuals};
 use crate::space::Space;
 
@@ -38,16 +38,18 @@ pub(crate) struct Explanation {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turns {
     pub(crate) rounds: usize,
+    /// How often derivatives are taken in the first of them, and in each other.
     pub(crate) iterations: usize,
+    pub(crate) anew: usize,
 }
 
 impl Turns {
     /// To the end.
-    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6 };
+    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6, anew: 1 };
     /// From where a search on thinned data has ended, on all of them.
-    pub(crate) const LAST: Turns = Turns { rounds: 2, iterations: 3 };
+    pub(crate) const LAST: Turns = Turns { rounds: 2, iterations: 3, anew: 1 };
     /// Far enough to be compared.
-    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4 };
+    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4, anew: 0 };
 }
 
 impl Explanation {
@@ -57,17 +59,19 @@ impl Explanation {
     pub(crate) fn from_belief(data: &Data, space: &Space, start: &[f64]) -> Option<[Explanation; 2]> {
         let mut z = start.to_vec();
         let mut near = None;
+        let mut known = None;
         for share in SHARES {
             let discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
             let left = residuals::plain_at(data, space, &z)?;
-            let fit = fit::fit(&discrepancy.whitened(data, &left), space, &z, Effort::iterations(ON_THE_WAY))?;
+            let effort = Effort::iterations(ON_THE_WAY - usize::from(known.is_some()));
+            let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
             z.clone_from(&fit.z);
             if share == NEAR {
                 near = Explanation::new(data, fit, discrepancy, &left);
             }
         }
         let last = Discrepancy::of_range(data, SHARES[SHARES.len() - 1], MEMORY_S);
-        Some([near?, Explanation::of(data, space, &z, &last, Turns::ALL)?])
+        Some([near?, Explanation::by(data, space, &z, &last, Turns::ALL, known)?])
     }
 
     /// Whether it leaves nothing but noise: then nothing can be better.
@@ -88,14 +92,26 @@ impl Explanation {
         discrepancy: &Discrepancy,
         turns: Turns,
     ) -> Option<Explanation> {
+        Explanation::by(data, space, start, discrepancy, turns, None)
+    }
+
+    /// The same, setting out by derivatives that are known from somewhere near.
+    pub(crate) fn by(
+        data: &Data,
+        space: &Space,
+        start: &[f64],
+        discrepancy: &Discrepancy,
+        turns: Turns,
+        mut known: Option<Known>,
+    ) -> Option<Explanation> {
         let mut left = residuals::plain_at(data, space, start)?;
         let mut discrepancy = discrepancy.refitted(data, &left);
         let mut z = start.to_vec();
         let mut best: Option<Explanation> = None;
-        let mut known = None;
         for round in 0..turns.rounds {
-            // the first one goes by derivatives taken as often as it likes, the others by what is known, and once more
-            let effort = Effort::iterations(if round == 0 { turns.iterations } else { 1 });
+            // the first one goes by derivatives taken as often as it likes, the others by what is known
+            let most = if round == 0 { turns.iterations - usize::from(known.is_some()) } else { turns.anew };
+            let effort = Effort::iterations(most);
             let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
             left = residuals::plain_at(data, space, &fit.z)?;
             discrepancy = discrepancy.refitted(data, &left);

@@ -83,7 +83,7 @@ struct Place {
 impl Place {
     /// `None` where the model cannot be built.
     fn new(data: &Data, space: &Space, z: Vec<f64>) -> Option<Place> {
-        let left = residuals::plain_at(data, space, &z)?;
+        let left = residuals::fitted_at(data, space, &z)?;
         let residuals = data.white(&left);
         let score = residuals::score(data, &residuals);
         let objective = score.fitted + space.resistance(&z);
@@ -92,11 +92,29 @@ impl Place {
 }
 
 /// Derivatives of the residuals that were taken somewhere near, not whitened: they serve whatever the error of the model.
+#[derive(Debug, Clone)]
 pub(crate) struct Known(Vec<Residuals>);
 
 impl Known {
-    fn at(data: &Data, space: &Space, here: &Place) -> Option<Known> {
-        Some(Known(derivatives::plain(data, space, &here.z, &here.left)?))
+    fn of_place(data: &Data, space: &Space, here: &Place) -> Option<Known> {
+        Some(Known(derivatives::plain(data, space, &here.z, &here.left, 0..space.len())?))
+    }
+
+    /// Taken at `z`.
+    pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Known> {
+        Some(Known(derivatives::plain(data, space, z, &residuals::fitted_at(data, space, z)?, 0..space.len())?))
+    }
+
+    /// With those along the coordinates that `space` has besides, which come last, taken at `z`.
+    pub(crate) fn and_those_of(&self, data: &Data, space: &Space, z: &[f64]) -> Option<Known> {
+        let left = residuals::fitted_at(data, space, z)?;
+        let more = derivatives::plain(data, space, z, &left, self.0.len()..space.len())?;
+        Some(Known(self.0.iter().cloned().chain(more).collect()))
+    }
+
+    /// As the data whiten them.
+    pub(crate) fn white(&self, data: &Data) -> Vec<Residuals> {
+        self.0.par_iter().map(|column| data.white(column)).collect()
     }
 }
 
@@ -112,8 +130,7 @@ struct Slope {
 
 impl Slope {
     fn new(data: &Data, space: &Space, known: &Known, here: &Place) -> Slope {
-        let white: Vec<Residuals> = known.0.par_iter().map(|column| data.white(column)).collect();
-        let columns = matrix(data, Part::Fitted, &white.iter().collect::<Vec<_>>());
+        let columns = matrix(data, Part::Fitted, &known.white(data).iter().collect::<Vec<_>>());
         let mut information = square(&columns);
         for (i, pull) in space.pulls().enumerate() {
             information[(i, i)] += pull;
@@ -269,7 +286,7 @@ pub(crate) fn fit_from(
     let mut walk = Walk { data, space, effort, here, damping: 1e-3, slow: 0 };
     let mut taken = 0;
     if known.is_none() {
-        *known = Known::at(data, space, &walk.here);
+        *known = Known::of_place(data, space, &walk.here);
         taken += 1;
     }
     let mut slope = Slope::new(data, space, known.as_ref()?, &walk.here);
@@ -293,7 +310,7 @@ pub(crate) fn fit_from(
                 if converged || taken >= effort.iterations {
                     break;
                 }
-                *known = Known::at(data, space, &walk.here);
+                *known = Known::of_place(data, space, &walk.here);
                 slope = Slope::new(data, space, known.as_ref()?, &walk.here);
                 taken += 1;
                 is_fresh = true;
@@ -433,7 +450,7 @@ fn bounded_step(
 }
 
 impl Fit {
-    /// What it leaves; `None` where its model cannot be built.
+    /// What it leaves of what is fitted, whitened; `None` where its model cannot be built.
     pub(crate) fn residuals(&self, data: &Data) -> Option<Residuals> {
         residuals::at(data, &self.space, &self.z)
     }

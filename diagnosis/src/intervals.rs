@@ -110,7 +110,7 @@ impl Spread {
     fn of(data: &Data, fit: &Fit) -> Option<Spread> {
         let n = fit.space.len();
         let here = fit.residuals(data)?;
-        let columns = derivatives::sharp(data, &fit.space, &fit.z, &here)?;
+        let columns = derivatives::sharp(data, &fit.space, &fit.z)?;
         let mut information = products::gram(data, Part::Fitted, &columns);
         for (i, pull) in fit.space.pulls().enumerate() {
             information[(i, i)] += pull + 1e-12;

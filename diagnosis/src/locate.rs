@@ -74,7 +74,7 @@ struct Hat {
 pub(crate) fn locate(data: &Data, fit: &Fit, progress: &(dyn Fn(f64) + Sync)) -> Vec<Located> {
     let Some(model) = fit.space.model(&fit.z) else { return Vec::new() };
     let Some(here) = fit.residuals(data) else { return Vec::new() };
-    let Some(nuisances) = derivatives::one_sided(data, &fit.space, &fit.z, &here) else { return Vec::new() };
+    let Some(nuisances) = derivatives::one_sided(data, &fit.space, &fit.z) else { return Vec::new() };
     let own = products::gram(data, Part::Fitted, &nuisances);
     let along: Vec<f64> = nuisances.iter().map(|c| products::inner(data, Part::Fitted, c, &here)).collect();
     let score = residuals::score(data, &here);

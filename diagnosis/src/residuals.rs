@@ -1,20 +1,33 @@
 //! Residuals: what a model leaves of every recording, over the noise of each sensor, and the score made of them.
 
-use crate::data::{Data, Part};
+use crate::data::{Data, Part, Run};
 use crate::simulate;
 use crate::space::Space;
 pub(crate) use crate::whitening::Residuals;
 
-/// Residuals of the model at `z`; `None` where it cannot be built.
+/// Residuals of the model at `z` in what is fitted, whitened; nothing of a recording that is kept back as a whole, which a
+/// search need not simulate. `None` where the model cannot be built.
 pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
-    Some(data.white(&plain_at(data, space, z)?))
+    Some(data.white(&fitted_at(data, space, z)?))
 }
 
 /// The same, never whitened.
+pub(crate) fn fitted_at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
+    of(data, space, z, |run| !run.held_out)
+}
+
+/// Those of every recording, never whitened.
 pub(crate) fn plain_at(data: &Data, space: &Space, z: &[f64]) -> Option<Residuals> {
+    of(data, space, z, |_| true)
+}
+
+fn of(data: &Data, space: &Space, z: &[f64], wanted: impl Fn(&Run) -> bool) -> Option<Residuals> {
     let model = space.model(z)?;
     (0..data.runs.len())
         .map(|index| {
+            if !wanted(&data.runs[index]) {
+                return Some(vec![Vec::new(); data.sensors.len()]);
+            }
             let outputs = simulate::outputs(&model, &space.run(data, index, z), &data.sensors)?;
             Some(compare(data, space, z, index, outputs))
         })

@@ -6,9 +6,8 @@ use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
 use crate::data::{Data, Part};
-use crate::derivatives;
 use crate::explanation::Explanation;
-use crate::fit::{self, Fit};
+use crate::fit::{self, Fit, Known};
 use crate::products;
 use crate::residuals::{self, Residuals, zip};
 use crate::space::What;
@@ -39,6 +38,7 @@ struct Screen<'a> {
     data: Data,
     base: &'a Explanation,
     here: Residuals,
+    known: Known,
     columns: DMatrix<f32>,
     factor: Cholesky<f64, Dyn>,
     gradient: DVector<f64>,
@@ -50,8 +50,8 @@ impl<'a> Screen<'a> {
         let data = base.judges(data)?;
         let fit = &base.fit;
         let here = fit.residuals(&data)?;
-        let columns = derivatives::one_sided(&data, &fit.space, &fit.z, &here)?;
-        let columns = products::matrix(&data, Part::Fitted, &columns.iter().collect::<Vec<_>>());
+        let known = Known::at(&data, &fit.space, &fit.z)?;
+        let columns = products::matrix(&data, Part::Fitted, &known.white(&data).iter().collect::<Vec<_>>());
         let mut information = products::square(&columns);
         let left = DVector::from_vec(products::flat(&data, Part::Fitted, &here));
         let mut gradient = products::product(&columns, &left);
@@ -59,7 +59,7 @@ impl<'a> Screen<'a> {
             information[(i, i)] += pull + 1e-9;
             gradient[i] += pull * fit.z[i];
         }
-        Some(Screen { base, here, columns, factor: information.cholesky()?, gradient, left, data })
+        Some(Screen { base, here, known, columns, factor: information.cholesky()?, gradient, left, data })
     }
 
     /// How much the evidence would rise, by secants, after what the parameters can make up for. Some effects have no
@@ -130,6 +130,12 @@ pub(crate) fn keep_first<T>(all: &mut Vec<T>, effect: impl Fn(&T) -> &'static Ef
     });
 }
 
+/// Where the refit of a candidate sets out.
+pub(crate) struct Sketch {
+    pub(crate) fit: Fit,
+    pub(crate) known: Option<Known>,
+}
+
 /// What screening comes to at one explanation.
 #[derive(Debug, Clone)]
 pub(crate) struct Field {
@@ -137,6 +143,8 @@ pub(crate) struct Field {
     pub(crate) screened: Vec<Screened>,
     /// The best of them, taken a few steps, the best first.
     pub(crate) sketched: Vec<Fit>,
+    /// Derivatives along what they have in common.
+    known: Known,
 }
 
 impl Field {
@@ -159,6 +167,13 @@ impl Field {
             })
             .collect();
         sketched.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-        Some(Field { screened, sketched })
+        Some(Field { screened, sketched, known: screen.known })
+    }
+
+    /// The first `most` of the sketched, each with derivatives to set out by.
+    pub(crate) fn starts(&self, data: &Data, most: usize) -> Vec<Sketch> {
+        let sketched = self.sketched.iter().take(most);
+        let start = |fit: &Fit| Sketch { fit: fit.clone(), known: self.known.and_those_of(data, &fit.space, &fit.z) };
+        sketched.map(start).collect()
     }
 }

@@ -7,7 +7,7 @@ use crate::data::Data;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
 use crate::prepare::Searched;
-use crate::screen::{Field, Screened, keep_first};
+use crate::screen::{Field, Screened, Sketch, keep_first};
 use crate::space::{Coordinate, Space, What};
 use crate::starts::{self, Candidate};
 
@@ -87,9 +87,9 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         // what has been made up for by now may show where everything was still near belief
         let early = if chosen.leaves_noise() { None } else { Field::of(data, &near, &mechanisms(data, &near), true) };
         let fields = [Some(&late), early.as_ref()].into_iter().flatten();
-        let starts: Vec<&Fit> = fields.flat_map(|field| field.sketched.iter().take(FINALISTS)).collect();
+        let starts: Vec<Sketch> = fields.flat_map(|field| field.starts(data, FINALISTS)).collect();
         progress(&stage, 0.3);
-        let refitted = refitted(data, &chosen, &starts);
+        let refitted = refitted(data, &chosen, starts);
         let best = refitted.first().map(|(_, best)| best.clone());
         rounds.push(Round { base: chosen.clone(), screened: late.screened, refitted });
         let least = least_rise(&reference, &chosen);
@@ -158,12 +158,13 @@ fn settled(from: &Searched, found: &Explanation) -> Option<(Searched, Explanatio
 }
 
 /// Fits from `starts`, each to where it can be compared, the best effect by evidence first.
-fn refitted(data: &Data, base: &Explanation, starts: &[&Fit]) -> Vec<(&'static Effect, Explanation)> {
+fn refitted(data: &Data, base: &Explanation, starts: Vec<Sketch>) -> Vec<(&'static Effect, Explanation)> {
     let mut refitted: Vec<(&'static Effect, Explanation)> = starts
-        .par_iter()
-        .filter_map(|start| {
-            let effect = *start.space.effects.last()?;
-            Some((effect, Explanation::of(data, &start.space, &start.z, &base.discrepancy, Turns::SOME)?))
+        .into_par_iter()
+        .filter_map(|Sketch { fit, known }| {
+            let effect = *fit.space.effects.last()?;
+            let Fit { space, z, .. } = &fit;
+            Some((effect, Explanation::by(data, space, z, &base.discrepancy, Turns::SOME, known)?))
         })
         .collect();
     refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
@@ -174,7 +175,7 @@ fn refitted(data: &Data, base: &Explanation, starts: &[&Fit]) -> Vec<(&'static E
 /// The most promising additions of one effect to `base`, refitted, at most `most`, the best first.
 fn best_additions(data: &Data, base: &Explanation, most: usize) -> Vec<(&'static Effect, Explanation)> {
     let Some(field) = Field::of(data, base, &mechanisms(data, base), true) else { return Vec::new() };
-    refitted(data, base, &field.sketched.iter().take(most).collect::<Vec<_>>())
+    refitted(data, base, field.starts(data, most))
 }
 
 /// The best further term of a closed form, of one of these libraries; `most` are refitted.
@@ -186,13 +187,13 @@ pub(crate) fn next_term(
 ) -> Option<(&'static Effect, Explanation)> {
     let terms: Vec<Candidate> = libraries.iter().flat_map(|library| starts::terms(library, &base.fit.space)).collect();
     let field = Field::of(data, base, &terms, false)?;
-    let starts: Vec<&Fit> = field.sketched.iter().take(most).collect();
+    let starts = field.starts(data, most);
     starts
         .into_par_iter()
-        .filter_map(|start| {
-            let added = start.space.coordinates.last()?;
-            let What::Effect(library, _) = added.what else { return None };
-            Some((library, Explanation::of(data, &start.space, &start.z, &base.discrepancy, Turns::SOME)?))
+        .filter_map(|Sketch { fit, known }| {
+            let What::Effect(library, _) = fit.space.coordinates.last()?.what else { return None };
+            let Fit { space, z, .. } = &fit;
+            Some((library, Explanation::by(data, space, z, &base.discrepancy, Turns::SOME, known)?))
         })
         .max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
 }

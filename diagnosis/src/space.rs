@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use sinew_physics::WireModel;
 use sinew_physics::effects::{self, Effect, EffectParameter};
+use sinew_recording::Column;
 use sinew_rig::{Prior, Rig};
 
 use crate::data::{Data, Run};
@@ -70,6 +71,14 @@ impl Coordinate {
                 pivot + distance * (self.scale / distance * z).exp()
             }
             None => self.origin + self.scale * z,
+        }
+    }
+
+    /// Change of the value per unit of the coordinate.
+    pub(crate) fn slope(&self, z: f64) -> f64 {
+        match self.pivot {
+            Some(pivot) => self.scale * (self.value(z) - pivot) / (self.origin - pivot),
+            None => self.scale,
         }
     }
 
@@ -271,6 +280,12 @@ impl Space {
         Ok(())
     }
 
+    /// Value of a key of the rig file at `z`, in its unit.
+    pub(crate) fn value(&self, key: &str, z: &[f64]) -> Option<f64> {
+        let free = self.coordinates.iter().zip(z).find(|(c, _)| matches!(&c.what, What::Key(name) if name == key));
+        free.map(|(c, z)| c.value(*z)).or_else(|| self.rig.parameter(self.channel, key))
+    }
+
     /// A recording as the wire at `z` is driven by it: an imposed position counts from its own zero there, or, where that was not
     /// fitted, from the mean of the others.
     pub(crate) fn run<'a>(&self, data: &'a Data, index: usize, z: &[f64]) -> Cow<'a, Run> {
@@ -371,24 +386,31 @@ pub(crate) fn is_time(parameter: &EffectParameter) -> bool {
 /// Step of a derivative with respect to an effect's parameter, in scales.
 pub(crate) const EFFECT_STEP: f64 = STEP;
 
+/// The column of the sensor whose gain or offset this is, by its key in `sensing.gain` and `sensing.offset`.
+pub(crate) fn amplified(key: &str) -> Option<Column> {
+    match key {
+        "v1_v" => Some(Column::V1V),
+        "v2_v" => Some(Column::V2V),
+        "v3" | "v3_v" => Some(Column::V3V),
+        "current" | "current_a" => Some(Column::CurrentA),
+        "force" | "force_n" => Some(Column::ForceN),
+        "position" | "position_m" => Some(Column::PositionM),
+        _ => None,
+    }
+}
+
 /// Whether a parameter can make a difference to what was measured at all.
 fn acts(key: &str, model: &WireModel, data: &Data) -> bool {
     use sinew_physics::{DriveKind, Load};
-    use sinew_recording::Column;
     let is_sensor = |column: Column| data.sensors.iter().any(|sensor| sensor.column == column);
-    let sees = |name: &str| match name {
-        "v1" | "v1_v" => is_sensor(Column::V1V),
-        "v2" | "v2_v" => is_sensor(Column::V2V),
-        "v3" | "v3_v" => is_sensor(Column::V3V),
-        "current" | "current_a" => is_sensor(Column::CurrentA),
-        "force" | "force_n" => is_sensor(Column::ForceN),
-        // an arbitrary zero is a nuisance of each recording, and so is the gain where there are several
-        "position" => is_sensor(Column::PositionM) && !(data.free_zero && data.runs.len() > 1),
-        "position_m" => is_sensor(Column::PositionM) && !data.free_zero,
-        _ => true,
-    };
     if let Some(name) = key.strip_prefix("sensing.gain.").or(key.strip_prefix("sensing.offset.")) {
-        return sees(name);
+        return match (amplified(name), name) {
+            (Some(column), _) if !is_sensor(column) => false,
+            // an arbitrary zero is a nuisance of each recording, and so is the gain where there are several
+            (_, "position") => !(data.free_zero && data.runs.len() > 1),
+            (_, "position_m") => !data.free_zero,
+            _ => true,
+        };
     }
     let furnace = model.drive.kind == DriveKind::Temperature;
     match key {
