@@ -77,8 +77,8 @@ impl Prepared {
 }
 
 /// How long a row of thinned data may be, and the pieces that a search may simulate in, longest first, s.
-const LONG_ROWS_S: [f64; 2] = [0.02, 0.01];
-const LONG_PIECES_S: [f64; 2] = [0.01, 0.005];
+const LONG_ROWS_S: [f64; 3] = [0.04, 0.02, 0.01];
+const LONG_PIECES_S: [f64; 3] = [0.02, 0.01, 0.005];
 
 /// As long as what they lack, which is known at one place and taken into account, is less than this share of any sensor's
 /// noise, RMS: then it hardly changes from place to place.

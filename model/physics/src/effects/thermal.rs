@@ -20,6 +20,8 @@ pub struct Thermal {
     pub ambient_drift: AmbientDrift,
     /// Another wire close by.
     pub neighbour: Neighbour,
+    /// Work on what the phases stretch unequally.
+    pub elastic_work: ElasticWork,
 }
 
 /// Time scale of a draught's edges, s: a logistic edge rises from 10 % to 90 % in 4.39 of it, 0.15 s.
@@ -147,6 +149,21 @@ pub struct AmbientDrift {
 pub struct Neighbour {
     /// Conductance g between the wires, in W/K.
     pub conductance_w_per_k: f64,
+}
+
+/// `thermal.elastic_work`: heat share ½ A_c L_0 σ² C'(ξ) ξ̇, C the compliance. Eq. 48 takes the work of σ on ε_L alone; eq. 29 takes it
+/// on all of ε, of which the elastic part comes back over a cycle only where both phases are equally stiff.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ElasticWork {
+    /// Share of that heat which there is: 1 closes the balance of energy.
+    pub share: f64,
+}
+
+impl ElasticWork {
+    /// Strain per ξ that does this work at a stress, where ξ changes the compliance by so much, in 1/Pa.
+    pub(crate) fn strain(&self, compliance_slope: f64, stress: f64) -> f64 {
+        0.5 * self.share * compliance_slope * stress
+    }
 }
 
 /// A flow of heat out of the wire at a temperature, and how it grows with that.
@@ -398,6 +415,25 @@ impl<M: Has<Thermal>> Group<M> for Thermal {
                 1.0,
                 neighbour.conductance_w_per_k,
                 "conductance between the wires"
+            )],
+        },
+        Effect {
+            id: "thermal.elastic_work",
+            equation: Equation::Thermal,
+            nature: Nature::Mechanism,
+            home: Home::Table,
+            needs: Needs::Heating,
+            term: "heat + share ½ A_c L_0 σ² dC/dξ ξ̇",
+            says: "Where martensite is softer, transforming under stress does elastic work, which is heat",
+            parameters: &[switch!(
+                0.0,
+                "share",
+                "1",
+                (-10.0, 10.0),
+                (0.5, 1.5),
+                1.0,
+                elastic_work.share,
+                "share of that work; 1 closes the balance of energy"
             )],
         },
     ];

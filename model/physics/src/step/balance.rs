@@ -171,7 +171,13 @@ impl Balance {
         }
         elastic.free += terms.strain() + own.strain_per_fraction * xi;
         elastic.soft += self.reference.frame;
+        elastic.shape += self.elastic_work(terms, fraction, at);
         elastic
+    }
+
+    /// Strain per ξ that does work on the elasticity of the phases.
+    fn elastic_work(&self, terms: &Terms, fraction: &Fraction, stress: f64) -> f64 {
+        terms.effects.thermal.elastic_work.strain(self.reference.compliance(fraction).1, stress)
     }
 
     /// Strain of the wire itself: that of its ends, or its own when it hangs slack between them.
@@ -442,7 +448,10 @@ impl Balance {
         };
         let shape_before = match terms {
             None => self.reference.transformation_strain,
-            Some(terms) => terms.effects.mechanical.shape(self.reference.transformation_strain, from.stress),
+            Some(terms) => {
+                terms.effects.mechanical.shape(self.reference.transformation_strain, from.stress)
+                    + self.elastic_work(terms, &from.fraction, from.stress)
+            }
         };
         let work_before = 0.5 * self.reference.volume * shape_before * change * from.stress;
         let capacity = self.reference.heat_capacity + tau * loss.coefficient;

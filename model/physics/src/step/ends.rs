@@ -242,10 +242,12 @@ impl Ends {
         let power = if losses.is_furnace() { 0.0 } else { beside.power / self.whole_ohm };
         (self.compliance, self.free, self.soft, self.ohm) = (0.0, 0.0, 0.0, 0.0);
         let shape = beside.effects.mechanical.shape(c.transformation_strain, state.stress);
-        let per_fraction = c.latent + c.volume * shape * state.stress;
+        let elastic_work = &beside.effects.thermal.elastic_work;
         for (i, (cell, flow)) in self.cells.iter_mut().zip(self.flow).enumerate() {
             let heating = flow / cell.share + power * cell.ohm;
             let slope = cell.slope_towards(c, heating);
+            let per_fraction = c.latent
+                + c.volume * (shape + elastic_work.strain(c.compliance(&cell.fraction).1, state.stress)) * state.stress;
             let links = self.links[i] + self.links.get(i + 1).unwrap_or(&self.to_middle);
             // heat that comes in flows on before the piece is over
             let rise = h * heating / (c.heat_capacity - per_fraction * slope + 0.5 * h * links / cell.share);
@@ -304,8 +306,11 @@ impl Ends {
             std::array::from_fn(|i| half * self.flow[i] + heat_in * before[i].share * before[i].ohm);
         fixed[CELLS - 1] += half * ahead;
         let shape = beside.effects.mechanical.shape(c.transformation_strain, 0.5 * (start.stress + end.stress));
-        let work_per_fraction = 0.5 * c.volume * shape * (start.stress + end.stress);
-        let per_fraction = c.latent + work_per_fraction;
+        let mean_stress = 0.5 * (start.stress + end.stress);
+        let work_per_fraction: [f64; CELLS] = std::array::from_fn(|i| {
+            let elastic = beside.effects.thermal.elastic_work.strain(c.compliance(&before[i].fraction).1, mean_stress);
+            c.volume * (shape + elastic) * mean_stress
+        });
         let offset = end.theta - end.temperature;
         let mut temperatures = self.ahead;
         let mut surplus = [0.0; CELLS];
@@ -317,6 +322,7 @@ impl Ends {
                 let HeatFlow { watts: loss, per_k: loss_slope } = losses.of(t, At::End);
                 let towards = if i == 0 { beside.air.ambient(At::End) } else { temperatures[i - 1] };
                 let change = there.fraction.change_from(&cell.fraction);
+                let per_fraction = c.latent + work_per_fraction[i];
                 residual[i] = fixed[i] - c.heat_capacity * cell.share * (t - cell.temperature)
                     + per_fraction * cell.share * change
                     - half * (cell.share * loss + self.links[i] * (t - towards));
@@ -355,7 +361,8 @@ impl Ends {
             * (before[0].temperature - beside.air.ambient(At::Start) + self.cells[0].temperature
                 - beside.air.ambient(At::End));
         let (mut lost, mut work) = (0.0, 0.0);
-        for ((cell, was), surplus) in self.cells.iter_mut().zip(&before).zip(surplus) {
+        let cells = self.cells.iter_mut().zip(&before).zip(surplus).zip(work_per_fraction);
+        for (((cell, was), surplus), work_per_fraction) in cells {
             lost += half
                 * cell.share
                 * (losses.of(was.temperature, At::Start).watts + losses.of(cell.temperature, At::End).watts);

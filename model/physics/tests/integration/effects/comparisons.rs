@@ -3,7 +3,7 @@
 use sinew_physics::effects::{self, Nature};
 use sinew_physics::*;
 
-use super::common::{apart, columns, duty, hang, hanging, set_all, tables};
+use super::common::{apart, columns, duty, hang, hanging, set_all, tables, with};
 use super::explicit::settings;
 
 /// Effects that are there but at their null take the long way through the equations and arrive at the same place.
@@ -106,4 +106,36 @@ fn effects_grow_from_their_null() {
             }
         }
     }
+}
+
+/// A wire that nothing heats and nothing cools, hot enough to be super-elastic, is stretched and let go. All work that went into it is
+/// heat of it afterwards (eq. 29): with the elastic work of its unequal phases, and only with that.
+#[test]
+fn a_stretched_and_released_wire_keeps_the_work_as_heat() {
+    let mut model = hanging();
+    model.load = Load::ImposedPosition;
+    model.material.thermoelastic_pa_per_k = 0.0;
+    model.material.convection_w_per_m2_k = 0.0;
+    model.ambient_c = model.material.austenite_temperature_c + 30.0;
+    model.initial = Initial { temperature_c: None, martensite: 0.0 };
+    let capacity =
+        model.material.density_kg_per_m3 * model.geometry.volume_m3() * model.material.specific_heat_j_per_kg_k;
+    let kept = |share: f64| {
+        let model = with(&model, &[("thermal.elastic_work", "share", share)]);
+        let mut wire = Wire::new(&model).unwrap();
+        let (mut work, mut most) = (0.0, 0.0f64);
+        let mut before = wire.outputs();
+        for k in 1..=20_000 {
+            let there = 0.06 * model.geometry.length_m * (1.0 - (f64::from(k) / 10_000.0 - 1.0).abs());
+            wire.step(&Inputs { drive: 0.0, imposed: there, ..model.rest_inputs() }, 1e-3);
+            let now = wire.outputs();
+            work += 0.5 * (now.force_n + before.force_n) * (now.position_m - before.position_m);
+            most = most.max(now.martensite);
+            before = now;
+        }
+        assert!(most > 0.5 && before.martensite < 1e-3, "it transforms and comes back: {most}, {}", before.martensite);
+        capacity * (wire.temperature_c() - model.ambient_c) / work
+    };
+    assert!((kept(1.0) - 1.0).abs() < 5e-3, "{}", kept(1.0));
+    assert!((kept(0.0) - 1.0).abs() > 0.02, "{}", kept(0.0));
 }

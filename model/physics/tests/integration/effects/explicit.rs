@@ -31,6 +31,7 @@ pub const CONTRACT: &[Row] = &[
     ("thermal.sheath", &[("heat_capacity_j_per_k", 0.0)], &["inner_w_per_k", "outer_w_per_k"]),
     ("thermal.ambient_drift", &[("rate_k_per_s", 0.0)], &[]),
     ("thermal.neighbour", &[("conductance_w_per_k", 0.0)], &[]),
+    ("thermal.elastic_work", &[("share", 0.0)], &[]),
     ("electrical.supply_sag", &[("source_ohm", 0.0)], &[]),
     ("electrical.lead_resistance", &[("lead_ohm", 0.0)], &[]),
     ("electrical.resistivity_stress", &[("austenite_per_gpa", 0.0), ("martensite_per_gpa", 0.0)], &[]),
@@ -69,6 +70,7 @@ pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
         ("thermal.sheath", vec![("heat_capacity_j_per_k", 0.01), ("inner_w_per_k", 0.02), ("outer_w_per_k", 0.01)]),
         ("thermal.ambient_drift", vec![("rate_k_per_s", 0.8)]),
         ("thermal.neighbour", vec![("conductance_w_per_k", 2e-3)]),
+        ("thermal.elastic_work", vec![("share", 2.0)]),
         ("electrical.supply_sag", vec![("source_ohm", 0.5)]),
         ("electrical.lead_resistance", vec![("lead_ohm", 0.4)]),
         ("electrical.resistivity_stress", vec![("austenite_per_gpa", 0.4), ("martensite_per_gpa", 0.2)]),
@@ -158,6 +160,7 @@ struct Numbers {
     drift_k: f64,
     scale_mpa: f64,
     two_way: f64,
+    elastic_work: f64,
     austenite_extra_per_k: f64,
     martensite_extra_per_k: f64,
     ratchet: f64,
@@ -191,6 +194,7 @@ impl Numbers {
             drift_k: get("kinetic.training_drift", "kelvin_per_cycle"),
             scale_mpa: get("mechanical.stress_dependent_strain", "stress_scale_mpa"),
             two_way: get("mechanical.two_way", "strain"),
+            elastic_work: get("thermal.elastic_work", "share"),
             austenite_extra_per_k: get("mechanical.phase_expansion", "austenite_extra_per_k"),
             martensite_extra_per_k: get("mechanical.phase_expansion", "martensite_extra_per_k"),
             ratchet: get("mechanical.ratcheting", "strain_per_cycle"),
@@ -361,7 +365,10 @@ impl<'a> Equations<'a> {
         // T and ξ together: m c_p ΔT = heat + (m ΔH + V ε σ) Δξ, by Newton on T with the slope taken numerically
         let mass = m.density_kg_per_m3 * g.volume_m3();
         let two_way = self.numbers.two_way;
-        let released = mass * m.latent_heat_j_per_kg + g.volume_m3() * stress * (self.oriented(stress) + two_way);
+        let softer = 1.0 / m.martensite_modulus_pa - 1.0 / m.austenite_modulus_pa;
+        let elastic = self.numbers.elastic_work * 0.5 * stress * softer;
+        let released =
+            mass * m.latent_heat_j_per_kg + g.volume_m3() * stress * (self.oriented(stress) + two_way + elastic);
         let heated = s.temperature + STEP_S * (power - loss) / self.capacity;
         let mut grains = s.grains.clone();
         let mut temperature = s.temperature;
