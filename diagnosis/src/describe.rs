@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use sinew_physics::effects::Equation;
+use sinew_recording::Recording;
 
 use crate::answer::{FittedParameter, FoundEffect, Location, RecordingSummary, Verdict};
 use crate::conditions;
@@ -79,21 +80,21 @@ pub(crate) fn next_experiment(
     Compared { chosen, reference, .. }: &Compared,
     rivals: &[Rival],
     effects: &[FoundEffect],
-) -> String {
-    let proposal = |rival: &Fit| experiment::propose(data, &chosen.fit, rival);
+) -> (String, Option<Recording>) {
+    let propose = |rival: &Fit| experiment::propose(data, &chosen.fit, rival);
     match (verdict, rivals.first()) {
         (Verdict::PhysicsMissing, Some(rival)) => {
             let named = effects
                 .iter()
                 .find(|e| e.cannot_be_told_apart_from.iter().any(|id| id == rival.id))
                 .map_or("the effect found", |e| e.id.as_str());
-            words::separate(named, rival.id, proposal(&rival.fit))
+            words::separate(named, rival.id, propose(&rival.fit))
         }
-        (Verdict::PhysicsMissing, None) => words::confirm(effects, proposal(&reference.fit)),
+        (Verdict::PhysicsMissing, None) => words::confirm(effects, propose(&reference.fit)),
         // without a closed form there is nothing to tell apart yet
         (Verdict::UnknownPhysics, _) if chosen.fit.space.effects.is_empty() => words::explore(None),
-        (Verdict::UnknownPhysics, _) => words::explore(proposal(&reference.fit)),
-        (Verdict::Agrees | Verdict::ParametersOff, _) => words::nothing_needed(&chosen.fit, data),
+        (Verdict::UnknownPhysics, _) => words::explore(propose(&reference.fit)),
+        (Verdict::Agrees | Verdict::ParametersOff, _) => (words::nothing_needed(&chosen.fit, data), None),
     }
 }
 

@@ -34,6 +34,8 @@ pub struct Outcome {
     pub figures: Figures,
     /// The rig with what was found in its model.
     pub improved: Rig,
+    /// What to drive the wire by next, where that would settle something: inputs that `simulate` takes.
+    pub next_programme: Option<Recording>,
 }
 
 /// What a fit of the parameters alone gives.
@@ -162,12 +164,12 @@ fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -
     describe::warn_of_fit(&compared.chosen.fit, &mut warnings);
 
     let found = Found { data, searched, selection, grades, chosen, located, left, outside, compared };
-    let diagnosis = found.answer(warnings, settings)?;
+    let (diagnosis, next_programme) = found.answer(warnings, settings)?;
     let improved = found.improved(rig, diagnosis.verdict)?;
     progress("drawing", 0.0);
     let figures = figures::figures(&found.data, drive, &found.compared, &found.selection, &found.located);
     progress("done", 1.0);
-    Ok(Outcome { diagnosis, figures, improved })
+    Ok(Outcome { diagnosis, figures, improved, next_programme })
 }
 
 /// What the search came to, before it is described.
@@ -202,7 +204,7 @@ impl Found {
         }
     }
 
-    fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Result<Diagnosis, Error> {
+    fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Result<(Diagnosis, Option<Recording>), Error> {
         let Found { data, searched, selection, grades, located, left, outside, compared, .. } = self;
         let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
         let progress = settings.progress;
@@ -220,7 +222,7 @@ impl Found {
         }
         let verdict = self.verdict(&effects, &beyond_tolerance);
         progress("next experiment", 0.0);
-        let next_experiment = describe::next_experiment(data, verdict, compared, &rivals, &effects);
+        let (next_experiment, next_programme) = describe::next_experiment(data, verdict, compared, &rivals, &effects);
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
             Verdict::PhysicsMissing => effects.first().and_then(|e| chosen.fit.space.effect(&e.id)).map(|e| e.equation),
@@ -231,7 +233,7 @@ impl Found {
         let remains = remains::remains(data, compared, left);
         let of_form = outside.as_ref().map_or(0.0, |o| o.explanation.evidence - selection.reference.evidence);
         let rise = selection.first_rise().max(of_form);
-        Ok(Diagnosis {
+        let diagnosis = Diagnosis {
             schema: SCHEMA.to_string(),
             verdict,
             summary: words::summary(
@@ -267,7 +269,8 @@ impl Found {
             next_experiment,
             warnings,
             seed: settings.seed,
-        })
+        };
+        Ok((diagnosis, next_programme))
     }
 
     /// The rig with what was found in its model.

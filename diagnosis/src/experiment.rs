@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use sinew_physics::{DriveKind, Inputs, Load, WireModel};
+use sinew_recording::{Column, Recording, drive_column, imposed_column};
 
 use crate::data::{Data, Part, Run};
 use crate::derivatives;
@@ -27,6 +28,25 @@ pub(crate) struct Proposal {
     pub(crate) apart: f64,
     /// The same on the recordings there are.
     pub(crate) apart_now: f64,
+    /// Its inputs, as a recording that `simulate` takes.
+    pub(crate) programme: Option<Recording>,
+}
+
+/// What the file of a proposed programme is called.
+pub const NEXT_PROGRAMME: &str = "next.csv";
+
+/// What a run is driven by.
+fn inputs(run: &Run, model: &WireModel) -> Result<Recording, sinew_recording::Error> {
+    let mut programme = Recording::new(NEXT_PROGRAMME, run.time_s.clone())?;
+    let of = |value: &dyn Fn(&Inputs) -> f64| run.inputs.iter().map(|(inputs, _)| value(inputs)).collect();
+    programme.set(drive_column(model.drive.kind), of(&|i| i.drive))?;
+    if let Some(imposed) = imposed_column(&model.load) {
+        programme.set(imposed, of(&|i| i.imposed))?;
+    }
+    if model.drive.kind == DriveKind::Pwm {
+        programme.set(Column::SupplyV, of(&|i| i.supply_v))?;
+    }
+    Ok(programme)
 }
 
 /// What is driven how.
@@ -55,7 +75,8 @@ pub(crate) fn propose(data: &Data, a: &Fit, b: &Fit) -> Option<Proposal> {
         .par_iter()
         .filter_map(|(_, design)| Some((on(design, true)?, design)))
         .max_by(|x, y| x.0.total_cmp(&y.0))?;
-    Some(Proposal { words: best.1.words.clone(), apart: best.0, apart_now })
+    let (apart, design) = best;
+    Some(Proposal { words: design.words.clone(), apart, apart_now, programme: inputs(&design.run, &model).ok() })
 }
 
 /// RMS over noise by which `b` misses what `a` predicts, its nuisance parameters refitted or left alone.

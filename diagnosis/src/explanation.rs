@@ -38,18 +38,17 @@ pub(crate) struct Explanation {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turns {
     pub(crate) rounds: usize,
-    /// How often derivatives are taken in the first of them, and in each other.
+    /// How often derivatives are taken in the first of them.
     pub(crate) iterations: usize,
-    pub(crate) anew: usize,
 }
 
 impl Turns {
     /// To the end.
-    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6, anew: 1 };
+    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6 };
     /// From where a search on thinned data has ended, on all of them.
-    pub(crate) const LAST: Turns = Turns { rounds: 2, iterations: 3, anew: 1 };
+    pub(crate) const LAST: Turns = Turns { rounds: 2, iterations: 3 };
     /// Far enough to be compared.
-    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4, anew: 0 };
+    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4 };
 }
 
 impl Explanation {
@@ -109,9 +108,8 @@ impl Explanation {
         let mut z = start.to_vec();
         let mut best: Option<Explanation> = None;
         for round in 0..turns.rounds {
-            // the first one goes by derivatives taken as often as it likes, the others by what is known
-            let most = if round == 0 { turns.iterations - usize::from(known.is_some()) } else { turns.anew };
-            let effort = Effort::iterations(most);
+            // the first one goes by derivatives taken as often as it likes, the others by what is known, and once more
+            let effort = Effort::iterations(if round == 0 { turns.iterations } else { 1 });
             let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
             left = residuals::plain_at(data, space, &fit.z)?;
             discrepancy = discrepancy.refitted(data, &left);

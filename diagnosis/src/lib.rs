@@ -90,6 +90,7 @@ mod words;
 pub use answer::*;
 pub use diagnose::{Identified, Outcome, diagnose, identify};
 pub use error::{Broken, Error, Trouble};
+pub use experiment::NEXT_PROGRAMME;
 pub use gates::{Exclude, LEAST_SAMPLES, MOST_SAMPLES, Warning, check, sensors};
 pub use noise::{Noise, estimate};
 pub use settings::Settings;

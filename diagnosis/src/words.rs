@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use sinew_physics::effects::Effect;
+use sinew_recording::Recording;
 
 use crate::answer::{BeyondTolerance, EffectSize, FoundEffect, Grade, Location, LooksLike, Remains, Unknown, Verdict};
 use crate::data::Data;
@@ -156,51 +157,74 @@ fn what_is_left(remains: &Remains) -> String {
 }
 
 /// How to tell two explanations apart.
-pub(crate) fn separate(named: &str, rival: &str, proposal: Option<Proposal>) -> String {
+pub(crate) fn separate(named: &str, rival: &str, proposal: Option<Proposal>) -> (String, Option<Recording>) {
     match proposal {
-        Some(p) if p.apart > WORTH_IT && p.apart > 1.5 * p.apart_now => format!(
-            "To tell {named} from {rival}, record 60 s of {}: there they would differ by {} times the noise (RMS, after \
-             refitting), against {} now.",
-            p.words,
-            number(p.apart),
-            number(p.apart_now)
-        ),
-        Some(p) => format!(
-            "No drive programme, load or supply that was tried tells {named} from {rival} with these sensors (at best {} \
-             times the noise): measure what differs between them directly, such as the supply at the rig's terminals, \
-             the air's temperature beside the wire, or the voltage across the suspected contact.",
-            number(p.apart)
-        ),
-        None => format!("To tell {named} from {rival}, record the same wire under another load."),
+        Some(p) if p.apart > WORTH_IT && p.apart > 1.5 * p.apart_now => {
+            let words = format!(
+                "To tell {named} from {rival}, record 60 s of {}: there they would differ by {} times the noise (RMS, after \
+                 refitting), against {} now.{}",
+                p.words,
+                number(p.apart),
+                number(p.apart_now),
+                where_it_is(&p)
+            );
+            (words, p.programme)
+        }
+        Some(p) => {
+            let words = format!(
+                "No drive programme, load or supply that was tried tells {named} from {rival} with these sensors (at best {} \
+                 times the noise): measure what differs between them directly, such as the supply at the rig's terminals, \
+                 the air's temperature beside the wire, or the voltage across the suspected contact.",
+                number(p.apart)
+            );
+            (words, None)
+        }
+        None => (format!("To tell {named} from {rival}, record the same wire under another load."), None),
     }
 }
 
 /// How to make sure of what was found.
-pub(crate) fn confirm(effects: &[FoundEffect], proposal: Option<Proposal>) -> String {
+pub(crate) fn confirm(effects: &[FoundEffect], proposal: Option<Proposal>) -> (String, Option<Recording>) {
     let names = effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(" and ");
     match proposal {
-        Some(p) => format!(
-            "Nothing more is needed to name it. To confirm {names}, record 60 s of {} and simulate the improved rig file \
-             beside it: without it the error there would be {} times the noise.",
-            p.words,
-            number(p.apart)
-        ),
-        None => format!(
-            "To confirm {names}, record the same wire under another drive and simulate the improved rig file beside it."
-        ),
+        Some(p) => {
+            let words = format!(
+                "Nothing more is needed to name it. To confirm {names}, record 60 s of {} and simulate the improved rig file \
+                 beside it: without it the error there would be {} times the noise.{}",
+                p.words,
+                number(p.apart),
+                where_it_is(&p)
+            );
+            (words, p.programme)
+        }
+        None => {
+            let words = format!(
+                "To confirm {names}, record the same wire under another drive and simulate the improved rig file beside it."
+            );
+            (words, None)
+        }
     }
 }
 
 /// What would show more of something unknown.
-pub(crate) fn explore(proposal: Option<Proposal>) -> String {
+pub(crate) fn explore(proposal: Option<Proposal>) -> (String, Option<Recording>) {
     match proposal {
-        Some(p) => format!(
-            "Record 60 s of {}: there the empirical term acts most ({} times the noise), so its form shows best.",
-            p.words,
-            number(p.apart)
-        ),
-        None => "Record slow ramps at two loads: they show on what state the unknown term depends.".into(),
+        Some(p) => {
+            let words = format!(
+                "Record 60 s of {}: there the empirical term acts most ({} times the noise), so its form shows best.{}",
+                p.words,
+                number(p.apart),
+                where_it_is(&p)
+            );
+            (words, p.programme)
+        }
+        None => ("Record slow ramps at two loads: they show on what state the unknown term depends.".into(), None),
     }
+}
+
+/// Where the programme of a proposal stands.
+fn where_it_is(proposal: &Proposal) -> String {
+    proposal.programme.as_ref().map_or(String::new(), |programme| format!(" Its drive is in {}.", programme.name()))
 }
 
 /// Nothing is missing: which parameter is known least.

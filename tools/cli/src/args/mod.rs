@@ -347,7 +347,8 @@ Examples:
   sinew diagnose bench.toml monday.csv --out monday --json | jq '.verdict, .effects[].id'
 
 Writes DIR/diagnosis.json, DIR/improved.toml (the rig file with what was found in it, as
-`sinew simulate` takes it) and DIR/report.html. Without --holdout about a third of each recording
+`sinew simulate` takes it), DIR/report.html and, where another recording would settle something,
+DIR/next.csv: what to drive the wire by. Without --holdout about a third of each recording
 is kept back, in blocks, and judged by. The verdict is agrees, parameters_off, physics_missing or
 unknown_physics; a broken recording gets none, but exit code 2.")]
 pub struct Diagnose {

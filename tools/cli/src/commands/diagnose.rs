@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sinew_recording::Utc;
+use sinew_diagnosis::NEXT_PROGRAMME;
+use sinew_recording::{Recording, Utc};
 use sinew_report::About;
 
 use super::fitting::{Input, command, has_colour, sources, spare_inputs, width, work};
@@ -27,8 +28,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let input = Input::read(fitting, &args.holdout)?;
     let files = sources(fitting, &args.holdout)?;
     can_become_folder(&args.out)?;
-    let names = names(args.picture);
-    for name in &names {
+    for name in [REPORT, JSON, IMPROVED, PICTURE, NEXT_PROGRAMME] {
         let path = args.out.join(name);
         spare_inputs(&path, fitting, &args.holdout)?;
         if path.is_dir() {
@@ -49,17 +49,23 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
     let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
+    let next = outcome.next_programme.as_ref().map(as_csv).transpose()?;
     // from here to the end Ctrl-C is ignored, so that no partial result is left: it takes a moment
     let _asked = signals()?;
     let improved = outcome.improved.to_toml();
-    let files = [(IMPROVED, improved.as_str()), (REPORT, &page), (JSON, &json)];
-    let files: Vec<_> = files.into_iter().chain(picture.as_deref().map(|picture| (PICTURE, picture))).collect();
+    let more = [(PICTURE, picture.as_deref()), (NEXT_PROGRAMME, next.as_deref())];
+    let more = more.into_iter().filter_map(|(name, text)| Some((name, text?)));
+    let files: Vec<_> =
+        [(REPORT, page.as_str()), (JSON, &json), (IMPROVED, &improved)].into_iter().chain(more).collect();
     write_all(&args.out, &files)?;
     if fitting.json {
         output::print(json)?;
     } else {
         output::print(sinew_report::text(&outcome.diagnosis, width(), has_colour()))?;
-        output::note(format_args!("written: {}", list(&args.out, &names)));
+        output::note(format_args!(
+            "written: {}",
+            list(&args.out, &files.iter().map(|(name, _)| *name).collect::<Vec<_>>())
+        ));
     }
     Ok(())
 }
@@ -104,9 +110,12 @@ pub fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
     })
 }
 
-/// The files that are written.
-fn names(picture: bool) -> Vec<&'static str> {
-    [REPORT, JSON, IMPROVED].into_iter().chain(picture.then_some(PICTURE)).collect()
+/// A recording as the text of its file.
+fn as_csv(recording: &Recording) -> Result<String, Failure> {
+    let mut csv = Vec::new();
+    sinew_recording::write_to(&mut csv, recording)
+        .map_err(|error| Failure::own(format!("{}: cannot be written: {error}", recording.name())))?;
+    Ok(String::from_utf8_lossy(&csv).into_owned())
 }
 
 fn list(out: &Path, names: &[&str]) -> String {
