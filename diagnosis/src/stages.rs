@@ -26,8 +26,7 @@ impl Stage {
         let mut zeros = space.clone();
         zeros.coordinates.retain(|c| c.is_of_run().is_some());
         let fit = fit::fit(data, &zeros, &vec![0.0; zeros.len()], Effort::SEARCH).ok_or(Error::NoFit)?;
-        let residuals = fit.residuals(data).ok_or(Error::NoFit)?;
-        Ok(Stage::new(data, residuals))
+        Stage::of_fit(data, &fit)
     }
 
     /// What a fit leaves.

@@ -241,6 +241,28 @@ fn a_draught_is_found_whenever_the_clock_starts() {
     assert!(window.share > 0.3, "{window:?}");
 }
 
+/// A recording that is kept back as a whole judges, and the report shows it at every stage.
+#[test]
+fn a_recording_that_is_kept_back_judges_what_was_found_on_another() {
+    let mut truth = real();
+    truth.set_effect(0, "mechanical.friction", "coulomb_n", 0.15).unwrap();
+    let (fitted, held) = (record(&truth, 10), record(&truth, 11));
+    let outcome = diagnose(&believed(), 0, &[fitted], &[held], &settings(0)).unwrap();
+    let diagnosis = &outcome.diagnosis;
+    assert_eq!(diagnosis.effects.first().map(|e| e.id.as_str()), Some("mechanical.friction"), "{}", diagnosis.summary);
+    assert_eq!(diagnosis.effects[0].grade, Grade::ConfirmedOnAnotherProgramme);
+    let left = &diagnosis.left;
+    assert!(left.chi_as_given > left.chi && left.chi > 1.5 && (0.9..1.1).contains(&left.chi_improved), "{left:?}");
+    let shown = &outcome.figures.recordings[1];
+    assert!(shown.time_s.len() > 100 && shown.kept_back.len() == 1, "{}", shown.kept_back.len());
+    for sensor in &shown.sensors {
+        for stage in [&sensor.as_given, &sensor.recalibrated, &sensor.improved] {
+            assert!(stage.len() == shown.time_s.len() && stage.iter().all(|v| v.is_finite()), "{:?}", sensor.column);
+        }
+    }
+    assert_eq!(outcome.next_programme.as_ref().map(|programme| programme.len()), Some(6000));
+}
+
 /// What is left out of one recording says nothing of the sensor's noise in another.
 #[test]
 fn a_dead_sensor_in_one_recording_spoils_no_other() {
