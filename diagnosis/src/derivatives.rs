@@ -52,7 +52,8 @@ pub(crate) fn sharp(data: &Data, space: &Space, z: &[f64]) -> Option<Vec<Residua
     Some(columns)
 }
 
-fn white(data: &Data, columns: &[Residuals]) -> Vec<Residuals> {
+/// As the data whiten them.
+pub(crate) fn white(data: &Data, columns: &[Residuals]) -> Vec<Residuals> {
     columns.par_iter().map(|column| data.white(column)).collect()
 }
 

@@ -2,7 +2,6 @@
 //! enough for hysteresis, priors as residuals of their own, and bounds by projection.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::data::{Data, Part};
 use crate::derivatives;
@@ -114,7 +113,7 @@ impl Known {
 
     /// As the data whiten them.
     pub(crate) fn white(&self, data: &Data) -> Vec<Residuals> {
-        self.0.par_iter().map(|column| data.white(column)).collect()
+        derivatives::white(data, &self.0)
     }
 }
 
