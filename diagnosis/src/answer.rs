@@ -45,7 +45,7 @@ pub struct Diagnosis {
     pub next_experiment: String,
     /// Warnings a reader must know of: a parameter outside its range, a fit that did not converge, a doubtful sensor.
     pub warnings: Vec<String>,
-    /// The seed everything random was drawn with.
+    /// Which blocks were kept back: the same seed, the same blocks.
     pub seed: u64,
 }
 

@@ -128,27 +128,29 @@ fn is_in(windows: &[(f64, f64)], time_s: f64) -> bool {
 const FEWEST_BLOCKS: f64 = 12.0;
 const MOST_BLOCKS: f64 = 36.0;
 const BLOCK_S: f64 = 3.0;
-/// Every third block is kept back: of the first recording the second, of the next the third and so on. Runs of one
-/// programme would otherwise keep back the same part of it, and nothing would know what happens there.
+/// Every third block is kept back: with the usual seed, 1, of the first recording the second, of the next the third and so
+/// on. Runs of one programme would otherwise keep back the same part of it, and nothing would know what happens there.
 const KEEP_EVERY: usize = 3;
 /// Fewest samples to fit that make a column a sensor.
 const LEAST_SEEN: usize = 20;
 
 impl Data {
     /// The recordings of one channel. Blocks of the fitted ones are kept back where none is held out as a whole.
-    /// `noise` gives the noise of a column.
+    /// `noise` gives the noise of a column, `seed` where the counting of the blocks starts.
     pub(crate) fn new(
         model: &WireModel,
         free_zero: bool,
         sources: &[Source],
         noise: &dyn Fn(Column) -> Noise,
+        seed: u64,
     ) -> Result<Data, Error> {
         let fitted = || sources.iter().filter(|source| !source.held_out);
         let mut columns: Vec<Column> = fitted().flat_map(|s| gates::sensors(&s.recording, model)).collect();
         columns.sort();
         columns.dedup();
         let keep_blocks = fitted().count() == sources.len();
-        let keep = |number: usize| keep_blocks.then_some((number + 1) % KEEP_EVERY);
+        let phase = (seed % KEEP_EVERY as u64) as usize;
+        let keep = |number: usize| keep_blocks.then_some((number + phase) % KEEP_EVERY);
         let runs = sources.iter().enumerate().map(|(number, source)| Run::new(model, source, keep(number), &columns));
         let mut runs = runs.collect::<Result<Vec<Run>, Error>>()?;
         // a column with next to nothing to fit is no sensor
@@ -418,17 +420,17 @@ mod tests {
     use super::*;
     use crate::testing::{recording, rig, stairs};
 
-    fn data(held_out: [bool; 3]) -> Data {
+    fn data(held_out: [bool; 3], seed: u64) -> Data {
         let model = &rig().channels[0].model;
         let sources = held_out.map(|held_out| {
             Source::new(&recording(model, stairs, 1), model, &[], held_out).expect("a recording that can be used")
         });
-        Data::new(model, false, &sources, &|_| Noise { white: 1.0, total: 1.0, step: 0.0 }).expect("sensors")
+        Data::new(model, false, &sources, &|_| Noise { white: 1.0, total: 1.0, step: 0.0 }, seed).expect("sensors")
     }
 
     #[test]
     fn runs_of_one_programme_keep_back_different_parts_of_it() {
-        let data = data([false; 3]);
+        let data = data([false; 3], 1);
         for row in 0..data.runs[0].time_s.len() {
             let kept = data.runs.iter().filter(|run| run.part[row] == Part::KeptBack).count();
             assert_eq!(kept, 1, "sample {row}");
@@ -436,8 +438,19 @@ mod tests {
     }
 
     #[test]
+    fn another_seed_keeps_back_other_blocks() {
+        let of = |seed| data([false; 3], seed);
+        let seeds = [of(1), of(2), of(3)];
+        for row in 0..seeds[0].runs[0].time_s.len() {
+            let kept = seeds.iter().filter(|data| data.runs[0].part[row] == Part::KeptBack).count();
+            assert_eq!(kept, 1, "sample {row}");
+        }
+        assert_eq!(of(4).runs[0].part, seeds[0].runs[0].part, "there are three ways");
+    }
+
+    #[test]
     fn beside_a_recording_that_is_held_out_all_of_the_others_is_fitted() {
-        let data = data([false, true, false]);
+        let data = data([false, true, false], 1);
         for (run, part) in data.runs.iter().zip([Part::Fitted, Part::KeptBack, Part::Fitted]) {
             assert!(run.part.iter().all(|p| *p == part));
         }

@@ -220,7 +220,7 @@ mod tests {
         let rig = rig();
         let model = &rig.channels[0].model;
         let stairs = |t: f64| [0.05, 0.3, 0.02, 0.35, 0.1][(t / 4.0) as usize % 5];
-        let data = Prepared::new(&rig, 0, &[recording(model, stairs, 3)], &[]).unwrap().data;
+        let data = Prepared::new(&rig, 0, &[recording(model, stairs, 3)], &[], 1).unwrap().data;
         let space = Space::reference(&rig, 0, &data);
         let z: Vec<f64> = (0..space.len()).map(|i| 0.3 * (i as f64).sin()).collect();
         let left = residuals::fitted_at(&data, &space, &z).unwrap();

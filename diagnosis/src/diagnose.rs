@@ -69,7 +69,7 @@ pub fn diagnose(
     settings: &Settings<'_>,
 ) -> Result<Outcome, Error> {
     in_pool(settings.jobs, || {
-        let prepared = Prepared::new(rig, channel, recordings, held_out)?;
+        let prepared = Prepared::new(rig, channel, recordings, held_out, settings.seed)?;
         run(rig, channel, prepared, settings)
     })
 }
@@ -85,7 +85,7 @@ pub fn identify(
     settings: &Settings<'_>,
 ) -> Result<Identified, Error> {
     in_pool(settings.jobs, || {
-        let prepared = Prepared::new(rig, channel, recordings, &[])?;
+        let prepared = Prepared::new(rig, channel, recordings, &[], settings.seed)?;
         let mut warnings = prepared.warnings.clone();
         let data = prepared.data.all_fitted();
         let space = Space::reference(rig, channel, &data);

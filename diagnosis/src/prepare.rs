@@ -35,6 +35,7 @@ impl Prepared {
         channel: usize,
         recordings: &[Recording],
         held_out: &[Recording],
+        seed: u64,
     ) -> Result<Prepared, Error> {
         let channels = rig.channels.len();
         let c = rig.channels.get(channel).ok_or(Error::NoChannel { found: channel, channels })?;
@@ -60,7 +61,7 @@ impl Prepared {
         }
         let free_zero = c.position_zero == PositionZero::Free;
         let noise = |column: Column| noise_of.get(&column).copied().unwrap_or(NO_NOISE);
-        let data = Data::new(&c.model, free_zero, &sources, &noise)?;
+        let data = Data::new(&c.model, free_zero, &sources, &noise, seed)?;
         let (fitted, kept_back) = (data.count(Part::Fitted), data.count(Part::KeptBack));
         let little = |name: &str| {
             let what = Trouble::LittleLeft { fitted, kept_back, least: LEAST_COUNT, reasons: warnings.clone() };

@@ -2,7 +2,8 @@
 
 /// How a diagnosis is run.
 pub struct Settings<'a> {
-    /// Stands in the answer; nothing is drawn at random any more: same input, same answer.
+    /// Where the counting of the blocks that are kept back starts: another seed keeps back others, of three ways. Nothing
+    /// else is drawn: same input and seed, same answer.
     pub seed: u64,
     /// Threads; 0 = as many as the machine has cores.
     pub jobs: usize,

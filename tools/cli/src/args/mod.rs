@@ -249,7 +249,7 @@ pub struct Laws {
     pub catalogue: Option<PathBuf>,
 }
 
-/// Where the random numbers of a fit start, unless another seed is given.
+/// Where the counting of the blocks kept back starts, unless another seed is given.
 pub const SEED: u64 = 1;
 
 /// What is fitted to and how, the same for `identify` and `diagnose`.
@@ -267,7 +267,8 @@ pub struct Fitting {
     /// Pass over columns that are no recording's instead of refusing them.
     #[arg(long)]
     pub ignore_columns: bool,
-    /// Seed of everything random: same input and seed, same answer.
+    /// Which third of each recording a diagnosis keeps back and judges by: 1, 2, 3, and from the beginning again. Same
+    /// input and seed, same answer.
     #[arg(long, value_name = "N", default_value_t = SEED)]
     pub seed: u64,
     /// Threads; without it, as many as there are processors.
