@@ -18,7 +18,7 @@ use crate::reported::{Reported, Took};
 const DIAGNOSIS_SEED: u64 = 1;
 
 /// Reads one of a case's recordings as the command line does.
-fn read(rig: &Rig, path: &Path) -> Result<Recording, sinew_recording::Error> {
+pub fn read(rig: &Rig, path: &Path) -> Result<Recording, sinew_recording::Error> {
     let model = rig.channels.first().map(|channel| &channel.model);
     sinew_recording::read(path, &Options { columns: Some(&rig.columns), model, ..Options::default() })
 }

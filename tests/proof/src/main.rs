@@ -5,6 +5,7 @@ mod diagnose_case;
 mod document;
 mod generator;
 mod holdout;
+mod order;
 mod reported;
 mod run;
 mod score;
@@ -67,6 +68,8 @@ enum Command {
         #[arg(long)]
         out: PathBuf,
     },
+    /// Whether an answer depends on the order of the recordings, the blocks kept back or the number of threads
+    Order(order::Order),
     /// Diagnose the case in one folder; every case is run so, in a process of its own
     #[command(hide = true)]
     One {
@@ -106,6 +109,7 @@ fn main() -> ExitCode {
         Some(Command::One { folder, threads }) => {
             diagnose_case::diagnose_case(folder, *threads).map(|_| ()).map_err(|error| error.to_string().into())
         }
+        Some(Command::Order(order)) => order.run(),
         None => proof(&arguments),
     };
     match done {
