@@ -30,6 +30,17 @@ pub(crate) struct Sensor {
     pub(crate) noise: f64,
     /// The part of it that is new in every sample.
     pub(crate) white: f64,
+    /// Of how many samples a row is the mean that has this noise.
+    pub(crate) samples: usize,
+}
+
+impl Sensor {
+    /// Variance of a row that is the mean of so many samples, in units of `noise`²: what is new in every sample averages
+    /// out, the rest does not.
+    pub(crate) fn variance(&self, samples: usize) -> f64 {
+        let white = (self.white / self.noise).powi(2);
+        1.0 - white + white * self.samples as f64 / samples.max(1) as f64
+    }
 }
 
 /// One recording.
@@ -55,6 +66,8 @@ pub(crate) struct Run {
     /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its length.
     /// Empty where every row is one sample.
     pub(crate) early: Vec<f64>,
+    /// By row: of how many samples it is the mean. Empty where every row is one sample.
+    pub(crate) samples: Vec<usize>,
     /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is. Empty
     /// where it lacks nothing.
     pub(crate) lacking: Vec<Vec<f64>>,
@@ -164,7 +177,7 @@ impl Data {
         let sensors = columns
             .map(|column| {
                 let Noise { white, total, .. } = noise(column);
-                Sensor { column, noise: total, white }
+                Sensor { column, noise: total, white, samples: 1 }
             })
             .collect();
         let position_imposed = imposed_column(&model.load) == Some(Column::PositionM);
@@ -195,16 +208,17 @@ impl Data {
         }
     }
 
-    /// The same with `rows` rows made one: as much is known of what moves slowly, for a fraction of the work.
-    pub(crate) fn thinned(&self, rows: usize, drive: DriveKind) -> Data {
-        let runs = self.runs.iter().map(|run| run.thinned(rows, drive)).collect();
+    /// The same with rows made one, by recording as many as `groups` says in turn, `most` of them at most: as much is known of
+    /// what moves slowly, for a fraction of the work.
+    pub(crate) fn thinned(&self, groups: &[Vec<usize>], most: usize, drive: DriveKind) -> Data {
+        let runs = self.runs.iter().zip(groups).map(|(run, groups)| run.thinned(groups, drive)).collect();
         let sensors = self
             .sensors
             .iter()
             .map(|sensor| {
                 let wandering = (sensor.noise.powi(2) - sensor.white.powi(2)).max(0.0);
-                let white = sensor.white / (rows as f64).sqrt();
-                Sensor { noise: (wandering + white * white).sqrt(), white, ..*sensor }
+                let white = sensor.white / (most as f64).sqrt();
+                Sensor { noise: (wandering + white * white).sqrt(), white, samples: most, ..*sensor }
             })
             .collect();
         Data { runs, sensors, ..self.clone() }
@@ -276,12 +290,26 @@ impl Run {
             held_out: *held_out,
             longest_piece_s: 0.0,
             early: Vec::new(),
+            samples: Vec::new(),
             lacking: Vec::new(),
         })
     }
 
-    /// The same with up to `rows` rows of one block made one.
-    fn thinned(&self, rows: usize, drive: DriveKind) -> Run {
+    /// How many rows may be made one, in turn: up to `most`, of one block.
+    pub(crate) fn groups(&self, most: usize) -> Vec<usize> {
+        let mut groups = Vec::with_capacity(self.time_s.len() / most.max(1) + 1);
+        let mut first = 0;
+        while first < self.time_s.len() {
+            let alike = |row: &usize| self.block[*row] == self.block[first] && self.part[*row] == self.part[first];
+            let count = (first..self.time_s.len()).take(most.max(1)).take_while(alike).count();
+            groups.push(count);
+            first += count;
+        }
+        groups
+    }
+
+    /// The same with so many rows made one in turn.
+    fn thinned(&self, groups: &[usize], drive: DriveKind) -> Run {
         let mut thin = Run {
             time_s: Vec::new(),
             inputs: Vec::new(),
@@ -289,12 +317,11 @@ impl Run {
             part: Vec::new(),
             block: Vec::new(),
             early: Vec::new(),
+            samples: groups.to_vec(),
             ..self.clone()
         };
         let mut first = 0;
-        while first < self.time_s.len() {
-            let alike = |row: &usize| self.block[*row] == self.block[first] && self.part[*row] == self.part[first];
-            let count = (first..self.time_s.len()).take(rows).take_while(alike).count();
+        for &count in groups {
             let group = first..first + count;
             let last = group.end - 1;
             let span_s: f64 = self.inputs[group.clone()].iter().map(|(_, dt_s)| dt_s).sum();

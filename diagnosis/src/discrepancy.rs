@@ -3,7 +3,7 @@
 //! Thousands of samples that repeat one error then count as what they know, and parameters stay where they are believed.
 //!
 //! The covariance of a residual, in units of the sensor's noise, is K = (1 + (ẏ δt)²) I + a² exp(−|t − t'| / τ): white
-//! noise, what half a row of time is worth where the signal is steep, and the process. A Kalman filter of one state
+//! noise (more of it in a row of fewer samples than usual), what half a row of time is worth where the signal is steep, and the process. A Kalman filter of one state
 //! whitens residuals, and derivatives, in one pass; normal equations, steps and curvatures are then those of white noise.
 //! Blocks kept back are whitened each from its own start: their density is marginal, and no process interpolates into
 //! them from its neighbours.
@@ -154,7 +154,7 @@ struct Signal {
 
 impl Signal {
     fn of(data: &Data, r: usize, s: usize, left: &Residuals) -> Signal {
-        let (run, noise) = (&data.runs[r], data.sensors[s].noise);
+        let (run, sensor) = (&data.runs[r], &data.sensors[s]);
         let n = run.time_s.len();
         let mut block = usize::MAX;
         let sight = (0..n)
@@ -171,12 +171,13 @@ impl Signal {
             .collect();
         let since_s = (0..n).map(|row| if row == 0 { 0.0 } else { run.time_s[row] - run.time_s[row - 1] }).collect();
         // the model's own signal: what was measured less what it leaves
-        let seen = |row: usize| run.measured[s][row] / noise - f64::from(left[r][s][row]);
+        let seen = |row: usize| run.measured[s][row] / sensor.noise - f64::from(left[r][s][row]);
         let white = (0..n)
             .map(|row| {
                 let (before, after) = (row.saturating_sub(1), (row + 1).min(n - 1));
                 let steep = (seen(after) - seen(before)) / (after - before).max(1) as f64;
-                if steep.is_nan() { 1.0 } else { 1.0 + (INSTANT * steep).powi(2) }
+                let own = sensor.variance(run.samples.get(row).copied().unwrap_or(1));
+                if steep.is_nan() { own } else { own + (INSTANT * steep).powi(2) }
             })
             .collect();
         Signal { sight, since_s, white }
@@ -258,9 +259,9 @@ impl Signal {
     fn most_probable(&self, part: Part, start: Wander, most: f64, left: &[f32]) -> (f64, Wander) {
         let (sum, count) = left
             .iter()
-            .zip(self.sight.iter())
-            .filter(|(_, sight)| part_of(**sight) == Some(part))
-            .fold((0.0, 0.0), |(sum, count), (r, _)| (sum + f64::from(*r).powi(2), count + 1.0));
+            .zip(self.sight.iter().zip(&self.white))
+            .filter(|(_, (sight, _))| part_of(**sight) == Some(part))
+            .fold((0.0, 0.0), |(sum, count), (r, (_, white))| (sum + f64::from(*r).powi(2) / white, count + 1.0));
         if count == 0.0 {
             return (0.0, Wander { size: SMALLEST, memory_s: 1.0 });
         }

@@ -275,6 +275,7 @@ fn recorded(data: &Data, first: &Run, name: &str, drive: &dyn Fn(f64) -> f64) ->
         held_out: false,
         longest_piece_s: first.longest_piece_s,
         early: Vec::new(),
+        samples: Vec::new(),
         lacking: Vec::new(),
         ambient_of_model: true,
         supply_of_model: false,

@@ -78,12 +78,16 @@ impl Prepared {
 }
 
 /// How long a row of thinned data may be, and the pieces that a search may simulate in, longest first, s.
-const LONG_ROWS_S: [f64; 3] = [0.04, 0.02, 0.01];
+const LONG_ROW_S: f64 = 0.04;
 const LONG_PIECES_S: [f64; 3] = [0.02, 0.01, 0.005];
 
 /// As long as what they lack, which is known at one place and taken into account, is less than this share of any sensor's
 /// noise, RMS: then it hardly changes from place to place.
 const UNNOTICED: f64 = 0.3;
+/// How often rows that lack much are halved; where that makes hardly more of them, by this share, those that lack half as
+/// much are next.
+const HALVINGS: usize = 12;
+const HARDLY: f64 = 0.03;
 
 /// The data as a search simulates them, and those they are made from.
 #[derive(Debug, Clone)]
@@ -92,27 +96,57 @@ pub(crate) struct Searched {
     exact: Data,
 }
 
+/// What a simulation in long rows and pieces lacks, by recording, sensor and row.
+type Lacking = Vec<Vec<Vec<f64>>>;
+
 impl Searched {
-    /// In rows and pieces as long as nobody would notice. What is reported is fitted in the end with those that there are.
+    /// In rows and pieces as long as nobody would notice: long where things move slowly, short where they do not, as after an
+    /// edge of the drive. What is reported is fitted in the end with those that there are.
     pub(crate) fn new(exact: &Data, space: &Space, drive: DriveKind) -> Searched {
+        let whole = Searched { data: exact.clone(), exact: exact.clone() };
         let rest = vec![0.0; space.len()];
         let row_s =
             exact.runs.iter().map(|run| run.duration_s() / run.time_s.len() as f64).fold(f64::INFINITY, f64::min);
-        let thinned = LONG_ROWS_S.iter().filter_map(|long_s| {
-            let rows = (long_s / row_s + 0.01).floor() as usize;
-            (rows > 1).then(|| exact.thinned(rows, drive))
-        });
-        for data in thinned.chain([exact.clone()]) {
-            for piece_s in LONG_PIECES_S {
+        let most = (LONG_ROW_S / row_s + 0.01).floor().max(1.0) as usize;
+        let Some(there) = Searched::outputs(exact, space, &rest) else { return whole };
+        for piece_s in LONG_PIECES_S {
+            let mut groups: Vec<Vec<usize>> = exact.runs.iter().map(|run| run.groups(most)).collect();
+            let mut much = UNNOTICED;
+            for _ in 0..=HALVINGS {
+                let data = if most > 1 { exact.thinned(&groups, most, drive) } else { exact.clone() };
                 let searched = Searched { data: data.in_pieces(piece_s), exact: exact.clone() };
-                if let Some(lacking) = searched.lacking(space, &rest)
-                    && searched.is_unnoticed(&lacking)
-                {
+                let Some(lacking) = searched.lacking_to(&there, space, &rest) else { break };
+                if searched.is_unnoticed(&lacking) {
                     return searched.with(lacking);
                 }
+                let count = |groups: &[Vec<usize>]| groups.iter().map(Vec::len).sum::<usize>() as f64;
+                let halved = searched.halved(&groups, &lacking, much);
+                if count(&halved) < (1.0 + HARDLY) * count(&groups) {
+                    much *= 0.5;
+                }
+                groups = halved;
             }
         }
-        Searched { data: exact.clone(), exact: exact.clone() }
+        whole
+    }
+
+    /// Rows halved before and where they begin to lack more than `much`, in units of noise.
+    fn halved(&self, groups: &[Vec<usize>], lacking: &Lacking, much: f64) -> Vec<Vec<usize>> {
+        let halved = |(groups, lacking): (&Vec<usize>, &Vec<Vec<f64>>)| {
+            let begins = |row: usize| {
+                row < groups.len()
+                    && self.data.sensors.iter().zip(lacking).any(|(sensor, lacking)| {
+                        let before = if row == 0 { 0.0 } else { lacking[row - 1] };
+                        (lacking[row] - before).abs() > much * sensor.noise
+                    })
+            };
+            let parts = |(row, count): (usize, &usize)| {
+                let half = if begins(row) || begins(row + 1) { count / 2 } else { 0 };
+                [half, count - half].into_iter().filter(|count| *count > 0)
+            };
+            groups.iter().enumerate().flat_map(parts).collect()
+        };
+        groups.iter().zip(lacking).map(halved).collect()
     }
 
     /// The same, what it lacks taken into account as it is at `z`.
@@ -121,32 +155,41 @@ impl Searched {
         lacking.map_or_else(|| self.clone(), |lacking| self.clone().with(lacking))
     }
 
-    fn with(mut self, lacking: Vec<Vec<Vec<f64>>>) -> Searched {
+    fn with(mut self, lacking: Lacking) -> Searched {
         for (run, lacking) in self.data.runs.iter_mut().zip(lacking) {
             run.lacking = lacking;
         }
         self
     }
 
-    /// By recording, sensor and row: what an exact simulation at `z` shows beside a hasty one.
-    fn lacking(&self, space: &Space, z: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
-        let model = space.model(z)?;
-        let mut hasty = self.data.clone();
-        hasty.runs.iter_mut().for_each(|run| run.lacking.clear());
-        (0..hasty.runs.len())
-            .map(|r| {
-                let outputs = |data: &Data| simulate::outputs(&model, &space.run(data, r, z), &data.sensors);
-                let (exact, there) = (outputs(&self.exact)?, outputs(&hasty)?);
-                let (run, times) = (&hasty.runs[r], &self.exact.runs[r].time_s);
-                let differences = exact.iter().zip(&there).map(|(exact, there)| {
-                    run.means_of(times, exact).iter().zip(there).map(|(exact, there)| exact - there).collect()
-                });
-                Some(differences.collect())
-            })
-            .collect()
+    /// What an exact simulation at `z` shows beside a hasty one.
+    fn lacking(&self, space: &Space, z: &[f64]) -> Option<Lacking> {
+        self.lacking_to(&Searched::outputs(&self.exact, space, z)?, space, z)
     }
 
-    fn is_unnoticed(&self, lacking: &[Vec<Vec<f64>>]) -> bool {
+    /// The same, where an exact simulation shows `there`.
+    fn lacking_to(&self, there: &[Vec<Vec<f64>>], space: &Space, z: &[f64]) -> Option<Lacking> {
+        let mut hasty = self.data.clone();
+        hasty.runs.iter_mut().for_each(|run| run.lacking.clear());
+        let here = Searched::outputs(&hasty, space, z)?;
+        let by_run = hasty.runs.iter().zip(&self.exact.runs).zip(there.iter().zip(&here));
+        let lacking = by_run.map(|((run, exact), (there, here))| {
+            let differences = there.iter().zip(here).map(|(there, here)| {
+                run.means_of(&exact.time_s, there).iter().zip(here).map(|(there, here)| there - here).collect()
+            });
+            differences.collect()
+        });
+        Some(lacking.collect())
+    }
+
+    /// What `data` would have shown at `z`, by recording, sensor and row.
+    fn outputs(data: &Data, space: &Space, z: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let model = space.model(z)?;
+        let outputs = |r| simulate::outputs(&model, &space.run(data, r, z), &data.sensors);
+        (0..data.runs.len()).map(outputs).collect()
+    }
+
+    fn is_unnoticed(&self, lacking: &Lacking) -> bool {
         self.data.sensors.iter().enumerate().all(|(s, sensor)| {
             let (sum, count) = lacking
                 .iter()

@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_no_simulation() {
         let model = &rig().channels[0].model;
-        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5, white: 1e-5 }];
+        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5, white: 1e-5, samples: 1 }];
         let run = |supply_v: f64| Run {
             name: "a".to_string(),
             time_s: vec![0.01, 0.02],
@@ -101,6 +101,7 @@ mod tests {
             held_out: false,
             longest_piece_s: 0.0,
             early: Vec::new(),
+            samples: Vec::new(),
             lacking: Vec::new(),
         };
         assert!(outputs(model, &run(6.0), &sensors).is_some());
