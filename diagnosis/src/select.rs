@@ -218,7 +218,8 @@ fn home(data: &Data, found: Explanation) -> Option<(Option<Explanation>, Explana
     }
 }
 
-/// Takes out what is not needed: others do it now, or it has only led to a better valley of the model without. Where that is
+/// Takes out what is not needed, the least needed first: others do it now, or it has only led to a better valley of the model
+/// without. Where that is
 /// the one without any effect, and better than `reference`, it takes its place.
 fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> Explanation {
     while !chosen.fit.space.effects.is_empty() {
@@ -229,11 +230,13 @@ fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> E
             .par_iter()
             .filter_map(|effect| {
                 let (space, z) = chosen.fit.space.without(effect, &chosen.fit.z);
-                let without = Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)?;
-                // what an effect has led away from the others may not find back to from there
-                if space.effects.is_empty() { Some(without) } else { home(data, without).map(|(_, without)| without) }
+                Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)
             })
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        // what an effect has led away from the others may not find back to from there
+        let without = without.and_then(|without| {
+            if without.fit.space.effects.is_empty() { Some(without) } else { home(data, without).map(|(_, home)| home) }
+        });
         let Some(without) = without else { break };
         if without.fit.space.effects.is_empty() && without.evidence > reference.evidence {
             *reference = without.clone();
