@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use sinew_physics::{DriveKind, Inputs, WireModel};
+use sinew_physics::{DriveKind, Inputs, Surroundings, Wire, WireModel};
 use sinew_recording::{Column, Recording, imposed_column};
 
 use crate::error::Error;
@@ -58,6 +58,8 @@ pub(crate) struct Run {
     /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is. Empty
     /// where it lacks nothing.
     pub(crate) lacking: Vec<Vec<f64>>,
+    /// By row: what other wires do to this one. Empty where it is alone.
+    pub(crate) around: Vec<Surroundings>,
 }
 
 /// Everything that is compared.
@@ -275,6 +277,7 @@ impl Run {
             longest_piece_s: 0.0,
             early: Vec::new(),
             lacking: Vec::new(),
+            around: Vec::new(),
         })
     }
 
@@ -287,6 +290,7 @@ impl Run {
             part: Vec::new(),
             block: Vec::new(),
             early: Vec::new(),
+            around: Vec::new(),
             ..self.clone()
         };
         let mut first = 0;
@@ -350,7 +354,7 @@ impl Run {
 
     /// The inputs as this model has them: what was not measured is the model's own.
     pub(crate) fn inputs_of<'a>(&'a self, model: &'a WireModel) -> impl ExactSizeIterator<Item = (Inputs, f64)> + 'a {
-        self.inputs.iter().map(|(inputs, dt_s)| {
+        self.inputs.iter().enumerate().map(|(row, (inputs, dt_s))| {
             let mut inputs = *inputs;
             if self.ambient_of_model {
                 inputs.ambient_c = model.ambient_c;
@@ -358,8 +362,31 @@ impl Run {
             if self.supply_of_model {
                 inputs.supply_v = model.drive.supply_v;
             }
+            let inputs = self.around.get(row).map_or(inputs, |around| around.acting_on(model, inputs));
             (inputs, *dt_s)
         })
+    }
+
+    /// Lets a wire know what is beside it in a row.
+    pub(crate) fn warm(&self, row: usize, wire: &mut Wire) {
+        if let Some(around) = self.around.get(row) {
+            around.warm(wire);
+        }
+    }
+
+    /// The same among other wires, which do this to it by row of the recording that this one was thinned from.
+    pub(crate) fn among(&self, time_s: &[f64], around: &[Surroundings]) -> Run {
+        if around.is_empty() {
+            return Run { around: Vec::new(), ..self.clone() };
+        }
+        let others_a: Vec<f64> = around.iter().map(|around| around.others_a).collect();
+        let neighbour_c: Vec<f64> = around.iter().map(|around| around.neighbour_c.unwrap_or(f64::NAN)).collect();
+        let rows = self.means_of(time_s, &others_a).into_iter().zip(self.means_of(time_s, &neighbour_c));
+        let mean = |(others_a, neighbour_c): (f64, f64)| Surroundings {
+            others_a,
+            neighbour_c: (!neighbour_c.is_nan()).then_some(neighbour_c),
+        };
+        Run { around: rows.map(mean).collect(), ..self.clone() }
     }
 
     /// The same, its imposed position counted from another zero, m.

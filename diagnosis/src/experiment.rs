@@ -276,6 +276,7 @@ fn recorded(data: &Data, first: &Run, name: &str, drive: &dyn Fn(f64) -> f64) ->
         longest_piece_s: first.longest_piece_s,
         early: Vec::new(),
         lacking: Vec::new(),
+        around: Vec::new(),
         ambient_of_model: true,
         supply_of_model: false,
         inputs,

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use sinew_physics::DriveKind;
+use sinew_physics::{DriveKind, Surroundings};
 use sinew_recording::{Column, Recording};
 use sinew_rig::{PositionZero, Rig};
 
@@ -112,6 +112,15 @@ impl Searched {
             }
         }
         Searched { data: exact.clone(), exact: exact.clone() }
+    }
+
+    /// The same among other wires, which do this by recording and row.
+    pub(crate) fn among(&self, around: &[Vec<Surroundings>]) -> Searched {
+        let among = |data: &Data| {
+            let runs = data.runs.iter().zip(&self.exact.runs).zip(around);
+            Data { runs: runs.map(|((run, exact), around)| run.among(&exact.time_s, around)).collect(), ..data.clone() }
+        };
+        Searched { data: among(&self.data), exact: among(&self.exact) }
     }
 
     /// The same, what it lacks taken into account as it is at `z`.

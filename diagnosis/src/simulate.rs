@@ -47,7 +47,8 @@ pub(crate) fn wire(model: &WireModel, run: &Run) -> Option<Wire> {
 fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMut(&Wire)) -> Option<Vec<Vec<f64>>> {
     let mut wire = wire(model, run)?;
     let mut outputs: Vec<Vec<f64>> = sensors.iter().map(|_| Vec::with_capacity(run.inputs.len())).collect();
-    for (inputs, dt_s) in run.inputs_of(model) {
+    for (row, (inputs, dt_s)) in run.inputs_of(model).enumerate() {
+        run.warm(row, &mut wire);
         wire.step(&inputs, dt_s);
         let seen = wire.outputs();
         for (sensor, values) in sensors.iter().zip(&mut outputs) {
@@ -102,6 +103,7 @@ mod tests {
             longest_piece_s: 0.0,
             early: Vec::new(),
             lacking: Vec::new(),
+            around: Vec::new(),
         };
         assert!(outputs(model, &run(6.0), &sensors).is_some());
         assert_eq!(outputs(model, &run(f64::MAX), &sensors), None);

@@ -137,6 +137,18 @@ impl Rig {
         self.joints.iter().find_map(|joint| Some((joint, joint.side(name)?)))
     }
 
+    /// The channel whose wire is the neighbour of another channel's (`thermal.neighbour`), by indices.
+    pub fn neighbour_of(&self, channel: usize) -> Option<usize> {
+        Some(self.channel(self.channels.get(channel)?.neighbour.as_deref()?)?.0)
+    }
+
+    /// The other channels at the supply of a channel, which sags under all of their currents (`electrical.supply_sag`).
+    pub fn at_supply_of(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
+        let supply = self.channels.get(channel).and_then(|c| c.supply.as_deref());
+        let others = self.channels.iter().enumerate().filter(move |(other, _)| *other != channel);
+        others.filter(move |(_, other)| supply.is_some() && other.supply.as_deref() == supply).map(|(other, _)| other)
+    }
+
     /// The indices of a joint's channels, agonist first; `None` where one was renamed since the rig was read.
     pub fn channels_of(&self, joint: &Joint) -> Option<[usize; 2]> {
         Some([self.channel(&joint.agonist)?.0, self.channel(&joint.antagonist)?.0])
