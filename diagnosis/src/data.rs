@@ -210,6 +210,12 @@ impl Data {
         Data { runs, sensors, ..self.clone() }
     }
 
+    /// The same among other wires, which do this by recording and row of `exact`, the data these were thinned from.
+    pub(crate) fn among(&self, exact: &Data, around: &[Vec<Surroundings>]) -> Data {
+        let runs = self.runs.iter().zip(&exact.runs).zip(around);
+        Data { runs: runs.map(|((run, exact), around)| run.among(&exact.time_s, around)).collect(), ..self.clone() }
+    }
+
     /// The same, simulated in pieces as long as `longest_s`.
     pub(crate) fn in_pieces(&self, longest_s: f64) -> Data {
         let mut data = self.clone();

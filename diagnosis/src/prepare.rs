@@ -116,11 +116,7 @@ impl Searched {
 
     /// The same among other wires, which do this by recording and row.
     pub(crate) fn among(&self, around: &[Vec<Surroundings>]) -> Searched {
-        let among = |data: &Data| {
-            let runs = data.runs.iter().zip(&self.exact.runs).zip(around);
-            Data { runs: runs.map(|((run, exact), around)| run.among(&exact.time_s, around)).collect(), ..data.clone() }
-        };
-        Searched { data: among(&self.data), exact: among(&self.exact) }
+        Searched { data: self.data.among(&self.exact, around), exact: self.exact.among(&self.exact, around) }
     }
 
     /// The same, what it lacks taken into account as it is at `z`.

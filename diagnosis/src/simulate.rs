@@ -16,6 +16,8 @@ pub(crate) struct State {
     pub(crate) temperature_c: f64,
     pub(crate) martensite: f64,
     pub(crate) stress_pa: f64,
+    /// In the on-phase, A.
+    pub(crate) current_a: f64,
     /// dϑ over the sample, K: above 0 the wire heats.
     pub(crate) warming_k: f64,
 }
@@ -30,6 +32,7 @@ pub(crate) fn states(model: &WireModel, run: &Run) -> Option<Vec<State>> {
             temperature_c: wire.temperature_c(),
             martensite: wire.martensite(),
             stress_pa: wire.stress_pa(),
+            current_a: wire.current_a(),
             warming_k: theta - last.replace(theta).unwrap_or(theta),
         });
     })?;
