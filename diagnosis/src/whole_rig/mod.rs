@@ -17,9 +17,11 @@ use sinew_recording::Recording;
 use sinew_rig::Rig;
 
 use crate::answer::{Diagnosis, EffectSize, Evidence, Grade, Verdict};
+use crate::data::Data;
 use crate::diagnose::{Found, Outcome, in_pool};
 use crate::error::Error;
 use crate::evidence::{self, CONFIRMED};
+use crate::fit::Fit;
 use crate::prepare::{Prepared, Searched};
 use crate::select::TAKEN;
 use crate::settings::Settings;
@@ -62,7 +64,7 @@ pub(crate) struct Wire {
 const MOST_SHARED: usize = 4;
 const FULL_SEARCHES: usize = 2;
 /// How often surroundings and size are made from each other.
-const TURNS: usize = 2;
+const TURNS: usize = 3;
 /// Two explanations whose log evidence differs less than this cannot be distinguished.
 const ALIKE: f64 = 5.0;
 
@@ -195,32 +197,39 @@ impl State {
     fn estimated(&self, shared: &Shared) -> Option<(Rig, Estimate)> {
         let mut tied = self.rig.clone();
         shared.tie(&mut tied, &self.wires);
-        let mut courses = self.courses(&self.rig)?;
-        let mut estimate = None;
+        let mut fits: Vec<Fit> = self.wires.iter().map(|wire| wire.found.compared.chosen.fit.clone()).collect();
+        let mut estimate: Option<Estimate> = None;
         for _ in 0..TURNS {
+            let courses = self.courses(&tied, &fits)?;
             let around = |wire: &Wire| others::around(&tied, wire.channel, &wire.found.data, &courses);
             let next = shared.estimate(&self.wires, &around)?;
             shared.set(&mut tied, &self.wires, next.value);
+            for (index, fit) in shared.members.iter().zip(&next.fits) {
+                fits[*index] = fit.clone();
+            }
+            let has_settled = estimate.as_ref().is_some_and(|before| next.agrees_with(before.value));
+            let is_hopeless = next.rise < 0.0;
             estimate = Some(next);
-            courses = self.courses(&tied)?;
+            if has_settled || is_hopeless {
+                break;
+            }
         }
         Some((tied, estimate?))
     }
 
-    /// What every wire does, with its fitted model, tied to the others as this rig has it: their courses without that are
+    /// What every wire does, with these fitted models, tied to the others as this rig has it: their courses without that are
     /// what it is done in.
-    fn courses(&self, rig: &Rig) -> Option<Vec<others::Courses>> {
-        let course = |wire: &Wire, data: &crate::data::Data| {
-            let fit = &wire.found.compared.chosen.fit;
+    fn courses(&self, rig: &Rig, fits: &[Fit]) -> Option<Vec<others::Courses>> {
+        let course = |(wire, fit): (&Wire, &Fit), data: &Data| {
             others::Courses::with(wire.channel, data, &fit.space, &fit.z, rig)
         };
+        let wires = || self.wires.iter().zip(fits);
         let before: Vec<others::Courses> =
-            self.wires.iter().map(|wire| course(wire, &wire.found.data)).collect::<Option<_>>()?;
-        self.wires
-            .iter()
-            .map(|wire| {
+            wires().map(|(wire, fit)| course((wire, fit), &wire.found.data)).collect::<Option<_>>()?;
+        wires()
+            .map(|(wire, fit)| {
                 let data = &wire.found.data;
-                course(wire, &data.among(data, &others::around(rig, wire.channel, data, &before)))
+                course((wire, fit), &data.among(data, &others::around(rig, wire.channel, data, &before)))
             })
             .collect()
     }
@@ -228,19 +237,36 @@ impl State {
     /// The wires a shared effect ties together, each searched anew with it.
     fn full(&self, shared: &Shared, rig: &Rig, first: &Estimate, settings: &Settings<'_>) -> Result<Full, Error> {
         let mut rig = rig.clone();
-        let courses = self.courses(&rig).ok_or_else(Error::lost_fit)?;
-        let mut anew = Vec::new();
-        for index in &shared.members {
-            let Wire { channel, name, found, .. } = &self.wires[*index];
-            let progress = |stage: &str, share: f64| {
-                (settings.progress)(&format!("{name}, with {}: {stage}", shared.id()), share);
-            };
-            let around = others::around(&rig, *channel, &found.data, &courses);
-            let (data, from) = (found.data.among(&found.data, &around), found.from.among(&around));
-            anew.push((*index, Found::search(&rig, *channel, data, from, &progress)?));
+        let mut fits: Vec<Fit> = self.wires.iter().map(|wire| wire.found.compared.chosen.fit.clone()).collect();
+        for (index, fit) in shared.members.iter().zip(&first.fits) {
+            fits[*index] = fit.clone();
         }
-        let estimate = shared.again(&anew, first).unwrap_or_else(|| first.clone());
-        shared.set(&mut rig, &self.wires, estimate.value);
+        let mut estimate = first.clone();
+        let mut anew = Vec::new();
+        for _ in 0..TURNS {
+            let held = estimate.value;
+            let courses = self.courses(&rig, &fits).ok_or_else(Error::lost_fit)?;
+            anew.clear();
+            for index in &shared.members {
+                let Wire { channel, name, found, .. } = &self.wires[*index];
+                let progress = |stage: &str, share: f64| {
+                    (settings.progress)(&format!("{name}, with {}: {stage}", shared.id()), share);
+                };
+                let around = others::around(&rig, *channel, &found.data, &courses);
+                let (data, from) = (found.data.among(&found.data, &around), found.from.among(&around));
+                anew.push((*index, Found::search(&rig, *channel, data, from, &progress)?));
+            }
+            for (index, found) in &anew {
+                fits[*index] = found.compared.chosen.fit.clone();
+            }
+            let courses = self.courses(&rig, &fits).ok_or_else(Error::lost_fit)?;
+            let around = |index: usize, data: &Data| others::around(&rig, self.wires[index].channel, data, &courses);
+            estimate = shared.again(&anew, &around, held).unwrap_or(estimate);
+            shared.set(&mut rig, &self.wires, estimate.value);
+            if estimate.agrees_with(held) || estimate.weight() < TAKEN {
+                break;
+            }
+        }
         let (mut rise, mut rise_on_kept) = (estimate.price, 0.0);
         let mut chi = BTreeMap::new();
         for (index, with) in &anew {
@@ -278,6 +304,8 @@ impl State {
             },
             cannot_be_told_apart_from: Vec::new(),
         };
+        // a search anew may end better for other reasons
+        let rise = rise.min(estimate.weight());
         Ok(Full { rig, found: anew, finding, rise })
     }
 

@@ -8,12 +8,15 @@ use super::Wire;
 use crate::data::Data;
 use crate::diagnose::Found;
 use crate::explanation::{Explanation, Turns};
+use crate::fit::Fit;
 use crate::starts;
 
 /// Half-width of a 90 % interval, in standard deviations.
 const Z90: f64 = 1.6449;
 /// Supplies of voltages that differ by less than this share may be one.
 const SAME_SUPPLY: f64 = 0.01;
+/// A size has settled when it moves by less than this share of its interval.
+const SETTLED: f64 = 0.15;
 /// What a wire knows at least, in one over the square of what rigs show: nothing is divided by nothing.
 const LEAST_KNOWN: f64 = 1e-9;
 
@@ -64,6 +67,21 @@ pub(crate) struct Estimate {
     pub(crate) rise: f64,
     /// What its being free costs of the log evidence: it is integrated over.
     pub(crate) price: f64,
+    /// Every wire as it was fitted for this, with the effect in its model.
+    pub(crate) fits: Vec<Fit>,
+}
+
+impl Estimate {
+    /// Rise of the log evidence by its being what it is and not null, everything else the same.
+    pub(crate) fn weight(&self) -> f64 {
+        let deviation = (self.high - self.low) / (2.0 * Z90);
+        0.5 * (self.value / deviation).powi(2) + self.price
+    }
+
+    /// Whether another estimate says the same as far as this one knows.
+    pub(crate) fn agrees_with(&self, other: f64) -> bool {
+        (self.value - other).abs() < SETTLED * (self.high - self.low)
+    }
 }
 
 /// What one wire says of a size, in units of what rigs show.
@@ -73,6 +91,7 @@ struct Opinion {
     known: f64,
     /// Log of the probability of the data at that size.
     peak: f64,
+    fit: Fit,
 }
 
 /// Everything that wires of a rig may share and do not according to it.
@@ -168,29 +187,34 @@ impl Shared {
                 before += base.evidence;
                 opinions.push(self.opinion(&data, &base)?);
             }
-            Some(self.combined(&opinions, before))
+            Some(self.combined(opinions, before))
         };
         let alone = of(&|found| found.selection.reference.clone());
         let beside_others = of(&|found| found.selection.chosen.clone());
         alone.into_iter().chain(beside_others).max_by(|a, b| a.rise.total_cmp(&b.rise))
     }
 
-    /// Estimates its size once more where the wires were searched with it in their models.
-    pub(crate) fn again(&self, found: &[(usize, Found)], before: &Estimate) -> Option<Estimate> {
+    /// Estimates its size once more where the wires were searched with it in their models, each among what `around` says.
+    pub(crate) fn again(
+        &self,
+        found: &[(usize, Found)],
+        around: &dyn Fn(usize, &Data) -> Vec<Vec<Surroundings>>,
+        before: f64,
+    ) -> Option<Estimate> {
         let opinions: Vec<Opinion> = found
             .iter()
-            .map(|(_, found)| {
-                let chosen = &found.selection.chosen;
-                self.opinion_from(&found.searched, chosen, before.value)
+            .map(|(index, found)| {
+                let data = found.searched.among(&found.data, &around(*index, &found.data));
+                self.opinion_from(&data, &found.selection.chosen, before)
             })
             .collect::<Option<_>>()?;
-        Some(self.combined(&opinions, 0.0))
+        Some(self.combined(opinions, 0.0))
     }
 
     /// What a wire says of the size, in place of the same effect of its own.
     fn opinion(&self, data: &Data, base: &Explanation) -> Option<Opinion> {
         let (space, z) = base.fit.space.without(self.effect, &base.fit.z);
-        let without = Explanation { fit: crate::fit::Fit { space, z, ..base.fit.clone() }, ..base.clone() };
+        let without = Explanation { fit: Fit { space, z, ..base.fit.clone() }, ..base.clone() };
         self.opinion_from(data, &without, self.parameter.plausible.0)
     }
 
@@ -212,12 +236,13 @@ impl Shared {
             size,
             known: (information - coordinate.pull).max(LEAST_KNOWN),
             // what the wire's own prior and integral over it have put in is taken out again
+            fit: found.fit.clone(),
             peak: found.evidence + 0.5 * (information / coordinate.pull).ln() + 0.5 * coordinate.pull * size * size,
         })
     }
 
     /// The size that all wires agree on best.
-    fn combined(&self, opinions: &[Opinion], before: f64) -> Estimate {
+    fn combined(&self, opinions: Vec<Opinion>, before: f64) -> Estimate {
         let (low, high) = self.parameter.plausible;
         let scale = high.max(-low);
         // as the search for effects believes of any of them
@@ -239,6 +264,7 @@ impl Shared {
             by_wire: opinions.iter().map(|opinion| interval(opinion.size, Z90 / opinion.known.sqrt())).collect(),
             rise: peaks - 0.5 * apart + price - before,
             price,
+            fits: opinions.into_iter().map(|opinion| opinion.fit).collect(),
         }
     }
 }
