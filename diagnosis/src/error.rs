@@ -222,7 +222,9 @@ impl Error {
             Error::NoChannel { found, channels } => {
                 format!("the rig has no channel #{}, it has {channels}", found + 1)
             }
-            Error::FewWires { found } => format!("a whole rig has at least two wires, and there are recordings of {found}"),
+            Error::FewWires { found } => {
+                format!("a whole rig has at least two wires, and there are recordings of {found}")
+            }
             Error::UnevenWires { channel, found, expected } => format!(
                 "there are {} recordings and {} held out of channel \"{channel}\", but {} and {} of the first",
                 found.0, found.1, expected.0, expected.1

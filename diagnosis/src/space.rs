@@ -4,8 +4,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use sinew_physics::{DriveKind, WireModel};
 use sinew_physics::effects::{self, Effect, EffectParameter};
+use sinew_physics::{DriveKind, WireModel};
 use sinew_recording::Column;
 use sinew_rig::{Prior, Rig};
 

@@ -77,7 +77,8 @@ pub fn diagnose_rig(rig: &Rig, wires: &[WireRecordings], settings: &Settings<'_>
     check(rig, wires)?;
     in_pool(settings.jobs, || {
         let alone = alone(rig, wires, settings)?;
-        let mut state = State { rig: rig.clone(), wires: alone, shared: Vec::new(), suspected: Vec::new(), tried: Vec::new() };
+        let mut state =
+            State { rig: rig.clone(), wires: alone, shared: Vec::new(), suspected: Vec::new(), tried: Vec::new() };
         while state.shared.len() < MOST_SHARED && state.take_one(settings)? {}
         state.outcome(settings)
     })
@@ -276,7 +277,10 @@ impl State {
             if let (Some(without), Some(with)) = (deviance(without), deviance(with)) {
                 rise_on_kept += 0.5 * (without - with);
             }
-            chi.insert(*index, [without, with].map(|found| evidence::chi_kept(&found.data, &found.compared.chosen.fit)));
+            chi.insert(
+                *index,
+                [without, with].map(|found| evidence::chi_kept(&found.data, &found.compared.chosen.fit)),
+            );
         }
         let is_held_out = anew.iter().any(|(_, found)| found.data.runs.iter().any(|run| run.held_out));
         let grade = match rise_on_kept {
@@ -292,7 +296,8 @@ impl State {
         let finding = SharedFinding {
             id: shared.id().to_string(),
             says: words::says(shared, &names, &estimate),
-            parameters: [(shared.parameter.key.to_string(), size([estimate.value, estimate.low, estimate.high]))].into(),
+            parameters: [(shared.parameter.key.to_string(), size([estimate.value, estimate.low, estimate.high]))]
+                .into(),
             channels: names,
             by_channel,
             grade,

@@ -19,7 +19,9 @@ fn rig(change: impl Fn(&mut Rig)) -> Rig {
 /// One run of both wires of a true rig under programmes of their own, with every sensor and its noise.
 fn recorded(truth: &Rig, seed: u64) -> Vec<WireRecordings> {
     let times: Vec<f64> = (0..3000).map(|i| f64::from(i) / 100.0).collect();
-    let programme = |wire: usize| -> Vec<f64> { times.iter().map(|t| stairs(t * (1.0 - 0.2 * wire as f64) + 7.0 * wire as f64)).collect() };
+    let programme = |wire: usize| -> Vec<f64> {
+        times.iter().map(|t| stairs(t * (1.0 - 0.2 * wire as f64) + 7.0 * wire as f64)).collect()
+    };
     let mut run: Vec<(usize, Recording)> = (0..2)
         .map(|wire| {
             let mut recording = Recording::new(format!("run-{wire}.csv"), times.clone()).expect("times");

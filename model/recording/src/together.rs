@@ -19,7 +19,10 @@ pub fn simulated_together(rig: &Rig, run: &[(usize, &Recording)]) -> Result<Vec<
     let mut inputs = Vec::with_capacity(run.len());
     for (channel, recording) in run {
         let Some(channel) = rig.channels.get(*channel) else {
-            return Err(Error::new(recording.name(), What::NoSuchChannel { found: *channel, channels: rig.channels.len() }));
+            return Err(Error::new(
+                recording.name(),
+                What::NoSuchChannel { found: *channel, channels: rig.channels.len() },
+            ));
         };
         if recording.time_s() != first.time_s() {
             return Err(Error::new(recording.name(), What::OtherTimes { than: first.name().to_string() }));
@@ -32,7 +35,8 @@ pub fn simulated_together(rig: &Rig, run: &[(usize, &Recording)]) -> Result<Vec<
     }
     let place = |channel: usize| run.iter().position(|(of, _)| *of == channel);
     let neighbours: Vec<Option<usize>> = run.iter().map(|(c, _)| rig.neighbour_of(*c).and_then(place)).collect();
-    let at_supply: Vec<Vec<usize>> = run.iter().map(|(c, _)| rig.at_supply_of(*c).filter_map(place).collect()).collect();
+    let at_supply: Vec<Vec<usize>> =
+        run.iter().map(|(c, _)| rig.at_supply_of(*c).filter_map(place).collect()).collect();
     let mut seen: Vec<Vec<(Inputs, Outputs)>> = run.iter().map(|_| Vec::with_capacity(first.len())).collect();
     for row in 0..first.len() {
         let draws: Vec<[f64; 2]> = (0..run.len())
