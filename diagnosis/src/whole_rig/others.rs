@@ -1,9 +1,12 @@
 //! What wires do to each other: the courses of all of them, by their models, and what those mean for one of them.
 
+use nalgebra::DVector;
+use rayon::prelude::*;
 use sinew_physics::{DriveKind, Surroundings, drawn_meanwhile_a};
 use sinew_rig::Rig;
 
 use crate::data::Data;
+use crate::fit::Fit;
 use crate::simulate;
 use crate::space::Space;
 
@@ -74,7 +77,47 @@ impl Courses {
     }
 }
 
+/// What of its course a wire acts on others by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Acts {
+    /// How warm it is.
+    Warmth,
+    /// What it draws.
+    Current,
+}
+
+/// How well a fitted wire says what it does to others: the standard deviation of the size of that, as a share of it.
+pub(crate) fn uncertainty(data: &Data, fit: &Fit, acts: Acts) -> Option<f64> {
+    let strength = |z: &[f64]| {
+        let model = fit.space.model(z)?;
+        let courses = Courses::of_model(0, data, &fit.space, z, &model)?;
+        Some(courses.runs.iter().map(|course| course.strength(acts, model.ambient_c)).sum::<f64>().sqrt())
+    };
+    let here = strength(&fit.z)?;
+    let gradient: Vec<f64> = (0..fit.space.len())
+        .into_par_iter()
+        .map(|i| {
+            let c = &fit.space.coordinates[i];
+            let step = if fit.z[i] + c.step <= c.high { c.step } else { -c.step };
+            let mut moved = fit.z.clone();
+            moved[i] += step;
+            Some((strength(&moved)? - here) / (step * here))
+        })
+        .collect::<Option<_>>()?;
+    let gradient = DVector::from_vec(gradient);
+    let spread = fit.information.clone().cholesky()?.solve(&gradient);
+    Some(gradient.dot(&spread).max(0.0).sqrt())
+}
+
 impl Course {
+    /// The square of what it acts on others by, summed over its rows.
+    fn strength(&self, acts: Acts, ambient_c: f64) -> f64 {
+        match acts {
+            Acts::Warmth => self.temperature_c.iter().map(|temperature_c| (temperature_c - ambient_c).powi(2)).sum(),
+            Acts::Current => self.duty.iter().zip(&self.current_a).map(|(duty, a)| duty * a * a).sum(),
+        }
+    }
+
     /// Whether anything is known of that time.
     fn covers(&self, time_s: f64) -> bool {
         let ends = (self.begins_s.first(), self.ends_s.last());

@@ -5,6 +5,7 @@ use sinew_physics::{DriveKind, Surroundings};
 use sinew_rig::{Channel, Rig};
 
 use super::Wire;
+use super::others::{self, Acts};
 use crate::data::Data;
 use crate::diagnose::Found;
 use crate::explanation::{Explanation, Turns};
@@ -201,11 +202,24 @@ impl Shared {
         around: &dyn Fn(usize, &Data) -> Vec<Vec<Surroundings>>,
         before: f64,
     ) -> Option<Estimate> {
+        let acts = match self.kind.tie {
+            Tie::Supply => Acts::Current,
+            Tie::Neighbours => Acts::Warmth,
+        };
+        let doubts = found
+            .iter()
+            .map(|(_, found)| others::uncertainty(&found.searched, &found.selection.chosen.fit, acts))
+            .collect::<Option<Vec<f64>>>()?;
         let opinions: Vec<Opinion> = found
             .iter()
-            .map(|(index, found)| {
+            .enumerate()
+            .map(|(number, (index, found))| {
                 let data = found.searched.among(&found.data, &around(*index, &found.data));
-                self.opinion_from(&data, &found.selection.chosen, before)
+                let opinion = self.opinion_from(&data, &found.selection.chosen, before)?;
+                // what it knows is no better than what the others are known to do to it
+                let others = doubts.iter().enumerate().filter(|(other, _)| *other != number);
+                let doubt = others.map(|(_, doubt)| *doubt).fold(0.0, f64::max) * opinion.size;
+                Some(Opinion { known: 1.0 / (1.0 / opinion.known + doubt * doubt), ..opinion })
             })
             .collect::<Option<_>>()?;
         Some(self.combined(opinions, 0.0))

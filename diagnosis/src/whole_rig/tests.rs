@@ -89,13 +89,6 @@ fn assert_no_effects(answer: &RigDiagnosis) {
 }
 
 #[test]
-fn a_supply_that_sags_under_both_wires_is_shared() {
-    let answer = answer(&rig(share_a_supply), 1);
-    assert_shared(&answer, "shared.supply_resistance", "source_ohm", 0.3);
-    assert_no_effects(&answer);
-}
-
-#[test]
 fn wires_that_heat_each_other_share_that() {
     let answer = answer(&rig(heat_each_other), 2);
     assert_shared(&answer, "shared.neighbour_heating", "conductance_w_per_k", 0.001);
