@@ -1,7 +1,7 @@
 //! Several wires of a rig at once: one answer per wire, and one for what they share.
 //!
 //! Every wire is diagnosed alone first, in the surroundings that the fitted models of the others make. What they may share is
-//! an effect of the catalogue whose input is what the others do: [`SHARED`](shared::SHARED). Each is tried with one size for
+//! an effect of the catalogue whose input is what the others do. Each is tried with one size for
 //! all wires it ties together, by the sum of their log evidences; the best is taken if all wires, searched anew with it, are
 //! together more probable than they are alone. So a supply that two wires share competes with whatever each of them has found
 //! for itself.
@@ -9,6 +9,7 @@
 mod answer;
 mod others;
 mod shared;
+mod wire;
 mod words;
 
 use std::collections::BTreeMap;
@@ -29,6 +30,7 @@ use crate::space::Space;
 
 pub use answer::{RIG_SCHEMA, RigDiagnosis, SharedFinding, SharedTried};
 use shared::{Estimate, Shared};
+use wire::Wire;
 
 /// The recordings of one wire. The n-th of every wire are of the same run, with one clock.
 #[derive(Debug, Clone)]
@@ -50,14 +52,6 @@ pub struct RigOutcome {
     pub wires: Vec<(String, Outcome)>,
     /// The rig with what was found in its models.
     pub improved: Rig,
-}
-
-/// One wire on the way.
-pub(crate) struct Wire {
-    pub(crate) channel: usize,
-    pub(crate) name: String,
-    pub(crate) found: Found,
-    warnings: Vec<String>,
 }
 
 /// Most shared effects, and how many of one round's candidates are searched in full before it ends.
@@ -244,6 +238,7 @@ impl State {
         }
         let mut estimate = first.clone();
         let mut anew = Vec::new();
+        let mut moves = Vec::new();
         for _ in 0..TURNS {
             let held = estimate.value;
             let courses = self.courses(&rig, &fits).ok_or_else(Error::lost_fit)?;
@@ -264,9 +259,13 @@ impl State {
             let around = |index: usize, data: &Data| others::around(&rig, self.wires[index].channel, data, &courses);
             estimate = shared.again(&anew, &around, held).unwrap_or(estimate);
             shared.set(&mut rig, &self.wires, estimate.value);
+            moves.push(estimate.value - held);
             if estimate.agrees_with(held) || estimate.weight() < TAKEN {
                 break;
             }
+        }
+        if let [.., before, last] = moves[..] {
+            estimate.widen(last / before);
         }
         let (mut rise, mut rise_on_kept) = (estimate.price, 0.0);
         let mut chi = BTreeMap::new();

@@ -4,8 +4,8 @@ use sinew_physics::effects::{Effect, EffectParameter};
 use sinew_physics::{DriveKind, Surroundings};
 use sinew_rig::{Channel, Rig};
 
-use super::Wire;
 use super::others::{self, Acts};
+use super::wire::Wire;
 use crate::data::Data;
 use crate::diagnose::Found;
 use crate::explanation::{Explanation, Turns};
@@ -18,6 +18,8 @@ const Z90: f64 = 1.6449;
 const SAME_SUPPLY: f64 = 0.01;
 /// A size has settled when it moves by less than this share of its interval.
 const SETTLED: f64 = 0.15;
+/// The most that is made of how slowly it settles.
+const MOST_RATIO: f64 = 0.9;
 /// What a wire knows at least, in one over the square of what rigs show: nothing is divided by nothing.
 const LEAST_KNOWN: f64 = 1e-9;
 
@@ -77,6 +79,14 @@ impl Estimate {
     pub(crate) fn weight(&self) -> f64 {
         let deviation = (self.high - self.low) / (2.0 * Z90);
         0.5 * (self.value / deviation).powi(2) + self.price
+    }
+
+    /// Takes into account that the size and what the wires do depend on each other: a turn that moves it by so much of what the
+    /// turn before has done is on a way that is longer by the sum of all further ones, and so is any error.
+    pub(crate) fn widen(&mut self, ratio: f64) {
+        let longer = 1.0 / (1.0 - ratio.clamp(0.0, MOST_RATIO));
+        let reach = 0.5 * longer * (self.high - self.low);
+        (self.low, self.high) = (self.value - reach, self.value + reach);
     }
 
     /// Whether another estimate says the same as far as this one knows.
@@ -271,7 +281,7 @@ impl Shared {
         let reach = Z90 * (doubt / known).sqrt();
         let interval = |size: f64, reach: f64| [size, size - reach, size + reach].map(|size| scale * size);
         let [value, low, high] = interval(size, reach);
-        Estimate {
+        let estimate = Estimate {
             value,
             low,
             high,
@@ -279,6 +289,8 @@ impl Shared {
             rise: peaks - 0.5 * apart + price - before,
             price,
             fits: opinions.into_iter().map(|opinion| opinion.fit).collect(),
-        }
+        };
+        // a refit may end better for other reasons
+        Estimate { rise: estimate.rise.min(estimate.weight()), ..estimate }
     }
 }

@@ -9,7 +9,6 @@ use sinew_report::About;
 
 use super::fitting::{Input, command, has_colour, sources, spare_inputs, width, work};
 use super::monitor::signals;
-use super::whole_rig;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
@@ -25,9 +24,6 @@ pub const PICTURE: &str = "picture.svg";
 
 /// Runs the command.
 pub fn diagnose(args: &args::Diagnose) -> Outcome {
-    if args.whole_rig {
-        return whole_rig::diagnose(args);
-    }
     let fitting = &args.fitting;
     let input = Input::read(fitting, &args.holdout)?;
     let recordings = || fitting.recordings.iter().chain(&args.holdout);

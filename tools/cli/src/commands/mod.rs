@@ -27,7 +27,7 @@ pub mod simulate;
 pub mod status;
 pub mod test;
 pub mod tune;
-mod whole_rig;
+pub mod whole_rig;
 
 use std::path::Path;
 
