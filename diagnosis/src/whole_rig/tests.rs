@@ -132,3 +132,70 @@ fn wires_need_company_and_the_same_runs() {
     wires.pop();
     assert!(matches!(diagnose_rig(&rig, &wires, &settings), Err(Error::FewWires { found: 1 })));
 }
+
+/// Moves every parameter of every wire to where its prior says it may be, within two σ.
+fn off_by_tolerances(rig: &mut Rig, seed: u64) {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    for channel in 0..rig.channels.len() {
+        for (key, prior) in rig.channels[channel].priors_in_force() {
+            let Some(value) = rig.parameter(channel, &key) else { continue };
+            let moved = value + prior.sigma(value) * random.sample::<f64, _>(StandardNormal).clamp(-2.0, 2.0);
+            // the room is the same for all wires
+            if key != "ambient_c" {
+                rig.set_parameter(channel, &key, moved).expect("a value a wire can have");
+            }
+        }
+    }
+}
+
+/// How often what is shared is found, and how often where there is nothing. `SEEDS=1-8 cargo test --release -p sinew-diagnosis
+/// --lib whole_rig::tests::how_often -- --ignored --nocapture`
+#[test]
+#[ignore = "takes minutes: it counts, and asserts nothing of a single case"]
+fn how_often_what_is_shared_is_found() {
+    let seeds = std::env::var("SEEDS").unwrap_or_else(|_| "1-4".to_string());
+    let (first, last) = seeds.split_once('-').expect("SEEDS=FIRST-LAST");
+    let [first, last] = [first, last].map(|seed| seed.parse::<u64>().expect("a seed"));
+    let wanted = std::env::var("KINDS").unwrap_or_else(|_| "nothing supply neighbours friction".to_string());
+    for kind in wanted.split(' ') {
+        let mut right = 0;
+        for seed in first..=last {
+            let truth = rig(|rig| {
+                off_by_tolerances(rig, seed);
+                match kind {
+                    "supply" => share_a_supply(rig),
+                    "neighbours" => heat_each_other(rig),
+                    "friction" => rig.channels[1].model.effects.mechanical.friction.coulomb_n = 0.12,
+                    _ => {}
+                }
+            });
+            let settings = Settings { seed: 1, jobs: 0, progress: &|_, _| () };
+            let began = std::time::Instant::now();
+            let found =
+                diagnose_rig(&rig(|_| ()), &recorded(&truth, 100 + seed), &settings).expect("an answer").diagnosis;
+            let shared: Vec<String> = found
+                .shared
+                .iter()
+                .map(|finding| format!("{:?} {} {:?}", finding.grade, finding.id, finding.parameters.values()))
+                .collect();
+            let confirmed: Vec<&str> =
+                found.shared.iter().filter(|f| f.grade != Grade::Suspected).map(|f| f.id.as_str()).collect();
+            let expected: &[&str] = match kind {
+                "supply" => &["shared.supply_resistance"],
+                "neighbours" => &["shared.neighbour_heating"],
+                _ => &[],
+            };
+            right += usize::from(confirmed == expected);
+            let wires: Vec<String> = found
+                .channels
+                .iter()
+                .map(|(name, wire)| {
+                    let named: Vec<&str> = wire.effects.iter().map(|effect| effect.id.as_str()).collect();
+                    format!("{name} {} {named:?} chi {:.2}", wire.verdict.name(), wire.remains.chi)
+                })
+                .collect();
+            println!("{kind} {seed} {:.0} s: {shared:?}; {wires:?}", began.elapsed().as_secs_f64());
+        }
+        println!("{kind}: what is shared right in {right} of {}", last - first + 1);
+    }
+}

@@ -479,7 +479,7 @@ fn a_whole_rig_has_an_answer_for_every_wire_and_one_for_what_they_share() {
         assert_eq!(answer["channels"][name]["effects"], serde_json::json!([]), "{}", answer["summary"]);
         assert!(out.join(name).join("report.html").is_file());
     }
-    let improved = sinew_rig::Rig::load(out.join("improved.toml")).unwrap();
+    let improved = sinew_rig::Rig::load(&out.join("improved.toml")).unwrap();
     assert_eq!(improved.at_supply_of(0).collect::<Vec<_>>(), [1]);
     let found = improved.channels[0].model.effects.electrical.supply_sag.source_ohm;
     assert!((found - 0.3).abs() < 0.01, "{found}");
