@@ -52,11 +52,11 @@ pub(crate) struct Run {
     pub(crate) held_out: bool,
     /// The simulation may take pieces as long as this, s: 0 for those the wire takes by itself.
     pub(crate) longest_piece_s: f64,
-    /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its length.
-    /// Empty where every row is one sample.
+    /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its
+    /// length. Empty where every row is one sample.
     pub(crate) early: Vec<f64>,
-    /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is. Empty
-    /// where it lacks nothing.
+    /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is.
+    /// Empty where it lacks nothing.
     pub(crate) lacking: Vec<Vec<f64>>,
     /// By row: what other wires do to this one. Empty where it is alone.
     pub(crate) around: Vec<Surroundings>,
@@ -187,7 +187,8 @@ impl Data {
         self.runs.iter().map(Run::duration_s).fold(0.0, f64::max)
     }
 
-    /// Residuals, or their derivatives, in units in which they are white, where the model is known to be wrong; else as they are.
+    /// Residuals, or their derivatives, in units in which they are white, where the model is known to be wrong; else as
+    /// they are.
     pub(crate) fn white(&self, left: &Residuals) -> Residuals {
         match &self.whitening {
             Some(whitening) => whitening.whiten(left),

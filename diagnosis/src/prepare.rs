@@ -1,5 +1,5 @@
-//! From recordings to the data of a fit: through the gates, with the noise of every sensor, and as coarse as a search may
-//! simulate them.
+//! From recordings to the data of a fit: through the gates, with the noise of every sensor, and as coarse as a search
+//! may simulate them.
 
 use std::collections::BTreeMap;
 
@@ -80,8 +80,8 @@ impl Prepared {
 const LONG_ROWS_S: [f64; 3] = [0.04, 0.02, 0.01];
 const LONG_PIECES_S: [f64; 3] = [0.02, 0.01, 0.005];
 
-/// As long as what they lack, which is known at one place and taken into account, is less than this share of any sensor's
-/// noise, RMS: then it hardly changes from place to place.
+/// As long as what they lack, which is known at one place and taken into account, is less than this share of any
+/// sensor's noise, RMS: then it hardly changes from place to place.
 const UNNOTICED: f64 = 0.3;
 
 /// The data as a search simulates them, and those they are made from.
@@ -92,7 +92,8 @@ pub(crate) struct Searched {
 }
 
 impl Searched {
-    /// In rows and pieces as long as nobody would notice. What is reported is fitted in the end with those that there are.
+    /// In rows and pieces as long as nobody would notice. What is reported is fitted in the end with those that there
+    /// are.
     pub(crate) fn new(exact: &Data, space: &Space, drive: DriveKind) -> Searched {
         let rest = vec![0.0; space.len()];
         let row_s =

@@ -16,7 +16,8 @@ const FLOATING_SPREAD: f64 = 0.08;
 /// … forgetting where it was in this time, s: the bias current of the input on its cable.
 const FLOATING_TIME_S: f64 = 0.02;
 
-/// What the world around a wire does to it beyond its rig file, see [`SimulatedRig::disturb`](crate::SimulatedRig::disturb).
+/// What the world around a wire does to it beyond its rig file, see
+/// [`SimulatedRig::disturb`](crate::SimulatedRig::disturb).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct World {
     /// Air that is warmer (colder) than the rig file's by this, K.
@@ -153,7 +154,8 @@ impl Channel {
         self.around = around;
     }
 
-    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes. `live`: the stage has a supply.
+    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes. `live`: the stage has
+    /// a supply.
     #[inline]
     pub fn begin(&mut self, period_s: f64, acting: &Acting, live: bool) {
         let supply_v = self.behind_others(self.supply_v * acting.supply());
@@ -194,8 +196,8 @@ impl Channel {
         if self.past_s > 0.0 { (self.wire.energy().heat_in_j - self.heat_before_j) / self.past_s } else { 0.0 }
     }
 
-    /// Samples at the end of the on-phase that closes the period just past; an input that is shared also in the off-phase
-    /// that opened it.
+    /// Samples at the end of the on-phase that closes the period just past; an input that is shared also in the
+    /// off-phase that opened it.
     #[inline]
     pub fn sample(&mut self, period_s: f64, acting: &Acting) -> Sample {
         let outputs = self.wire.outputs();
@@ -246,10 +248,10 @@ impl Channel {
         self.last
     }
 
-    /// Moves the pins from a circuit with the fixed end on ground to one where switch and shunt lie between: the taps stand
-    /// on their voltage, and the supply is seen through the wire while the switch is open, by the amplifier that is V_3's in
-    /// the other circuit. Without an on-phase (`phases.0`) nothing but the supply is sampled, without an off-phase
-    /// (`phases.1`) not the supply.
+    /// Moves the pins from a circuit with the fixed end on ground to one where switch and shunt lie between: the taps
+    /// stand on their voltage, and the supply is seen through the wire while the switch is open, by the amplifier that
+    /// is V_3's in the other circuit. Without an on-phase (`phases.0`) nothing but the supply is sampled, without an
+    /// off-phase (`phases.1`) not the supply.
     fn share(&self, pins: &mut Pins, low_ohm: f64, (on, off): (bool, bool), acting: &Acting) {
         pins.v3_v = f64::NAN;
         // what a stage that conducts badly adds below the input
@@ -298,8 +300,8 @@ impl Channel {
         Defects { contact_ohm: defects.contact_ohm + self.contact_ohm, ..defects }
     }
 
-    /// What the pins see of the circuit when it is not whole. They are right already as far as the wire's own current goes
-    /// (all the taps see, and what the sensors add to it); what the break adds passes the same amplifiers.
+    /// What the pins see of the circuit when it is not whole. They are right already as far as the wire's own current
+    /// goes (all the taps see, and what the sensors add to it); what the break adds passes the same amplifiers.
     fn broken_circuit(&self, pins: &mut Pins, wire_ohm: f64, defects: &Defects) {
         let flow = flow(self.behind_others(pins.supply_v), self.series_ohm, wire_ohm, defects);
         pins.v3_v += self.gain.v3 * (flow.v3_v - flow.wire_a * (wire_ohm + self.contact_ohm));

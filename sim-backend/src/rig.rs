@@ -12,8 +12,8 @@ use crate::fault::{FaultHandle, Schedule};
 /// Operating system error that a scheduled or switched backend error pretends: EIO.
 const EIO: i32 = 5;
 
-/// After a pause longer than this, in s, the wires have long settled under the duty they were left with: the rest of the
-/// pause is not computed, so that a loop that was stopped for an hour goes on at once.
+/// After a pause longer than this, in s, the wires have long settled under the duty they were left with: the rest of
+/// the pause is not computed, so that a loop that was stopped for an hour goes on at once.
 const LONGEST_CATCH_UP_S: f64 = 60.0;
 
 /// Why a rig cannot be simulated as a backend.
@@ -151,16 +151,16 @@ impl SimulatedRig {
         self.faults.clone()
     }
 
-    /// Changes the world around a wire from now on: a draught, warmer air, another pull, a weaker supply. It holds until
-    /// it is changed again; faults come on top. A channel there is none of is not disturbed.
+    /// Changes the world around a wire from now on: a draught, warmer air, another pull, a weaker supply. It holds
+    /// until it is changed again; faults come on top. A channel there is none of is not disturbed.
     pub fn disturb(&mut self, channel: usize, world: &World) {
         if let Some(channel) = self.channels.get_mut(channel) {
             channel.disturb(world);
         }
     }
 
-    /// Changes the duties within the period that passes, as a power stage does whose outputs can be set at any moment. Values
-    /// outside of 0 ..= 1 are taken as the nearest one inside, NaN as 0.
+    /// Changes the duties within the period that passes, as a power stage does whose outputs can be set at any moment.
+    /// Values outside of 0 ..= 1 are taken as the nearest one inside, NaN as 0.
     pub fn put_out(&mut self, duty: &[f64]) {
         for (channel, duty) in self.channels.iter_mut().zip(duty) {
             channel.duty = if duty.is_nan() { 0.0 } else { duty.clamp(0.0, 1.0) };

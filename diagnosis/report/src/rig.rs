@@ -1,4 +1,5 @@
-//! The answer for a whole rig: a page of what its wires share, with a link to each wire's own, and some lines for a terminal.
+//! The answer for a whole rig: a page of what its wires share, with a link to each wire's own, and some lines for a
+//! terminal.
 
 use maud::{Markup, html};
 use sinew_diagnosis::{Grade, RigDiagnosis, SharedFinding, Verdict};

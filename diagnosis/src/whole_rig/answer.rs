@@ -45,8 +45,8 @@ pub struct SharedFinding {
     pub by_channel: BTreeMap<String, EffectSize>,
     /// How well it is borne out.
     pub grade: Grade,
-    /// Why it is believed: chi over all of these wires, without it with whatever each found instead; the rise of the sum of
-    /// their log evidences.
+    /// Why it is believed: chi over all of these wires, without it with whatever each found instead; the rise of the
+    /// sum of their log evidences.
     pub evidence: Evidence,
     /// What else they could share that explains them as well.
     pub cannot_be_told_apart_from: Vec<String>,
@@ -59,6 +59,7 @@ pub struct SharedTried {
     pub id: String,
     /// The channels it would tie together.
     pub channels: Vec<String>,
-    /// Minus twice the rise of the sum of their log evidences, as it was estimated beside what each wire had found alone.
+    /// Minus twice the rise of the sum of their log evidences, as it was estimated beside what each wire had found
+    /// alone.
     pub delta_bic: f64,
 }

@@ -1,10 +1,10 @@
 //! Several wires of a rig at once: one answer per wire, and one for what they share.
 //!
-//! Every wire is diagnosed alone first, in the surroundings that the fitted models of the others make. What they may share is
-//! an effect of the catalogue whose input is what the others do. Each is tried with one size for
-//! all wires it ties together, by the sum of their log evidences; the best is taken if all wires, searched anew with it, are
-//! together more probable than they are alone. So a supply that two wires share competes with whatever each of them has found
-//! for itself.
+//! Every wire is diagnosed alone first, in the surroundings that the fitted models of the others make. What they may
+//! share is an effect of the catalogue whose input is what the others do. Each is tried with one size for all wires it
+//! ties together, by the sum of their log evidences; the best is taken if all wires, searched anew with it, are
+//! together more probable than they are alone. So a supply that two wires share competes with whatever each of them has
+//! found for itself.
 
 mod answer;
 mod others;
@@ -62,11 +62,12 @@ const TURNS: usize = 3;
 /// Two explanations whose log evidence differs less than this cannot be distinguished.
 const ALIKE: f64 = 5.0;
 
-/// Finds where recordings of several wires differ from the rig's simulation, and what explains it: for each wire, and for what
-/// they share.
+/// Finds where recordings of several wires differ from the rig's simulation, and what explains it: for each wire, and
+/// for what they share.
 ///
 /// # Errors
-/// As [`diagnose`](crate::diagnose()); fewer than two wires, one of them twice, or another number of recordings for some.
+/// As [`diagnose`](crate::diagnose()); fewer than two wires, one of them twice, or another number of recordings for
+/// some.
 pub fn diagnose_rig(rig: &Rig, wires: &[WireRecordings], settings: &Settings<'_>) -> Result<RigOutcome, Error> {
     check(rig, wires)?;
     in_pool(settings.jobs, || {
@@ -212,8 +213,8 @@ impl State {
         Some((tied, estimate?))
     }
 
-    /// What every wire does, with these fitted models, tied to the others as this rig has it: their courses without that are
-    /// what it is done in.
+    /// What every wire does, with these fitted models, tied to the others as this rig has it: their courses without
+    /// that are what it is done in.
     fn courses(&self, rig: &Rig, fits: &[Fit]) -> Option<Vec<others::Courses>> {
         let course = |(wire, fit): (&Wire, &Fit), data: &Data| {
             others::Courses::with(wire.channel, data, &fit.space, &fit.z, rig)

@@ -140,8 +140,8 @@ impl Course {
     }
 }
 
-/// What other wires do to the wire of `channel`, by recording and row of its `data`, tied as `rig` has it; nothing where it is
-/// tied to none of them.
+/// What other wires do to the wire of `channel`, by recording and row of its `data`, tied as `rig` has it; nothing
+/// where it is tied to none of them.
 pub(crate) fn around(rig: &Rig, channel: usize, data: &Data, courses: &[Courses]) -> Vec<Vec<Surroundings>> {
     let of = |channel: usize| courses.iter().find(|courses| courses.channel == channel);
     let neighbour = rig.neighbour_of(channel).and_then(of);

@@ -81,8 +81,8 @@ impl Estimate {
         0.5 * (self.value / deviation).powi(2) + self.price
     }
 
-    /// Takes into account that the size and what the wires do depend on each other: a turn that moves it by so much of what the
-    /// turn before has done is on a way that is longer by the sum of all further ones, and so is any error.
+    /// Takes into account that the size and what the wires do depend on each other: a turn that moves it by so much of
+    /// what the turn before has done is on a way that is longer by the sum of all further ones, and so is any error.
     pub(crate) fn widen(&mut self, ratio: f64) {
         let longer = 1.0 / (1.0 - ratio.clamp(0.0, MOST_RATIO));
         let reach = 0.5 * longer * (self.high - self.low);
@@ -181,8 +181,8 @@ impl Shared {
         }
     }
 
-    /// Estimates its size, the wires among what `around` says of each: beside the parameters alone, and beside what each
-    /// wire has found for itself, whichever raises the evidence more.
+    /// Estimates its size, the wires among what `around` says of each: beside the parameters alone, and beside what
+    /// each wire has found for itself, whichever raises the evidence more.
     pub(crate) fn estimate(
         &self,
         wires: &[Wire],
@@ -205,7 +205,8 @@ impl Shared {
         alone.into_iter().chain(beside_others).max_by(|a, b| a.rise.total_cmp(&b.rise))
     }
 
-    /// Estimates its size once more where the wires were searched with it in their models, each among what `around` says.
+    /// Estimates its size once more where the wires were searched with it in their models, each among what `around`
+    /// says.
     pub(crate) fn again(
         &self,
         found: &[(usize, Found)],

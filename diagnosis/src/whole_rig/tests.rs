@@ -148,8 +148,8 @@ fn off_by_tolerances(rig: &mut Rig, seed: u64) {
     }
 }
 
-/// How often what is shared is found, and how often where there is nothing. `SEEDS=1-8 cargo test --release -p sinew-diagnosis
-/// --lib whole_rig::tests::how_often -- --ignored --nocapture`
+/// How often what is shared is found, and how often where there is nothing. `SEEDS=1-8 cargo test --release -p
+/// sinew-diagnosis --lib whole_rig::tests::how_often -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes: it counts, and asserts nothing of a single case"]
 fn how_often_what_is_shared_is_found() {

@@ -9,8 +9,8 @@ use crate::step::Wire;
 pub struct Surroundings {
     /// Temperature of the wire beside it, for `thermal.neighbour`, in °C; `None` where nobody says: ambient.
     pub neighbour_c: Option<f64>,
-    /// What others draw through the source resistance of `electrical.supply_sag` on the mean over this wire's on-phase, in A:
-    /// a sum of [`drawn_meanwhile_a`].
+    /// What others draw through the source resistance of `electrical.supply_sag` on the mean over this wire's on-phase,
+    /// in A: a sum of [`drawn_meanwhile_a`].
     pub others_a: f64,
 }
 
@@ -29,8 +29,8 @@ impl Surroundings {
     }
 }
 
-/// What another wire that draws `current_a` in its on-phase draws on the mean over this wire's on-phase, in A. Both are at the
-/// end of one PWM period: the shorter on-phase lies within the longer. 0 for a wire that has none itself.
+/// What another wire that draws `current_a` in its on-phase draws on the mean over this wire's on-phase, in A. Both are
+/// at the end of one PWM period: the shorter on-phase lies within the longer. 0 for a wire that has none itself.
 pub fn drawn_meanwhile_a(own_duty: f64, duty: f64, current_a: f64) -> f64 {
     if own_duty > 0.0 { current_a * (duty / own_duty).clamp(0.0, 1.0) } else { 0.0 }
 }

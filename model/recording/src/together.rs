@@ -6,10 +6,11 @@ use sinew_rig::Rig;
 use crate::error::{Error, What};
 use crate::recording::Recording;
 
-/// What the wires of a rig do under the inputs of recordings of one run, by recording and row: the inputs as the rig has them,
-/// and what the sensors would have shown. Each recording is of the channel with the index beside it; they have their times in
-/// common. A neighbour (`thermal.neighbour`) and who else draws from a supply (`electrical.supply_sag`) act as they are at the
-/// end of the row before. A channel that no recording is of does not act.
+/// What the wires of a rig do under the inputs of recordings of one run, by recording and row: the inputs as the rig
+/// has them, and what the sensors would have shown. Each recording is of the channel with the index beside it; they
+/// have their times in common. A neighbour (`thermal.neighbour`) and who else draws from a supply
+/// (`electrical.supply_sag`) act as they are at the end of the row before. A channel that no recording is of does not
+/// act.
 ///
 /// # Errors
 /// As [`Recording::simulated`]; other times than those of the first.
@@ -31,17 +32,17 @@ pub fn simulated_together(rig: &Rig, run: &[(usize, &Recording)]) -> Result<Vec<
         let rest = rows.first().map_or(channel.model.rest_inputs(), |(inputs, _)| *inputs);
         let impossible = |error| Error::new(recording.name(), What::Impossible { error });
         wires.push(Wire::with_inputs(&channel.model, &rest).map_err(impossible)?);
-        inputs.push(rows);
+        inputs.push(rows.into_iter());
     }
     let place = |channel: usize| run.iter().position(|(of, _)| *of == channel);
     let neighbours: Vec<Option<usize>> = run.iter().map(|(c, _)| rig.neighbour_of(*c).and_then(place)).collect();
     let at_supply: Vec<Vec<usize>> =
         run.iter().map(|(c, _)| rig.at_supply_of(*c).filter_map(place).collect()).collect();
     let mut seen: Vec<Vec<(Inputs, Outputs)>> = run.iter().map(|_| Vec::with_capacity(first.len())).collect();
-    for row in 0..first.len() {
+    while let Some(row) = inputs.iter_mut().map(Iterator::next).collect::<Option<Vec<(Inputs, f64)>>>() {
         let draws: Vec<[f64; 2]> = (0..run.len())
             .map(|i| {
-                let (given, _) = inputs[i][row];
+                let (given, _) = row[i];
                 match rig.channels[run[i].0].model.drive.kind {
                     DriveKind::Pwm => [given.drive, wires[i].current_a()],
                     DriveKind::Current => [1.0, given.drive],
@@ -51,7 +52,7 @@ pub fn simulated_together(rig: &Rig, run: &[(usize, &Recording)]) -> Result<Vec<
             .collect();
         let warm: Vec<f64> = wires.iter().map(Wire::temperature_c).collect();
         for (i, wire) in wires.iter_mut().enumerate() {
-            let (given, dt_s) = inputs[i][row];
+            let (given, dt_s) = row[i];
             let around = Surroundings {
                 neighbour_c: neighbours[i].map(|neighbour| warm[neighbour]),
                 others_a: at_supply[i].iter().map(|j| drawn_meanwhile_a(draws[i][0], draws[*j][0], draws[*j][1])).sum(),

@@ -1,7 +1,7 @@
 //! Effects of the catalogue in a rig file.
 //!
-//! What they are is said once, in [`sinew_physics::effects`]. Here is how they stand in the text: the few keys that take
-//! a word instead of a number, names of their numbers for priors and how they are read.
+//! What they are is said once, in [`sinew_physics::effects`]. Here is how they stand in the text: the few keys that
+//! take a word instead of a number, names of their numbers for priors and how they are read.
 
 use sinew_physics::WireModel;
 use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Home};
@@ -174,7 +174,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, catalogue:
     }
 }
 
-/// Gives the channel a law its users wrote: the one defined in this table, or that of the catalogue. False where it is neither.
+/// Gives the channel a law its users wrote: the one defined in this table, or that of the catalogue. False where it is
+/// neither.
 fn declare(
     reader: &mut Reader<'_>,
     label: &str,

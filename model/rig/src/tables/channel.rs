@@ -38,8 +38,8 @@ pub struct Channel {
     /// Name of the channel whose wire is the neighbour of `thermal.neighbour`; `None` = a body at ambient temperature.
     /// All other effects are in the model.
     pub neighbour: Option<String>,
-    /// Name of the supply of `electrical.supply_sag`, which sags under the sum of the currents of all channels that name it;
-    /// `None` = one of its own.
+    /// Name of the supply of `electrical.supply_sag`, which sags under the sum of the currents of all channels that
+    /// name it; `None` = one of its own.
     pub supply: Option<String>,
 }
 

@@ -77,14 +77,15 @@ pub(crate) fn section() -> Section<Rig> {
         optional: false,
         keys: keys! {
             Rig;
-            /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first,
-            /// at most 48.
+            /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit
+            /// first, at most 48.
             "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
             /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
             "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
             /// Temperature of the air, where a recording does not give it.
             "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0), prior Absolute(2.0);
-            /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`).
+            /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask
+            /// (`off`).
             "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
             /// SCHED_FIFO priority of the loop (99 belongs to the kernel).
             "realtime_priority" = at(realtime.priority), integer(1, 98), Integer(80);
