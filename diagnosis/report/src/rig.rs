@@ -107,7 +107,13 @@ fn shared(diagnosis: &RigDiagnosis) -> Markup {
                 p.lead { (finding.says) ". " b { (finding.grade.says()) } "." }
                 div.scroll {
                     table {
-                        thead { tr { th scope="col" { "by" } th.n scope="col" { "size" } th.n scope="col" { "90 % interval" } } }
+                        thead {
+                            tr {
+                                th scope="col" { "by" }
+                                th.n scope="col" { "size" }
+                                th.n scope="col" { "90 % interval" }
+                            }
+                        }
                         tbody {
                             @let of_all = finding.parameters.values().map(|size| ("all of them", size));
                             @let of_each = finding.by_channel.iter().map(|(name, size)| (name.as_str(), size));
@@ -124,7 +130,13 @@ fn shared(diagnosis: &RigDiagnosis) -> Markup {
                 h3 { "Everything they could have shared" }
                 div.scroll {
                     table {
-                        thead { tr { th scope="col" { "shared" } th scope="col" { "by" } th.n scope="col" { "−2 Δ ln evidence" } } }
+                        thead {
+                            tr {
+                                th scope="col" { "shared" }
+                                th scope="col" { "by" }
+                                th.n scope="col" { "−2 Δ ln evidence" }
+                            }
+                        }
                         tbody {
                             @for tried in &diagnosis.tried {
                                 tr {
@@ -151,7 +163,9 @@ fn wires(diagnosis: &RigDiagnosis) -> Markup {
                         tr {
                             th scope="col" { "wire" }
                             th scope="col" { "answer" }
-                            @for stage in ["as given", "recalibrated", "improved"] { th.n scope="col" { "chi " (stage) } }
+                            @for stage in ["as given", "recalibrated", "improved"] {
+                                th.n scope="col" { "chi " (stage) }
+                            }
                         }
                     }
                     tbody {

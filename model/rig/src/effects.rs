@@ -80,7 +80,8 @@ pub(crate) static WORDS: [Word; 3] = [
     Word {
         effect: "thermal.neighbour",
         key: "channel",
-        about: "Name of the channel whose wire is the neighbour, as the simulated backend and `diagnose --whole-rig` have it. \
+        about: "Name of the channel whose wire is the neighbour, as the simulated backend and `diagnose --whole-rig` \
+                have it. \
                 `simulate` and fits of one channel know one wire: there the neighbour is at ambient temperature",
         default: "a body at ambient temperature",
         get: |channel| channel.neighbour.clone(),
@@ -92,8 +93,9 @@ pub(crate) static WORDS: [Word; 3] = [
     Word {
         effect: "electrical.supply_sag",
         key: "supply",
-        about: "Name of the supply. It sags under the sum of the currents of all channels that name it, as the simulated \
-                backend and `diagnose --whole-rig` have it; `simulate` and fits of one channel know that wire's current only",
+        about: "Name of the supply. It sags under the sum of the currents of all channels that name it, as the \
+                simulated backend and `diagnose --whole-rig` have it; `simulate` and fits of one channel know that \
+                wire's current only",
         default: "a supply of its own",
         get: |channel| channel.supply.clone(),
         set: |channel, name| {
