@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use sinew_physics::{DriveKind, Inputs, WireModel};
+use sinew_physics::{DriveKind, Inputs, Surroundings, Wire, WireModel};
 use sinew_recording::{Column, Recording, imposed_column};
 
 use crate::error::Error;
@@ -63,14 +63,16 @@ pub(crate) struct Run {
     pub(crate) held_out: bool,
     /// The simulation may take pieces as long as this, s: 0 for those the wire takes by itself.
     pub(crate) longest_piece_s: f64,
-    /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its length.
-    /// Empty where every row is one sample.
+    /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its
+    /// length. Empty where every row is one sample.
     pub(crate) early: Vec<f64>,
     /// By row: of how many samples it is the mean. Empty where every row is one sample.
     pub(crate) samples: Vec<usize>,
-    /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is. Empty
-    /// where it lacks nothing.
+    /// By sensor and row: what a simulation in long rows and pieces lacks to one in short ones, near where a search is.
+    /// Empty where it lacks nothing.
     pub(crate) lacking: Vec<Vec<f64>>,
+    /// By row: what other wires do to this one. Empty where it is alone.
+    pub(crate) around: Vec<Surroundings>,
 }
 
 /// Everything that is compared.
@@ -200,7 +202,8 @@ impl Data {
         self.runs.iter().map(Run::duration_s).fold(0.0, f64::max)
     }
 
-    /// Residuals, or their derivatives, in units in which they are white, where the model is known to be wrong; else as they are.
+    /// Residuals, or their derivatives, in units in which they are white, where the model is known to be wrong; else as
+    /// they are.
     pub(crate) fn white(&self, left: &Residuals) -> Residuals {
         match &self.whitening {
             Some(whitening) => whitening.whiten(left),
@@ -222,6 +225,12 @@ impl Data {
             })
             .collect();
         Data { runs, sensors, ..self.clone() }
+    }
+
+    /// The same among other wires, which do this by recording and row of `exact`, the data these were thinned from.
+    pub(crate) fn among(&self, exact: &Data, around: &[Vec<Surroundings>]) -> Data {
+        let runs = self.runs.iter().zip(&exact.runs).zip(around);
+        Data { runs: runs.map(|((run, exact), around)| run.among(&exact.time_s, around)).collect(), ..self.clone() }
     }
 
     /// The same, simulated in pieces as long as `longest_s`.
@@ -292,6 +301,7 @@ impl Run {
             early: Vec::new(),
             samples: Vec::new(),
             lacking: Vec::new(),
+            around: Vec::new(),
         })
     }
 
@@ -318,6 +328,7 @@ impl Run {
             block: Vec::new(),
             early: Vec::new(),
             samples: groups.to_vec(),
+            around: Vec::new(),
             ..self.clone()
         };
         let mut first = 0;
@@ -379,7 +390,7 @@ impl Run {
 
     /// The inputs as this model has them: what was not measured is the model's own.
     pub(crate) fn inputs_of<'a>(&'a self, model: &'a WireModel) -> impl ExactSizeIterator<Item = (Inputs, f64)> + 'a {
-        self.inputs.iter().map(|(inputs, dt_s)| {
+        self.inputs.iter().enumerate().map(|(row, (inputs, dt_s))| {
             let mut inputs = *inputs;
             if self.ambient_of_model {
                 inputs.ambient_c = model.ambient_c;
@@ -387,8 +398,31 @@ impl Run {
             if self.supply_of_model {
                 inputs.supply_v = model.drive.supply_v;
             }
+            let inputs = self.around.get(row).map_or(inputs, |around| around.acting_on(model, inputs));
             (inputs, *dt_s)
         })
+    }
+
+    /// Lets a wire know what is beside it in a row.
+    pub(crate) fn warm(&self, row: usize, wire: &mut Wire) {
+        if let Some(around) = self.around.get(row) {
+            around.warm(wire);
+        }
+    }
+
+    /// The same among other wires, which do this to it by row of the recording that this one was thinned from.
+    pub(crate) fn among(&self, time_s: &[f64], around: &[Surroundings]) -> Run {
+        if around.is_empty() {
+            return Run { around: Vec::new(), ..self.clone() };
+        }
+        let others_a: Vec<f64> = around.iter().map(|around| around.others_a).collect();
+        let neighbour_c: Vec<f64> = around.iter().map(|around| around.neighbour_c.unwrap_or(f64::NAN)).collect();
+        let rows = self.means_of(time_s, &others_a).into_iter().zip(self.means_of(time_s, &neighbour_c));
+        let mean = |(others_a, neighbour_c): (f64, f64)| Surroundings {
+            others_a,
+            neighbour_c: (!neighbour_c.is_nan()).then_some(neighbour_c),
+        };
+        Run { around: rows.map(mean).collect(), ..self.clone() }
     }
 
     /// The same, its imposed position counted from another zero, m.

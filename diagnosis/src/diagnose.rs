@@ -69,8 +69,10 @@ pub fn diagnose(
     settings: &Settings<'_>,
 ) -> Result<Outcome, Error> {
     in_pool(settings.jobs, || {
-        let prepared = Prepared::new(rig, channel, recordings, held_out, settings.seed)?;
-        run(rig, channel, prepared, settings)
+        let Prepared { data, warnings } = Prepared::new(rig, channel, recordings, held_out, settings.seed)?;
+        let space = Space::reference(rig, channel, &data);
+        let from = Searched::new(&data, &space, rig.channels[channel].model.drive.kind);
+        Found::search(rig, channel, data, from, settings.progress)?.outcome(rig, warnings, settings)
     })
 }
 
@@ -119,7 +121,8 @@ pub fn identify(
     })
 }
 
-fn in_pool<T: Send>(jobs: usize, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+/// Does `work` on as many threads as `jobs` says.
+pub(crate) fn in_pool<T: Send>(jobs: usize, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
     match rayon::ThreadPoolBuilder::new().num_threads(jobs).build() {
         Ok(pool) => pool.install(work),
         // no threads of our own to be had: then with the ones there are
@@ -127,69 +130,83 @@ fn in_pool<T: Send>(jobs: usize, work: impl FnOnce() -> Result<T, Error> + Send)
     }
 }
 
-/// Everything from prepared data to the answer.
-fn run(rig: &Rig, channel: usize, prepared: Prepared, settings: &Settings<'_>) -> Result<Outcome, Error> {
-    let Prepared { data, mut warnings } = prepared;
-    let progress = settings.progress;
-    let drive = rig.channels[channel].model.drive.kind;
-    let space = Space::reference(rig, channel, &data);
-    progress("as given", 0.0);
-    let as_given = Stage::as_given(&data, &space)?;
-    let searched = Searched::new(&data, &space, drive);
-    let selection = select::select(&searched, &space, progress).ok_or(Error::NoFit)?;
-    let searched = selection.searched.clone();
-    progress("judging", 0.0);
-    let grades = evidence::borne_out(&selection);
-    let is_borne_out = grades.iter().any(|grade| *grade != Grade::Suspected);
-    let named = if is_borne_out { &selection.chosen } else { &selection.reference };
-    progress("locating", 0.0);
-    let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
-    let left = if is_borne_out {
-        locate::locate(&searched, &named.fit, &|f| progress("locating", f))
-    } else {
-        located.clone()
-    };
-    // effects that explain the smaller part only have bent to what they are not
-    let outside = match (remains::looks_like(named, &left), located.first()) {
-        (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &left) => {
-            progress("beyond the catalogue", 0.0);
-            Some(Outside::search(&searched, &selection.reference, most.equation))
-        }
-        _ => None,
-    };
-    // and simulated as finely as the wire takes it
-    progress("polishing", 0.0);
-    let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
-    let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
-    describe::warn_of_fit(&compared.chosen.fit, &mut warnings);
-
-    let found = Found { data, searched, selection, grades, chosen, located, left, outside, compared };
-    let (diagnosis, next_programme) = found.answer(warnings, settings)?;
-    let improved = found.improved(rig, diagnosis.verdict)?;
-    progress("drawing", 0.0);
-    let figures = figures::figures(&found.data, drive, &found.compared, &found.selection, &found.located);
-    progress("done", 1.0);
-    Ok(Outcome { diagnosis, figures, improved, next_programme })
-}
-
 /// What the search came to, before it is described.
-struct Found {
-    data: Data,
-    /// The same as the search simulated them.
-    searched: Data,
-    selection: Selection,
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) data: Data,
+    /// The same as the search began with them.
+    pub(crate) from: Searched,
+    /// And as they were simulated at its end.
+    pub(crate) searched: Data,
+    pub(crate) selection: Selection,
     /// Of its effects.
     grades: Vec<Grade>,
     /// What of it is the answer, as it was searched.
-    chosen: Explanation,
+    pub(crate) chosen: Explanation,
     /// Where the parameters alone miss the recording, and where everything that was found does.
     located: Vec<Located>,
     left: Vec<Located>,
     outside: Option<Outside>,
-    compared: Compared,
+    pub(crate) compared: Compared,
 }
 
 impl Found {
+    /// Searches what explains `data`, which are searched as `from` has them.
+    pub(crate) fn search(
+        rig: &Rig,
+        channel: usize,
+        data: Data,
+        from: Searched,
+        progress: &(dyn Fn(&str, f64) + Sync),
+    ) -> Result<Found, Error> {
+        let space = Space::reference(rig, channel, &data);
+        progress("as given", 0.0);
+        let as_given = Stage::as_given(&data, &space)?;
+        let selection = select::select(&from, &space, progress).ok_or(Error::NoFit)?;
+        let searched = selection.searched.clone();
+        progress("judging", 0.0);
+        let grades = evidence::borne_out(&selection);
+        let is_borne_out = grades.iter().any(|grade| *grade != Grade::Suspected);
+        let named = if is_borne_out { &selection.chosen } else { &selection.reference };
+        progress("locating", 0.0);
+        let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
+        let left = if is_borne_out {
+            locate::locate(&searched, &named.fit, &|f| progress("locating", f))
+        } else {
+            located.clone()
+        };
+        // effects that explain the smaller part only have bent to what they are not
+        let outside = match (remains::looks_like(named, &left), located.first()) {
+            (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &left) => {
+                progress("beyond the catalogue", 0.0);
+                Some(Outside::search(&searched, &selection.reference, most.equation))
+            }
+            _ => None,
+        };
+        // and simulated as finely as the wire takes it
+        progress("polishing", 0.0);
+        let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
+        let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
+        Ok(Found { data, from, searched, selection, grades, chosen, located, left, outside, compared })
+    }
+
+    /// What a user gets of it.
+    pub(crate) fn outcome(
+        &self,
+        rig: &Rig,
+        mut warnings: Vec<String>,
+        settings: &Settings<'_>,
+    ) -> Result<Outcome, Error> {
+        describe::warn_of_fit(&self.compared.chosen.fit, &mut warnings);
+        let (diagnosis, next_programme) = self.answer(warnings, settings)?;
+        let improved = self.improved(rig, diagnosis.verdict)?;
+        (settings.progress)("drawing", 0.0);
+        let drive = self.compared.chosen.fit.space.drive();
+        let figures = figures::figures(&self.data, drive, &self.compared, &self.selection, &self.located);
+        (settings.progress)("done", 1.0);
+        Ok(Outcome { diagnosis, figures, improved, next_programme })
+    }
+
     fn verdict(&self, effects: &[FoundEffect], beyond_tolerance: &[BeyondTolerance]) -> Verdict {
         let Compared { as_given, recalibrated, .. } = &self.compared;
         let is_confirmed = effects.iter().any(|effect| effect.grade != Grade::Suspected);

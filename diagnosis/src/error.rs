@@ -31,6 +31,20 @@ pub enum Error {
         /// How many there are.
         channels: usize,
     },
+    /// A whole rig has several wires.
+    FewWires {
+        /// How many there are recordings of.
+        found: usize,
+    },
+    /// A wire with other recordings than the others have, or given twice.
+    UnevenWires {
+        /// Name of its channel.
+        channel: String,
+        /// How many are fitted, and how many held out.
+        found: (usize, usize),
+        /// The same of the first wire.
+        expected: (usize, usize),
+    },
     /// A recording that can be read and yet says nothing of the wire, or something else than it seems to.
     Broken(Box<Broken>),
 }
@@ -208,6 +222,13 @@ impl Error {
             Error::NoChannel { found, channels } => {
                 format!("the rig has no channel #{}, it has {channels}", found + 1)
             }
+            Error::FewWires { found } => {
+                format!("a whole rig has at least two wires, and there are recordings of {found}")
+            }
+            Error::UnevenWires { channel, found, expected } => format!(
+                "there are {} recordings and {} held out of channel \"{channel}\", but {} and {} of the first",
+                found.0, found.1, expected.0, expected.1
+            ),
             Error::Broken(broken) => broken.message(),
         }
     }
@@ -222,6 +243,8 @@ impl Error {
             Error::Lost { .. } => "please report it, with the rig file and the recordings".into(),
             Error::NoRecording => "give at least one recording that is not held back".into(),
             Error::NoChannel { .. } => "choose one of the rig file's channels by its name".into(),
+            Error::FewWires { .. } => "give recordings of two channels or more, or diagnose the one alone".into(),
+            Error::UnevenWires { .. } => "give one recording of every channel for each run, in the same order".into(),
             Error::Broken(broken) => broken.hint(),
         }
     }

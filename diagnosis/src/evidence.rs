@@ -19,7 +19,7 @@ use crate::words;
 /// Two explanations whose log evidence differs less than this cannot be distinguished.
 const ALIKE: f64 = 5.0;
 /// Rise of the log density of what is kept back from which an effect is confirmed there.
-const CONFIRMED: f64 = 3.0;
+pub(crate) const CONFIRMED: f64 = 3.0;
 /// Rise of the log evidence from which an effect that was not taken is suspected.
 const SUSPECTED: f64 = 4.0;
 

@@ -277,6 +277,7 @@ fn recorded(data: &Data, first: &Run, name: &str, drive: &dyn Fn(f64) -> f64) ->
         early: Vec::new(),
         samples: Vec::new(),
         lacking: Vec::new(),
+        around: Vec::new(),
         ambient_of_model: true,
         supply_of_model: false,
         inputs,

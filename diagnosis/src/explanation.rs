@@ -140,7 +140,7 @@ impl Explanation {
     }
 
     /// Minus twice the logarithm of how probable what is kept back is.
-    fn deviance_kept(&self, data: &Data) -> Option<f64> {
+    pub(crate) fn deviance_kept(&self, data: &Data) -> Option<f64> {
         let left = residuals::plain_at(data, &self.fit.space, &self.fit.z)?;
         Some(self.discrepancy.deviance_kept(data, &left))
     }

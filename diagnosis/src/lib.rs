@@ -85,6 +85,7 @@ mod starts;
 mod tolerances;
 mod unknown;
 mod whitening;
+mod whole_rig;
 mod words;
 
 pub use answer::*;
@@ -94,6 +95,7 @@ pub use experiment::NEXT_PROGRAMME;
 pub use gates::{Exclude, LEAST_SAMPLES, MOST_SAMPLES, Warning, check, sensors};
 pub use noise::{Noise, estimate};
 pub use settings::Settings;
+pub use whole_rig::{RIG_SCHEMA, RigDiagnosis, RigOutcome, SharedFinding, SharedTried, WireRecordings, diagnose_rig};
 
 #[cfg(test)]
 mod testing;

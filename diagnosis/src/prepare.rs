@@ -1,9 +1,9 @@
-//! From recordings to the data of a fit: through the gates, with the noise of every sensor, and as coarse as a search may
-//! simulate them.
+//! From recordings to the data of a fit: through the gates, with the noise of every sensor, and as coarse as a search
+//! may simulate them.
 
 use std::collections::BTreeMap;
 
-use sinew_physics::DriveKind;
+use sinew_physics::{DriveKind, Surroundings};
 use sinew_recording::{Column, Recording};
 use sinew_rig::{PositionZero, Rig};
 
@@ -81,8 +81,8 @@ impl Prepared {
 const LONG_ROW_S: f64 = 0.04;
 const LONG_PIECES_S: [f64; 3] = [0.02, 0.01, 0.005];
 
-/// As long as what they lack, which is known at one place and taken into account, is less than this share of any sensor's
-/// noise, RMS: then it hardly changes from place to place.
+/// As long as what they lack, which is known at one place and taken into account, is less than this share of any
+/// sensor's noise, RMS: then it hardly changes from place to place.
 const UNNOTICED: f64 = 0.3;
 /// How often rows that lack much are halved; where that makes hardly more of them, by this share, those that lack half as
 /// much are next.
@@ -147,6 +147,11 @@ impl Searched {
             groups.iter().enumerate().flat_map(parts).collect()
         };
         groups.iter().zip(lacking).map(halved).collect()
+    }
+
+    /// The same among other wires, which do this by recording and row.
+    pub(crate) fn among(&self, around: &[Vec<Surroundings>]) -> Searched {
+        Searched { data: self.data.among(&self.exact, around), exact: self.exact.among(&self.exact, around) }
     }
 
     /// The same, what it lacks taken into account as it is at `z`.

@@ -16,6 +16,8 @@ pub(crate) struct State {
     pub(crate) temperature_c: f64,
     pub(crate) martensite: f64,
     pub(crate) stress_pa: f64,
+    /// In the on-phase, A.
+    pub(crate) current_a: f64,
     /// dϑ over the sample, K: above 0 the wire heats.
     pub(crate) warming_k: f64,
 }
@@ -30,6 +32,7 @@ pub(crate) fn states(model: &WireModel, run: &Run) -> Option<Vec<State>> {
             temperature_c: wire.temperature_c(),
             martensite: wire.martensite(),
             stress_pa: wire.stress_pa(),
+            current_a: wire.current_a(),
             warming_k: theta - last.replace(theta).unwrap_or(theta),
         });
     })?;
@@ -47,7 +50,8 @@ pub(crate) fn wire(model: &WireModel, run: &Run) -> Option<Wire> {
 fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMut(&Wire)) -> Option<Vec<Vec<f64>>> {
     let mut wire = wire(model, run)?;
     let mut outputs: Vec<Vec<f64>> = sensors.iter().map(|_| Vec::with_capacity(run.inputs.len())).collect();
-    for (inputs, dt_s) in run.inputs_of(model) {
+    for (row, (inputs, dt_s)) in run.inputs_of(model).enumerate() {
+        run.warm(row, &mut wire);
         wire.step(&inputs, dt_s);
         let seen = wire.outputs();
         for (sensor, values) in sensors.iter().zip(&mut outputs) {
@@ -103,6 +107,7 @@ mod tests {
             early: Vec::new(),
             samples: Vec::new(),
             lacking: Vec::new(),
+            around: Vec::new(),
         };
         assert!(outputs(model, &run(6.0), &sensors).is_some());
         assert_eq!(outputs(model, &run(f64::MAX), &sensors), None);

@@ -4,8 +4,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use sinew_physics::WireModel;
 use sinew_physics::effects::{self, Effect, EffectParameter};
+use sinew_physics::{DriveKind, WireModel};
 use sinew_recording::Column;
 use sinew_rig::{Prior, Rig};
 
@@ -240,6 +240,11 @@ impl Space {
         let mut kept = keep.iter();
         space.coordinates.retain(|_| *kept.next().unwrap_or(&true));
         (space, z.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(z, _)| *z).collect())
+    }
+
+    /// What drives this wire.
+    pub(crate) fn drive(&self) -> DriveKind {
+        self.rig.channels[self.channel].model.drive.kind
     }
 
     /// The effect with this id that there is for this wire.

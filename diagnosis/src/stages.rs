@@ -11,6 +11,7 @@ use crate::residuals::{self, Residuals, Score};
 use crate::space::Space;
 
 /// What one of them leaves, over the noise of the sensors.
+#[derive(Debug, Clone)]
 pub(crate) struct Stage {
     pub(crate) residuals: Residuals,
     pub(crate) score: Score,
@@ -57,6 +58,7 @@ impl Stage {
 }
 
 /// All three, and the fits behind them.
+#[derive(Debug, Clone)]
 pub(crate) struct Compared {
     pub(crate) as_given: Stage,
     pub(crate) recalibrated: Stage,

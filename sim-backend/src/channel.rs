@@ -2,7 +2,7 @@
 
 use sinew_backend::{Sample, Truth};
 use sinew_physics::effects::{Gain, Offset};
-use sinew_physics::{Inputs, Outputs, Wire};
+use sinew_physics::{Inputs, Outputs, Surroundings, Wire};
 use sinew_rig::{FaultKind, SamplingCircuit};
 
 use crate::circuit::{Defects, flow};
@@ -16,7 +16,8 @@ const FLOATING_SPREAD: f64 = 0.08;
 /// … forgetting where it was in this time, s: the bias current of the input on its cable.
 const FLOATING_TIME_S: f64 = 0.02;
 
-/// What the world around a wire does to it beyond its rig file, see [`SimulatedRig::disturb`](crate::SimulatedRig::disturb).
+/// What the world around a wire does to it beyond its rig file, see
+/// [`SimulatedRig::disturb`](crate::SimulatedRig::disturb).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct World {
     /// Air that is warmer (colder) than the rig file's by this, K.
@@ -58,8 +59,12 @@ pub(crate) struct Channel {
     /// The supply now.
     supply_v: f64,
     nominal: Nominal,
+    /// What other wires do to this one in the period under way.
+    around: Surroundings,
     /// Outside the taps: shunt, switch, leads and the supply's own.
     series_ohm: f64,
+    /// The supply's own of it, through which others at the same supply draw, too.
+    source_ohm: f64,
     /// At the moving end, inside V_3, while nothing is broken.
     contact_ohm: f64,
     /// What the amplifiers make of V_3 and the current.
@@ -102,7 +107,9 @@ impl Channel {
             wire,
             supply_v: drive.supply_v,
             nominal: Nominal { supply_v: drive.supply_v, ambient_c: model.ambient_c },
+            around: Surroundings::default(),
             series_ohm: model.outside_ohm(),
+            source_ohm: model.effects.electrical.supply_sag.source_ohm,
             contact_ohm: sensing.contact_resistance.ohm,
             gain: sensing.gain,
             offset: sensing.offset,
@@ -135,10 +142,23 @@ impl Channel {
         Inputs { drive: 0.0, supply_v: self.supply_v, ..self.inputs }
     }
 
-    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes. `live`: the stage has a supply.
+    /// What is left of a supply behind the source resistance that others at it draw through, V.
+    fn behind_others(&self, supply_v: f64) -> f64 {
+        supply_v - self.source_ohm * self.around.others_a
+    }
+
+    /// Lets other wires act on this one in the next period.
+    #[inline]
+    pub fn surround(&mut self, around: Surroundings) {
+        around.warm(&mut self.wire);
+        self.around = around;
+    }
+
+    /// Prepares for one period of the duty in force: sets what acts on the wire while it passes. `live`: the stage has
+    /// a supply.
     #[inline]
     pub fn begin(&mut self, period_s: f64, acting: &Acting, live: bool) {
-        let supply_v = self.supply_v * acting.supply();
+        let supply_v = self.behind_others(self.supply_v * acting.supply());
         let duty = match (live, acting.has(FaultKind::StageOn)) {
             (false, _) => 0.0,
             (true, true) => 1.0,
@@ -176,8 +196,8 @@ impl Channel {
         if self.past_s > 0.0 { (self.wire.energy().heat_in_j - self.heat_before_j) / self.past_s } else { 0.0 }
     }
 
-    /// Samples at the end of the on-phase that closes the period just past; an input that is shared also in the off-phase
-    /// that opened it.
+    /// Samples at the end of the on-phase that closes the period just past; an input that is shared also in the
+    /// off-phase that opened it.
     #[inline]
     pub fn sample(&mut self, period_s: f64, acting: &Acting) -> Sample {
         let outputs = self.wire.outputs();
@@ -228,10 +248,10 @@ impl Channel {
         self.last
     }
 
-    /// Moves the pins from a circuit with the fixed end on ground to one where switch and shunt lie between: the taps stand
-    /// on their voltage, and the supply is seen through the wire while the switch is open, by the amplifier that is V_3's in
-    /// the other circuit. Without an on-phase (`phases.0`) nothing but the supply is sampled, without an off-phase
-    /// (`phases.1`) not the supply.
+    /// Moves the pins from a circuit with the fixed end on ground to one where switch and shunt lie between: the taps
+    /// stand on their voltage, and the supply is seen through the wire while the switch is open, by the amplifier that
+    /// is V_3's in the other circuit. Without an on-phase (`phases.0`) nothing but the supply is sampled, without an
+    /// off-phase (`phases.1`) not the supply.
     fn share(&self, pins: &mut Pins, low_ohm: f64, (on, off): (bool, bool), acting: &Acting) {
         pins.v3_v = f64::NAN;
         // what a stage that conducts badly adds below the input
@@ -280,10 +300,10 @@ impl Channel {
         Defects { contact_ohm: defects.contact_ohm + self.contact_ohm, ..defects }
     }
 
-    /// What the pins see of the circuit when it is not whole. They are right already as far as the wire's own current goes
-    /// (all the taps see, and what the sensors add to it); what the break adds passes the same amplifiers.
+    /// What the pins see of the circuit when it is not whole. They are right already as far as the wire's own current
+    /// goes (all the taps see, and what the sensors add to it); what the break adds passes the same amplifiers.
     fn broken_circuit(&self, pins: &mut Pins, wire_ohm: f64, defects: &Defects) {
-        let flow = flow(pins.supply_v, self.series_ohm, wire_ohm, defects);
+        let flow = flow(self.behind_others(pins.supply_v), self.series_ohm, wire_ohm, defects);
         pins.v3_v += self.gain.v3 * (flow.v3_v - flow.wire_a * (wire_ohm + self.contact_ohm));
         pins.current_a += self.gain.current * (flow.total_a - flow.wire_a);
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
-use sinew_physics::{EnergyBalance, Inputs, JointMotion, Wire};
+use sinew_physics::{EnergyBalance, Inputs, JointMotion, Surroundings, Wire, drawn_meanwhile_a};
 use sinew_rig::{FaultKind, Rig};
 
 use crate::channel::{Channel, World};
@@ -12,8 +12,8 @@ use crate::fault::{FaultHandle, Schedule};
 /// Operating system error that a scheduled or switched backend error pretends: EIO.
 const EIO: i32 = 5;
 
-/// After a pause longer than this, in s, the wires have long settled under the duty they were left with: the rest of the
-/// pause is not computed, so that a loop that was stopped for an hour goes on at once.
+/// After a pause longer than this, in s, the wires have long settled under the duty they were left with: the rest of
+/// the pause is not computed, so that a loop that was stopped for an hour goes on at once.
 const LONGEST_CATCH_UP_S: f64 = 60.0;
 
 /// Why a rig cannot be simulated as a backend.
@@ -68,6 +68,16 @@ impl Joint {
     }
 }
 
+/// The channels that act on one other than by a joint.
+#[derive(Debug, Clone)]
+struct Ties {
+    channel: usize,
+    /// Whose wire is beside its wire.
+    neighbour: Option<usize>,
+    /// Which draw from its supply, too.
+    at_supply: Vec<usize>,
+}
+
 /// A rig of simulated wires. One `exchange` is one period of the rig's rate, however long it takes: whether a simulated
 /// second takes a second is up to the loop that calls it.
 #[derive(Debug)]
@@ -76,8 +86,8 @@ pub struct SimulatedRig {
     joints: Vec<Joint>,
     /// Whether each channel's wire has a load of its own, and not a joint's.
     alone: Vec<bool>,
-    /// Wires that take heat from another one, and which: indices of channels.
-    neighbours: Vec<[usize; 2]>,
+    /// What the rig file says of channels that act on each other.
+    ties: Vec<Ties>,
     period_s: f64,
     /// Periods that have passed.
     periods: u64,
@@ -117,11 +127,13 @@ impl SimulatedRig {
             let seed = channel_seed(rig.simulation.seed, &channel.name);
             Ok(Channel::new(wire, channel, seed, Schedule::of_channel(scheduled, index)))
         });
-        let neighbour = |(index, channel): (usize, &sinew_rig::Channel)| {
-            Some([index, rig.channel(channel.neighbour.as_deref()?)?.0])
-        };
+        let ties = (0..rig.channels.len()).map(|channel| Ties {
+            channel,
+            neighbour: rig.neighbour_of(channel),
+            at_supply: rig.at_supply_of(channel).collect(),
+        });
         Ok(SimulatedRig {
-            neighbours: rig.channels.iter().enumerate().filter_map(neighbour).collect(),
+            ties: ties.filter(|ties| ties.neighbour.is_some() || !ties.at_supply.is_empty()).collect(),
             channels: channels.collect::<Result<Vec<_>, Error>>()?,
             alone: (0..rig.channels.len()).map(|index| place(index).is_none()).collect(),
             joints,
@@ -139,16 +151,16 @@ impl SimulatedRig {
         self.faults.clone()
     }
 
-    /// Changes the world around a wire from now on: a draught, warmer air, another pull, a weaker supply. It holds until
-    /// it is changed again; faults come on top. A channel there is none of is not disturbed.
+    /// Changes the world around a wire from now on: a draught, warmer air, another pull, a weaker supply. It holds
+    /// until it is changed again; faults come on top. A channel there is none of is not disturbed.
     pub fn disturb(&mut self, channel: usize, world: &World) {
         if let Some(channel) = self.channels.get_mut(channel) {
             channel.disturb(world);
         }
     }
 
-    /// Changes the duties within the period that passes, as a power stage does whose outputs can be set at any moment. Values
-    /// outside of 0 ..= 1 are taken as the nearest one inside, NaN as 0.
+    /// Changes the duties within the period that passes, as a power stage does whose outputs can be set at any moment.
+    /// Values outside of 0 ..= 1 are taken as the nearest one inside, NaN as 0.
     pub fn put_out(&mut self, duty: &[f64]) {
         for (channel, duty) in self.channels.iter_mut().zip(duty) {
             channel.duty = if duty.is_nan() { 0.0 } else { duty.clamp(0.0, 1.0) };
@@ -185,11 +197,17 @@ impl SimulatedRig {
         (self.periods as f64 + 0.5) * self.period_s
     }
 
-    /// Lets every wire know how warm its neighbour is at the start of a period.
-    fn warm_neighbours(&mut self) {
-        for &[index, neighbour] in &self.neighbours {
-            let temperature_c = self.channels[neighbour].wire.temperature_c();
-            self.channels[index].wire.set_neighbour_c(temperature_c);
+    /// Lets wires act on each other as they are at the start of a period.
+    fn surround(&mut self) {
+        for ties in &self.ties {
+            let neighbour_c = ties.neighbour.map(|neighbour| self.channels[neighbour].wire.temperature_c());
+            let own_duty = self.channels[ties.channel].duty;
+            let drawn = |other: &usize| {
+                let other = &self.channels[*other];
+                drawn_meanwhile_a(own_duty, other.duty, other.wire.current_a())
+            };
+            let others_a = ties.at_supply.iter().map(drawn).sum();
+            self.channels[ties.channel].surround(Surroundings { neighbour_c, others_a });
         }
     }
 
@@ -208,7 +226,7 @@ impl SimulatedRig {
     /// Lets one period pass without sampling.
     fn pass(&mut self) {
         let time_s = self.middle_s();
-        self.warm_neighbours();
+        self.surround();
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
             channel.begin(self.period_s, &acting, self.started && !self.cut);

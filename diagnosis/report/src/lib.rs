@@ -1,7 +1,7 @@
 //! The page and the ten lines: a [`Diagnosis`] for a person.
 //!
 //! [`html`] writes one self-contained page with its plots inside, without a script and without anything fetched;
-//! [`text`] the same answer in about ten lines for a terminal; [`picture`] one drawing of measured against
+//! [`text`] the same answer in about ten lines for a terminal, [`rig_html`] and [`rig_text`] those of a whole rig; [`picture`] one drawing of measured against
 //! simulated. All are functions of what they are given: no clock, no randomness, the same page for the same answer. What
 //! they are given may be anything; names are escaped, and what is not a number leaves a gap.
 //!
@@ -38,11 +38,12 @@ mod about;
 mod figures;
 mod page;
 mod picture;
+mod rig;
 mod summary;
 mod terminal;
 mod words;
 
-use sinew_diagnosis::{Diagnosis, Figures};
+use sinew_diagnosis::{Diagnosis, Figures, RigDiagnosis};
 
 pub use about::{About, Source};
 pub use terminal::text;
@@ -55,4 +56,15 @@ pub fn html(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> String {
 /// The recordings as measured and simulated: a standalone SVG.
 pub fn picture(diagnosis: &Diagnosis, figures: &Figures) -> String {
     picture::picture(diagnosis, figures).into_string()
+}
+
+/// The page of a whole rig: `report.html`. It links to each wire's own page, `CHANNEL/report.html`.
+pub fn rig_html(diagnosis: &RigDiagnosis, about: &About) -> String {
+    rig::page(diagnosis, about).into_string()
+}
+
+/// The answer for a whole rig in some lines for a terminal of `width` columns, with ANSI colours where `colour` is true.
+/// Ends with a newline.
+pub fn rig_text(diagnosis: &RigDiagnosis, width: usize, colour: bool) -> String {
+    rig::text(diagnosis, width, colour)
 }

@@ -622,24 +622,31 @@ fn warnings(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
+/// The command and the files an answer is made from.
+pub(crate) fn made_from(about: &About) -> Markup {
     html! {
-        section #again {
-            h2 { "How to reproduce this" }
-            @if !about.command.is_empty() { pre { (about.command) } }
-            @if !about.files.is_empty() {
-                div.scroll {
-                    table {
-                        caption { "Made from" }
-                        thead { tr { th scope="col" { "file" } th scope="col" { "SHA-256" } } }
-                        tbody {
-                            @for file in &about.files {
-                                tr { th scope="row" { code { (file.path) } } td { code { (file.sha256) } } }
-                            }
+        @if !about.command.is_empty() { pre { (about.command) } }
+        @if !about.files.is_empty() {
+            div.scroll {
+                table {
+                    caption { "Made from" }
+                    thead { tr { th scope="col" { "file" } th scope="col" { "SHA-256" } } }
+                    tbody {
+                        @for file in &about.files {
+                            tr { th scope="row" { code { (file.path) } } td { code { (file.sha256) } } }
                         }
                     }
                 }
             }
+        }
+    }
+}
+
+fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
+    html! {
+        section #again {
+            h2 { "How to reproduce this" }
+            (made_from(about))
             p.muted {
                 @if !about.date.is_empty() { (about.date) ", " }
                 "sinew " (about.version) ", format " (diagnosis.schema) ", seed " (diagnosis.seed)

@@ -17,13 +17,8 @@ const INDENT: usize = 9;
 /// The answer of `diagnosis` for a terminal of `width` columns, with ANSI colours where `colour` is true.
 /// Ends with a newline.
 pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
-    let mut answer = Answer { lines: String::new(), width: width.max(LEAST_WIDTH), colour };
-    let shade = match diagnosis.verdict {
-        Verdict::Agrees | Verdict::ParametersOff => "1;32",
-        Verdict::PhysicsMissing => "1;33",
-        Verdict::UnknownPhysics => "1;35",
-    };
-    answer.headline(&headline(diagnosis), shade);
+    let mut answer = Lines::new(width, colour);
+    answer.headline(&headline(diagnosis), diagnosis.verdict);
     answer.says("", &diagnosis.summary);
     answer.says("fit", &fit(diagnosis));
     if !is_complete(diagnosis.verdict) {
@@ -38,13 +33,8 @@ pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
     answer.says("remains", &remains(diagnosis));
     answer.says("param.", &parameters(diagnosis));
     answer.says("next", &diagnosis.next_experiment);
-    for warning in diagnosis.warnings.iter().take(WARNINGS) {
-        answer.says("warning", warning);
-    }
-    if diagnosis.warnings.len() > WARNINGS {
-        answer.says("warning", &format!("and {} more, in the report", diagnosis.warnings.len() - WARNINGS));
-    }
-    answer.lines
+    answer.warnings(&diagnosis.warnings);
+    answer.end()
 }
 
 fn fit(diagnosis: &Diagnosis) -> String {
@@ -118,14 +108,23 @@ fn change(key: &str, parameter: &FittedParameter) -> String {
 }
 
 /// Lines as they are put together.
-struct Answer {
+pub(crate) struct Lines {
     lines: String,
     width: usize,
     colour: bool,
 }
 
-impl Answer {
-    fn headline(&mut self, text: &str, shade: &str) {
+impl Lines {
+    pub(crate) fn new(width: usize, colour: bool) -> Lines {
+        Lines { lines: String::new(), width: width.max(LEAST_WIDTH), colour }
+    }
+
+    pub(crate) fn headline(&mut self, text: &str, verdict: Verdict) {
+        let shade = match verdict {
+            Verdict::Agrees | Verdict::ParametersOff => "1;32",
+            Verdict::PhysicsMissing => "1;33",
+            Verdict::UnknownPhysics => "1;35",
+        };
         for line in wrapped(text, self.width) {
             let line = self.painted(&line, shade);
             self.lines += &line;
@@ -133,8 +132,22 @@ impl Answer {
         }
     }
 
+    /// The first warnings, and how many more there are.
+    pub(crate) fn warnings(&mut self, warnings: &[String]) {
+        for warning in warnings.iter().take(WARNINGS) {
+            self.says("warning", warning);
+        }
+        if warnings.len() > WARNINGS {
+            self.says("warning", &format!("and {} more, in the report", warnings.len() - WARNINGS));
+        }
+    }
+
+    pub(crate) fn end(self) -> String {
+        self.lines
+    }
+
     /// A label and what it says, wrapped beside it; nothing where it says nothing.
-    fn says(&mut self, label: &str, text: &str) {
+    pub(crate) fn says(&mut self, label: &str, text: &str) {
         for (i, line) in wrapped(text, self.width - INDENT).iter().enumerate() {
             let label = if i == 0 { label } else { "" };
             let padding = " ".repeat(INDENT - label.len().min(INDENT));

@@ -49,6 +49,7 @@ mod params;
 mod rest;
 mod signals;
 mod step;
+mod surroundings;
 mod validate;
 
 pub use effects::Effects;
@@ -58,5 +59,6 @@ pub use kinetics::{Direction, Fraction, Hysteresis};
 pub use model::WireModel;
 pub use signals::{EnergyBalance, Inputs, Outputs};
 pub use step::{Undefined, Unknown, Wire, cold_length_m, hot_length_m};
+pub use surroundings::{Surroundings, drawn_meanwhile_a};
 
 pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};

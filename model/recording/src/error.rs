@@ -149,6 +149,18 @@ pub enum What {
         /// Which parameter, and what would be right.
         error: sinew_physics::Error,
     },
+    /// A recording of a channel that the rig does not have.
+    NoSuchChannel {
+        /// Its index.
+        found: usize,
+        /// How many there are.
+        channels: usize,
+    },
+    /// Recordings of one run whose rows are at different times.
+    OtherTimes {
+        /// The recording it is compared with.
+        than: String,
+    },
     /// The formula of a law of one's own was no number where the recording drives the wire.
     Undefined {
         /// Its id.
@@ -353,6 +365,8 @@ impl Error {
                 )
             }
             What::Impossible { .. } => "give the wire a parameter in its range".into(),
+            What::NoSuchChannel { .. } => "count channels in the order of the rig file, from 0".into(),
+            What::OtherTimes { .. } => "give recordings of one run, with a row each at the same times".into(),
             What::Undefined { .. } => {
                 "use abs, max or clamp where a root, a logarithm or a division of its formula needs it".into()
             }
@@ -495,6 +509,10 @@ impl fmt::Display for What {
                 write!(f, "is {found_s:?} s long at this row, expected at most {limit_s:?} s")
             }
             What::Impossible { error } => write!(f, "cannot drive this wire: {error}"),
+            What::NoSuchChannel { found, channels } => {
+                write!(f, "is of channel number {found}, and the rig has {channels}")
+            }
+            What::OtherTimes { than } => write!(f, "has rows at other times than {than}"),
             What::Undefined { law, time_s } => {
                 write!(f, "the formula of {law} is no number {time_s:.3} s after the first row")
             }

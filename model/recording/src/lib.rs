@@ -39,6 +39,7 @@ mod simulated;
 mod smooth;
 mod suggest;
 mod table;
+mod together;
 mod utc;
 mod write;
 
@@ -48,6 +49,7 @@ pub use options::{MAX_ROWS, Options};
 pub use read::{read, read_from};
 pub use recording::{MAX_DURATION_S, MIN_SAMPLES, Recording};
 pub use table::MAX_LINE_BYTES;
+pub use together::simulated_together;
 pub use utc::Utc;
 pub use write::{Part, Writer, write, write_to};
 

@@ -1,7 +1,7 @@
 //! Effects of the catalogue in a rig file.
 //!
-//! What they are is said once, in [`sinew_physics::effects`]. Here is how they stand in the text: the few keys that take
-//! a word instead of a number, names of their numbers for priors and how they are read.
+//! What they are is said once, in [`sinew_physics::effects`]. Here is how they stand in the text: the few keys that
+//! take a word instead of a number, names of their numbers for priors and how they are read.
 
 use sinew_physics::WireModel;
 use sinew_physics::effects::{self, DelayedSensor, Effect, EffectParameter, Home};
@@ -76,16 +76,30 @@ pub(crate) struct Word {
 }
 
 /// All of them.
-pub(crate) static WORDS: [Word; 2] = [
+pub(crate) static WORDS: [Word; 3] = [
     Word {
         effect: "thermal.neighbour",
         key: "channel",
-        about: "Name of the channel whose wire is the neighbour, as the simulated backend has it. \
-                `simulate` and fits know one wire at a time: there the neighbour is at ambient temperature",
+        about: "Name of the channel whose wire is the neighbour, as the simulated backend and `diagnose --whole-rig` \
+                have it. \
+                `simulate` and fits of one channel know one wire: there the neighbour is at ambient temperature",
         default: "a body at ambient temperature",
         get: |channel| channel.neighbour.clone(),
         set: |channel, name| {
             channel.neighbour = name.map(str::to_string);
+            Ok(())
+        },
+    },
+    Word {
+        effect: "electrical.supply_sag",
+        key: "supply",
+        about: "Name of the supply. It sags under the sum of the currents of all channels that name it, as the \
+                simulated backend and `diagnose --whole-rig` have it; `simulate` and fits of one channel know that \
+                wire's current only",
+        default: "a supply of its own",
+        get: |channel| channel.supply.clone(),
+        set: |channel, name| {
+            channel.supply = name.map(str::to_string);
             Ok(())
         },
     },
@@ -162,7 +176,8 @@ pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, catalogue:
     }
 }
 
-/// Gives the channel a law its users wrote: the one defined in this table, or that of the catalogue. False where it is neither.
+/// Gives the channel a law its users wrote: the one defined in this table, or that of the catalogue. False where it is
+/// neither.
 fn declare(
     reader: &mut Reader<'_>,
     label: &str,

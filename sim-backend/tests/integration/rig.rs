@@ -497,6 +497,38 @@ fn a_wire_is_warmed_by_its_neighbour_whatever_their_order() {
 }
 
 #[test]
+fn one_supply_sags_under_all_wires_that_name_it() {
+    let mut rig = with_effects(&[("electrical.supply_sag", "source_ohm", 0.5)]);
+    let own = rig.clone();
+    let effects = rig.channels[0].model.effects.clone();
+    for channel in &mut rig.channels {
+        channel.model.effects = effects.clone();
+        channel.supply = Some("bench".into());
+    }
+    let [mut shared, mut alone] = [&rig, &own].map(started);
+    let mut samples = [Sample::NONE; 2];
+    let mut currents = |rig: &mut SimulatedRig, duty: [f64; 2]| {
+        for _ in 0..50 {
+            rig.exchange(&duty, &mut samples).unwrap();
+        }
+        samples.map(|sample| sample.current_a)
+    };
+    // V_s = I (R + R_circuit + R_source) + R_source I_other, on for as long
+    let supply_v = rig.channels[0].model.drive.supply_v;
+    let [left, right] = currents(&mut shared, [0.1, 0.1]);
+    let ohm = shared.truth(0).unwrap().resistance_ohm + rig.channels[0].model.outside_ohm();
+    near(left, (supply_v - 0.5 * right) / ohm, 2e-3 * left);
+    // a wire that is on for half of another's on-phase weighs half
+    let [left, right] = currents(&mut shared, [0.1, 0.05]);
+    let ohm = shared.truth(0).unwrap().resistance_ohm + rig.channels[0].model.outside_ohm();
+    near(left, (supply_v - 0.25 * right) / ohm, 2e-3 * left);
+    // and one at a supply of its own not at all
+    let [left, _] = currents(&mut alone, [0.1, 0.1]);
+    let ohm = alone.truth(0).unwrap().resistance_ohm + own.channels[0].model.outside_ohm();
+    near(left, supply_v / ohm, 2e-3 * left);
+}
+
+#[test]
 fn a_draught_blows_in_its_time_and_friction_holds_the_load() {
     let draught = [("gain", 3.0), ("start_s", 2.0), ("end_s", 3.0)].map(|(key, v)| ("thermal.draught", key, v));
     let mut draughty = started(&with_effects(&draught));

@@ -422,3 +422,66 @@ fn a_huge_file_is_refused_within_bounded_memory() {
     }
     assert!(!bench.rig.file("out").exists());
 }
+
+/// A recording of each of two wires that draw from one supply, from a true rig with a source resistance, as CSV.
+fn two_wires(rig: &Rig, true_rig: &str) -> [PathBuf; 2] {
+    let truth = sinew_rig::Rig::parse(true_rig, "truth.toml").unwrap();
+    let times: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.02).collect();
+    let duties = [0.05, 0.32, 0.12, 0.24, 0.02, 0.36, 0.16, 0.28, 0.1, 0.02];
+    let mut run: Vec<(usize, sinew_recording::Recording)> = (0..2)
+        .map(|wire| {
+            let mut recording = sinew_recording::Recording::new("run", times.clone()).unwrap();
+            let duty = (0..1000).map(|i| duties[(i + 70 * wire) / (100 - 20 * wire) % 10]).collect();
+            recording.set(sinew_recording::Column::Duty, duty).unwrap();
+            (wire, recording)
+        })
+        .collect();
+    let given: Vec<(usize, &sinew_recording::Recording)> = run.iter().map(|(wire, run)| (*wire, run)).collect();
+    let seen = sinew_recording::simulated_together(&truth, &given).unwrap();
+    let mut random = Random(1);
+    for ((_, recording), rows) in run.iter_mut().zip(seen) {
+        for (name, rms) in &COLUMNS[2..] {
+            let column = sinew_recording::Column::from_name(name).unwrap();
+            let values =
+                rows.iter().map(|(_, seen)| column.of_outputs(seen).unwrap() + rms * random.normal()).collect();
+            recording.set(column, values).unwrap();
+        }
+    }
+    [0, 1].map(|wire| {
+        let path = rig.file(&format!("run-{wire}.csv"));
+        sinew_recording::write(&path, &run[wire].1).unwrap();
+        path
+    })
+}
+
+#[test]
+fn a_whole_rig_has_an_answer_for_every_wire_and_one_for_what_they_share() {
+    let wires = |more: &str| {
+        ["left", "right"].map(|name| format!("{}{more}\n", RIG.replace("\"wire\"", &format!("{name:?}")))).concat()
+    };
+    let rig = Rig::named(|name| format!("[rig]\nname = \"{name}\"\nrate_hz = 50.0\n{}", wires("")));
+    let sag = "effects.\"electrical.supply_sag\" = { source_ohm = 0.3, supply = \"bench\" }";
+    let recordings = two_wires(&rig, &format!("[rig]\nname = \"truth\"\nrate_hz = 50.0\n{}", wires(sag)));
+    let [left, right] = ["left", "right"];
+    let of = |name: &str, path: &Path| PathBuf::from(format!("{name}={}", path.display()));
+    let (rig_file, out) = (rig.path(), rig.file("answer"));
+    let diagnose = |first: PathBuf| {
+        let words = ["diagnose", "--whole-rig", "--json", "--out"].map(PathBuf::from);
+        run(words.into_iter().chain([out.clone(), rig_file.clone(), first, of(right, &recordings[1])]))
+    };
+    let refused = diagnose(recordings[0].clone()).expect(2);
+    assert!(refused.stderr.contains("CHANNEL=FILE") && !out.exists(), "{}", refused.stderr);
+
+    let answer: serde_json::Value = serde_json::from_str(&diagnose(of(left, &recordings[0])).expect(0).stdout).unwrap();
+    assert_eq!(answer["schema"], "sinew.diagnosis.rig/1");
+    assert_eq!(answer["shared"][0]["id"], "shared.supply_resistance", "{}", answer["summary"]);
+    for name in [left, right] {
+        assert_eq!(answer["channels"][name]["effects"], serde_json::json!([]), "{}", answer["summary"]);
+        assert!(out.join(name).join("report.html").is_file());
+    }
+    let improved = sinew_rig::Rig::load(&out.join("improved.toml")).unwrap();
+    assert_eq!(improved.at_supply_of(0).collect::<Vec<_>>(), [1]);
+    let found = improved.channels[0].model.effects.electrical.supply_sag.source_ohm;
+    assert!((found - 0.3).abs() < 0.01, "{found}");
+    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("left/report.html"));
+}

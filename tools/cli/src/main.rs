@@ -35,6 +35,7 @@ fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Simulate(args) => commands::simulate::simulate(args),
         Command::Identify(args) => commands::identify::identify(args),
+        Command::Diagnose(args) if args.whole_rig => commands::whole_rig::diagnose(args),
         Command::Diagnose(args) => commands::diagnose::diagnose(args),
         Command::Status(args) => commands::status::status(args),
         Command::Monitor(args) => commands::monitor::monitor(args),

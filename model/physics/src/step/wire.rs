@@ -534,6 +534,11 @@ impl Wire {
         self.state.resistance
     }
 
+    /// Current I in the on-phase under the supply of the last step, in A: of the wire, not as an amplifier shows it.
+    pub fn current_a(&self) -> f64 {
+        self.current
+    }
+
     /// Least and most martensite there can be at ϑ; with `kinetic.lag`, to which ξ lags behind.
     pub fn bounds(&self) -> (Fraction, Fraction) {
         let theta = self.state.theta;

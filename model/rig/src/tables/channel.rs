@@ -38,6 +38,9 @@ pub struct Channel {
     /// Name of the channel whose wire is the neighbour of `thermal.neighbour`; `None` = a body at ambient temperature.
     /// All other effects are in the model.
     pub neighbour: Option<String>,
+    /// Name of the supply of `electrical.supply_sag`, which sags under the sum of the currents of all channels that
+    /// name it; `None` = one of its own.
+    pub supply: Option<String>,
 }
 
 /// Keys of `[[channel]]` itself.
@@ -85,6 +88,7 @@ impl Channel {
             limits: Unread::UNREAD,
             control: Unread::UNREAD,
             neighbour: None,
+            supply: None,
         }
     }
 }

@@ -77,14 +77,15 @@ pub(crate) fn section() -> Section<Rig> {
         optional: false,
         keys: keys! {
             Rig;
-            /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit first,
-            /// at most 48.
+            /// Name of the rig: clients find the driver by it. Letters, digits, `-`, `_` and `.`, a letter or digit
+            /// first, at most 48.
             "name" = at(name), name(MAX_RIG_NAME), Required("a name such as \"tensile-bench\"");
             /// PWM, sampling and control rate. The driver needs at least 10 Hz; recordings may be slower.
             "rate_hz" = at(rate_hz), number(si("Hz"), 0.001, 20_000.0), Number(1000.0);
             /// Temperature of the air, where a recording does not give it.
             "ambient_c" = at(ambient_c), number(si("°C"), -200.0, 800.0), Number(25.0), prior Absolute(2.0);
-            /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask (`off`).
+            /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask
+            /// (`off`).
             "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
             /// SCHED_FIFO priority of the loop (99 belongs to the kernel).
             "realtime_priority" = at(realtime.priority), integer(1, 98), Integer(80);
@@ -135,6 +136,18 @@ impl Rig {
     pub fn joint_of(&self, channel: usize) -> Option<(&Joint, usize)> {
         let name = &self.channels.get(channel)?.name;
         self.joints.iter().find_map(|joint| Some((joint, joint.side(name)?)))
+    }
+
+    /// The channel whose wire is the neighbour of another channel's (`thermal.neighbour`), by indices.
+    pub fn neighbour_of(&self, channel: usize) -> Option<usize> {
+        Some(self.channel(self.channels.get(channel)?.neighbour.as_deref()?)?.0)
+    }
+
+    /// The other channels at the supply of a channel, which sags under all of their currents (`electrical.supply_sag`).
+    pub fn at_supply_of(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
+        let supply = self.channels.get(channel).and_then(|c| c.supply.as_deref());
+        let others = self.channels.iter().enumerate().filter(move |(other, _)| *other != channel);
+        others.filter(move |(_, other)| supply.is_some() && other.supply.as_deref() == supply).map(|(other, _)| other)
     }
 
     /// The indices of a joint's channels, agonist first; `None` where one was renamed since the rig was read.

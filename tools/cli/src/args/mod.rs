@@ -346,12 +346,19 @@ Examples:
   sinew diagnose bench.toml slow.csv fast.csv --holdout tuesday.csv --out week
   sinew diagnose bench.toml monday.csv --catalogue laws.toml --out monday
   sinew diagnose bench.toml monday.csv --out monday --json | jq '.verdict, .effects[].id'
+  sinew diagnose leg.toml walk.mcap --whole-rig --out leg
+  sinew diagnose leg.toml left=a-left.csv right=a-right.csv --whole-rig --out leg
 
 Writes DIR/diagnosis.json, DIR/improved.toml (the rig file with what was found in it, as
 `sinew simulate` takes it), DIR/report.html and, where another recording would settle something,
 DIR/next.csv: what to drive the wire by. Without --holdout about a third of each recording
 is kept back, in blocks, and judged by. The verdict is agrees, parameters_off, physics_missing or
-unknown_physics; a broken recording gets none, but exit code 2.")]
+unknown_physics; a broken recording gets none, but exit code 2.
+
+With --whole-rig there is an answer for every wire, in DIR/CHANNEL, and one for what they share:
+a supply that sags under the sum of their currents, heat that passes between two of them. A session
+is of all its wires; a .csv says of which by CHANNEL=FILE. The n-th of each wire are of one run, with
+one clock.")]
 pub struct Diagnose {
     /// What to fit.
     #[command(flatten)]
@@ -365,6 +372,9 @@ pub struct Diagnose {
     /// Also draw the recordings as measured and simulated: DIR/picture.svg.
     #[arg(long)]
     pub picture: bool,
+    /// Several wires at once: an answer for each, and one for what they share.
+    #[arg(long, conflicts_with = "channel")]
+    pub whole_rig: bool,
 }
 
 /// `sinew doctor`.

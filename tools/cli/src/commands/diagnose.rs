@@ -14,26 +14,25 @@ use crate::failure::{Failure, Outcome};
 use crate::output;
 
 /// The answer for programs.
-const JSON: &str = "diagnosis.json";
+pub const JSON: &str = "diagnosis.json";
 /// The rig file with what was found in it.
-const IMPROVED: &str = "improved.toml";
+pub const IMPROVED: &str = "improved.toml";
 /// The answer for people.
-const REPORT: &str = "report.html";
+pub const REPORT: &str = "report.html";
 /// The recordings as measured and simulated, where that is asked for.
-const PICTURE: &str = "picture.svg";
+pub const PICTURE: &str = "picture.svg";
 
 /// Runs the command.
 pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let fitting = &args.fitting;
     let input = Input::read(fitting, &args.holdout)?;
-    let files = sources(fitting, &args.holdout)?;
+    let recordings = || fitting.recordings.iter().chain(&args.holdout);
+    let files = sources(fitting, recordings())?;
     can_become_folder(&args.out)?;
     for name in [REPORT, JSON, IMPROVED, PICTURE, NEXT_PROGRAMME] {
         let path = args.out.join(name);
-        spare_inputs(&path, fitting, &args.holdout)?;
-        if path.is_dir() {
-            return Err(Failure::input(format!("{}: is a folder", path.display())).hint("choose another --out"));
-        }
+        spare_inputs(&path, fitting, recordings())?;
+        is_no_folder(&path)?;
     }
     let outcome = work(fitting, |settings| {
         sinew_diagnosis::diagnose(&input.rig, input.channel, &input.recordings, &input.held_out, settings)
@@ -66,6 +65,14 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
             "written: {}",
             list(&args.out, &files.iter().map(|(name, _)| *name).collect::<Vec<_>>())
         ));
+    }
+    Ok(())
+}
+
+/// Refuses a folder in the place of a file.
+pub fn is_no_folder(path: &Path) -> Outcome {
+    if path.is_dir() {
+        return Err(Failure::input(format!("{}: is a folder", path.display())).hint("choose another --out"));
     }
     Ok(())
 }
@@ -111,13 +118,13 @@ pub fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
 }
 
 /// A recording as the text of its file.
-fn as_csv(recording: &Recording) -> Result<String, Failure> {
+pub fn as_csv(recording: &Recording) -> Result<String, Failure> {
     let mut csv = Vec::new();
     sinew_recording::write_to(&mut csv, recording)
         .map_err(|error| Failure::own(format!("{}: cannot be written: {error}", recording.name())))?;
     Ok(String::from_utf8_lossy(&csv).into_owned())
 }
 
-fn list(out: &Path, names: &[&str]) -> String {
+pub fn list(out: &Path, names: &[&str]) -> String {
     names.iter().map(|name| out.join(name).display().to_string()).collect::<Vec<_>>().join(", ")
 }

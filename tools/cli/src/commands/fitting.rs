@@ -46,23 +46,8 @@ impl Input {
             max_rows: MOST_SAMPLES,
             channel: Some(&name),
         };
-        let read = |path: &PathBuf| sinew_recording::read(path, &options).map_err(recording_failure);
-        let mut all: Vec<Recording> = Vec::new();
-        for path in args.recordings.iter().chain(holdout) {
-            let recording = read(path)?;
-            if let Some(twin) = all.iter().find(|other| is_same(other, &recording)) {
-                let kept = all.len() >= args.recordings.len();
-                let hint = match kept {
-                    true => "hold out a recording that is not fitted; without --holdout, blocks of each are kept back",
-                    false => "give every recording once",
-                };
-                let message = format!("{}: is the same recording as {}", path.display(), twin.name());
-                return Err(Failure::input(message).hint(hint));
-            }
-            all.push(recording);
-        }
-        let held_out = all.split_off(args.recordings.len());
-        Ok(Input { rig, channel, recordings: all, held_out })
+        let (recordings, held_out) = read_all(&args.recordings, holdout, &options)?;
+        Ok(Input { rig, channel, recordings, held_out })
     }
 
     /// Name of the channel.
@@ -71,10 +56,36 @@ impl Input {
     }
 }
 
-/// The files an answer is made from, by what is in them.
-pub fn sources(args: &args::Fitting, holdout: &[PathBuf]) -> Result<Vec<Source>, Failure> {
+/// Reads what is fitted and what is only judged by, of one channel; refuses one and the same recording twice.
+pub fn read_all(
+    fitted: &[PathBuf],
+    holdout: &[PathBuf],
+    options: &Options<'_>,
+) -> Result<(Vec<Recording>, Vec<Recording>), Failure> {
+    let mut all: Vec<Recording> = Vec::new();
+    for path in fitted.iter().chain(holdout) {
+        let recording = sinew_recording::read(path, options).map_err(recording_failure)?;
+        if let Some(twin) = all.iter().find(|other| is_same(other, &recording)) {
+            let hint = match all.len() >= fitted.len() {
+                true => "hold out a recording that is not fitted; without --holdout, blocks of each are kept back",
+                false => "give every recording once",
+            };
+            let message = format!("{}: is the same recording as {}", path.display(), twin.name());
+            return Err(Failure::input(message).hint(hint));
+        }
+        all.push(recording);
+    }
+    let held_out = all.split_off(fitted.len());
+    Ok((all, held_out))
+}
+
+/// The files an answer is made from, by what is in them: what is said of the rig, and these recordings.
+pub fn sources<'a>(
+    args: &'a args::Fitting,
+    recordings: impl Iterator<Item = &'a PathBuf>,
+) -> Result<Vec<Source>, Failure> {
     let rig = std::iter::once(&args.rig).chain(&args.laws.catalogue);
-    rig.chain(&args.recordings).chain(holdout).map(|path| source(path)).collect()
+    rig.chain(recordings).map(|path| source(path)).collect()
 }
 
 fn source(path: &Path) -> Result<Source, Failure> {
@@ -97,9 +108,13 @@ fn is_same(a: &Recording, b: &Recording) -> bool {
 }
 
 /// Refuses to write where a file of the input lies.
-pub fn spare_inputs(output: &Path, args: &args::Fitting, holdout: &[PathBuf]) -> Outcome {
+pub fn spare_inputs<'a>(
+    output: &Path,
+    args: &'a args::Fitting,
+    recordings: impl Iterator<Item = &'a PathBuf>,
+) -> Outcome {
     let Ok(output_there) = output.canonicalize() else { return Ok(()) };
-    let mut inputs = std::iter::once(&args.rig).chain(&args.recordings).chain(holdout);
+    let mut inputs = std::iter::once(&args.rig).chain(recordings);
     match inputs.find(|input| input.canonicalize().is_ok_and(|input| input == output_there)) {
         Some(input) => Err(Failure::input(format!("{}: would overwrite {}", output.display(), input.display()))
             .hint("write somewhere else: what goes in is not to be overwritten")),

@@ -21,7 +21,7 @@ pub fn identify(args: &args::Identify) -> Outcome {
     let input = Input::read(fitting, &[])?;
     if !to_stdout {
         output::has_place(&args.output)?;
-        spare_inputs(&args.output, fitting, &[])?;
+        spare_inputs(&args.output, fitting, fitting.recordings.iter())?;
     }
     let identified =
         work(fitting, |settings| sinew_diagnosis::identify(&input.rig, input.channel, &input.recordings, settings))?;

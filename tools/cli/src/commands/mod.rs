@@ -27,6 +27,7 @@ pub mod simulate;
 pub mod status;
 pub mod test;
 pub mod tune;
+pub mod whole_rig;
 
 use std::path::Path;
 
