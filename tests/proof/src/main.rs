@@ -5,9 +5,11 @@ mod diagnose_case;
 mod document;
 mod generator;
 mod holdout;
+mod made;
 mod reported;
 mod run;
 mod score;
+mod second;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -123,7 +125,7 @@ fn generate(which: &Which, out: &Path) -> Result<(), Failure> {
     let done = AtomicUsize::new(0);
     pool.install(|| {
         specs.par_iter().with_max_len(1).try_for_each(|spec| {
-            let case = generator::case::make(spec);
+            let case = made::make(spec);
             case.write(&out.join(&spec.name))?;
             let a = &case.answer;
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);

@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::generator::case::{Answer, make};
+use crate::generator::case::Answer;
 use crate::generator::plan::Spec;
+use crate::made::make;
 use crate::reported::Reported;
 use crate::score::{CRASHED, Judged, figures, judged};
 

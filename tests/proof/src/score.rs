@@ -419,6 +419,9 @@ pub mod tests {
             left_out: BTreeMap::new(),
             noise: BTreeMap::new(),
             parameters: BTreeMap::from([("h".to_string(), 1.0)]),
+            generator: 1,
+            unlike: false,
+            allowed: Vec::new(),
         };
         Judged { answer, reported, long: false }
     }
