@@ -519,7 +519,7 @@ impl Rod {
             self.cells.iter().map(|c| (0.5 * c.share * long, self.rho(c.temperature, c.xi) * per / long)).collect();
         let (mut at, mut ohm) = (0.0, 0.0);
         for (width, per_metre) in half.iter().chain(half.iter().rev()) {
-            ohm += (place - at).clamp(0.0, *width) * per_metre;
+            ohm += (place - at).clamp(0.0, width.max(0.0)) * per_metre;
             at += width;
         }
         ohm
