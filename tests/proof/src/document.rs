@@ -6,12 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use crate::frozen::Hashes;
-use crate::second::mechanisms::NOVEL;
 use crate::score::{Cost, Judged, Level, Share, confusion, figures};
+use crate::second::mechanisms::NOVEL;
 
-/// Between these the page belongs to whoever writes of real recordings.
-const REAL_BEGIN: &str = "<!-- real recordings: begin -->";
-const REAL_END: &str = "<!-- real recordings: end -->";
+/// Between these the page belongs to others: to whoever writes of real recordings, and to `compare.py`.
+const KEPT: [[&str; 2]; 2] = [
+    ["<!-- real recordings: begin -->", "<!-- real recordings: end -->"],
+    ["<!-- comparison: begin -->", "<!-- comparison: end -->"],
+];
 
 /// Reasons for what is not reached, in words of a person; may be empty.
 const NOTES: &str = include_str!("../notes.md");
@@ -89,13 +91,13 @@ pub fn page(all: &[Judged], hashes: Option<&Hashes>, before: &str) -> String {
     text
 }
 
-/// The section on real recordings as it stands.
-fn kept(before: &str) -> &str {
-    let empty = "<!-- real recordings: begin -->\n<!-- real recordings: end -->";
-    match (before.find(REAL_BEGIN), before.find(REAL_END)) {
-        (Some(from), Some(to)) if to > from => &before[from..to + REAL_END.len()],
-        _ => empty,
-    }
+/// The sections that others write, as they stand.
+fn kept(before: &str) -> String {
+    let sections = KEPT.map(|[begin, end]| match (before.find(begin), before.find(end)) {
+        (Some(from), Some(to)) if to > from => before[from..to + end.len()].to_string(),
+        _ => format!("{begin}\n{end}"),
+    });
+    sections.join("\n\n")
 }
 
 const METHOD: &str = "\
@@ -180,6 +182,10 @@ fn table(text: &mut String, all: &[Judged]) {
     let is = (0.87..=0.93).contains(&covered.value());
     let what = "effect's size: 90 % intervals that hold the truth";
     line(text, what, "87–93 %", &percent(covered), met(is, covered.of > 0));
+    let width = f.sizes.median_width;
+    let found = format!("{}×", number(width, 2));
+    let what = "effect's size: median width of the interval, over the true model's";
+    line(text, what, "≤ 2×", &found, met(width <= 2.0, width.is_finite()));
     line(text, "parameters on nulls: 90 % intervals that hold the truth", "", &percent(&f.parameters), "");
     for (cost, what) in [(f.long, "90 s at 200 Hz, 2 threads"), (f.short, "30–60 s at 100 Hz, 1 thread")] {
         let Cost { median_s, p95_s, most_s, of, .. } = cost;
@@ -212,8 +218,7 @@ fn levels(text: &mut String, all: &[Judged]) {
     for j in all.iter().filter(|j| j.answer.group == "outside") {
         let equation = j.reported.equation.as_deref().unwrap_or("–");
         let right = if j.equation_right() { "" } else { " (wrong)" };
-        let unknown =
-            if j.reported.reports_unknown() && j.first() != "unknown" { ", and unknown" } else { "" };
+        let unknown = if j.reported.reports_unknown() && j.first() != "unknown" { ", and unknown" } else { "" };
         let first = j.first();
         let held = number(j.reported.held.unwrap_or(f64::NAN), 2);
         let (kind, level) = (&j.answer.kind, j.answer.level);
@@ -392,7 +397,8 @@ mod tests {
 
     #[test]
     fn what_others_wrote_is_kept() {
-        let real = format!("{REAL_BEGIN}\n## Real recordings\nas found\n{REAL_END}");
+        let [[begin, end], [first, last]] = KEPT;
+        let real = format!("{begin}\n## Real recordings\nas found\n{end}\n\n{first}\nothers\n{last}");
         let page = page(&cases(), Some(&hashes()), &format!("# Old\n{real}\nrest"));
         assert!(page.contains(&real) && !page.contains("# Old") && !page.contains("rest"));
         let again = super::page(&[], Some(&hashes()), &page);

@@ -57,7 +57,8 @@ fn generators() -> Result<String, Failure> {
 /// The file as it would be written now.
 fn text() -> Result<String, Failure> {
     let cases = table(&plan(Seeds::Score, None));
-    let mut text = String::from("# The cases of a scoring run; written by `sinew-proof plan`, checked by every scoring run.\n");
+    let mut text =
+        String::from("# The cases of a scoring run; written by `sinew-proof plan`, checked by every scoring run.\n");
     let _ = writeln!(text, "# plan sha256 {}", hex(&Sha256::digest(cases.as_bytes())));
     let _ = writeln!(text, "# generators sha256 {}", generators()?);
     let _ = writeln!(text, "#\n# Mechanisms never used in development:");
@@ -85,7 +86,8 @@ pub fn write() -> Result<PathBuf, Failure> {
 /// There is none, or plan or generators are others: nothing may be scored then.
 pub fn check() -> Result<Hashes, Failure> {
     let path = home().join(FILE);
-    let committed = fs::read_to_string(&path).map_err(|error| format!("{}: {error}; write it with `sinew-proof plan`", path.display()))?;
+    let committed = fs::read_to_string(&path)
+        .map_err(|error| format!("{}: {error}; write it with `sinew-proof plan`", path.display()))?;
     let now = text()?;
     let line = |text: &str, what: &str| {
         let start = format!("# {what} sha256 ");

@@ -261,6 +261,8 @@ pub struct Sizes {
     pub median_error: f64,
     /// 90 % intervals that hold the truth.
     pub covered: Share,
+    /// Median of their width over that of the true model's, fitted to the same recordings.
+    pub median_width: f64,
 }
 
 /// Time and memory.
@@ -396,10 +398,9 @@ pub fn figures(all: &[Judged]) -> Figures {
         triples: Share::of(several().filter(|j| j.answer.accept.len() > 2), Judged::all_named),
         triple_members: Share::new(members.iter().filter(|found| **found).count(), members.len()),
         spurious: Share::of(catalogue().filter(|j| j.names_one()), Judged::has_spurious),
-        unknown_precision: Share::of(
-            all.iter().filter(|j| j.group() != "trap" && j.reported.reports_unknown()),
-            |j| j.group() == "outside",
-        ),
+        unknown_precision: Share::of(all.iter().filter(|j| j.group() != "trap" && j.reported.reports_unknown()), |j| {
+            j.group() == "outside"
+        }),
         outside_held_median: median(
             outside()
                 .filter(|j| !TIME_DRIVEN.contains(&j.answer.kind.as_str()))
@@ -437,7 +438,7 @@ fn null_of(key: &str, answer: &Answer) -> f64 {
 }
 
 fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
-    let (mut errors, mut covered) = (Vec::new(), Vec::new());
+    let (mut errors, mut covered, mut widths) = (Vec::new(), Vec::new(), Vec::new());
     for judged in all {
         for (id, keys) in &judged.answer.sizes {
             let Some(named) = judged.reported.effects.iter().find(|e| judged.is_same(&e.id, id)) else { continue };
@@ -450,12 +451,14 @@ fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
                 if size > 1e-9 {
                     errors.push((value - truth).abs() / size);
                     covered.push(low <= truth && truth <= high);
+                    let best = judged.answer.deviations.get(id).map_or(f64::NAN, |sd| 2.0 * Z_90 * sd * size);
+                    widths.push((high - low) / best);
                 }
             }
         }
     }
     let held = covered.iter().filter(|c| **c).count();
-    Sizes { median_error: median(errors), covered: Share::new(held, covered.len()) }
+    Sizes { median_error: median(errors), covered: Share::new(held, covered.len()), median_width: median(widths) }
 }
 
 fn parameters<'a>(nulls: impl Iterator<Item = &'a Judged>) -> Share {
@@ -527,6 +530,7 @@ pub mod tests {
             target: Some(level),
             level,
             levels: accept.iter().map(|id| (id.to_string(), level)).collect(),
+            deviations: accept.iter().map(|id| (id.to_string(), 0.05)).collect(),
             left_out: BTreeMap::new(),
             noise: BTreeMap::new(),
             parameters: BTreeMap::from([("h".to_string(), 1.0)]),
@@ -657,8 +661,7 @@ pub mod tests {
     #[test]
     fn what_a_structure_holds_is_neither_right_nor_wrong() {
         let mut null = made_up("null", &[], 0.0, names(&["kinetic.distributed"], &[]));
-        let mut single =
-            made_up("single", &["kinetic.lag"], 3.0, names(&["kinetic.distributed", "kinetic.lag"], &[]));
+        let mut single = made_up("single", &["kinetic.lag"], 3.0, names(&["kinetic.distributed", "kinetic.lag"], &[]));
         assert!(null.alarms() && !single.first_right());
         for judged in [&mut null, &mut single] {
             judged.answer.allowed = vec!["kinetic.distributed".into()];
@@ -682,6 +685,8 @@ pub mod tests {
         let f = figures(&all);
         assert!((f.sizes.median_error - 0.1).abs() < 1e-12);
         assert_eq!((f.sizes.covered.count, f.sizes.covered.of), (1, 1));
+        // 0.2 wide, where the true model has 2 · 1.645 · 5 % of 2
+        assert!((f.sizes.median_width - 0.608).abs() < 1e-3, "{}", f.sizes.median_width);
         assert_eq!((f.held_good.count, f.held_good.of), (1, 1));
     }
 

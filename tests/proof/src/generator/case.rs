@@ -51,6 +51,8 @@ pub struct Answer {
     pub level: f64,
     /// The level that each effect leaves by itself.
     pub levels: BTreeMap<String, f64>,
+    /// Standard deviation of each effect's size in a fit of the true model to what is diagnosed, as a share of the size.
+    pub deviations: BTreeMap<String, f64>,
     /// Keys that the rig file holds at their null.
     pub left_out: BTreeMap<String, f64>,
     /// True noise by column.
@@ -94,6 +96,7 @@ struct Draw {
     sizes: BTreeMap<String, Vec<String>>,
     left_out: BTreeMap<String, f64>,
     levels: BTreeMap<String, f64>,
+    deviations: BTreeMap<String, f64>,
     level: f64,
     errors: Errors,
     train: Vec<f64>,
@@ -152,13 +155,17 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
     }
     let train = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
     let mut truth = base.clone();
-    let (mut effects, mut sizes, mut levels) = (Effects::new(), BTreeMap::new(), BTreeMap::new());
+    let (mut effects, mut sizes) = (Effects::new(), BTreeMap::new());
+    let (mut levels, mut deviations) = (BTreeMap::new(), BTreeMap::new());
     let found = sized(&mut rng, &bench, &base, &drawn, spec.target.unwrap_or(3.0), &train);
-    for (effect, (size, level)) in drawn.iter().zip(&found.each) {
+    for ((effect, (size, level)), deviation) in drawn.iter().zip(&found.each).zip(&found.deviations) {
         effect.put(&bench, &mut truth, *size, &mut effects);
         let (_, keys) = effect.parameters(&bench, &base, *size);
         sizes.insert(effect.id().to_string(), keys.iter().map(ToString::to_string).collect());
         levels.insert(effect.id().to_string(), *level);
+        // two recordings know twice as much
+        let deviation = if spec.both { deviation / 2f64.sqrt() } else { *deviation };
+        deviations.insert(effect.id().to_string(), deviation);
     }
     let level = found.level;
     let errors = match &spec.what {
@@ -168,7 +175,7 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
         _ => Errors::White,
     };
     truth.beyond.uniform_nodes = spec.what == What::Null(Null::Nodes);
-    Draw { bench, truth, effects, sizes, left_out, levels, level, errors, train, rng }
+    Draw { bench, truth, effects, sizes, left_out, levels, deviations, level, errors, train, rng }
 }
 
 /// An effect of the catalogue at `size` natural units on a bench with every sensor, its level not sought: rig file,
@@ -189,6 +196,7 @@ pub fn plain(id: &str, size: f64, seed: u64) -> Case {
         sizes: BTreeMap::new(),
         left_out: BTreeMap::new(),
         levels: BTreeMap::new(),
+        deviations: BTreeMap::new(),
         level: f64::NAN,
         errors: Errors::White,
         train,
@@ -266,6 +274,7 @@ fn finish(spec: &Spec, mut draw: Draw) -> Case {
         target: spec.target,
         level: draw.level,
         levels: draw.levels,
+        deviations: draw.deviations,
         left_out: draw.left_out,
         noise,
         parameters,

@@ -41,6 +41,8 @@ const ENLARGED: usize = 2;
 pub struct Sized {
     /// Size and level, by effect.
     pub each: Vec<(f64, f64)>,
+    /// Standard deviation of each size in a fit of the true model, as a share of it.
+    pub deviations: Vec<f64>,
     /// With every parameter, but no effect, refitted.
     pub level: f64,
 }
@@ -56,15 +58,19 @@ pub fn sized<W: World, C: Concealed<W>>(
     duty: &[f64],
 ) -> Sized {
     if drawn.is_empty() {
-        return Sized { each: Vec::new(), level: 0.0 };
+        return Sized { each: Vec::new(), deviations: Vec::new(), level: 0.0 };
     }
     let alone = Refit::new(bench, base, Vec::new(), duty);
     let targets: Vec<f64> =
         drawn.iter().map(|_| target * if drawn.len() > 1 { rng.random_range(1.1..=3.0) } else { 1.0 }).collect();
     let mut each: Vec<(f64, f64)> =
         drawn.iter().zip(&targets).map(|(effect, target)| size_for(&alone, bench, base, effect, *target)).collect();
+    let deviations = |each: &[(f64, f64)]| {
+        let there = drawn.iter().zip(each).map(|(effect, (size, _))| (effect as &dyn Concealed<W>, *size));
+        Refit::new(bench, base, there.collect(), duty).deviations_of_others()
+    };
     if let [(_, level)] = each[..] {
-        return Sized { each, level };
+        return Sized { deviations: deviations(&each), each, level };
     }
     let all = |each: &[(f64, f64)]| {
         let mut world = base.clone();
@@ -94,7 +100,7 @@ pub fn sized<W: World, C: Concealed<W>>(
         }
     }
     let level = alone.left(&all(&each), true);
-    Sized { each, level }
+    Sized { deviations: deviations(&each), each, level }
 }
 
 /// The size at which an effect leaves `target`, as near as it gets, and what it leaves.
@@ -158,4 +164,3 @@ fn size_for<W: World, C: Concealed<W>>(
     }
     (best.0, best.1)
 }
-

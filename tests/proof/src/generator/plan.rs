@@ -291,6 +291,8 @@ pub fn plan(seeds: Seeds, cases: Option<usize>) -> Vec<Spec> {
             }
         })
         .collect();
+    // what is never used in development is not in a development plan
+    specs.retain(|s| seeds == Seeds::Score || !(s.second && matches!(s.what, What::Outside(_))));
     specs.truncate(cases.unwrap_or(usize::MAX));
     specs
 }
@@ -367,10 +369,13 @@ mod tests {
     }
 
     #[test]
-    fn development_and_scoring_share_no_seed() {
+    fn development_shares_no_seed_with_scoring_and_sees_none_of_the_eight() {
         let seeds = |s: Seeds| plan(s, None).into_iter().map(|s| s.seed).collect::<Vec<_>>();
         let scored = seeds(Seeds::Score);
         assert!(seeds(Seeds::Dev).iter().all(|seed| !scored.contains(seed)));
+        for novel in &mechanisms::NOVEL {
+            assert!(!plan(Seeds::Dev, None).iter().any(|s| s.what == What::Outside(novel.name.into())));
+        }
     }
 
     #[test]

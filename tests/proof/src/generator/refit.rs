@@ -112,6 +112,14 @@ impl<'a, W: World> Refit<'a, W> {
             .collect()
     }
 
+    /// Standard deviations of the sizes of the effects that are there, as shares of them, with everything else refitted:
+    /// by Cramér and Rao, in white noise.
+    pub fn deviations_of_others(&self) -> Vec<f64> {
+        let n = self.parameters.len();
+        let unit = |i: usize| (0..n).map(|j| if i == j { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        (n - self.others.len()..n).map(|i| solve(&self.factor, unit(i))[i].max(0.0).sqrt()).collect()
+    }
+
     /// RMS over the noise, all sensors alike, of what a truth with the effect leaves after refitting without it.
     /// Infinite where the truth is no wire that could be simulated.
     pub fn left(&self, with_effect: &W, thorough: bool) -> f64 {

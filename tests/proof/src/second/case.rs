@@ -21,8 +21,7 @@ use super::world::{Hidden, Structure, World};
 /// Draws before a level is given up.
 const ATTEMPTS: u64 = 3;
 /// Another shape of the curves is what this truth is made of: naming it is no mistake.
-const CURVES: [&str; 4] =
-    ["kinetic.asymmetry", "kinetic.distributed", "kinetic.minor_loop", "kinetic.unequal_slopes"];
+const CURVES: [&str; 4] = ["kinetic.asymmetry", "kinetic.distributed", "kinetic.minor_loop", "kinetic.unequal_slopes"];
 
 impl levels::World for World {
     const LEVEL_STEP_S: f64 = 2e-3;
@@ -56,6 +55,7 @@ struct Draw {
     sizes: BTreeMap<String, Vec<String>>,
     left_out: BTreeMap<String, f64>,
     levels: BTreeMap<String, f64>,
+    deviations: BTreeMap<String, f64>,
     level: f64,
     train: Vec<f64>,
     rng: SmallRng,
@@ -150,17 +150,21 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
     let base = World { plain, structure, hidden: Hidden::default() };
     let found = sized(&mut rng, &bench, &base, &drawn, spec.target.unwrap_or(3.0), &train);
     let mut world = base.clone();
-    let (mut effects, mut sizes, mut levels) = (Effects::new(), BTreeMap::new(), BTreeMap::new());
-    for (effect, (size, level)) in drawn.iter().zip(&found.each) {
+    let (mut effects, mut sizes) = (Effects::new(), BTreeMap::new());
+    let (mut levels, mut deviations) = (BTreeMap::new(), BTreeMap::new());
+    for ((effect, (size, level)), deviation) in drawn.iter().zip(&found.each).zip(&found.deviations) {
         effect.put(&bench, &mut world, *size, &mut effects);
         sizes.insert(effect.id().to_string(), effect.sizes(&bench, &base));
         levels.insert(effect.id().to_string(), *level);
+        // two recordings know twice as much
+        let deviation = if spec.both { deviation / 2f64.sqrt() } else { *deviation };
+        deviations.insert(effect.id().to_string(), deviation);
     }
-    Draw { bench, world, effects, sizes, left_out, levels, level: found.level, train, rng }
+    Draw { bench, world, effects, sizes, left_out, levels, deviations, level: found.level, train, rng }
 }
 
 fn finish(spec: &Spec, draw: Draw) -> Case {
-    let Draw { bench, world, effects, sizes, left_out, levels, level, train, mut rng } = draw;
+    let Draw { bench, world, effects, sizes, left_out, levels, deviations, level, train, mut rng } = draw;
     let mut put = Put::new();
     let first = record(&mut rng, &bench, &world, &train, &mut put);
     let mut another = |put: &mut Put| {
@@ -184,8 +188,7 @@ fn finish(spec: &Spec, draw: Draw) -> Case {
         What::Outside(name) | What::Own(name) => ("outside", name.clone(), "unknown_physics"),
         What::Trap(trap) => ("trap", trap.words().to_string(), "none"),
     };
-    let noise =
-        put.iter().map(|(sensor, (sum, count))| (sensor.column().to_string(), (sum / count).sqrt())).collect();
+    let noise = put.iter().map(|(sensor, (sum, count))| (sensor.column().to_string(), (sum / count).sqrt())).collect();
     let parameters = PRIORS.iter().map(|(key, _)| (key.to_string(), world.plain.get(key))).collect();
     let series = ["electrical.lead_resistance", "electrical.supply_sag"];
     let same = if accept.iter().any(|id| series.contains(&id.as_str())) {
@@ -209,6 +212,7 @@ fn finish(spec: &Spec, draw: Draw) -> Case {
         target: spec.target,
         level,
         levels,
+        deviations,
         left_out,
         noise,
         parameters,

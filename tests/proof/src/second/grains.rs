@@ -58,8 +58,7 @@ impl Ranks {
         let mut one = || quantiles(shapes[rng.random_range(0..3)], rng.random_range(0.15..=0.6));
         let (heating, sorted) = (one(), one());
         // a grain that is late on heating need not be late on cooling: ranks are shuffled among near ones
-        let mut order: Vec<(f64, usize)> =
-            (0..GRAINS).map(|i| (i as f64 + rng.random_range(-8.0..=8.0), i)).collect();
+        let mut order: Vec<(f64, usize)> = (0..GRAINS).map(|i| (i as f64 + rng.random_range(-8.0..=8.0), i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut cooling = vec![0.0; GRAINS];
         for (quantile, (_, grain)) in sorted.into_iter().zip(order) {

@@ -179,11 +179,7 @@ impl Drawn {
             "thermal.latent_heat" => vec![("latent_heat_j_per_kg", size * between(0, 20e3, 26e3))],
             "thermal.draught" => {
                 let start = n.seconds * between(0, 0.12, 0.55);
-                vec![
-                    ("gain", 0.35 * size),
-                    ("start_s", start),
-                    ("end_s", start + n.seconds * between(1, 0.15, 0.35)),
-                ]
+                vec![("gain", 0.35 * size), ("start_s", start), ("end_s", start + n.seconds * between(1, 0.15, 0.35))]
             }
             "thermal.radiation" => vec![("emissivity", 0.8 * size)],
             "thermal.sheath" => vec![

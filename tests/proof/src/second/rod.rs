@@ -170,7 +170,11 @@ impl Rod {
             }
             let x = self.elongation(stress);
             let pull = self.w.plain.spring * x + self.area * stress - self.w.plain.preload;
-            if pull > 0.0 { high = stress } else { low = stress }
+            if pull > 0.0 {
+                high = stress
+            } else {
+                low = stress
+            }
             (self.stress, self.x) = (stress, x);
         }
         let theta = self.theta(self.w.plain.ambient, self.stress);
@@ -257,7 +261,11 @@ impl Rod {
                 if off.abs() < 1e-10 {
                     break;
                 }
-                if last.0 > 0.0 { high = temperature } else { low = temperature }
+                if last.0 > 0.0 {
+                    high = temperature
+                } else {
+                    low = temperature
+                }
                 let mut next = temperature - off;
                 if next <= low || next >= high {
                     next = 0.5 * (low + high);
@@ -286,8 +294,7 @@ impl Rod {
             (cog, cog_slope) = (detent * (turn * x).sin(), detent * turn * (turn * x).cos());
         }
         let t = &self.w.plain;
-        let residual =
-            mass * a + t.damping * v + t.spring * x + rub + cog + self.area * stress - t.preload;
+        let residual = mass * a + t.damping * v + t.spring * x + rub + cog + self.area * stress - t.preload;
         let stiff = 4.0 * mass / (dt * dt) + 2.0 * t.damping / dt + t.spring + rub_slope + cog_slope;
         Trial { residual, slope: stiff * by_stress + self.area, x, v, a }
     }
@@ -345,11 +352,8 @@ impl Rod {
             loss *= air::relative(t.diameter, temperature, room);
         }
         loss *= self.windy();
-        let mut heat = if h.sleeve[0] > 0.0 {
-            h.sleeve[1] * (self.sleeve - temperature)
-        } else {
-            loss * (room - temperature)
-        };
+        let mut heat =
+            if h.sleeve[0] > 0.0 { h.sleeve[1] * (self.sleeve - temperature) } else { loss * (room - temperature) };
         if h.emissivity > 0.0 {
             let (hot, cold) = (temperature + KELVIN, room + KELVIN);
             let per = h.emissivity * STEFAN_BOLTZMANN * (hot + cold) * (hot * hot + cold * cold);
@@ -413,7 +417,11 @@ impl Rod {
             if off.abs() < 0.5 || (stress == 0.0 && off > 0.0) {
                 break;
             }
-            if trial.residual > 0.0 { high = stress } else { low = stress }
+            if trial.residual > 0.0 {
+                high = stress
+            } else {
+                low = stress
+            }
             let mut next = (stress - off).max(0.0);
             if (next <= low && next > 0.0) || next >= high {
                 next = 0.5 * (low + high);
@@ -537,11 +545,7 @@ impl Rod {
         let gains = &t.beyond.gains;
         Shown {
             current,
-            volts: [
-                current * self.ohm_to(t.taps.first),
-                current * self.ohm_to(second),
-                current * inside + picked_up,
-            ],
+            volts: [current * self.ohm_to(t.taps.first), current * self.ohm_to(second), current * inside + picked_up],
             force: gains.force * force,
             position: gains.position * self.past.front().copied().unwrap_or(self.x),
         }
