@@ -26,7 +26,7 @@ pub struct Diagnosis {
     /// Where it is.
     #[serde(rename = "where")]
     pub location: Location,
-    /// The effects that are needed, in order of weight.
+    /// The effects that are needed: those borne out first, the larger share first.
     pub effects: Vec<FoundEffect>,
     /// Share of what was wrong with the rig file as given that its parameters account for, tolerances included; the effects
     /// have the rest.

@@ -364,7 +364,7 @@ impl Run {
             }
             first = group.end;
         }
-        thin
+        thin.among(&self.time_s, &self.around)
     }
 
     /// How many samples of one sensor a part has.

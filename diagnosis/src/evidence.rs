@@ -1,5 +1,6 @@
 //! Why every effect that was found is believed: what the evidence falls by without it, and how others do in its place.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
@@ -88,7 +89,9 @@ pub(crate) fn judge(
             alternatives,
         });
     }
-    found.effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+    // what is borne out comes first: a share says nothing of that
+    let weight = |effect: &FoundEffect| (effect.grade != Grade::Suspected, effect.share);
+    found.effects.sort_by(|a, b| weight(b).partial_cmp(&weight(a)).unwrap_or(Ordering::Equal));
     found.effects.extend(next_in_line(data, selection));
     found
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use sinew_diagnosis::{Diagnosis, Settings, diagnose};
 use sinew_recording::{Options, Recording};
-use sinew_rig::Rig;
+use sinew_rig::{Catalogue, Rig};
 
 use crate::generator::case::Answer;
 use crate::holdout;
@@ -53,10 +53,18 @@ pub fn diagnose_case(folder: &Path, threads: usize) -> Result<Reported, Box<dyn 
 }
 
 fn reach(folder: &Path, threads: usize) -> Result<(Diagnosis, Rig), String> {
-    let rig = Rig::load(&folder.join("rig.toml")).map_err(|e| e.to_string())?;
-    let train = read(&rig, &folder.join("train.csv.gz")).map_err(|e| e.to_string())?;
+    let laws = folder.join("laws.toml");
+    let laws = if laws.exists() { Catalogue::load(&laws).map_err(|e| e.to_string())? } else { Catalogue::default() };
+    let rig = Rig::load_with(&folder.join("rig.toml"), &laws).map_err(|e| e.to_string())?;
+    let mut recordings = Vec::new();
+    for name in ["train.csv.gz", "beside.csv.gz"] {
+        let path = folder.join(name);
+        if path.exists() {
+            recordings.push(read(&rig, &path).map_err(|e| e.to_string())?);
+        }
+    }
     let settings = Settings { seed: DIAGNOSIS_SEED, jobs: threads, progress: &|_, _| {} };
-    let outcome = diagnose(&rig, 0, &[train], &[], &settings).map_err(|e| e.to_string())?;
+    let outcome = diagnose(&rig, 0, &recordings, &[], &settings).map_err(|e| e.to_string())?;
     Ok((outcome.diagnosis, outcome.improved))
 }
 

@@ -5,15 +5,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use crate::generator::plan::Seeds;
+use crate::frozen::Hashes;
 use crate::score::{Cost, Judged, Level, Share, confusion, figures};
+use crate::second::mechanisms::NOVEL;
 
-/// Between these the page belongs to whoever writes of real recordings.
-const REAL_BEGIN: &str = "<!-- real recordings: begin -->";
-const REAL_END: &str = "<!-- real recordings: end -->";
+/// Between these the page belongs to others: to whoever writes of real recordings, and to `compare.py`.
+const KEPT: [[&str; 2]; 2] = [
+    ["<!-- real recordings: begin -->", "<!-- real recordings: end -->"],
+    ["<!-- comparison: begin -->", "<!-- comparison: end -->"],
+];
 
 /// Reasons for what is not reached, in words of a person; may be empty.
 const NOTES: &str = include_str!("../notes.md");
+
+/// Causes of failures, in words of a person: a line `NAME: cause` each.
+const CAUSES: &str = include_str!("../causes.txt");
 
 /// A percentage with its interval.
 fn percent(share: &Share) -> String {
@@ -42,12 +48,15 @@ fn line(text: &mut String, what: &str, target: &str, found: &str, met: &str) {
     let _ = writeln!(text, "| {what} | {target} | {found} | {met} |");
 }
 
-/// The page. `before` is what it was until now; `notes` are the reasons for what is not reached.
-pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
+/// The page. `hashes` are those of the committed plan, none for development seeds; `before` is what the page was until now.
+pub fn page(all: &[Judged], hashes: Option<&Hashes>, before: &str) -> String {
     let mut text = String::new();
-    let seeds_words = match seeds {
-        Seeds::Dev => "**development** seeds: not what is to be believed",
-        Seeds::Score => "scoring seeds, which were never used to tune anything",
+    let seeds_words = match hashes {
+        None => "**development** seeds: not what is to be believed".to_string(),
+        Some(Hashes { plan, generators }) => format!(
+            "scoring seeds, which were never used to tune anything (plan sha256 {plan}, generators sha256 {generators}, \
+             committed in `tests/proof/plan.csv` before the first scored run)"
+        ),
     };
     let _ = writeln!(
         text,
@@ -57,6 +66,10 @@ pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
         all.len()
     );
     text.push_str(METHOD);
+    text.push_str("\n| never used in development | equation | found in |\n|---|---|---|\n");
+    for novel in &NOVEL {
+        let _ = writeln!(text, "| {} | {} | {} |", novel.name, novel.equation, novel.equations.join(", "));
+    }
     text.push_str("\n## Figures\n\n");
     table(&mut text, all);
     if !NOTES.trim().is_empty() {
@@ -68,6 +81,8 @@ pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
     matrix(&mut text, all);
     text.push_str("\n## Pairs and triples\n\n");
     several(&mut text, all);
+    text.push_str("\n## Too faint\n\n");
+    faint(&mut text, all);
     text.push_str("\n## Traps\n\n");
     traps(&mut text, all);
     text.push_str("\n## Every failure\n\n");
@@ -76,38 +91,45 @@ pub fn page(all: &[Judged], seeds: Seeds, before: &str) -> String {
     text
 }
 
-/// The section on real recordings as it stands.
-fn kept(before: &str) -> &str {
-    let empty = "<!-- real recordings: begin -->\n<!-- real recordings: end -->";
-    match (before.find(REAL_BEGIN), before.find(REAL_END)) {
-        (Some(from), Some(to)) if to > from => &before[from..to + REAL_END.len()],
-        _ => empty,
-    }
+/// The sections that others write, as they stand.
+fn kept(before: &str) -> String {
+    let sections = KEPT.map(|[begin, end]| match (before.find(begin), before.find(end)) {
+        (Some(from), Some(to)) if to > from => before[from..to + end.len()].to_string(),
+        _ => format!("{begin}\n{end}"),
+    });
+    sections.join("\n\n")
 }
 
 const METHOD: &str = "\
 ## How the cases are made
 
-The generator (`tests/proof/src/generator/`) shares no code with the simulator that the diagnosis fits with; a test keeps it so. \
-Its load moves by leapfrog, its heat and phase by Heun's method in steps of 0.1 ms, its hysteresis is a rate law with \
-energy-conserving projection onto the outer curves, its cold ends are a row of cells. It meets the reference trajectories to \
-0.03 % of their range, and at the true parameters and effects the project's simulator leaves chi 1.00 of its recordings (both \
-are tests).
+Two generators, neither of which shares code with the simulator that the diagnosis fits with; a test keeps it so.
+
+1. **The same physics, computed otherwise** (`tests/proof/src/generator/`). The load moves by leapfrog, heat and phase by Heun's method \
+in steps of 0.1 ms, hysteresis is a rate law with energy-conserving projection onto the outer curves, cold ends are a row of cells. It \
+meets the reference trajectories to 0.03 % of their range, and at the true parameters and effects the project's simulator leaves chi 1.00 \
+of its recordings (both are tests).
+2. **Another structure** (`tests/proof/src/second/`). The phase is an ensemble of 40 plays between ramps with temperatures from no closed \
+form (Preisach: wiping-out and congruency are tests), heat goes by enthalpy and balances to rounding, friction is a bristle, a hanging \
+mass has its pulley's inertia. In half of the cases loss follows Churchill and Chu's correlation, ends are cold or the spring is guided with friction. Converters average over the \
+on-phase, amplifiers have a slow part, the encoder has lines. Steady temperatures, cold ends, swings and the first law are met in closed form (tests). What \
+such a truth holds anyway (other shapes of the curves, cold ends, a loss that rises with temperature, a guide's friction) is neither right nor wrong where it is named.
 
 - **Benches** differ in wire (0.1–0.38 mm, 100–400 mm), alloy, load (hanging mass, stiff spring, soft spring), supply, taps, \
-sensors (all; position and resistance; position and force; resistance; position) and noise. The true parameters are drawn \
-from the priors of the rig file, cut at 2 σ, and so is what the rig file states as known: diameter (1 σ of 1 %), length (0.5 %), \
-taps (0.7 %), supply (0.4 %), shunt (2 %), mass and preload (1.5 %), spring (3 %), and the gains of load cell and encoder (1 %). \
-Recordings are 30–60 s at 100 Hz under random stairs, ramps, full and partial \
-loops; some are 90 s at 200 Hz. The diagnosis sees one recording; a second one under another programme only judges it.
-- **Level** of an effect: what is left of it, RMS over the noise over all sensors, once every uncertain parameter has been \
-refitted within its prior by the generator's own least squares. Effects are sized to leave 1, 3 or 10, within what rigs show; \
+sensors (all; position and resistance; position and force; resistance; position) and noise; every fifth is *unlike development*: 0.05, 0.076 or 0.45 mm, 50–80 mm or 0.6–1.1 m, \
+45–80 or 210–280 MPa. The true parameters are drawn from the priors of the rig file, cut at 2 σ, and so is what the rig file states as known: \
+diameter (1 σ of 1 %), length (0.5 %), taps (0.7 %), supply (0.4 %), shunt (2 %), mass and preload (1.5 %), spring (3 %), and the gains of \
+load cell and encoder (1 %). Recordings are 30–60 s at 100 Hz under random stairs, ramps, full and partial loops; some are 90 s at 200 Hz. \
+The diagnosis sees one recording or, in every other case, two under different programmes; one more only judges it.
+- **Level** of an effect: what remains of it, RMS over the noise over all sensors, once every uncertain parameter and constant and the sizes of all *other* concealed \
+effects have been refitted by the generator's own least squares. Effects are sized to leave 1, 3 or 10, within what rigs show; \
 where that cannot be reached, the level reached is the one that counts. A level between 0.5 and 1.7 is counted as 1×, up to \
-5.5 as 3×, beyond as 10×. What leaves less than half the noise is hidden and counted nowhere but below. Pairs and triples count where \
-each member leaves 3× by itself, what is outside the catalogue where it leaves 3× and more; the tables list all.
+5.5 as 3×, beyond as 10×. What leaves less than half the noise is too faint, listed, and counted in no figure. Pairs and triples count where \
+each member leaves 3×, what is outside the catalogue where it leaves 3× and more; the tables list all.
 - **Nulls**: parameters off, the rig file exactly right, coloured noise (lag-one correlation 0.3–0.9), a coarse converter, \
-missing samples, and a uniform wire computed with axial nodes.
-- **Outside the catalogue**: thirteen mechanisms that no effect of the catalogue is.
+missing samples, a uniform wire computed with axial nodes, and two kinds of the second truth.
+- **Outside the catalogue**: thirteen mechanisms of the first generator, and eight of the second that were never used in development. \
+Four of the thirteen come once more as candidates in a laboratory's own file of laws, beside three that are not there.
 - `thermal.neighbour` is not concealed: a recording of one channel does not hold the other wire's temperature. \
 `electrical.supply_sag` and `electrical.lead_resistance` are the same circuit where the supply is recorded ahead of its \
 own resistance, so either name is right.
@@ -119,56 +141,62 @@ fn table(text: &mut String, all: &[Judged]) {
     text.push_str("| | target | found | reached |\n|---|---|---|---|\n");
     let at_least = |share: &Share, target: f64| met(share.value() >= target, share.of > 0);
     let at_most = |share: &Share, target: f64| met(share.value() <= target, share.of > 0);
-    line(text, "false alarms on nulls", "≤ 5 %", &percent(&f.false_alarms), at_most(&f.false_alarms, 0.05));
-    for (level, target) in [(Level::Three, 0.8), (Level::Ten, 0.98)] {
-        let share = &f.detected[&level];
-        let what = format!("detected, {} the noise left after refitting", level.words());
-        line(text, &what, &format!("{:.0} %", 100.0 * target), &percent(share), at_least(share, target));
-    }
-    line(text, "right equation (3× and 10×)", "90 %", &percent(&f.equation), at_least(&f.equation, 0.9));
-    line(text, "right effect first (3× and 10×)", "80 %", &percent(&f.first), at_least(&f.first, 0.8));
-    let what = "right effect named, or in its declared class (3× and 10×)";
-    line(text, what, "95 %", &percent(&f.named), at_least(&f.named, 0.95));
-    line(text, "pairs: both named", "60 %", &percent(&f.pairs), at_least(&f.pairs, 0.6));
+    let mut least = |what: &str, share: &Share, target: f64| {
+        line(text, what, &format!("≥ {:.0} %", 100.0 * target), &percent(share), at_least(share, target));
+    };
+    least("3× and 10×: right effect named, or in its declared class", &f.named, 0.97);
+    least("3× and 10×: right equation", &f.equation, 0.97);
+    least("3×: missing physics reported", &f.detected[&Level::Three], 0.95);
+    least("3×: right effect first", &f.first_by_level[&Level::Three], 0.88);
+    least("pairs: both named", &f.pairs, 0.9);
+    least("triples: all named", &f.triples, 0.65);
+    least("outside the catalogue: said, no false effect of a share above 0.1", &f.outside_said, 0.9);
+    least("outside the catalogue: right equation", &f.outside_equation, 0.85);
+    least("second truth, 3× and 10×: right effect first", &f.second_first, 0.8);
+    least("second truth, nulls: nothing named, and curves remain", &f.second_nulls, 0.8);
+    least("precision of \"unknown\"", &f.unknown_precision, 0.9);
+    least("laws of the laboratory's own, 3× and 10×: named first", &f.own, 0.9);
+    let mut most = |what: &str, share: &Share, target: f64| {
+        line(text, what, &format!("≤ {:.0} %", 100.0 * target), &percent(share), at_most(share, target));
+    };
+    most("false alarms on nulls", &f.false_alarms, 0.03);
+    most("nulls on which something is suspected", &f.suspected, 0.1);
+    most("spurious effects beside right ones", &f.spurious, 0.03);
+    let wrong = "outside the catalogue: wrong name that does not predict the second recording either";
+    most(wrong, &f.outside_wrong, 0.08);
     line(text, "pairs: both named or in a declared class", "", &percent(&f.pairs_in_class), "");
-    line(text, "triples: members named", "", &percent(&f.triples), "");
-    let said = &f.outside_said;
-    line(text, "outside the catalogue: reported", "80 %", &percent(said), at_least(said, 0.8));
-    let wrong = &f.outside_wrong;
-    line(text, "outside the catalogue: given a wrong name", "≤ 10 %", &percent(wrong), at_most(wrong, 0.1));
-    let alike = "of the wrong names: the second recording is predicted to within its noise all the same";
+    line(text, "triples: members named", "", &percent(&f.triple_members), "");
+    let alike = "of false names: the second recording is predicted to within its noise all the same";
     line(text, alike, "", &percent(&f.outside_alike), "");
-    line(text, "outside the catalogue: right equation", "", &percent(&f.outside_equation), "");
+    let outside = f.outside_held_median;
+    let reached = met(outside <= 1.5, f.outside_said.of > 0);
+    let what = "chi on the recording kept back, outside the catalogue, time-driven ones apart: median";
+    line(text, what, "≤ 1.5", &number(outside, 2), reached);
     let reached = met(f.held_median <= 1.15, f.held_good.of > 0);
     let held = format!("{}; at most 1.15 in {}", number(f.held_median, 2), percent(&f.held_good));
-    line(text, "chi on the second recording, catalogue cases: median", "≤ 1.15", &held, reached);
+    line(text, "chi on the recording kept back, catalogue cases: median", "≤ 1.15", &held, reached);
     let error = f.sizes.median_error;
     let found = format!("{} %", number(100.0 * error, 1));
-    line(text, "effect's size: median error", "15 %", &found, met(error <= 0.15, error.is_finite()));
+    line(text, "effect's size: median error", "≤ 15 %", &found, met(error <= 0.15, error.is_finite()));
     let covered = &f.sizes.covered;
-    let is = (0.85..=0.95).contains(&covered.value());
-    line(
-        text,
-        "effect's size: 90 % intervals that hold the truth",
-        "85–95 %",
-        &percent(covered),
-        met(is, covered.of > 0),
-    );
+    let is = (0.87..=0.93).contains(&covered.value());
+    let what = "effect's size: 90 % intervals that hold the truth";
+    line(text, what, "87–93 %", &percent(covered), met(is, covered.of > 0));
+    let width = f.sizes.median_width;
+    let found = format!("{}×", number(width, 2));
+    let what = "effect's size: median width of the interval, over the true model's";
+    line(text, what, "≤ 2×", &found, met(width <= 2.0, width.is_finite()));
     line(text, "parameters on nulls: 90 % intervals that hold the truth", "", &percent(&f.parameters), "");
-    let long = f.long;
-    let time = format!("{} s, longest {} s ({} cases)", number(long.median_s, 0), number(long.most_s, 0), long.of);
-    line(
-        text,
-        "time, 90 s at 200 Hz, 2 threads: median and longest",
-        "≤ 60 s",
-        &time,
-        met(long.most_s <= 60.0, long.of > 0),
-    );
-    let most = long.most_mib.max(f.short.most_mib);
-    line(text, "memory: largest", "≤ 1 GiB", &format!("{} MiB", number(most, 0)), met(most <= 1024.0, true));
-    let Cost { median_s, most_s, of, .. } = f.short;
-    let time = format!("{} s, longest {} s ({of} cases)", number(median_s, 0), number(most_s, 0));
-    line(text, "time, 30–60 s at 100 Hz, 1 thread: median and longest", "", &time, "");
+    for (cost, what) in [(f.long, "90 s at 200 Hz, 2 threads"), (f.short, "30–60 s at 100 Hz, 1 thread")] {
+        let Cost { median_s, p95_s, most_s, of, .. } = cost;
+        let [middle, high, longest] = [median_s, p95_s, most_s].map(|s| number(s, 1));
+        let found = format!("{middle} / {high} / {longest} s ({of} cases)");
+        let is = median_s <= 3.0 && p95_s <= 10.0 && most_s <= 30.0;
+        let what = format!("time: median / 95 % / longest, {what}");
+        line(text, &what, "3 / 10 / 30 s", &found, met(is, of > 0));
+    }
+    let most = f.long.most_mib.max(f.short.most_mib);
+    line(text, "memory: largest", "≤ 300 MB", &format!("{} MiB", number(most, 0)), met(most <= 286.0, true));
     line(text, "traps refused, or warned of and left alone", "", &percent(&f.traps), "");
     line(text, "runs without an answer where one was due", "", &f.no_answer.to_string(), "");
 }
@@ -190,9 +218,8 @@ fn levels(text: &mut String, all: &[Judged]) {
     for j in all.iter().filter(|j| j.answer.group == "outside") {
         let equation = j.reported.equation.as_deref().unwrap_or("–");
         let right = if j.equation_right() { "" } else { " (wrong)" };
-        let unknown =
-            if j.reported.reports_unknown() && j.reported.first() != "unknown" { ", and unknown" } else { "" };
-        let first = j.reported.first();
+        let unknown = if j.reported.reports_unknown() && j.first() != "unknown" { ", and unknown" } else { "" };
+        let first = j.first();
         let held = number(j.reported.held.unwrap_or(f64::NAN), 2);
         let (kind, level) = (&j.answer.kind, j.answer.level);
         let _ = writeln!(text, "| {kind} | {level:.1} | {first}{unknown} | {equation}{right} | {held} |");
@@ -245,6 +272,19 @@ fn several(text: &mut String, all: &[Judged]) {
     }
 }
 
+/// What refitting hides: counted nowhere.
+fn faint(text: &mut String, all: &[Judged]) {
+    text.push_str("Less than half the noise is left of these: they count in no figure.\n\n");
+    text.push_str("| case | concealed | level meant | level left |\n|---|---|---|---|\n");
+    for j in all {
+        let a = &j.answer;
+        let Some(target) = a.target else { continue };
+        for (id, level) in a.levels.iter().filter(|(_, level)| Level::of(**level) == Level::Hidden) {
+            let _ = writeln!(text, "| {} | {id} | {target:.0} | {level:.2} |", a.name);
+        }
+    }
+}
+
 fn traps(text: &mut String, all: &[Judged]) {
     text.push_str("| trap | reported | right |\n|---|---|---|\n");
     for j in all.iter().filter(|j| j.answer.group == "trap") {
@@ -281,6 +321,11 @@ fn everything_said(j: &Judged) -> String {
     }
 }
 
+/// What a person found to be the cause of a failure; empty where nobody looked.
+fn cause(name: &str) -> &'static str {
+    CAUSES.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(": ")).unwrap_or_default()
+}
+
 fn failures(text: &mut String, all: &[Judged]) {
     let wrong: Vec<&Judged> = all.iter().filter(|j| !j.right() && j.answer.group != "trap").collect();
     let _ = writeln!(
@@ -290,8 +335,8 @@ fn failures(text: &mut String, all: &[Judged]) {
         wrong.len(),
         all.len()
     );
-    text.push_str("| case | seed | concealed | level | reported | reported as alike | chi on the second recording |\n");
-    text.push_str("|---|---|---|---|---|---|---|\n");
+    text.push_str("| case | seed | concealed | level | what went wrong | reported | reported as alike | chi, kept back | cause |\n");
+    text.push_str("|---|---|---|---|---|---|---|---|---|\n");
     for j in wrong {
         let class: BTreeSet<&str> =
             j.reported.effects.iter().flat_map(|e| e.class.iter().map(String::as_str)).collect();
@@ -303,12 +348,14 @@ fn failures(text: &mut String, all: &[Judged]) {
         let said = everything_said(j);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {:.1} | {said}{trouble} | {} | {held} |",
+            "| {} | {} | {} | {:.1} | {} | {said}{trouble} | {} | {held} | {} |",
             a.name,
             a.seed,
             a.kind,
             a.level,
-            class.join(", ")
+            j.failure().unwrap_or_default(),
+            class.join(", "),
+            cause(&a.name)
         );
     }
 }
@@ -318,6 +365,10 @@ mod tests {
     use super::*;
     use crate::reported::Reported;
     use crate::score::tests::{made_up, names, says};
+
+    fn hashes() -> Hashes {
+        Hashes { plan: "ab".into(), generators: "cd".into() }
+    }
 
     fn cases() -> Vec<Judged> {
         vec![
@@ -331,12 +382,13 @@ mod tests {
 
     #[test]
     fn every_part_is_there_and_every_failure_is_listed() {
-        let page = page(&cases(), Seeds::Dev, "");
+        let page = page(&cases(), None, "");
         for part in ["## Figures", "## Confusion matrix", "## Pairs and triples", "## Traps", "## Every failure"] {
             assert!(page.contains(part), "{part}");
         }
         let failures = page.split("## Every failure").nth(1).expect("the list");
-        assert!(failures.contains("kinetic.lag | 3.1 | kinetic.minor_loop | kinetic.lag"), "{failures}");
+        let row = "kinetic.lag | 3.1 | in the declared class, another first | kinetic.minor_loop | kinetic.lag";
+        assert!(failures.contains(row), "{failures}");
         assert_eq!(failures.matches("d001").count(), 2);
         assert!(!page.contains("/tmp/"), "a path of this machine");
         assert!(page.contains("refused: train.csv.gz: line 3 / too short"));
@@ -345,10 +397,11 @@ mod tests {
 
     #[test]
     fn what_others_wrote_is_kept() {
-        let real = format!("{REAL_BEGIN}\n## Real recordings\nas found\n{REAL_END}");
-        let page = page(&cases(), Seeds::Score, &format!("# Old\n{real}\nrest"));
+        let [[begin, end], [first, last]] = KEPT;
+        let real = format!("{begin}\n## Real recordings\nas found\n{end}\n\n{first}\nothers\n{last}");
+        let page = page(&cases(), Some(&hashes()), &format!("# Old\n{real}\nrest"));
         assert!(page.contains(&real) && !page.contains("# Old") && !page.contains("rest"));
-        let again = super::page(&[], Seeds::Score, &page);
+        let again = super::page(&[], Some(&hashes()), &page);
         assert!(again.contains(&real));
     }
 

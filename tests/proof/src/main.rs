@@ -3,23 +3,28 @@
 
 mod diagnose_case;
 mod document;
+mod frozen;
 mod generator;
 mod holdout;
+mod made;
 mod order;
 mod reported;
 mod run;
 mod score;
+mod second;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 use rayon::prelude::*;
 
 use generator::plan::{self, Seeds, Spec};
 use run::Failure;
+use score::Judged;
 
 /// Concealed cases, and how the diagnosis does on them.
 #[derive(Debug, Parser)]
@@ -55,9 +60,12 @@ struct Which {
     /// Only cases whose name or content has this in it
     #[arg(long, global = true)]
     only: Option<String>,
-    /// Cases at once
-    #[arg(long, global = true, default_value_t = 2)]
+    /// Cases at once; the long ones always run one after the other, on two threads
+    #[arg(long, global = true, default_value_t = 1)]
     jobs: usize,
+    /// Seconds after which a diagnosis is ended and counts as none
+    #[arg(long, global = true, default_value_t = 300)]
+    limit: u64,
 }
 
 #[derive(Debug, Subcommand)]
@@ -70,6 +78,14 @@ enum Command {
     },
     /// Whether an answer depends on the order of the recordings, the blocks kept back or the number of threads
     Order(order::Order),
+    /// Write the plan of a scoring run with its hash and that of the generators, to be committed before anything is scored
+    Plan,
+    /// Write the page from what earlier runs left in a folder, running nothing
+    Document {
+        /// Folder of the cases
+        #[arg(long)]
+        out: PathBuf,
+    },
     /// Diagnose the case in one folder; every case is run so, in a process of its own
     #[command(hide = true)]
     One {
@@ -110,6 +126,8 @@ fn main() -> ExitCode {
             diagnose_case::diagnose_case(folder, *threads).map(|_| ()).map_err(|error| error.to_string().into())
         }
         Some(Command::Order(order)) => order.run(),
+        Some(Command::Plan) => frozen::write().map(|path| println!("{}", path.display())),
+        Some(Command::Document { out }) => document(&arguments, out),
         None => proof(&arguments),
     };
     match done {
@@ -127,7 +145,7 @@ fn generate(which: &Which, out: &Path) -> Result<(), Failure> {
     let done = AtomicUsize::new(0);
     pool.install(|| {
         specs.par_iter().with_max_len(1).try_for_each(|spec| {
-            let case = generator::case::make(spec);
+            let case = made::make(spec);
             case.write(&out.join(&spec.name))?;
             let a = &case.answer;
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);
@@ -143,19 +161,41 @@ fn proof(arguments: &Arguments) -> Result<(), Failure> {
     if specs.is_empty() {
         return Err("there is no such case in the plan".into());
     }
+    if which.seeds() == Seeds::Score {
+        frozen::check()?;
+    }
     let temporary = tempfile::tempdir()?;
     let out = arguments.out.as_deref().unwrap_or(temporary.path());
-    let judged = run::run(&specs, out, which.jobs, arguments.resume)?;
+    let judged = run::run(&specs, out, which.jobs, arguments.resume, Duration::from_secs(which.limit))?;
+    page(arguments, &judged, out)
+}
+
+fn document(arguments: &Arguments, out: &Path) -> Result<(), Failure> {
+    let specs = arguments.which.specs();
+    if arguments.which.seeds() == Seeds::Score {
+        frozen::check()?;
+    }
+    let judged = run::left_behind(&specs, out)?;
+    if judged.len() < specs.len() {
+        eprintln!("{} of {} cases have been diagnosed", judged.len(), specs.len());
+    }
+    page(arguments, &judged, out)
+}
+
+/// Writes `score.json` beside the cases, and the page.
+fn page(arguments: &Arguments, judged: &[Judged], out: &Path) -> Result<(), Failure> {
+    let which = &arguments.which;
     let figures = serde_json::json!({
-        "figures": score::figures(&judged),
-        "confusion": score::confusion(&judged),
+        "figures": score::figures(judged),
+        "confusion": score::confusion(judged),
         "cases": judged.iter().map(|j| serde_json::json!({ "answer": j.answer, "said": j.reported })).collect::<Vec<_>>(),
     });
     fs::write(out.join("score.json"), serde_json::to_string_pretty(&figures)? + "\n")?;
     let full = which.is_full() && which.seeds() == Seeds::Score;
     let docs = arguments.docs.clone().or_else(|| full.then(|| PathBuf::from("docs/proof.md")));
     let before = docs.as_ref().and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default();
-    let page = document::page(&judged, which.seeds(), &before);
+    let hashes = if which.seeds() == Seeds::Score { Some(frozen::check()?) } else { None };
+    let page = document::page(judged, hashes.as_ref(), &before);
     match docs {
         Some(path) => fs::write(path, page)?,
         None => print!("{page}"),

@@ -12,6 +12,8 @@ pub struct Named {
     pub id: String,
     /// What it is reported not to be distinguishable from.
     pub class: Vec<String>,
+    /// Its share of what was wrong.
+    pub share: f64,
     /// Value and ends of the 90 % interval of its parameters, by key.
     pub sizes: BTreeMap<String, [f64; 3]>,
 }
@@ -34,6 +36,10 @@ pub struct Reported {
     pub trouble: String,
     /// Effects, in its order.
     pub effects: Vec<Named>,
+    /// Effects that are only suspected.
+    pub suspected: Vec<String>,
+    /// What it says that what remains looks like.
+    pub remains: String,
     /// The equation it blames.
     pub equation: Option<String>,
     /// Whether it gives a closed form for what is outside its catalogue.
@@ -52,6 +58,10 @@ pub struct Reported {
     pub took: Took,
 }
 
+fn of_grade(diagnosis: &Diagnosis, grade: Grade) -> Vec<String> {
+    diagnosis.effects.iter().filter(|e| e.grade == grade).map(|e| e.id.clone()).collect()
+}
+
 impl Reported {
     /// The scored part of a diagnosis.
     pub fn of(diagnosis: &Diagnosis) -> Reported {
@@ -63,12 +73,15 @@ impl Reported {
             .map(|effect| Named {
                 id: effect.id.clone(),
                 class: effect.cannot_be_told_apart_from.clone(),
+                share: effect.share,
                 sizes: effect.parameters.iter().map(|(key, p)| (key.clone(), [p.value, p.low, p.high])).collect(),
             })
             .collect();
         Reported {
             verdict: Some(diagnosis.verdict.name().to_string()),
             effects,
+            suspected: of_grade(diagnosis, Grade::Suspected),
+            remains: diagnosis.remains.looks_like.says().to_string(),
             equation: diagnosis.location.equation.clone(),
             unknown: diagnosis.unknown.is_some(),
             chi: [diagnosis.left.chi, diagnosis.left.chi_improved],
@@ -84,23 +97,8 @@ impl Reported {
         Reported { trouble: why.to_string(), ..Reported::default() }
     }
 
-    /// Whether it reports that physics is missing, in its catalogue or not.
-    pub fn alarms(&self) -> bool {
-        matches!(self.verdict.as_deref(), Some("physics_missing" | "unknown_physics"))
-    }
-
     /// Whether it reports that something is missing that its catalogue does not have.
     pub fn reports_unknown(&self) -> bool {
         self.verdict.as_deref() == Some("unknown_physics") || self.unknown
-    }
-
-    /// What it reports first: an effect's id, or `nothing`, `unknown`, `no answer`.
-    pub fn first(&self) -> &str {
-        match self.verdict.as_deref() {
-            None => "no answer",
-            Some("agrees" | "parameters_off") => "nothing",
-            Some("unknown_physics") => "unknown",
-            Some(_) => self.effects.first().map_or("unknown", |effect| &effect.id),
-        }
     }
 }

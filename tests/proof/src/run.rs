@@ -9,13 +9,12 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::generator::case::{Answer, make};
+use crate::generator::case::Answer;
 use crate::generator::plan::Spec;
+use crate::made::make;
 use crate::reported::Reported;
 use crate::score::{CRASHED, Judged, figures, judged};
 
-/// A diagnosis that takes longer is ended, and counts as none.
-const PATIENCE: Duration = Duration::from_secs(1200);
 /// Cores of the long cases, which are timed.
 const LONG_THREADS: usize = 2;
 
@@ -23,15 +22,16 @@ const LONG_THREADS: usize = 2;
 pub type Failure = Box<dyn Error + Send + Sync>;
 
 /// Makes and diagnoses every case of `specs` in folders under `out`, `jobs` at once on one thread each; the long ones
-/// afterwards, one at a time on two. With `resume`, what has been reported already is taken as it is.
+/// afterwards, one at a time on two. A diagnosis that takes longer than `limit` is ended, and counts as none. Every
+/// answer is written at once; with `resume`, what has been reported already is taken as it is.
 ///
 /// # Errors
 /// What kept a case from being made or judged; a diagnosis that fails is a case like any other.
-pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool) -> Result<Vec<Judged>, Failure> {
+pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool, limit: Duration) -> Result<Vec<Judged>, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build()?;
     let done = Mutex::new(Vec::new());
     let all = |spec: &Spec, threads: usize| -> Result<(), Failure> {
-        let case = judge(spec, &out.join(&spec.name), threads, resume)?;
+        let case = judge(spec, &out.join(&spec.name), threads, resume, limit)?;
         let mut done = done.lock().map_err(|_| "another case failed")?;
         done.push(case);
         report(&done, specs.len());
@@ -46,28 +46,58 @@ pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool) -> Result<Vec<
     Ok(judged)
 }
 
-fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool) -> Result<Judged, Failure> {
+fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Duration) -> Result<Judged, Failure> {
     let said_file = folder.join("said.json");
-    if resume && said_file.exists() {
-        let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
-        if answer.seed == spec.seed {
-            return Ok(judged(spec, answer, serde_json::from_slice(&fs::read(said_file)?)?));
-        }
+    if resume && let Some(case) = reported(spec, folder)? {
+        return Ok(case);
     }
     let case = make(spec);
     case.write(folder)?;
     if said_file.exists() {
         fs::remove_file(&said_file)?;
     }
-    let reported = match diagnosed(folder, threads) {
+    let reported = match diagnosed(folder, threads, limit) {
         Ok(()) => serde_json::from_slice(&fs::read(said_file)?)?,
-        Err(why) => Reported::refused(&format!("{CRASHED}: {why}")),
+        Err((why, seconds)) => {
+            let mut none = Reported::refused(&format!("{CRASHED}: {why}"));
+            none.took.seconds = seconds;
+            fs::write(said_file, serde_json::to_string_pretty(&none)? + "\n")?;
+            none
+        }
     };
     Ok(judged(spec, case.answer, reported))
 }
 
+/// What an earlier run reported on this very case.
+fn reported(spec: &Spec, folder: &Path) -> Result<Option<Judged>, Failure> {
+    let said = folder.join("said.json");
+    if !said.exists() {
+        return Ok(None);
+    }
+    let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
+    if answer.seed != spec.seed || answer.generator != 1 + u8::from(spec.second) {
+        return Ok(None);
+    }
+    Ok(Some(judged(spec, answer, serde_json::from_slice(&fs::read(said)?)?)))
+}
+
+/// What earlier runs left in folders under `out`, of these cases.
+///
+/// # Errors
+/// A file that is there and cannot be read.
+pub fn left_behind(specs: &[Spec], out: &Path) -> Result<Vec<Judged>, Failure> {
+    let all: Result<Vec<_>, Failure> = specs.iter().map(|spec| reported(spec, &out.join(&spec.name))).collect();
+    Ok(all?.into_iter().flatten().collect())
+}
+
 /// Runs this program again for the one case.
-fn diagnosed(folder: &Path, threads: usize) -> Result<(), String> {
+fn diagnosed(folder: &Path, threads: usize, limit: Duration) -> Result<(), (String, f64)> {
+    let started = Instant::now();
+    ended(folder, threads, limit).map_err(|why| (why, started.elapsed().as_secs_f64()))
+}
+
+/// Runs it and waits, at most for `limit`.
+fn ended(folder: &Path, threads: usize, limit: Duration) -> Result<(), String> {
     let program = std::env::current_exe().map_err(|e| e.to_string())?;
     let mut command = Command::new(program);
     command.arg("one").arg(folder).arg("--threads").arg(threads.to_string());
@@ -79,10 +109,10 @@ fn diagnosed(folder: &Path, threads: usize) -> Result<(), String> {
         match child.try_wait().map_err(|e| e.to_string())? {
             Some(status) if status.success() => return Ok(()),
             Some(status) => return Err(status.to_string()),
-            None if started.elapsed() > PATIENCE => {
+            None if started.elapsed() > limit => {
                 child.kill().map_err(|e| e.to_string())?;
                 child.wait().map_err(|e| e.to_string())?;
-                return Err(format!("stopped after {} s", PATIENCE.as_secs()));
+                return Err(format!("stopped after {} s", limit.as_secs()));
             }
             None => std::thread::sleep(Duration::from_millis(30)),
         }
@@ -101,7 +131,7 @@ fn report(done: &[Judged], of: usize) {
         if last.right() { "right" } else { "WRONG" },
         last.answer.kind,
         last.answer.level,
-        last.reported.first(),
+        last.first(),
         last.reported.took.seconds,
         f.false_alarms.count,
         f.false_alarms.of,

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::generator::case::Answer;
 use crate::generator::plan::Spec;
-use crate::reported::Reported;
+use crate::reported::{Named, Reported};
 
 /// A case with what was reported on it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,8 @@ pub struct Share {
     pub high: f64,
 }
 
+/// An effect with a smaller share of what was wrong does not count as a wrong name.
+const WORTH_A_NAME: f64 = 0.1;
 /// chi up to which a second recording is predicted to within its noise.
 const WITHIN_NOISE: f64 = 1.05;
 /// 5 % on either side of a normal distribution.
@@ -108,6 +110,30 @@ impl Judged {
         &self.answer.group
     }
 
+    /// Effects that are reported and that the structure of the truth does not hold anyway.
+    fn effects(&self) -> impl Iterator<Item = &Named> {
+        self.reported.effects.iter().filter(|e| !self.answer.allowed.contains(&e.id))
+    }
+
+    /// Physics is reported to be missing, in the catalogue or not, beside what the structure of the truth holds anyway.
+    pub fn alarms(&self) -> bool {
+        match self.reported.verdict.as_deref() {
+            Some("unknown_physics") => true,
+            Some("physics_missing") => self.effects().next().is_some() || self.reported.unknown,
+            _ => false,
+        }
+    }
+
+    /// What is reported first: an effect's id, or `nothing`, `unknown`, `no answer`.
+    pub fn first(&self) -> &str {
+        match self.reported.verdict.as_deref() {
+            None => "no answer",
+            Some("unknown_physics") => "unknown",
+            _ if !self.alarms() => "nothing",
+            _ => self.effects().next().map_or("unknown", |effect| &effect.id),
+        }
+    }
+
     /// The same effect, or one that is the same circuit.
     fn is_same(&self, reported: &str, truth: &str) -> bool {
         let has = |set: &[String], id: &str| set.iter().any(|s| s == id);
@@ -116,7 +142,7 @@ impl Judged {
 
     /// The effect reported first is one that is there.
     pub fn first_right(&self) -> bool {
-        let first = self.reported.first();
+        let first = self.first();
         self.answer.accept.iter().any(|truth| self.is_same(first, truth))
     }
 
@@ -132,22 +158,63 @@ impl Judged {
 
     /// All that is there is named.
     fn all_named(&self) -> bool {
-        self.reported.alarms() && self.answer.accept.iter().all(|truth| self.names(truth))
+        self.alarms() && self.answer.accept.iter().all(|truth| self.names(truth))
     }
 
     /// All that is there is named or in a declared class.
     fn all_in_class(&self) -> bool {
-        self.reported.alarms() && self.answer.accept.iter().all(|truth| self.names_or_class(truth))
+        self.alarms() && self.answer.accept.iter().all(|truth| self.names_or_class(truth))
     }
 
     /// The equation reported to be guilty is.
     pub fn equation_right(&self) -> bool {
-        self.reported.alarms() && self.reported.equation.as_ref().is_some_and(|e| self.answer.equations.contains(e))
+        self.alarms() && self.reported.equation.as_ref().is_some_and(|e| self.answer.equations.contains(e))
     }
 
-    /// A catalogue effect is blamed for what is none.
+    /// A catalogue effect is blamed for what is none, with a share worth the name.
+    fn false_effect(&self) -> bool {
+        self.reported.verdict.as_deref() == Some("physics_missing") && self.effects().any(|e| e.share > WORTH_A_NAME)
+    }
+
+    /// The same, and what was put into the model does not predict the second recording.
     fn wrong_name(&self) -> bool {
-        self.reported.verdict.as_deref() == Some("physics_missing") && !self.reported.effects.is_empty()
+        self.false_effect() && !self.predicts()
+    }
+
+    /// What is outside the catalogue is said to be, and nothing of the catalogue blamed for it.
+    fn outside_said(&self) -> bool {
+        self.reported.reports_unknown() && !self.false_effect()
+    }
+
+    /// Effects that are named beside a right one and are not there.
+    fn has_spurious(&self) -> bool {
+        self.effects().any(|e| !self.answer.accept.iter().any(|truth| self.is_same(&e.id, truth)))
+    }
+
+    /// At least one effect that is there is named.
+    fn names_one(&self) -> bool {
+        self.alarms() && self.answer.accept.iter().any(|truth| self.names(truth))
+    }
+
+    /// What went wrong, by rule; `None` where nothing did.
+    pub fn failure(&self) -> Option<&'static str> {
+        if self.right() {
+            return None;
+        }
+        let first = self.first();
+        let equation = |id: &str| id.split('.').next().map(String::from).unwrap_or_default();
+        Some(match (self.group(), first) {
+            (_, "no answer") => "no answer",
+            ("null", "unknown") => "unknown physics where there is none",
+            ("null", _) => "an effect where there is none",
+            (_, "nothing") => "taken for parameters",
+            ("single" | "several" | "own", "unknown") => "not found, said to be unknown",
+            ("outside", _) => "an effect of the catalogue in its place",
+            _ if self.all_in_class() => "in the declared class, another first",
+            ("several", _) if self.names_one() => "a member is missing",
+            _ if self.answer.equations.contains(&equation(first)) => "another effect of the same equation",
+            _ => "an effect of another equation",
+        })
     }
 
     /// What it put into the model predicts the second recording to within noise.
@@ -159,7 +226,7 @@ impl Judged {
     fn survives_trap(&self) -> bool {
         match self.reported.verdict {
             None => !self.crashed(),
-            Some(_) => !self.reported.alarms() && !self.reported.warnings.is_empty(),
+            Some(_) => !self.alarms() && !self.reported.warnings.is_empty(),
         }
     }
 
@@ -171,15 +238,18 @@ impl Judged {
     /// Whether it counts as right in its group; an effect that refitting hides is right unless another is named.
     pub fn right(&self) -> bool {
         match self.group() {
-            "null" => self.reported.verdict.is_some() && !self.reported.alarms(),
-            "single" if Level::of(self.answer.level) == Level::Hidden => !self.reported.alarms() || self.all_in_class(),
-            "single" => self.first_right(),
+            "null" => self.reported.verdict.is_some() && !self.alarms(),
+            "single" if Level::of(self.answer.level) == Level::Hidden => !self.alarms() || self.all_in_class(),
+            "single" | "own" => self.first_right(),
             "several" => self.all_named(),
-            "outside" => self.reported.reports_unknown(),
+            "outside" => self.outside_said(),
             _ => self.survives_trap(),
         }
     }
 }
+
+/// Outside the catalogue and driven by time itself: no recording under another programme can be predicted.
+const TIME_DRIVEN: [&str; 2] = ["ambient that swings", "creep of the crimp"];
 
 /// How the trouble of a process that ended without an answer begins.
 pub const CRASHED: &str = "ended without an answer";
@@ -191,6 +261,8 @@ pub struct Sizes {
     pub median_error: f64,
     /// 90 % intervals that hold the truth.
     pub covered: Share,
+    /// Median of their width over that of the true model's, fitted to the same recordings.
+    pub median_width: f64,
 }
 
 /// Time and memory.
@@ -198,6 +270,8 @@ pub struct Sizes {
 pub struct Cost {
     /// Median time, s.
     pub median_s: f64,
+    /// 95 of a hundred take no longer, s.
+    pub p95_s: f64,
     /// Longest time, s.
     pub most_s: f64,
     /// Largest memory, MiB.
@@ -213,7 +287,9 @@ pub struct Figures {
     pub cases: usize,
     /// Nulls on which physics is reported to be missing.
     pub false_alarms: Share,
-    /// The same by kind of null.
+    /// Nulls on which something is suspected, but nothing named.
+    pub suspected: Share,
+    /// Alarms by kind of null.
     pub false_alarms_by_kind: BTreeMap<String, Share>,
     /// Singles on which physics is reported to be missing, by level.
     pub detected: BTreeMap<Level, Share>,
@@ -229,8 +305,22 @@ pub struct Figures {
     pub pairs: Share,
     /// Pairs of which both are named or in a declared class.
     pub pairs_in_class: Share,
-    /// Members of triples that are named.
+    /// Triples of which all are named.
     pub triples: Share,
+    /// Members of triples that are named.
+    pub triple_members: Share,
+    /// Cases with a right name at 3× and 10× that have a wrong one beside it.
+    pub spurious: Share,
+    /// Of everything reported to be unknown: what is outside the catalogue, traps apart.
+    pub unknown_precision: Share,
+    /// chi on the second recording of what is outside the catalogue, time-driven ones apart: median.
+    pub outside_held_median: f64,
+    /// Second truth, 3× and 10×: right effect first.
+    pub second_first: Share,
+    /// Nulls of the second truth: parameters off, and what remains is of the curves.
+    pub second_nulls: Share,
+    /// Laws of the laboratory's own, 3× and 10×: named first.
+    pub own: Share,
     /// Outside the catalogue, at 3× and 10×: reported so.
     pub outside_said: Share,
     /// … given a wrong name.
@@ -257,13 +347,18 @@ pub struct Figures {
     pub short: Cost,
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// Linear between order statistics; NaN of nothing.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.retain(|v| !v.is_nan());
     values.sort_by(f64::total_cmp);
-    match values.len() {
-        0 => f64::NAN,
-        n => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
-    }
+    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+    let place = share * last as f64;
+    let (low, high) = (place.floor() as usize, place.ceil() as usize);
+    if low == high { values[low] } else { values[low] + (place - low as f64) * (values[high] - values[low]) }
 }
 
 /// The figures of all cases.
@@ -281,28 +376,45 @@ pub fn figures(all: &[Judged]) -> Figures {
     let outside = || group("outside").filter(|j| level(j) >= Level::Three);
     let catalogue = || visible().chain(several());
     let held: Vec<f64> = catalogue().map(|j| j.reported.held.unwrap_or(f64::INFINITY)).collect();
-    let triples: Vec<bool> = several()
+    let members: Vec<bool> = several()
         .filter(|j| j.answer.accept.len() > 2)
-        .flat_map(|j| j.answer.accept.iter().map(|truth| j.reported.alarms() && j.names(truth)))
+        .flat_map(|j| j.answer.accept.iter().map(|truth| j.alarms() && j.names(truth)))
         .collect();
     Figures {
         cases: all.len(),
-        false_alarms: Share::of(group("null"), |j| j.reported.alarms()),
+        false_alarms: Share::of(group("null"), |j| j.alarms()),
+        suspected: Share::of(group("null"), |j| !j.alarms() && !j.reported.suspected.is_empty()),
         false_alarms_by_kind: kinds
             .into_iter()
-            .map(|k| (k.clone(), Share::of(group("null").filter(|j| j.answer.kind == *k), |j| j.reported.alarms())))
+            .map(|k| (k.clone(), Share::of(group("null").filter(|j| j.answer.kind == *k), |j| j.alarms())))
             .collect(),
-        detected: by_level(|j| j.reported.alarms()),
+        detected: by_level(|j| j.alarms()),
         equation: Share::of(visible(), Judged::equation_right),
         first: Share::of(visible(), Judged::first_right),
         named: Share::of(visible(), Judged::all_in_class),
         first_by_level: by_level(Judged::first_right),
         pairs: Share::of(pairs(), Judged::all_named),
         pairs_in_class: Share::of(pairs(), Judged::all_in_class),
-        triples: Share::new(triples.iter().filter(|found| **found).count(), triples.len()),
-        outside_said: Share::of(outside(), |j| j.reported.reports_unknown()),
+        triples: Share::of(several().filter(|j| j.answer.accept.len() > 2), Judged::all_named),
+        triple_members: Share::new(members.iter().filter(|found| **found).count(), members.len()),
+        spurious: Share::of(catalogue().filter(|j| j.names_one()), Judged::has_spurious),
+        unknown_precision: Share::of(all.iter().filter(|j| j.group() != "trap" && j.reported.reports_unknown()), |j| {
+            j.group() == "outside"
+        }),
+        outside_held_median: median(
+            outside()
+                .filter(|j| !TIME_DRIVEN.contains(&j.answer.kind.as_str()))
+                .map(|j| j.reported.held.unwrap_or(f64::INFINITY))
+                .collect(),
+        ),
+        second_first: Share::of(visible().filter(|j| j.answer.generator == 2), Judged::first_right),
+        second_nulls: Share::of(group("null").filter(|j| j.answer.generator == 2), |j| {
+            !j.alarms() && j.reported.verdict.is_some() && j.reported.remains.contains("curves")
+        }),
+        own: Share::of(group("own").filter(|j| level(j) >= Level::Three), Judged::first_right),
+        outside_said: Share::of(outside(), Judged::outside_said),
         outside_wrong: Share::of(outside(), Judged::wrong_name),
-        outside_alike: Share::of(outside().filter(|j| j.wrong_name()), Judged::predicts),
+        outside_alike: Share::of(outside().filter(|j| j.false_effect()), Judged::predicts),
         outside_equation: Share::of(outside(), Judged::equation_right),
         held_good: Share::new(held.iter().filter(|chi| **chi <= 1.15).count(), held.len()),
         held_median: median(held),
@@ -326,7 +438,7 @@ fn null_of(key: &str, answer: &Answer) -> f64 {
 }
 
 fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
-    let (mut errors, mut covered) = (Vec::new(), Vec::new());
+    let (mut errors, mut covered, mut widths) = (Vec::new(), Vec::new(), Vec::new());
     for judged in all {
         for (id, keys) in &judged.answer.sizes {
             let Some(named) = judged.reported.effects.iter().find(|e| judged.is_same(&e.id, id)) else { continue };
@@ -339,17 +451,19 @@ fn sizes<'a>(all: impl Iterator<Item = &'a Judged>) -> Sizes {
                 if size > 1e-9 {
                     errors.push((value - truth).abs() / size);
                     covered.push(low <= truth && truth <= high);
+                    let best = judged.answer.deviations.get(id).map_or(f64::NAN, |sd| 2.0 * Z_90 * sd * size);
+                    widths.push((high - low) / best);
                 }
             }
         }
     }
     let held = covered.iter().filter(|c| **c).count();
-    Sizes { median_error: median(errors), covered: Share::new(held, covered.len()) }
+    Sizes { median_error: median(errors), covered: Share::new(held, covered.len()), median_width: median(widths) }
 }
 
 fn parameters<'a>(nulls: impl Iterator<Item = &'a Judged>) -> Share {
     let (mut held, mut of) = (0, 0);
-    for judged in nulls.filter(|j| !j.reported.alarms()) {
+    for judged in nulls.filter(|j| !j.alarms()) {
         for (key, [low, high]) in &judged.reported.parameters {
             if let Some(truth) = judged.answer.parameters.get(key) {
                 of += 1;
@@ -364,6 +478,7 @@ fn cost<'a>(all: impl Iterator<Item = &'a Judged>) -> Cost {
     let took: Vec<_> = all.map(|j| j.reported.took).collect();
     Cost {
         median_s: median(took.iter().map(|t| t.seconds).collect()),
+        p95_s: quantile(took.iter().map(|t| t.seconds).collect(), 0.95),
         most_s: took.iter().map(|t| t.seconds).fold(0.0, f64::max),
         most_mib: took.iter().map(|t| t.memory_mib).fold(0.0, f64::max),
         of: took.len(),
@@ -383,7 +498,7 @@ pub fn row(answer: &Answer) -> String {
 pub fn confusion(all: &[Judged]) -> BTreeMap<String, BTreeMap<String, usize>> {
     let mut matrix: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for judged in all.iter().filter(|j| matches!(j.group(), "null" | "single" | "outside")) {
-        *matrix.entry(row(&judged.answer)).or_default().entry(judged.reported.first().to_string()).or_default() += 1;
+        *matrix.entry(row(&judged.answer)).or_default().entry(judged.first().to_string()).or_default() += 1;
     }
     matrix
 }
@@ -396,7 +511,6 @@ pub fn judged(spec: &Spec, answer: Answer, reported: Reported) -> Judged {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::reported::Named;
 
     /// A case that conceals `accept`, and what might be reported on it.
     pub fn made_up(group: &str, accept: &[&str], level: f64, reported: Reported) -> Judged {
@@ -416,9 +530,13 @@ pub mod tests {
             target: Some(level),
             level,
             levels: accept.iter().map(|id| (id.to_string(), level)).collect(),
+            deviations: accept.iter().map(|id| (id.to_string(), 0.05)).collect(),
             left_out: BTreeMap::new(),
             noise: BTreeMap::new(),
             parameters: BTreeMap::from([("h".to_string(), 1.0)]),
+            generator: 1,
+            unlike: false,
+            allowed: Vec::new(),
         };
         Judged { answer, reported, long: false }
     }
@@ -428,6 +546,7 @@ pub mod tests {
         let named = |id: &&str| Named {
             id: id.to_string(),
             class: class.iter().map(ToString::to_string).collect(),
+            share: 0.5,
             sizes: BTreeMap::from([("size".to_string(), [2.2, 1.9, 2.1])]),
         };
         Reported {
@@ -511,7 +630,10 @@ pub mod tests {
         ];
         let f = figures(&all);
         assert_eq!((f.pairs.count, f.pairs.of, f.pairs_in_class.count), (1, 3, 2));
-        assert_eq!((f.triples.count, f.triples.of), (2, 3));
+        assert_eq!((f.triple_members.count, f.triple_members.of), (2, 3));
+        assert_eq!((f.triples.count, f.triples.of), (0, 1));
+        assert_eq!((f.spurious.count, f.spurious.of), (1, 4));
+        assert_eq!(all[3].failure(), Some("a member is missing"));
     }
 
     #[test]
@@ -530,7 +652,31 @@ pub mod tests {
         ];
         let f = figures(&all);
         assert_eq!((f.outside_alike.count, f.outside_alike.of), (1, 2));
-        assert_eq!((f.outside_said.count, f.outside_wrong.count, f.outside_said.of), (2, 2, 4));
+        // with a false effect of half of what was wrong, nothing was said; what predicts is no wrong name
+        assert_eq!((f.outside_said.count, f.outside_wrong.count, f.outside_said.of), (1, 1, 4));
+        assert_eq!((f.unknown_precision.count, f.unknown_precision.of), (2, 2));
+    }
+
+    /// What the second truth's structure holds is neither an alarm nor spurious, and does not stand first.
+    #[test]
+    fn what_a_structure_holds_is_neither_right_nor_wrong() {
+        let mut null = made_up("null", &[], 0.0, names(&["kinetic.distributed"], &[]));
+        let mut single = made_up("single", &["kinetic.lag"], 3.0, names(&["kinetic.distributed", "kinetic.lag"], &[]));
+        assert!(null.alarms() && !single.first_right());
+        for judged in [&mut null, &mut single] {
+            judged.answer.allowed = vec!["kinetic.distributed".into()];
+            judged.answer.generator = 2;
+        }
+        assert!(!null.alarms() && null.right() && single.first_right() && !single.has_spurious());
+        let f = figures(&[null, single]);
+        assert_eq!((f.false_alarms.count, f.second_first.count, f.spurious.count), (0, 1, 0));
+    }
+
+    #[test]
+    fn quantiles_lie_between() {
+        assert_eq!(quantile(vec![3.0, 1.0, 2.0], 0.5), 2.0);
+        assert!((quantile((0..=100).map(f64::from).collect(), 0.95) - 95.0).abs() < 1e-12);
+        assert!(quantile(Vec::new(), 0.5).is_nan());
     }
 
     #[test]
@@ -539,6 +685,8 @@ pub mod tests {
         let f = figures(&all);
         assert!((f.sizes.median_error - 0.1).abs() < 1e-12);
         assert_eq!((f.sizes.covered.count, f.sizes.covered.of), (1, 1));
+        // 0.2 wide, where the true model has 2 · 1.645 · 5 % of 2
+        assert!((f.sizes.median_width - 0.608).abs() < 1e-3, "{}", f.sizes.median_width);
         assert_eq!((f.held_good.count, f.held_good.of), (1, 1));
     }
 

@@ -98,6 +98,15 @@ impl Prior {
     }
 }
 
+/// Whether a bench is of the kind that development saw.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kin {
+    /// Wires of 0.1–0.38 mm and 100–400 mm under 90–190 MPa.
+    Alike,
+    /// Thinner and thicker, shorter and longer wires under less and more stress.
+    Unlike,
+}
+
 /// Which sensors a bench has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
@@ -186,17 +195,22 @@ struct Load {
 }
 
 /// A load at random for a wire of this material, cross-section and length.
-fn random_load(rng: &mut SmallRng, material: &Material, area: f64, length: f64) -> Load {
+fn random_load(rng: &mut SmallRng, kin: Kin, material: &Material, area: f64, length: f64) -> Load {
     let stroke = material.eps_l * length;
     // hanging mass, stiff spring or soft bias spring, by the stress they put on hot and cold wire
-    let stress = between(rng, 90e6, 190e6);
+    let stress = match kin {
+        Kin::Alike => between(rng, 90e6, 190e6),
+        Kin::Unlike if rng.random_bool(0.5) => between(rng, 45e6, 80e6),
+        Kin::Unlike => between(rng, 210e6, 280e6),
+    };
+    let by = if kin == Kin::Alike { 1.0 } else { stress / 140e6 };
     let (spring, preload, mass) = match rng.random_range(0..3) {
         0 => (0.0, stress * area, stress * area / GRAVITY),
         kind => {
-            let rise = if kind == 1 { between(rng, 90e6, 160e6) } else { between(rng, 20e6, 50e6) };
+            let rise = if kind == 1 { by * between(rng, 90e6, 160e6) } else { by * between(rng, 20e6, 50e6) };
             let spring = rise * area / stroke;
             // the cold wire is about a tenth longer than its shape strain makes it
-            let cold = between(rng, 70e6, 110e6);
+            let cold = by * between(rng, 70e6, 110e6);
             (spring, cold * area + spring * 1.1 * stroke, 0.7 * stress * area / GRAVITY)
         }
     };
@@ -231,13 +245,23 @@ fn random_sensors(rng: &mut SmallRng, set: Set, wire: &Truth, stress: f64) -> BT
 }
 
 impl Bench {
-    /// A bench at random. `set` overrides which sensors there are; `long` makes 90 s at 200 Hz.
-    pub fn random(rng: &mut SmallRng, set: Option<Set>, long: bool) -> Bench {
-        let diameter = [0.1e-3, 0.125e-3, 0.15e-3, 0.2e-3, 0.25e-3, 0.31e-3, 0.38e-3][rng.random_range(0..7)];
-        let length = tidy(between(rng, 0.1, 0.4), 3);
+    /// A bench at random of such kin. `set` overrides which sensors there are; `long` makes 90 s at 200 Hz.
+    pub fn random(rng: &mut SmallRng, kin: Kin, set: Option<Set>, long: bool) -> Bench {
+        let (diameter, length) = match kin {
+            Kin::Alike => {
+                let diameter = [0.1e-3, 0.125e-3, 0.15e-3, 0.2e-3, 0.25e-3, 0.31e-3, 0.38e-3][rng.random_range(0..7)];
+                (diameter, between(rng, 0.1, 0.4))
+            }
+            Kin::Unlike => {
+                let diameter = [0.05e-3, 0.076e-3, 0.45e-3][rng.random_range(0..3)];
+                let short = rng.random_bool(0.5);
+                (diameter, if short { between(rng, 0.05, 0.08) } else { between(rng, 0.6, 1.1) })
+            }
+        };
+        let length = tidy(length, 3);
         let material = random_material(rng);
         let area = std::f64::consts::FRAC_PI_4 * diameter * diameter;
-        let Load { stress, spring, preload, mass, damping } = random_load(rng, &material, area, length);
+        let Load { stress, spring, preload, mass, damping } = random_load(rng, kin, &material, area, length);
         // taps: from the fixed end, or a little away from it
         let l0 = if rng.random_bool(0.75) { 0.0 } else { tidy(0.03 * length, 2) };
         let mut believed = Truth {

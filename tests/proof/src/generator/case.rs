@@ -11,11 +11,12 @@ use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use super::bench::{Bench, Sensor, Set};
+use super::bench::{Bench, Kin, Sensor, Set};
+use super::laws;
+use super::levels::sized;
 use super::magnitudes::{CATALOGUE, Drawn, OUTSIDE};
 use super::plan::{Null, Spec, Trap, What};
 use super::programme::programme;
-use super::refit::Refit;
 use super::signals::{Errors, Put, Table, record};
 use super::truth::{Effects, Truth};
 
@@ -50,12 +51,21 @@ pub struct Answer {
     pub level: f64,
     /// The level that each effect leaves by itself.
     pub levels: BTreeMap<String, f64>,
+    /// Standard deviation of each effect's size in a fit of the true model to what is diagnosed, as a share of the size.
+    pub deviations: BTreeMap<String, f64>,
     /// Keys that the rig file holds at their null.
     pub left_out: BTreeMap<String, f64>,
     /// True noise by column.
     pub noise: BTreeMap<String, f64>,
     /// The uncertain parameters as they truly are.
     pub parameters: BTreeMap<String, f64>,
+    /// Which generator made it: 1 or 2.
+    pub generator: u8,
+    /// A wire and load unlike those of development.
+    pub unlike: bool,
+    /// Effects that the structure of this truth holds, too: to name them is neither right nor wrong. With a dot at the
+    /// end, all of that equation.
+    pub allowed: Vec<String>,
 }
 
 /// A case as it is handed out.
@@ -65,19 +75,18 @@ pub struct Case {
     pub rig_toml: String,
     /// The recording to diagnose.
     pub train: Table,
-    /// A second recording of the same wire, for judging only.
+    /// Another recording to diagnose beside it, where there is one.
+    pub beside: Option<Table>,
+    /// Another recording of the same wire, for judging only.
     pub held: Table,
+    /// Candidates of a laboratory's own, where it has some.
+    pub laws: Option<String>,
     /// What is concealed.
     pub answer: Answer,
 }
 
 /// Draws of bench and size before a target is given up.
 const ATTEMPTS: u64 = 3;
-/// Searches for a size, and how close is close enough.
-const SEARCHES: usize = 6;
-const CLOSE: f64 = 0.15;
-/// Thorough refits at most, at the end of a search.
-const VERIFIED: usize = 3;
 
 /// Everything of one draw.
 struct Draw {
@@ -87,6 +96,7 @@ struct Draw {
     sizes: BTreeMap<String, Vec<String>>,
     left_out: BTreeMap<String, f64>,
     levels: BTreeMap<String, f64>,
+    deviations: BTreeMap<String, f64>,
     level: f64,
     errors: Errors,
     train: Vec<f64>,
@@ -116,18 +126,18 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
     let mut rng = SmallRng::seed_from_u64(spec.seed.wrapping_mul(31).wrapping_add(attempt));
     let ids: Vec<&str> = match &spec.what {
         What::Effects(ids) => ids.iter().map(String::as_str).collect(),
-        What::Outside(name) => vec![name.as_str()],
+        What::Outside(name) | What::Own(name) => vec![name.as_str()],
         What::Null(_) | What::Trap(_) => Vec::new(),
     };
     let needs: Vec<Sensor> = CATALOGUE.iter().filter(|k| ids.contains(&k.id)).filter_map(|k| k.needs).collect();
     let encoder = ids.iter().any(|id| id.contains("encoder"));
     // hard ones and traps get every sensor there is
     let all = attempt > 0 || needs.contains(&Sensor::V2) || ids.len() > 1 || matches!(spec.what, What::Trap(_));
-    let mut bench = Bench::random(&mut rng, all.then_some(Set::All), spec.long);
+    let mut bench = Bench::random(&mut rng, spec.kin, all.then_some(Set::All), spec.long);
     while needs.iter().any(|s| !bench.sensors.contains_key(s))
         || (encoder && !bench.sensors.contains_key(&Sensor::Position))
     {
-        bench = Bench::random(&mut rng, None, spec.long);
+        bench = Bench::random(&mut rng, spec.kin, None, spec.long);
     }
     let drawn: Vec<Drawn> = ids.iter().map(|id| Drawn::new(&mut rng, id)).collect();
     let mut left_out = BTreeMap::new();
@@ -145,28 +155,19 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
     }
     let train = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
     let mut truth = base.clone();
-    let (mut effects, mut sizes, mut levels) = (Effects::new(), BTreeMap::new(), BTreeMap::new());
-    let mut level = 0.0;
-    if !drawn.is_empty() {
-        let refit = Refit::new(&bench, &base, &train);
-        for effect in &drawn {
-            let most = CATALOGUE.iter().find(|k| k.id == effect.id()).map_or_else(
-                || OUTSIDE.iter().find(|(name, _, _)| *name == effect.id()).map_or(1.0, |(_, _, most)| *most),
-                |k| k.most,
-            );
-            // members of pairs leave three and more each
-            let target = spec.target.unwrap_or(3.0) * if drawn.len() > 1 { rng.random_range(1.1..=3.0) } else { 1.0 };
-            let (size, found) = size_for(&refit, &bench, &base, effect, target, most);
-            effect.put(&bench, &mut truth, size, &mut effects);
-            let (_, keys) = effect.parameters(&bench, &base, size);
-            sizes.insert(effect.id().to_string(), keys.iter().map(ToString::to_string).collect());
-            levels.insert(effect.id().to_string(), found);
-            level = found;
-        }
-        if drawn.len() > 1 {
-            level = refit.left(&truth, true);
-        }
+    let (mut effects, mut sizes) = (Effects::new(), BTreeMap::new());
+    let (mut levels, mut deviations) = (BTreeMap::new(), BTreeMap::new());
+    let found = sized(&mut rng, &bench, &base, &drawn, spec.target.unwrap_or(3.0), &train);
+    for ((effect, (size, level)), deviation) in drawn.iter().zip(&found.each).zip(&found.deviations) {
+        effect.put(&bench, &mut truth, *size, &mut effects);
+        let (_, keys) = effect.parameters(&bench, &base, *size);
+        sizes.insert(effect.id().to_string(), keys.iter().map(ToString::to_string).collect());
+        levels.insert(effect.id().to_string(), *level);
+        // two recordings know twice as much
+        let deviation = if spec.both { deviation / 2f64.sqrt() } else { *deviation };
+        deviations.insert(effect.id().to_string(), deviation);
     }
+    let level = found.level;
     let errors = match &spec.what {
         What::Null(Null::Coloured) => Errors::Coloured(rng.random_range(0.3..=0.9)),
         What::Null(Null::Quantised) => Errors::Quantised(rng.random_range(2.0..=8.0)),
@@ -174,7 +175,7 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
         _ => Errors::White,
     };
     truth.beyond.uniform_nodes = spec.what == What::Null(Null::Nodes);
-    Draw { bench, truth, effects, sizes, left_out, levels, level, errors, train, rng }
+    Draw { bench, truth, effects, sizes, left_out, levels, deviations, level, errors, train, rng }
 }
 
 /// An effect of the catalogue at `size` natural units on a bench with every sensor, its level not sought: rig file,
@@ -182,7 +183,7 @@ fn draw(spec: &Spec, attempt: u64) -> Draw {
 #[cfg(test)]
 pub fn plain(id: &str, size: f64, seed: u64) -> Case {
     let mut rng = SmallRng::seed_from_u64(seed);
-    let bench = Bench { seconds: 30.0, ..Bench::random(&mut rng, Some(Set::All), false) };
+    let bench = Bench { seconds: 30.0, ..Bench::random(&mut rng, Kin::Alike, Some(Set::All), false) };
     let effect = Drawn::new(&mut rng, id);
     let mut truth = bench.scattered(&mut rng);
     let mut effects = Effects::new();
@@ -195,68 +196,15 @@ pub fn plain(id: &str, size: f64, seed: u64) -> Case {
         sizes: BTreeMap::new(),
         left_out: BTreeMap::new(),
         levels: BTreeMap::new(),
+        deviations: BTreeMap::new(),
         level: f64::NAN,
         errors: Errors::White,
         train,
         rng,
     };
     let what = What::Effects(vec![id.to_string()]);
-    finish(&Spec { name: "plain".into(), seed, what, target: None, long: false }, draw)
-}
-
-/// The size at which an effect leaves `target`, as near as it gets, and what it leaves.
-fn size_for(refit: &Refit, bench: &Bench, base: &Truth, effect: &Drawn, target: f64, most: f64) -> (f64, f64) {
-    let mut size = most.min(1.0);
-    let mut best = (size, 0.0, f64::INFINITY);
-    // the largest size that leaves too little and the smallest that leaves too much, with what they leave
-    let mut low: Option<(f64, f64)> = None;
-    let mut high: Option<(f64, f64)> = None;
-    for _ in 0..SEARCHES {
-        let mut truth = base.clone();
-        effect.put(bench, &mut truth, size, &mut Effects::new());
-        let left = refit.left(&truth, false).clamp(1e-3, 1e4);
-        let off = (left / target).ln().abs();
-        if off < best.2 {
-            best = (size, left, off);
-        }
-        if off < CLOSE || effect.is_fixed() {
-            break;
-        }
-        if left < target {
-            low = Some((size, left));
-        } else {
-            high = Some((size, left));
-        }
-        let next = match (low, high) {
-            (Some((a, at_a)), Some((b, at_b))) if at_b > at_a && b > a => {
-                let share = (target / at_a).ln() / (at_b / at_a).ln();
-                a * (b / a).powf(share.clamp(0.15, 0.85))
-            }
-            _ => (size * (target / left).clamp(0.05, 10.0)).min(most),
-        };
-        if (next / size - 1.0).abs() < 0.02 {
-            break;
-        }
-        size = next;
-    }
-    // a better refit hides more: the last word on the level is its
-    let mut size = best.0;
-    best.2 = f64::INFINITY;
-    for _ in 0..VERIFIED {
-        let mut truth = base.clone();
-        effect.put(bench, &mut truth, size, &mut Effects::new());
-        let left = refit.left(&truth, true).clamp(1e-3, 1e4);
-        let off = (left / target).ln().abs();
-        if off < best.2 {
-            best = (size, left, off);
-        }
-        let next = (size * (target / left).clamp(0.3, 3.0)).min(most);
-        if off < 2.0 * CLOSE || effect.is_fixed() || (next / size - 1.0).abs() < 0.02 {
-            break;
-        }
-        size = next;
-    }
-    (best.0, best.1)
+    let spec = Spec { name: "plain".into(), seed, what, target: None, long: false, ..Spec::default() };
+    finish(&spec, draw)
 }
 
 fn finish(spec: &Spec, mut draw: Draw) -> Case {
@@ -264,15 +212,22 @@ fn finish(spec: &Spec, mut draw: Draw) -> Case {
     let (bench, truth) = (&draw.bench, &draw.truth);
     let mut put = Put::new();
     let mut train = record(rng, bench, truth, &draw.train, draw.errors, &mut put);
+    let beside = spec.both.then(|| {
+        let other = programme(rng, &bench.believed, bench.rate_hz, bench.seconds);
+        record(rng, bench, truth, &other, draw.errors, &mut put)
+    });
     let other = programme(rng, &bench.believed, bench.rate_hz, bench.seconds);
     let held = record(rng, bench, truth, &other, draw.errors, &mut put);
     let mut rig_toml = bench.rig_toml(&spec.name);
     if let What::Trap(trap) = spec.what {
         spoil(rng, trap, &mut train, &mut rig_toml);
     }
-    let accept: Vec<String> = draw.effects.keys().cloned().collect();
+    let accept: Vec<String> = match &spec.what {
+        What::Own(name) => laws::id_of(name).into_iter().collect(),
+        _ => draw.effects.keys().cloned().collect(),
+    };
     let equations: Vec<String> = match &spec.what {
-        What::Outside(name) => OUTSIDE
+        What::Outside(name) | What::Own(name) => OUTSIDE
             .iter()
             .find(|(n, _, _)| n == name)
             .map(|(_, equations, _)| equations.iter().map(ToString::to_string).collect())
@@ -284,6 +239,7 @@ fn finish(spec: &Spec, mut draw: Draw) -> Case {
         What::Null(null) => ("null", null.words().to_string(), "parameters_off"),
         What::Effects(ids) if ids.len() == 1 => ("single", ids[0].clone(), "physics_missing"),
         What::Effects(ids) => ("several", ids.join(" + "), "physics_missing"),
+        What::Own(name) => ("own", name.clone(), "physics_missing"),
         What::Outside(name) => ("outside", name.clone(), "unknown_physics"),
         What::Trap(trap) => ("trap", trap.words().to_string(), "none"),
     };
@@ -318,11 +274,16 @@ fn finish(spec: &Spec, mut draw: Draw) -> Case {
         target: spec.target,
         level: draw.level,
         levels: draw.levels,
+        deviations: draw.deviations,
         left_out: draw.left_out,
         noise,
         parameters,
+        generator: 1,
+        unlike: spec.kin == Kin::Unlike,
+        allowed: Vec::new(),
     };
-    Case { rig_toml, train, held, answer }
+    let laws = matches!(spec.what, What::Own(_)).then(|| laws::CANDIDATES.to_string());
+    Case { rig_toml, train, beside, held, laws, answer }
 }
 
 /// Breaks a recording, or what it is declared to belong to.
@@ -403,7 +364,7 @@ fn spoil(rng: &mut SmallRng, trap: Trap, table: &mut Table, rig_toml: &mut Strin
 }
 
 impl Case {
-    /// Writes the four files into a folder.
+    /// Writes its files into a folder.
     ///
     /// # Errors
     /// Those of the file system.
@@ -412,6 +373,12 @@ impl Case {
         fs::write(folder.join("rig.toml"), &self.rig_toml)?;
         fs::write(folder.join("answer.json"), serde_json::to_string_pretty(&self.answer)? + "\n")?;
         self.train.write(&folder.join("train.csv.gz"))?;
+        if let Some(beside) = &self.beside {
+            beside.write(&folder.join("beside.csv.gz"))?;
+        }
+        if let Some(laws) = &self.laws {
+            fs::write(folder.join("laws.toml"), laws)?;
+        }
         self.held.write(&folder.join("held.csv.gz"))
     }
 }

@@ -6,6 +6,7 @@ use rand::RngExt;
 use rand::rngs::SmallRng;
 
 use super::bench::{Bench, Sensor};
+use super::levels::{Concealed, World};
 use super::truth::{Effects, EndStop, Truth, Wave};
 
 /// An effect of the catalogue, as this generator puts it in.
@@ -88,6 +89,37 @@ pub const OUTSIDE: [(&str, &[&str], f64); 13] = [
     ("cosine kinetics", &["kinetic"], 1.0),
 ];
 
+impl World for Truth {
+    const LEVEL_STEP_S: f64 = 4e-4;
+
+    fn coefficients(&self) -> &Truth {
+        self
+    }
+
+    fn coefficients_mut(&mut self) -> &mut Truth {
+        self
+    }
+
+    fn perfect(&self, bench: &Bench, duty: &[f64], step_s: f64) -> Vec<Vec<f64>> {
+        super::signals::perfect(bench, self, duty, step_s)
+    }
+}
+
+impl Concealed<Truth> for Drawn {
+    fn put_into(&self, bench: &Bench, truth: &mut Truth, size: f64) {
+        self.put(bench, truth, size, &mut Effects::new());
+    }
+
+    fn most(&self) -> f64 {
+        let known = CATALOGUE.iter().find(|k| k.id == self.id).map(|k| k.most);
+        known.or_else(|| OUTSIDE.iter().find(|(name, _, _)| *name == self.id).map(|(_, _, most)| *most)).unwrap_or(1.0)
+    }
+
+    fn is_fixed(&self) -> bool {
+        self.id == "cosine kinetics"
+    }
+}
+
 /// An effect of some size on one bench: what was drawn once stays while the size is sought.
 #[derive(Debug, Clone)]
 pub struct Drawn {
@@ -106,11 +138,6 @@ impl Drawn {
     /// Its id or name.
     pub fn id(&self) -> &str {
         &self.id
-    }
-
-    /// Whether it is there or not and has no size.
-    pub fn is_fixed(&self) -> bool {
-        self.id == "cosine kinetics"
     }
 
     /// The rig file's keys of a coefficient effect at its null, as the laboratory believes it.

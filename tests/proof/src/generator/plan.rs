@@ -4,7 +4,10 @@ use rand::rngs::SmallRng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 
-use super::magnitudes::{CATALOGUE, Kind, OUTSIDE};
+use super::bench::Kin;
+use super::laws;
+use super::magnitudes::{CATALOGUE, OUTSIDE};
+use crate::second::mechanisms;
 
 /// Which seeds are drawn. The two ranges have none in common, and nothing is ever tuned on the second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -47,10 +50,15 @@ pub enum Null {
     Missing,
     /// A wire of many nodes whose ends lose nothing: another way to compute the same wire.
     Nodes,
+    /// The second generator: grains instead of curves, its own noise, nothing else.
+    Grains,
+    /// The second generator with its own air, cold ends or guided spring: effects that are then allowed.
+    Built,
 }
 
 impl Null {
-    const ALL: [Null; 6] = [Null::Off, Null::Exact, Null::Coloured, Null::Quantised, Null::Missing, Null::Nodes];
+    /// Those of the first generator.
+    const FIRST: [Null; 6] = [Null::Off, Null::Exact, Null::Coloured, Null::Quantised, Null::Missing, Null::Nodes];
 
     /// In words.
     pub const fn words(self) -> &'static str {
@@ -61,6 +69,8 @@ impl Null {
             Null::Quantised => "parameters off, coarse converter",
             Null::Missing => "parameters off, missing samples",
             Null::Nodes => "parameters off, computed with axial nodes",
+            Null::Grains => "second truth: grains instead of curves",
+            Null::Built => "second truth: grains, its own air, ends or guide",
         }
     }
 }
@@ -130,6 +140,8 @@ pub enum What {
     Effects(Vec<String>),
     /// Something no catalogue has, by its words.
     Outside(String),
+    /// Something only the laboratory's own file of candidates has, by its words.
+    Own(String),
     /// A broken recording.
     Trap(Trap),
 }
@@ -147,88 +159,169 @@ pub struct Spec {
     pub target: Option<f64>,
     /// 90 s at 200 Hz.
     pub long: bool,
+    /// Of the second generator.
+    pub second: bool,
+    /// Wires and loads like those of development, or not.
+    pub kin: Kin,
+    /// Two recordings to diagnose together.
+    pub both: bool,
+}
+
+#[cfg(test)]
+impl Default for Spec {
+    fn default() -> Self {
+        Spec {
+            name: String::new(),
+            seed: 0,
+            what: What::Null(Null::Off),
+            target: None,
+            long: false,
+            second: false,
+            kin: Kin::Alike,
+            both: false,
+        }
+    }
+}
+
+/// What an entry of the plan is made of.
+struct Content {
+    what: What,
+    target: Option<f64>,
+    second: bool,
 }
 
 /// Cases of the full plan that are long.
 const LONG: usize = 6;
 
+/// Every so many-th case is of a wire and load unlike those of development, and one has two recordings.
+const UNLIKE_EVERY: usize = 5;
+const BOTH_EVERY: usize = 2;
+
 /// What is in the plan, in an order in which any prefix has some of everything.
-fn contents() -> Vec<(What, Option<f64>)> {
+fn contents() -> Vec<Content> {
     let mut all = Vec::new();
-    let nulls = [(Null::Off, 26), (Null::Exact, 14), (Null::Coloured, 14), (Null::Quantised, 12), (Null::Missing, 8)];
-    for (null, count) in nulls.into_iter().chain([(Null::Nodes, 8)]) {
-        all.extend(std::iter::repeat_n((What::Null(null), None), count));
+    let mut add = |what: What, target: Option<f64>, second: bool| all.push(Content { what, target, second });
+    let first = [(Null::Off, 40), (Null::Exact, 14), (Null::Coloured, 18), (Null::Quantised, 16), (Null::Missing, 12)];
+    for (null, count) in first.into_iter().chain([(Null::Nodes, 12)]) {
+        (0..count).for_each(|_| add(What::Null(null), None, false));
+    }
+    for null in [Null::Grains, Null::Built] {
+        (0..50).for_each(|_| add(What::Null(null), None, true));
     }
     for kind in &CATALOGUE {
+        for target in [1.0, 3.0, 3.0, 10.0] {
+            add(What::Effects(vec![kind.id.to_string()]), Some(target), false);
+        }
+    }
+    for kind in &mechanisms::CATALOGUE {
         for target in [1.0, 3.0, 3.0, 10.0, 10.0] {
-            all.push((What::Effects(vec![kind.id.to_string()]), Some(target)));
+            add(What::Effects(vec![kind.id.to_string()]), Some(target), true);
         }
     }
     // which effects meet is part of the plan: the same in development and scoring
     let mut rng = SmallRng::seed_from_u64(77);
-    for i in 0..30 {
-        let count = if i % 5 == 4 { 3 } else { 2 };
-        all.push((What::Effects(together(&mut rng, count)), Some(3.0)));
+    let firsts: Vec<&str> = CATALOGUE.iter().filter(|k| k.shows).map(|k| k.id).collect();
+    let seconds: Vec<&str> = mechanisms::CATALOGUE.iter().filter(|k| k.shows).map(|k| k.id).collect();
+    for (ids, second, pairs, triples) in [(&firsts, false, 24, 18), (&seconds, true, 16, 16)] {
+        for i in 0..pairs + triples {
+            let count = if i < pairs { 2 } else { 3 };
+            add(What::Effects(together(&mut rng, ids, count)), Some(3.0), second);
+        }
     }
     for (name, _, _) in &OUTSIDE {
         // the cosine is there or not: it leaves what it leaves
-        let targets = if *name == "cosine kinetics" { [None; 3] } else { [Some(3.0), Some(10.0), Some(10.0)] };
-        all.extend(targets.map(|target| (What::Outside(name.to_string()), target)));
+        let targets = if *name == "cosine kinetics" { [None; 2] } else { [Some(3.0), Some(10.0)] };
+        targets.into_iter().for_each(|target| add(What::Outside(name.to_string()), target, false));
     }
-    all.extend(Trap::ALL.map(|trap| (What::Trap(trap), None)));
+    for novel in &mechanisms::NOVEL {
+        for target in [3.0, 3.0, 10.0, 10.0] {
+            add(What::Outside(novel.name.to_string()), Some(target), true);
+        }
+    }
+    for name in laws::described() {
+        for target in [3.0, 3.0, 10.0] {
+            add(What::Own(name.to_string()), Some(target), false);
+        }
+    }
+    Trap::ALL.into_iter().for_each(|trap| add(What::Trap(trap), None, false));
     all.shuffle(&mut rng);
     all
 }
 
 /// Effects that may be concealed together: they can show, and no two of them are near relatives.
-fn together(rng: &mut SmallRng, count: usize) -> Vec<String> {
-    let related = |a: &Kind, b: &Kind| {
-        let family = |k: &Kind| match k.id {
+fn together(rng: &mut SmallRng, ids: &[&str], count: usize) -> Vec<String> {
+    let related = |a: &str, b: &str| {
+        let family = |id: &str| match id {
             "mechanical.friction" | "mechanical.capstan" | "sensing.delay" => 1,
             "kinetic.lag" | "kinetic.minor_loop" => 2,
             "thermal.end_conduction" | "kinetic.distributed" | "kinetic.asymmetry" => 3,
-            _ if k.id.starts_with("electrical.") || k.id.starts_with("sensing.") => 4,
+            _ if id.starts_with("electrical.") || id.starts_with("sensing.") => 4,
             _ => 0,
         };
-        a.id == b.id || (family(a) != 0 && family(a) == family(b))
+        a == b || (family(a) != 0 && family(a) == family(b))
     };
-    let mut chosen: Vec<&Kind> = Vec::new();
+    let mut chosen: Vec<&str> = Vec::new();
     while chosen.len() < count {
-        let next = &CATALOGUE[rng.random_range(0..CATALOGUE.len())];
-        if next.shows && !chosen.iter().any(|k| related(k, next)) {
+        let next = ids[rng.random_range(0..ids.len())];
+        if !chosen.iter().any(|id| related(id, next)) {
             chosen.push(next);
         }
     }
-    chosen.into_iter().map(|k| k.id.to_string()).collect()
-}
-
-fn specs(seeds: Seeds, contents: Vec<(usize, What, Option<f64>)>) -> Vec<Spec> {
-    let step = contents.len() / LONG + 1;
-    contents
-        .into_iter()
-        .enumerate()
-        .map(|(place, (index, what, target))| Spec {
-            name: format!("{}{index:03}", seeds.letter()),
-            seed: seeds.first() + index as u64,
-            long: place % step == step - 1 && !matches!(what, What::Trap(_)),
-            what,
-            target,
-        })
-        .collect()
+    chosen.into_iter().map(String::from).collect()
 }
 
 /// The plan, or its first `cases` entries.
 pub fn plan(seeds: Seeds, cases: Option<usize>) -> Vec<Spec> {
-    let all: Vec<_> = contents().into_iter().enumerate().map(|(i, (what, target))| (i, what, target)).collect();
-    let mut specs = specs(seeds, all);
+    let all = contents();
+    let step = all.len() / LONG + 1;
+    let mut specs: Vec<Spec> = all
+        .into_iter()
+        .enumerate()
+        .map(|(index, Content { what, target, second })| {
+            let trap = matches!(what, What::Trap(_));
+            Spec {
+                name: format!("{}{index:03}", seeds.letter()),
+                seed: seeds.first() + index as u64,
+                long: index % step == step - 1 && !trap,
+                kin: if index % UNLIKE_EVERY == 0 { Kin::Unlike } else { Kin::Alike },
+                both: index % BOTH_EVERY == 0 && !trap,
+                second,
+                what,
+                target,
+            }
+        })
+        .collect();
+    // what is never used in development is not in a development plan
+    specs.retain(|s| seeds == Seeds::Score || !(s.second && matches!(s.what, What::Outside(_))));
     specs.truncate(cases.unwrap_or(usize::MAX));
     specs
+}
+
+/// The plan as it is committed: one line a case.
+pub fn table(specs: &[Spec]) -> String {
+    let mut text = String::from("case,seed,generator,concealed,target,kin,recordings,long\n");
+    for s in specs {
+        let concealed = match &s.what {
+            What::Null(null) => format!("nothing ({})", null.words()),
+            What::Effects(ids) => ids.join(" + "),
+            What::Outside(name) => format!("outside: {name}"),
+            What::Own(name) => format!("own law: {name}"),
+            What::Trap(trap) => format!("trap: {}", trap.words()),
+        };
+        let (target, recordings) = (s.target.map_or(String::new(), |t| t.to_string()), if s.both { 2 } else { 1 });
+        let (generator, long) = (if s.second { 2 } else { 1 }, if s.long { "yes" } else { "" });
+        let kin = if s.kin == Kin::Unlike { "unlike" } else { "" };
+        // a comma inside a cell would be a cell of its own
+        let concealed = concealed.replace(',', ";");
+        text += &format!("{},{},{generator},{concealed},{target},{kin},{recordings},{long}\n", s.name, s.seed);
+    }
+    text
 }
 
 /// About thirty cases that have every group in them.
 pub fn quick(seeds: Seeds) -> Vec<Spec> {
     let mut chosen = Vec::new();
-    let mut counts = [0usize; 5];
+    let mut counts = [0usize; 6];
     let mut nulls = Vec::new();
     for spec in plan(seeds, None) {
         let (group, most) = match &spec.what {
@@ -237,13 +330,14 @@ pub fn quick(seeds: Seeds) -> Vec<Spec> {
                 if !nulls.contains(null) {
                     nulls.push(*null);
                 }
-                (0, Null::ALL.len() + 2)
+                (0, Null::FIRST.len() + 4)
             }
             What::Null(_) => continue,
-            What::Effects(ids) if ids.len() == 1 => (1, if spec.target == Some(1.0) { 0 } else { 12 }),
+            What::Effects(ids) if ids.len() == 1 => (1, if spec.target == Some(1.0) { 0 } else { 11 }),
             What::Effects(_) => (2, 3),
             What::Outside(_) => (3, 4),
             What::Trap(_) => (4, 3),
+            What::Own(_) => (5, 1),
         };
         if counts[group] < most {
             counts[group] += 1;
@@ -258,28 +352,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quarter_of_at_least_three_hundred_is_nothing_at_all() {
+    fn the_plan_has_as_much_of_everything_as_is_required() {
         let plan = plan(Seeds::Score, None);
-        assert!(plan.len() >= 300, "{}", plan.len());
-        let nulls = plan.iter().filter(|s| matches!(s.what, What::Null(_))).count();
-        assert!(4 * nulls >= plan.len(), "{nulls} of {}", plan.len());
-        for null in Null::ALL {
+        let count = |is: fn(&Spec) -> bool| plan.iter().filter(|s| is(s)).count();
+        assert!(plan.len() >= 600, "{}", plan.len());
+        assert!(count(|s| matches!(s.what, What::Null(_))) >= 200);
+        assert!(10 * count(|s| s.second) >= 4 * plan.len(), "{}", count(|s| s.second));
+        assert!(5 * count(|s| s.kin == Kin::Unlike) >= plan.len());
+        assert!(count(|s| matches!(&s.what, What::Effects(ids) if ids.len() == 3)) >= 30);
+        for novel in &mechanisms::NOVEL {
+            assert_eq!(plan.iter().filter(|s| s.what == What::Outside(novel.name.into())).count(), 4);
+        }
+        for null in Null::FIRST.into_iter().chain([Null::Grains, Null::Built]) {
             assert!(plan.iter().any(|s| s.what == What::Null(null)), "{null:?}");
         }
     }
 
     #[test]
-    fn development_and_scoring_share_no_seed() {
+    fn development_shares_no_seed_with_scoring_and_sees_none_of_the_eight() {
         let seeds = |s: Seeds| plan(s, None).into_iter().map(|s| s.seed).collect::<Vec<_>>();
         let scored = seeds(Seeds::Score);
         assert!(seeds(Seeds::Dev).iter().all(|seed| !scored.contains(seed)));
+        for novel in &mechanisms::NOVEL {
+            assert!(!plan(Seeds::Dev, None).iter().any(|s| s.what == What::Outside(novel.name.into())));
+        }
     }
 
     #[test]
     fn the_quick_subset_has_every_group_and_every_null() {
         let quick = quick(Seeds::Dev);
-        assert!((26..=34).contains(&quick.len()), "{}", quick.len());
-        for null in Null::ALL {
+        assert!((26..=36).contains(&quick.len()), "{}", quick.len());
+        for null in Null::FIRST.into_iter().chain([Null::Grains, Null::Built]) {
             assert!(quick.iter().any(|s| s.what == What::Null(null)), "{null:?}");
         }
         assert!(quick.iter().any(|s| matches!(s.what, What::Outside(_))));

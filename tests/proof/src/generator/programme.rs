@@ -144,7 +144,7 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
-    use crate::generator::bench::{Bench, Sensor};
+    use crate::generator::bench::{Bench, Kin, Sensor};
     use crate::generator::signals::perfect;
     use crate::generator::wire::STEP_S;
 
@@ -152,7 +152,7 @@ mod tests {
     fn every_programme_transforms_the_wire_and_burns_none() {
         for seed in 0..12 {
             let mut rng = SmallRng::seed_from_u64(seed);
-            let bench = Bench::random(&mut rng, None, false);
+            let bench = Bench::random(&mut rng, Kin::Alike, None, false);
             let duty = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
             assert_eq!(duty.len(), (bench.rate_hz * bench.seconds) as usize);
             assert!(duty.iter().all(|d| (SENSING_DUTY..=1.0).contains(d)));

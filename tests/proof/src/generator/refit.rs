@@ -5,23 +5,24 @@
 //! as a fit can be, not to be the diagnosis' own.
 
 use super::bench::{Bench, PRIORS};
-use super::signals::perfect;
-use super::truth::Truth;
+use super::levels::{Concealed, World};
 
-/// Steps of the simulations compared here, s: both sides have the same, so its error cancels.
-const STEP_S: f64 = 4e-4;
 /// Step of the derivatives, in σ of the priors.
 const DERIVATIVE_STEP: f64 = 0.05;
+/// Stands for the size of another effect among the parameters' keys.
+const OTHER: &str = "size of another effect";
 /// Most rounds of Gauss–Newton with one Jacobian, and how often it is taken anew.
 const ROUNDS: usize = 10;
 const RELINEARISED: usize = 2;
 
-/// A truth without the effect, and how its sensors follow the uncertain parameters.
-pub struct Refit<'a> {
+/// A truth without the effect, and how its sensors follow the uncertain parameters and the sizes of other effects.
+pub struct Refit<'a, W> {
     bench: &'a Bench,
     duty: &'a [f64],
     /// The truth without the effect.
-    base: Truth,
+    base: W,
+    /// Other effects that are there, and their sizes: these are refitted, too.
+    others: Vec<(&'a dyn Concealed<W>, f64)>,
     /// Everything the sensors show of it, over their noise.
     clean: Vec<f64>,
     /// σ of each parameter in its key's unit, and where truth is from the rig file in σ.
@@ -40,20 +41,24 @@ struct Fit {
     cost: f64,
 }
 
-impl<'a> Refit<'a> {
-    /// For a truth without the effect under one programme.
-    pub fn new(bench: &'a Bench, base: &Truth, duty: &'a [f64]) -> Refit<'a> {
-        let parameters: Vec<(&'static str, f64, f64)> = PRIORS
+impl<'a, W: World> Refit<'a, W> {
+    /// For a truth without the effect under one programme. `others` are not yet in `base`.
+    pub fn new(bench: &'a Bench, base: &W, others: Vec<(&'a dyn Concealed<W>, f64)>, duty: &'a [f64]) -> Self {
+        let coefficients = base.coefficients();
+        let mut parameters: Vec<(&'static str, f64, f64)> = PRIORS
             .iter()
             .filter_map(|(key, prior)| {
                 let believed = bench.believed.get(key);
                 let sigma = prior.sigma(believed);
-                (sigma > 0.0).then(|| (*key, sigma, (base.get(key) - believed) / sigma))
+                (sigma > 0.0).then(|| (*key, sigma, (coefficients.get(key) - believed) / sigma))
             })
             .collect();
+        // a size may become nothing or double within 1 σ
+        parameters.extend(others.iter().map(|_| (OTHER, 1.0, 0.0)));
+        let base = base.clone();
         let mut refit =
-            Refit { bench, duty, base: base.clone(), clean: Vec::new(), parameters, jacobian: vec![], factor: vec![] };
-        refit.clean = refit.shown(base);
+            Refit { bench, duty, base, others, clean: Vec::new(), parameters, jacobian: vec![], factor: vec![] };
+        refit.clean = refit.shown(&refit.at(&vec![0.0; refit.parameters.len()]));
         refit.jacobian = refit.jacobian_at(&vec![0.0; refit.parameters.len()], &refit.clean);
         refit.factor = cholesky(&refit.jacobian);
         refit
@@ -72,10 +77,14 @@ impl<'a> Refit<'a> {
     }
 
     /// The base with its parameters moved by `z` σ.
-    fn at(&self, z: &[f64]) -> Truth {
-        let mut truth = self.base.clone();
+    fn at(&self, z: &[f64]) -> W {
+        let mut world = self.base.clone();
+        let truth = world.coefficients_mut();
         let one_modulus = self.bench.believed.material.e_a == self.bench.believed.material.e_m;
         for ((key, sigma, _), z) in self.parameters.iter().zip(z) {
+            if *key == OTHER {
+                continue;
+            }
             let value = (truth.get(key) + sigma * z).max(if key.ends_with("_c") { -50.0 } else { 1e-3 * sigma });
             // a rig file that says there is one modulus
             if one_modulus && *key == "martensite_modulus_gpa" {
@@ -87,11 +96,15 @@ impl<'a> Refit<'a> {
             }
         }
         truth.material.m = truth.material.m.min(truth.material.a - 1.0);
-        truth
+        let sizes = &z[z.len() - self.others.len()..];
+        for ((other, size), z) in self.others.iter().zip(sizes) {
+            other.put_into(self.bench, &mut world, size * (1.0 + z).max(1e-3));
+        }
+        world
     }
 
-    fn shown(&self, truth: &Truth) -> Vec<f64> {
-        let columns = perfect(self.bench, truth, self.duty, STEP_S);
+    fn shown(&self, world: &W) -> Vec<f64> {
+        let columns = world.perfect(self.bench, self.duty, W::LEVEL_STEP_S);
         columns
             .iter()
             .zip(self.bench.sensors.values())
@@ -99,9 +112,17 @@ impl<'a> Refit<'a> {
             .collect()
     }
 
+    /// Standard deviations of the sizes of the effects that are there, as shares of them, with everything else refitted:
+    /// by Cramér and Rao, in white noise.
+    pub fn deviations_of_others(&self) -> Vec<f64> {
+        let n = self.parameters.len();
+        let unit = |i: usize| (0..n).map(|j| if i == j { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        (n - self.others.len()..n).map(|i| solve(&self.factor, unit(i))[i].max(0.0).sqrt()).collect()
+    }
+
     /// RMS over the noise, all sensors alike, of what a truth with the effect leaves after refitting without it.
     /// Infinite where the truth is no wire that could be simulated.
-    pub fn left(&self, with_effect: &Truth, thorough: bool) -> f64 {
+    pub fn left(&self, with_effect: &W, thorough: bool) -> f64 {
         let target = self.shown(with_effect);
         let z = vec![0.0; self.parameters.len()];
         let residual: Vec<f64> = target.iter().zip(&self.clean).map(|(a, b)| a - b).collect();
