@@ -50,6 +50,7 @@ mod rest;
 mod signals;
 mod step;
 mod validate;
+mod warp;
 
 pub use effects::Effects;
 pub use error::Error;
@@ -58,5 +59,6 @@ pub use kinetics::{Direction, Fraction, Hysteresis};
 pub use model::WireModel;
 pub use signals::{EnergyBalance, Inputs, Outputs};
 pub use step::{Undefined, Unknown, Wire, cold_length_m, hot_length_m};
+pub use warp::Warp;
 
 pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};
