@@ -4,6 +4,7 @@
 //! martensite fraction is a closed form of ϑ, so a step of any length lands on the same curve.
 
 use crate::params::{Kinetics, Material};
+use crate::warp::Warp;
 
 /// ln(1/0.01²): the bounded laws put A_s and A_f where the logistic curve has 1 % left, 9.21/k apart (after eq. 20).
 const BOUNDED_SPAN: f64 = 9.210_340_371_976_184;
@@ -66,12 +67,26 @@ pub(crate) struct Curve {
     law: Law,
     centre_c: f64,
     steepness_per_k: f64,
+    /// What its shape differs by from the law's.
+    warp: Option<Warp>,
 }
 
 impl Curve {
     fn at(&self, theta: f64) -> Point {
         let k = self.steepness_per_k;
         let z = k * (theta - self.centre_c);
+        match &self.warp {
+            None => self.of_law(z, k),
+            Some(warp) => {
+                let warped = warp.at(z);
+                self.of_law(warped.z, k * warped.slope)
+            }
+        }
+    }
+
+    /// The law at its argument z, which rises by `k` with every kelvin here.
+    #[inline(always)]
+    fn of_law(&self, z: f64, k: f64) -> Point {
         if self.law == Law::Logistic {
             // eq. 20, from the side that does not overflow
             let e = (-z.abs()).exp();
@@ -85,12 +100,11 @@ impl Curve {
             };
             return Point { fraction, slope, outer: true };
         }
-        self.at_uncommon(z)
+        self.at_uncommon(z, k)
     }
 
     #[cold]
-    fn at_uncommon(&self, z: f64) -> Point {
-        let k = self.steepness_per_k;
+    fn at_uncommon(&self, z: f64, k: f64) -> Point {
         let left = 0.5 - z / BOUNDED_SPAN; // distance to the finish temperature over the span: x^b of eq. 13
         let x = left.clamp(0.0, 1.0);
         let moving = if left > 0.0 && left < 1.0 { -k / BOUNDED_SPAN } else { 0.0 }; // dx/dϑ
@@ -183,11 +197,13 @@ impl Hysteresis {
                 law: heating,
                 centre_c: material.austenite_temperature_c,
                 steepness_per_k: material.heating_steepness_per_k,
+                warp: None,
             },
             cooling: Curve {
                 law: cooling,
                 centre_c: material.martensite_temperature_c,
                 steepness_per_k: material.cooling_steepness_per_k,
+                warp: None,
             },
             inner_share: 1.0 - material.outer_loop_weight,
             tails_cross: heating != cooling
@@ -196,6 +212,14 @@ impl Hysteresis {
                 || !matches!(material.kinetics, Kinetics::Logistic),
             cooling_shift: 0.0,
         }
+    }
+
+    /// Gives the heating and the cooling curve shapes of their own.
+    pub(crate) fn shape(&mut self, heating: Warp, cooling: Warp) {
+        let of = |warp: Warp| (!warp.is_null()).then_some(warp);
+        self.heating.warp = of(heating);
+        self.cooling.warp = of(cooling);
+        self.tails_cross |= self.heating.warp != self.cooling.warp;
     }
 
     /// Moves the cooling curve to `shift` K above where the material has it.
@@ -383,6 +407,29 @@ mod tests {
     }
 
     #[test]
+    fn a_shaped_curve_keeps_its_centre_and_its_slope_is_the_derivative() {
+        for kinetics in [Kinetics::Logistic, Kinetics::LiangRogers] {
+            let material = Material { kinetics, ..Material::default() };
+            let (plain, mut shaped) = (Hysteresis::new(&material), Hysteresis::new(&material));
+            shaped.shape(Warp { hot_tail: -1.0, ..Warp::default() }, Warp { cold_shoulder: 0.5, ..Warp::default() });
+            let centre = material.austenite_temperature_c;
+            assert!((shaped.upper(centre).martensite - plain.upper(centre).martensite).abs() < 1e-12);
+            // a flatter hot tail leaves more martensite in the heat
+            let hot = centre + 3.0 / material.heating_steepness_per_k;
+            assert!(shaped.upper(hot).martensite > plain.upper(hot).martensite + 1e-3, "{kinetics:?}");
+            for i in 0..2000 {
+                let theta = 20.0 + 0.06 * f64::from(i);
+                for curve in [shaped.heating, shaped.cooling] {
+                    let d = 1e-5;
+                    let (above, below) = (curve.at(theta + d).fraction, curve.at(theta - d).fraction);
+                    let (measured, slope) = (above.change_from(&below) / (2.0 * d), curve.at(theta).slope);
+                    assert!((measured - slope).abs() < 1e-5, "{kinetics:?} {theta}: {measured} {slope}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn richards_with_unit_skew_is_logistic() {
         let logistic = Hysteresis::new(&Material::default());
         let richards = Hysteresis::new(&Material {
@@ -454,6 +501,7 @@ mod tests {
             k_a in 0.05f64..1.0,
             k_m in 0.05f64..1.0,
             width in 0.0f64..60.0,
+            shape in prop::option::of(prop::array::uniform8(-1.5f64..1.5)),
             path in prop::collection::vec(0.0f64..160.0, 1..40),
         ) {
             let material = Material {
@@ -464,7 +512,16 @@ mod tests {
                 martensite_temperature_c: 93.0 - width,
                 ..Material::default()
             };
-            let h = Hysteresis::new(&material);
+            let mut h = Hysteresis::new(&material);
+            if let Some(s) = shape {
+                let warp = |s: &[f64]| Warp {
+                    cold_tail: s[0],
+                    cold_shoulder: s[1],
+                    hot_shoulder: s[2],
+                    hot_tail: s[3],
+                };
+                h.shape(warp(&s[..4]), warp(&s[4..]));
+            }
             let mut theta = 25.0;
             let mut at = h.clip(Fraction::of_martensite(1.0), theta);
             for target in path {

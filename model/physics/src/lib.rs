@@ -51,6 +51,7 @@ mod signals;
 mod step;
 mod surroundings;
 mod validate;
+mod warp;
 
 pub use effects::Effects;
 pub use error::Error;
@@ -60,5 +61,6 @@ pub use model::WireModel;
 pub use signals::{EnergyBalance, Inputs, Outputs};
 pub use step::{Undefined, Unknown, Wire, cold_length_m, hot_length_m};
 pub use surroundings::{Surroundings, drawn_meanwhile_a};
+pub use warp::Warp;
 
 pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};

@@ -3,12 +3,15 @@
 use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, switch};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Kinetics, Material};
+use crate::warp::Warp;
 
 /// Terms of the phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Kinetic {
     /// Curves with unequal shoulders.
     pub asymmetry: Asymmetry,
+    /// Curves that follow no closed form.
+    pub curves: CurveShapes,
     /// Another stress slope on cooling.
     pub unequal_slopes: UnequalSlopes,
     /// Grains that transform at different temperatures.
@@ -33,6 +36,15 @@ impl Default for Asymmetry {
     fn default() -> Self {
         Asymmetry { heating_skew: 1.0, cooling_skew: 1.0 }
     }
+}
+
+/// `kinetic.curves`: the outer curves g(z) become g(w(z)), with a smooth rising w of its own for each.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CurveShapes {
+    /// w of the heating curve.
+    pub heating: Warp,
+    /// w of the cooling curve.
+    pub cooling: Warp,
 }
 
 /// `kinetic.unequal_slopes`: on cooling the curve's centre is M + extra · σ, besides 1/α which moves both.
@@ -210,6 +222,13 @@ impl TrainingDrift {
 impl Kinetic {
     /// The curves of a material, shaped.
     pub(crate) fn curves(&self, material: &Material) -> Hysteresis {
+        let mut curves = self.skewed(material);
+        curves.shape(self.curves.heating, self.curves.cooling);
+        curves
+    }
+
+    /// The curves of a material with their skews.
+    fn skewed(&self, material: &Material) -> Hysteresis {
         let mut material = *material;
         let skew = &self.asymmetry;
         if (skew.heating_skew, skew.cooling_skew) != (1.0, 1.0) {
@@ -262,6 +281,97 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     1.0,
                     asymmetry.cooling_skew,
                     "skew v of the cooling curve"
+                ),
+            ],
+        },
+        Effect {
+            id: "kinetic.curves",
+            equation: Equation::Kinetic,
+            nature: Nature::Shape,
+            home: Home::Table,
+            needs: Needs::Nothing,
+            term: "g(z) → g(w(z)), w(0) = 0, ln w' linear between nodes at z = k (ϑ − centre) = ±4, ±2, 0",
+            says: "The transformation curves follow no closed form",
+            parameters: &[
+                switch!(
+                    0.0,
+                    "heating_cold_tail",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.heating.cold_tail,
+                    "ln of the factor on the heating curve's steepness at z = -4"
+                ),
+                switch!(
+                    0.0,
+                    "heating_cold_shoulder",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.heating.cold_shoulder,
+                    "ln of the factor on the heating curve's steepness at z = -2"
+                ),
+                switch!(
+                    0.0,
+                    "heating_hot_shoulder",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.heating.hot_shoulder,
+                    "ln of the factor on the heating curve's steepness at z = 2"
+                ),
+                switch!(
+                    0.0,
+                    "heating_hot_tail",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.heating.hot_tail,
+                    "ln of the factor on the heating curve's steepness at z = 4"
+                ),
+                switch!(
+                    0.0,
+                    "cooling_cold_tail",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.cooling.cold_tail,
+                    "ln of the factor on the cooling curve's steepness at z = -4"
+                ),
+                switch!(
+                    0.0,
+                    "cooling_cold_shoulder",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.cooling.cold_shoulder,
+                    "ln of the factor on the cooling curve's steepness at z = -2"
+                ),
+                switch!(
+                    0.0,
+                    "cooling_hot_shoulder",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.cooling.hot_shoulder,
+                    "ln of the factor on the cooling curve's steepness at z = 2"
+                ),
+                switch!(
+                    0.0,
+                    "cooling_hot_tail",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.cooling.hot_tail,
+                    "ln of the factor on the cooling curve's steepness at z = 4"
                 ),
             ],
         },

@@ -53,6 +53,9 @@ pub enum Nature {
     Mechanism,
     /// A closed form fitted to what no mechanism explains.
     Empirical,
+    /// The shape of a curve that the reference model has: no physics is missing where it differs, so that it is no
+    /// candidate of a search for mechanisms.
+    Shape,
 }
 
 /// What a rig has to have for an effect to show on it: no probe gives way where there is none.

@@ -15,7 +15,7 @@ pub fn catalogue() -> String {
     let mut out = String::new();
     for equation in Equation::ALL {
         heading(&mut out, equation);
-        let of_equation = |e: &&Effect| e.equation == equation && e.nature == Nature::Mechanism;
+        let of_equation = |e: &&Effect| e.equation == equation && e.nature != Nature::Empirical;
         effects::catalogue().filter(of_equation).for_each(|effect| describe(&mut out, effect));
     }
     out += "## Empirical forms\n\nNo mechanisms: closed forms fitted to what none of the above explains. A fit that needs one says that \
