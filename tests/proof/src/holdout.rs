@@ -2,27 +2,34 @@
 
 use std::collections::BTreeMap;
 
-use sinew_recording::Recording;
-use sinew_rig::Rig;
+use sinew_recording::{Column, Recording};
+use sinew_rig::{PositionZero, Rig};
 
 /// RMS difference over the true noise by column, and over all of them with every sample counted alike.
-/// `None` where the rig cannot be simulated through the recording.
+/// A position whose zero is arbitrary is compared about its mean. `None` where the rig cannot be simulated through the recording.
 pub fn chi(rig: &Rig, recording: &Recording, noise: &BTreeMap<String, f64>) -> Option<(BTreeMap<String, f64>, f64)> {
-    let model = &rig.channels.first()?.model;
-    let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();
+    let channel = rig.channels.first()?;
+    let model = &channel.model;
+    let zero_is_free = |column: &Column| *column == Column::PositionM && channel.position_zero == PositionZero::Free;
+    // of squares, of the differences where their mean means nothing, and how many
+    let mut sums: BTreeMap<&'static str, (f64, f64, f64)> = BTreeMap::new();
     for (i, simulated) in recording.simulated(model).ok()?.enumerate() {
         let (_, seen) = simulated.ok()?;
         for (column, values) in recording.columns() {
             let (Some(noise), Some(value)) = (noise.get(column.name()), column.of_outputs(&seen)) else { continue };
             if values[i].is_finite() {
                 let sum = sums.entry(column.name()).or_default();
-                sum.0 += ((values[i] - value) / noise).powi(2);
-                sum.1 += 1.0;
+                let difference = (values[i] - value) / noise;
+                sum.0 += difference * difference;
+                sum.1 += if zero_is_free(&column) { difference } else { 0.0 };
+                sum.2 += 1.0;
             }
         }
     }
-    let by_column = sums.iter().map(|(name, (sum, count))| (name.to_string(), (sum / count).sqrt())).collect();
-    let (sum, count) = sums.values().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let sums = sums.iter().map(|(name, (squares, sum, count))| (*name, squares - sum * sum / count, *count));
+    let sums: Vec<(&str, f64, f64)> = sums.collect();
+    let by_column = sums.iter().map(|(name, sum, count)| (name.to_string(), (sum / count).sqrt())).collect();
+    let (sum, count) = sums.iter().fold((0.0, 0.0), |a, b| (a.0 + b.1, a.1 + b.2));
     let all = (sum / count).sqrt();
     all.is_finite().then_some((by_column, all))
 }
