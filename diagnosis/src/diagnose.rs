@@ -94,8 +94,10 @@ pub fn identify(
         (settings.progress)("as given", 0.0);
         let given = Stage::as_given(&data, &space)?;
         (settings.progress)("fitting", 0.1);
-        let searched = Searched::new(&data, &space, rig.channels[channel].model.drive.kind).data;
-        let [_, found] = Explanation::from_belief(&searched, &space, &vec![0.0; space.len()]).ok_or(Error::NoFit)?;
+        let from = Searched::new(&data, &space, space.drive());
+        let [_, found] = Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()]).ok_or(Error::NoFit)?;
+        // what long rows lack where the fit began is not what they lack where it ends
+        let (Searched { data: searched, .. }, found) = select::settled(&from, &found).ok_or(Error::NoFit)?;
         (settings.progress)("polishing", 0.6);
         let Explanation { fit, discrepancy, .. } = &found;
         let ended = Explanation::of(&data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;

@@ -150,7 +150,7 @@ fn least_rise(reference: &Explanation, chosen: &Explanation) -> f64 {
 }
 
 /// An explanation carried to its end where the search's simulation is exact.
-fn settled(from: &Searched, found: &Explanation) -> Option<(Searched, Explanation)> {
+pub(crate) fn settled(from: &Searched, found: &Explanation) -> Option<(Searched, Explanation)> {
     let Explanation { fit, discrepancy, .. } = found;
     let searched = from.near(&fit.space, &fit.z);
     let settled = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
