@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What other tools make of the same recordings, in one run: SciPy's least_squares through `sinew simulate`, and PySINDy.
+"""What other tools make of the same recordings in one run: SciPy's least_squares through `sinew simulate`, PySINDy.
 
 usage: compare.py SINEW FOLDER [FOLDER...] [--docs docs/proof.md] [--seconds S]
 
@@ -238,9 +238,10 @@ def main():
     text += ["| " + " | ".join(row) + " |" for row in rows]
     section = "\n".join(
         [BEGIN, "## Beside other tools", "",
-         "The same recordings in one run of `tests/proof/compare.py`, development seeds. Chi is over all sensors in true noise, of a recording "
-         "that no method was given; times are wall times, the kept-back simulation included. `least_squares` is given the parameters a person would "
-         "fit, their priors and the true noise, and calls the simulator as a process; PySINDy is given every measured column and knows no hidden state.", ""]
+         "The same recordings in one run of `tests/proof/compare.py`, development seeds. Chi is over all sensors in "
+         "true noise, of a recording that no method was given; times are wall times, the kept-back simulation "
+         "included. `least_squares` is given the parameters a person would fit, their priors and the true noise, and "
+         "calls the simulator as a process; PySINDy is given every measured column and knows no hidden state.", ""]
         + text + [END])
     if args.docs:
         page = open(args.docs).read()

@@ -48,7 +48,7 @@ fn line(text: &mut String, what: &str, target: &str, found: &str, met: &str) {
     let _ = writeln!(text, "| {what} | {target} | {found} | {met} |");
 }
 
-/// The page. `hashes` are those of the committed plan, none for development seeds; `before` is what the page was until now.
+/// The page. `hashes` are those of the committed plan, none for development seeds; `before` is what the page was.
 pub fn page(all: &[Judged], hashes: Option<&Hashes>, before: &str) -> String {
     let mut text = String::new();
     let seeds_words = match hashes {
@@ -60,9 +60,10 @@ pub fn page(all: &[Judged], hashes: Option<&Hashes>, before: &str) -> String {
     };
     let _ = writeln!(
         text,
-        "# Evaluation of the diagnosis on concealed cases\n\nHow well the diagnosis does where the truth is known: {} concealed cases from {seeds_words}.\n\
+        "# Evaluation of the diagnosis on concealed cases\n\nHow well the diagnosis does where the truth is known: \
+         {} concealed cases from {seeds_words}.\n\
          `cargo run --release -p sinew-proof` makes them, diagnoses them, scores them and writes this page (but for the \
-         real recordings below and the notes).\n",
+         real recordings, the comparison and the notes).\n",
         all.len()
     );
     text.push_str(METHOD);
@@ -105,34 +106,40 @@ const METHOD: &str = "\
 
 Two generators, neither of which shares code with the simulator that the diagnosis fits with; a test keeps it so.
 
-1. **The same physics, computed otherwise** (`tests/proof/src/generator/`). The load moves by leapfrog, heat and phase by Heun's method \
-in steps of 0.1 ms, hysteresis is a rate law with energy-conserving projection onto the outer curves, cold ends are a row of cells. It \
-meets the reference trajectories to 0.03 % of their range, and at the true parameters and effects the project's simulator leaves chi 1.00 \
-of its recordings (both are tests).
-2. **Another structure** (`tests/proof/src/second/`). The phase is an ensemble of 40 plays between ramps with temperatures from no closed \
-form (Preisach: wiping-out and congruency are tests), heat goes by enthalpy and balances to rounding, friction is a bristle, a hanging \
-mass has its pulley's inertia. In half of the cases loss follows Churchill and Chu's correlation, ends are cold or the spring is guided with friction. Converters average over the \
-on-phase, amplifiers have a slow part, the encoder has lines. Steady temperatures, cold ends, swings and the first law are met in closed form (tests). What \
-such a truth holds anyway (other shapes of the curves, cold ends, a loss that rises with temperature, a guide's friction) is neither right nor wrong where it is named.
+1. **The same physics, computed otherwise** (`tests/proof/src/generator/`). The load moves by leapfrog, heat and \
+phase by Heun's method in steps of 0.1 ms, hysteresis is a rate law with energy-conserving projection onto the \
+outer curves, cold ends are a row of cells. It meets the reference trajectories to 0.03 % of their range, and at \
+the true parameters and effects the project's simulator leaves chi 1.00 of its recordings (both are tests).
+2. **Another structure** (`tests/proof/src/second/`). The phase is an ensemble of 40 plays between ramps with \
+temperatures from no closed form (Preisach: wiping-out and congruency are tests), heat goes by enthalpy and \
+balances to rounding, friction is a bristle, a hanging mass has its pulley's inertia. In half of the cases loss \
+follows Churchill and Chu's correlation, ends are cold or the spring is guided with friction. Converters average \
+over the on-phase, amplifiers have a slow part, the encoder has lines. Steady temperatures, cold ends, swings and \
+the first law are met in closed form (tests). What such a truth holds anyway (other shapes of the curves, cold \
+ends, a loss that rises with temperature, a guide's friction) is neither right nor wrong where it is named.
 
-- **Benches** differ in wire (0.1–0.38 mm, 100–400 mm), alloy, load (hanging mass, stiff spring, soft spring), supply, taps, \
-sensors (all; position and resistance; position and force; resistance; position) and noise; every fifth is *unlike development*: 0.05, 0.076 or 0.45 mm, 50–80 mm or 0.6–1.1 m, \
-45–80 or 210–280 MPa. The true parameters are drawn from the priors of the rig file, cut at 2 σ, and so is what the rig file states as known: \
-diameter (1 σ of 1 %), length (0.5 %), taps (0.7 %), supply (0.4 %), shunt (2 %), mass and preload (1.5 %), spring (3 %), and the gains of \
-load cell and encoder (1 %). Recordings are 30–60 s at 100 Hz under random stairs, ramps, full and partial loops; some are 90 s at 200 Hz. \
-The diagnosis sees one recording or, in every other case, two under different programmes; one more only judges it.
-- **Level** of an effect: what remains of it, RMS over the noise over all sensors, once every uncertain parameter and constant and the sizes of all *other* concealed \
-effects have been refitted by the generator's own least squares. Effects are sized to leave 1, 3 or 10, within what rigs show; \
-where that cannot be reached, the level reached is the one that counts. A level between 0.5 and 1.7 is counted as 1×, up to \
-5.5 as 3×, beyond as 10×. What leaves less than half the noise is too faint, listed, and counted in no figure. Pairs and triples count where \
-each member leaves 3×, what is outside the catalogue where it leaves 3× and more; the tables list all.
-- **Nulls**: parameters off, the rig file exactly right, coloured noise (lag-one correlation 0.3–0.9), a coarse converter, \
-missing samples, a uniform wire computed with axial nodes, and two kinds of the second truth.
-- **Outside the catalogue**: thirteen mechanisms of the first generator, and eight of the second that were never used in development. \
-Four of the thirteen come once more as candidates in a laboratory's own file of laws, beside three that are not there.
+- **Benches** differ in wire (0.1–0.38 mm, 100–400 mm), alloy, load (hanging mass, stiff spring, soft spring), \
+supply, taps, sensors (all; position and resistance; position and force; resistance; position) and noise; every \
+fifth is *unlike development*: 0.05, 0.076 or 0.45 mm, 50–80 mm or 0.6–1.1 m, 45–80 or 210–280 MPa. The true \
+parameters are drawn from the priors of the rig file, cut at 2 σ, and so is what the rig file states as known: \
+diameter (1 σ of 1 %), length (0.5 %), taps (0.7 %), supply (0.4 %), shunt (2 %), mass and preload (1.5 %), spring \
+(3 %), and the gains of load cell and encoder (1 %). Recordings are 30–60 s at 100 Hz under random stairs, ramps, \
+full and partial loops; some are 90 s at 200 Hz. The diagnosis sees one recording or, in every other case, two \
+under different programmes; one more only judges it.
+- **Level** of an effect: what remains of it, RMS over the noise over all sensors, once every uncertain parameter \
+and constant and the sizes of all *other* concealed effects have been refitted by the generator's own least \
+squares. Effects are sized to leave 1, 3 or 10, within what rigs show; where that cannot be reached, the level \
+reached is the one that counts. A level between 0.5 and 1.7 is counted as 1×, up to 5.5 as 3×, beyond as 10×. What \
+leaves less than half the noise is too faint, listed, and counted in no figure. Pairs and triples count where each \
+member leaves 3×, what is outside the catalogue where it leaves 3× and more; the tables list all.
+- **Nulls**: parameters off, the rig file exactly right, coloured noise (lag-one correlation 0.3–0.9), a coarse \
+converter, missing samples, a uniform wire computed with axial nodes, and two kinds of the second truth.
+- **Outside the catalogue**: thirteen mechanisms of the first generator, and eight of the second that were never \
+used in development. Four of the thirteen come once more as candidates in a laboratory's own file of laws, beside \
+three that are not there.
 - `thermal.neighbour` is not concealed: a recording of one channel does not hold the other wire's temperature. \
-`electrical.supply_sag` and `electrical.lead_resistance` are the same circuit where the supply is recorded ahead of its \
-own resistance, so either name is right.
+`electrical.supply_sag` and `electrical.lead_resistance` are the same circuit where the supply is recorded ahead of \
+its own resistance, so either name is right.
 - **Intervals** in brackets are Wilson's, 90 %.
 ";
 

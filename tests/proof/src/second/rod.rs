@@ -344,7 +344,7 @@ impl Rod {
     }
 
     /// Heat from the surroundings into a cell but for conduction, W.
-    fn from_around(&self, temperature: f64, share: f64) -> f64 {
+    fn gained_around(&self, temperature: f64, share: f64) -> f64 {
         let (t, h) = (&self.w.plain, &self.w.hidden);
         let room = if h.enclosure[0] > 0.0 { self.enclosure } else { self.ambient() };
         let mut loss = t.material.h * t.surface();
@@ -389,7 +389,7 @@ impl Rod {
         let mut gone = 0.0;
         for i in 0..self.cells.len() {
             let c = &self.cells[i];
-            let mut now = self.from_around(c.temperature, c.share);
+            let mut now = self.gained_around(c.temperature, c.share);
             if let Some(clamp) = self.links.first() {
                 let colder = if i == 0 { self.ambient() } else { self.cells[i - 1].temperature };
                 now += if i == 0 { *clamp } else { self.links[i] } * (colder - c.temperature);
@@ -622,7 +622,7 @@ mod tests {
         w.hidden.elastic_work = 1.0;
         w.plain.material.theta = 0.0;
         let mut rod = Rod::new(&w);
-        let m = w.plain.material.clone();
+        let m = w.plain.material;
         let volume = rod.area * w.plain.length;
         let inner = |r: &Rod| {
             let c = &r.cells[0];
