@@ -6,8 +6,8 @@ use rand::RngExt;
 use rand::rngs::SmallRng;
 
 use super::bench::{Bench, Sensor};
-use super::levels::{Concealed, World};
 use super::truth::{Effects, EndStop, Truth, Wave};
+use super::world::{Concealed, World};
 
 /// An effect of the catalogue, as this generator puts it in.
 #[derive(Debug, Clone, Copy)]

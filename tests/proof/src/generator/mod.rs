@@ -12,6 +12,7 @@ mod refit;
 pub mod signals;
 pub mod truth;
 mod wire;
+pub mod world;
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@
 //! as a fit can be, not to be the diagnosis' own.
 
 use super::bench::{Bench, PRIORS};
-use super::levels::{Concealed, World};
+use super::world::{Concealed, World};
 
 /// Step of the derivatives, in σ of the priors.
 const DERIVATIVE_STEP: f64 = 0.05;

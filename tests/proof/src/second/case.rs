@@ -7,11 +7,12 @@ use rand::{RngExt, SeedableRng};
 
 use super::super::generator::bench::{Bench, Kin, PRIORS, Sensor, Set};
 use super::super::generator::case::{Answer, Case};
-use super::super::generator::levels::{self, sized};
+use super::super::generator::levels::sized;
 use super::super::generator::plan::{Null, Spec, What};
 use super::super::generator::programme::programme;
 use super::super::generator::signals::Put;
 use super::super::generator::truth::{Effects, Truth};
+use super::super::generator::world;
 use super::grains::Ranks;
 use super::mechanisms::{CATALOGUE, Drawn, NOVEL};
 use super::rod::Rod;
@@ -23,7 +24,7 @@ const ATTEMPTS: u64 = 3;
 /// Another shape of the curves is what this truth is made of: naming it is no mistake.
 const CURVES: [&str; 4] = ["kinetic.asymmetry", "kinetic.distributed", "kinetic.minor_loop", "kinetic.unequal_slopes"];
 
-impl levels::World for World {
+impl world::World for World {
     const LEVEL_STEP_S: f64 = 2e-3;
 
     fn coefficients(&self) -> &Truth {
@@ -233,7 +234,7 @@ mod tests {
     fn every_bench_can_be_simulated() {
         for spec in plan(Seeds::Dev, None).iter().filter(|s| s.second && matches!(s.what, What::Null(_))).take(16) {
             let draw = draw(spec, 0);
-            let shown = levels::World::perfect(&draw.world, &draw.bench, &draw.train, 2e-3);
+            let shown = world::World::perfect(&draw.world, &draw.bench, &draw.train, 2e-3);
             for (column, sensor) in shown.iter().zip(draw.bench.sensors.keys()) {
                 assert!(column.iter().all(|v| v.is_finite()), "{}: {sensor:?}", spec.name);
                 let low = column.iter().copied().fold(f64::INFINITY, f64::min);

@@ -7,8 +7,8 @@ use rand::RngExt;
 use rand::rngs::SmallRng;
 
 use super::super::generator::bench::{Bench, Sensor, tidy};
-use super::super::generator::levels::Concealed;
 use super::super::generator::truth::Effects;
+use super::super::generator::world::Concealed;
 use super::world::World;
 
 /// An effect of the catalogue that this generator has: id, largest size in natural units, a sensor it needs, and whether

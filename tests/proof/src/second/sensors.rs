@@ -6,8 +6,8 @@ use rand::rngs::SmallRng;
 use rand_distr::StandardNormal;
 
 use super::super::generator::bench::{Bench, Sensor};
-use super::super::generator::levels::World as _;
 use super::super::generator::signals::{Put, Table};
+use super::super::generator::world::World as _;
 use super::rod::Shown;
 use super::world::World;
 
