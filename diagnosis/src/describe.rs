@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use sinew_physics::effects::Equation;
-use sinew_recording::Recording;
 
 use crate::answer::{FittedParameter, FoundEffect, Location, RecordingSummary, Verdict};
 use crate::conditions;
 use crate::data::{Data, Part};
 use crate::evidence::Rival;
-use crate::experiment;
+use crate::experiment::{self, NextExperiment};
 use crate::fit::Fit;
 use crate::intervals::Interval;
 use crate::locate::{self, Located};
@@ -80,7 +79,7 @@ pub(crate) fn next_experiment(
     Compared { chosen, reference, .. }: &Compared,
     rivals: &[Rival],
     effects: &[FoundEffect],
-) -> (String, Option<Recording>) {
+) -> NextExperiment {
     let propose = |rival: &Fit| experiment::propose(data, &chosen.fit, rival);
     match (verdict, rivals.first()) {
         (Verdict::PhysicsMissing, Some(rival)) => {
@@ -94,7 +93,7 @@ pub(crate) fn next_experiment(
         // without a closed form there is nothing to tell apart yet
         (Verdict::UnknownPhysics, _) if chosen.fit.space.effects.is_empty() => words::explore(None),
         (Verdict::UnknownPhysics, _) => words::explore(propose(&reference.fit)),
-        (Verdict::Agrees | Verdict::ParametersOff, _) => (words::nothing_needed(&chosen.fit, data), None),
+        (Verdict::Agrees | Verdict::ParametersOff, _) => words::nothing_needed(&chosen.fit, data),
     }
 }
 

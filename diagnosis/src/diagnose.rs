@@ -241,7 +241,7 @@ impl Found {
         }
         let verdict = self.verdict(&effects, &beyond_tolerance);
         progress("next experiment", 0.0);
-        let (next_experiment, next_programme) = describe::next_experiment(data, verdict, compared, &rivals, &effects);
+        let next = describe::next_experiment(data, verdict, compared, &rivals, &effects);
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
             Verdict::PhysicsMissing => effects.first().and_then(|e| chosen.fit.space.effect(&e.id)).map(|e| e.equation),
@@ -285,11 +285,11 @@ impl Found {
             beyond_tolerance,
             parameters: describe::parameters(&chosen.fit, &intervals),
             recordings: describe::summaries(data, &chosen.fit, &improved.residuals),
-            next_experiment,
+            next_experiment: next.says,
             warnings,
             seed: settings.seed,
         };
-        Ok((diagnosis, next_programme))
+        Ok((diagnosis, next.programme))
     }
 
     /// The rig with what was found in its model.

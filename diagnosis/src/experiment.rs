@@ -32,6 +32,22 @@ pub(crate) struct Proposal {
     pub(crate) programme: Option<Recording>,
 }
 
+/// What an answer proposes to do next.
+#[derive(Debug, Clone)]
+pub(crate) struct NextExperiment {
+    /// In words.
+    pub(crate) says: String,
+    /// What to drive the wire by, where a programme is proposed.
+    pub(crate) programme: Option<Recording>,
+}
+
+impl NextExperiment {
+    /// One without a programme of the drive.
+    pub(crate) fn in_words(says: String) -> NextExperiment {
+        NextExperiment { says, programme: None }
+    }
+}
+
 /// What the file of a proposed programme is called.
 pub const NEXT_PROGRAMME: &str = "next.csv";
 

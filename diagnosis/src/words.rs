@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use sinew_physics::effects::Effect;
-use sinew_recording::Recording;
 
 use crate::answer::{BeyondTolerance, EffectSize, FoundEffect, Grade, Location, LooksLike, Remains, Unknown, Verdict};
 use crate::data::Data;
-use crate::experiment::Proposal;
+use crate::experiment::{NextExperiment, Proposal};
 use crate::fit::Fit;
 use crate::numbers::{interval, number};
 use crate::space::{Coordinate, What, is_time};
@@ -157,10 +156,10 @@ fn what_is_left(remains: &Remains) -> String {
 }
 
 /// How to tell two explanations apart.
-pub(crate) fn separate(named: &str, rival: &str, proposal: Option<Proposal>) -> (String, Option<Recording>) {
+pub(crate) fn separate(named: &str, rival: &str, proposal: Option<Proposal>) -> NextExperiment {
     match proposal {
         Some(p) if p.apart > WORTH_IT && p.apart > 1.5 * p.apart_now => {
-            let words = format!(
+            let says = format!(
                 "To tell {named} from {rival}, record 60 s of {}: there they would differ by {} times the noise (RMS, after \
                  refitting), against {} now.{}",
                 p.words,
@@ -168,57 +167,61 @@ pub(crate) fn separate(named: &str, rival: &str, proposal: Option<Proposal>) -> 
                 number(p.apart_now),
                 where_it_is(&p)
             );
-            (words, p.programme)
+            NextExperiment { says, programme: p.programme }
         }
         Some(p) => {
-            let words = format!(
+            let says = format!(
                 "No drive programme, load or supply that was tried tells {named} from {rival} with these sensors (at best {} \
                  times the noise): measure what differs between them directly, such as the supply at the rig's terminals, \
                  the air's temperature beside the wire, or the voltage across the suspected contact.",
                 number(p.apart)
             );
-            (words, None)
+            NextExperiment::in_words(says)
         }
-        None => (format!("To tell {named} from {rival}, record the same wire under another load."), None),
+        None => {
+            NextExperiment::in_words(format!("To tell {named} from {rival}, record the same wire under another load."))
+        }
     }
 }
 
 /// How to make sure of what was found.
-pub(crate) fn confirm(effects: &[FoundEffect], proposal: Option<Proposal>) -> (String, Option<Recording>) {
+pub(crate) fn confirm(effects: &[FoundEffect], proposal: Option<Proposal>) -> NextExperiment {
     let names = effects.iter().map(|e| e.id.as_str()).collect::<Vec<_>>().join(" and ");
     match proposal {
         Some(p) => {
-            let words = format!(
+            let says = format!(
                 "Nothing more is needed to name it. To confirm {names}, record 60 s of {} and simulate the improved rig file \
                  beside it: without it the error there would be {} times the noise.{}",
                 p.words,
                 number(p.apart),
                 where_it_is(&p)
             );
-            (words, p.programme)
+            NextExperiment { says, programme: p.programme }
         }
         None => {
-            let words = format!(
+            let says = format!(
                 "To confirm {names}, record the same wire under another drive and simulate the improved rig file beside it."
             );
-            (words, None)
+            NextExperiment::in_words(says)
         }
     }
 }
 
 /// What would show more of something unknown.
-pub(crate) fn explore(proposal: Option<Proposal>) -> (String, Option<Recording>) {
+pub(crate) fn explore(proposal: Option<Proposal>) -> NextExperiment {
     match proposal {
         Some(p) => {
-            let words = format!(
+            let says = format!(
                 "Record 60 s of {}: there the empirical term acts most ({} times the noise), so its form shows best.{}",
                 p.words,
                 number(p.apart),
                 where_it_is(&p)
             );
-            (words, p.programme)
+            NextExperiment { says, programme: p.programme }
         }
-        None => ("Record slow ramps at two loads: they show on what state the unknown term depends.".into(), None),
+        None => NextExperiment::in_words(
+            "Record slow ramps at two loads: they show on what state the unknown term depends.".into(),
+        ),
     }
 }
 
@@ -228,7 +231,7 @@ fn where_it_is(proposal: &Proposal) -> String {
 }
 
 /// Nothing is missing: which parameter is known least.
-pub(crate) fn nothing_needed(fit: &Fit, data: &Data) -> String {
+pub(crate) fn nothing_needed(fit: &Fit, data: &Data) -> NextExperiment {
     let deviations = fit.deviations();
     let least = fit
         .space
@@ -237,7 +240,7 @@ pub(crate) fn nothing_needed(fit: &Fit, data: &Data) -> String {
         .zip(&deviations)
         .filter(|(c, d)| matches!(c.what, What::Key(_) | What::BothModuli) && c.pull > 0.0 && d.is_finite())
         .max_by(|a, b| a.1.total_cmp(b.1));
-    match least {
+    NextExperiment::in_words(match least {
         Some((c, d)) if *d > 0.5 => format!(
             "None is needed. These recordings say little about {} (its interval is still {:.0} % of what was believed \
              before): another load or a slower ramp would.",
@@ -248,5 +251,5 @@ pub(crate) fn nothing_needed(fit: &Fit, data: &Data) -> String {
             "None is needed: every parameter is known better from {} than before.",
             if data.runs.len() == 1 { "this recording" } else { "these recordings" }
         ),
-    }
+    })
 }

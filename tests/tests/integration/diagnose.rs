@@ -294,10 +294,24 @@ fn diagnose_writes_the_whole_answer_and_says_no_more_than_is_so() {
     assert_eq!(entries(&out), ["diagnosis.json", "improved.toml", "report.html"]);
     // the answer is the same on any number of threads, and the ten lines say it too
     let again = bench.diagnose(&[&recording], &["--jobs", "1", "--picture"]).expect(0);
-    assert_eq!(fs::read_to_string(out.join("diagnosis.json")).unwrap(), done.stdout);
+    let mut pictured: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("diagnosis.json")).unwrap()).unwrap();
+    let files = std::mem::replace(&mut pictured["files"], serde_json::json!({}));
+    assert_eq!(files.as_object().unwrap().keys().collect::<Vec<_>>(), ["picture.svg"]);
+    assert_eq!(pictured, said, "the same but for the picture");
     assert!(fs::read_to_string(out.join("picture.svg")).unwrap().starts_with("<svg"));
     assert!(again.stdout.contains("chi") && !again.stdout.contains('\u{1b}'), "{again:#?}");
     assert!(again.stderr.contains("report.html"), "{again:#?}");
+    // an answer without a picture leaves none of an earlier one, and nothing that is not the earlier one's
+    fs::write(out.join("next.csv"), "my own").unwrap();
+    let bare = bench.diagnose(&[&recording], &[]).expect(0);
+    assert_eq!(entries(&out), ["diagnosis.json", "improved.toml", "next.csv", "report.html"]);
+    assert!(bare.stderr.contains("left as it is") && bare.stderr.contains("next.csv"), "{bare:#?}");
+    // nor what has been changed since
+    bench.diagnose(&[&recording], &["--picture"]).expect(0);
+    fs::write(out.join("picture.svg"), "<svg>retouched</svg>").unwrap();
+    bench.diagnose(&[&recording], &[]).expect(0);
+    assert_eq!(fs::read_to_string(out.join("picture.svg")).unwrap(), "<svg>retouched</svg>");
 }
 
 const SLIPSTREAM: &str = r#"
@@ -351,6 +365,7 @@ fn a_law_of_ones_own_is_found_among_all_others_and_written_where_it_acts() {
     let out = bench.rig.file("out");
     let again = run([Path::new("diagnose"), &improved, &recording, Path::new("--out"), &out, Path::new("--json")]);
     assert_eq!(again.expect(0).json()["verdict"], "agrees");
+    assert!(!next.exists(), "no programme is proposed any more");
     // where nothing of one's own is missing, its being there changes nothing
     let good = bench.good();
     let (with, without) =

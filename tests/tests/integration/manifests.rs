@@ -166,8 +166,11 @@ fn the_picture_is_that_of_the_manifests() {
     let (shown, after) = rest.split_once("<!-- /picture -->").expect("its end");
     let drawn = picture(&workspace());
     if std::env::var_os("SINEW_BLESS").is_some() {
-        fs::write(&path, format!("{before}<!-- picture -->\n{drawn}<!-- /picture -->{after}"))
-            .expect("a writable page");
+        // whole at once: other tests read the page meanwhile
+        let beside = path.with_extension("blessed");
+        fs::write(&beside, format!("{before}<!-- picture -->\n{drawn}<!-- /picture -->{after}"))
+            .expect("a writable folder");
+        fs::rename(beside, &path).expect("a writable page");
     } else {
         assert_eq!(shown, drawn, "ARCHITECTURE.md shows another picture; SINEW_BLESS=1 draws it anew");
     }

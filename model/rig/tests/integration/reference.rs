@@ -87,7 +87,10 @@ fn carries(page: &str, marked: &[(&str, String)]) {
         }
     }
     if bless {
-        std::fs::write(path, text).unwrap();
+        // whole at once: other tests read the page meanwhile
+        let beside = path.with_extension("blessed");
+        std::fs::write(&beside, text).unwrap();
+        std::fs::rename(beside, path).unwrap();
     }
 }
 

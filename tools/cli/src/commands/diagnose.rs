@@ -1,13 +1,16 @@
 //! `sinew diagnose`: where a recording and its simulation differ, the missing physical effect, and the rig file with it.
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use sinew_diagnosis::NEXT_PROGRAMME;
+use serde::{Deserialize, Serialize};
+use sinew_diagnosis::{Diagnosis, NEXT_PROGRAMME, SCHEMA};
 use sinew_recording::{Recording, Utc};
 use sinew_report::About;
 
-use super::fitting::{Input, command, has_colour, sources, spare_inputs, width, work};
+use super::fitting::{Input, command, has_colour, sha256, sources, spare_inputs, width, work};
 use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -21,6 +24,27 @@ pub const IMPROVED: &str = "improved.toml";
 pub const REPORT: &str = "report.html";
 /// The recordings as measured and simulated, where that is asked for.
 pub const PICTURE: &str = "picture.svg";
+
+/// Files that some answers have and others have not.
+const SOMETIMES: [&str; 2] = [PICTURE, NEXT_PROGRAMME];
+/// A file larger than this is none of an answer, bytes: an hour of recording makes a picture of less than a hundredth of it.
+const MOST_BYTES: u64 = 1 << 28;
+
+/// `diagnosis.json`: the answer, and which files that not every answer has belong to it.
+#[derive(Serialize)]
+struct Written<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    /// SHA-256 by name.
+    files: BTreeMap<&'a str, String>,
+}
+
+/// What an earlier `diagnosis.json` says of files.
+#[derive(Deserialize)]
+struct Earlier {
+    schema: String,
+    files: BTreeMap<String, String>,
+}
 
 /// Runs the command.
 pub fn diagnose(args: &args::Diagnose) -> Outcome {
@@ -45,7 +69,6 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         date: Utc::now().to_string(),
         files,
     };
-    let json = output::json(&outcome.diagnosis)? + "\n";
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
     let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
     let next = outcome.next_programme.as_ref().map(as_csv).transpose()?;
@@ -53,10 +76,14 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let _asked = signals()?;
     let improved = outcome.improved.to_toml();
     let more = [(PICTURE, picture.as_deref()), (NEXT_PROGRAMME, next.as_deref())];
-    let more = more.into_iter().filter_map(|(name, text)| Some((name, text?)));
+    let more: Vec<(&str, &str)> = more.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
+    let listed = more.iter().map(|(name, text)| (*name, sha256(text.as_bytes()))).collect();
+    let json = output::json(&Written { diagnosis: &outcome.diagnosis, files: listed })? + "\n";
     let files: Vec<_> =
         [(REPORT, page.as_str()), (JSON, &json), (IMPROVED, &improved)].into_iter().chain(more).collect();
+    let former = Former::beside(&args.out, &files);
     write_all(&args.out, &files)?;
+    former.clear()?;
     if fitting.json {
         output::print(json)?;
     } else {
@@ -115,6 +142,54 @@ pub fn write_all(out: &Path, files: &[(&str, &str)]) -> Outcome {
         parts.iter().for_each(|(part, _)| drop(fs::remove_file(part)));
         failed(error)
     })
+}
+
+/// Files in the answer's folder that would be taken for part of it and are not.
+struct Former {
+    /// As an earlier answer wrote them.
+    ours: Vec<PathBuf>,
+    /// Of whoever wrote them.
+    others: Vec<PathBuf>,
+}
+
+impl Former {
+    /// Those beside an answer that is to be written. A file is an earlier answer's if that answer lists it and nobody has changed
+    /// it since.
+    fn beside(out: &Path, files: &[(&str, &str)]) -> Former {
+        let earlier: Option<Earlier> = bytes(&out.join(JSON)).and_then(|json| serde_json::from_slice(&json).ok());
+        let listed = earlier.filter(|earlier| earlier.schema == SCHEMA).map_or_else(BTreeMap::new, |e| e.files);
+        let absent = SOMETIMES.into_iter().filter(|name| files.iter().all(|(written, _)| written != name));
+        let (ours, others) = absent
+            .map(|name| (name, out.join(name)))
+            .filter(|(_, path)| path.exists())
+            .partition::<Vec<_>, _>(|(name, path)| {
+                listed.get(*name).is_some_and(|digest| bytes(path).is_some_and(|there| sha256(&there) == *digest))
+            });
+        let paths = |named: Vec<(&str, PathBuf)>| named.into_iter().map(|(_, path)| path).collect();
+        Former { ours: paths(ours), others: paths(others) }
+    }
+
+    /// Takes away what an earlier answer wrote, and says of the rest that it is no part of this one.
+    fn clear(self) -> Outcome {
+        for path in &self.others {
+            output::note(format_args!("left as it is: {}, which is no part of this answer", path.display()));
+        }
+        for path in &self.ours {
+            fs::remove_file(path).map_err(|error| {
+                Failure::own(format!("{}: is of an earlier answer and cannot be removed: {error}", path.display()))
+                    .hint("remove it: it is no part of this answer, which is written")
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// What is in a file of an answer; nothing where it cannot be read or is too large to be one.
+fn bytes(path: &Path) -> Option<Vec<u8>> {
+    let file = fs::File::open(path).ok().filter(|file| file.metadata().is_ok_and(|about| about.is_file()))?;
+    let mut bytes = Vec::new();
+    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).ok()?;
+    (bytes.len() as u64 <= MOST_BYTES).then_some(bytes)
 }
 
 /// A recording as the text of its file.

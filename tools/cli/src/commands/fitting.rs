@@ -93,8 +93,12 @@ fn source(path: &Path) -> Result<Source, Failure> {
         Failure::input(format!("{}: cannot be read again: {error}", path.display()))
             .hint("leave it where it is meanwhile")
     })?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(Source { path: path.display().to_string(), sha256 })
+    Ok(Source { path: path.display().to_string(), sha256: sha256(&bytes) })
+}
+
+/// SHA-256 in hexadecimal digits.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Whether two recordings have the same samples, whatever their files are called.
