@@ -479,9 +479,11 @@ impl Rod {
         self.cooling = (self.cooling + formed / 0.02).clamp(0.0, 1.0);
         let mean: f64 = self.cells.iter().map(|c| c.share * c.temperature).sum();
         if h.sleeve[0] > 0.0 {
+            // implicit: a sleeve that holds next to nothing follows at once
+            let [capacity, inner, _] = h.sleeve;
             let outer = h.sleeve[2] * self.windy();
-            let flow = h.sleeve[1] * (mean - self.sleeve) - outer * (self.sleeve - room);
-            self.sleeve += flow / h.sleeve[0] * dt;
+            let held = capacity * self.sleeve + dt * (inner * mean + outer * room);
+            self.sleeve = held / (capacity + dt * (inner + outer));
         }
         if h.enclosure[0] > 0.0 {
             let flow = gone / dt - h.enclosure[1] * (self.enclosure - self.ambient());
@@ -515,6 +517,12 @@ impl Rod {
     pub fn row(&mut self, seconds: f64, duty: f64, step: f64) -> Shown {
         let count = (seconds / step).ceil().max(1.0);
         for _ in 0..count as usize {
+            // a refit may try what is no wire: nothing comes of stepping on, and every step would be as slow as can be
+            if !(self.x.is_finite() && self.cells.iter().all(|c| (-273.0..5000.0).contains(&c.temperature))) {
+                self.x = f64::NAN;
+                self.past.clear();
+                break;
+            }
             self.step(duty, seconds / count);
         }
         self.shown(duty)
