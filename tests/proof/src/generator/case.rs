@@ -105,11 +105,15 @@ struct Draw {
 
 /// Makes the case of a plan's entry.
 pub fn make(spec: &Spec) -> Case {
-    let mut best: Option<(f64, Draw)> = None;
+    finish(spec, nearest(spec, draw, |draw| &draw.levels))
+}
+
+/// The draw whose least visible member is nearest to what the plan requests; the first one that is near enough.
+pub fn nearest<D>(spec: &Spec, draw: impl Fn(&Spec, u64) -> D, levels: impl Fn(&D) -> &BTreeMap<String, f64>) -> D {
+    let mut best: Option<(f64, D)> = None;
     for attempt in 0..ATTEMPTS {
         let draw = draw(spec, attempt);
-        // how far the least visible member is from what was requested
-        let least = draw.levels.values().copied().fold(f64::INFINITY, f64::min);
+        let least = levels(&draw).values().copied().fold(f64::INFINITY, f64::min);
         let off = spec.target.map_or(0.0, |target| (least / target).max(1e-3).ln().abs());
         if best.as_ref().is_none_or(|(least_off, _)| off < *least_off) {
             best = Some((off, draw));
@@ -119,7 +123,7 @@ pub fn make(spec: &Spec) -> Case {
         }
     }
     let Some((_, draw)) = best else { unreachable!("there is at least one attempt") };
-    finish(spec, draw)
+    draw
 }
 
 fn draw(spec: &Spec, attempt: u64) -> Draw {

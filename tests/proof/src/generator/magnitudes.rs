@@ -22,15 +22,18 @@ pub struct Kind {
     pub shows: bool,
 }
 
-const fn kind(id: &'static str, most: f64) -> Kind {
+/// One that shows in every sensor.
+pub const fn kind(id: &'static str, most: f64) -> Kind {
     Kind { id, most, needs: None, shows: true }
 }
 
-const fn faint(id: &'static str, most: f64) -> Kind {
+/// One that may not show beside another.
+pub const fn faint(id: &'static str, most: f64) -> Kind {
     Kind { id, most, needs: None, shows: false }
 }
 
-const fn with(id: &'static str, most: f64, needs: Sensor) -> Kind {
+/// One that means nothing without a sensor.
+pub const fn with(id: &'static str, most: f64, needs: Sensor) -> Kind {
     Kind { id, most, needs: Some(needs), shows: true }
 }
 

@@ -6,7 +6,7 @@ use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 
 use super::super::generator::bench::{Bench, Kin, PRIORS, Sensor, Set};
-use super::super::generator::case::{Answer, Case};
+use super::super::generator::case::{Answer, Case, nearest};
 use super::super::generator::levels::sized;
 use super::super::generator::plan::{Null, Spec, What};
 use super::super::generator::programme::programme;
@@ -19,8 +19,6 @@ use super::rod::Rod;
 use super::sensors::{record, value};
 use super::world::{Hidden, Structure, World};
 
-/// Draws before a level is given up.
-const ATTEMPTS: u64 = 3;
 /// Another shape of the curves is what this truth is made of: naming it is no mistake.
 const CURVES: [&str; 4] = ["kinetic.asymmetry", "kinetic.distributed", "kinetic.minor_loop", "kinetic.unequal_slopes"];
 
@@ -64,20 +62,7 @@ struct Draw {
 
 /// Makes the case of a plan's entry.
 pub fn make(spec: &Spec) -> Case {
-    let mut best: Option<(f64, Draw)> = None;
-    for attempt in 0..ATTEMPTS {
-        let draw = draw(spec, attempt);
-        let least = draw.levels.values().copied().fold(f64::INFINITY, f64::min);
-        let off = spec.target.map_or(0.0, |target| (least / target).max(1e-3).ln().abs());
-        if best.as_ref().is_none_or(|(least_off, _)| off < *least_off) {
-            best = Some((off, draw));
-        }
-        if off < 0.5 || spec.target.is_none() {
-            break;
-        }
-    }
-    let Some((_, draw)) = best else { unreachable!("there is at least one attempt") };
-    finish(spec, draw)
+    finish(spec, nearest(spec, draw, |draw| &draw.levels))
 }
 
 /// What this truth is built of. `rich` allows air, ends and a guide that the reference model has not.

@@ -7,40 +7,19 @@ use rand::RngExt;
 use rand::rngs::SmallRng;
 
 use super::super::generator::bench::{Bench, Sensor, tidy};
+use super::super::generator::magnitudes::{Kind, faint, kind, with};
 use super::super::generator::truth::Effects;
 use super::super::generator::world::Concealed;
 use super::world::World;
-
-/// An effect of the catalogue that this generator has: id, largest size in natural units, a sensor it needs, and whether
-/// the catalogue's size means the same here.
-#[derive(Debug, Clone, Copy)]
-pub struct Kind {
-    /// Its id.
-    pub id: &'static str,
-    /// Largest size, in natural units.
-    pub most: f64,
-    /// A sensor without which it means nothing.
-    pub needs: Option<Sensor>,
-    /// It may be a member of a pair.
-    pub shows: bool,
-}
-
-const fn kind(id: &'static str, most: f64) -> Kind {
-    Kind { id, most, needs: None, shows: true }
-}
-
-const fn with(id: &'static str, most: f64, needs: Sensor) -> Kind {
-    Kind { id, most, needs: Some(needs), shows: true }
-}
 
 /// What of the catalogue is concealed.
 pub const CATALOGUE: [Kind; 22] = [
     kind("thermal.latent_heat", 1.3),
     kind("thermal.draught", 4.0),
-    Kind { id: "thermal.radiation", most: 1.2, needs: None, shows: false },
+    faint("thermal.radiation", 1.2),
     kind("thermal.sheath", 3.0),
     kind("thermal.ambient_drift", 3.0),
-    Kind { id: "thermal.elastic_work", most: 1.5, needs: None, shows: false },
+    faint("thermal.elastic_work", 1.5),
     kind("kinetic.stress_shift", 1.2),
     kind("kinetic.lag", 5.0),
     kind("kinetic.training_drift", 4.0),
