@@ -642,16 +642,23 @@ pub(crate) fn made_from(about: &About) -> Markup {
     }
 }
 
+/// By what an answer was made, and where all of it stands.
+pub(crate) fn made_by(about: &About, schema: &str, seed: u64) -> Markup {
+    html! {
+        @if !about.date.is_empty() { (about.date) ", " }
+        "sinew " (about.version) ", format " (schema) ", seed " (seed)
+        ". The same input and seed give the same answer. "
+        code { "diagnosis.json" } " beside this page holds every number, "
+    }
+}
+
 fn again(diagnosis: &Diagnosis, about: &About) -> Markup {
     html! {
         section #again {
             h2 { "How to reproduce this" }
             (made_from(about))
             p.muted {
-                @if !about.date.is_empty() { (about.date) ", " }
-                "sinew " (about.version) ", format " (diagnosis.schema) ", seed " (diagnosis.seed)
-                ". The same input and seed give the same answer. "
-                code { "diagnosis.json" } " beside this page holds every number, "
+                (made_by(about, &diagnosis.schema, diagnosis.seed))
                 code { "improved.toml" } " the model: " code { "sinew simulate" } " takes it."
             }
             h3 { "Words used here" }

@@ -7,7 +7,7 @@ use sinew_plot::quantity::{chi, estimate, number, probability};
 use sinew_plot::{Section, Sheet};
 
 use crate::about::About;
-use crate::page::made_from;
+use crate::page::{made_by, made_from};
 use crate::terminal::Lines;
 use crate::words::{self, list};
 
@@ -201,10 +201,7 @@ fn again(diagnosis: &RigDiagnosis, about: &About) -> Markup {
             h2 { "How to reproduce this" }
             (made_from(about))
             p.muted {
-                @if !about.date.is_empty() { (about.date) ", " }
-                "sinew " (about.version) ", format " (diagnosis.schema) ", seed " (diagnosis.seed)
-                ". The same input and seed give the same answer. "
-                code { "diagnosis.json" } " beside this page holds every number, "
+                (made_by(about, &diagnosis.schema, diagnosis.seed))
                 code { "improved.toml" } " the model of all wires, with what they share."
             }
         }
