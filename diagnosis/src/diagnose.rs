@@ -95,16 +95,15 @@ pub fn identify(
         let given = Stage::as_given(&data, &space)?;
         (settings.progress)("fitting", 0.1);
         let from = Searched::new(&data, &space, space.drive());
-        let [_, found] = Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()]).ok_or(Error::NoFit)?;
+        let [_, found] =
+            Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME).ok_or(Error::NoFit)?;
         // what long rows lack where the fit began is not what they lack where it ends
-        let (Searched { data: searched, .. }, found) = select::settled(&from, &found).ok_or(Error::NoFit)?;
-        (settings.progress)("polishing", 0.6);
-        let Explanation { fit, discrepancy, .. } = &found;
-        let ended = Explanation::of(&data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;
-        let fit = &ended.fit;
+        let (Searched { data: searched, .. }, found) =
+            select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
+        let fit = &found.fit;
         describe::warn_of_fit(fit, &mut warnings);
         (settings.progress)("intervals", 0.9);
-        let intervals = intervals::intervals(&found.judges(&searched).ok_or_else(Error::lost_fit)?, &found.fit, fit);
+        let intervals = intervals::intervals(&found.judges(&searched).ok_or_else(Error::lost_fit)?, fit);
         let mut fitted_rig = rig.clone();
         fit.space.apply(&fit.z, &mut fitted_rig)?;
         let stages = Stages {
@@ -172,7 +171,10 @@ impl Found {
         let named = if is_borne_out { &selection.chosen } else { &selection.reference };
         progress("locating", 0.0);
         let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
-        let left = if is_borne_out {
+        // where nothing but noise is left there is nothing to locate
+        let left = if named.leaves_noise() {
+            Vec::new()
+        } else if is_borne_out {
             locate::locate(&searched, &named.fit, &|f| progress("locating", f))
         } else {
             located.clone()
@@ -186,7 +188,6 @@ impl Found {
             _ => None,
         };
         // and simulated as finely as the wire takes it
-        progress("polishing", 0.0);
         let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
         let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
         Ok(Found { data, from, searched, selection, grades, chosen, located, left, outside, compared })
@@ -229,7 +230,7 @@ impl Found {
         let progress = settings.progress;
         progress("intervals", 0.0);
         let judging = self.chosen.judges(searched).ok_or_else(Error::lost_fit)?;
-        let intervals = intervals::intervals(&judging, &self.chosen.fit, &chosen.fit);
+        let intervals = intervals::intervals(&judging, &self.chosen.fit);
         let evidence::Found { mut effects, rivals } = if chosen.fit.space.effects.is_empty() || outside.is_some() {
             evidence::Found { effects: evidence::suspects(data, selection), rivals: Vec::new() }
         } else {
@@ -241,7 +242,7 @@ impl Found {
         }
         let verdict = self.verdict(&effects, &beyond_tolerance);
         progress("next experiment", 0.0);
-        let next = describe::next_experiment(data, verdict, compared, &rivals, &effects);
+        let next = describe::next_experiment(searched, verdict, compared, &rivals, &effects);
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
             Verdict::PhysicsMissing => effects.first().and_then(|e| chosen.fit.space.effect(&e.id)).map(|e| e.equation),

@@ -15,7 +15,7 @@ use crate::simulate;
 
 /// Length and rate of a proposed recording, s and Hz.
 const LENGTH_S: f64 = 60.0;
-const RATE_HZ: f64 = 100.0;
+const RATE_HZ: f64 = 50.0;
 /// Designs on which one of the two is refitted.
 const REFITTED: usize = 4;
 

@@ -1,6 +1,7 @@
 //! A model of the wire fitted together with the error it leaves, and how probable that makes the recordings.
 
 use nalgebra::DMatrix;
+use sinew_physics::effects::Effect;
 
 use crate::data::Data;
 use crate::discrepancy::Discrepancy;
@@ -19,6 +20,8 @@ const ON_THE_WAY: usize = 2;
 /// Most rounds of parameters and error refitted by turns, and the rise of evidence that ends them.
 const ROUNDS: usize = 6;
 const SETTLED: f64 = 0.3;
+/// What is negligible on the way and where models are compared, which differ by tens where one is taken for the other.
+const ROUGHLY: f64 = 1.0;
 
 /// An error of a model of less than this, in units of noise, is as good as none.
 const NEXT_TO_NOTHING: f64 = 0.25;
@@ -32,6 +35,8 @@ pub(crate) struct Explanation {
     /// Logarithm of the probability of what is fitted, the parameters and the error integrated over (Laplace), up to what
     /// is common to all models.
     pub(crate) evidence: f64,
+    /// The last derivatives that were taken, for whoever goes on from here on data of the same rows.
+    known: Option<Known>,
 }
 
 /// How long an explanation is refitted.
@@ -40,37 +45,40 @@ pub(crate) struct Turns {
     pub(crate) rounds: usize,
     /// How often derivatives are taken in the first of them.
     pub(crate) iterations: usize,
+    /// What ends them: as [`Effort::negligible`], and as a rise of the evidence.
+    negligible: f64,
+    settled: f64,
 }
 
 impl Turns {
     /// To the end.
-    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6 };
-    /// From where a search on thinned data has ended, on all of them.
-    pub(crate) const LAST: Turns = Turns { rounds: 2, iterations: 3 };
+    pub(crate) const ALL: Turns = Turns { rounds: ROUNDS, iterations: 6, negligible: 0.1, settled: SETTLED };
+    /// Far enough to see whether it is worth more.
+    pub(crate) const FIRST: Turns = Turns { rounds: 1, iterations: 1, ..Turns::SOME };
     /// Far enough to be compared.
-    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4 };
+    pub(crate) const SOME: Turns = Turns { rounds: 3, iterations: 4, negligible: ROUGHLY, settled: ROUGHLY };
 }
 
 impl Explanation {
     /// From `start`, where everything that may move is believed to be: with a large error first, which lets the large features
     /// of a recording lead, and smaller ones then. Gives also the explanation while the error was large enough for all
     /// parameters to stay near: there what is missing shows before anything has made up for it.
-    pub(crate) fn from_belief(data: &Data, space: &Space, start: &[f64]) -> Option<[Explanation; 2]> {
+    pub(crate) fn from_belief(data: &Data, space: &Space, start: &[f64], turns: Turns) -> Option<[Explanation; 2]> {
         let mut z = start.to_vec();
         let mut near = None;
         let mut known = None;
         for share in SHARES {
             let discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
             let left = residuals::plain_at(data, space, &z)?;
-            let effort = Effort::iterations(ON_THE_WAY - usize::from(known.is_some()));
+            let effort = Effort { iterations: ON_THE_WAY - usize::from(known.is_some()), negligible: ROUGHLY };
             let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
             z.clone_from(&fit.z);
             if share == NEAR {
-                near = Explanation::new(data, fit, discrepancy, &left);
+                near = Explanation::new(data, fit, discrepancy, &left, known.clone());
             }
         }
         let last = Discrepancy::of_range(data, SHARES[SHARES.len() - 1], MEMORY_S);
-        Some([near?, Explanation::by(data, space, &z, &last, Turns::ALL, known)?])
+        Some([near?, Explanation::by(data, space, &z, &last, turns, known)?])
     }
 
     /// Whether it leaves nothing but noise: then nothing can be better.
@@ -109,25 +117,69 @@ impl Explanation {
         let mut best: Option<Explanation> = None;
         for round in 0..turns.rounds {
             // the first one goes by derivatives taken as often as it likes, the others by what is known, and once more
-            let effort = Effort::iterations(if round == 0 { turns.iterations } else { 1 });
+            let iterations = if round == 0 { turns.iterations } else { 1 };
+            let effort = Effort { iterations, negligible: turns.negligible };
             let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
             left = residuals::plain_at(data, space, &fit.z)?;
             discrepancy = discrepancy.refitted(data, &left);
             z.clone_from(&fit.z);
-            let found = Explanation::new(data, fit, discrepancy.clone(), &left)?;
+            let found = Explanation::new(data, fit, discrepancy.clone(), &left, known.clone())?;
             let rise = best.as_ref().map_or(f64::INFINITY, |best| found.evidence - best.evidence);
             if rise > 0.0 {
                 best = Some(found);
             }
-            if rise < SETTLED {
+            if rise < turns.settled {
                 break;
             }
         }
         best
     }
 
+    /// The same refitted on `data` of the same rows, with an error like its own to begin with.
+    pub(crate) fn again(&self, data: &Data, turns: Turns) -> Option<Explanation> {
+        Explanation::by(data, &self.fit.space, &self.fit.z, &self.discrepancy, turns, self.known.clone())
+    }
+
+    /// The same without one of its effects, everything else refitted.
+    pub(crate) fn without(&self, data: &Data, effect: &Effect, turns: Turns) -> Option<Explanation> {
+        let (space, z) = self.fit.space.without(effect, &self.fit.z);
+        let known = self.known.as_ref().map(|known| known.without(&self.fit.space, effect));
+        Explanation::by(data, &space, &z, &self.discrepancy, turns, known)
+    }
+
+    /// The same without one of its effects, everything else left as it is.
+    pub(crate) fn bared_of(&self, effect: &Effect) -> Explanation {
+        let (space, z) = self.fit.space.without(effect, &self.fit.z);
+        Explanation { fit: Fit { space, z, ..self.fit.clone() }, known: None, ..self.clone() }
+    }
+
+    /// The same model judged by `data` of other rows.
+    pub(crate) fn on(&self, data: &Data) -> Option<Explanation> {
+        let left = residuals::plain_at(data, &self.fit.space, &self.fit.z)?;
+        let discrepancy = self.discrepancy.refitted(data, &left);
+        Explanation::new(data, self.fit.clone(), discrepancy, &left, None)
+    }
+
+    /// Derivatives at its place.
+    pub(crate) fn derivatives(&self, data: &Data) -> Option<Known> {
+        let Fit { space, z, information, .. } = &self.fit;
+        let known = self.known.clone().filter(|known| known.serve(z, information));
+        known.or_else(|| Known::at(data, space, z))
+    }
+
+    /// The same for comparison only: nobody goes on from it.
+    pub(crate) fn at_rest(self) -> Explanation {
+        Explanation { known: None, ..self }
+    }
+
     /// A fit judged by the error it leaves.
-    fn new(data: &Data, fit: Fit, discrepancy: Discrepancy, left: &Residuals) -> Option<Explanation> {
+    fn new(
+        data: &Data,
+        fit: Fit,
+        discrepancy: Discrepancy,
+        left: &Residuals,
+        known: Option<Known>,
+    ) -> Option<Explanation> {
         let whitened = discrepancy.whitened(data, left);
         let white = whitened.whitening.as_ref()?.whiten(left);
         let score = residuals::score(&whitened, &white);
@@ -136,7 +188,7 @@ impl Explanation {
         let prior_of_error = whitened.whitening.as_ref()?.prior;
         let evidence = -0.5 * (objective + score.fitted_log + prior_of_error) + fit.space.log_prior()
             - 0.5 * log_determinant(&fit.information);
-        Some(Explanation { fit, discrepancy, evidence })
+        Some(Explanation { fit, discrepancy, evidence, known })
     }
 
     /// Minus twice the logarithm of how probable what is kept back is.

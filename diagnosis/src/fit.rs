@@ -1,7 +1,10 @@
 //! Bounded least squares through the simulator: Levenberg–Marquardt with numerical derivatives whose steps are large
 //! enough for hysteresis, priors as residuals of their own, and bounds by projection.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
+use sinew_physics::effects::Effect;
 
 use crate::data::{Data, Part};
 use crate::derivatives;
@@ -29,16 +32,16 @@ pub(crate) struct Fit {
 pub(crate) struct Effort {
     /// How often derivatives are taken.
     pub(crate) iterations: usize,
-    /// A step that promises less than this share of what the objective has above pure noise ends the fit …
-    pub(crate) relative: f64,
+    /// A step that promises less ends the fit: 1 is what a parameter one standard deviation off costs …
+    pub(crate) negligible: f64,
 }
 
-/// … or less than this: a tenth of what a parameter one standard deviation off costs.
-const NEGLIGIBLE: f64 = 0.1;
+/// … or less than this share of what the objective has above pure noise.
+const NEGLIGIBLE_SHARE: f64 = 5e-3;
 
-/// Steps that gain less than a quarter of that standard deviation's cost, and next to nothing of what is above noise, though
-/// they promised more: where the country is rough, so many in a row are the end of the way.
-const CRAWL: f64 = 0.25;
+/// Steps that gain less than this many times what is negligible, and next to nothing of what is above noise, though they
+/// promised more: where the country is rough, so many in a row are the end of the way.
+const CRAWL: f64 = 2.5;
 
 const CRAWL_SHARE: f64 = 1e-4;
 
@@ -57,12 +60,15 @@ const STALE_ATTEMPTS: usize = 2;
 /// Further steps by the same derivatives.
 const MOST_CHORDS: usize = 4;
 
+/// A step of less than this, in standard deviations of what it moves, squared, leaves derivatives what they are.
+const SAME_PLACE: f64 = 0.25;
+
 /// Damping that is as good as none, relative to the curvature along each coordinate.
 const LEAST_DAMPING: f64 = 1e-9;
 
 impl Effort {
     /// Far enough to see how good a model is.
-    pub(crate) const SEARCH: Effort = Effort { iterations: 10, relative: 5e-3 };
+    pub(crate) const SEARCH: Effort = Effort { iterations: 10, negligible: 0.1 };
 
     pub(crate) fn iterations(iterations: usize) -> Effort {
         Effort { iterations, ..Effort::SEARCH }
@@ -90,30 +96,51 @@ impl Place {
     }
 }
 
-/// Derivatives of the residuals that were taken somewhere near, not whitened: they serve whatever the error of the model.
+/// Derivatives of the residuals that were taken somewhere near, not whitened: they serve whatever the error of the model, and
+/// whatever the data lack, as long as these have the same rows.
 #[derive(Debug, Clone)]
-pub(crate) struct Known(Vec<Residuals>);
+pub(crate) struct Known {
+    columns: Arc<Vec<Residuals>>,
+    /// Where; `None` where they were put together from several places.
+    at: Option<Vec<f64>>,
+}
 
 impl Known {
     fn of_place(data: &Data, space: &Space, here: &Place) -> Option<Known> {
-        Some(Known(derivatives::plain(data, space, &here.z, &here.left, 0..space.len())?))
+        let columns = derivatives::plain(data, space, &here.z, &here.left, 0..space.len())?;
+        Some(Known { columns: Arc::new(columns), at: Some(here.z.clone()) })
     }
 
     /// Taken at `z`.
     pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Known> {
-        Some(Known(derivatives::plain(data, space, z, &residuals::fitted_at(data, space, z)?, 0..space.len())?))
+        let left = residuals::fitted_at(data, space, z)?;
+        let columns = derivatives::plain(data, space, z, &left, 0..space.len())?;
+        Some(Known { columns: Arc::new(columns), at: Some(z.to_vec()) })
     }
 
     /// With those along the coordinates that `space` has besides, which come last, taken at `z`.
     pub(crate) fn and_those_of(&self, data: &Data, space: &Space, z: &[f64]) -> Option<Known> {
         let left = residuals::fitted_at(data, space, z)?;
-        let more = derivatives::plain(data, space, z, &left, self.0.len()..space.len())?;
-        Some(Known(self.0.iter().cloned().chain(more).collect()))
+        let more = derivatives::plain(data, space, z, &left, self.columns.len()..space.len())?;
+        Some(Known { columns: Arc::new(self.columns.iter().cloned().chain(more).collect()), at: None })
+    }
+
+    /// Without those along the coordinates of an effect of `space`, which is taken out.
+    pub(crate) fn without(&self, space: &Space, effect: &Effect) -> Known {
+        let stays = space.coordinates.iter().zip(self.columns.iter()).filter(|(c, _)| !c.is_of(effect));
+        Known { columns: Arc::new(stays.map(|(_, column)| column.clone()).collect()), at: None }
     }
 
     /// As the data whiten them.
     pub(crate) fn white(&self, data: &Data) -> Vec<Residuals> {
-        derivatives::white(data, &self.0)
+        derivatives::white(data, &self.columns)
+    }
+
+    /// Whether they were taken so near to `z`, by the knowledge there is of it, that they are those of the place.
+    pub(crate) fn serve(&self, z: &[f64], information: &DMatrix<f64>) -> bool {
+        let Some(at) = &self.at else { return false };
+        let moved = DVector::from_iterator(z.len(), z.iter().zip(at).map(|(z, at)| z - at));
+        moved.len() == at.len() && (information * &moved).dot(&moved) < SAME_PLACE
     }
 }
 
@@ -208,7 +235,7 @@ impl Walk<'_> {
         let above_noise = self.above_noise();
         for attempt in 0..attempts {
             let (step, promised) = bounded_step(self.space, &self.here.z, &slope.information, &gradient, self.damping);
-            if promised < NEGLIGIBLE + self.effort.relative * above_noise {
+            if promised < self.effort.negligible + NEGLIGIBLE_SHARE * above_noise {
                 // damping hides the way along a valley that the data hardly slope: look without before calling it the end
                 if self.damping > LEAST_DAMPING && attempt == 0 {
                     self.damping = LEAST_DAMPING;
@@ -226,7 +253,8 @@ impl Walk<'_> {
                 }
                 let gained = self.here.objective - best.objective;
                 if gained > 0.0 {
-                    self.slow = if gained < CRAWL + CRAWL_SHARE * above_noise { self.slow + 1 } else { 0 };
+                    let crawl = CRAWL * self.effort.negligible + CRAWL_SHARE * above_noise;
+                    self.slow = if gained < crawl { self.slow + 1 } else { 0 };
                     self.damping = match gained / promised {
                         ratio if ratio > FAIR => (self.damping * 0.1).max(LEAST_DAMPING),
                         ratio if ratio < 0.1 => self.damping * 4.0,
@@ -249,7 +277,7 @@ impl Walk<'_> {
         for _ in 0..MOST_CHORDS {
             let gradient = slope.gradient(self.space, &self.here.z);
             let (step, promised) = bounded_step(self.space, &self.here.z, &slope.information, &gradient, self.damping);
-            if promised < NEGLIGIBLE + self.effort.relative * self.above_noise() {
+            if promised < self.effort.negligible + NEGLIGIBLE_SHARE * self.above_noise() {
                 return;
             }
             match self.place(&self.here.z, &step) {
@@ -290,7 +318,7 @@ pub(crate) fn fit_from(
     }
     let mut slope = Slope::new(data, space, known.as_ref()?, &walk.here);
     // true at the place where the walk stands
-    let mut is_fresh = taken > 0;
+    let mut is_fresh = known.as_ref()?.serve(&walk.here.z, &slope.information);
     let mut converged = n == 0;
     while !converged {
         match walk.next(&slope, if is_fresh { FRESH_ATTEMPTS } else { STALE_ATTEMPTS }) {
@@ -298,7 +326,7 @@ pub(crate) fn fit_from(
                 slope.learn(data, &place, &step);
                 walk.here = place;
                 walk.go_on(&mut slope);
-                is_fresh = false;
+                is_fresh = known.as_ref()?.serve(&walk.here.z, &slope.information);
             }
             next => {
                 if let Next::Better(place, _) = next {

@@ -29,10 +29,10 @@ pub(crate) struct Interval {
     pub(crate) high: f64,
 }
 
-/// The intervals of all coordinates of a fit, as wide as `searched`, the same model at its end on `data`, knows them: thinned
-/// data know as much for a fraction of the work. Those of effects are walked out along the profile.
-pub(crate) fn intervals(data: &Data, searched: &Fit, fit: &Fit) -> Vec<Interval> {
-    let reaches = reaches(data, searched);
+/// The intervals of all coordinates of a fit at its end on `data`, which may be thinned: they know as much for a fraction of
+/// the work. Those of effects are walked out along the profile.
+pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
+    let reaches = reaches(data, fit);
     let places = fit.space.coordinates.iter().zip(&fit.z).zip(reaches);
     places.map(|((c, z), [down, up])| Interval::of(c, *z, z - down, z + up)).collect()
 }

@@ -58,6 +58,7 @@ mod derivatives;
 mod describe;
 mod diagnose;
 mod discrepancy;
+mod edges;
 mod error;
 mod evidence;
 mod experiment;

@@ -50,7 +50,7 @@ impl<'a> Screen<'a> {
         let data = base.judges(data)?;
         let fit = &base.fit;
         let here = fit.residuals(&data)?;
-        let known = Known::at(&data, &fit.space, &fit.z)?;
+        let known = base.derivatives(&data)?;
         let columns = products::matrix(&data, Part::Fitted, &known.white(&data).iter().collect::<Vec<_>>());
         let mut information = products::square(&columns);
         let left = DVector::from_vec(products::flat(&data, Part::Fitted, &here));

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
 use crate::data::Data;
+use crate::edges;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
 use crate::prepare::Searched;
@@ -19,6 +20,9 @@ const WORTH_ADDING: f64 = 0.05;
 const NEEDED: f64 = 5.0;
 /// Sketched candidates that are refitted in full, near belief and where the parameters have settled.
 const FINALISTS: usize = 2;
+/// Of those that are refitted, the best and all that have brought this share of what it has, on a part of the way, are fitted to
+/// where they can be compared.
+const IN_SIGHT: f64 = 0.5;
 /// Others that are fitted in the place of an effect, and how often one of them takes it.
 const RIVALS: usize = 2;
 const MOST_EXCHANGES: usize = 2;
@@ -75,8 +79,8 @@ impl Selection {
 /// Adds effects to the reference model of `space` while the evidence rises.
 pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f64) + Sync)) -> Option<Selection> {
     progress("recalibrating", 0.0);
-    let [mut near, reference] = Explanation::from_belief(&from.data, space, &vec![0.0; space.len()])?;
-    let (mut searched, mut reference) = settled(from, &reference)?;
+    let [mut near, reference] = Explanation::from_belief(&from.data, space, &vec![0.0; space.len()], Turns::SOME)?;
+    let (mut searched, mut reference) = settled(from, &reference, Turns::ALL)?;
     let mut chosen = reference.clone();
     let mut rounds: Vec<Round> = Vec::new();
     for number in 0..MOST_ROUNDS {
@@ -89,19 +93,19 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         let fields = [Some(&late), early.as_ref()].into_iter().flatten();
         let starts: Vec<Sketch> = fields.flat_map(|field| field.starts(data, FINALISTS)).collect();
         progress(&stage, 0.3);
-        let refitted = refitted(data, &chosen, starts);
+        let refitted = refitted(data, &chosen, starts, None);
         let best = refitted.first().map(|(_, best)| best.clone());
-        rounds.push(Round { base: chosen.clone(), screened: late.screened, refitted });
+        let refitted = refitted.into_iter().map(|(effect, with)| (effect, with.at_rest())).collect();
+        rounds.push(Round { base: chosen.clone().at_rest(), screened: late.screened, refitted });
         let least = least_rise(&reference, &chosen);
         let Some(best) = best.filter(|best| best.evidence - chosen.evidence > least) else { break };
         progress(&stage, 0.7);
-        let (anew, found) = home(data, best)?;
+        let (anew, found) = home(data, best, Turns::ALL)?;
         near = anew.unwrap_or(near);
         chosen = prune(data, found, &mut reference);
         // to the new place the simulation in long rows has to be held anew, and all that is compared with it
-        (searched, chosen) = settled(from, &chosen)?;
-        let Explanation { fit, discrepancy, .. } = &reference;
-        reference = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
+        (searched, chosen) = settled(from, &chosen, Turns::ALL)?;
+        reference = reference.again(&searched.data, Turns::SOME)?;
         // the end is never worse than what was met on the way
         if reference.evidence > chosen.evidence - NEEDED {
             chosen = reference.clone();
@@ -113,8 +117,8 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         let best = in_place.iter().flat_map(|place| &place.others).max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence));
         let Some((_, better)) = best.filter(|(_, other)| other.evidence > chosen.evidence + NEEDED) else { break };
         progress("exchanging", 0.0);
-        let (_, found) = home(&searched.data, better.clone())?;
-        (searched, chosen) = settled(from, &found)?;
+        let (_, found) = home(&searched.data, better.clone(), Turns::ALL)?;
+        (searched, chosen) = settled(from, &found, Turns::ALL)?;
         in_place = others_in_place(&searched.data, &chosen, &reference, &[]);
     }
     Some(Selection { searched: searched.data, reference, chosen, in_place, rounds })
@@ -132,9 +136,8 @@ fn others_in_place(data: &Data, chosen: &Explanation, reference: &Explanation, r
                 let others = others.take(RIVALS).cloned().collect();
                 return Some(InPlace { effect, without: reference.clone(), others });
             }
-            let (space, z) = chosen.fit.space.without(effect, &chosen.fit.z);
-            let without = Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)?;
-            let mut others = best_additions(data, &without, RIVALS + 1);
+            let without = chosen.without(data, effect, Turns::SOME)?;
+            let mut others = best_additions(data, &without, RIVALS + 1, chosen);
             others.retain(|(other, _)| other.id != effect.id);
             others.truncate(RIVALS);
             Some(InPlace { effect, without, others })
@@ -150,32 +153,56 @@ fn least_rise(reference: &Explanation, chosen: &Explanation) -> f64 {
 }
 
 /// An explanation carried to its end where the search's simulation is exact.
-pub(crate) fn settled(from: &Searched, found: &Explanation) -> Option<(Searched, Explanation)> {
-    let Explanation { fit, discrepancy, .. } = found;
-    let searched = from.near(&fit.space, &fit.z);
-    let settled = Explanation::of(&searched.data, &fit.space, &fit.z, discrepancy, Turns::SOME)?;
+pub(crate) fn settled(from: &Searched, found: &Explanation, turns: Turns) -> Option<(Searched, Explanation)> {
+    let searched = from.near(&found.fit.space, &found.fit.z);
+    let settled = found.again(&searched.data, turns)?;
     Some((searched, settled))
 }
 
-/// Fits from `starts`, each to where it can be compared, the best effect by evidence first.
-fn refitted(data: &Data, base: &Explanation, starts: Vec<Sketch>) -> Vec<(&'static Effect, Explanation)> {
+/// Fits from `starts`, the best effect by evidence first. All of them are taken a part of the way, and the best and those in sight
+/// of it, or of the `goal` where there is one, to where they can be compared.
+fn refitted(
+    data: &Data,
+    base: &Explanation,
+    starts: Vec<Sketch>,
+    goal: Option<&Explanation>,
+) -> Vec<(&'static Effect, Explanation)> {
+    let best_first = |refitted: &mut Vec<(&'static Effect, Explanation)>| {
+        refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
+        keep_first(refitted, |(effect, _)| effect);
+    };
     let mut refitted: Vec<(&'static Effect, Explanation)> = starts
         .into_par_iter()
         .filter_map(|Sketch { fit, known }| {
             let effect = *fit.space.effects.last()?;
             let Fit { space, z, .. } = &fit;
-            Some((effect, Explanation::by(data, space, z, &base.discrepancy, Turns::SOME, known)?))
+            Some((effect, Explanation::by(data, space, z, &base.discrepancy, Turns::FIRST, known)?))
         })
         .collect();
-    refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
-    keep_first(&mut refitted, |(effect, _)| effect);
+    best_first(&mut refitted);
+    let goal = goal.or(refitted.first().map(|(_, best)| best));
+    let most = goal.map_or(0.0, |goal| goal.evidence - base.evidence);
+    refitted.par_iter_mut().enumerate().for_each(|(place, (_, explanation))| {
+        let in_sight = explanation.evidence - base.evidence > IN_SIGHT * most;
+        if (place == 0 || in_sight)
+            && let Some(further) = explanation.again(data, Turns::SOME).filter(|f| f.evidence > explanation.evidence)
+        {
+            *explanation = further;
+        }
+    });
+    best_first(&mut refitted);
     refitted
 }
 
-/// The most promising additions of one effect to `base`, refitted, at most `most`, the best first.
-fn best_additions(data: &Data, base: &Explanation, most: usize) -> Vec<(&'static Effect, Explanation)> {
+/// The most promising additions of one effect to `base`, refitted where they come near `goal`, at most `most`, the best first.
+fn best_additions(
+    data: &Data,
+    base: &Explanation,
+    most: usize,
+    goal: &Explanation,
+) -> Vec<(&'static Effect, Explanation)> {
     let Some(field) = Field::of(data, base, &mechanisms(data, base), true) else { return Vec::new() };
-    refitted(data, base, field.starts(data, most))
+    refitted(data, base, field.starts(data, most), Some(goal))
 }
 
 /// The best further term of a closed form, of one of these libraries; `most` are refitted.
@@ -201,9 +228,15 @@ pub(crate) fn next_term(
 /// Back from the valley: while an effect was missing the parameters went where they make up for it best, and do not come
 /// back by themselves. Everything but the effects begins anew where it is believed to be. Gives the explanation near belief,
 /// where there was one, and the better end.
-fn home(data: &Data, found: Explanation) -> Option<(Option<Explanation>, Explanation)> {
-    let settled = Explanation::of(data, &found.fit.space, &found.fit.z, &found.discrepancy, Turns::ALL);
-    let best = settled.into_iter().chain([found]).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+fn home(data: &Data, found: Explanation, turns: Turns) -> Option<(Option<Explanation>, Explanation)> {
+    let settled = found.again(data, turns);
+    let mut best = settled.into_iter().chain([found]).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    if let Some(z) = edges::best_edges(data, &best)
+        && let Some(moved) = Explanation::of(data, &best.fit.space, &z, &best.discrepancy, turns)
+        && moved.evidence > best.evidence
+    {
+        best = moved;
+    }
     if best.leaves_noise() {
         return Some((None, best));
     }
@@ -211,7 +244,7 @@ fn home(data: &Data, found: Explanation) -> Option<(Option<Explanation>, Explana
     let keep = |c: &Coordinate| matches!(c.what, What::Effect(..));
     let start: Vec<f64> =
         space.coordinates.iter().zip(&best.fit.z).map(|(c, z)| if keep(c) { *z } else { 0.0 }).collect();
-    match Explanation::from_belief(data, space, &start) {
+    match Explanation::from_belief(data, space, &start, turns) {
         Some([near, anew]) if anew.evidence > best.evidence => Some((Some(near), anew)),
         Some([near, _]) => Some((Some(near), best)),
         None => Some((None, best)),
@@ -228,14 +261,15 @@ fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> E
             .space
             .effects
             .par_iter()
-            .filter_map(|effect| {
-                let (space, z) = chosen.fit.space.without(effect, &chosen.fit.z);
-                Explanation::of(data, &space, &z, &chosen.discrepancy, Turns::SOME)
-            })
+            .filter_map(|effect| chosen.without(data, effect, Turns::SOME))
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         // what an effect has led away from the others may not find back to from there
         let without = without.and_then(|without| {
-            if without.fit.space.effects.is_empty() { Some(without) } else { home(data, without).map(|(_, home)| home) }
+            if without.fit.space.effects.is_empty() {
+                Some(without)
+            } else {
+                home(data, without, Turns::SOME).map(|(_, home)| home)
+            }
         });
         let Some(without) = without else { break };
         if without.fit.space.effects.is_empty() && without.evidence > reference.evidence {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::answer::{Misfit, Stages};
 use crate::data::{Data, Part};
 use crate::error::Error;
-use crate::explanation::{Explanation, Turns};
+use crate::explanation::Explanation;
 use crate::fit::{self, Effort, Fit};
 use crate::residuals::{self, Residuals, Score};
 use crate::space::Space;
@@ -70,16 +70,14 @@ pub(crate) struct Compared {
 }
 
 impl Compared {
-    /// Carries what a search came to on thinned data to its end on all of `data`. A reference model beside effects is compared
-    /// as it was searched.
+    /// Judges what a search came to by all of `data`.
     pub(crate) fn new(
         data: &Data,
         as_given: Stage,
         reference: &Explanation,
         chosen: &Explanation,
     ) -> Result<Compared, Error> {
-        let Explanation { fit, discrepancy, .. } = chosen;
-        let chosen = Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::LAST).ok_or_else(Error::lost_fit)?;
+        let chosen = chosen.on(data).ok_or_else(Error::lost_fit)?;
         let reference = if chosen.fit.space.effects.is_empty() { &chosen } else { reference }.clone();
         let recalibrated = Stage::of_fit(data, &reference.fit)?;
         let improved = Stage::of_fit(data, &chosen.fit)?;

@@ -110,8 +110,7 @@ impl Form {
             found = Some(Form { library, explanation });
         }
         let mut found = found?;
-        let Explanation { fit, discrepancy, .. } = &found.explanation;
-        if let Some(settled) = Explanation::of(data, &fit.space, &fit.z, discrepancy, Turns::ALL)
+        if let Some(settled) = found.explanation.again(data, Turns::ALL)
             && settled.evidence > found.explanation.evidence
         {
             found.explanation = settled;

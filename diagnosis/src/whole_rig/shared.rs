@@ -238,9 +238,7 @@ impl Shared {
 
     /// What a wire says of the size, in place of the same effect of its own.
     fn opinion(&self, data: &Data, base: &Explanation) -> Option<Opinion> {
-        let (space, z) = base.fit.space.without(self.effect, &base.fit.z);
-        let without = Explanation { fit: Fit { space, z, ..base.fit.clone() }, ..base.clone() };
-        self.opinion_from(data, &without, self.parameter.plausible.0)
+        self.opinion_from(data, &base.bared_of(self.effect), self.parameter.plausible.0)
     }
 
     fn opinion_from(&self, data: &Data, base: &Explanation, value: f64) -> Option<Opinion> {
