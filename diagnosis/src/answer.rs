@@ -28,6 +28,10 @@ pub struct Diagnosis {
     pub location: Location,
     /// The effects that are needed: those borne out first, the larger share first.
     pub effects: Vec<FoundEffect>,
+    /// Transformation curves of another shape than the rig file's, where they are needed: no mechanism, but what remains of a
+    /// wire that follows no closed form.
+    #[serde(default)]
+    pub curves: Option<FoundEffect>,
     /// Share of what was wrong with the rig file as given that its parameters account for, tolerances included; the effects
     /// have the rest.
     pub parameters_share: f64,

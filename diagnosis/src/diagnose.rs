@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use sinew_physics::effects::Nature;
 use sinew_recording::Recording;
 use sinew_rig::Rig;
 
@@ -236,6 +237,7 @@ impl Found {
         } else {
             evidence::judge(data, selection, grades, chosen, &intervals)
         };
+        let curves = take_curves(&mut effects);
         let beyond_tolerance = tolerances::beyond(&chosen.fit);
         if outside.is_none() {
             effects.extend(tolerances::as_effects(&chosen.fit, &intervals, &beyond_tolerance, compared));
@@ -250,7 +252,10 @@ impl Found {
         };
         let location = describe::location(data, guilty, compared, located);
         let unknown = outside.as_ref().map(|o| o.describe(chosen, &intervals, recalibrated.score, improved.score));
-        let remains = remains::remains(data, compared, left);
+        let mut remains = remains::remains(data, compared, left);
+        if curves.is_some() && remains.looks_like != LooksLike::MissingMechanism {
+            remains.looks_like = LooksLike::Curves;
+        }
         let of_form = outside.as_ref().map_or(0.0, |o| o.explanation.evidence - selection.reference.evidence);
         let rise = selection.first_rise().max(of_form);
         let diagnosis = Diagnosis {
@@ -260,6 +265,7 @@ impl Found {
                 verdict,
                 compared,
                 &effects,
+                curves.as_ref(),
                 unknown.as_ref(),
                 &location,
                 &remains,
@@ -280,6 +286,7 @@ impl Found {
             },
             location,
             effects,
+            curves,
             parameters_share: Shares::of(&chosen.fit).parameters,
             unknown,
             remains,
@@ -303,4 +310,14 @@ impl Found {
         chosen.space.apply(&chosen.z, &mut improved)?;
         improved.refreshed().map_err(|error| Error::Lost { what: format!("the improved rig ({error})") })
     }
+}
+
+/// Takes what is said of the curves out of `effects`; only suspected curves of another shape are no news.
+fn take_curves(effects: &mut Vec<FoundEffect>) -> Option<FoundEffect> {
+    let is_shape = |effect: &FoundEffect| {
+        sinew_physics::effects::effect(&effect.id).is_some_and(|effect| effect.nature == Nature::Shape)
+    };
+    let place = effects.iter().position(is_shape)?;
+    let curves = effects.remove(place);
+    (curves.grade != Grade::Suspected).then_some(curves)
 }

@@ -148,13 +148,21 @@ fn suspect(
 
 /// How far what was kept back bears an effect out.
 fn grade(data: &Data, without: &Explanation, with: &Explanation) -> Grade {
-    if with.rise_on_kept(data, without) < CONFIRMED {
+    if with.rise_on_kept(data, without) < CONFIRMED || !explains_more_than_it_leaves(data, without, with) {
         Grade::Suspected
     } else if data.runs.iter().any(|run| run.held_out) {
         Grade::ConfirmedOnAnotherProgramme
     } else {
         Grade::OnThisProgrammeOnly
     }
+}
+
+/// Whether an effect takes away more of the error on what is kept back than all that was found leaves there. What nobody explains
+/// bends whatever it finds: something smaller beside it may be that alone.
+fn explains_more_than_it_leaves(data: &Data, without: &Explanation, with: &Explanation) -> bool {
+    let square = |x: &Explanation| chi_kept(data, &x.fit).powi(2);
+    let left = square(with);
+    with.leaves_noise() || square(without) - left > left - 1.0
 }
 
 /// Probability that the best of so many candidates raises the evidence this far where nothing is missing: an upper bound,

@@ -3,7 +3,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
-use sinew_physics::effects::Effect;
+use sinew_physics::effects::{Effect, Nature};
 
 use crate::data::{Data, Part};
 use crate::explanation::Explanation;
@@ -170,9 +170,12 @@ impl Field {
         Some(Field { screened, sketched, known: screen.known })
     }
 
-    /// The first `most` of the sketched, each with derivatives to set out by.
+    /// The first `most` of the sketched and, where they are among these at all, other curves, which are beside the mechanisms
+    /// and not in their place; each with derivatives to set out by.
     pub(crate) fn starts(&self, data: &Data, most: usize) -> Vec<Sketch> {
-        let sketched = self.sketched.iter().take(most);
+        let is_shape = |fit: &&Fit| fit.space.effects.last().is_some_and(|effect| effect.nature == Nature::Shape);
+        let mechanisms = self.sketched.iter().filter(|fit| !is_shape(fit)).take(most);
+        let sketched = mechanisms.chain(self.sketched.iter().filter(is_shape));
         let start = |fit: &Fit| Sketch { fit: fit.clone(), known: self.known.and_those_of(data, &fit.space, &fit.z) };
         sketched.map(start).collect()
     }

@@ -8,6 +8,11 @@ use crate::space::{EFFECT_STEP, Space, Start, What, is_time};
 /// Step of the derivative with respect to an edge in time, s.
 const EDGE_STEP_S: f64 = 0.1;
 
+/// ln of the factor by which wires' curves are steeper or flatter than a closed form at any place, 1 σ, and the step of its
+/// derivative, in that.
+const SHAPE_SPREAD: f64 = 0.5;
+const SHAPE_STEP: f64 = 0.05;
+
 /// An effect that may be missing, and one place to start from.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
@@ -15,11 +20,11 @@ pub(crate) struct Candidate {
     pub(crate) start: Start,
 }
 
-/// The mechanisms the model leaves out and could have.
+/// The mechanisms the model leaves out and could have, and curves of another shape, which every one of them is tried beside.
 pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
     model
         .catalogue()
-        .filter(|e| e.nature == Nature::Mechanism && e.is_null(model) && e.applies_to(model))
+        .filter(|e| matches!(e.nature, Nature::Mechanism | Nature::Shape) && e.is_null(model) && e.applies_to(model))
         // what a neighbour did is in no recording of this wire
         .filter(|e| e.id != "thermal.neighbour")
         .collect()
@@ -93,6 +98,10 @@ fn parameter(
             _ => capacity * (0.3 + shape),
         };
         return (value, 0.5 * value, 0.1, EFFECT_STEP);
+    }
+    if effect.nature == Nature::Shape {
+        // anywhere on the curves they are as likely to be steeper as flatter, by about so much
+        return (0.0, SHAPE_SPREAD, 1.0, SHAPE_STEP);
     }
     match p.role {
         Role::Switch { null } => {

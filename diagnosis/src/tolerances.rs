@@ -52,6 +52,8 @@ pub(crate) fn as_effects(
     compared: &Compared,
 ) -> Vec<FoundEffect> {
     let mut found: Vec<FoundEffect> = Vec::new();
+    // what a wrong model needs, its nuisances give
+    let grade = if compared.chosen.leaves_little() { Grade::OnThisProgrammeOnly } else { Grade::Suspected };
     for off in beyond {
         let Some(effect) = off.key.rsplit_once('.').and_then(|(id, _)| effects::effect(id)) else { continue };
         if found.iter().any(|there| there.id == effect.id) {
@@ -72,7 +74,7 @@ pub(crate) fn as_effects(
             says: words::says(effect, &parameters),
             parameters,
             share: 0.0,
-            grade: Grade::OnThisProgrammeOnly,
+            grade,
             evidence: Evidence {
                 holdout_chi_before: compared.recalibrated.score.chi_kept(),
                 holdout_chi_after: compared.improved.score.chi_kept(),

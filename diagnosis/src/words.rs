@@ -70,6 +70,7 @@ pub(crate) fn summary(
     verdict: Verdict,
     compared: &Compared,
     effects: &[FoundEffect],
+    curves: Option<&FoundEffect>,
     unknown: Option<&Unknown>,
     location: &Location,
     remains: &Remains,
@@ -77,7 +78,14 @@ pub(crate) fn summary(
 ) -> String {
     let (given, before, after) = (compared.as_given.score, compared.recalibrated.score, compared.improved.score);
     let (g, b, a) = (number(given.chi_kept()), number(before.chi_kept()), number(after.chi_kept()));
-    let left = what_is_left(remains);
+    let left = curves.map_or_else(String::new, |curves| {
+        let before = number(curves.evidence.holdout_chi_before);
+        format!(
+            " The transformation curves have a shape of their own ({}): with the rig file's the error stays at {before}, \
+             with theirs it is {a}.",
+            curves.grade.says()
+        )
+    }) + &what_is_left(remains, curves.is_some());
     let off: String = beyond_tolerance.iter().map(|off| format!(" {}.", off.says)).collect();
     let suspected: Vec<&str> = of_grade(effects, true).map(|e| e.id.as_str()).collect();
     let suspicion = match suspected.as_slice() {
@@ -140,9 +148,11 @@ fn of_grade(effects: &[FoundEffect], suspected: bool) -> impl Iterator<Item = &F
 }
 
 /// What is left, where it is more than noise.
-fn what_is_left(remains: &Remains) -> String {
-    if remains.looks_like == LooksLike::Noise {
-        return String::new();
+fn what_is_left(remains: &Remains, curves_are_said: bool) -> String {
+    match remains.looks_like {
+        LooksLike::Noise => return String::new(),
+        LooksLike::Curves if curves_are_said => return String::new(),
+        _ => {}
     }
     let most = remains.sensors.iter().max_by(|a, b| a.1.over_noise.total_cmp(&b.1.over_noise));
     let most = most.map_or_else(String::new, |(column, left)| {

@@ -20,6 +20,7 @@
 //! #     fit: Stages::default(),
 //! #     location: Location::default(),
 //! #     effects: Vec::new(),
+//! #     curves: None,
 //! #     parameters_share: 1.0,
 //! #     unknown: None,
 //! #     remains: Default::default(),

@@ -232,8 +232,8 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
                     (probability(diagnosis.left.p_value)) ")."
                 }
             }
-            @if !diagnosis.effects.is_empty() { (shares(diagnosis)) }
-            @for effect in &diagnosis.effects { (found(effect)) }
+            @if !diagnosis.effects.is_empty() || diagnosis.curves.is_some() { (shares(diagnosis)) }
+            @for effect in diagnosis.effects.iter().chain(&diagnosis.curves) { (found(effect)) }
             @if let Some(unknown) = &diagnosis.unknown { (outside(unknown)) }
             (tried(figures))
             @if !diagnosis.left.method.is_empty() { p.muted { "How this was judged: " (diagnosis.left.method) } }
@@ -255,7 +255,7 @@ fn shares(diagnosis: &Diagnosis) -> Markup {
                         td.n { (percent(diagnosis.parameters_share)) }
                         td {}
                     }
-                    @for effect in &diagnosis.effects {
+                    @for effect in diagnosis.effects.iter().chain(&diagnosis.curves) {
                         tr {
                             th scope="row" { (words::effect_name(&effect.id)) }
                             td { (bar(effect.share)) }

@@ -30,6 +30,9 @@ pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
             answer.says("unknown", &form(unknown));
         }
     }
+    if let Some(curves) = &diagnosis.curves {
+        answer.says("curves", &found(curves));
+    }
     answer.says("remains", &remains(diagnosis));
     answer.says("param.", &parameters(diagnosis));
     answer.says("next", &diagnosis.next_experiment);

@@ -312,6 +312,7 @@ fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
         },
         location: Location::default(),
         effects: vec![],
+        curves: None,
         parameters_share: 0.17,
         unknown: None,
         remains: Remains {
