@@ -261,7 +261,7 @@ fn a_recording_that_is_kept_back_judges_what_was_found_on_another() {
             assert!(stage.len() == shown.time_s.len() && stage.iter().all(|v| v.is_finite()), "{:?}", sensor.column);
         }
     }
-    assert_eq!(outcome.next_programme.as_ref().map(|programme| programme.len()), Some(6000));
+    assert_eq!(outcome.next_programme.as_ref().map(|programme| programme.len()), Some(3000));
 }
 
 /// What is left out of one recording says nothing of the sensor's noise in another.
