@@ -360,7 +360,7 @@ fn a_law_of_ones_own_is_found_among_all_others_and_written_where_it_acts() {
     let next = bench.rig.file("out").join("next.csv");
     assert!(said["next_experiment"].as_str().unwrap().ends_with("Its drive is in next.csv."), "{said:#}");
     let driven = run([Path::new("simulate"), &improved, &next, Path::new("-o"), Path::new("-")]).expect(0).stdout;
-    assert_eq!(driven.lines().count(), 6001, "a minute at 100 Hz");
+    assert_eq!(driven.lines().count(), 3001, "a minute at 50 Hz");
     let improved = bench.file("better.toml", &text);
     let out = bench.rig.file("out");
     let again = run([Path::new("diagnose"), &improved, &recording, Path::new("--out"), &out, Path::new("--json")]);
