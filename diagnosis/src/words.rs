@@ -70,22 +70,13 @@ pub(crate) fn summary(
     verdict: Verdict,
     compared: &Compared,
     effects: &[FoundEffect],
-    curves: Option<&FoundEffect>,
     unknown: Option<&Unknown>,
     location: &Location,
-    remains: &Remains,
+    left: &str,
     beyond_tolerance: &[BeyondTolerance],
 ) -> String {
     let (given, before, after) = (compared.as_given.score, compared.recalibrated.score, compared.improved.score);
     let (g, b, a) = (number(given.chi_kept()), number(before.chi_kept()), number(after.chi_kept()));
-    let left = curves.map_or_else(String::new, |curves| {
-        let before = number(curves.evidence.holdout_chi_before);
-        format!(
-            " The transformation curves have a shape of their own ({}): with the rig file's the error stays at {before}, \
-             with theirs it is {a}.",
-            curves.grade.says()
-        )
-    }) + &what_is_left(remains, curves.is_some());
     let off: String = beyond_tolerance.iter().map(|off| format!(" {}.", off.says)).collect();
     let suspected: Vec<&str> = of_grade(effects, true).map(|e| e.id.as_str()).collect();
     let suspicion = match suspected.as_slice() {
@@ -147,11 +138,19 @@ fn of_grade(effects: &[FoundEffect], suspected: bool) -> impl Iterator<Item = &F
     effects.iter().filter(move |effect| (effect.grade == Grade::Suspected) == suspected)
 }
 
-/// What is left, where it is more than noise.
-fn what_is_left(remains: &Remains, curves_are_said: bool) -> String {
-    match remains.looks_like {
-        LooksLike::Noise => return String::new(),
-        LooksLike::Curves if curves_are_said => return String::new(),
+/// What the curves have to do with it, where they have a shape of their own, and what is left, where it is more than noise.
+pub(crate) fn what_is_left(remains: &Remains, curves: Option<&FoundEffect>) -> String {
+    let chi = number(remains.chi);
+    let of_curves = curves.map_or_else(String::new, |curves| {
+        let before = number(curves.evidence.holdout_chi_before);
+        format!(
+            " The transformation curves have a shape of their own ({}): with the rig file's the error stays at {before}, \
+             with theirs it is {chi}.",
+            curves.grade.says()
+        )
+    });
+    match (remains.looks_like, curves) {
+        (LooksLike::Noise, _) | (LooksLike::Curves, Some(_)) => return of_curves,
         _ => {}
     }
     let most = remains.sensors.iter().max_by(|a, b| a.1.over_noise.total_cmp(&b.1.over_noise));
@@ -162,7 +161,7 @@ fn what_is_left(remains: &Remains, curves_are_said: bool) -> String {
             number(left.memory_s)
         )
     });
-    format!(" What is left, {} times the noise{most}, looks like {}.", number(remains.chi), remains.looks_like.says())
+    format!("{of_curves} What is left, {chi} times the noise{most}, looks like {}.", remains.looks_like.says())
 }
 
 /// How to tell two explanations apart.
