@@ -50,7 +50,7 @@ fn answer(diagnosis: &Diagnosis) -> Markup {
             ol.stages {
                 (stage("as given", "the rig file as it is", as_given))
                 (stage("recalibrated", "same physics, best parameters", recalibrated))
-                (stage("improved", if complete { "nothing had to be added" } else { "with what was found" }, improved))
+                (stage("improved", if complete && diagnosis.curves.is_none() { "nothing had to be added" } else { "with what was found" }, improved))
             }
             p.muted {
                 "chi: error on data kept back, over the sensors' noise. 1 means that nothing is left to explain. "
@@ -137,11 +137,15 @@ fn location(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
         section #where {
             h2 { "Where" }
             @if complete {
-                p { "Nowhere: what is left is noise, at all times and under all conditions." }
+                @if diagnosis.remains.looks_like == LooksLike::Noise {
+                    p { "Nowhere: what is left is noise, at all times and under all conditions." }
+                } @else {
+                    p { "No mechanism is clearly missing; what is left looks like " (diagnosis.remains.looks_like.says()) "." }
+                }
                 (figures::maps(diagnosis, figures))
                 @if !figures.unknown_inputs.is_empty() {
                     details {
-                        summary { "What each equation would have to be given: no more than noise" }
+                        summary { "What each equation would have to be given" }
                         (figures::unknown_inputs(diagnosis, figures))
                     }
                 }
@@ -227,9 +231,13 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
         section #what {
             h2 { (title) }
             @if words::is_complete(diagnosis.verdict) {
-                p {
-                    "Not clearly. The best of all additions to the physics looks no better than one may where nothing is missing (probability up to "
-                    (probability(diagnosis.left.p_value)) ")."
+                @if diagnosis.curves.is_some() {
+                    p { "No mechanism clearly is. The transformation curves have another shape than the rig file's." }
+                } @else {
+                    p {
+                        "Not clearly. The best of all additions to the physics looks no better than one may where nothing is missing (probability up to "
+                        (probability(diagnosis.left.p_value)) ")."
+                    }
                 }
             }
             @if !diagnosis.effects.is_empty() || diagnosis.curves.is_some() { (shares(diagnosis)) }
