@@ -188,7 +188,7 @@ impl Found {
             }
             _ => None,
         };
-        // and simulated as finely as the wire takes it
+        // and judged by a simulation as fine as the wire takes it
         let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
         let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
         Ok(Found { data, from, searched, selection, grades, chosen, located, left, outside, compared })
@@ -252,10 +252,7 @@ impl Found {
         };
         let location = describe::location(data, guilty, compared, located);
         let unknown = outside.as_ref().map(|o| o.describe(chosen, &intervals, recalibrated.score, improved.score));
-        let mut remains = remains::remains(data, compared, left);
-        if curves.is_some() && remains.looks_like != LooksLike::MissingMechanism {
-            remains.looks_like = LooksLike::Curves;
-        }
+        let remains = remains::remains(data, compared, left, curves.is_some());
         let of_form = outside.as_ref().map_or(0.0, |o| o.explanation.evidence - selection.reference.evidence);
         let rise = selection.first_rise().max(of_form);
         let diagnosis = Diagnosis {

@@ -32,7 +32,7 @@ pub(crate) fn best_edges(data: &Data, found: &Explanation) -> Option<Vec<f64>> {
         Some(residuals::score(&judging, &left).fitted + space.resistance(z))
     };
     let mut z = found.fit.z.clone();
-    let before = objective(&z)?;
+    let before = found.fit.objective;
     let mut least = before;
     for _ in 0..ROUNDS {
         let last = least;

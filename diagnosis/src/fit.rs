@@ -106,15 +106,14 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    fn of_place(data: &Data, space: &Space, here: &Place) -> Option<Known> {
-        let columns = derivatives::plain(data, space, &here.z, &here.left, 0..space.len())?;
-        Some(Known { columns: Arc::new(columns), at: Some(here.z.clone()) })
-    }
-
     /// Taken at `z`.
     pub(crate) fn at(data: &Data, space: &Space, z: &[f64]) -> Option<Known> {
-        let left = residuals::fitted_at(data, space, z)?;
-        let columns = derivatives::plain(data, space, z, &left, 0..space.len())?;
+        Known::beside(data, space, z, &residuals::fitted_at(data, space, z)?)
+    }
+
+    /// The same, where `left` are the residuals there, not whitened.
+    fn beside(data: &Data, space: &Space, z: &[f64], left: &Residuals) -> Option<Known> {
+        let columns = derivatives::plain(data, space, z, left, 0..space.len())?;
         Some(Known { columns: Arc::new(columns), at: Some(z.to_vec()) })
     }
 
@@ -313,7 +312,7 @@ pub(crate) fn fit_from(
     let mut walk = Walk { data, space, effort, here, damping: 1e-3, slow: 0 };
     let mut taken = 0;
     if known.is_none() {
-        *known = Known::of_place(data, space, &walk.here);
+        *known = Known::beside(data, space, &walk.here.z, &walk.here.left);
         taken += 1;
     }
     let mut slope = Slope::new(data, space, known.as_ref()?, &walk.here);
@@ -337,7 +336,7 @@ pub(crate) fn fit_from(
                 if converged || taken >= effort.iterations {
                     break;
                 }
-                *known = Known::of_place(data, space, &walk.here);
+                *known = Known::beside(data, space, &walk.here.z, &walk.here.left);
                 slope = Slope::new(data, space, known.as_ref()?, &walk.here);
                 taken += 1;
                 is_fresh = true;

@@ -101,7 +101,7 @@ type Lacking = Vec<Vec<Vec<f64>>>;
 
 impl Searched {
     /// In rows and pieces as long as nobody would notice: long where things move slowly, short where they do not, as after an
-    /// edge of the drive. What is reported is fitted in the end with those that there are.
+    /// edge of the drive. What is reported is judged in the end by those that there are.
     pub(crate) fn new(exact: &Data, space: &Space, drive: DriveKind) -> Searched {
         let whole = Searched { data: exact.clone(), exact: exact.clone() };
         let rest = vec![0.0; space.len()];

@@ -35,14 +35,19 @@ pub(crate) fn is_the_larger_part(located: &[Located], left: &[Located]) -> bool 
     most(left) > LARGER_PART * most(located).max(0.0)
 }
 
-/// What the chosen model leaves; `left` is where.
-pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located]) -> Remains {
+/// What the chosen model leaves; `left` is where. Where curves of another shape were found, they are what remains of a wire that
+/// follows no closed form, unless a mechanism is missing beside them.
+pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located], has_curves: bool) -> Remains {
     let Compared { chosen, improved, .. } = compared;
     let looks_like = looks_like(chosen, left);
     let is_noise = looks_like == LooksLike::Noise;
     Remains {
         chi: improved.score.chi_kept(),
-        looks_like,
+        looks_like: if has_curves && looks_like != LooksLike::MissingMechanism {
+            LooksLike::Curves
+        } else {
+            looks_like
+        },
         sensors: by_sensor(data, chosen),
         equations: locate::scores(left),
         windows: if is_noise { Vec::new() } else { conditions::windows(data, &improved.residuals) },

@@ -240,13 +240,18 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
                     }
                 }
             }
-            @if !diagnosis.effects.is_empty() || diagnosis.curves.is_some() { (shares(diagnosis)) }
-            @for effect in diagnosis.effects.iter().chain(&diagnosis.curves) { (found(effect)) }
+            @if all_found(diagnosis).next().is_some() { (shares(diagnosis)) }
+            @for effect in all_found(diagnosis) { (found(effect)) }
             @if let Some(unknown) = &diagnosis.unknown { (outside(unknown)) }
             (tried(figures))
             @if !diagnosis.left.method.is_empty() { p.muted { "How this was judged: " (diagnosis.left.method) } }
         }
     }
+}
+
+/// The effects, and the curves where they have a shape of their own.
+fn all_found(diagnosis: &Diagnosis) -> impl Iterator<Item = &FoundEffect> {
+    diagnosis.effects.iter().chain(&diagnosis.curves)
 }
 
 /// How much of what was wrong each thing accounts for.
@@ -263,7 +268,7 @@ fn shares(diagnosis: &Diagnosis) -> Markup {
                         td.n { (percent(diagnosis.parameters_share)) }
                         td {}
                     }
-                    @for effect in diagnosis.effects.iter().chain(&diagnosis.curves) {
+                    @for effect in all_found(diagnosis) {
                         tr {
                             th scope="row" { (words::effect_name(&effect.id)) }
                             td { (bar(effect.share)) }
