@@ -2,6 +2,7 @@
 //! left out.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 use sinew_physics::{DriveKind, Inputs, Surroundings, Wire, WireModel};
 use sinew_recording::{Column, Recording, imposed_column};
@@ -86,6 +87,8 @@ pub(crate) struct Data {
     pub(crate) position_imposed: bool,
     /// What makes residuals white, where the model is known to be wrong.
     pub(crate) whitening: Option<Arc<Whitening>>,
+    /// What has been simulated of them so far, in rows of a wire all alike; one account for all that is made of the same data.
+    pub(crate) simulated: Arc<AtomicU64>,
 }
 
 /// A recording as the gates leave it.
@@ -183,7 +186,7 @@ impl Data {
             })
             .collect();
         let position_imposed = imposed_column(&model.load) == Some(Column::PositionM);
-        Ok(Data { sensors, runs, free_zero, position_imposed, whitening: None })
+        Ok(Data { sensors, runs, free_zero, position_imposed, whitening: None, simulated: Arc::default() })
     }
 
     /// How many samples of all sensors a part has.

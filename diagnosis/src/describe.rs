@@ -14,9 +14,20 @@ use crate::intervals::Interval;
 use crate::locate::{self, Located};
 use crate::numbers::number;
 use crate::residuals::Residuals;
+use crate::select::Selection;
 use crate::space::What;
 use crate::stages::Compared;
 use crate::words;
+
+/// What a search that was cut short has not tried.
+pub(crate) fn cut_short(selection: &Selection) -> String {
+    let rounds = selection.rounds.len();
+    format!(
+        "the search was cut short after {rounds} round{}: whether more is missing beside what was found, and whether something \
+         else explains it as well, was not tried to the end (--thorough does, for as long as it takes)",
+        if rounds == 1 { "" } else { "s" }
+    )
+}
 
 /// What a reader must know of a fit.
 pub(crate) fn warn_of_fit(fit: &Fit, warnings: &mut Vec<String>) {

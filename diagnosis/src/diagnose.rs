@@ -73,7 +73,7 @@ pub fn diagnose(
         let Prepared { data, warnings } = Prepared::new(rig, channel, recordings, held_out, settings.seed)?;
         let space = Space::reference(rig, channel, &data);
         let from = Searched::new(&data, &space, rig.channels[channel].model.drive.kind);
-        Found::search(rig, channel, data, from, settings.progress)?.outcome(rig, warnings, settings)
+        Found::search(rig, channel, data, from, settings)?.outcome(rig, warnings, settings)
     })
 }
 
@@ -104,7 +104,7 @@ pub fn identify(
         let fit = &found.fit;
         describe::warn_of_fit(fit, &mut warnings);
         (settings.progress)("intervals", 0.9);
-        let intervals = intervals::intervals(&found.judges(&searched).ok_or_else(Error::lost_fit)?, fit);
+        let intervals = intervals::intervals(&searched, &found).ok_or_else(Error::lost_fit)?;
         let mut fitted_rig = rig.clone();
         fit.space.apply(&fit.z, &mut fitted_rig)?;
         let stages = Stages {
@@ -141,8 +141,6 @@ pub(crate) struct Found {
     /// And as they were simulated at its end.
     pub(crate) searched: Data,
     pub(crate) selection: Selection,
-    /// Of its effects.
-    grades: Vec<Grade>,
     /// What of it is the answer, as it was searched.
     pub(crate) chosen: Explanation,
     /// Where the parameters alone miss the recording, and where everything that was found does.
@@ -159,16 +157,15 @@ impl Found {
         channel: usize,
         data: Data,
         from: Searched,
-        progress: &(dyn Fn(&str, f64) + Sync),
+        settings: &Settings<'_>,
     ) -> Result<Found, Error> {
+        let progress = settings.progress;
         let space = Space::reference(rig, channel, &data);
         progress("as given", 0.0);
         let as_given = Stage::as_given(&data, &space)?;
-        let selection = select::select(&from, &space, progress).ok_or(Error::NoFit)?;
+        let selection = select::select(&from, &space, settings.thorough, progress).ok_or(Error::NoFit)?;
         let searched = selection.searched.clone();
-        progress("judging", 0.0);
-        let grades = evidence::borne_out(&selection);
-        let is_borne_out = grades.iter().any(|grade| *grade != Grade::Suspected);
+        let is_borne_out = selection.in_place.iter().any(|place| place.grade != Grade::Suspected);
         let named = if is_borne_out { &selection.chosen } else { &selection.reference };
         progress("locating", 0.0);
         let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
@@ -191,7 +188,7 @@ impl Found {
         // and judged by a simulation as fine as the wire takes it
         let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
         let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
-        Ok(Found { data, from, searched, selection, grades, chosen, located, left, outside, compared })
+        Ok(Found { data, from, searched, selection, chosen, located, left, outside, compared })
     }
 
     /// What a user gets of it.
@@ -202,6 +199,9 @@ impl Found {
         settings: &Settings<'_>,
     ) -> Result<Outcome, Error> {
         describe::warn_of_fit(&self.compared.chosen.fit, &mut warnings);
+        if self.selection.is_cut_short {
+            warnings.push(describe::cut_short(&self.selection));
+        }
         let (diagnosis, next_programme) = self.answer(warnings, settings)?;
         let improved = self.improved(rig, diagnosis.verdict)?;
         (settings.progress)("drawing", 0.0);
@@ -226,16 +226,15 @@ impl Found {
     }
 
     fn answer(&self, warnings: Vec<String>, settings: &Settings<'_>) -> Result<(Diagnosis, Option<Recording>), Error> {
-        let Found { data, searched, selection, grades, located, left, outside, compared, .. } = self;
+        let Found { data, searched, selection, located, left, outside, compared, .. } = self;
         let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
         let progress = settings.progress;
         progress("intervals", 0.0);
-        let judging = self.chosen.judges(searched).ok_or_else(Error::lost_fit)?;
-        let intervals = intervals::intervals(&judging, &self.chosen.fit);
+        let intervals = intervals::intervals(searched, &self.chosen).ok_or_else(Error::lost_fit)?;
         let evidence::Found { mut effects, rivals } = if chosen.fit.space.effects.is_empty() || outside.is_some() {
             evidence::Found { effects: evidence::suspects(data, selection), rivals: Vec::new() }
         } else {
-            evidence::judge(data, selection, grades, chosen, &intervals)
+            evidence::judge(data, selection, chosen, &intervals)
         };
         let curves = take_curves(&mut effects);
         let beyond_tolerance = tolerances::beyond(&chosen.fit);

@@ -30,12 +30,6 @@ pub(crate) struct Rival {
     pub(crate) fit: Fit,
 }
 
-/// Grades every effect of a selection by what was kept back, in its order.
-pub(crate) fn borne_out(selection: &Selection) -> Vec<Grade> {
-    let Selection { searched, chosen, in_place, .. } = selection;
-    in_place.par_iter().map(|place| grade(searched, &place.without, chosen)).collect()
-}
-
 /// What the effects of a selection are believed for.
 #[derive(Default)]
 pub(crate) struct Found {
@@ -45,20 +39,14 @@ pub(crate) struct Found {
     pub(crate) rivals: Vec<Rival>,
 }
 
-/// Judges the effects of a selection, with their `grades`, on all of `data`, where `chosen` is carried to its end, with its
+/// Judges the effects of a selection on all of `data`, where `chosen` is carried to its end, with its
 /// `intervals`.
-pub(crate) fn judge(
-    data: &Data,
-    selection: &Selection,
-    grades: &[Grade],
-    chosen: &Explanation,
-    intervals: &[Interval],
-) -> Found {
+pub(crate) fn judge(data: &Data, selection: &Selection, chosen: &Explanation, intervals: &[Interval]) -> Found {
     let best = &selection.chosen;
     let shares = Shares::of(&chosen.fit);
     let chi_after = chi_kept(data, &chosen.fit);
     let mut found = Found::default();
-    for (InPlace { effect, without, others }, grade) in selection.in_place.iter().zip(grades) {
+    for InPlace { effect, grade, without, others } in &selection.in_place {
         let mut alternatives: Vec<Alternative> = others
             .par_iter()
             .map(|(other, explanation)| Alternative {
@@ -147,7 +135,7 @@ fn suspect(
 }
 
 /// How far what was kept back bears an effect out.
-fn grade(data: &Data, without: &Explanation, with: &Explanation) -> Grade {
+pub(crate) fn grade(data: &Data, without: &Explanation, with: &Explanation) -> Grade {
     if with.rise_on_kept(data, without) < CONFIRMED || !explains_more_than_it_leaves(data, without, with) {
         Grade::Suspected
     } else if data.runs.iter().any(|run| run.held_out) {

@@ -7,6 +7,7 @@ use crate::data::Data;
 use crate::discrepancy::Discrepancy;
 use crate::fit::{self, Effort, Fit, Known};
 use crate::residuals::{self, Residuals};
+use crate::screen::Sketch;
 use crate::space::Space;
 
 /// Sizes of a model's error on the way from belief, as shares of each sensor's range, and its memory there, s: the large
@@ -133,6 +134,21 @@ impl Explanation {
             }
         }
         best
+    }
+
+    /// Another model from `start`, a few steps, with the same error: evidence that can be compared while the error is held.
+    pub(crate) fn of_another(&self, data: &Data, space: &Space, start: &[f64]) -> Option<Explanation> {
+        let left = residuals::plain_at(data, space, start)?;
+        let effort = Effort { iterations: ON_THE_WAY, negligible: ROUGHLY };
+        let mut known = None;
+        let fit = fit::fit_from(&self.discrepancy.whitened(data, &left), space, start, effort, &mut known)?;
+        let left = residuals::plain_at(data, space, &fit.z)?;
+        Explanation::new(data, fit, self.discrepancy.clone(), &left, known)
+    }
+
+    /// Where a refit sets out.
+    pub(crate) fn into_sketch(self) -> Sketch {
+        Sketch { fit: self.fit, known: self.known }
     }
 
     /// The same refitted on `data` of the same rows, with an error like its own to begin with.

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use crate::data::{Data, Part};
 use crate::derivatives;
-use crate::fit::{self, Effort, Fit};
+use crate::explanation::Explanation;
+use crate::fit::{self, Effort, Fit, Known};
 use crate::products;
 use crate::residuals;
 use crate::space::{Coordinate, What};
@@ -18,8 +19,8 @@ const SIMULATION_ERROR: f64 = 2e-4;
 const Z90: f64 = 1.6449;
 const FALL90: f64 = Z90 * Z90;
 
-/// Steps of the refit on the profile.
-const PROFILE_STEPS: usize = 4;
+/// How often derivatives are taken on the profile, beside those there are: it ends less than two standard deviations away.
+const PROFILE_STEPS: usize = 0;
 
 /// A 90 % interval of one coordinate, in its own unit.
 #[derive(Debug, Clone, Copy)]
@@ -29,16 +30,17 @@ pub(crate) struct Interval {
     pub(crate) high: f64,
 }
 
-/// The intervals of all coordinates of a fit at its end on `data`, which may be thinned: they know as much for a fraction of
-/// the work. Those of effects are walked out along the profile.
-pub(crate) fn intervals(data: &Data, fit: &Fit) -> Vec<Interval> {
-    let reaches = reaches(data, fit);
+/// The intervals of all coordinates of a model at the end of its fit on `data`, which may be thinned: they know as much for a
+/// fraction of the work. Those of effects are walked out along the profile. `None` where the model cannot be built.
+pub(crate) fn intervals(data: &Data, found: &Explanation) -> Option<Vec<Interval>> {
+    let fit = &found.fit;
+    let reaches = reaches(&found.judges(data)?, fit, &found.derivatives(data)?);
     let places = fit.space.coordinates.iter().zip(&fit.z).zip(reaches);
-    places.map(|((c, z), [down, up])| Interval::of(c, *z, z - down, z + up)).collect()
+    Some(places.map(|((c, z), [down, up])| Interval::of(c, *z, z - down, z + up)).collect())
 }
 
 /// How far each coordinate may go down and up.
-fn reaches(data: &Data, fit: &Fit) -> Vec<[f64; 2]> {
+fn reaches(data: &Data, fit: &Fit, known: &Known) -> Vec<[f64; 2]> {
     let n = fit.space.len();
     let spread = Spread::of(data, fit);
     let deviations = spread.as_ref().map_or_else(|| fit.deviations(), |s| s.deviations.clone());
@@ -52,7 +54,7 @@ fn reaches(data: &Data, fit: &Fit) -> Vec<[f64; 2]> {
                 let room = if sign > 0.0 { c.high - z } else { z - c.low };
                 match &spread {
                     Some(spread) if matches!(c.what, What::Effect(..)) && reach < room => {
-                        profile(data, fit, spread, i, sign * reach).unwrap_or(reach).min(room)
+                        profile(data, fit, known, spread, i, sign * reach).unwrap_or(reach).min(room)
                     }
                     _ => reach.min(room.max(0.0)),
                 }
@@ -75,7 +77,7 @@ impl Interval {
 }
 
 /// How far the coordinate may go before the profile has fallen as far as a 90 % interval allows, given a first guess.
-fn profile(data: &Data, fit: &Fit, spread: &Spread, i: usize, guess: f64) -> Option<f64> {
+fn profile(data: &Data, fit: &Fit, known: &Known, spread: &Spread, i: usize, guess: f64) -> Option<f64> {
     let target = FALL90 * spread.inflation[i];
     let mut space = fit.space.clone();
     // the others go along as far as a straight valley would take them
@@ -86,7 +88,8 @@ fn profile(data: &Data, fit: &Fit, spread: &Spread, i: usize, guess: f64) -> Opt
     // held there: no room to move
     let c = &mut space.coordinates[i];
     (c.low, c.high) = (z[i], z[i]);
-    let refitted = fit::fit(data, &space, &z, Effort::iterations(PROFILE_STEPS))?;
+    let known = &mut Some(known.clone());
+    let refitted = fit::fit_from(data, &space, &z, Effort::iterations(PROFILE_STEPS), known)?;
     let fall = refitted.objective - fit.objective;
     if fall <= 0.0 {
         return Some(guess.abs() * 2.0);

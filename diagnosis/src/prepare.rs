@@ -83,7 +83,7 @@ const LONG_PIECES_S: [f64; 3] = [0.02, 0.01, 0.005];
 
 /// As long as what they lack, which is known at one place and taken into account, is less than this share of any
 /// sensor's noise, RMS: then it hardly changes from place to place.
-const UNNOTICED: f64 = 0.3;
+const UNNOTICED: f64 = 0.5;
 /// How often rows that lack much are halved; where that makes hardly more of them, by this share, those that lack half as
 /// much are next.
 const HALVINGS: usize = 12;

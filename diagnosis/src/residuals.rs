@@ -1,5 +1,9 @@
 //! Residuals: what a model leaves of every recording, over the noise of each sensor, and the score made of them.
 
+use std::sync::atomic::Ordering;
+
+use sinew_physics::WireModel;
+
 use crate::data::{Data, Part, Run};
 use crate::simulate;
 use crate::space::Space;
@@ -29,9 +33,15 @@ fn of(data: &Data, space: &Space, z: &[f64], wanted: impl Fn(&Run) -> bool) -> O
                 return Some(vec![Vec::new(); data.sensors.len()]);
             }
             let outputs = simulate::outputs(&model, &space.run(data, index, z), &data.sensors)?;
+            data.simulated.fetch_add(rows(data, index, &model), Ordering::Relaxed);
             Some(compare(data, space, z, index, outputs))
         })
         .collect()
+}
+
+/// What a simulation of one recording comes to, in rows of a wire all alike.
+fn rows(data: &Data, index: usize, model: &WireModel) -> u64 {
+    (data.runs[index].time_s.len() * model.parts()) as u64
 }
 
 /// Turns simulated outputs of one recording into residuals over noise.

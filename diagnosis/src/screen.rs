@@ -131,6 +131,7 @@ pub(crate) fn keep_first<T>(all: &mut Vec<T>, effect: impl Fn(&T) -> &'static Ef
 }
 
 /// Where the refit of a candidate sets out.
+#[derive(Clone)]
 pub(crate) struct Sketch {
     pub(crate) fit: Fit,
     pub(crate) known: Option<Known>,
@@ -170,13 +171,22 @@ impl Field {
         Some(Field { screened, sketched, known: screen.known })
     }
 
-    /// The first `most` of the sketched and, where they are among these at all, other curves, which are beside the mechanisms
-    /// and not in their place; each with derivatives to set out by.
+    /// The first `most` mechanisms of the sketched, each with derivatives to set out by.
     pub(crate) fn starts(&self, data: &Data, most: usize) -> Vec<Sketch> {
-        let is_shape = |fit: &&Fit| fit.space.effects.last().is_some_and(|effect| effect.nature == Nature::Shape);
         let mechanisms = self.sketched.iter().filter(|fit| !is_shape(fit)).take(most);
-        let sketched = mechanisms.chain(self.sketched.iter().filter(is_shape));
-        let start = |fit: &Fit| Sketch { fit: fit.clone(), known: self.known.and_those_of(data, &fit.space, &fit.z) };
-        sketched.map(start).collect()
+        mechanisms.map(|fit| self.start(data, fit)).collect()
     }
+
+    /// Other curves, where they are among the sketched: they are beside the mechanisms and not in their place.
+    pub(crate) fn shapes(&self, data: &Data) -> Vec<Sketch> {
+        self.sketched.iter().filter(|fit| is_shape(fit)).map(|fit| self.start(data, fit)).collect()
+    }
+
+    fn start(&self, data: &Data, fit: &Fit) -> Sketch {
+        Sketch { fit: fit.clone(), known: self.known.and_those_of(data, &fit.space, &fit.z) }
+    }
+}
+
+fn is_shape(fit: &Fit) -> bool {
+    fit.space.effects.last().is_some_and(|effect| effect.nature == Nature::Shape)
 }

@@ -1,10 +1,14 @@
 //! What: effects are added one at a time, each fitted with everything that may move, while the evidence rises.
 
-use rayon::prelude::*;
-use sinew_physics::effects::Effect;
+use std::sync::atomic::Ordering;
 
+use rayon::prelude::*;
+use sinew_physics::effects::{Effect, Nature};
+
+use crate::answer::Grade;
 use crate::data::Data;
 use crate::edges;
+use crate::evidence;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
 use crate::prepare::Searched;
@@ -18,6 +22,8 @@ pub(crate) const TAKEN: f64 = 10.0;
 const WORTH_ADDING: f64 = 0.05;
 /// An effect that costs no more evidence than this when it is taken out is not needed.
 const NEEDED: f64 = 5.0;
+/// One that costs more than this on a part of the way is.
+const MAY_DO_WITHOUT: f64 = 60.0;
 /// Sketched candidates that are refitted in full, near belief and where the parameters have settled.
 const FINALISTS: usize = 2;
 /// Of those that are refitted, the best and all that have brought this share of what it has, on a part of the way, are fitted to
@@ -28,6 +34,8 @@ const RIVALS: usize = 2;
 const MOST_EXCHANGES: usize = 2;
 /// Most effects.
 const MOST_ROUNDS: usize = 5;
+/// A search that is not thorough begins nothing new once it has simulated this many rows.
+const MOST_SIMULATED: u64 = 60_000_000;
 /// Lengths of the windows in which an event may lie, as shares of the longest recording.
 const WINDOWS: [f64; 3] = [0.1, 0.2, 0.35];
 
@@ -51,16 +59,32 @@ pub(crate) struct Selection {
     /// Each of its effects taken out, and others in its place.
     pub(crate) in_place: Vec<InPlace>,
     pub(crate) rounds: Vec<Round>,
+    /// It ended because it had gone on for long enough: more effects, and others in the place of those found, were not tried.
+    pub(crate) is_cut_short: bool,
 }
 
 /// What does without an effect, and with another one instead.
 #[derive(Debug, Clone)]
 pub(crate) struct InPlace {
     pub(crate) effect: &'static Effect,
+    /// How far what was kept back bears it out.
+    pub(crate) grade: Grade,
     /// Everything else refitted.
     pub(crate) without: Explanation,
     /// The best by evidence first.
     pub(crate) others: Vec<(&'static Effect, Explanation)>,
+}
+
+impl InPlace {
+    fn new(
+        data: &Data,
+        effect: &'static Effect,
+        without: Explanation,
+        with: &Explanation,
+        others: Vec<(&'static Effect, Explanation)>,
+    ) -> InPlace {
+        InPlace { effect, grade: evidence::grade(data, &without, with), without, others }
+    }
 }
 
 impl Selection {
@@ -77,27 +101,33 @@ impl Selection {
 }
 
 /// Adds effects to the reference model of `space` while the evidence rises.
-pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f64) + Sync)) -> Option<Selection> {
+pub(crate) fn select(
+    from: &Searched,
+    space: &Space,
+    thorough: bool,
+    progress: &(dyn Fn(&str, f64) + Sync),
+) -> Option<Selection> {
+    let may_go_on = || thorough || from.data.simulated.load(Ordering::Relaxed) < MOST_SIMULATED;
+    let mut is_cut_short = false;
     progress("recalibrating", 0.0);
     let [mut near, reference] = Explanation::from_belief(&from.data, space, &vec![0.0; space.len()], Turns::SOME)?;
     let (mut searched, mut reference) = settled(from, &reference, Turns::ALL)?;
     let mut chosen = reference.clone();
     let mut rounds: Vec<Round> = Vec::new();
     for number in 0..MOST_ROUNDS {
+        is_cut_short = number > 0 && !may_go_on();
+        if is_cut_short {
+            break;
+        }
         let stage = format!("candidates, round {}", number + 1);
         progress(&stage, 0.0);
         let data = &searched.data;
         let late = Field::of(data, &chosen, &mechanisms(data, &chosen), true)?;
-        // what has been made up for by now may show where everything was still near belief
-        let early = if chosen.leaves_noise() { None } else { Field::of(data, &near, &mechanisms(data, &near), true) };
-        let fields = [Some(&late), early.as_ref()].into_iter().flatten();
-        let starts: Vec<Sketch> = fields.flat_map(|field| field.starts(data, FINALISTS)).collect();
-        progress(&stage, 0.3);
-        let refitted = refitted(data, &chosen, starts, None);
+        let least = least_rise(&reference, &chosen);
+        let refitted = additions(data, &chosen, &near, &late, least);
         let best = refitted.first().map(|(_, best)| best.clone());
         let refitted = refitted.into_iter().map(|(effect, with)| (effect, with.at_rest())).collect();
         rounds.push(Round { base: chosen.clone().at_rest(), screened: late.screened, refitted });
-        let least = least_rise(&reference, &chosen);
         let Some(best) = best.filter(|best| best.evidence - chosen.evidence > least) else { break };
         progress(&stage, 0.7);
         let (anew, found) = home(data, best, Turns::ALL)?;
@@ -105,44 +135,103 @@ pub(crate) fn select(from: &Searched, space: &Space, progress: &(dyn Fn(&str, f6
         chosen = prune(data, found, &mut reference);
         // to the new place the simulation in long rows has to be held anew, and all that is compared with it
         (searched, chosen) = settled(from, &chosen, Turns::ALL)?;
-        reference = reference.again(&searched.data, Turns::SOME)?;
+        reference = reference.again(&searched.data, Turns::FIRST)?;
         // the end is never worse than what was met on the way
         if reference.evidence > chosen.evidence - NEEDED {
             chosen = reference.clone();
         }
     }
     progress("rivals", 0.0);
-    let mut in_place = others_in_place(&searched.data, &chosen, &reference, &rounds);
+    is_cut_short |= !may_go_on();
+    let mut in_place = others_in_place(&searched.data, &chosen, &reference, &rounds, may_go_on());
     for _ in 0..MOST_EXCHANGES {
         let best = in_place.iter().flat_map(|place| &place.others).max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence));
         let Some((_, better)) = best.filter(|(_, other)| other.evidence > chosen.evidence + NEEDED) else { break };
         progress("exchanging", 0.0);
-        let (_, found) = home(&searched.data, better.clone(), Turns::ALL)?;
+        let (_, found) = home(&searched.data, better.clone(), Turns::SOME)?;
         (searched, chosen) = settled(from, &found, Turns::ALL)?;
-        in_place = others_in_place(&searched.data, &chosen, &reference, &[]);
+        in_place = others_in_place(&searched.data, &chosen, &reference, &[], may_go_on());
     }
-    Some(Selection { searched: searched.data, reference, chosen, in_place, rounds })
+    Some(Selection { searched: searched.data, reference, chosen, in_place, rounds, is_cut_short })
+}
+
+/// The best additions of one effect to `chosen`, refitted, the best first: mechanisms that show where the parameters have settled;
+/// other curves, where all of these leave more than noise; and before the search ends with more left, what shows near belief. `least` is the rise of the evidence that it goes on with.
+fn additions(
+    data: &Data,
+    chosen: &Explanation,
+    near: &Explanation,
+    late: &Field,
+    least: f64,
+) -> Vec<(&'static Effect, Explanation)> {
+    let mut best = refitted(data, chosen, late.starts(data, FINALISTS), None);
+    let also = |best: &mut Vec<(&'static Effect, Explanation)>, starts: Vec<Sketch>| {
+        let goal = best.first().map(|(_, best)| best.clone());
+        best.extend(refitted(data, chosen, starts, goal.as_ref()));
+        best_first(best);
+    };
+    if chosen.leaves_little() {
+        return best;
+    }
+    if !best.first().is_some_and(|(_, best)| best.leaves_little()) {
+        also(&mut best, late.shapes(data));
+    }
+    if !best.first().is_some_and(|(_, best)| best.evidence - chosen.evidence > least) {
+        also(&mut best, near_belief(data, near));
+    }
+    best
+}
+
+/// What shows while everything is still near belief, which the parameters may have made up for by where they have settled: the
+/// best by screening, and the best of those that no secant shows, from where they are as large as rigs show them.
+fn near_belief(data: &Data, near: &Explanation) -> Vec<Sketch> {
+    let candidates = mechanisms(data, near);
+    let field = Field::of(data, near, &candidates, true);
+    let screened = field.map_or_else(Vec::new, |f| [f.starts(data, FINALISTS), f.shapes(data)].concat());
+    let mut large: Vec<&Candidate> = candidates.iter().rev().filter(|c| starts::is_hidden(c.effect)).collect();
+    keep_first(&mut large, |candidate| candidate.effect);
+    let large = large.into_par_iter().filter_map(|candidate| {
+        let (space, start) = near.fit.space.with(candidate.effect, &candidate.start, &near.fit.z);
+        near.of_another(data, &space, &start)
+    });
+    let largest = large.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    screened.into_iter().chain(largest.map(Explanation::into_sketch)).collect()
 }
 
 /// Every effect taken out of `chosen`, and the best others in its place: where one of them does better, the search has gone
-/// astray. Where it is the only one and leaves noise, they were fitted when it was found.
-fn others_in_place(data: &Data, chosen: &Explanation, reference: &Explanation, rounds: &[Round]) -> Vec<InPlace> {
+/// astray. Where it is the only one and leaves noise, they were fitted when it was found; nothing stands in the place of curves,
+/// and beside what is borne out nobody asks for rivals of what is not.
+fn others_in_place(
+    data: &Data,
+    chosen: &Explanation,
+    reference: &Explanation,
+    rounds: &[Round],
+    ask_for_rivals: bool,
+) -> Vec<InPlace> {
     let effects = &chosen.fit.space.effects;
-    effects
+    if let ([effect], [first, ..], true) = (effects.as_slice(), rounds, chosen.leaves_noise()) {
+        let others = first.refitted.iter().filter(|(other, _)| other.id != effect.id).take(RIVALS).cloned().collect();
+        return vec![InPlace::new(data, effect, reference.clone(), chosen, others)];
+    }
+    let mut places: Vec<InPlace> = effects
         .par_iter()
         .filter_map(|effect| {
-            if let ([_], [first, ..], true) = (effects.as_slice(), rounds, chosen.leaves_noise()) {
-                let others = first.refitted.iter().filter(|(other, _)| other.id != effect.id);
-                let others = others.take(RIVALS).cloned().collect();
-                return Some(InPlace { effect, without: reference.clone(), others });
-            }
             let without = chosen.without(data, effect, Turns::SOME)?;
-            let mut others = best_additions(data, &without, RIVALS + 1, chosen);
-            others.retain(|(other, _)| other.id != effect.id);
-            others.truncate(RIVALS);
-            Some(InPlace { effect, without, others })
+            Some(InPlace::new(data, effect, without, chosen, Vec::new()))
         })
-        .collect()
+        .collect();
+    if !ask_for_rivals {
+        return places;
+    }
+    let is_borne_out = |place: &InPlace| place.grade != Grade::Suspected;
+    let is_mechanism = |place: &InPlace| place.effect.nature != Nature::Shape;
+    let none = !places.iter().any(|place| is_mechanism(place) && is_borne_out(place));
+    places.par_iter_mut().filter(|place| is_mechanism(place) && (none || is_borne_out(place))).for_each(|place| {
+        place.others = best_additions(data, &place.without, RIVALS + 1, chosen);
+        place.others.retain(|(other, _)| other.id != place.effect.id);
+        place.others.truncate(RIVALS);
+    });
+    places
 }
 
 /// Rise of the log evidence that one more effect has to bring. Where the model leaves more than noise, others can be bent to
@@ -159,6 +248,12 @@ pub(crate) fn settled(from: &Searched, found: &Explanation, turns: Turns) -> Opt
     Some((searched, settled))
 }
 
+/// The best of each effect, by evidence.
+fn best_first(refitted: &mut Vec<(&'static Effect, Explanation)>) {
+    refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
+    keep_first(refitted, |(effect, _)| effect);
+}
+
 /// Fits from `starts`, the best effect by evidence first. All of them are taken a part of the way, and the best and those in sight
 /// of it, or of the `goal` where there is one, to where they can be compared.
 fn refitted(
@@ -167,10 +262,6 @@ fn refitted(
     starts: Vec<Sketch>,
     goal: Option<&Explanation>,
 ) -> Vec<(&'static Effect, Explanation)> {
-    let best_first = |refitted: &mut Vec<(&'static Effect, Explanation)>| {
-        refitted.sort_by(|a, b| b.1.evidence.total_cmp(&a.1.evidence));
-        keep_first(refitted, |(effect, _)| effect);
-    };
     let mut refitted: Vec<(&'static Effect, Explanation)> = starts
         .into_par_iter()
         .filter_map(|Sketch { fit, known }| {
@@ -214,8 +305,8 @@ pub(crate) fn next_term(
 ) -> Option<(&'static Effect, Explanation)> {
     let terms: Vec<Candidate> = libraries.iter().flat_map(|library| starts::terms(library, &base.fit.space)).collect();
     let field = Field::of(data, base, &terms, false)?;
-    let starts = field.starts(data, most);
-    starts
+    field
+        .starts(data, most)
         .into_par_iter()
         .filter_map(|Sketch { fit, known }| {
             let What::Effect(library, _) = fit.space.coordinates.last()?.what else { return None };
@@ -261,8 +352,10 @@ fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> E
             .space
             .effects
             .par_iter()
-            .filter_map(|effect| chosen.without(data, effect, Turns::SOME))
+            .filter_map(|effect| chosen.without(data, effect, Turns::FIRST))
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        let Some(without) = without.filter(|w| w.evidence > chosen.evidence - MAY_DO_WITHOUT) else { break };
+        let without = without.again(data, Turns::SOME);
         // what an effect has led away from the others may not find back to from there
         let without = without.and_then(|without| {
             if without.fit.space.effects.is_empty() {

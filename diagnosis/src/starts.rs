@@ -35,7 +35,8 @@ pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
 pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
     let times_s = (0.0, end_s + 1.0);
     let event = effect.parameters.iter().any(is_time);
-    let several = effect.parameters.iter().any(|p| !p.is_switch()) && !event || is_crooked(effect);
+    let has_shapes = effect.nature != Nature::Shape && effect.parameters.iter().any(|p| !p.is_switch());
+    let several = has_shapes && !event || is_crooked(effect);
     let shapes = if several { vec![0.1, 0.75] } else { vec![0.5] };
     let switches = effect.parameters.iter().filter(|p| p.is_switch()).count();
     let sign = match effect.parameters.iter().find(|p| p.is_switch()) {
@@ -72,6 +73,11 @@ fn is_crooked(effect: &Effect) -> bool {
     crooked.contains(&effect.id)
 }
 
+/// Effects that a secant where the parameters are does not show: with them the wire is another everywhere else, too.
+pub(crate) fn is_hidden(effect: &Effect) -> bool {
+    ["kinetic.minor_loop", "mechanical.stress_dependent_strain", "thermal.end_conduction"].contains(&effect.id)
+}
+
 /// Value, scale, pull and step of one parameter.
 fn parameter(
     effect: &Effect,
@@ -99,7 +105,7 @@ fn parameter(
         };
         return (value, 0.5 * value, 0.1, EFFECT_STEP);
     }
-    if effect.nature == Nature::Shape {
+    if effect.nature == Nature::Shape && p.is_switch() {
         // anywhere on the curves they are as likely to be steeper as flatter, by about so much
         return (0.0, SHAPE_SPREAD, 1.0, SHAPE_STEP);
     }

@@ -122,7 +122,8 @@ fn alone(rig: &Rig, wires: &[WireRecordings], settings: &Settings<'_>) -> Result
         let progress = |stage: &str, share: f64| (settings.progress)(&format!("{name}: {stage}"), share);
         let space = Space::reference(rig, channel, &data);
         let from = Searched::new(&data, &space, space.drive());
-        let found_here = Found::search(rig, channel, data, from, &progress)?;
+        let settings = Settings { progress: &progress, ..*settings };
+        let found_here = Found::search(rig, channel, data, from, &settings)?;
         found.push(Wire { channel, name, found: found_here, warnings });
     }
     Ok(found)
@@ -252,7 +253,8 @@ impl State {
                 };
                 let around = others::around(&rig, *channel, &found.data, &courses);
                 let (data, from) = (found.data.among(&found.data, &around), found.from.among(&around));
-                anew.push((*index, Found::search(&rig, *channel, data, from, &progress)?));
+                let settings = Settings { progress: &progress, ..*settings };
+                anew.push((*index, Found::search(&rig, *channel, data, from, &settings)?));
             }
             for (index, found) in &anew {
                 fits[*index] = found.compared.chosen.fit.clone();

@@ -47,7 +47,7 @@ fn recorded(truth: &Rig, seed: u64) -> Vec<WireRecordings> {
 }
 
 fn answer(truth: &Rig, seed: u64) -> RigDiagnosis {
-    let settings = Settings { seed: 1, jobs: 0, progress: &|_, _| () };
+    let settings = Settings { seed: 1, jobs: 0, thorough: false, progress: &|_, _| () };
     let outcome = diagnose_rig(&rig(|_| ()), &recorded(truth, seed), &settings).expect("an answer");
     println!("{}\n{:#?}\n{:#?}", outcome.diagnosis.summary, outcome.diagnosis.shared, outcome.diagnosis.tried);
     outcome.diagnosis
@@ -125,7 +125,7 @@ fn a_shared_supply_is_found_beside_what_one_wire_has_alone() {
 #[test]
 fn wires_need_company_and_the_same_runs() {
     let rig = rig(|_| ());
-    let settings = Settings { seed: 1, jobs: 1, progress: &|_, _| () };
+    let settings = Settings { seed: 1, jobs: 1, thorough: false, progress: &|_, _| () };
     let mut wires = recorded(&rig, 1);
     wires[1].recordings.clear();
     assert!(matches!(diagnose_rig(&rig, &wires, &settings), Err(Error::UnevenWires { .. })));
@@ -169,7 +169,7 @@ fn how_often_what_is_shared_is_found() {
                     _ => {}
                 }
             });
-            let settings = Settings { seed: 1, jobs: 0, progress: &|_, _| () };
+            let settings = Settings { seed: 1, jobs: 0, thorough: false, progress: &|_, _| () };
             let began = std::time::Instant::now();
             let found =
                 diagnose_rig(&rig(|_| ()), &recorded(&truth, 100 + seed), &settings).expect("an answer").diagnosis;

@@ -96,7 +96,7 @@ fn real() -> Rig {
 }
 
 fn settings(jobs: usize) -> Settings<'static> {
-    Settings { seed: 7, jobs, progress: &|_, _| () }
+    Settings { seed: 7, jobs, thorough: false, progress: &|_, _| () }
 }
 
 fn answer(recording: &Recording, jobs: usize) -> Outcome {

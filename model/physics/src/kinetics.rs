@@ -4,7 +4,7 @@
 //! martensite fraction is a closed form of ϑ, so a step of any length lands on the same curve.
 
 use crate::params::{Kinetics, Material};
-use crate::warp::Warp;
+use crate::warp::{Warp, Warped};
 
 /// ln(1/0.01²): the bounded laws put A_s and A_f where the logistic curve has 1 % left, 9.21/k apart (after eq. 20).
 const BOUNDED_SPAN: f64 = 9.210_340_371_976_184;
@@ -68,7 +68,7 @@ pub(crate) struct Curve {
     centre_c: f64,
     steepness_per_k: f64,
     /// What its shape differs by from the law's.
-    warp: Option<Warp>,
+    warp: Option<Warped>,
 }
 
 impl Curve {
@@ -155,6 +155,8 @@ pub struct Hysteresis {
     tails_cross: bool,
     /// How far stress has moved the cooling curve besides ϑ, in K; see [`crate::effects::UnequalSlopes`].
     cooling_shift: f64,
+    /// It may move again.
+    cooling_moves: bool,
 }
 
 /// Which way ϑ moves.
@@ -211,20 +213,21 @@ impl Hysteresis {
                 || material.austenite_temperature_c < material.martensite_temperature_c
                 || !matches!(material.kinetics, Kinetics::Logistic),
             cooling_shift: 0.0,
+            cooling_moves: false,
         }
     }
 
     /// Gives the heating and the cooling curve shapes of their own.
     pub(crate) fn shape(&mut self, heating: Warp, cooling: Warp) {
-        let of = |warp: Warp| (!warp.is_null()).then_some(warp);
-        self.heating.warp = of(heating);
-        self.cooling.warp = of(cooling);
+        self.heating.warp = heating.ready();
+        self.cooling.warp = cooling.ready();
         self.tails_cross |= self.heating.warp != self.cooling.warp;
     }
 
     /// Moves the cooling curve to `shift` K above where the material has it.
     pub(crate) fn move_cooling_curve(&mut self, shift: f64) {
         self.cooling_shift = shift;
+        self.cooling_moves = true;
         self.tails_cross = true;
     }
 
@@ -259,6 +262,40 @@ impl Hysteresis {
             upper
         } else {
             fraction
+        }
+    }
+
+    /// `fraction` held at ϑ between the outer curves moved apart by `half_width` K each way: a play. Where they are moved so far
+    /// together that they cross, the heating curve leads.
+    pub(crate) fn play(&self, half_width: f64, fraction: Fraction, theta: f64) -> Point {
+        let held = Point { fraction, slope: 0.0, outer: false };
+        let lower = self.lower_point(theta + half_width);
+        let risen = if fraction.is_hotter_than(&lower.fraction) { lower } else { held };
+        let upper = self.heating.at(theta - half_width);
+        if upper.fraction.is_hotter_than(&risen.fraction) { upper } else { risen }
+    }
+
+    /// The same on the way in `direction` from where `fraction` was held already: the curve behind only falls away.
+    pub(crate) fn play_on(&self, direction: Direction, half_width: f64, fraction: Fraction, theta: f64) -> Point {
+        if self.cooling_moves {
+            return self.play(half_width, fraction, theta);
+        }
+        let held = Point { fraction, slope: 0.0, outer: false };
+        match direction {
+            Direction::Heating => {
+                let upper = self.heating.at(theta - half_width);
+                if upper.fraction.is_hotter_than(&fraction) { upper } else { held }
+            }
+            Direction::Cooling => {
+                let lower = self.cooling.at(theta + half_width);
+                if !fraction.is_hotter_than(&lower.fraction) {
+                    held
+                } else if self.tails_cross || half_width < 0.0 {
+                    self.play(half_width, fraction, theta)
+                } else {
+                    lower
+                }
+            }
         }
     }
 
@@ -372,6 +409,7 @@ impl Branch {
 mod tests {
     use super::*;
     use crate::formulas::logistic;
+    use crate::warp::Side;
     use proptest::prelude::*;
 
     fn laws() -> [Kinetics; 6] {
@@ -411,7 +449,9 @@ mod tests {
         for kinetics in [Kinetics::Logistic, Kinetics::LiangRogers] {
             let material = Material { kinetics, ..Material::default() };
             let (plain, mut shaped) = (Hysteresis::new(&material), Hysteresis::new(&material));
-            shaped.shape(Warp { hot_tail: -1.0, ..Warp::default() }, Warp { cold_shoulder: 0.5, ..Warp::default() });
+            let hot_tail = Warp { hot: Side { tail: -1.0, ..Side::default() }, ..Warp::default() };
+            let cold_shoulder = Warp { cold: Side { shoulder: 0.5, ..Side::default() }, ..Warp::default() };
+            shaped.shape(hot_tail, cold_shoulder);
             let centre = material.austenite_temperature_c;
             assert!((shaped.upper(centre).martensite - plain.upper(centre).martensite).abs() < 1e-12);
             // a flatter hot tail leaves more martensite in the heat
@@ -501,7 +541,7 @@ mod tests {
             k_a in 0.05f64..1.0,
             k_m in 0.05f64..1.0,
             width in 0.0f64..60.0,
-            shape in prop::option::of(prop::array::uniform8(-1.5f64..1.5)),
+            shape in prop::option::of(prop::array::uniform12(-1.5f64..1.5)),
             path in prop::collection::vec(0.0f64..160.0, 1..40),
         ) {
             let material = Material {
@@ -514,13 +554,9 @@ mod tests {
             };
             let mut h = Hysteresis::new(&material);
             if let Some(s) = shape {
-                let warp = |s: &[f64]| Warp {
-                    cold_tail: s[0],
-                    cold_shoulder: s[1],
-                    hot_shoulder: s[2],
-                    hot_tail: s[3],
-                };
-                h.shape(warp(&s[..4]), warp(&s[4..]));
+                let side = |s: &[f64]| Side { knee: s[0], shoulder: s[1], tail: s[2] };
+                let warp = |s: &[f64]| Warp { cold: side(&s[..3]), hot: side(&s[3..]) };
+                h.shape(warp(&s[..6]), warp(&s[6..]));
             }
             let mut theta = 25.0;
             let mut at = h.clip(Fraction::of_martensite(1.0), theta);

@@ -61,6 +61,6 @@ pub use model::WireModel;
 pub use signals::{EnergyBalance, Inputs, Outputs};
 pub use step::{Undefined, Unknown, Wire, cold_length_m, hot_length_m};
 pub use surroundings::{Surroundings, drawn_meanwhile_a};
-pub use warp::Warp;
+pub use warp::{Side, Warp};
 
 pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};

@@ -63,7 +63,7 @@ fn reach(folder: &Path, threads: usize) -> Result<(Diagnosis, Rig), String> {
             recordings.push(read(&rig, &path).map_err(|e| e.to_string())?);
         }
     }
-    let settings = Settings { seed: DIAGNOSIS_SEED, jobs: threads, progress: &|_, _| {} };
+    let settings = Settings { seed: DIAGNOSIS_SEED, jobs: threads, thorough: false, progress: &|_, _| {} };
     let outcome = diagnose(&rig, 0, &recordings, &[], &settings).map_err(|e| e.to_string())?;
     Ok((outcome.diagnosis, outcome.improved))
 }

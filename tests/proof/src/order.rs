@@ -73,7 +73,8 @@ impl Order {
         println!("order | blocks | threads | first | chi | shares");
         for arrangement in arrangements(recordings.len(), seeds, &self.threads) {
             let ordered: Vec<Recording> = arrangement.order.iter().map(|i| recordings[*i].clone()).collect();
-            let settings = Settings { seed: arrangement.seed, jobs: arrangement.threads, progress: &|_, _| {} };
+            let settings =
+                Settings { seed: arrangement.seed, jobs: arrangement.threads, thorough: false, progress: &|_, _| {} };
             let outcome = diagnose(&rig, 0, &ordered, &held, &settings).map_err(|e| e.to_string())?;
             let Diagnosis { noise, .. } = &outcome.diagnosis;
             let squares = recordings.iter().chain(&held).filter_map(|r| holdout::chi(&outcome.improved, r, noise));

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             recorded.push(Recorded { task, recording });
         }
         let started = Instant::now();
-        let settings = Settings { seed: 1, jobs: 0, progress: &|_, _| () };
+        let settings = Settings { seed: 1, jobs: 0, thorough: false, progress: &|_, _| () };
         let identified = fit(&rig, 0, &recorded, &settings)?;
         let took_s = started.elapsed().as_secs_f64();
         let judged = judge(&rig, 0, &identified, &recorded)?;

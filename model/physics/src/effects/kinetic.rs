@@ -1,6 +1,6 @@
 //! Terms of the phase (eq. 20–26).
 
-use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, shape, switch};
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Kinetics, Material};
 use crate::warp::Warp;
@@ -38,13 +38,32 @@ impl Default for Asymmetry {
     }
 }
 
-/// `kinetic.curves`: the outer curves g(z) become g(w(z)), with a smooth rising w of its own for each.
+/// `kinetic.curves`: the outer curves g(z) become g(w(z)), with a smooth rising w of its own for each, and inside them a part
+/// of the wire moves as hysterons do.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CurveShapes {
     /// w of the heating curve.
     pub heating: Warp,
     /// w of the cooling curve.
     pub cooling: Warp,
+    /// What is inside them.
+    pub hysterons: Hysterons,
+}
+
+/// A Preisach operator of few parameters: plays between the outer curves, which are moved apart or together by a normally
+/// distributed half-width. Each holds its phase until it meets a curve, so a return to an extreme wipes out what was inside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hysterons {
+    /// Share of the wire, 0 to 1; the rest is on the branches of eq. 26.
+    pub share: f64,
+    /// Standard deviation of the half-widths beside that of the outer curves, in K.
+    pub spread_k: f64,
+}
+
+impl Default for Hysterons {
+    fn default() -> Self {
+        Hysterons { share: 0.0, spread_k: 3.0 }
+    }
 }
 
 /// `kinetic.unequal_slopes`: on cooling the curve's centre is M + extra · σ, besides 1/α which moves both.
@@ -76,6 +95,16 @@ const NODES: [(f64, f64); GRAINS] = [
     (4.512_745_863_399_783, 2.234_584_400_774_658_6e-5),
 ];
 
+/// The same for hysterons, which are fewer: ±√(5 ± √10) and 0.
+const HYSTERONS: usize = 5;
+const HYSTERON_NODES: [(f64, f64); HYSTERONS] = [
+    (-2.856_970_013_872_805_6, 1.125_741_132_772_068_8e-2),
+    (-1.355_626_179_974_266, 0.222_075_922_005_612_63),
+    (0.0, 0.533_333_333_333_333_3),
+    (1.355_626_179_974_266, 0.222_075_922_005_612_63),
+    (2.856_970_013_872_805_6, 1.125_741_132_772_068_8e-2),
+];
+
 /// One grain: how much hotter than the mean it transforms, the share it stands for, its phase and branch.
 #[derive(Debug, Clone, Copy)]
 struct Grain {
@@ -85,58 +114,102 @@ struct Grain {
     branch: Option<Branch>,
 }
 
-/// The grains of a wire, all at one ϑ.
-#[derive(Debug, Clone)]
-pub(crate) struct Grains([Grain; GRAINS]);
+/// One hysteron: its half-width beyond that of the outer curves, K, the share it stands for, and its phase.
+#[derive(Debug, Clone, Copy)]
+struct Hysteron {
+    half_width: f64,
+    share: f64,
+    fraction: Fraction,
+}
 
-impl Distributed {
-    /// The grains, all with the phase `fraction` clipped into their own curves at ϑ.
+/// The parts of a wire whose phases differ, all at one ϑ.
+#[derive(Debug, Clone)]
+pub(crate) struct Grains {
+    /// The first `count` of them.
+    grains: [Grain; GRAINS],
+    count: usize,
+    hysterons: Option<[Hysteron; HYSTERONS]>,
+}
+
+impl Kinetic {
+    /// The parts, all with the phase `fraction` clipped into their own curves at ϑ; `None` where the wire is all alike.
     pub(crate) fn grains(&self, hysteresis: &Hysteresis, fraction: Fraction, theta: f64) -> Option<Grains> {
-        (self.spread_k > 0.0).then(|| {
-            Grains(NODES.map(|(at, share)| {
-                let offset = at * self.spread_k;
-                Grain { offset, share, fraction: hysteresis.clip(fraction, theta - offset), branch: None }
-            }))
-        })
+        let (spread, hysterons) = (self.distributed.spread_k, &self.curves.hysterons);
+        if spread <= 0.0 && hysterons.share <= 0.0 {
+            return None;
+        }
+        let on_branches = 1.0 - hysterons.share;
+        let grain = |(at, share): (f64, f64)| {
+            let offset = at * spread;
+            let fraction = hysteresis.clip(fraction, theta - offset);
+            Grain { offset, share: share * on_branches, fraction, branch: None }
+        };
+        let (grains, count) = match (on_branches > 0.0, spread > 0.0) {
+            (false, _) => ([grain((0.0, 0.0)); GRAINS], 0),
+            (true, false) => ([grain((0.0, 1.0)); GRAINS], 1),
+            (true, true) => (NODES.map(grain), GRAINS),
+        };
+        let hysteron = |(at, share): (f64, f64)| {
+            let half_width = at * hysterons.spread_k;
+            let fraction = hysteresis.play(half_width, fraction, theta).fraction;
+            Hysteron { half_width, share: share * hysterons.share, fraction }
+        };
+        Some(Grains { grains, count, hysterons: (hysterons.share > 0.0).then(|| HYSTERON_NODES.map(hysteron)) })
     }
 }
 
 impl Grains {
-    /// The mixture of all grains.
-    fn mean(&self, point: impl Fn(&Grain) -> Point) -> Point {
+    fn grains(&self) -> &[Grain] {
+        &self.grains[..self.count]
+    }
+
+    fn hysterons(&self) -> &[Hysteron] {
+        self.hysterons.as_ref().map_or(&[], |hysterons| hysterons)
+    }
+
+    /// The mixture of all parts.
+    fn mean(&self, of_grain: impl Fn(&Grain) -> Point, of_hysteron: impl Fn(&Hysteron) -> Point) -> Point {
         let mut mean = Point { fraction: Fraction { martensite: 0.0, austenite: 0.0 }, slope: 0.0, outer: false };
-        for grain in &self.0 {
-            let one = point(grain);
-            mean.fraction.martensite += grain.share * one.fraction.martensite;
-            mean.fraction.austenite += grain.share * one.fraction.austenite;
-            mean.slope += grain.share * one.slope;
+        let grains = self.grains().iter().map(|grain| (grain.share, of_grain(grain)));
+        let hysterons = self.hysterons().iter().map(|hysteron| (hysteron.share, of_hysteron(hysteron)));
+        for (share, one) in grains.chain(hysterons) {
+            mean.fraction.martensite += share * one.fraction.martensite;
+            mean.fraction.austenite += share * one.fraction.austenite;
+            mean.slope += share * one.slope;
         }
         mean
     }
 
-    /// The mixture and its slope at ϑ, each grain on its branch; one that has none stands still.
-    pub(crate) fn at(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
-        self.mean(|grain| match &grain.branch {
-            Some(branch) => hysteresis.on_branch(branch, theta - grain.offset),
-            None => grain.standing(hysteresis, theta),
-        })
+    /// The mixture and its slope at ϑ on the way in `direction`, each grain on its branch; one that has none stands still.
+    pub(crate) fn at(&self, hysteresis: &Hysteresis, direction: Direction, theta: f64) -> Point {
+        self.mean(
+            |grain| match &grain.branch {
+                Some(branch) => hysteresis.on_branch(branch, theta - grain.offset),
+                None => grain.standing(hysteresis, theta),
+            },
+            |hysteron| hysteresis.play_on(direction, hysteron.half_width, hysteron.fraction, theta),
+        )
     }
 
     /// The mixture if ϑ stands still, held between curves that may have moved.
     pub(crate) fn standing(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
-        self.mean(|grain| grain.standing(hysteresis, theta))
+        self.mean(|grain| grain.standing(hysteresis, theta), |hysteron| hysteron.standing(hysteresis, theta))
     }
 
     /// Sets out from ϑ in `direction`.
     pub(crate) fn reverse(&mut self, hysteresis: &Hysteresis, direction: Direction, theta: f64) {
-        for grain in &mut self.0 {
+        for grain in &mut self.grains[..self.count] {
             grain.branch = Some(hysteresis.reverse(direction, theta - grain.offset, &grain.fraction));
+        }
+        // between curves that may have moved since
+        for hysteron in self.hysterons.iter_mut().flatten() {
+            hysteron.fraction = hysteron.standing(hysteresis, theta).fraction;
         }
     }
 
-    /// Moves to ϑ along the branches.
-    pub(crate) fn arrive(&mut self, hysteresis: &Hysteresis, theta: f64) {
-        for grain in &mut self.0 {
+    /// Moves to ϑ in `direction`, grains along their branches.
+    pub(crate) fn arrive(&mut self, hysteresis: &Hysteresis, direction: Direction, theta: f64) {
+        for grain in &mut self.grains[..self.count] {
             let Some(branch) = &mut grain.branch else { continue };
             let point = hysteresis.on_branch(branch, theta - grain.offset);
             if point.outer {
@@ -144,20 +217,33 @@ impl Grains {
             }
             grain.fraction = point.fraction;
         }
+        for hysteron in self.hysterons.iter_mut().flatten() {
+            hysteron.fraction = hysteresis.play_on(direction, hysteron.half_width, hysteron.fraction, theta).fraction;
+        }
     }
 
     /// Stays at ϑ.
     pub(crate) fn stay(&mut self, hysteresis: &Hysteresis, theta: f64) {
-        for grain in &mut self.0 {
+        for grain in &mut self.grains[..self.count] {
             grain.fraction = grain.standing(hysteresis, theta).fraction;
+        }
+        for hysteron in self.hysterons.iter_mut().flatten() {
+            hysteron.fraction = hysteron.standing(hysteresis, theta).fraction;
         }
     }
 
     /// Least and most martensite there can be at ϑ.
     pub(crate) fn bounds(&self, hysteresis: &Hysteresis, theta: f64) -> (Fraction, Fraction) {
         let still = |fraction| Point { fraction, slope: 0.0, outer: false };
-        let lower = self.mean(|grain| still(hysteresis.lower(theta - grain.offset)));
-        let upper = self.mean(|grain| still(hysteresis.upper(theta - grain.offset)));
+        let (none, all) = (Fraction::of_martensite(0.0), Fraction::of_martensite(1.0));
+        let lower = self.mean(
+            |grain| still(hysteresis.lower(theta - grain.offset)),
+            |hysteron| still(hysteresis.play(hysteron.half_width, none, theta).fraction),
+        );
+        let upper = self.mean(
+            |grain| still(hysteresis.upper(theta - grain.offset)),
+            |hysteron| still(hysteresis.play(hysteron.half_width, all, theta).fraction),
+        );
         (lower.fraction, upper.fraction)
     }
 }
@@ -165,6 +251,12 @@ impl Grains {
 impl Grain {
     fn standing(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
         Point { fraction: hysteresis.clip(self.fraction, theta - self.offset), slope: 0.0, outer: false }
+    }
+}
+
+impl Hysteron {
+    fn standing(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
+        Point { slope: 0.0, ..hysteresis.play(self.half_width, self.fraction, theta) }
     }
 }
 
@@ -220,6 +312,13 @@ impl TrainingDrift {
 }
 
 impl Kinetic {
+    /// How many parts of the wire have phases of their own.
+    pub(crate) fn parts(&self) -> usize {
+        let of = |is_on: bool, count: usize| if is_on { count } else { 0 };
+        let hysterons = of(self.curves.hysterons.share > 0.0, HYSTERONS);
+        if self.distributed.spread_k > 0.0 { GRAINS + hysterons } else { 1 + hysterons }
+    }
+
     /// The curves of a material, shaped.
     pub(crate) fn curves(&self, material: &Material) -> Hysteresis {
         let mut curves = self.skewed(material);
@@ -290,7 +389,7 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
             nature: Nature::Shape,
             home: Home::Table,
             needs: Needs::Nothing,
-            term: "g(z) → g(w(z)), w(0) = 0, ln w' linear between nodes at z = k (ϑ − centre) = ±4, ±2, 0",
+            term: "g(z) → g(w(z)), w(0) = 0, ln w' linear between nodes at z = k (ϑ − centre) = ±4, ±2, ±1, 0; ξ of a share is held between g_M(ϑ + d) and g_A(ϑ − d), d normal",
             says: "The transformation curves follow no closed form",
             parameters: &[
                 switch!(
@@ -300,7 +399,7 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.heating.cold_tail,
+                    curves.heating.cold.tail,
                     "ln of the factor on the heating curve's steepness at z = -4"
                 ),
                 switch!(
@@ -310,8 +409,28 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.heating.cold_shoulder,
+                    curves.heating.cold.shoulder,
                     "ln of the factor on the heating curve's steepness at z = -2"
+                ),
+                switch!(
+                    0.0,
+                    "heating_cold_knee",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.heating.cold.knee,
+                    "ln of the factor on the heating curve's steepness at z = -1"
+                ),
+                switch!(
+                    0.0,
+                    "heating_hot_knee",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.heating.hot.knee,
+                    "ln of the factor on the heating curve's steepness at z = 1"
                 ),
                 switch!(
                     0.0,
@@ -320,7 +439,7 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.heating.hot_shoulder,
+                    curves.heating.hot.shoulder,
                     "ln of the factor on the heating curve's steepness at z = 2"
                 ),
                 switch!(
@@ -330,7 +449,7 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.heating.hot_tail,
+                    curves.heating.hot.tail,
                     "ln of the factor on the heating curve's steepness at z = 4"
                 ),
                 switch!(
@@ -340,7 +459,7 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.cooling.cold_tail,
+                    curves.cooling.cold.tail,
                     "ln of the factor on the cooling curve's steepness at z = -4"
                 ),
                 switch!(
@@ -350,8 +469,28 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.cooling.cold_shoulder,
+                    curves.cooling.cold.shoulder,
                     "ln of the factor on the cooling curve's steepness at z = -2"
+                ),
+                switch!(
+                    0.0,
+                    "cooling_cold_knee",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.cooling.cold.knee,
+                    "ln of the factor on the cooling curve's steepness at z = -1"
+                ),
+                switch!(
+                    0.0,
+                    "cooling_hot_knee",
+                    "1",
+                    (-3.0, 3.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    curves.cooling.hot.knee,
+                    "ln of the factor on the cooling curve's steepness at z = 1"
                 ),
                 switch!(
                     0.0,
@@ -360,7 +499,7 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.cooling.hot_shoulder,
+                    curves.cooling.hot.shoulder,
                     "ln of the factor on the cooling curve's steepness at z = 2"
                 ),
                 switch!(
@@ -370,8 +509,28 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
                     (-3.0, 3.0),
                     (-1.0, 1.0),
                     1.0,
-                    curves.cooling.hot_tail,
+                    curves.cooling.hot.tail,
                     "ln of the factor on the cooling curve's steepness at z = 4"
+                ),
+                switch!(
+                    0.0,
+                    "hysteron_share",
+                    "1",
+                    (0.0, 1.0),
+                    (0.0, 1.0),
+                    1.0,
+                    curves.hysterons.share,
+                    "share of the wire that moves as hysterons do inside the outer curves"
+                ),
+                shape!(
+                    3.0,
+                    "hysteron_spread_k",
+                    "K",
+                    (0.0, 30.0),
+                    (0.0, 6.0),
+                    1.0,
+                    curves.hysterons.spread_k,
+                    "standard deviation of the hysterons' half-widths"
                 ),
             ],
         },
@@ -452,4 +611,69 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
             )],
         },
     ];
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn hysterons(share: f64, spread_k: f64) -> Kinetic {
+        let curves = CurveShapes { hysterons: Hysterons { share, spread_k }, ..CurveShapes::default() };
+        Kinetic { curves, ..Kinetic::default() }
+    }
+
+    /// ξ after ϑ has gone from one of `path` to the next.
+    fn through(kinetic: &Kinetic, path: &[f64]) -> f64 {
+        let curves = kinetic.curves(&Material::default());
+        let mut grains = kinetic.grains(&curves, Fraction::of_martensite(1.0), path[0]).expect("parts");
+        for leg in path.windows(2) {
+            let direction = if leg[1] > leg[0] { Direction::Heating } else { Direction::Cooling };
+            grains.reverse(&curves, direction, leg[0]);
+            let before = grains.standing(&curves, leg[0]).fraction.martensite;
+            let there = grains.at(&curves, direction, leg[0]).fraction.martensite;
+            assert!((there - before).abs() < 1e-12, "a jump at {}: {before} {there}", leg[0]);
+            grains.arrive(&curves, direction, leg[1]);
+        }
+        grains.standing(&curves, *path.last().expect("a place")).fraction.martensite
+    }
+
+    proptest! {
+        /// What makes a Preisach operator (Mayergoyz 1986).
+        #[test]
+        fn hysterons_forget_what_was_inside_and_their_loops_are_congruent(
+            spread in 0.0f64..6.0,
+            [low, inner_low, inner_high, high] in prop::array::uniform4(40.0f64..120.0).prop_map(|mut t| {
+                t.sort_by(f64::total_cmp);
+                t
+            }),
+            other in 40.0f64..120.0,
+        ) {
+            let all = hysterons(1.0, spread);
+            // an inner loop is wiped out by a return to the extreme around it
+            let plain = through(&all, &[20.0, high]);
+            let looped = through(&all, &[20.0, high, low, inner_high, inner_low, high]);
+            prop_assert!((plain - looped).abs() < 1e-12, "{plain} {looped}");
+            // and the change over a loop between the same extremes does not depend on what was before it
+            let rise = |before: &[f64]| {
+                let to = |end: &[f64]| through(&all, &[before, end].concat());
+                to(&[inner_low, inner_high]) - to(&[inner_low, inner_high, inner_low])
+            };
+            let (from_cold, from_hot) = (rise(&[20.0, inner_high]), rise(&[20.0, high.max(other), inner_low.min(other)]));
+            prop_assert!((from_cold - from_hot).abs() < 1e-12, "{from_cold} {from_hot}");
+        }
+
+        #[test]
+        fn a_wire_of_branches_and_hysterons_is_their_mean(
+            share in 0.01f64..0.99,
+            path in prop::collection::vec(40.0f64..120.0, 2..12),
+        ) {
+            let path = [&[20.0], path.as_slice()].concat();
+            let none = through(&hysterons(1e-12, 2.0), &path);
+            let all = through(&hysterons(1.0, 2.0), &path);
+            let mixed = through(&hysterons(share, 2.0), &path);
+            prop_assert!((mixed - (1.0 - share) * none - share * all).abs() < 1e-9);
+        }
+    }
 }

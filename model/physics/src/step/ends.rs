@@ -15,7 +15,7 @@ use crate::params::DriveKind;
 
 /// Cells that the cold zone at a clamp is cut into: of steps in temperature that get finer towards mid-wire, where most
 /// of the zone's length is.
-const CELLS: usize = 12;
+pub(crate) const CELLS: usize = 12;
 /// How much finer.
 const FINER: f64 = 1.6;
 /// Where the cold zone ends, in ℓ: a thousandth colder than mid-wire …

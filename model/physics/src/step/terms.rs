@@ -198,7 +198,7 @@ impl Terms {
     /// Starts from rest in `state`.
     pub(crate) fn settle(&mut self, c: &Reference, state: &State, asked: Fraction, ambient: f64) {
         self.equilibrium = state.fraction;
-        self.grains = self.effects.kinetic.distributed.grains(&c.hysteresis, asked, state.theta);
+        self.grains = self.effects.kinetic.grains(&c.hysteresis, asked, state.theta);
         self.air.settle(state.temperature, ambient);
         self.ends = Ends::of(c, &self.effects);
         if let Some(mut ends) = self.ends.take() {
@@ -338,7 +338,7 @@ impl Terms {
             self.ends = Some(ends);
         }
         match (&mut self.grains, branch) {
-            (Some(grains), Some(_)) => grains.arrive(&c.hysteresis, end.theta),
+            (Some(grains), Some(branch)) => grains.arrive(&c.hysteresis, branch.direction(), end.theta),
             (Some(grains), None) => grains.stay(&c.hysteresis, end.theta),
             (None, _) => {}
         }
@@ -446,7 +446,7 @@ impl Terms {
     fn on_branch(&self, hysteresis: &Hysteresis, branch: &Branch, theta: f64) -> Point {
         match &self.grains {
             None => hysteresis.on_branch(branch, theta),
-            Some(grains) => grains.at(hysteresis, theta),
+            Some(grains) => grains.at(hysteresis, branch.direction(), theta),
         }
     }
 
@@ -492,7 +492,7 @@ impl Terms {
 
     /// `asked` clipped into the outer curves at ϑ, for a wire at rest.
     pub(crate) fn clip(&self, hysteresis: &Hysteresis, asked: Fraction, theta: f64) -> Fraction {
-        match self.effects.kinetic.distributed.grains(hysteresis, asked, theta) {
+        match self.effects.kinetic.grains(hysteresis, asked, theta) {
             None => hysteresis.clip(asked, theta),
             Some(grains) => grains.standing(hysteresis, theta).fraction,
         }

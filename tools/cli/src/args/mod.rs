@@ -369,6 +369,9 @@ pub struct Diagnose {
     /// A recording that is never fitted, only judged by; may be given several times.
     #[arg(long, value_name = "RECORDING")]
     pub holdout: Vec<PathBuf>,
+    /// However long it takes: without it a search that has gone on for as long as people wait ends with what it has, and says so.
+    #[arg(long)]
+    pub thorough: bool,
     /// Also draw the recordings as measured and simulated: DIR/picture.svg.
     #[arg(long)]
     pub picture: bool,

@@ -65,7 +65,8 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
     }
     let progress = Progress::new();
     let tell = |stage: &str, share: f64| progress.tell(stage, share);
-    let settings = Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), progress: &tell };
+    let settings =
+        Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), thorough: false, progress: &tell };
     let identified = fit(&bench.rig, bench.channel, &recorded, &settings);
     progress.clear();
     let identified = identified.map_err(|error| diagnosis_failure(&error))?;

@@ -6,7 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sinew_diagnosis::{Diagnosis, NEXT_PROGRAMME, SCHEMA};
+use sinew_diagnosis::{Diagnosis, NEXT_PROGRAMME, SCHEMA, Settings};
 use sinew_recording::{Recording, Utc};
 use sinew_report::About;
 
@@ -59,7 +59,8 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         is_no_folder(&path)?;
     }
     let outcome = work(fitting, |settings| {
-        sinew_diagnosis::diagnose(&input.rig, input.channel, &input.recordings, &input.held_out, settings)
+        let settings = Settings { thorough: args.thorough, ..*settings };
+        sinew_diagnosis::diagnose(&input.rig, input.channel, &input.recordings, &input.held_out, &settings)
     })?;
     let about = About {
         rig: input.rig.name.clone(),

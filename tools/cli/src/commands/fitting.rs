@@ -130,7 +130,8 @@ pub fn spare_inputs<'a>(
 pub fn work<T>(args: &args::Fitting, work: impl FnOnce(&Settings<'_>) -> Result<T, Error>) -> Result<T, Failure> {
     let progress = Progress::new();
     let tell = |stage: &str, share: f64| progress.tell(stage, share);
-    let settings = Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), progress: &tell };
+    let settings =
+        Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), thorough: false, progress: &tell };
     let done = work(&settings);
     progress.clear();
     done.map_err(|error| diagnosis_failure(&error))

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sinew_diagnosis::{MOST_SAMPLES, NEXT_PROGRAMME, WireRecordings};
+use sinew_diagnosis::{MOST_SAMPLES, NEXT_PROGRAMME, Settings, WireRecordings};
 use sinew_recording::{Options, Utc};
 use sinew_report::About;
 use sinew_rig::Rig;
@@ -63,7 +63,10 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
             is_no_folder(&folder.join(name))?;
         }
     }
-    let outcome = work(fitting, |settings| sinew_diagnosis::diagnose_rig(&rig, &wires, settings))?;
+    let outcome = work(fitting, |settings| {
+        let settings = Settings { thorough: args.thorough, ..*settings };
+        sinew_diagnosis::diagnose_rig(&rig, &wires, &settings)
+    })?;
     let about = |channel: &str| About {
         rig: rig.name.clone(),
         channel: channel.to_string(),

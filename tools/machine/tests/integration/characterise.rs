@@ -40,7 +40,7 @@ fn an_unknown_wire_is_found_out() {
             Recorded { task, recording }
         })
         .collect();
-    let settings = Settings { seed: 1, jobs: 0, progress: &|_, _| () };
+    let settings = Settings { seed: 1, jobs: 0, thorough: false, progress: &|_, _| () };
     let identified = fit(&rig, 0, &recorded, &settings).expect("a fit");
     let judged = judge(&rig, 0, &identified, &recorded).expect("inputs");
     assert!(judged.chi_unseen <= 1.1, "{:?}", judged.recordings);

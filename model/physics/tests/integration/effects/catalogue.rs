@@ -9,7 +9,7 @@ use super::explicit::CONTRACT;
 #[test]
 fn the_catalogue_is_that_of_the_contract() {
     let model = hanging();
-    let mechanisms: Vec<_> = catalogue().filter(|e| e.nature == Nature::Mechanism).collect();
+    let mechanisms: Vec<_> = catalogue().filter(|e| matches!(e.nature, Nature::Mechanism | Nature::Shape)).collect();
     assert_eq!(mechanisms.len(), CONTRACT.len());
     for (row, (id, switches, shapes)) in mechanisms.iter().zip(CONTRACT) {
         assert_eq!(row.id, *id);

@@ -47,7 +47,7 @@ fn effects_at_their_null_are_the_reference_model() {
 fn what_an_effect_does_does_not_depend_on_the_step() {
     let model = hanging();
     let (fine, coarse) = (hang(&model, 1e-3, 8.0), hang(&model, 5e-3, 8.0));
-    assert_eq!(settings().len(), tables().filter(|e| e.nature == Nature::Mechanism).count());
+    assert_eq!(settings().len(), tables().filter(|e| matches!(e.nature, Nature::Mechanism | Nature::Shape)).count());
     let mut wrong = Vec::new();
     for (id, values) in settings() {
         let on = set_all(&model, id, &values);

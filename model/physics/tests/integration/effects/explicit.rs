@@ -38,6 +38,25 @@ pub const CONTRACT: &[Row] = &[
     ("electrical.poisson_area", &[("ratio", 0.0)], &[]),
     ("electrical.r_phase", &[("peak_uohm_cm", 0.0)], &["temperature_c", "width_k"]),
     ("kinetic.asymmetry", &[("heating_skew", 1.0), ("cooling_skew", 1.0)], &[]),
+    (
+        "kinetic.curves",
+        &[
+            ("heating_cold_tail", 0.0),
+            ("heating_cold_shoulder", 0.0),
+            ("heating_cold_knee", 0.0),
+            ("heating_hot_knee", 0.0),
+            ("heating_hot_shoulder", 0.0),
+            ("heating_hot_tail", 0.0),
+            ("cooling_cold_tail", 0.0),
+            ("cooling_cold_shoulder", 0.0),
+            ("cooling_cold_knee", 0.0),
+            ("cooling_hot_knee", 0.0),
+            ("cooling_hot_shoulder", 0.0),
+            ("cooling_hot_tail", 0.0),
+            ("hysteron_share", 0.0),
+        ],
+        &["hysteron_spread_k"],
+    ),
     ("kinetic.unequal_slopes", &[("cooling_extra_k_per_mpa", 0.0)], &[]),
     ("kinetic.distributed", &[("spread_k", 0.0)], &[]),
     ("kinetic.lag", &[("seconds", 0.0)], &[]),
@@ -60,7 +79,7 @@ pub const CONTRACT: &[Row] = &[
     ("sensing.delay", &[("seconds", 0.0)], &[]),
 ];
 
-/// One setting of each mechanism of the catalogue, of a size that rigs show.
+/// One setting of each mechanism of the catalogue and of other curves, of a size that rigs show.
 pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
     vec![
         ("thermal.draught", vec![("gain", 0.4), ("start_s", 1.5), ("end_s", 3.5)]),
@@ -77,6 +96,7 @@ pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
         ("electrical.poisson_area", vec![("ratio", 0.33)]),
         ("electrical.r_phase", vec![("peak_uohm_cm", 9.0), ("temperature_c", 60.0), ("width_k", 12.0)]),
         ("kinetic.asymmetry", vec![("heating_skew", 2.0), ("cooling_skew", 0.6)]),
+        ("kinetic.curves", vec![("hysteron_share", 1.0), ("hysteron_spread_k", 4.0)]),
         ("kinetic.unequal_slopes", vec![("cooling_extra_k_per_mpa", -0.04)]),
         ("kinetic.distributed", vec![("spread_k", 5.0)]),
         ("kinetic.lag", vec![("seconds", 0.2)]),
@@ -151,6 +171,16 @@ fn normal_quantiles(n: usize) -> Vec<f64> {
     found.iter().map(|z| z / deviation).collect()
 }
 
+/// Half-widths of 600 hysterons, in standard deviations, as many at each of the five that stand for a normal distribution as its
+/// weight says: the roots of He₅ = x⁵ − 10x³ + 15x, with 5!/(5 He₄)².
+fn hysterons() -> Vec<f64> {
+    let outer = (5.0 + 10f64.sqrt()).sqrt();
+    let inner = (5.0 - 10f64.sqrt()).sqrt();
+    let weight = |x: f64| 120.0 / (5.0 * (x.powi(4) - 6.0 * x * x + 3.0)).powi(2);
+    let roots = [-outer, -inner, 0.0, inner, outer];
+    roots.iter().flat_map(|x| std::iter::repeat_n(*x, (600.0 * weight(*x)).round() as usize)).collect()
+}
+
 /// The catalogue's numbers of one model, in the rig file's units, by what the equations below call them.
 struct Numbers {
     skew_heating: f64,
@@ -223,8 +253,8 @@ impl Numbers {
 /// The contract's equations with the numbers of one model.
 struct Equations<'a> {
     model: &'a WireModel,
-    /// Where each grain transforms besides the mean, K.
-    offsets: Vec<f64>,
+    /// Where each grain transforms besides the mean, and how much wider its loop is to either side, K.
+    offsets: Vec<(f64, f64)>,
     /// Heat capacity m c_p, J/K.
     capacity: f64,
     /// In series with the wire, Ω.
@@ -244,7 +274,14 @@ impl<'a> Equations<'a> {
         let spread = get("kinetic.distributed", "spread_k");
         Equations {
             model,
-            offsets: if spread > 0.0 { normal_quantiles(41).iter().map(|z| z * spread).collect() } else { vec![0.0] },
+            offsets: match (spread > 0.0, get("kinetic.curves", "hysteron_share") > 0.0) {
+                (true, _) => normal_quantiles(41).iter().map(|z| (z * spread, 0.0)).collect(),
+                (_, true) => {
+                    let wider = get("kinetic.curves", "hysteron_spread_k");
+                    hysterons().iter().map(|z| (0.0, z * wider)).collect()
+                }
+                _ => vec![(0.0, 0.0)],
+            },
             capacity: m.density_kg_per_m3 * g.volume_m3() * m.specific_heat_j_per_kg_k,
             circuit: model.drive.shunt_ohm
                 + model.drive.switch_ohm
@@ -257,14 +294,15 @@ impl<'a> Equations<'a> {
     }
 
     /// ξ_eq held between the curves: the outer loop alone (w = 1).
-    fn clipped(&self, xi: f64, theta: f64, stress: f64) -> f64 {
+    fn clipped(&self, xi: f64, (offset, wider): (f64, f64), theta: f64, stress: f64) -> f64 {
         let m = &self.model.material;
-        let curve =
-            |k: f64, centre: f64, skew: f64| (1.0 + skew * (k * (theta - centre)).min(300.0).exp()).powf(-1.0 / skew);
+        let curve = |k: f64, centre: f64, skew: f64| {
+            (1.0 + skew * (k * (theta - offset - centre)).min(300.0).exp()).powf(-1.0 / skew)
+        };
         let extra = self.numbers.extra_k_per_mpa * 1e-6;
-        let upper = curve(m.heating_steepness_per_k, m.austenite_temperature_c, self.numbers.skew_heating);
-        let lower =
-            curve(m.cooling_steepness_per_k, m.martensite_temperature_c + extra * stress, self.numbers.skew_cooling);
+        let (heating_c, cooling_c) = (m.austenite_temperature_c + wider, m.martensite_temperature_c - wider);
+        let upper = curve(m.heating_steepness_per_k, heating_c, self.numbers.skew_heating);
+        let lower = curve(m.cooling_steepness_per_k, cooling_c + extra * stress, self.numbers.skew_cooling);
         xi.max(lower).min(upper)
     }
 
@@ -300,7 +338,7 @@ impl<'a> Equations<'a> {
     fn start(&self) -> Explicit {
         let (m, start) = (&self.model.material, self.stress(0.0));
         let theta = self.model.ambient_c - m.stress_shift_k_per_pa * start;
-        let grains: Vec<f64> = self.offsets.iter().map(|offset| self.clipped(1.0, theta - offset, start)).collect();
+        let grains: Vec<f64> = self.offsets.iter().map(|offset| self.clipped(1.0, *offset, theta, start)).collect();
         let mut s = Explicit {
             temperature: self.model.ambient_c,
             martensite: mean(&grains),
@@ -348,8 +386,8 @@ impl<'a> Equations<'a> {
         let shift = self.numbers.drift_k * 0.5 * s.travel;
         let lag = self.numbers.lag_s;
         for (i, offset) in self.offsets.iter().enumerate() {
-            let theta = temperature - self.model.material.stress_shift_k_per_pa * stress - shift - offset;
-            grains[i] = self.clipped(s.grains[i], theta, stress);
+            let theta = temperature - self.model.material.stress_shift_k_per_pa * stress - shift;
+            grains[i] = self.clipped(s.grains[i], *offset, theta, stress);
         }
         let equilibrium = mean(grains);
         if lag > 0.0 { s.martensite + STEP_S / lag * (equilibrium - s.martensite) } else { equilibrium }
