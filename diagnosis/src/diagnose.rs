@@ -163,7 +163,8 @@ impl Found {
         let space = Space::reference(rig, channel, &data);
         progress("as given", 0.0);
         let as_given = Stage::as_given(&data, &space)?;
-        let selection = select::select(&from, &space, settings.thorough, progress).ok_or(Error::NoFit)?;
+        let mut selection = select::select(&from, &space, settings.thorough, progress).ok_or(Error::NoFit)?;
+        evidence::regrade(&data, &mut selection);
         let searched = selection.searched.clone();
         let is_borne_out = selection.in_place.iter().any(|place| place.grade != Grade::Suspected);
         let named = if is_borne_out { &selection.chosen } else { &selection.reference };

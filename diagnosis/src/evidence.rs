@@ -134,6 +134,17 @@ fn suspect(
     }
 }
 
+/// Suspects what is needed in the long rows of a search only, and not where all of `data` are simulated as they are.
+pub(crate) fn regrade(data: &Data, selection: &mut Selection) {
+    let Some(chosen) = selection.chosen.on(data) else { return };
+    selection.in_place.par_iter_mut().filter(|place| place.grade != Grade::Suspected).for_each(|place| {
+        let rise = place.without.on(data).map_or(f64::INFINITY, |without| chosen.evidence - without.evidence);
+        if rise < TAKEN {
+            place.grade = Grade::Suspected;
+        }
+    });
+}
+
 /// How far what was kept back bears an effect out.
 pub(crate) fn grade(data: &Data, without: &Explanation, with: &Explanation) -> Grade {
     if with.rise_on_kept(data, without) < CONFIRMED || !explains_more_than_it_leaves(data, without, with) {
