@@ -204,7 +204,7 @@ impl Signal {
     fn run(&self, wander: Wander, mut each: impl FnMut(f64, f64, f64)) -> [f64; 2] {
         let all = wander.size * wander.size;
         let (mut fitted, mut kept) = (all, all);
-        let mut logs = [0.0; 2];
+        let mut logs = [LogOfProduct::default(); 2];
         let (mut since, mut decay) = (f64::NAN, 1.0);
         for ((sight, since_s), white) in self.sight.iter().zip(&self.since_s).zip(&self.white) {
             if *since_s != since {
@@ -228,10 +228,10 @@ impl Signal {
             let variance = *uncertain + white;
             let gain = *uncertain / variance;
             *uncertain *= 1.0 - gain;
-            logs[log] += variance.ln();
+            logs[log].times(variance);
             each(decay, gain, 1.0 / variance.sqrt());
         }
-        logs
+        logs.map(|log| log.value())
     }
 
     /// Minus twice the logarithm of how probable one part of `left` is, with this error.
@@ -294,6 +294,33 @@ impl Signal {
         let own = Wander { size: beyond, memory_s: 0.3 };
         let (a, b) = (from(start), from(own));
         if a.0 <= b.0 { a } else { b }
+    }
+}
+
+/// Σ ln of many factors, with few logarithms.
+#[derive(Debug, Clone, Copy)]
+struct LogOfProduct {
+    sum: f64,
+    /// Of the factors since.
+    product: f64,
+}
+
+impl Default for LogOfProduct {
+    fn default() -> Self {
+        LogOfProduct { sum: 0.0, product: 1.0 }
+    }
+}
+
+impl LogOfProduct {
+    fn times(&mut self, factor: f64) {
+        self.product *= factor;
+        if !(1e-100..1e100).contains(&self.product) {
+            *self = LogOfProduct { sum: self.value(), product: 1.0 };
+        }
+    }
+
+    fn value(&self) -> f64 {
+        self.sum + self.product.ln()
     }
 }
 

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sinew_physics::effects::Effect;
+use sinew_physics::effects::{Effect, Nature};
 
 use crate::answer::{Alternative, EffectSize, Evidence, FoundEffect, Grade};
 use crate::data::Data;
@@ -145,9 +145,11 @@ pub(crate) fn regrade(data: &Data, selection: &mut Selection) {
     });
 }
 
-/// How far what was kept back bears an effect out.
-pub(crate) fn grade(data: &Data, without: &Explanation, with: &Explanation) -> Grade {
-    if with.rise_on_kept(data, without) < CONFIRMED || !explains_more_than_it_leaves(data, without, with) {
+/// How far what was kept back bears an effect out. Other curves are no finding that what is left could have bent.
+pub(crate) fn grade(data: &Data, effect: &Effect, without: &Explanation, with: &Explanation) -> Grade {
+    let is_shape = effect.nature == Nature::Shape;
+    let explains = is_shape || explains_more_than_it_leaves(data, without, with);
+    if with.rise_on_kept(data, without) < CONFIRMED || !explains {
         Grade::Suspected
     } else if data.runs.iter().any(|run| run.held_out) {
         Grade::ConfirmedOnAnotherProgramme

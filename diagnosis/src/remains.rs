@@ -15,15 +15,19 @@ use crate::stages::Compared;
 /// explained the larger part.
 const LARGER_PART: f64 = 0.5;
 
+/// Where an unknown shift of the transformation explains this share of what the best unknown input does, it may be that.
+const AS_WELL: f64 = 0.85;
+
 /// What an explanation leaves, by what would explain it: noise comes in each sensor by itself and is no larger than it was
-/// estimated to be, a mechanism comes in an equation; an unknown shift of the transformation is what curves of another shape
-/// come to.
+/// estimated to be, a mechanism comes in an equation. An unknown shift of the transformation is what curves of another shape
+/// come to, and no closed form of them is ever right: what it explains as well is theirs before it is a mechanism's.
 pub(crate) fn looks_like(chosen: &Explanation, left: &[Located]) -> LooksLike {
     if chosen.leaves_noise() || chosen.leaves_little() && !locate::is_physical(left) {
         return LooksLike::Noise;
     }
+    let kinetic = left.iter().filter(|l| l.equation == Equation::Kinetic).map(|l| l.evidence).fold(0.0, f64::max);
     match left.first() {
-        Some(most) if most.equation == Equation::Kinetic => LooksLike::Curves,
+        Some(most) if kinetic > 0.0 && kinetic >= AS_WELL * most.evidence => LooksLike::Curves,
         _ => LooksLike::MissingMechanism,
     }
 }

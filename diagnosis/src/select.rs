@@ -83,7 +83,7 @@ impl InPlace {
         with: &Explanation,
         others: Vec<(&'static Effect, Explanation)>,
     ) -> InPlace {
-        InPlace { effect, grade: evidence::grade(data, &without, with), without, others }
+        InPlace { effect, grade: evidence::grade(data, effect, &without, with), without, others }
     }
 }
 
