@@ -130,7 +130,7 @@ pub(crate) fn select(
         rounds.push(Round { base: chosen.clone().at_rest(), screened: late.screened, refitted });
         let Some(best) = best.filter(|best| best.evidence - chosen.evidence > least) else { break };
         progress(&stage, 0.7);
-        let (anew, found) = home(data, best, Turns::ALL)?;
+        let (anew, found) = home(data, best, Turns::ALL, may_go_on())?;
         near = anew.unwrap_or(near);
         chosen = prune(data, found, &mut reference);
         // to the new place the simulation in long rows has to be held anew, and all that is compared with it
@@ -148,7 +148,7 @@ pub(crate) fn select(
         let best = in_place.iter().flat_map(|place| &place.others).max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence));
         let Some((_, better)) = best.filter(|(_, other)| other.evidence > chosen.evidence + NEEDED) else { break };
         progress("exchanging", 0.0);
-        let (_, found) = home(&searched.data, better.clone(), Turns::SOME)?;
+        let (_, found) = home(&searched.data, better.clone(), Turns::SOME, may_go_on())?;
         (searched, chosen) = settled(from, &found, Turns::ALL)?;
         in_place = others_in_place(&searched.data, &chosen, &reference, &[], may_go_on());
     }
@@ -319,7 +319,12 @@ pub(crate) fn next_term(
 /// Back from the valley: while an effect was missing the parameters went where they make up for it best, and do not come
 /// back by themselves. Everything but the effects begins anew where it is believed to be. Gives the explanation near belief,
 /// where there was one, and the better end.
-fn home(data: &Data, found: Explanation, turns: Turns) -> Option<(Option<Explanation>, Explanation)> {
+fn home(
+    data: &Data,
+    found: Explanation,
+    turns: Turns,
+    may_begin_anew: bool,
+) -> Option<(Option<Explanation>, Explanation)> {
     let settled = found.again(data, turns);
     let mut best = settled.into_iter().chain([found]).max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     if let Some(z) = edges::best_edges(data, &best)
@@ -328,7 +333,7 @@ fn home(data: &Data, found: Explanation, turns: Turns) -> Option<(Option<Explana
     {
         best = moved;
     }
-    if best.leaves_noise() {
+    if best.leaves_noise() || !may_begin_anew {
         return Some((None, best));
     }
     let space = &best.fit.space;
@@ -361,7 +366,7 @@ fn prune(data: &Data, mut chosen: Explanation, reference: &mut Explanation) -> E
             if without.fit.space.effects.is_empty() {
                 Some(without)
             } else {
-                home(data, without, Turns::SOME).map(|(_, home)| home)
+                home(data, without, Turns::SOME, true).map(|(_, home)| home)
             }
         });
         let Some(without) = without else { break };
