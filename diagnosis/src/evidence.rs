@@ -4,14 +4,14 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use sinew_physics::effects::{Effect, Nature};
+use sinew_physics::effects::Effect;
 
 use crate::answer::{Alternative, EffectSize, Evidence, FoundEffect, Grade};
 use crate::data::Data;
 use crate::explanation::Explanation;
 use crate::fit::Fit;
+use crate::grade::chi_kept;
 use crate::intervals::Interval;
-use crate::residuals;
 use crate::select::{InPlace, Selection, TAKEN};
 use crate::shares::Shares;
 use crate::space::What;
@@ -19,8 +19,6 @@ use crate::words;
 
 /// Two explanations whose log evidence differs less than this cannot be distinguished.
 const ALIKE: f64 = 5.0;
-/// Rise of the log density of what is kept back from which an effect is confirmed there.
-pub(crate) const CONFIRMED: f64 = 3.0;
 /// Rise of the log evidence from which an effect that was not taken is suspected.
 const SUSPECTED: f64 = 4.0;
 
@@ -145,27 +143,6 @@ pub(crate) fn regrade(data: &Data, selection: &mut Selection) {
     });
 }
 
-/// How far what was kept back bears an effect out. Other curves are no finding that what is left could have bent.
-pub(crate) fn grade(data: &Data, effect: &Effect, without: &Explanation, with: &Explanation) -> Grade {
-    let is_shape = effect.nature == Nature::Shape;
-    let explains = is_shape || explains_more_than_it_leaves(data, without, with);
-    if with.rise_on_kept(data, without) < CONFIRMED || !explains {
-        Grade::Suspected
-    } else if data.runs.iter().any(|run| run.held_out) {
-        Grade::ConfirmedOnAnotherProgramme
-    } else {
-        Grade::OnThisProgrammeOnly
-    }
-}
-
-/// Whether an effect takes away more of the error on what is kept back than all that was found leaves there. What nobody explains
-/// bends whatever it finds: something smaller beside it may be that alone.
-fn explains_more_than_it_leaves(data: &Data, without: &Explanation, with: &Explanation) -> bool {
-    let square = |x: &Explanation| chi_kept(data, &x.fit).powi(2);
-    let left = square(with);
-    with.leaves_noise() || square(without) - left > left - 1.0
-}
-
 /// Probability that the best of so many candidates raises the evidence this far where nothing is missing: an upper bound,
 /// by Markov's inequality for the ratio of two probabilities of the data.
 pub(crate) fn p_value(rise: f64, tried: usize) -> f64 {
@@ -184,10 +161,4 @@ fn sizes(effect: &Effect, fit: &Fit, intervals: &[Interval]) -> BTreeMap<String,
             _ => None,
         })
         .collect()
-}
-
-/// chi on what is kept back, over the noise of the sensors.
-pub(crate) fn chi_kept(data: &Data, fit: &Fit) -> f64 {
-    let left = residuals::plain_at(data, &fit.space, &fit.z);
-    left.map_or(f64::NAN, |left| residuals::score(data, &left).chi_kept())
 }

@@ -7,7 +7,6 @@ use crate::data::Data;
 use crate::discrepancy::Discrepancy;
 use crate::fit::{self, Effort, Fit, Known};
 use crate::residuals::{self, Residuals};
-use crate::screen::Sketch;
 use crate::space::Space;
 
 /// Sizes of a model's error on the way from belief, as shares of each sensor's range, and its memory there, s: the large
@@ -146,9 +145,9 @@ impl Explanation {
         Explanation::new(data, fit, self.discrepancy.clone(), &left, known)
     }
 
-    /// Where a refit sets out.
-    pub(crate) fn into_sketch(self) -> Sketch {
-        Sketch { fit: self.fit, known: self.known }
+    /// The fit, and the last derivatives that were taken.
+    pub(crate) fn into_parts(self) -> (Fit, Option<Known>) {
+        (self.fit, self.known)
     }
 
     /// The same refitted on `data` of the same rows, with an error like its own to begin with.

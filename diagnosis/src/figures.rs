@@ -6,8 +6,8 @@ use sinew_recording::drive_column;
 use crate::answer::{Figures, SensorTrace, Traces, Tried, UnknownInput};
 use crate::conditions;
 use crate::data::Data;
-use crate::evidence;
 use crate::explanation::Explanation;
+use crate::grade;
 use crate::locate::Located;
 use crate::select::Selection;
 use crate::simulate;
@@ -91,7 +91,7 @@ fn tried(data: &Data, selection: &Selection) -> Vec<Tried> {
     let names = |x: &Explanation| x.fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
     let row = |x: &Explanation| Tried {
         effects: names(x),
-        holdout_chi: evidence::chi_kept(data, &x.fit),
+        holdout_chi: grade::chi_kept(data, &x.fit),
         delta_bic: -2.0 * (x.evidence - selection.reference.evidence),
         chosen: names(x) == names(&selection.chosen),
         screened: false,

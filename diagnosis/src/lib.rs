@@ -66,6 +66,7 @@ mod explanation;
 mod figures;
 mod fit;
 mod gates;
+mod grade;
 mod intervals;
 mod locate;
 mod noise;

@@ -137,6 +137,13 @@ pub(crate) struct Sketch {
     pub(crate) known: Option<Known>,
 }
 
+impl From<Explanation> for Sketch {
+    fn from(explanation: Explanation) -> Self {
+        let (fit, known) = explanation.into_parts();
+        Sketch { fit, known }
+    }
+}
+
 /// What screening comes to at one explanation.
 #[derive(Debug, Clone)]
 pub(crate) struct Field {

@@ -8,9 +8,9 @@ use sinew_physics::effects::{Effect, Nature};
 use crate::answer::Grade;
 use crate::data::Data;
 use crate::edges;
-use crate::evidence;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
+use crate::grade;
 use crate::prepare::Searched;
 use crate::screen::{Field, Screened, Sketch, keep_first};
 use crate::space::{Coordinate, Space, What};
@@ -83,7 +83,7 @@ impl InPlace {
         with: &Explanation,
         others: Vec<(&'static Effect, Explanation)>,
     ) -> InPlace {
-        InPlace { effect, grade: evidence::grade(data, effect, &without, with), without, others }
+        InPlace { effect, grade: grade::grade(data, effect, &without, with), without, others }
     }
 }
 
@@ -156,7 +156,8 @@ pub(crate) fn select(
 }
 
 /// The best additions of one effect to `chosen`, refitted, the best first: mechanisms that show where the parameters have settled;
-/// other curves, where all of these leave more than noise; and before the search ends with more left, what shows near belief. `least` is the rise of the evidence that it goes on with.
+/// other curves, where all of these leave more than noise; and before the search ends with more left, what shows near belief.
+/// `least` is the rise of the evidence that it goes on with.
 fn additions(
     data: &Data,
     chosen: &Explanation,
@@ -195,7 +196,7 @@ fn near_belief(data: &Data, near: &Explanation) -> Vec<Sketch> {
         near.of_another(data, &space, &start)
     });
     let largest = large.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-    screened.into_iter().chain(largest.map(Explanation::into_sketch)).collect()
+    screened.into_iter().chain(largest.map(Sketch::from)).collect()
 }
 
 /// Every effect taken out of `chosen`, and the best others in its place: where one of them does better, the search has gone

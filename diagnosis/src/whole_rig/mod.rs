@@ -21,8 +21,9 @@ use crate::answer::{Diagnosis, EffectSize, Evidence, Grade, Verdict};
 use crate::data::Data;
 use crate::diagnose::{Found, Outcome, in_pool};
 use crate::error::Error;
-use crate::evidence::{self, CONFIRMED};
+use crate::evidence;
 use crate::fit::Fit;
+use crate::grade::{self, CONFIRMED};
 use crate::prepare::{Prepared, Searched};
 use crate::select::TAKEN;
 use crate::settings::Settings;
@@ -280,10 +281,7 @@ impl State {
             if let (Some(without), Some(with)) = (deviance(without), deviance(with)) {
                 rise_on_kept += 0.5 * (without - with);
             }
-            chi.insert(
-                *index,
-                [without, with].map(|found| evidence::chi_kept(&found.data, &found.compared.chosen.fit)),
-            );
+            chi.insert(*index, [without, with].map(|found| grade::chi_kept(&found.data, &found.compared.chosen.fit)));
         }
         let is_held_out = anew.iter().any(|(_, found)| found.data.runs.iter().any(|run| run.held_out));
         let grade = match rise_on_kept {
