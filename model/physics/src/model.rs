@@ -2,7 +2,6 @@
 
 use crate::effects::all::Effects;
 use crate::params::{Drive, Geometry, Initial, Load, Material, Taps};
-use crate::step::CELLS;
 
 /// Everything there is to know of one wire: the reference model's parameters, and the effects beyond it.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +27,6 @@ pub struct WireModel {
 impl WireModel {
     /// Parts of the wire whose phase is followed apart: what a step of it costs, beside that of a wire all alike.
     pub fn parts(&self) -> usize {
-        let has_ends = self.effects.thermal.end_conduction.conductivity_w_per_m_k > 0.0;
-        self.effects.kinetic.parts() + if has_ends { CELLS } else { 0 }
+        self.effects.kinetic.parts() + self.effects.thermal.end_conduction.parts()
     }
 }

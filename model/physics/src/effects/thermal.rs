@@ -101,6 +101,17 @@ pub struct EndConduction {
     pub conductivity_w_per_m_k: f64,
 }
 
+/// Cells that the cold zone at a clamp is cut into: of steps in temperature that get finer towards mid-wire, where most
+/// of the zone's length is.
+pub(crate) const CELLS: usize = 12;
+
+impl EndConduction {
+    /// How many parts of the wire have temperatures of their own, besides its middle.
+    pub(crate) fn parts(&self) -> usize {
+        if self.conductivity_w_per_m_k > 0.0 { CELLS } else { 0 }
+    }
+}
+
 /// `thermal.sheath`: the wire loses k_i (T − T_s) to a sleeve, instead of h A_s (T − T∞) to the air;
 /// C Ṫ_s = k_i (T − T_s) − k_o (T_s − T∞). Draught and natural convection then act on k_o.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,15 +8,12 @@
 use super::air::{Air, At};
 use super::reference::{Reference, State};
 use crate::effects::all::Effects;
-use crate::effects::thermal::HeatFlow;
+use crate::effects::thermal::{CELLS, HeatFlow};
 use crate::formulas::{WORKING_EXCESS_K, convection_growth};
 use crate::kinetics::{Branch, Direction, Fraction};
 use crate::params::DriveKind;
 
-/// Cells that the cold zone at a clamp is cut into: of steps in temperature that get finer towards mid-wire, where most
-/// of the zone's length is.
-pub(crate) const CELLS: usize = 12;
-/// How much finer.
+/// How much finer the cells of a zone get, from one to the next.
 const FINER: f64 = 1.6;
 /// Where the cold zone ends, in ℓ: a thousandth colder than mid-wire …
 const ZONE: f64 = 7.0;

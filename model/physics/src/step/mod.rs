@@ -16,7 +16,6 @@ mod reference;
 mod terms;
 mod wire;
 
-pub(crate) use ends::CELLS;
 pub use own::Undefined;
 pub use terms::Unknown;
 pub use wire::{Wire, cold_length_m, hot_length_m};
