@@ -62,7 +62,20 @@ pub(crate) fn says(effect: &Effect, parameters: &BTreeMap<String, EffectSize>) -
             sizes.join(", ")
         );
     }
+    // a dozen log-slopes say nothing to anybody: they are in the table
+    if let Some(share) = parameters.get("hysteron_share") {
+        return format!("{}; {}", effect.says.trim_end_matches('.'), inside_them(share));
+    }
     format!("{} ({})", effect.says.trim_end_matches('.'), sizes.join(", "))
+}
+
+/// How the phase moves inside curves of their own shape, by the share that does as hysterons do.
+fn inside_them(share: &EffectSize) -> String {
+    let [low, high] = [share.low, share.high].map(|share| 100.0 * share);
+    format!(
+        "inside them {:.0} % of the wire ({low:.0} to {high:.0} %) holds its phase until it meets a curve, as hysterons do",
+        100.0 * share.value
+    )
 }
 
 /// The answer in a few sentences.
@@ -143,9 +156,11 @@ pub(crate) fn what_is_left(remains: &Remains, curves: Option<&FoundEffect>) -> S
     let chi = number(remains.chi);
     let of_curves = curves.map_or_else(String::new, |curves| {
         let before = number(curves.evidence.holdout_chi_before);
+        let share = curves.parameters.get("hysteron_share").filter(|share| share.low > 0.0);
+        let inside = share.map_or_else(String::new, |share| format!(", and {}", inside_them(share)));
         format!(
-            " The transformation curves have a shape of their own ({}): with the rig file's the error stays at {before}, \
-             with theirs it is {chi}.",
+            " The transformation curves have a shape of their own ({}){inside}: with the rig file's the error stays at \
+             {before}, with theirs it is {chi}.",
             curves.grade.says()
         )
     });
