@@ -17,13 +17,39 @@ const SURE_LOSS: f64 = 0.5;
 
 /// Shorter than that no time has passed, s.
 pub(crate) const SHORTEST_STEP_S: f64 = 1e-9;
-/// Longer than that a cycle is not taken for, s.
-const LONGEST_STEP_S: f64 = 0.1;
+/// A gap is gone through in steps no longer than that, s: short beside what any wire takes to heat or to cool, longer than a period.
+const LONGEST_STEP_S: f64 = 0.025;
+/// Longer than that no gap is computed, s: every wire has come to where its power takes it.
+const LONGEST_GAP_S: f64 = 120.0;
 
-/// Time that has passed since the cycle before, as far as one is to be believed, s.
+/// Time that has passed since the cycle before, s; none where that is unknown.
 #[inline]
-pub(crate) fn elapsed_s(dt_s: f64) -> f64 {
-    if dt_s > SHORTEST_STEP_S { dt_s.min(LONGEST_STEP_S) } else { 0.0 }
+fn elapsed_s(dt_s: f64) -> f64 {
+    if dt_s > SHORTEST_STEP_S { dt_s.min(LONGEST_GAP_S) } else { 0.0 }
+}
+
+/// Takes a cycle in, the whole time since the one before: where that was a gap, in steps, of which only the last sees what was measured
+/// at its end. `step` is given what was seen and how long it took, s.
+#[inline]
+pub(crate) fn in_steps<const N: usize, T>(
+    seen: [&Observation; N],
+    mut step: impl FnMut([&Observation; N], f64) -> T,
+) -> T {
+    let elapsed_s = elapsed_s(seen.first().map_or(0.0, |seen| seen.dt_s));
+    if elapsed_s <= LONGEST_STEP_S {
+        return step(seen, elapsed_s);
+    }
+    let steps = (elapsed_s / LONGEST_STEP_S).ceil();
+    let dt_s = elapsed_s / steps;
+    let within = seen.map(|seen| Observation {
+        power_w: seen.power_w,
+        tension_n: seen.tension_n,
+        ..Observation::nothing(seen.duty, dt_s)
+    });
+    for _ in 1..steps as usize {
+        step(within.each_ref(), dt_s);
+    }
+    step(seen, dt_s)
 }
 
 /// The state a wire starts in.

@@ -31,7 +31,7 @@ struct Warm {
 impl Warm {
     fn new(channels: usize) -> Warm {
         let rig = rig("bench", channels, RATE_HZ);
-        let mut engine = Engine::new(&rig, None).expect("a good rig");
+        let mut engine = Engine::at_rest(&rig, None).expect("a good rig");
         let mut fake = Fake::new(&rig);
         fake.start().expect("the scripted backend starts");
         let mut duty = vec![0.0; channels];

@@ -9,7 +9,11 @@
 //! `energy_drain_w` when full. So the time constant is `energy_budget_j / energy_drain_w`; a pulse may use the free budget, a
 //! lasting power at most the drain. It uses current and voltage, not the wire's state.
 //!
-//! **Temperature.** The estimate, which uses the wire's model, its length and its resistance.
+//! **Temperature.** What is believed at worst ([`crate::heat`]), which uses the wire's model, its length and its resistance.
+//!
+//! **Silence.** A driver that dies or stands still leaves its outputs as they are, until whatever is there for it notices. So no more
+//! is ever put out than the wire bears for that long and two periods, without any loss to the air, short of
+//! [`SILENCE_KEPT_K`] beyond its limit.
 
 use sinew_ipc::ChannelState;
 
@@ -19,6 +23,8 @@ pub const DERATED_FROM: f64 = 0.8;
 pub const HEAT_KEPT: f64 = 0.95;
 /// Share of the temperature's rise at which nothing is allowed.
 pub const RISE_KEPT: f64 = 0.98;
+/// How far beyond its limit a silence may take a wire, K.
+pub const SILENCE_KEPT_K: f64 = 10.0;
 /// A budget must not be passed in fewer periods than this, however strong the supply or slow the loop.
 const FEWEST_PERIODS: f64 = 6.0;
 
@@ -39,6 +45,8 @@ pub struct Budgets {
     pub full_k_per_s: f64,
     /// The loop's period, s.
     pub period_s: f64,
+    /// The longest an output can stay as it is with a dead driver, s.
+    pub silence_s: f64,
 }
 
 /// How the power is to be derated: the budgets with everything worked out that does not change.
@@ -50,6 +58,8 @@ pub struct Derating {
     per_release_s: f64,
     kept_c: f64,
     w_per_k: f64,
+    silence_c: f64,
+    silence_w_per_k: f64,
 }
 
 /// The power that is allowed, and what keeps it down where it is kept down: `ChannelState::FLAG_…`.
@@ -81,7 +91,15 @@ impl Derating {
             per_release_s: 1.0 / release_s,
             kept_c: b.temperature_c - (1.0 - RISE_KEPT) * rise_k,
             w_per_k: b.full_w / band_k,
+            silence_c: b.temperature_c + SILENCE_KEPT_K,
+            silence_w_per_k: b.full_w / (b.full_k_per_s * (b.silence_s + 2.0 * b.period_s)),
         }
+    }
+
+    /// Share of an account that drains in a second, 1/s.
+    #[inline]
+    pub fn leak_per_s(&self) -> f64 {
+        self.leak_per_s
     }
 
     /// What drains of an account that stands at this, W.
@@ -100,7 +118,10 @@ impl Derating {
     #[inline]
     pub fn allowance(&self, energy_j: f64, temperature_c: f64) -> Allowance {
         let by_heat_w = self.drains_w(energy_j) + (self.kept_j - energy_j) * self.per_release_s;
+        let by_silence_w = (self.silence_c - temperature_c) * self.silence_w_per_k;
         let by_temperature_w = (self.kept_c - temperature_c) * self.w_per_k;
+        // Either is NaN where the temperature is.
+        let by_temperature_w = if by_silence_w < by_temperature_w { by_silence_w } else { by_temperature_w };
         if by_heat_w < by_temperature_w {
             Allowance { power_w: by_heat_w, flag: ChannelState::FLAG_HEAT_BUDGET }
         } else {
@@ -119,6 +140,7 @@ pub(crate) const EXAMPLE: Budgets = Budgets {
     full_w: 3.0,
     full_k_per_s: 200.0,
     period_s: 1e-3,
+    silence_s: 0.1,
 };
 
 #[cfg(test)]

@@ -6,16 +6,17 @@ use sinew_control::{
 use sinew_ipc::{ChannelState, CommandKind, Fault};
 use sinew_physics::DriveKind;
 use sinew_physics::formulas::heating_power_w;
-use sinew_rig::Rig;
+use sinew_rig::{Rig, Sensing};
 use sinew_sensing::{Health, LengthSensor, Motion, MotionObserver, Reading, Sample, SlideWatch};
 
 use crate::budget::Budgets;
 use crate::error::Error;
+use crate::heat::{ColdWitness, Cooling, Heat, Passed};
 use crate::orders::Ask;
 use crate::setup::{Ends, estimator, observer_of, sensor, settings, slide_watch};
 use crate::stage::StageWatch;
 use crate::standstill::Standstill;
-use crate::supervisor::{Change, Evidence, Guard, GuardLimits, Permit};
+use crate::supervisor::{Change, Evidence, Guard, Permit};
 
 /// How far above its limit a current must read to be more than noise, in standard deviations of the converter.
 const CURRENT_GUARD: f64 = 8.0;
@@ -59,8 +60,10 @@ pub struct Tick {
 /// One channel, from its sample to its duty. The fields stand in the order a cycle touches them.
 #[derive(Debug, Clone)]
 pub struct Channel {
-    /// The duty in force in the period the next sample comes from.
+    /// The duty in force in the period the next sample comes from: the largest that may be, where none was confirmed.
     applied_duty: f64,
+    /// Whether the duty of the last exchange is known to be at the output.
+    is_confirmed: bool,
     /// The last sample, as the backend delivered it.
     pub(crate) sample: Sample,
     /// The order taken since the last cycle, and the one taken before it, as in `ChannelState::order`; 0 = none.
@@ -89,6 +92,8 @@ pub struct Channel {
     estimator: StateEstimator,
     /// Where that one's temperature cannot be trusted with the wire's life: one whose temperature can.
     protector: Option<EnthalpyObserver>,
+    /// What tells a cold wire whatever its history; none where nothing does.
+    cold: Option<ColdWitness>,
     /// What is believed of the wire.
     pub(crate) estimate: Estimate,
     /// Its supervisor.
@@ -127,7 +132,7 @@ pub struct Happened {
 }
 
 impl Channel {
-    /// A channel of a rig, by its index there, at rest, trusting nothing.
+    /// A channel of a rig, by its index there, its wire at rest in its air, trusting nothing else.
     ///
     /// # Errors
     /// [`Error::Rig`] where the channel cannot be driven by pulses or measured.
@@ -175,8 +180,19 @@ impl Channel {
         let full_w = cold.power_w().max(hot.power_w());
         let heat_capacity_j_per_k = model.heat_capacity_j_per_k();
         let most_w = (limits.max_duty * full_w).min(limits.max_power_w);
+        let budgets = Budgets {
+            energy_j: limits.energy_budget_j,
+            drain_w: limits.energy_drain_w,
+            temperature_c: limits.max_temperature_c,
+            ambient_c: model.ambient_c,
+            full_w: most_w,
+            full_k_per_s: most_w / heat_capacity_j_per_k,
+            period_s: 1.0 / rig.rate_hz,
+            silence_s: rig.silence_s(),
+        };
         Ok(Channel {
             applied_duty: 0.0,
+            is_confirmed: true,
             sample: Sample::NONE,
             ordered: 0,
             order: 0,
@@ -193,19 +209,9 @@ impl Channel {
             power_w: 0.0,
             estimator: StateEstimator::new(model, estimator),
             protector: (!estimator.is_protective()).then(|| EnthalpyObserver::new(model)),
+            cold: ColdWitness::of(model, &stroke).filter(|_| channel.control.sensing == Sensing::Dual),
             estimate: Estimate::UNKNOWN,
-            guard: Guard::new(GuardLimits {
-                max_current_a,
-                budgets: Budgets {
-                    energy_j: limits.energy_budget_j,
-                    drain_w: limits.energy_drain_w,
-                    temperature_c: limits.max_temperature_c,
-                    ambient_c: model.ambient_c,
-                    full_w: most_w,
-                    full_k_per_s: most_w / heat_capacity_j_per_k,
-                    period_s: 1.0 / rig.rate_hz,
-                },
-            }),
+            guard: Guard::new(max_current_a, Heat::at_rest(budgets, Cooling::of(model))),
             target: Target::Idle,
             source: Source::Nobody,
             lapsed: false,
@@ -228,11 +234,11 @@ impl Channel {
     pub fn step(&mut self, sample: &Sample, tick: &Tick, program: Option<f64>) -> Happened {
         let seen = self.sense(sample, tick);
         self.estimate = self.estimator.update(&seen);
-        let temperature_c = match &mut self.protector {
-            Some(protector) => protector.update(&seen).temperature_c,
-            None => self.estimate.temperature_c,
+        let protective = match &mut self.protector {
+            Some(protector) => protector.update(&seen),
+            None => self.estimate,
         };
-        let (permit, change) = self.supervise(sample, temperature_c, tick);
+        let (permit, change) = self.supervise(sample, &protective, tick);
         let lapsed = self.put_in_charge(permit, tick, program);
         let duty = self.regulate(permit, tick);
         self.put_out(duty, permit, tick);
@@ -267,18 +273,30 @@ impl Channel {
         }
     }
 
-    /// Supervisor: whether the wire may be powered.
+    /// Supervisor: whether the wire may be powered. `protective` is an estimate that can be trusted with its life.
     #[inline]
-    pub(crate) fn supervise(&mut self, sample: &Sample, temperature_c: f64, tick: &Tick) -> (Permit, Option<Change>) {
+    pub(crate) fn supervise(
+        &mut self,
+        sample: &Sample,
+        protective: &Estimate,
+        tick: &Tick,
+    ) -> (Permit, Option<Change>) {
         let driven = self.applied_duty > 0.0;
+        let heat = Passed {
+            power_w: self.power_w,
+            dt_s: tick.dt_s,
+            estimate_c: protective.temperature_c,
+            martensite: protective.martensite,
+            is_measured: self.reading.length_m.is_finite(),
+            cooling_curve_c: protective.cooling_curve_c,
+            cold_c: self.cold.as_ref().and_then(|cold| cold.bound_c(&self.reading)),
+        };
         let (permit, change) = self.guard.judge(&Evidence {
             driven,
             health: self.reading.health,
             stage: self.stage.fault(sample, &self.reading, driven),
             current_a: sample.current_a,
-            power_w: self.power_w,
-            temperature_c,
-            dt_s: tick.dt_s,
+            heat,
         });
         if let Some(Change::Tripped(_)) = change {
             self.forget_target();
@@ -361,8 +379,8 @@ impl Channel {
     /// Puts a duty out, within what the wire may have.
     #[inline]
     pub(crate) fn put_out(&mut self, wanted: f64, permit: Permit, tick: &Tick) {
-        // The next sample comes from the duty output at this tick.
-        self.applied_duty = self.duty;
+        // The next sample comes from the duty output at this tick; one that was not confirmed may be there, or the one before it.
+        self.applied_duty = if self.is_confirmed { self.duty } else { self.duty.max(self.applied_duty) };
         self.observer.set_duty(self.applied_duty);
         // The supply may be higher than configured; NaN is ignored.
         let most = self.max_duty.min(self.max_power_w / self.on_power_w);
@@ -378,6 +396,11 @@ impl Channel {
         if permit == Permit::Power {
             self.hold_down();
         }
+        // The sensing pulse heats as well: a wire that has no room even for that rests until it has.
+        if self.duty > 0.0 && !self.guard.heat().allows(self.min_duty.min(self.duty) * self.on_power_w) {
+            self.duty = 0.0;
+            self.flags |= ChannelState::FLAG_DARK;
+        }
         let limited = self.target != Target::Idle && self.tension.as_ref().is_some_and(TensionLimits::is_limited);
         self.flags |= if self.duty < wanted || limited { ChannelState::FLAG_LIMITED } else { 0 };
         if permit == Permit::Power {
@@ -385,7 +408,7 @@ impl Channel {
             let derated = self.flags & (ChannelState::FLAG_HEAT_BUDGET | ChannelState::FLAG_TEMPERATURE_BUDGET) != 0;
             let target_m = self.target_m();
             if let Some(standstill) = &mut self.standstill {
-                let (filled, length_m) = (self.guard.filled(), self.motion.length_m);
+                let (filled, length_m) = (self.guard.heat().filled(), self.motion.length_m);
                 self.held = standstill.is_held(filled, derated, length_m, target_m, tick.dt_s);
             }
             if self.stage.wants_dark(low, derated, &self.motion, tick.dt_s) {
@@ -395,11 +418,10 @@ impl Channel {
         }
     }
 
-    /// Derates the duty to what keeps the wire's budgets. The sensing pulse always goes out: a wire that is not measured
-    /// is no safer.
+    /// Derates the duty to what keeps the wire's budgets, but not below the sensing pulse: a wire that is not measured is no safer.
     #[inline]
     fn hold_down(&mut self) {
-        let allowance = self.guard.allowance();
+        let allowance = self.guard.heat().allowance();
         // Written so that an unknown power allows no duty, and without a division where the budget suffices.
         let enough = allowance.power_w >= self.duty * self.on_power_w;
         if !enough && self.duty > self.min_duty {
@@ -411,7 +433,7 @@ impl Channel {
     /// Latches a fault found outside of the channel, and drops its target. The duty of the next period is zero.
     #[inline]
     pub fn trip(&mut self, fault: Fault) -> Option<Change> {
-        // A backend that failed has set its outputs to zero; otherwise the duty of this exchange heats for one more period, which
+        // A backend that failed has asked zero of its outputs; otherwise the duty of this exchange heats for one more period, which
         // is accounted for with its real length.
         if fault == Fault::Backend {
             self.duty = 0.0;
@@ -480,9 +502,32 @@ impl Channel {
         (self.target, self.source) = (Target::Idle, Source::Nobody);
     }
 
+    /// What the backend knows of the duty of the last exchange: whether it is at the output.
+    #[inline]
+    pub(crate) fn note_output(&mut self, is_confirmed: bool) {
+        self.is_confirmed = is_confirmed;
+    }
+
+    /// Whether more may be at the output than was asked of it.
+    pub(crate) fn is_confirmed(&self) -> bool {
+        self.is_confirmed
+    }
+
     /// Whether its controller is in charge.
     pub fn is_powered(&self) -> bool {
         self.regulating
+    }
+
+    /// What is believed of its wire's heat.
+    #[inline]
+    pub fn heat(&self) -> &Heat {
+        self.guard.heat()
+    }
+
+    /// The most its output gives until it hears of another duty: by the one that is in force, or the one it is given next, W.
+    #[inline]
+    pub fn most_given_w(&self) -> f64 {
+        self.applied_duty.max(self.duty) * self.on_power_w
     }
 
     /// Where its strokes are counted from.

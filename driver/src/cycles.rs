@@ -2,19 +2,20 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use sinew_ipc::{DriverState, HeldCycle, LoopStats, Snapshot};
+use sinew_ipc::{ChannelState, DriverState, HeldCycle, LoopStats, Snapshot};
 use sinew_ring::{Consumer, Producer};
 use sinew_sensing::Sample;
 
 use crate::engine::Engine;
 use crate::grid::{Grid, Missed, Pace};
+use crate::memory::Memory;
 use crate::orders::{Beat, Event, Occurrence, Order};
 use crate::report::Ending;
 use crate::shutdown_notice::caught;
 use crate::suspension::Wakefulness;
 use sinew_backend::allocations;
 use sinew_backend::clock;
-use sinew_backend::{Backend, BackendError};
+use sinew_backend::{Backend, BackendError, Zero};
 
 /// Most orders taken in one cycle: a flood of commands is spread over cycles instead of making one late.
 const ORDERS_A_CYCLE: usize = 8;
@@ -61,6 +62,8 @@ pub(crate) struct Cycles<B, O> {
     pub backend: B,
     pub engine: Engine,
     pub outlet: O,
+    /// What outlives it.
+    pub memory: Memory,
     pub orders: Consumer<Order>,
     pub events: Producer<Event>,
     /// Every cycle, for the publisher.
@@ -82,6 +85,8 @@ pub(crate) struct Remains {
     pub missed: Missed,
     pub start_ns: u64,
     pub last_error: Option<BackendError>,
+    /// Whether all outputs have confirmed zero at the end.
+    pub zero: Zero,
 }
 
 impl Remains {
@@ -94,6 +99,7 @@ impl Remains {
             missed: Missed::default(),
             start_ns: 0,
             last_error: None,
+            zero: Zero::Confirmed,
         }
     }
 }
@@ -103,7 +109,8 @@ struct Stops<'a, B: Backend>(&'a mut B);
 
 impl<B: Backend> Drop for Stops<'_, B> {
     fn drop(&mut self) {
-        self.0.stop();
+        // Said by the call that follows.
+        let _ = self.0.stop();
     }
 }
 
@@ -113,28 +120,32 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let last = Snapshot::new(self.engine.channels().len());
         let mut remains = Remains { stats: self.stats, last, start_ns: clock::now_ns(), ..Remains::nothing() };
         let result = caught(|| self.cycles(shared, &mut remains));
-        // Again, in case the panic came from before the guard in there was set up.
-        self.backend.stop();
+        // Again: the panic may have come from before the guard in there was set up, and only the last answer counts.
+        remains.zero = self.backend.stop();
+        self.memory.end(&self.engine, remains.zero);
         if let Ok(ending) = result
             && !shared.panicked.load(Ordering::Acquire)
         {
             remains.ending = ending;
         }
         remains.last.state = DriverState::Stopped.code();
-        for channel in &mut remains.last.channel {
+        for (index, channel) in remains.last.channel.iter_mut().enumerate() {
             channel.duty = 0.0;
+            let unconfirmed = remains.zero == Zero::Unconfirmed && !self.backend.is_confirmed(index);
+            channel.flags |= if unconfirmed { ChannelState::FLAG_UNCONFIRMED } else { 0 };
         }
         self.outlet.latest(&remains.last);
         self.outlet.stats(&remains.stats);
         shared.ended.store(true, Ordering::Release);
         if let Err(words) = result {
-            tracing::error!("the loop panicked; outputs are zero: {words}");
+            let outputs = if remains.zero == Zero::Confirmed { "are zero" } else { "may be on" };
+            tracing::error!("the loop panicked; outputs {outputs}: {words}");
         }
         remains
     }
 
     fn cycles(&mut self, shared: &Shared, remains: &mut Remains) -> Ending {
-        let Cycles { backend, engine, outlet, orders, events, published, .. } = self;
+        let Cycles { backend, engine, outlet, memory, orders, events, published, .. } = self;
         let channels = engine.channels().len();
         let mut duty = vec![0.0; channels];
         let mut samples = vec![Sample::NONE; channels];
@@ -169,8 +180,8 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             elapsed += 1 + grid.missed_since();
 
             // A machine that resumes from suspension must not continue: its first output is zero.
-            if is_real_time && awake.slept(tick.now_ns, clock::boottime_ns()) {
-                engine.was_suspended();
+            if is_real_time && let Some(slept_s) = awake.slept_s(tick.now_ns, clock::boottime_ns()) {
+                engine.was_suspended(slept_s);
                 duty.fill(0.0);
             }
 
@@ -185,6 +196,8 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             if let Err(error) = exchanged {
                 *last_error = Some(error);
             }
+
+            engine.note_outputs(|channel| backend.0.is_confirmed(channel));
 
             // Sense, supervise, control.
             let mut tell = |event: Event| {
@@ -202,6 +215,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             // Publish.
             stats.cycles += 1;
             (last.cycle, last.monotonic_ns, last.missed) = (stats.cycles, tick.now_ns, stats.missed);
+            memory.keep(engine);
             engine.describe(tick.now_ns, DriverState::Running, last);
             outlet.latest(last);
             if !hand_over(published, last, is_real_time, shared) {

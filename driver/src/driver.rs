@@ -19,13 +19,14 @@ use crate::cycles::{Cycles, Outlet, Remains, Shared};
 use crate::engine::Engine;
 use crate::error::Error;
 use crate::grid::Pace;
+use crate::memory::Memory;
 use crate::orders::{Event, Order};
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
 use crate::shutdown_notice::caught;
-use sinew_backend::Backend;
 use sinew_backend::allocations;
+use sinew_backend::{Backend, Zero};
 use sinew_realtime as realtime;
 use sinew_realtime::{Held, Mode, RealtimeReport, Wish};
 
@@ -182,7 +183,10 @@ impl Driver {
         options: Options,
         tap: Option<Box<dyn Tap>>,
     ) -> Result<DriverHandle, Error> {
-        let engine = Engine::new(rig, options.program.clone())?;
+        let program = options.program.clone();
+        let backend_is_new = backend.is_at_rest();
+        let mut engine = if backend_is_new { Engine::at_rest(rig, program) } else { Engine::new(rig, program) }?;
+        engine.bear_silence(backend.silence_s().ok_or(Error::Endless)?);
         let channels = engine.channels().len();
         if backend.channels() != channels {
             return Err(Error::Channels { expected: channels, found: backend.channels() });
@@ -209,8 +213,10 @@ impl Driver {
         let (published, publishing) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let shared = Arc::new(Shared::default());
         let fault_log = Arc::new(Mutex::new(FaultLog::default()));
+        let memory = if backend_is_new { Memory::default() } else { Memory::of(&backend, channels) };
         let looping = Cycles {
             backend,
+            memory,
             engine,
             outlet: Blackboard(services.state),
             orders,
@@ -299,11 +305,13 @@ fn run_loop<B: Backend>(
         }
     };
     if let Some(error) = failure {
-        looping.backend.stop();
+        // It did not come up, and the error says so.
+        let _ = looping.backend.stop();
         shared.ended.store(true, Ordering::Release);
         let _ = ready.send(Err(error));
         return (Remains::nothing(), None);
     }
+    looping.memory.recall(&mut looping.engine);
     looping.stats.realtime = bits(&realtime);
     looping.stats.priority = realtime.priority.into();
     looping.stats.cpu = realtime.cpu.map_or(-1, |cpu| cpu as i32);
@@ -442,6 +450,7 @@ impl DriverHandle {
             faults_not_listed: fault_log.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
             leases_lapsed: fault_log.lapsed,
             backend_error: remains.last_error.map(|error| error.to_string()),
+            outputs_confirmed_zero: remains.zero == Zero::Confirmed,
             black_boxes: Vec::new(),
             black_box_error: None,
             channel: remains

@@ -7,6 +7,7 @@ use sinew_rig::Rig;
 
 use crate::channel::{Channel, Happened, Source, Target, Tick};
 use crate::error::Error;
+use crate::heat::Recalled;
 use crate::joint::Joint;
 use crate::orders::{Answer, Ask, Beat, Event, Occurrence, Order};
 use crate::program::Program;
@@ -23,8 +24,8 @@ pub struct Engine {
     resets: Vec<Option<u64>>,
     program: Option<Program>,
     punctuality: Punctuality,
-    /// Whether the machine was suspended since the last cycle.
-    suspended: bool,
+    /// How long the machine was suspended since the last cycle, s.
+    suspended_s: Option<f64>,
     /// The channel whose fault was the first of those that are latched.
     first: Option<usize>,
     /// Whether any was latched at the end of the last cycle; only a cycle latches or clears.
@@ -38,11 +39,22 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// The channels of a rig, at rest. `program` is what they do while nobody commands them.
+    /// The channels of a rig of which nothing is known: every wire may be at its limit. `program` is what they do while nobody
+    /// commands them.
     ///
     /// # Errors
     /// [`Error::Rig`] where a channel cannot be driven or measured.
     pub fn new(rig: &Rig, program: Option<Program>) -> Result<Engine, Error> {
+        let mut engine = Engine::at_rest(rig, program)?;
+        engine.channels.iter_mut().for_each(|channel| channel.guard.heat_mut().forget());
+        Ok(engine)
+    }
+
+    /// The channels of a rig whose wires are known to be at rest in their air, as simulated ones are when they are new.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn at_rest(rig: &Rig, program: Option<Program>) -> Result<Engine, Error> {
         rig.check_drivable().map_err(|error| Error::Rig { place: rig.name.clone(), reason: error.to_string() })?;
         let channels: Vec<Channel> =
             (0..rig.channels.len()).map(|index| Channel::new(rig, index)).collect::<Result<_, _>>()?;
@@ -60,7 +72,7 @@ impl Engine {
             channels,
             program,
             punctuality: Punctuality::default(),
-            suspended: false,
+            suspended_s: None,
             first: None,
             latched: false,
             cut: false,
@@ -73,6 +85,34 @@ impl Engine {
     /// The channels, in the rig's order.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
+    }
+
+    /// What a memory says of a wire before the first cycle: that it may be this hot, °C, and its heat account, J. NaN: nothing.
+    pub fn remember(&mut self, channel: usize, temperature_c: f64, account_j: f64) {
+        if let Some(channel) = self.channels.get_mut(channel) {
+            channel.guard.heat_mut().remember(temperature_c, account_j);
+        }
+    }
+
+    /// What a record of an output says of its wire, before the first cycle.
+    pub fn recall(&mut self, channel: usize, recalled: &Recalled) {
+        if let Some(channel) = self.channels.get_mut(channel) {
+            channel.guard.heat_mut().recall(recalled);
+        }
+    }
+
+    /// How long an output can stay as it is with a dead driver, s, where that is not what the rig file's backend says.
+    pub fn bear_silence(&mut self, silence_s: f64) {
+        self.channels.iter_mut().for_each(|channel| channel.guard.heat_mut().bear_silence(silence_s));
+    }
+
+    /// What the backend knows of its outputs after an exchange, before the cycle: whether the duty of each is the one that was asked for
+    /// (zero, where the exchange failed). Without a call all are.
+    #[inline]
+    pub fn note_outputs(&mut self, is_confirmed: impl Fn(usize) -> bool) {
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            channel.note_output(is_confirmed(index));
+        }
     }
 
     /// The joints, in the rig's order.
@@ -111,11 +151,11 @@ impl Engine {
         self.program.as_mut()
     }
 
-    /// The machine was suspended since the last cycle: the next one switches everything off. Its clock stood still meanwhile, so
-    /// neither leases nor estimates know.
+    /// The machine was suspended since the last cycle, for so long, s: the next one switches everything off. Its clock stood still
+    /// meanwhile, so that leases do not know; the outputs may have been as they were left all along.
     #[inline]
-    pub fn was_suspended(&mut self) {
-        self.suspended = true;
+    pub fn was_suspended(&mut self, seconds: f64) {
+        self.suspended_s = Some(seconds);
     }
 
     /// Takes an order before a cycle at `now_ns`. `None`: the answer comes later, as an event.
@@ -134,6 +174,12 @@ impl Engine {
             Ask::Duty(duty) => Target::Duty(duty),
             Ask::Off => Target::Idle,
             Ask::Reset => {
+                // An output that may still be on is no place to begin anew from.
+                if let Some(fault) = channel.guard.fault()
+                    && !channel.is_confirmed()
+                {
+                    return Some(Answer::CauseRemains(fault));
+                }
                 // What the channel itself cannot know: whether backend and loop are well again.
                 if let Some(fault) = channel.guard.fault()
                     && (self.exchanged.is_err() || !self.punctuality.on_time())
@@ -203,10 +249,11 @@ impl Engine {
         mut tell: impl FnMut(Event),
     ) {
         // The samples are a whole number of periods apart, however late the loop woke.
-        let dt_s = self.period_s * (1 + beat.missed) as f64;
+        let awake_s = self.period_s * (1 + beat.missed) as f64;
+        let dt_s = awake_s + self.suspended_s.unwrap_or(0.0);
         let tick = Tick { now_ns: beat.now_ns, dt_s };
         let time_s = (beat.now_ns - *self.start_ns.get_or_insert(beat.now_ns)) as f64 * 1e-9;
-        let outside = self.faults_from_outside(&beat, dt_s, exchanged, &mut tell);
+        let outside = self.faults_from_outside(&beat, awake_s, exchanged, &mut tell);
         self.exchanged = exchanged;
 
         let sample = |index: usize| if outside.has_no_samples() { Sample::NONE } else { samples[index] };
@@ -274,7 +321,7 @@ impl Engine {
             everything: self.punctuality.lost(beat.missed, dt_s).then_some(Fault::CycleOverrun),
             failed: None,
         };
-        if std::mem::take(&mut self.suspended) {
+        if self.suspended_s.take().is_some() {
             outside.everything = Some(Fault::Suspended);
         }
         let Err(error) = exchanged else { return outside };
@@ -389,7 +436,7 @@ impl Channel {
             target_m: self.target_m(),
             duty: self.duty,
             resistance_ohm: self.reading.resistance_ohm,
-            temperature_c: self.estimate.temperature_c,
+            temperature_c: self.guard.heat().temperature_c(),
             martensite: self.estimate.martensite,
             power_w: self.power_w,
             surface: self.surface(),
@@ -408,7 +455,7 @@ impl Channel {
             mode: mode.code(),
             fault: latched.or(stale).map_or(0, Fault::code),
             health: u32::from(self.reading.health.code()),
-            flags: self.flags,
+            flags: self.flags | if self.is_confirmed() { 0 } else { ChannelState::FLAG_UNCONFIRMED },
             order: self.order,
             backend: 0,
         };

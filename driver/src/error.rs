@@ -21,6 +21,8 @@ pub enum Error {
         /// Channels of the backend.
         found: usize,
     },
+    /// The backend's outputs stay as they are for ever once nobody drives them.
+    Endless,
     /// The backend did not start.
     Backend(BackendError),
     /// `realtime = "strict"`, and Linux refused something.
@@ -41,6 +43,10 @@ impl fmt::Display for Error {
             Error::Channels { expected, found } => {
                 write!(f, "the rig has {expected} channels, but the backend has {found}")
             }
+            Error::Endless => f.write_str(
+                "nothing ends what this backend puts out when the driver dies: not even the sensing pulse could be given, and so the \
+                 wires could not be moved at all; it needs a watchdog, and to say in `Backend::silence_s` how soon that acts",
+            ),
             Error::Backend(error) => write!(f, "the backend did not start: {error}"),
             Error::NotRealtime { refused } => {
                 write!(f, "realtime is \"strict\", and this machine refuses: {}", refused.join("; "))

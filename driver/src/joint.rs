@@ -94,8 +94,7 @@ impl Joint {
         let believed = self.observer.update([&seen[0], &seen[1]]);
         for side in [0, 1] {
             wires[side].estimate = believed.wires[side];
-            let hottest_c = believed.wires[side].temperature_c;
-            (permits[side], happened[side].change) = wires[side].supervise(samples[side], hottest_c, tick);
+            (permits[side], happened[side].change) = wires[side].supervise(samples[side], &believed.wires[side], tick);
         }
         for side in [0, 1] {
             let other = 1 - side;

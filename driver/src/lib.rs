@@ -12,7 +12,7 @@
 //! use sinew_driver::{Beat, Engine};
 //! use sinew_rig::Rig;
 //!
-//! let mut engine = Engine::new(&Rig::hexapod(), None)?;
+//! let mut engine = Engine::at_rest(&Rig::hexapod(), None)?;
 //! let samples = [Sample::NONE; 18]; // nothing was sampled yet
 //! let mut duty = [1.0; 18];
 //! engine.cycle(Beat { now_ns: 0, missed: 0 }, Ok(()), &samples, &mut duty, |_| {});
@@ -30,7 +30,9 @@ mod driver;
 mod engine;
 mod error;
 mod grid;
+pub mod heat;
 pub mod joint;
+mod memory;
 mod orders;
 mod program;
 mod publish;

@@ -56,6 +56,8 @@ pub struct RunReport {
     pub leases_lapsed: u64,
     /// The backend's last complaint, in its own words.
     pub backend_error: Option<String>,
+    /// Whether every output has confirmed zero at the end.
+    pub outputs_confirmed_zero: bool,
     /// Files the black box has written; filled in by the caller that runs one.
     pub black_boxes: Vec<PathBuf>,
     /// Why a black box could not be written, the last one that could not.

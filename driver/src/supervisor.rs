@@ -23,7 +23,7 @@
 //! | an intermittent contact | every second sample bad, see [`MOST_UNREST`] | 32 | as above, many times over |
 //! | health of a sample | 8 standard deviations clear of anything healthy (`sinew-sensing`) | 2 | 10⁻¹⁵ a sample, 10⁻³⁰ twice in a row |
 //! | current in the on-phase | `max_current_a` + 8 standard deviations of the converter | 2 | the same |
-//! | estimated temperature, energy budget | the limit | 2 | both are integrals: noise moves them by less than 0.1 K |
+//! | temperature at worst, heat account | the limit | 2 | both are integrals: noise moves them by less than 0.1 K |
 //! | overrun | late without a break for [`OVERRUN_S`], one gap or many | | late wake-ups now and then are only counted |
 //! | stale setpoint | the lease's end | 1 | a clock has no noise |
 //!
@@ -33,7 +33,7 @@
 use sinew_ipc::Fault;
 use sinew_sensing::Health;
 
-use crate::budget::{Allowance, Budgets, Derating};
+use crate::heat::{Heat, Passed};
 
 /// Good samples in a row that make a channel fit to be powered.
 pub const PROOF_SAMPLES: u32 = 8;
@@ -55,15 +55,6 @@ pub const TEMPERATURE_MARGIN_K: f64 = 10.0;
 /// The energy account must have drained to this share of its budget before an energy fault can be reset.
 pub const ENERGY_MARGIN: f64 = 0.8;
 
-/// What a channel's guard holds it to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GuardLimits {
-    /// Largest current in the on-phase, noise allowed for, A.
-    pub max_current_a: f64,
-    /// Heat and temperature, and how they are kept.
-    pub budgets: Budgets,
-}
-
 /// Everything a guard judges by in one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
@@ -75,12 +66,8 @@ pub struct Evidence {
     pub stage: Option<Fault>,
     /// Current in the on-phase, A, as sampled.
     pub current_a: f64,
-    /// Mean power into the wire over the time since the last cycle, W.
-    pub power_w: f64,
-    /// Estimated temperature of the wire, °C.
-    pub temperature_c: f64,
-    /// Time since the last cycle, s.
-    pub dt_s: f64,
+    /// What has passed for the wire's heat since the last cycle.
+    pub heat: Passed,
 }
 
 /// What a channel may be given for the next period.
@@ -113,8 +100,10 @@ enum State {
 /// The supervisor of one channel.
 #[derive(Debug, Clone)]
 pub struct Guard {
-    limits: GuardLimits,
-    derating: Derating,
+    /// Largest current in the on-phase, noise allowed for, A.
+    max_current_a: f64,
+    /// What is believed of the wire's heat.
+    heat: Heat,
     state: State,
     /// Good samples in a row while proving.
     good_samples: u32,
@@ -130,18 +119,16 @@ pub struct Guard {
     spent_periods: u32,
     /// Looks in a row at a stage that conducts with its gate closed.
     stuck_looks: u32,
-    /// The energy account: what went in less what drained, never below 0, J.
-    energy_j: f64,
-    temperature_c: f64,
     latched: Option<Fault>,
 }
 
 impl Guard {
-    /// A guard that trusts nothing yet.
-    pub fn new(limits: GuardLimits) -> Guard {
+    /// A guard that trusts nothing yet of a wire whose heat is believed to be this. `max_current_a` is the largest current in the
+    /// on-phase, noise allowed for, A.
+    pub fn new(max_current_a: f64, heat: Heat) -> Guard {
         Guard {
-            limits,
-            derating: Derating::new(&limits.budgets),
+            max_current_a,
+            heat,
             state: State::Proving,
             good_samples: 0,
             proving_s: 0.0,
@@ -152,8 +139,6 @@ impl Guard {
             hot_periods: 0,
             spent_periods: 0,
             stuck_looks: 0,
-            energy_j: 0.0,
-            temperature_c: f64::NAN,
             latched: None,
         }
     }
@@ -173,20 +158,15 @@ impl Guard {
         self.state == State::Proving
     }
 
-    /// What the energy account stands at, J.
-    pub fn energy_j(&self) -> f64 {
-        self.energy_j
-    }
-
-    /// How full the energy account is, 1 = its budget.
-    pub fn filled(&self) -> f64 {
-        self.derating.filled(self.energy_j)
-    }
-
-    /// The power that keeps the wire within its budgets.
+    /// What is believed of the wire's heat.
     #[inline]
-    pub fn allowance(&self) -> Allowance {
-        self.derating.allowance(self.energy_j, self.temperature_c)
+    pub fn heat(&self) -> &Heat {
+        &self.heat
+    }
+
+    /// The same, to be told what is known from elsewhere.
+    pub fn heat_mut(&mut self) -> &mut Heat {
+        &mut self.heat
     }
 
     /// Whether the output stage is known to conduct with its gate closed, so that only its supply can be taken from it.
@@ -197,13 +177,8 @@ impl Guard {
     /// Judges one period. Constant time, no allocation; NaN in the evidence is a fault and not a panic.
     #[inline]
     pub fn judge(&mut self, evidence: &Evidence) -> (Permit, Option<Change>) {
-        self.temperature_c = evidence.temperature_c;
-        // An unknown power counts as too much; the heat budget stays unchanged and finite.
-        let unknown = evidence.power_w.is_nan() || evidence.dt_s.is_nan();
-        if !unknown {
-            let drained_w = self.derating.drains_w(self.energy_j);
-            self.energy_j = (self.energy_j + (evidence.power_w - drained_w) * evidence.dt_s).max(0.0);
-        }
+        self.heat.pass(&evidence.heat);
+        let Passed { power_w, dt_s, .. } = evidence.heat;
 
         // A stage that conducts by itself is reported whatever else is latched: it keeps heating. But a frozen converter
         // repeats the current as well.
@@ -224,13 +199,17 @@ impl Guard {
             return (Permit::Off, None);
         }
 
-        self.proving_s += evidence.dt_s;
-        self.proving_periods = self.proving_periods.saturating_add(1);
+        // A wire that is too hot even for the sensing pulse cannot prove anything meanwhile.
+        if evidence.driven {
+            self.proving_s += dt_s;
+            self.proving_periods = self.proving_periods.saturating_add(1);
+        }
 
-        // Budgets first: they apply to any sample.
-        let hot = evidence.temperature_c.is_nan() || evidence.temperature_c > self.limits.budgets.temperature_c;
+        // Budgets first: they apply to any sample. What is unknown counts as too much.
+        let (temperature_c, budgets) = (self.heat.temperature_c(), self.heat.budgets());
+        let hot = temperature_c.is_nan() || temperature_c > budgets.temperature_c;
         self.hot_periods = if hot { self.hot_periods + 1 } else { 0 };
-        let spent = unknown || self.energy_j > self.limits.budgets.energy_j;
+        let spent = power_w.is_nan() || dt_s.is_nan() || self.heat.account_j() > budgets.energy_j;
         self.spent_periods = if spent { self.spent_periods + 1 } else { 0 };
         if self.hot_periods >= DEBOUNCE_SAMPLES {
             return (Permit::Off, self.trip(Fault::OverTemperature));
@@ -240,7 +219,7 @@ impl Guard {
         }
 
         if evidence.driven {
-            match wrong_with(evidence, &self.limits) {
+            match wrong_with(evidence, self.max_current_a) {
                 None => {
                     self.bad_samples = 0;
                     self.unrest = self.unrest.saturating_sub(1);
@@ -311,8 +290,9 @@ impl Guard {
         if fault.needs_restart() {
             return Err(fault);
         }
-        let cool = self.temperature_c <= self.limits.budgets.temperature_c - TEMPERATURE_MARGIN_K;
-        let rested = self.energy_j <= ENERGY_MARGIN * self.limits.budgets.energy_j;
+        let budgets = self.heat.budgets();
+        let cool = self.heat.temperature_c() <= budgets.temperature_c - TEMPERATURE_MARGIN_K;
+        let rested = self.heat.account_j() <= ENERGY_MARGIN * budgets.energy_j;
         // Both, whatever the first cause was: it would trip again in the next period.
         if !cool || !rested {
             return Err(fault);
@@ -327,12 +307,12 @@ impl Guard {
 
 /// The fault a sample shows, if any.
 #[inline]
-fn wrong_with(evidence: &Evidence, limits: &GuardLimits) -> Option<Fault> {
+fn wrong_with(evidence: &Evidence, max_current_a: f64) -> Option<Fault> {
     // Over-current before the sample's own verdict: a short shows as both, and over-current is the dangerous one.
     match evidence.health {
         // A stage fault explains the sample's other symptoms.
         _ if evidence.stage.is_some() => evidence.stage,
-        Health::Ok if evidence.current_a > limits.max_current_a => Some(Fault::OverCurrent),
+        Health::Ok if evidence.current_a > max_current_a => Some(Fault::OverCurrent),
         Health::Ok => None,
         Health::NoSample => Some(Fault::NoSample),
         Health::NotFinite => Some(Fault::NotFinite),
@@ -384,21 +364,31 @@ impl Punctuality {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::budget::Budgets;
     use proptest::prelude::*;
 
-    const LIMITS: GuardLimits = GuardLimits { max_current_a: 0.7, budgets: crate::budget::EXAMPLE };
-    const GOOD: Evidence = Evidence {
-        driven: true,
-        health: Health::Ok,
-        stage: None,
-        current_a: 0.5,
+    const BUDGETS: Budgets = crate::budget::EXAMPLE;
+    const QUIET: Passed = Passed {
         power_w: 0.1,
-        temperature_c: 30.0,
         dt_s: 1e-3,
+        estimate_c: 30.0,
+        martensite: 1.0,
+        is_measured: true,
+        cooling_curve_c: 25.0,
+        cold_c: None,
     };
 
+    fn new() -> Guard {
+        Guard::new(0.7, Heat::at_rest(BUDGETS, crate::heat::EXAMPLE))
+    }
+
+    fn heated(power_w: f64) -> Passed {
+        Passed { power_w, ..QUIET }
+    }
+    const GOOD: Evidence = Evidence { driven: true, health: Health::Ok, stage: None, current_a: 0.5, heat: QUIET };
+
     fn healthy() -> Guard {
-        let mut guard = Guard::new(LIMITS);
+        let mut guard = new();
         for _ in 0..PROOF_SAMPLES {
             guard.judge(&GOOD);
         }
@@ -410,28 +400,28 @@ mod tests {
     fn the_energy_account_fills_drains_and_trips() {
         let mut guard = healthy();
         // 3 W in, 1 W drains of 2 J, undisturbed by derating: full after τ ln(3/2) = 0.81 s, and one period of debouncing.
-        let heating = Evidence { power_w: 3.0, ..GOOD };
+        let heating = Evidence { heat: heated(3.0), ..GOOD };
         let tripped = (1..5000).find(|_| guard.judge(&heating).1.is_some());
         assert!(matches!(tripped, Some(811..=814)), "{tripped:?}");
         assert_eq!(guard.fault(), Some(Fault::EnergyBudget));
         assert_eq!(guard.reset(), Err(Fault::EnergyBudget), "still full");
-        let resting = Evidence { driven: false, power_w: 0.0, ..GOOD };
+        let resting = Evidence { driven: false, heat: heated(0.0), ..GOOD };
         for _ in 0..460 {
             assert_eq!(guard.judge(&resting), (Permit::Off, None));
         }
-        assert!(guard.energy_j() < ENERGY_MARGIN * LIMITS.budgets.energy_j);
+        assert!(guard.heat().account_j() < ENERGY_MARGIN * BUDGETS.energy_j);
         assert_eq!(guard.reset(), Ok(true));
         for _ in 0..20_000 {
             guard.judge(&GOOD);
         }
         // 0.1 W for good fills a tenth of it.
-        assert!((guard.energy_j() - 0.2).abs() < 1e-3, "{}", guard.energy_j());
+        assert!((guard.heat().account_j() - 0.2).abs() < 1e-3, "{}", guard.heat().account_j());
     }
 
     #[test]
     fn a_temperature_nobody_knows_is_too_hot() {
         let mut guard = healthy();
-        let unknown = Evidence { temperature_c: f64::NAN, ..GOOD };
+        let unknown = Evidence { heat: Passed { estimate_c: f64::NAN, ..QUIET }, ..GOOD };
         assert_eq!(guard.judge(&unknown).1, None);
         assert_eq!(guard.judge(&unknown), (Permit::Off, Some(Change::Tripped(Fault::OverTemperature))));
         assert!(guard.reset().is_err(), "still unknown");
@@ -441,18 +431,18 @@ mod tests {
     fn a_power_nobody_knows_is_too_much_and_does_not_clear_the_account() {
         let mut guard = healthy();
         for _ in 0..500 {
-            guard.judge(&Evidence { power_w: 3.0, ..GOOD });
+            guard.judge(&Evidence { heat: heated(3.0), ..GOOD });
         }
-        let account_j = guard.energy_j();
-        let unknown = Evidence { power_w: f64::NAN, ..GOOD };
+        let account_j = guard.heat().account_j();
+        let unknown = Evidence { heat: heated(f64::NAN), ..GOOD };
         assert_eq!(guard.judge(&unknown).1, None);
         assert_eq!(guard.judge(&unknown), (Permit::Off, Some(Change::Tripped(Fault::EnergyBudget))));
-        assert_eq!(guard.energy_j(), account_j);
+        assert_eq!(guard.heat().account_j(), account_j);
     }
 
     #[test]
     fn flapping_contacts_never_prove_themselves_and_are_latched_in_the_end() {
-        let mut guard = Guard::new(LIMITS);
+        let mut guard = new();
         let bad = Evidence { health: Health::ProbeLost, ..GOOD };
         let tripped = (0..3000).find(|k| guard.judge(if k % 3 == 0 { &bad } else { &GOOD }).1.is_some());
         assert!(matches!(tripped, Some(1000..=1010)), "{tripped:?}");
@@ -484,7 +474,7 @@ mod tests {
 
     #[test]
     fn a_stage_that_conducts_in_the_dark_is_latched_over_everything_and_for_good() {
-        let dark = Evidence { driven: false, health: Health::NoCurrent, power_w: 0.0, ..GOOD };
+        let dark = Evidence { driven: false, health: Health::NoCurrent, heat: heated(0.0), ..GOOD };
         let stuck = Evidence { stage: Some(Fault::StageOn), ..dark };
         let mut guard = healthy();
         assert_eq!(guard.judge(&stuck), (Permit::Off, None), "once more in the dark");
@@ -513,13 +503,14 @@ mod tests {
             history in prop::collection::vec(
                 (any::<bool>(), 0u8..22, number(), number(), number(), 0u8..40), 1..400),
         ) {
-            let mut guard = Guard::new(LIMITS);
+            let mut guard = new();
             let mut good_in_a_row = 0;
             let mut ever_proved = false;
             for (driven, health, current_a, power_w, temperature_c, whim) in history {
                 // Mostly healthy, or nothing would ever happen.
                 let health = Health::from_code(health).unwrap_or(Health::Ok);
-                let evidence = Evidence { driven, health, stage: None, current_a, power_w, temperature_c, dt_s: 1e-3 };
+                let heat = Passed { power_w, estimate_c: temperature_c, ..QUIET };
+                let evidence = Evidence { driven, health, stage: None, current_a, heat };
                 let before = guard.fault();
                 let was_latched = before.is_some() && !guard.is_proving();
                 let (permit, change) = guard.judge(&evidence);
@@ -545,7 +536,7 @@ mod tests {
                     prop_assert!(ever_proved && guard.fault().is_none());
                     prop_assert!(!driven || health.is_ok());
                 }
-                prop_assert!(guard.energy_j() >= 0.0);
+                prop_assert!(guard.heat().account_j() >= 0.0);
                 match whim {
                     0 => { guard.trip(Fault::Backend); good_in_a_row = 0; }
                     1 => { let _ = guard.reset(); good_in_a_row = 0; }

@@ -12,9 +12,10 @@ impl Wakefulness {
     /// [`crate::supervisor::OVERRUN_S`], which switches off as well.
     const SLEPT_NS: u64 = 250_000_000;
 
-    /// Whether the machine was suspended since the last call, by the clocks as read now: the monotonic one before the other.
+    /// How long the machine was suspended since the last call, s, if it was, by the clocks as read now: the monotonic one before the
+    /// other.
     #[inline]
-    pub fn slept(&mut self, monotonic_ns: u64, boottime_ns: u64) -> bool {
+    pub fn slept_s(&mut self, monotonic_ns: u64, boottime_ns: u64) -> Option<f64> {
         let ahead_ns = boottime_ns.saturating_sub(monotonic_ns);
         let least_ns = *self.ahead_ns.get_or_insert(ahead_ns);
         let slept = ahead_ns > least_ns + Self::SLEPT_NS;
@@ -22,7 +23,7 @@ impl Wakefulness {
         if slept || ahead_ns < least_ns {
             self.ahead_ns = Some(ahead_ns);
         }
-        slept
+        slept.then(|| (ahead_ns - least_ns) as f64 * 1e-9)
     }
 }
 
@@ -41,13 +42,14 @@ mod tests {
             monotonic_ns += 1_000_000;
             // now and then the thread is preempted between the two readings
             let between_ns = if k % 100 == 7 { 40_000_000 } else { 30 };
-            assert!(!awake.slept(monotonic_ns, monotonic_ns + ahead_ns + between_ns), "cycle {k}");
+            assert_eq!(awake.slept_s(monotonic_ns, monotonic_ns + ahead_ns + between_ns), None, "cycle {k}");
         }
         // half a minute suspended
         let ahead_ns = ahead_ns + 30_000_000_000;
-        assert!(awake.slept(monotonic_ns + 1_000_000, monotonic_ns + 1_000_000 + ahead_ns));
-        assert!(!awake.slept(monotonic_ns + 2_000_000, monotonic_ns + 2_000_000 + ahead_ns), "once");
+        let slept_s = awake.slept_s(monotonic_ns + 1_000_000, monotonic_ns + 1_000_000 + ahead_ns);
+        assert!(slept_s.is_some_and(|s| (s - 30.0).abs() < 0.05), "{slept_s:?}");
+        assert_eq!(awake.slept_s(monotonic_ns + 2_000_000, monotonic_ns + 2_000_000 + ahead_ns), None, "once");
         let mut this_machine = Wakefulness::default();
-        assert!(!this_machine.slept(now_ns(), boottime_ns()));
+        assert_eq!(this_machine.slept_s(now_ns(), boottime_ns()), None);
     }
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use common::{Fake, Mishap, rig};
-use sinew_backend::{Backend, BackendError, Sample};
+use sinew_backend::{Backend, BackendError, Sample, Zero};
 use sinew_driver::report::Ending;
 use sinew_driver::{Driver, Error, Options};
 use sinew_rig::Pace;
@@ -81,8 +81,11 @@ impl Backend for Hasty {
     fn exchange(&mut self, _: &[f64], _: &mut [Sample]) -> Result<(), BackendError> {
         Err(BackendError::NotStarted)
     }
-    fn stop(&mut self) {
-        self.0.stop();
+    fn silence_s(&self) -> Option<f64> {
+        self.0.silence_s()
+    }
+    fn stop(&mut self) -> Zero {
+        self.0.stop()
     }
 }
 
@@ -115,8 +118,14 @@ impl Backend for Silent {
         let samples = if self.periods > 50 { &mut self.scratch[..] } else { samples };
         self.fake.exchange(duty, samples)
     }
-    fn stop(&mut self) {
-        self.fake.stop();
+    fn silence_s(&self) -> Option<f64> {
+        self.fake.silence_s()
+    }
+    fn is_at_rest(&self) -> bool {
+        self.fake.is_at_rest()
+    }
+    fn stop(&mut self) -> Zero {
+        self.fake.stop()
     }
 }
 

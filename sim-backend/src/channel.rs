@@ -52,8 +52,11 @@ struct Nominal {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Channel {
-    /// The duty in force, 0..1.
+    /// The duty in force, 0..1, and how long ago it was taken, periods.
     pub duty: f64,
+    unheard: u64,
+    /// Whether the last duty it was given was taken.
+    pub is_confirmed: bool,
     pub wire: Wire,
     inputs: Inputs,
     /// The supply now.
@@ -103,6 +106,8 @@ impl Channel {
         };
         Channel {
             duty: 0.0,
+            unheard: 0,
+            is_confirmed: true,
             inputs: model.rest_inputs(),
             wire,
             supply_v: drive.supply_v,
@@ -325,14 +330,26 @@ impl Channel {
         }
     }
 
-    /// Nothing is put out any more.
-    pub fn switch_off(&mut self) {
-        self.duty = 0.0;
+    /// Gives the stage a duty for the next period; where its writes fail it keeps the one it has.
+    #[inline]
+    pub fn put(&mut self, duty: f64, acting: &Acting) {
+        self.is_confirmed = !acting.has(FaultKind::WriteFails);
+        if self.is_confirmed {
+            (self.duty, self.unheard) = (duty, 0);
+        }
     }
 
-    /// Nothing flows, and nothing has: after stop.
+    /// A period passes for the stage: one that has not been heard of for as many switches itself off.
+    #[inline]
+    pub fn watch(&mut self, most_periods: u64) {
+        if self.unheard >= most_periods {
+            self.duty = 0.0;
+        }
+        self.unheard = self.unheard.saturating_add(1);
+    }
+
+    /// Nothing has flowed: after start and stop.
     pub fn at_rest(&mut self) {
-        self.duty = 0.0;
         (self.past_duty, self.past_asked) = (0.0, 0.0);
         self.past_s = 0.0;
     }

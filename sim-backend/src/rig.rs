@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, Zero, check_exchange};
 use sinew_physics::{EnergyBalance, Inputs, JointMotion, Surroundings, Wire, drawn_meanwhile_a};
 use sinew_rig::{FaultKind, Rig};
 
 use crate::channel::{Channel, World};
-use crate::fault::{FaultHandle, Schedule};
+use crate::fault::{Acting, FaultHandle, Schedule};
 
 /// Operating system error that a scheduled or switched backend error pretends: EIO.
 const EIO: i32 = 5;
@@ -89,6 +89,9 @@ pub struct SimulatedRig {
     /// What the rig file says of channels that act on each other.
     ties: Vec<Ties>,
     period_s: f64,
+    /// After so long without a duty a stage switches itself off, s and periods.
+    silence_s: f64,
+    silence_periods: u64,
     /// Periods that have passed.
     periods: u64,
     started: bool,
@@ -138,6 +141,8 @@ impl SimulatedRig {
             alone: (0..rig.channels.len()).map(|index| place(index).is_none()).collect(),
             joints,
             period_s: 1.0 / rig.rate_hz,
+            silence_s: rig.silence_s(),
+            silence_periods: (rig.silence_s() * rig.rate_hz).ceil() as u64,
             periods: 0,
             started: false,
             cut: false,
@@ -163,7 +168,7 @@ impl SimulatedRig {
     /// Values outside of 0 ..= 1 are taken as the nearest one inside, NaN as 0.
     pub fn put_out(&mut self, duty: &[f64]) {
         for (channel, duty) in self.channels.iter_mut().zip(duty) {
-            channel.duty = if duty.is_nan() { 0.0 } else { duty.clamp(0.0, 1.0) };
+            channel.put(if duty.is_nan() { 0.0 } else { duty.clamp(0.0, 1.0) }, &Acting::NONE);
         }
     }
 
@@ -218,7 +223,7 @@ impl SimulatedRig {
     /// As [`Backend::exchange`].
     pub fn period(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         for (channel, duty) in self.channels.iter_mut().zip(duty) {
-            channel.duty = duty.clamp(0.0, 1.0);
+            channel.put(duty.clamp(0.0, 1.0), &Acting::NONE);
         }
         self.exchange(duty, samples)
     }
@@ -229,6 +234,7 @@ impl SimulatedRig {
         self.surround();
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
+            channel.watch(self.silence_periods);
             channel.begin(self.period_s, &acting, self.started && !self.cut);
             if self.alone[index] {
                 channel.pass();
@@ -240,12 +246,22 @@ impl SimulatedRig {
         self.periods += 1;
     }
 
-    /// A failed exchange: time passes, nothing is put out from here on.
+    /// A failed exchange: time passes, zero is put out from here on.
     fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
         self.pass();
-        self.channels.iter_mut().for_each(Channel::switch_off);
+        let _ = self.zero();
         samples.fill(Sample::NONE);
         Err(error)
+    }
+
+    /// Puts zero out on all channels.
+    fn zero(&mut self) -> Zero {
+        let time_s = self.middle_s();
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            let acting = self.faults.acting(index, &channel.schedule, time_s);
+            channel.put(0.0, &acting);
+        }
+        Zero::confirmed_if(self.channels.iter().all(|channel| channel.is_confirmed))
     }
 }
 
@@ -261,6 +277,9 @@ impl Backend for SimulatedRig {
     }
 
     fn start(&mut self) -> Result<(), BackendError> {
+        if self.zero() == Zero::Unconfirmed {
+            return Err(BackendError::Io { os_error: EIO });
+        }
         self.channels.iter_mut().for_each(Channel::at_rest);
         (self.started, self.cut) = (true, false);
         Ok(())
@@ -282,11 +301,11 @@ impl Backend for SimulatedRig {
         for (index, ((channel, duty), sample)) in self.channels.iter_mut().zip(duty).zip(samples).enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
             *sample = channel.sample(self.period_s, &acting);
-            channel.duty = *duty;
-            if acting.has(FaultKind::BackendError) {
+            let broken = acting.has(FaultKind::BackendError);
+            channel.put(if broken { 0.0 } else { *duty }, &acting);
+            if broken || !channel.is_confirmed {
                 *sample = Sample::NONE;
-                channel.switch_off();
-                let fault = ChannelFault::Converter;
+                let fault = if broken { ChannelFault::Converter } else { ChannelFault::Stage };
                 failed = failed.or(Some(BackendError::Channel { channel: index as u32, fault }));
             }
         }
@@ -308,9 +327,23 @@ impl Backend for SimulatedRig {
         true
     }
 
-    fn stop(&mut self) {
+    fn is_confirmed(&self, channel: usize) -> bool {
+        self.channels.get(channel).is_none_or(|channel| channel.is_confirmed)
+    }
+
+    fn silence_s(&self) -> Option<f64> {
+        Some(self.silence_s)
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.periods == 0
+    }
+
+    fn stop(&mut self) -> Zero {
+        let zero = self.zero();
         self.channels.iter_mut().for_each(Channel::at_rest);
         self.started = false;
+        zero
     }
 
     fn truth(&self, channel: usize) -> Option<Truth> {

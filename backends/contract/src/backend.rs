@@ -24,6 +24,35 @@ pub trait Backend: Send {
     /// the others are valid. Where several channels fail at once the lowest is named; the NaN samples tell of the rest.
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError>;
 
+    /// Whether the duty of the last exchange is known to be at the output of a channel: zero, where that exchange has failed, for the
+    /// channel or as a whole. Where it is not, the output may still have any duty that it was given since it last was, and the
+    /// driver counts on the largest. A backend whose `exchange` returns `Ok` only when every output has taken its duty, and an error
+    /// only when all are at zero, needs to do nothing, which is the default.
+    fn is_confirmed(&self, channel: usize) -> bool {
+        let _ = channel;
+        true
+    }
+
+    /// The longest an output stays as it is once the driver is dead or stands still, s: until a watchdog, a guard or the
+    /// front-end puts it to zero by itself. `None`, the default: for ever; the driver refuses such a backend, because it would
+    /// have to take for granted that any duty lasts for ever.
+    fn silence_s(&self) -> Option<f64> {
+        None
+    }
+
+    /// What an output is called, by a name that stays the same from start to start and whatever the rig file calls its channel: what was
+    /// known of the heat of the wire there is remembered by it. `None`, the default, where nothing outlives the backend.
+    fn output_name(&self, channel: usize) -> Option<String> {
+        let _ = channel;
+        None
+    }
+
+    /// Whether all wires are known to be at rest in their air: simulated ones that are new. Of all others, the default, nothing
+    /// is known.
+    fn is_at_rest(&self) -> bool {
+        false
+    }
+
     /// Whether the duty of the last exchange has had the time it takes to be sampled. Where that exchange came late, the next
     /// point of the grid may follow too soon for it: the sample is not missing then, and no fault of the sensor's. The loop lets
     /// such a period pass as one it missed, but never two in a row. Called before `exchange`, under the same rules; a backend that is
@@ -47,9 +76,9 @@ pub trait Backend: Send {
         false
     }
 
-    /// All outputs to zero, now. Idempotent, callable in any state (also before `start`), never fails, never unwinds: it is
-    /// what the driver calls on its way out, whatever the reason.
-    fn stop(&mut self);
+    /// All outputs to zero, now. Idempotent, callable in any state (also before `start`), never unwinds: it is what the driver calls on
+    /// its way out, whatever the reason. Says whether all of them have confirmed it.
+    fn stop(&mut self) -> Zero;
 
     /// The true state of a wire: simulated backends only, for tests and reports. `None` where it is unknown.
     fn truth(&self, channel: usize) -> Option<Truth> {
@@ -72,6 +101,23 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
         (**self).exchange(duty, samples)
     }
 
+    #[inline]
+    fn is_confirmed(&self, channel: usize) -> bool {
+        (**self).is_confirmed(channel)
+    }
+
+    fn silence_s(&self) -> Option<f64> {
+        (**self).silence_s()
+    }
+
+    fn output_name(&self, channel: usize) -> Option<String> {
+        (**self).output_name(channel)
+    }
+
+    fn is_at_rest(&self) -> bool {
+        (**self).is_at_rest()
+    }
+
     fn is_due(&mut self) -> bool {
         (**self).is_due()
     }
@@ -84,12 +130,34 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
         (**self).cut()
     }
 
-    fn stop(&mut self) {
-        (**self).stop();
+    fn stop(&mut self) -> Zero {
+        (**self).stop()
     }
 
     fn truth(&self, channel: usize) -> Option<Truth> {
         (**self).truth(channel)
+    }
+}
+
+/// What has become of outputs that were put to zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use]
+pub enum Zero {
+    /// They are at zero, or were never anything else.
+    Confirmed,
+    /// At least one has not confirmed it: it may go on heating until its own watchdog acts.
+    Unconfirmed,
+}
+
+impl Zero {
+    /// Confirmed, if so.
+    pub fn confirmed_if(is_confirmed: bool) -> Zero {
+        if is_confirmed { Zero::Confirmed } else { Zero::Unconfirmed }
+    }
+
+    /// Both: confirmed if both are.
+    pub fn and(self, other: Zero) -> Zero {
+        if self == Zero::Confirmed { other } else { self }
     }
 }
 

@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use crate::allocations;
-use crate::backend::Backend;
+use crate::backend::{Backend, Zero};
 use crate::error::{BackendError, ChannelFault};
 use sinew_sensing::Sample;
 
@@ -80,6 +80,7 @@ pub struct Findings {
 /// With the rule that is broken.
 pub fn suite<B: Bench>(bench: &mut B) -> Findings {
     let mut findings = Findings { counts_allocations: false, exchange_ns: [0; 2], skipped: Vec::new() };
+    bounds_its_silence(&mut Stand::new(bench));
     refuses_to_exchange_unless_started(&mut Stand::new(bench));
     starts_and_stops_at_zero(&mut Stand::new(bench));
     measures_while_it_drives(&mut Stand::new(bench));
@@ -189,11 +190,16 @@ impl<'b, B: Bench> Stand<'b, B> {
     }
 }
 
+fn bounds_its_silence<B: Bench>(stand: &mut Stand<'_, B>) {
+    let silence_s = stand.backend.silence_s();
+    assert!(silence_s.is_some_and(|s| (0.0..=10.0).contains(&s)), "outputs stay as they are for {silence_s:?} s");
+}
+
 fn refuses_to_exchange_unless_started<B: Bench>(stand: &mut Stand<'_, B>) {
     assert_eq!(stand.exchange(), Err(BackendError::NotStarted), "exchange before start");
     stand.start();
     assert_eq!(stand.exchange(), Ok(()), "exchange after start");
-    stand.backend.stop();
+    let _ = stand.backend.stop();
     assert_eq!(stand.exchange(), Err(BackendError::NotStarted), "exchange after stop");
 }
 
@@ -205,7 +211,10 @@ fn starts_and_stops_at_zero<B: Bench>(stand: &mut Stand<'_, B>) {
     stand.all_zero("after start");
     stand.drive_until_measured(0.1);
     let driven = stand.samples.clone();
-    stand.backend.stop();
+    for channel in 0..driven.len() {
+        assert!(stand.backend.is_confirmed(channel), "channel {channel} is measured, but its output is not confirmed");
+    }
+    assert_eq!(stand.backend.stop(), Zero::Confirmed, "nothing is wrong, so that zero is confirmed");
     stand.all_zero("after stop");
     stand.start();
     stand.drive(0.0, 2);
@@ -219,7 +228,7 @@ fn starts_and_stops_at_zero<B: Bench>(stand: &mut Stand<'_, B>) {
             );
         }
     }
-    stand.backend.stop();
+    let _ = stand.backend.stop();
 }
 
 fn measures_while_it_drives<B: Bench>(stand: &mut Stand<'_, B>) {
@@ -242,7 +251,7 @@ fn measures_while_it_drives<B: Bench>(stand: &mut Stand<'_, B>) {
     }
     let channels = stand.duty.len();
     assert!(stand.backend.truth(channels).is_none(), "there is no truth about a channel that does not exist");
-    stand.backend.stop();
+    let _ = stand.backend.stop();
 }
 
 fn accepts_every_duty_in_range_and_no_other<B: Bench>(stand: &mut Stand<'_, B>) {
@@ -259,7 +268,7 @@ fn accepts_every_duty_in_range_and_no_other<B: Bench>(stand: &mut Stand<'_, B>) 
         assert!(stand.samples.iter().all(|sample| sample.current_a.is_nan()), "a refused exchange brings no sample");
         (0..=last).for_each(|channel| stand.puts_out_nothing(channel, "after a duty out of range"));
     }
-    stand.backend.stop();
+    let _ = stand.backend.stop();
 }
 
 fn checks_the_number_of_values<B: Bench>(stand: &mut Stand<'_, B>) {
@@ -271,7 +280,7 @@ fn checks_the_number_of_values<B: Bench>(stand: &mut Stand<'_, B>) {
     stand.duty.pop();
     stand.samples.pop();
     assert_eq!(stand.exchange(), wrong(channels - 1), "a sample too few");
-    stand.backend.stop();
+    let _ = stand.backend.stop();
 }
 
 fn survives_missed_periods<B: Bench>(stand: &mut Stand<'_, B>) {
@@ -285,15 +294,15 @@ fn survives_missed_periods<B: Bench>(stand: &mut Stand<'_, B>) {
         });
         assert!(measured, "measured after {periods} missed periods");
     }
-    stand.backend.stop();
+    let _ = stand.backend.stop();
 }
 
 fn stops_any_time<B: Bench>(stand: &mut Stand<'_, B>) {
-    stand.backend.stop();
+    let _ = stand.backend.stop();
     stand.start();
     stand.drive(0.3, 2);
-    stand.backend.stop();
-    stand.backend.stop();
+    let _ = stand.backend.stop();
+    let _ = stand.backend.stop();
     stand.all_zero("after two stops");
 }
 
@@ -313,7 +322,7 @@ fn does_not_allocate<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
         assert_eq!(answer, Ok(()), "exchange failed in period {period}");
     }
     assert_eq!(calls, 0, "exchange called the allocator {calls} times in 200 periods");
-    stand.backend.stop();
+    let _ = stand.backend.stop();
     allocations::is_counting()
 }
 
@@ -333,7 +342,7 @@ fn does_not_wait<B: Bench>(stand: &mut Stand<'_, B>) -> [u64; 2] {
         assert_eq!(answer, Ok(()));
     }
     assert!(waits <= WAITS || stand.bench.hardware_waits(), "{waits} of {TIMED} exchanges waited for something");
-    stand.backend.stop();
+    let _ = stand.backend.stop();
     times_ns.sort_unstable();
     [times_ns[TIMED / 2], times_ns[TIMED - 1]]
 }
@@ -342,7 +351,7 @@ fn goes_off_when_unplugged_and_comes_back<B: Bench>(stand: &mut Stand<'_, B>) ->
     stand.start();
     stand.drive_until_measured(0.1);
     if !stand.bench.unplug() {
-        stand.backend.stop();
+        let _ = stand.backend.stop();
         return false;
     }
     let everything = |answer: &Result<(), BackendError>| answer.is_err_and(|error| error.channel().is_none());
@@ -357,7 +366,7 @@ fn goes_off_when_unplugged_and_comes_back<B: Bench>(stand: &mut Stand<'_, B>) ->
     stand.duty.fill(0.0);
     stand.exchange_until("plugged in again it works by itself, without a new start", Result::is_ok);
     stand.drive_until_measured(0.1);
-    stand.backend.stop();
+    let _ = stand.backend.stop();
     true
 }
 
@@ -366,7 +375,7 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     stand.drive_until_measured(0.1);
     let broken = stand.duty.len() - 1;
     let Some(fault) = stand.bench.break_channel(broken) else {
-        stand.backend.stop();
+        let _ = stand.backend.stop();
         return false;
     };
     let expected = BackendError::Channel { channel: broken as u32, fault };
@@ -383,7 +392,7 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     stand.duty[broken] = 0.0;
     stand.exchange_until("a channel that is mended and was off is well again", Result::is_ok);
     stand.drive_until_measured(0.1);
-    stand.backend.stop();
+    let _ = stand.backend.stop();
     true
 }
 

@@ -22,13 +22,17 @@
 //! a power stage that conducts by itself (the driver's `stage`). A backend that cannot sample then leaves NaN, and reports such a
 //! stage as [`ChannelFault::Stage`] if its hardware detects it.
 //!
-//! **Zero.** Outputs are zero after [`Backend::start`], after [`Backend::stop`], after a failed `exchange` and after drop.
+//! **Zero.** Outputs are zero after [`Backend::start`], after [`Backend::stop`], after a failed `exchange` and after drop; where one has
+//! not confirmed that, [`Backend::is_confirmed`] and [`Zero`] say so. `start` fails where it does not get that confirmed.
+//!
+//! **Silence.** A driver may die with any duty put out. [`Backend::silence_s`] says how long that lasts then; the driver puts no duty out
+//! that would overheat its wire in that time, and refuses a backend that cannot say.
 //!
 //! # Example: a minimal backend
 //! The smallest that fulfils the contract: one channel, a resistor of 10 Ω at 6 V that is sampled by the exchange itself.
 //!
 //! ```
-//! use sinew_backend::{Backend, BackendError, Sample, check_exchange};
+//! use sinew_backend::{Backend, BackendError, Sample, Zero, check_exchange};
 //!
 //! struct Resistor {
 //!     is_on: bool,
@@ -57,8 +61,12 @@
 //!         self.duty = duty[0];
 //!         Ok(())
 //!     }
-//!     fn stop(&mut self) {
+//!     fn silence_s(&self) -> Option<f64> {
+//!         Some(0.0) // nothing here outlives the driver
+//!     }
+//!     fn stop(&mut self) -> Zero {
 //!         (self.is_on, self.duty) = (false, 0.0);
+//!         Zero::Confirmed
 //!     }
 //! }
 //!
@@ -81,6 +89,6 @@ pub mod clock;
 pub mod conformance;
 mod error;
 
-pub use backend::{Backend, Truth, check_exchange};
+pub use backend::{Backend, Truth, Zero, check_exchange};
 pub use error::{BackendError, ChannelFault};
 pub use sinew_sensing::Sample;

@@ -69,7 +69,7 @@ fn trial(file: &str, cycles: Option<u64>) -> Result<(), Box<dyn std::error::Erro
         count += 1;
         thread::sleep(period.saturating_sub(took));
     }
-    backend.stop();
+    assert_eq!(backend.stop(), sinew_backend::Zero::Confirmed);
     times.sort_unstable();
     let (median, worst) = (times[times.len() / 2], times[times.len() - 1]);
     println!("{count} exchanges, {median:.1?} (median), {worst:.1?} (worst), {allocations} allocations");

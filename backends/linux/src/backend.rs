@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use rustix::io::Errno;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
 
 use crate::Error;
 use crate::guard::{self, Guard, Watch};
@@ -28,6 +28,10 @@ pub struct LinuxRig {
     /// Periods from one beat to the next.
     beat_every: u64,
     running: Option<Running>,
+    /// Whether each output has what it was last given, zero after a failure; none has, while there are none.
+    confirmed: Vec<bool>,
+    /// What each output is called, whatever the rig file calls its channel.
+    names: Vec<String>,
     /// While it is started.
     mender: Option<Mender<Running>>,
 }
@@ -61,13 +65,20 @@ impl LinuxRig {
     /// # Errors
     /// A name that nothing here bears, with what there is.
     pub fn new(settings: Settings) -> Result<LinuxRig, Error> {
-        Found::of(&settings)?;
+        let found = Found::of(&settings)?;
+        let name = |(chip, number): &(Chip, u32)| {
+            let device = if chip.device.is_empty() { &chip.name } else { &chip.device };
+            format!("pwm {} {device}/{number}", settings.root.display())
+        };
+        let names = found.outputs.iter().map(name).collect();
         let silence_s = silence_s(&settings);
         let beat_every = (silence_s * settings.rate_hz / f64::from(guard::BEATS)) as u64;
         Ok(LinuxRig {
             silence: Duration::from_secs_f64(silence_s),
             beat_every: beat_every.max(1),
             running: None,
+            confirmed: vec![true; settings.channels.len()],
+            names,
             mender: None,
             settings,
         })
@@ -78,8 +89,9 @@ impl LinuxRig {
     /// # Errors
     /// What a file of the kernel, or the guard, has to say.
     pub fn bring_up(&mut self) -> Result<(), Error> {
-        self.stop();
+        let _ = self.stop();
         self.running = Some(Running::open(&self.settings)?);
+        self.confirmed.fill(true);
         let settings = self.settings.clone();
         self.mender = Some(Mender::start(move || Running::open(&settings))?);
         Ok(())
@@ -154,15 +166,20 @@ impl Running {
     }
 
     /// All outputs to zero, as far as they can be written; the guard does it again.
-    fn zero(&mut self) {
-        for (output, driven) in self.outputs.iter_mut().zip(&mut self.driven) {
-            let _ = output.put(0.0);
+    fn zero(&mut self, confirmed: &mut [bool]) {
+        for ((output, driven), confirmed) in self.outputs.iter_mut().zip(&mut self.driven).zip(confirmed) {
+            *confirmed = output.put(0.0).is_ok();
             *driven = false;
         }
     }
 
-    fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
-        self.zero();
+    fn fail(
+        &mut self,
+        samples: &mut [Sample],
+        confirmed: &mut [bool],
+        error: BackendError,
+    ) -> Result<(), BackendError> {
+        self.zero(confirmed);
         samples.fill(Sample::NONE);
         Err(error)
     }
@@ -183,7 +200,7 @@ impl Running {
     }
 
     /// Samples and duties of all channels. An error is reported for the lowest channel, or for all where all failed.
-    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample], confirmed: &mut [bool]) -> Result<(), BackendError> {
         let mut failed: Option<(usize, ChannelFault, Errno)> = None;
         let mut failures = 0;
         // Reading first: what is converted on demand is then still of the period just past.
@@ -194,12 +211,13 @@ impl Running {
             let asked = if sampled.is_ok() { duty[channel] } else { 0.0 };
             let put = self.outputs[channel].put(asked);
             self.driven[channel] = asked > 0.0 && put.is_ok();
+            confirmed[channel] = put.is_ok();
             let trouble = match (sampled, put) {
                 (Ok(_), Ok(())) => continue,
                 (Err(errno), _) => (channel, ChannelFault::Converter, errno),
                 (Ok(_), Err(errno)) => {
                     // The write may have succeeded in part; the cached duty must not differ from the real one.
-                    let _ = self.outputs[channel].put(0.0);
+                    confirmed[channel] = self.outputs[channel].put(0.0).is_ok();
                     *sample = Sample::NONE;
                     (channel, ChannelFault::Stage, errno)
                 }
@@ -213,7 +231,11 @@ impl Running {
         }
         let os_error = errno.raw_os_error();
         let gone = matches!(errno, Errno::NODEV | Errno::NXIO | Errno::NOENT);
-        self.fail(samples, if gone { BackendError::Unavailable { os_error } } else { BackendError::Io { os_error } })
+        self.fail(
+            samples,
+            confirmed,
+            if gone { BackendError::Unavailable { os_error } } else { BackendError::Io { os_error } },
+        )
     }
 }
 
@@ -234,18 +256,22 @@ impl Backend for LinuxRig {
         let Some(mender) = &self.mender else { return Err(BackendError::NotStarted) };
         if self.running.is_none() {
             self.running = mender.found();
+            // What has just been set up is at zero; of what is gone nothing is known.
+            let is_there = self.running.is_some();
+            self.confirmed.iter_mut().for_each(|confirmed| *confirmed |= is_there);
         }
+        let confirmed = &mut self.confirmed[..];
         let Some(running) = &mut self.running else {
             samples.fill(Sample::NONE);
             return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
         };
         if let Err(error) = check_exchange(self.settings.channels.len(), duty, samples) {
-            return running.fail(samples, error);
+            return running.fail(samples, confirmed, error);
         }
         // First of all, so that the guard watches before the first duty goes out.
         match running.watch(self.beat_every) {
             Watch::Good => {
-                let exchanged = running.exchange(duty, samples);
+                let exchanged = running.exchange(duty, samples, confirmed);
                 if matches!(exchanged, Err(BackendError::Unavailable { .. })) {
                     // Files of an unplugged device stay dead even when it returns.
                     mender.lost(&mut self.running);
@@ -255,13 +281,14 @@ impl Backend for LinuxRig {
             Watch::Zeroed => {
                 running.outputs.iter_mut().for_each(Output::forget);
                 let waited_us = self.silence.as_micros().min(u128::from(u32::MAX)) as u32;
-                running.fail(samples, BackendError::Timeout { waited_us })
+                running.fail(samples, confirmed, BackendError::Timeout { waited_us })
             }
             watch @ (Watch::Silent | Watch::Gone) => {
                 // Queried again in the next period, and until it answers nothing is output.
                 running.beat_in = 0;
                 running.outputs.iter_mut().for_each(Output::forget);
-                let failed = running.fail(samples, BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() });
+                let gone = BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() };
+                let failed = running.fail(samples, confirmed, gone);
                 if watch == Watch::Gone {
                     // Everything is opened anew, under another guard.
                     mender.lost(&mut self.running);
@@ -277,17 +304,35 @@ impl Backend for LinuxRig {
         }
     }
 
-    fn stop(&mut self) {
+    fn is_confirmed(&self, channel: usize) -> bool {
+        self.confirmed.get(channel).is_none_or(|confirmed| *confirmed)
+    }
+
+    fn silence_s(&self) -> Option<f64> {
+        Some(self.silence.as_secs_f64())
+    }
+
+    fn output_name(&self, channel: usize) -> Option<String> {
+        self.names.get(channel).cloned()
+    }
+
+    fn stop(&mut self) -> Zero {
         if let Some(mut running) = self.running.take() {
-            running.zero();
-            // And here the guard does it again, and ends.
+            running.zero(&mut self.confirmed);
+            let Running { guard, outputs, .. } = running;
+            drop(outputs);
+            // The guard does it again, until it has worked.
+            if guard.end() {
+                self.confirmed.fill(true);
+            }
         }
         self.mender = None;
+        Zero::confirmed_if(self.confirmed.iter().all(|confirmed| *confirmed))
     }
 }
 
 impl Drop for LinuxRig {
     fn drop(&mut self) {
-        self.stop();
+        let _ = self.stop();
     }
 }

@@ -52,6 +52,8 @@ const START: Duration = Duration::from_secs(5);
 /// How often and for how long an output that cannot be written is tried again once the driver is gone.
 const AGAIN: Duration = Duration::from_millis(10);
 const GIVE_UP: Duration = Duration::from_secs(30);
+/// How long the driver waits for the end of its guard.
+const PARTING: Duration = Duration::from_secs(1);
 /// SCHED_FIFO: above any loop (99 belongs to the kernel).
 const PRIORITY: u8 = 98;
 
@@ -157,13 +159,30 @@ impl Guard {
     pub fn id(&self) -> u32 {
         self.child.id()
     }
+
+    /// Ends it: it puts everything to zero once more. Whether it has said so within [`PARTING`]; otherwise it goes on trying by
+    /// itself, without anybody who waits for it.
+    pub fn end(mut self) -> bool {
+        self.part()
+    }
+
+    fn part(&mut self) -> bool {
+        // The end of the line is what it waits for.
+        self.line = None;
+        let since = Instant::now();
+        loop {
+            match self.child.try_wait() {
+                Ok(Some(status)) => return status.success(),
+                Ok(None) if since.elapsed() < PARTING => thread::sleep(Duration::from_millis(1)),
+                Ok(None) | Err(_) => return false,
+            }
+        }
+    }
 }
 
 impl Drop for Guard {
     fn drop(&mut self) {
-        // The end of the line: the guard puts everything to zero once more and ends.
-        self.line = None;
-        let _ = self.child.wait();
+        self.part();
     }
 }
 

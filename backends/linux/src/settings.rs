@@ -105,7 +105,7 @@ impl Settings {
             sampling: linux.sampling,
             trigger: linux.trigger.clone(),
             phase: linux.phase,
-            guard_s: f64::from(linux.guard_ms) * 1e-3,
+            guard_s: rig.silence_s(),
             guard: guard::this_program(),
             channels: channels.collect(),
         }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use sinew_backend::{Backend, BackendError, Sample, check_exchange};
+use sinew_backend::{Backend, BackendError, Sample, Zero, check_exchange};
 use sinew_ring::{Consumer, Producer, ring};
 
 use crate::source::{Cycle, Cycles, Source};
@@ -167,7 +167,7 @@ impl<S: Source> Backend for ReplayBackend<S> {
     }
 
     fn start(&mut self) -> Result<(), BackendError> {
-        self.stop();
+        let _ = self.stop();
         let unavailable = BackendError::Unavailable { os_error: 0 };
         let note = |trouble: &Mutex<Option<S::Error>>, error: S::Error| {
             trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
@@ -250,9 +250,20 @@ impl<S: Source> Backend for ReplayBackend<S> {
         self.missed = self.missed.saturating_add(periods);
     }
 
-    fn stop(&mut self) {
+    fn silence_s(&self) -> Option<f64> {
+        // there is no wire
+        Some(0.0)
+    }
+
+    /// As the driver that recorded it began, or one like it.
+    fn is_at_rest(&self) -> bool {
+        true
+    }
+
+    fn stop(&mut self) -> Zero {
         // The reader detects the closed channel and ends by itself.
         self.ahead = None;
         self.applied.fill(0.0);
+        Zero::Confirmed
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 use sinew_backend::clock::now_ns;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
 use sinew_front_end::ChannelFault as DeviceFault;
 use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
 use sinew_rig::Rig;
@@ -24,6 +24,8 @@ const GIVE_UP_S: f64 = 0.5;
 /// way there), and after which samples that are not there are late.
 const OWN: f64 = 0.625;
 const LATE: f64 = 0.875;
+/// How long `stop` waits for the answer to a zero, beyond the time in which the front-end goes off by itself.
+const STOP_PATIENCE: Duration = Duration::from_millis(20);
 /// How long `start` waits for a line that is being had back.
 const START_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -51,6 +53,9 @@ pub struct SerialBackend {
     sent_ns: u64,
     /// The last samples of it, once they are there.
     answer: Option<Samples>,
+    /// Whether the front-end has, for all that was heard of it, what it was last sent; zero after a failure.
+    is_confirmed: bool,
+    silence_s: f64,
     /// The channel that had failed by the last frame: no frame since does not mean that it is healthy.
     failed: Option<BackendError>,
     /// The front-end's state by the last frame.
@@ -89,6 +94,8 @@ impl SerialBackend {
             sequence: 0,
             sent_ns: 0,
             answer: None,
+            is_confirmed: true,
+            silence_s: rig.silence_s(),
             failed: None,
             state: State::Ready,
             silent: 0,
@@ -114,6 +121,8 @@ impl SerialBackend {
             self.link = Some(link);
             self.decoder = Decoder::new();
             (self.answer, self.failed, self.state, self.silent) = (None, None, State::Ready, 0);
+            // A configuration has just put everything to zero.
+            self.is_confirmed = true;
         }
         self.link.is_some()
     }
@@ -159,9 +168,9 @@ impl SerialBackend {
         Ok(())
     }
 
-    /// Sends the next duty frame, nothing but zeros where `duty` is `None`.
-    fn send(&mut self, duty: Option<&[f64]>) -> Result<(), Errno> {
-        let Some(link) = &self.link else { return Ok(()) };
+    /// Sends the next duty frame, nothing but zeros where `duty` is `None`. Whether the line has taken it.
+    fn send(&mut self, duty: Option<&[f64]>) -> Result<bool, Errno> {
+        let Some(link) = &self.link else { return Ok(false) };
         self.sequence = self.sequence.wrapping_add(1);
         let mut frame = Duty { sequence: self.sequence, channels: self.used, duty: [0; MAX_CHANNELS] };
         for (place, duty) in self.places.iter().zip(duty.unwrap_or_default()) {
@@ -174,17 +183,37 @@ impl SerialBackend {
         };
         self.sent_ns = now_ns();
         LineFigures::count(if taken { &self.figures.sent } else { &self.figures.unsent });
-        Ok(())
+        Ok(taken)
     }
 
     /// A failed exchange: nothing measured, nothing put out.
     fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
         samples.fill(Sample::NONE);
         self.answer = None;
+        // One that has tripped has said that it is off.
+        self.is_confirmed = self.state == State::Tripped;
         if self.send(None).is_err() {
             self.lose_line();
         }
         Err(error)
+    }
+
+    /// Waits for the front-end to answer a frame of zeros, for no longer than its watchdog and the machine need.
+    fn hears_of_zero(&mut self) -> bool {
+        let began = Instant::now();
+        let patience = Duration::from_secs_f64(self.silence_s) + STOP_PATIENCE;
+        while self.link.is_some() && began.elapsed() < patience {
+            if self.receive().is_err() || self.send(None).is_err() {
+                break;
+            }
+            std::thread::sleep(Duration::from_secs_f64(self.period_us * 1e-6));
+            match self.receive() {
+                Ok(()) if self.answer.take().is_some() => return true,
+                Ok(()) => {}
+                Err(_) => break,
+            }
+        }
+        false
     }
 
     /// The same however long it has been: one that changed from cycle to cycle would be reported in each.
@@ -240,6 +269,7 @@ impl Backend for SerialBackend {
             std::thread::sleep(Duration::from_secs_f64(self.period_us * 1e-6));
         }
         (self.started, self.silent, self.answer, self.failed) = (true, 0, None, None);
+        self.is_confirmed = true;
         Ok(())
     }
 
@@ -267,17 +297,20 @@ impl Backend for SerialBackend {
         }
         if let Err(error) = self.receive() {
             self.lose_line();
+            self.is_confirmed = false;
             return Err(BackendError::Io { os_error: error.raw_os_error() });
         }
         // It restarted and has lost its configuration.
         if self.state == State::Boot {
             self.lose_line();
+            self.is_confirmed = true;
             return Err(BackendError::Unavailable { os_error: 0 });
         }
         let answer = self.answer.take();
         self.silent = if answer.is_some() { 0 } else { self.silent.saturating_add(1) };
         if self.silent >= self.give_up_periods {
             self.lose_line();
+            self.is_confirmed = false;
             return Err(self.timeout());
         }
         if self.silent >= self.watchdog_periods || self.state == State::Tripped {
@@ -290,16 +323,34 @@ impl Backend for SerialBackend {
         }
         // A front-end that is not armed yet gets zero duty, which arms it.
         let duty = (self.state == State::Running).then_some(duty);
-        if let Err(error) = self.send(duty) {
-            self.lose_line();
-            samples.fill(Sample::NONE);
-            return Err(BackendError::Io { os_error: error.raw_os_error() });
+        match self.send(duty) {
+            // Whether it has arrived is known with its answer; that of the one before says that they do.
+            Ok(taken) => self.is_confirmed = taken && answer.is_some(),
+            Err(error) => {
+                self.lose_line();
+                self.is_confirmed = false;
+                samples.fill(Sample::NONE);
+                return Err(BackendError::Io { os_error: error.raw_os_error() });
+            }
         }
         self.failed.map_or(Ok(()), Err)
     }
 
-    fn stop(&mut self) {
-        self.started = false;
+    fn is_confirmed(&self, _channel: usize) -> bool {
+        self.is_confirmed
+    }
+
+    fn silence_s(&self) -> Option<f64> {
+        Some(self.silence_s)
+    }
+
+    fn output_name(&self, channel: usize) -> Option<String> {
+        let place = self.places.get(channel)?;
+        Some(format!("front-end {}/{place}", self.front_end))
+    }
+
+    fn stop(&mut self) -> Zero {
+        let was_started = std::mem::take(&mut self.started);
         self.answer = None;
         // If this frame is lost, the watchdog does the same.
         if let Some(link) = &self.link
@@ -307,13 +358,18 @@ impl Backend for SerialBackend {
             && link.port.write(&self.line[..length]).is_err()
         {
             self.lose_line();
+            self.is_confirmed = false;
+        }
+        if was_started {
+            self.is_confirmed = self.hears_of_zero();
         }
         self.state = State::Ready;
+        Zero::confirmed_if(self.is_confirmed)
     }
 }
 
 impl Drop for SerialBackend {
     fn drop(&mut self) {
-        self.stop();
+        let _ = self.stop();
     }
 }

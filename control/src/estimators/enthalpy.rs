@@ -169,7 +169,11 @@ impl EnthalpyObserver {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = cycle::elapsed_s(seen.dt_s);
+        cycle::in_steps([seen], |[seen], dt| self.step(seen, dt))
+    }
+
+    #[inline]
+    fn step(&mut self, seen: &Observation, dt: f64) -> Estimate {
         // a length that no wire can have is none
         let measured = (seen.length_m - self.map.length).abs() < self.map.length;
         if measured {

@@ -319,7 +319,11 @@ impl FusedEstimator {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = cycle::elapsed_s(seen.dt_s);
+        cycle::in_steps([seen], |[seen], dt| self.step(seen, dt))
+    }
+
+    #[inline]
+    fn step(&mut self, seen: &Observation, dt: f64) -> Estimate {
         let length_seen = seen.length_m - self.map.length;
         // a length that no wire can have is none
         let measured = length_seen.abs() < self.map.length;

@@ -198,7 +198,11 @@ impl LuenbergerObserver {
     /// Takes one cycle in.
     #[inline]
     pub fn update(&mut self, seen: &Observation) -> Estimate {
-        let dt = cycle::elapsed_s(seen.dt_s);
+        cycle::in_steps([seen], |[seen], dt| self.step(seen, dt))
+    }
+
+    #[inline]
+    fn step(&mut self, seen: &Observation, dt: f64) -> Estimate {
         let m = &self.map;
         let power = cycle::power(m, seen, || m.power_at_full_duty(self.martensite, self.temperature, self.elongation));
         self.full_power = cycle::full_power(m, seen, power, self.full_power);

@@ -164,7 +164,11 @@ impl JointObserver {
     /// Takes one cycle of both wires in, agonist first. Their tensions are not read: they are what is looked for.
     #[inline]
     pub fn update(&mut self, seen: [&Observation; 2]) -> JointEstimate {
-        let dt = cycle::elapsed_s(seen[0].dt_s);
+        cycle::in_steps(seen, |seen, dt| self.step(seen, dt))
+    }
+
+    #[inline]
+    fn step(&mut self, seen: [&Observation; 2], dt: f64) -> JointEstimate {
         let taut = self.sides.iter().all(|side| side.wire.tension_n() > 0.0);
         let predicted = self.predict(dt);
         let (surprise, sigma) = self.surprise(seen, predicted, dt);

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, Zero, check_exchange};
 use sinew_rig::Rig;
 
 /// A rig of equal wires on bias springs.
@@ -242,12 +242,21 @@ impl Backend for Fake {
         self.advance(periods);
     }
 
-    fn stop(&mut self) {
+    fn silence_s(&self) -> Option<f64> {
+        Some(0.1)
+    }
+
+    fn is_at_rest(&self) -> bool {
+        true
+    }
+
+    fn stop(&mut self) -> Zero {
         self.running = false;
         for wire in &mut self.wires {
             wire.duty = 0.0;
         }
         self.watch.stopped.store(true, Ordering::Relaxed);
+        Zero::Confirmed
     }
 
     fn truth(&self, channel: usize) -> Option<Truth> {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{Fake, Mishap, rig};
 use sinew_backend::conformance::{Bench, suite};
-use sinew_backend::{Backend, BackendError, Sample};
+use sinew_backend::{Backend, BackendError, Sample, Zero};
 use sinew_driver::report::Ending;
 use sinew_driver::{Driver, DriverHandle, Error, Options, Program};
 use sinew_ipc::{Client, Fault, Mode};
@@ -259,8 +259,14 @@ impl Backend for Broken {
     fn exchange(&mut self, _: &[f64], _: &mut [Sample]) -> Result<(), BackendError> {
         Err(BackendError::NotStarted)
     }
-    fn stop(&mut self) {
-        self.0.stop();
+    fn silence_s(&self) -> Option<f64> {
+        self.0.silence_s()
+    }
+    fn is_at_rest(&self) -> bool {
+        self.0.is_at_rest()
+    }
+    fn stop(&mut self) -> Zero {
+        self.0.stop()
     }
 }
 
@@ -284,8 +290,14 @@ impl Backend for NeverDue {
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         self.0.exchange(duty, samples)
     }
-    fn stop(&mut self) {
-        self.0.stop();
+    fn silence_s(&self) -> Option<f64> {
+        self.0.silence_s()
+    }
+    fn is_at_rest(&self) -> bool {
+        self.0.is_at_rest()
+    }
+    fn stop(&mut self) -> Zero {
+        self.0.stop()
     }
 }
 

@@ -36,7 +36,7 @@ impl Bench {
         fake.keep = true;
         fake.start().unwrap();
         Bench {
-            engine: Engine::new(rig, program).unwrap(),
+            engine: Engine::at_rest(rig, program).unwrap(),
             fake,
             duty: vec![0.0; channels],
             samples: vec![Sample::NONE; channels],
@@ -509,7 +509,7 @@ fn a_suspended_machine_switches_everything_off_until_reset() {
         bench.order(channel, Ask::Duty(0.2), 1000.0);
     }
     bench.run(10);
-    bench.engine.was_suspended();
+    bench.engine.was_suspended(1.0);
     bench.run(1);
     assert_eq!(bench.faults().iter().map(|f| f.2).collect::<Vec<_>>(), [Fault::Suspended; 2]);
     assert_eq!(bench.duty, [0.0; 2]);
@@ -558,7 +558,7 @@ fn a_channel_whose_limits_leave_nothing_of_its_stroke_is_refused() {
     let mut rig = rig("limits", 1, RATE_HZ);
     // What a client asks of it could not be held to any range.
     (rig.channels[0].limits.min_length_m, rig.channels[0].limits.max_length_m) = (0.18, 0.19);
-    match Engine::new(&rig, None) {
+    match Engine::at_rest(&rig, None) {
         Err(Error::Rig { place, reason }) => {
             assert!(place.contains("wire0") && reason.contains("180.00 to 190.00 mm"), "{place}: {reason}");
         }
@@ -608,9 +608,9 @@ fn limits_that_no_file_could_say_are_refused_when_the_engine_is_made() {
     for (key, spoil) in limits {
         for value in [f64::NAN, f64::INFINITY, -1e6] {
             let mut rig = rig("safety", 2, RATE_HZ);
-            Engine::new(&rig, None).unwrap();
+            Engine::at_rest(&rig, None).unwrap();
             spoil(&mut rig.channels[1].limits, value);
-            let error = Engine::new(&rig, None).expect_err(key).to_string();
+            let error = Engine::at_rest(&rig, None).expect_err(key).to_string();
             let name = &rig.channels[1].name;
             assert!(error.contains(key) && error.contains(&format!("channel \"{name}\"")), "{key} = {value}: {error}");
         }

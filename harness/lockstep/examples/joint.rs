@@ -28,7 +28,7 @@ fn rig(diameter_mm: f64, supply_v: f64, seed: u64) -> Rig {
 /// RMS error of the true length in % of the stroke, least and most stress in MPa, over the last two periods or 4 s.
 fn track(rig: &Rig, hz: f64) -> [f64; 3] {
     let mut backend = SimulatedRig::new(rig).unwrap_or_else(|e| panic!("{e}"));
-    let mut engine = Engine::new(rig, None).unwrap_or_else(|e| panic!("{e}"));
+    let mut engine = Engine::at_rest(rig, None).unwrap_or_else(|e| panic!("{e}"));
     backend.start().unwrap_or_else(|e| panic!("{e}"));
     let stroke = engine.channels()[0].stroke_range();
     let area_m2 = rig.channels[0].model.geometry.area_m2();

@@ -85,7 +85,7 @@ impl Lockstep {
     /// # Errors
     /// A rig that cannot be driven or simulated.
     pub fn misjudging(believed: &Rig, truth: &Rig, program: Option<Program>) -> Result<Lockstep, LockstepError> {
-        let engine = Engine::new(believed, program).map_err(LockstepError::Driver)?;
+        let engine = Engine::at_rest(believed, program).map_err(LockstepError::Driver)?;
         let rules = ChannelRules::of(believed).map_err(LockstepError::Driver)?;
         let mut backend = SimulatedRig::new(truth).map_err(LockstepError::Rig)?;
         // a virtual rig always starts
@@ -168,6 +168,7 @@ impl Lockstep {
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         let beat = Beat { now_ns: self.now_ns(), missed };
+        self.engine.note_outputs(|channel| self.backend.is_confirmed(channel));
         let Lockstep { period, trips, answers, .. } = self;
         let tell = |event: Event| match event.what {
             Occurrence::Tripped(fault) => trips.push(Trip { period: *period, channel: event.channel as usize, fault }),

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let rig = Rig::parse(&text, "long.toml")?;
     let mut backend = SimulatedRig::new(&rig)?;
-    let mut engine = Engine::new(&rig, None)?;
+    let mut engine = Engine::at_rest(&rig, None)?;
     backend.start()?;
     let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
     let about = About {

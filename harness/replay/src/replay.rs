@@ -61,7 +61,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         if found != expected {
             return Err(Error::Channels { expected, found });
         }
-        let engine = Engine::new(rig, Some(Program::given(found))).map_err(Error::Driver)?;
+        let engine = Engine::at_rest(rig, Some(Program::given(found))).map_err(Error::Driver)?;
         let mut backend = ReplayBackend::new(source);
         if backend.start().is_err() {
             return Err(backend
@@ -99,10 +99,17 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         self.command(&head);
+        if head.cycle == 1 {
+            // What the driver believed of its wires when it began.
+            for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {
+                self.engine.remember(channel, state.temperature_c, f64::NAN);
+            }
+        }
         // No sample shows a suspended machine; its fault does.
         let slept = self.backend.recorded().0.channels.iter().any(|state| state.fault == Fault::Suspended.code());
         if slept && !self.slept {
-            self.engine.was_suspended();
+            // for how long no recording says
+            self.engine.was_suspended(0.0);
         }
         self.slept = slept;
         let beat = Beat { now_ns: head.monotonic_ns, missed };

@@ -80,6 +80,8 @@ impl ChannelState {
     pub const FLAG_FIRST: u32 = 1 << 5;
     /// The period ahead is dark: no duty, so that it shows whether the output stage switches off. Its sample has no length.
     pub const FLAG_DARK: u32 = 1 << 6;
+    /// The output has not confirmed its duty: it may be at any that it was given since it last did.
+    pub const FLAG_UNCONFIRMED: u32 = 1 << 7;
 
     /// The number for a request taken as the `place`th (from 1) of its cycle.
     pub const fn order_code(kind: CommandKind, place: u32) -> u32 {

@@ -5,11 +5,27 @@ use sinew_physics::{DriveKind, Load};
 use crate::error::{Error, Problem, What};
 use crate::notes::line_at;
 use crate::tables::rig::Source;
-use crate::tables::{MAX_DRIVEN_RATE_HZ, MIN_DRIVEN_RATE_HZ, Rig, of_channel};
+use crate::tables::{BackendKind, MAX_DRIVEN_RATE_HZ, MIN_DRIVEN_RATE_HZ, Rig, of_channel};
 use crate::tree::{self, Node, Tree};
 use crate::value::wrong_number;
 
+/// How long the stage of a simulated rig keeps its duty when nobody sends it another, s; and any stage at least, periods: a loop that is
+/// late now and then must not lose its outputs.
+const SIMULATED_SILENCE_S: f64 = 0.1;
+const LEAST_SILENCE_PERIODS: f64 = 4.0;
+
 impl Rig {
+    /// The longest an output can stay as it is with a driver that is dead or stands still, s: what watches over it, by the kind of
+    /// backend, then puts it to zero.
+    pub fn silence_s(&self) -> f64 {
+        let least_s = LEAST_SILENCE_PERIODS / self.rate_hz;
+        match self.backend.kind {
+            BackendKind::Simulated => SIMULATED_SILENCE_S.max(least_s),
+            BackendKind::Linux => (f64::from(self.backend.linux.guard_ms) * 1e-3).max(least_s),
+            BackendKind::Serial => f64::from(self.backend.serial.watchdog_periods) / self.rate_hz,
+        }
+    }
+
     /// Checks what the driver needs beyond what `simulate` does: a rate it can keep, wires it can heat by PWM and move, and
     /// numbers that a rig file could have said, for a program may have made this rig or changed it.
     ///

@@ -1,7 +1,7 @@
 //! The virtual rig from the driver's side of the contract: samples, wires, faults.
 
 use proptest::prelude::*;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero};
 use sinew_physics::{Inputs, Wire};
 use sinew_rig::{FaultKind, Rig, SamplingCircuit};
 use sinew_sim_backend::{Error, MIN_ON_TIME_S, SimulatedRig, World};
@@ -250,9 +250,39 @@ fn a_pause_of_a_day_is_over_at_once_and_finds_the_wires_settled() {
     backend.missed(86_400_000);
     near(backend.time_s(), 86_400.001, 1e-6);
     let settled = backend.truth(0).unwrap();
-    run(&mut backend, 0.05, 5000);
-    near(backend.truth(0).unwrap().temperature_c, settled.temperature_c, 1e-6);
-    assert!(settled.temperature_c > 35.0);
+    assert_eq!(settled.duty, 0.0, "nobody has told its stage anything for a day");
+    near(settled.temperature_c, 25.0, 1e-6);
+}
+
+#[test]
+fn a_stage_nobody_talks_to_goes_off_by_itself_after_the_silence_it_declares() {
+    let mut backend = started(&quiet(""));
+    let silence = (backend.silence_s().unwrap() * 1000.0).round() as u64;
+    run(&mut backend, 0.4, 1);
+    backend.missed(silence);
+    assert_eq!(backend.truth(0).unwrap().duty, 0.4, "it has lasted for {silence} periods");
+    backend.missed(1);
+    assert_eq!(backend.truth(0).unwrap().duty, 0.0);
+    run(&mut backend, 0.2, 2);
+    assert_eq!(backend.truth(0).unwrap().duty, 0.2, "and it comes back with the next duty");
+}
+
+#[test]
+fn a_stage_whose_writes_fail_keeps_its_duty_and_says_so_until_its_own_watchdog_acts() {
+    let mut backend = started(&quiet(""));
+    run(&mut backend, 0.4, 2);
+    backend.faults().set(0, FaultKind::WriteFails);
+    let mut samples = [Sample::NONE; 2];
+    let answer = backend.exchange(&[0.0, 0.1], &mut samples);
+    assert_eq!(answer, Err(BackendError::Channel { channel: 0, fault: ChannelFault::Stage }));
+    assert!(!backend.is_confirmed(0) && backend.is_confirmed(1));
+    let _ = backend.exchange(&[0.0, 0.1], &mut samples);
+    assert_eq!([0, 1].map(|channel| backend.truth(channel).unwrap().duty), [0.4, 0.1]);
+    assert_eq!(backend.stop(), Zero::Unconfirmed);
+    assert!(backend.start().is_err(), "zero cannot be put out");
+    backend.faults().clear_all();
+    assert_eq!(backend.stop(), Zero::Confirmed);
+    assert_eq!(backend.start(), Ok(()));
 }
 
 /// Breaks one thing on the left wire while it is driven; the samples of left and right wire ten periods later.

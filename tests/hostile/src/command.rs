@@ -72,7 +72,7 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| Bench::new().unwrap_or_else(|er
 impl Bench {
     fn new() -> Result<Bench, Box<dyn std::error::Error>> {
         let rig = Rig::parse(RIG, "hostile.toml")?;
-        let mut engine = Engine::new(&rig, None)?;
+        let mut engine = Engine::at_rest(&rig, None)?;
         let mut wires = SimulatedRig::new(&rig)?;
         wires.start()?;
         let (mut duty, mut sound) = (vec![0.0; CHANNELS], Vec::new());

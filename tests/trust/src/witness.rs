@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
-use sinew_backend::{Backend, BackendError, Sample, Truth};
+use sinew_backend::{Backend, BackendError, Sample, Truth, Zero};
 
 use crate::failure::Failure;
 
@@ -94,9 +94,26 @@ impl<B: Backend> Backend for Watched<B> {
         self.backend.cut()
     }
 
-    fn stop(&mut self) {
-        self.backend.stop();
+    fn is_confirmed(&self, channel: usize) -> bool {
+        self.backend.is_confirmed(channel)
+    }
+
+    fn silence_s(&self) -> Option<f64> {
+        self.backend.silence_s()
+    }
+
+    fn output_name(&self, channel: usize) -> Option<String> {
+        self.backend.output_name(channel)
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.backend.is_at_rest()
+    }
+
+    fn stop(&mut self) -> Zero {
+        let zero = self.backend.stop();
         self.write(std::iter::repeat(0.0));
+        zero
     }
 
     fn truth(&self, channel: usize) -> Option<Truth> {

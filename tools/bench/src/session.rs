@@ -69,7 +69,7 @@ impl Session {
     /// # Errors
     /// [`Error::Rig`] where either cannot be made.
     pub fn new(believed: &Rig, truth: &Rig) -> Result<Session, Error> {
-        let engine = Engine::new(believed, None).map_err(|error| Error::Rig(error.to_string()))?;
+        let engine = Engine::at_rest(believed, None).map_err(|error| Error::Rig(error.to_string()))?;
         let mut rig = SimulatedRig::new(truth).map_err(|error| Error::Rig(error.to_string()))?;
         let counts = [believed, truth].map(|rig| (rig.channels.len(), rig.joints.len()));
         let (Some(channel), true) = (believed.channels.first(), counts[0] == counts[1] && WHOLE.contains(&counts[0]))

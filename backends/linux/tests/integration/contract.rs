@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::bench::{Bench, bench, guarded};
 use sinew_backend::conformance::suite;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero};
 use sinew_linux_backend::LinuxRig;
 use sinew_linux_tree::Scans;
 use sinew_rig::LinuxSampling;
@@ -191,7 +191,7 @@ fn what_is_unplugged_is_an_error_and_everything_else_is_put_to_zero() {
     assert!(matches!(error, Err(BackendError::Unavailable { os_error: 19 })), "{error:?}");
     assert!(samples.iter().all(|sample| sample.current_a.is_nan()));
     assert_eq!(bench.duties(), [0.0; 3]);
-    backend.stop();
+    assert_eq!(backend.stop(), Zero::Confirmed);
 
     // the whole board
     bench.tree.kernel().plug_in();
@@ -201,5 +201,6 @@ fn what_is_unplugged_is_an_error_and_everything_else_is_put_to_zero() {
     let (error, samples) = exchange(&mut backend);
     assert!(matches!(error, Err(BackendError::Unavailable { os_error: 19 })), "{error:?}");
     assert!(samples.iter().all(|sample| sample.current_a.is_nan()));
-    backend.stop();
+    assert!((0..samples.len()).all(|channel| !backend.is_confirmed(channel)));
+    assert_eq!(backend.stop(), Zero::Unconfirmed, "nobody knows what a board does that is not there");
 }

@@ -51,7 +51,7 @@ impl Bench {
 
     /// A driver that believes one rig in front of another.
     fn misjudging(believed: &Rig, truth: &Rig) -> Bench {
-        let engine = Engine::new(believed, None).unwrap_or_else(|e| panic!("{e}"));
+        let engine = Engine::at_rest(believed, None).unwrap_or_else(|e| panic!("{e}"));
         let mut backend = SimulatedRig::new(truth).unwrap_or_else(|e| panic!("{e}"));
         backend.start().unwrap();
         let stroke = engine.channels()[0].stroke_range();

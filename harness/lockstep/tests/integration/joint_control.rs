@@ -38,7 +38,7 @@ impl Bench {
     fn new(rig: &Rig) -> Bench {
         let mut backend = SimulatedRig::new(rig).unwrap_or_else(|e| panic!("{e}"));
         backend.start().unwrap();
-        let engine = Engine::new(rig, None).unwrap_or_else(|e| panic!("{e}"));
+        let engine = Engine::at_rest(rig, None).unwrap_or_else(|e| panic!("{e}"));
         let area_m2 = rig.channels[0].model.geometry.area_m2();
         Bench {
             backend,
@@ -239,7 +239,7 @@ fn tension_limits_hold_against_any_command() {
                 limits = { minimum_force_n = 1.2, maximum_force_n = 2.0 }\n";
     let rig = Rig::parse(text, "limits.toml").unwrap_or_else(|e| panic!("{e}"));
     let mut backend = SimulatedRig::new(&rig).unwrap();
-    let mut engine = Engine::new(&rig, None).unwrap();
+    let mut engine = Engine::at_rest(&rig, None).unwrap();
     backend.start().unwrap();
     let (mut duty, mut samples, mut state) = ([0.0], [Sample::NONE], Snapshot::new(1));
     let stroke = engine.channels()[0].stroke_range();

@@ -37,7 +37,7 @@ fn rig() -> Rig {
 fn every_law_drives_its_wire() {
     let rig = rig();
     let count = rig.channels.len();
-    let mut engine = Engine::new(&rig, None).unwrap();
+    let mut engine = Engine::at_rest(&rig, None).unwrap();
     let mut backend = SimulatedRig::new(&rig).unwrap();
     backend.start().unwrap();
     let (mut samples, mut duty) = (vec![Sample::NONE; count], vec![0.0; count]);

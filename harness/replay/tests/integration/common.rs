@@ -61,7 +61,7 @@ pub fn record(
 ) -> Memory {
     let mut backend = SimulatedRig::new(rig).unwrap_or_else(|e| panic!("{e}"));
     let faults = backend.faults();
-    let mut engine = Engine::new(rig, program).unwrap_or_else(|e| panic!("{e}"));
+    let mut engine = Engine::at_rest(rig, program).unwrap_or_else(|e| panic!("{e}"));
     backend.start().unwrap();
     let channels = rig.channels.len();
     let (mut duty, mut samples) = (vec![0.0; channels], vec![Sample::NONE; channels]);

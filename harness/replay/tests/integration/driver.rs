@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::{Memory, replay_all};
-use sinew_backend::{Backend, BackendError, Sample};
+use sinew_backend::{Backend, BackendError, Sample, Zero};
 use sinew_driver::{Driver, Options, Program};
 use sinew_ipc::{Client, Fault, Mode};
 use sinew_rig::{FaultKind, Rig};
@@ -35,8 +35,15 @@ impl Backend for Gated {
         self.rig.missed(periods);
     }
 
-    fn stop(&mut self) {
-        self.rig.stop();
+    fn silence_s(&self) -> Option<f64> {
+        self.rig.silence_s()
+    }
+    fn stop(&mut self) -> Zero {
+        self.rig.stop()
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.rig.is_at_rest()
     }
 }
 

@@ -23,7 +23,7 @@ fn assert_identical(replay: &Replay<Memory>, channels: usize) {
 /// The walking hexapod with everything that can happen to it.
 fn eventful(rig: &Rig) -> Memory {
     let length_m = |stroke: f64| {
-        let engine = sinew_driver::Engine::new(rig, None).unwrap();
+        let engine = sinew_driver::Engine::at_rest(rig, None).unwrap();
         engine.channels()[2].stroke_range().length_m(stroke)
     };
     let (short_m, long_m) = (length_m(0.6), length_m(0.2));
@@ -96,7 +96,7 @@ const JOINT: &str = "[rig]\nname = \"joint\"\n\n[[channel]]\nname = \"flexor\"\n
 #[test]
 fn a_joint_comes_out_bit_for_bit() {
     let rig = Rig::parse(JOINT, "joint.toml").unwrap_or_else(|e| panic!("{e}"));
-    let engine = sinew_driver::Engine::new(&rig, None).unwrap();
+    let engine = sinew_driver::Engine::at_rest(&rig, None).unwrap();
     let length_m = |channel: usize, stroke: f64| engine.channels()[channel].stroke_range().length_m(stroke);
     let area_m2 = rig.channels[0].model.geometry.area_m2();
     let recording = record(&rig, None, 9000, |cycle, faults| {

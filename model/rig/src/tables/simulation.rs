@@ -104,6 +104,8 @@ words! {
         StageOn = "stage_on",
         /// The output stage conducts only through `value` Ω more; by default so many that it does not conduct.
         StageWeak = "stage_weak",
+        /// The output stage takes no duty any more and says so: it keeps the one it has, until its own watchdog acts.
+        WriteFails = "write_fails",
         /// The load stands still, however the wire pulls; not in a joint.
         Jammed = "jammed",
         /// Every sample repeats the last one.
@@ -142,6 +144,7 @@ impl FaultKind {
             FaultKind::StageWeak => size("Ω more in the output stage", 0.0, 1e6, 1e6),
             FaultKind::OpenWire
             | FaultKind::StageOn
+            | FaultKind::WriteFails
             | FaultKind::Jammed
             | FaultKind::AdcStuck
             | FaultKind::AdcSaturated

@@ -130,7 +130,7 @@ fn parts(rig: &Rig) -> Result<Parts, Failure> {
     let count = rig.channels.len();
     let program = Program::tripod(count, 6.0);
     let mut backend = SimulatedRig::new(rig).map_err(Failure::own)?;
-    let mut engine = Engine::new(rig, Some(program)).map_err(Failure::own)?;
+    let mut engine = Engine::at_rest(rig, Some(program)).map_err(Failure::own)?;
     let channels: Vec<ChannelInfo> = rig
         .channels
         .iter()
@@ -163,7 +163,7 @@ fn parts(rig: &Rig) -> Result<Parts, Failure> {
             }
         }
     }
-    backend.stop();
+    let _ = backend.stop();
     let [exchange_us, engine_us, publish_us] = spent.map(|ns| ns as f64 * 1e-3 / PART_CYCLES as f64);
     Ok(Parts { exchange_us, engine_us, engine_ns_per_channel: engine_us * 1e3 / count as f64, publish_us })
 }

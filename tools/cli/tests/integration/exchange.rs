@@ -21,7 +21,7 @@ fn session(path: &Path, rig_toml: &str, cycles: u64) {
     let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
     let mut backend = SimulatedRig::new(&rig).expect("a simulated rig");
     backend.start().expect("it starts");
-    let mut engine = Engine::new(&rig, None).expect("an engine");
+    let mut engine = Engine::at_rest(&rig, None).expect("an engine");
     let (mut duty, mut samples) = (vec![0.0; names.len()], vec![Sample::NONE; names.len()]);
     let about = About {
         rig: rig.name.clone(),

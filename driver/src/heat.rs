@@ -1,0 +1,524 @@
+//! What is believed of a wire's heat: its temperature at worst and its heat account, through starts, gaps and silences.
+//!
+//! What is not known is assumed to be the worst. Three things make up the belief:
+//!
+//! - **The estimate** of a protective estimator: what power, length and resistance say of the wire since they have been watched.
+//! - **The excess**: how much hotter the wire may be than that, because it was not watched before. A wire whose history is unknown is at
+//!   its limit. Of two equal wires that get the same power the hotter one comes down to the other, so the excess decays by
+//!   the loss to the air: by the [slowest](SLOWEST_LOSS) that is believed, and more slowly while the wire may have latent
+//!   heat to release that the estimate does not know of.
+//! - **The account**: the thermal image by current and resistance alone (see [`crate::budget`]), integrated exactly however
+//!   long the gap.
+//!
+//! A witness ends an excess early: length and resistance that both say a cold wire ([`ColdWitness`]). Where they disagree, the worst
+//! case stays.
+
+use sinew_control::StrokeRange;
+use sinew_physics::WireModel;
+use sinew_physics::formulas::{WORKING_EXCESS_K, logistic, logit, relaxed, resistance_ohm};
+use sinew_sensing::Reading;
+
+use crate::budget::{Allowance, Budgets, Derating};
+
+/// Share of the loss to the air that a wire surely has: beliefs may be 30 % off.
+pub const SLOWEST_LOSS: f64 = 0.7;
+/// Samples in a row in which the witnesses must agree on a cold wire.
+const AGREEING: u32 = 8;
+/// An excess below this is none, K.
+const NO_EXCESS_K: f64 = 0.5;
+/// An excess is gone through in steps no longer than that, s, and for no longer than that.
+const STEP_S: f64 = 0.025;
+const LONGEST_S: f64 = 600.0;
+/// A memory that says so much less, K, than a measured phase allows that is surely not at its cold end, is wrong.
+const CONTRADICTED_K: f64 = 20.0;
+const SURELY_INSIDE: f64 = 0.9;
+
+/// How a wire cools that nobody measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cooling {
+    /// Heat capacity, J/K.
+    pub heat_capacity_j_per_k: f64,
+    /// Least loss to the air, W/K.
+    pub loss_w_per_k: f64,
+    /// Heat it releases when all of it turns martensite, J.
+    pub latent_j: f64,
+    /// Where it does so: centre of the cooling curve at the preload, °C, and width, K (eq. 20).
+    pub centre_c: f64,
+    /// See there.
+    pub width_k: f64,
+}
+
+impl Cooling {
+    /// As a rig file's wire cools at the slowest.
+    pub fn of(model: &WireModel) -> Cooling {
+        let m = &model.material;
+        Cooling {
+            heat_capacity_j_per_k: model.heat_capacity_j_per_k(),
+            loss_w_per_k: SLOWEST_LOSS * model.loss_w_per_k(WORKING_EXCESS_K),
+            latent_j: model.latent_heat_j(),
+            centre_c: m.martensite_temperature_c,
+            width_k: 1.0 / m.cooling_steepness_per_k,
+        }
+    }
+
+    /// Rate at which an excess goes, 1/s, of a wire that may be this hot. `phase_known`: its latent heat is in the estimate.
+    fn rate_per_s(&self, temperature_c: f64, phase_known: bool) -> f64 {
+        let xi = if phase_known { 0.0 } else { logistic(temperature_c, self.centre_c, self.width_k) };
+        let latent_j_per_k = self.latent_j * xi * (1.0 - xi) / self.width_k;
+        self.loss_w_per_k / (self.heat_capacity_j_per_k + latent_j_per_k)
+    }
+
+    /// Temperature, °C, at the most, of a wire that was this hot, after so long without power: by its slowest law.
+    pub fn cooled_c(&self, temperature_c: f64, ambient_c: f64, seconds: f64) -> f64 {
+        ambient_c + self.decayed_k((temperature_c - ambient_c).max(0.0), ambient_c, seconds, false)
+    }
+
+    /// What is left of an excess over a wire of `estimate_c`, K.
+    fn decayed_k(&self, excess_k: f64, estimate_c: f64, seconds: f64, phase_known: bool) -> f64 {
+        if phase_known || seconds <= STEP_S {
+            let rate_per_s = self.rate_per_s(estimate_c + excess_k, phase_known);
+            return relaxed(excess_k, 0.0, rate_per_s * seconds);
+        }
+        let seconds = seconds.min(LONGEST_S);
+        let steps = (seconds / STEP_S).ceil();
+        (0..steps as u32).fold(excess_k, |left_k, _| {
+            relaxed(left_k, 0.0, self.rate_per_s(estimate_c + left_k, false) * seconds / steps)
+        })
+    }
+}
+
+/// What length and resistance say together of a wire that lies at its cold end.
+#[derive(Debug, Clone, Copy)]
+pub struct ColdWitness {
+    /// No shorter is a cold wire, m.
+    least_length_m: f64,
+    /// Resistance of a cold wire per length, Ω/m.
+    ohm_per_m: f64,
+    /// How far the resistance may be off.
+    tolerance: f64,
+    /// No wire that shows both is hotter, °C.
+    bound_c: f64,
+}
+
+impl ColdWitness {
+    /// Share of the stroke from the cold end within which a wire counts as long, and how far its resistance may be off.
+    const LONG: f64 = 0.05;
+    const TOLERANCE: f64 = 0.02;
+    /// The resistance must tell austenite from martensite by so many times that.
+    const DISTINCT: f64 = 3.0;
+
+    /// The witness of a wire with taps; `None` where its resistance cannot tell a hot one from a cold one.
+    pub fn of(model: &WireModel, stroke: &StrokeRange) -> Option<ColdWitness> {
+        model.taps?;
+        let (m, ambient_c) = (&model.material, model.ambient_c);
+        let cold = m.martensite_resistivity(ambient_c);
+        // The heating curve (eq. 20) at the phase of the longest that is not quite cold, without the load's shift.
+        let by_length_c = m.austenite_temperature_c + logit(1.0 - Self::LONG) / m.heating_steepness_per_k;
+        let hot = m.austenite_resistivity(m.austenite_temperature_c);
+        if (hot / cold - 1.0).abs() < Self::DISTINCT * Self::TOLERANCE {
+            return None;
+        }
+        let per_k = m.martensite_resistivity(ambient_c + 1.0) / cold - 1.0;
+        let by_resistance_c = ambient_c + if per_k > 0.0 { Self::TOLERANCE / per_k } else { f64::INFINITY };
+        Some(ColdWitness {
+            least_length_m: stroke.length_m(Self::LONG),
+            ohm_per_m: resistance_ohm(cold, 1.0, model.geometry.area_m2()),
+            tolerance: Self::TOLERANCE,
+            bound_c: by_length_c.min(by_resistance_c).max(ambient_c),
+        })
+    }
+
+    /// The temperature the wire cannot be above, °C, where a reading shows it cold; `None` where it does not.
+    #[inline]
+    pub fn bound_c(&self, reading: &Reading) -> Option<f64> {
+        let is_long = reading.length_m >= self.least_length_m;
+        let off = reading.resistance_ohm / (self.ohm_per_m * reading.length_m) - 1.0;
+        (reading.health.is_ok() && is_long && off.abs() <= self.tolerance).then_some(self.bound_c)
+    }
+}
+
+/// What a period adds to the belief.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// Mean power into the wire at the most, W.
+    pub power_w: f64,
+    /// Time since the last one, s.
+    pub dt_s: f64,
+    /// Temperature by a protective estimator, °C.
+    pub estimate_c: f64,
+    /// Martensite by it, and whether that comes from a length measured in this period.
+    pub martensite: f64,
+    /// See there.
+    pub is_measured: bool,
+    /// Temperature of the cooling curve at that phase, °C: a measured wire is not colder.
+    pub cooling_curve_c: f64,
+    /// The temperature it cannot be above, °C, where the witnesses see a cold wire.
+    pub cold_c: Option<f64>,
+}
+
+/// What a record says of a wire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recalled {
+    /// Temperature at worst then, °C.
+    pub temperature_c: f64,
+    /// The account then, J.
+    pub account_j: f64,
+    /// The most its output can have given it since, until it fell silent, W.
+    pub given_w: f64,
+    /// How long ago that was, s.
+    pub since_s: f64,
+}
+
+/// The belief of one wire.
+#[derive(Debug, Clone)]
+pub struct Heat {
+    budgets: Budgets,
+    derating: Derating,
+    cooling: Cooling,
+    /// The account: what went in less what drained, never below 0, J.
+    account_j: f64,
+    /// What is left of it after a period of a length, s, that has hardly ever another.
+    kept: (f64, f64),
+    estimate_c: f64,
+    martensite: f64,
+    excess_k: f64,
+    /// Temperature that was assumed, until the first estimate makes an excess of it, °C.
+    assumed_c: Option<f64>,
+    /// Measurements still to come that may belie the memory it came from.
+    unconfirmed_memory: u32,
+    agreeing: u32,
+}
+
+impl Heat {
+    /// A wire that is known to be at rest in its air.
+    pub fn at_rest(budgets: Budgets, cooling: Cooling) -> Heat {
+        Heat {
+            derating: Derating::new(&budgets),
+            budgets,
+            cooling,
+            account_j: 0.0,
+            kept: (f64::NAN, f64::NAN),
+            estimate_c: f64::NAN,
+            martensite: f64::NAN,
+            excess_k: 0.0,
+            assumed_c: Some(budgets.ambient_c),
+            unconfirmed_memory: 0,
+            agreeing: 0,
+        }
+    }
+
+    /// An output can stay as it is for so long, s.
+    pub fn bear_silence(&mut self, silence_s: f64) {
+        self.budgets.silence_s = silence_s;
+        self.derating = Derating::new(&self.budgets);
+    }
+
+    /// From now on the wire is one whose history is unknown: at its limit.
+    pub fn forget(&mut self) {
+        self.assume(self.budgets.temperature_c, self.budgets.energy_j);
+        self.unconfirmed_memory = 0;
+    }
+
+    /// From now on the wire may be this hot, °C, and its account stands at this, J: what a memory says. One that does not know the account
+    /// (NaN) counts on what goes with the temperature; one that does not know that is none.
+    pub fn remember(&mut self, temperature_c: f64, account_j: f64) {
+        if !temperature_c.is_finite() {
+            return self.forget();
+        }
+        let account_j = if account_j.is_finite() { account_j } else { self.account_at_j(temperature_c) };
+        self.assume(temperature_c.min(self.budgets.temperature_c), account_j.clamp(0.0, self.budgets.energy_j));
+        self.unconfirmed_memory = AGREEING;
+    }
+
+    /// From now on the wire is one of which a record says this: what its output gave it in silence without any loss, and then no more than
+    /// it surely loses.
+    pub fn recall(&mut self, recalled: &Recalled) {
+        let &Recalled { temperature_c, account_j, given_w, since_s } = recalled;
+        if !(temperature_c.is_finite() && account_j.is_finite() && given_w.is_finite() && since_s >= 0.0) {
+            return self.forget();
+        }
+        let silence_s = (self.budgets.silence_s + 2.0 * self.budgets.period_s).min(since_s);
+        let given_j = given_w.max(0.0) * silence_s;
+        let hottest_c = temperature_c + given_j / self.cooling.heat_capacity_j_per_k;
+        let cooled_c = self.cooling.cooled_c(hottest_c, self.budgets.ambient_c, since_s - silence_s);
+        let drained = (-self.derating.leak_per_s() * (since_s - silence_s)).exp();
+        self.remember(cooled_c, (account_j + given_j) * drained);
+    }
+
+    /// The account of a wire that is as hot as this, °C, and may have been so for long, J.
+    fn account_at_j(&self, temperature_c: f64) -> f64 {
+        let Budgets { ambient_c, temperature_c: limit_c, energy_j, .. } = self.budgets;
+        let share = (temperature_c - ambient_c) / (limit_c - ambient_c).max(1.0);
+        share.clamp(0.0, 1.0) * energy_j
+    }
+
+    fn assume(&mut self, temperature_c: f64, account_j: f64) {
+        self.assumed_c = Some(temperature_c.max(self.budgets.ambient_c));
+        self.account_j = account_j;
+        self.agreeing = 0;
+    }
+
+    /// How the wire cools, by its slowest law.
+    pub fn cooling(&self) -> &Cooling {
+        &self.cooling
+    }
+
+    /// What it is held to.
+    pub fn budgets(&self) -> &Budgets {
+        &self.budgets
+    }
+
+    /// The temperature the wire has at worst, °C; NaN is unknown, and the worst of all. While a history is unknown that is the limit:
+    /// nothing is given to such a wire, so that it was never hotter.
+    #[inline]
+    pub fn temperature_c(&self) -> f64 {
+        match self.assumed_c {
+            Some(assumed_c) => assumed_c,
+            None if self.excess_k > 0.0 => {
+                let limit_c = self.budgets.temperature_c;
+                self.estimate_c.max((self.estimate_c + self.excess_k).min(limit_c))
+            }
+            None => self.estimate_c,
+        }
+    }
+
+    /// How much of it is for want of a history, K.
+    pub fn excess_k(&self) -> f64 {
+        if self.assumed_c.is_some() { self.temperature_c() - self.budgets.ambient_c } else { self.excess_k }
+    }
+
+    /// What the account stands at, J.
+    #[inline]
+    pub fn account_j(&self) -> f64 {
+        self.account_j
+    }
+
+    /// How full the account is, 1 = its budget.
+    #[inline]
+    pub fn filled(&self) -> f64 {
+        self.derating.filled(self.account_j)
+    }
+
+    /// The power that keeps the wire within its budgets, and within them after the longest silence.
+    #[inline]
+    pub fn allowance(&self) -> Allowance {
+        self.derating.allowance(self.account_j, self.temperature_c())
+    }
+
+    /// Whether the wire may have so much, W, without being derated.
+    #[inline]
+    pub fn allows(&self, power_w: f64) -> bool {
+        self.allowance().power_w >= power_w
+    }
+
+    /// A period or a gap has passed. Constant time for a period; no allocation. An unknown power leaves the account as it is.
+    #[inline]
+    pub fn pass(&mut self, passed: &Passed) {
+        let &Passed { power_w, dt_s, estimate_c, martensite, is_measured, .. } = passed;
+        let before = std::mem::replace(&mut self.martensite, martensite);
+        self.estimate_c = estimate_c;
+        if !(power_w.is_nan() || dt_s.is_nan()) {
+            self.fill(power_w, dt_s);
+        }
+        let assumed = self.assumed_c.take();
+        if let Some(assumed_c) = assumed {
+            self.excess_k = (assumed_c - estimate_c).max(0.0);
+        }
+        if is_measured && self.unconfirmed_memory > 0 {
+            self.unconfirmed_memory -= 1;
+            // A wire that is shorter than any as cold as remembered: somebody has heated it meanwhile.
+            // (at the end of its range a phase bounds nothing)
+            if martensite < SURELY_INSIDE && passed.cooling_curve_c > estimate_c + self.excess_k + CONTRADICTED_K {
+                self.unconfirmed_memory = 0;
+                self.account_j = self.budgets.energy_j;
+                self.excess_k = (self.budgets.temperature_c - estimate_c).max(0.0);
+            }
+        }
+        if self.excess_k > 0.0 {
+            // Heat that the estimate lets the wire take up to turn austenite may have been in it all along.
+            let taken_up = before - martensite;
+            if !is_measured && assumed.is_none() && taken_up > 0.0 {
+                self.excess_k += self.cooling.latent_j * taken_up / self.cooling.heat_capacity_j_per_k;
+            }
+            self.decay(passed);
+        }
+    }
+
+    /// The account: E' = P − E/τ, exactly, however long (for constant power).
+    #[inline]
+    fn fill(&mut self, power_w: f64, dt_s: f64) {
+        if self.kept.0 != dt_s {
+            self.kept = (dt_s, (-self.derating.leak_per_s() * dt_s).exp());
+        }
+        let settled_j = power_w / self.derating.leak_per_s();
+        self.account_j = (settled_j + (self.account_j - settled_j) * self.kept.1).max(0.0);
+    }
+
+    fn decay(&mut self, passed: &Passed) {
+        let &Passed { dt_s, estimate_c, is_measured, .. } = passed;
+        if dt_s > 0.0 {
+            self.excess_k = self.cooling.decayed_k(self.excess_k, estimate_c, dt_s, is_measured);
+        }
+        self.agreeing = match passed.cold_c {
+            Some(_) => self.agreeing + 1,
+            None if is_measured => 0,
+            None => self.agreeing,
+        };
+        if let Some(cold_c) = passed.cold_c.filter(|_| self.agreeing >= AGREEING) {
+            self.excess_k = self.excess_k.min((cold_c - estimate_c).max(0.0));
+            self.account_j = self.account_j.min(self.account_at_j(cold_c));
+        }
+        if self.excess_k < NO_EXCESS_K {
+            self.excess_k = 0.0;
+        }
+    }
+}
+
+/// A wire that tests reckon with: that of [`crate::budget::EXAMPLE`], which takes 3 W at 200 K/s.
+#[cfg(test)]
+pub(crate) const EXAMPLE: Cooling = Cooling {
+    heat_capacity_j_per_k: 0.015,
+    loss_w_per_k: SLOWEST_LOSS * 0.008,
+    latent_j: 1.0,
+    centre_c: 60.0,
+    width_k: 4.0,
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::budget;
+    use proptest::prelude::*;
+
+    const PERIOD_S: f64 = 1e-3;
+
+    fn at_rest() -> Heat {
+        Heat::at_rest(budget::EXAMPLE, EXAMPLE)
+    }
+
+    fn forgotten() -> Heat {
+        let mut heat = at_rest();
+        heat.forget();
+        heat
+    }
+
+    /// Nothing measured, nothing given, an estimate of a cold wire.
+    const DARK: Passed = Passed {
+        power_w: 0.0,
+        dt_s: PERIOD_S,
+        estimate_c: 25.0,
+        martensite: 1.0,
+        is_measured: false,
+        cooling_curve_c: 25.0,
+        cold_c: None,
+    };
+
+    #[test]
+    fn a_wire_without_history_is_at_its_limit_and_gets_nothing() {
+        let heat = forgotten();
+        assert_eq!((heat.temperature_c(), heat.filled()), (150.0, 1.0));
+        assert!(!heat.allows(0.0), "{:?}", heat.allowance());
+        assert_eq!(at_rest().temperature_c(), 25.0);
+        assert!(at_rest().allows(3.0));
+    }
+
+    /// The belief is never below a wire that was at its limit, austenite, with the least loss that is believed, cooling along its
+    /// cooling curve: that wire's own heat balance (eq. 48), integrated finely.
+    #[test]
+    fn a_forgotten_wire_cools_no_faster_than_the_slowest_one() {
+        let (mut heat, mut truth_c, mut xi) = (forgotten(), 150.0, 0.0);
+        let Cooling { heat_capacity_j_per_k, loss_w_per_k, latent_j, centre_c, width_k } = EXAMPLE;
+        let (mut least_k, mut most_k) = (f64::INFINITY, 0.0f64);
+        for _ in 0..60_000 {
+            heat.pass(&DARK);
+            for _ in 0..4 {
+                // explicit: the loss first, then what is released by the step in phase
+                truth_c -= loss_w_per_k * (truth_c - 25.0) * 0.25 * PERIOD_S / heat_capacity_j_per_k;
+                let along = logistic(truth_c, centre_c, width_k);
+                truth_c += (along - xi).max(0.0) * latent_j
+                    / (heat_capacity_j_per_k + latent_j * along * (1.0 - along) / width_k);
+                xi = xi.max(logistic(truth_c, centre_c, width_k));
+            }
+            least_k = least_k.min(heat.temperature_c() - truth_c);
+            most_k = most_k.max(heat.temperature_c() - truth_c);
+        }
+        assert!(least_k > -1.0 && most_k < 3.0, "between {least_k} and {most_k} K above it");
+        assert!(heat.temperature_c() < 30.0, "and it comes down: {}", heat.temperature_c());
+    }
+
+    #[test]
+    fn witnesses_that_agree_end_it_and_one_that_does_not_begins_anew() {
+        let cold = Passed { is_measured: true, cold_c: Some(45.0), ..DARK };
+        let mut heat = forgotten();
+        for _ in 0..AGREEING - 1 {
+            heat.pass(&cold);
+        }
+        heat.pass(&Passed { cold_c: None, ..cold });
+        assert!(heat.temperature_c() > 140.0, "{}", heat.temperature_c());
+        for _ in 0..AGREEING {
+            heat.pass(&cold);
+        }
+        assert!((heat.temperature_c() - 45.0).abs() < 1e-9 && heat.filled() < 0.17, "{heat:?}");
+        assert!(heat.allows(3.0));
+    }
+
+    #[test]
+    fn a_memory_is_taken_at_its_word_unless_the_length_belies_it() {
+        let mut heat = at_rest();
+        heat.remember(80.0, 0.5);
+        assert_eq!((heat.temperature_c(), heat.account_j()), (80.0, 0.5));
+        heat.pass(&Passed { is_measured: true, ..DARK });
+        assert!((heat.temperature_c() - 80.0).abs() < 0.1);
+        // Its phase says that it cannot be below 130 °C.
+        heat.pass(&Passed { is_measured: true, martensite: 0.95, cooling_curve_c: 130.0, ..DARK });
+        assert!((heat.temperature_c() - 80.0).abs() < 0.1, "at its cold end a phase says nothing");
+        heat.pass(&Passed { is_measured: true, martensite: 0.5, cooling_curve_c: 130.0, ..DARK });
+        assert!((heat.temperature_c() - 150.0).abs() < 0.1 && heat.filled() == 1.0, "{heat:?}");
+        let mut heat = at_rest();
+        heat.remember(87.5, f64::NAN);
+        assert_eq!(heat.filled(), 0.5);
+        heat.remember(f64::NAN, 0.0);
+        assert_eq!(heat.temperature_c(), 150.0, "a memory of nothing");
+    }
+
+    #[test]
+    fn latent_heat_the_estimate_lets_an_unmeasured_wire_take_up_counts_as_heat() {
+        let mut heat = at_rest();
+        heat.remember(80.0, 0.0);
+        heat.pass(&DARK);
+        let before_k = heat.excess_k();
+        heat.pass(&Passed { estimate_c: 70.0, martensite: 0.9, ..DARK });
+        // A tenth of 1 J in 0.015 J/K, less what a period's cooling takes.
+        assert!((heat.excess_k() - before_k - 0.1 / 0.015).abs() < 0.1, "{} after {before_k}", heat.excess_k());
+    }
+
+    proptest! {
+        /// One gap or many cycles: the account is the same, to rounding.
+        #[test]
+        fn the_account_does_not_depend_on_how_time_is_cut(
+            power_w in 0.0..5.0f64, periods in 1usize..5000, cuts in 1usize..40,
+        ) {
+            let (mut whole, mut cut) = (at_rest(), at_rest());
+            let seconds = periods as f64 * PERIOD_S;
+            whole.pass(&Passed { power_w, dt_s: seconds, ..DARK });
+            for _ in 0..cuts {
+                cut.pass(&Passed { power_w, dt_s: seconds / cuts as f64, ..DARK });
+            }
+            prop_assert!((whole.account_j() - cut.account_j()).abs() < 1e-9 * (1.0 + whole.account_j()));
+        }
+
+        /// And so is the excess, nearly.
+        #[test]
+        fn nor_does_the_excess(periods in 1usize..20_000) {
+            let (mut whole, mut cut) = (forgotten(), forgotten());
+            for heat in [&mut whole, &mut cut] {
+                heat.pass(&Passed { dt_s: 0.0, ..DARK });
+            }
+            whole.pass(&Passed { dt_s: periods as f64 * PERIOD_S, ..DARK });
+            for _ in 0..periods {
+                cut.pass(&DARK);
+            }
+            prop_assert!((whole.temperature_c() - cut.temperature_c()).abs() < 1.0, "{whole:?} {cut:?}");
+        }
+    }
+}
