@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 mod budgets;
+pub mod burn;
 pub mod clients;
 mod clocks;
 mod commands;

@@ -9,7 +9,7 @@ use sinew_backend::allocations::CountingAllocator;
 use sinew_linux_backend::guard;
 use sinew_trust::failure::Failure;
 use sinew_trust::site::Site;
-use sinew_trust::{clients, drive, kinds, process, soak, table};
+use sinew_trust::{burn, clients, drive, kinds, process, soak, table};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -41,9 +41,14 @@ enum Command {
         /// What it does.
         task: Vec<String>,
     },
+    /// Random histories of kills, restarts, stalls, faults and commands; judges by the true temperature.
+    #[command(
+        after_help = "Examples:\n  sinew-trust burn\n  sinew-trust burn --histories 10000\n  sinew-trust burn --seed 4711 --histories 1 --verbose"
+    )]
+    Burn(burn::Args),
     /// Takes all of a core (used by the others).
     #[command(hide = true)]
-    Burn,
+    Occupy,
 }
 
 #[global_allocator]
@@ -85,8 +90,9 @@ fn main() -> ExitCode {
         Command::Soak(args) => soak::soak(&args),
         Command::Drive(args) => drive::drive(&args).map(|()| true),
         Command::Client { rig, task } => clients::client_main(&rig, &task).map(|()| true),
-        Command::Burn => {
-            process::burn();
+        Command::Burn(args) => burn::burn(&args),
+        Command::Occupy => {
+            process::occupy();
             Ok(true)
         }
     };

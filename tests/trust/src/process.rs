@@ -400,7 +400,7 @@ fn starved() -> Kind {
         carry_out: Box::new(|site, trials| {
             let cores = std::thread::available_parallelism().map_or(2, usize::from);
             let load: Result<Vec<Process>, Failure> = (0..3 * cores)
-                .map(|_| Process::start(site, std::process::Command::new(site.itself()?).arg("burn")))
+                .map(|_| Process::start(site, std::process::Command::new(site.itself()?).arg("occupy")))
                 .collect();
             let load = load?;
             let running = Running::start(site, &site.name("starved"), &How::default())?;
@@ -616,7 +616,7 @@ fn runtime_folder_gone() -> Kind {
 }
 
 /// What is left of the machine when somebody else wants all of it; ends with its parent's patience.
-pub fn burn() {
+pub fn occupy() {
     let until = std::time::Instant::now() + 30 * PATIENCE;
     let mut number = 1u64;
     while std::time::Instant::now() < until {

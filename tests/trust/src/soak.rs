@@ -401,11 +401,11 @@ fn load(site: &Site, over: &AtomicBool) -> Result<(), Failure> {
         }
     };
     while !over.load(Ordering::Relaxed) {
-        let burning: Result<Vec<Process>, Failure> =
-            (0..cores).map(|_| Process::start(site, Command::new(site.itself()?).arg("burn"))).collect();
-        let burning = burning?;
+        let occupied: Result<Vec<Process>, Failure> =
+            (0..cores).map(|_| Process::start(site, Command::new(site.itself()?).arg("occupy"))).collect();
+        let occupied = occupied?;
         wait(5);
-        drop(burning);
+        drop(occupied);
         wait(5);
     }
     Ok(())
