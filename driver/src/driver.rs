@@ -55,6 +55,24 @@ pub struct Options {
     pub private: bool,
 }
 
+/// Ends a driver from another thread: outputs go to zero within a period, whatever the thread that holds the driver waits for.
+#[derive(Debug, Clone)]
+pub struct Stopper {
+    shared: Arc<Shared>,
+}
+
+impl Stopper {
+    /// Asks the loop to end. Returns at once.
+    pub fn stop(&self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the loop has ended and its outputs were put to zero.
+    pub fn has_ended(&self) -> bool {
+        self.shared.ended.load(Ordering::Acquire)
+    }
+}
+
 /// A driver that runs.
 #[derive(Debug)]
 pub struct Driver;
@@ -376,6 +394,11 @@ impl DriverHandle {
     /// Asks the loop to end: outputs go to zero within a period. Returns at once; [`DriverHandle::join`] waits.
     pub fn stop(&self) {
         self.shared.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// What ends it from another thread.
+    pub fn stopper(&self) -> Stopper {
+        Stopper { shared: self.shared.clone() }
     }
 
     /// Whether the loop still runs. It may have ended by itself: its time is over, a client asked for it, its code panicked.

@@ -316,6 +316,11 @@ impl Heat {
     pub fn pass(&mut self, passed: &Passed) {
         let &Passed { power_w, dt_s, estimate_c, martensite, is_measured, .. } = passed;
         let before = std::mem::replace(&mut self.martensite, martensite);
+        // Nothing here cools a wire below its air, and one whose length says that it is partly austenite is no colder than its cooling
+        // curve; NaN stays NaN.
+        let is_inside = is_measured && martensite < SURELY_INSIDE;
+        let least_c = if is_inside { passed.cooling_curve_c } else { self.budgets.ambient_c };
+        let estimate_c = if estimate_c < least_c { least_c } else { estimate_c };
         self.estimate_c = estimate_c;
         if !(power_w.is_nan() || dt_s.is_nan()) {
             self.fill(power_w, dt_s);
@@ -327,8 +332,7 @@ impl Heat {
         if is_measured && self.unconfirmed_memory > 0 {
             self.unconfirmed_memory -= 1;
             // A wire that is shorter than any as cold as remembered: somebody has heated it meanwhile.
-            // (at the end of its range a phase bounds nothing)
-            if martensite < SURELY_INSIDE && passed.cooling_curve_c > estimate_c + self.excess_k + CONTRADICTED_K {
+            if is_inside && passed.cooling_curve_c > passed.estimate_c + self.excess_k + CONTRADICTED_K {
                 self.unconfirmed_memory = 0;
                 self.account_j = self.budgets.energy_j;
                 self.excess_k = (self.budgets.temperature_c - estimate_c).max(0.0);
@@ -340,7 +344,7 @@ impl Heat {
             if !is_measured && assumed.is_none() && taken_up > 0.0 {
                 self.excess_k += self.cooling.latent_j * taken_up / self.cooling.heat_capacity_j_per_k;
             }
-            self.decay(passed);
+            self.decay(&Passed { estimate_c, ..*passed });
         }
     }
 

@@ -45,7 +45,7 @@ pub mod supervisor;
 mod suspension;
 
 pub use cycles::{NoOutlet, Outlet};
-pub use driver::{Driver, DriverHandle, Options, Stats, access_of, wish_of};
+pub use driver::{Driver, DriverHandle, Options, Stats, Stopper, access_of, wish_of};
 pub use engine::Engine;
 pub use error::Error;
 pub use grid::Pace;

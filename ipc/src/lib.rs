@@ -57,6 +57,7 @@ mod link;
 mod memory;
 mod messages;
 mod names;
+mod ours;
 mod remains;
 mod run;
 mod server;

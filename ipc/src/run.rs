@@ -14,10 +14,11 @@
 use crate::error::Error;
 use crate::messages::PROTOCOL;
 use crate::names::check_rig_name;
+use crate::ours::{self, open};
 use crate::sys::{self, Lock};
-use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
+use std::fs::{self, DirBuilder, File, Permissions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -29,6 +30,9 @@ const RUN_LETTERS: usize = 10;
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Size of what stands in a lock file: always written whole, so that a reader never sees half of it.
 const RECORD_BYTES: usize = 128;
+/// What every run's folder has, and what it is called before it has it.
+const USERS: &str = "users";
+const NEW: &str = ".sinew-new-";
 /// The rig file's text in a run's folder.
 const RIG_TEXT: &str = "rig.toml";
 /// Longest rig file a client reads, bytes.
@@ -84,10 +88,6 @@ fn default_runtime_dir() -> PathBuf {
         .unwrap_or_else(|| format!("/tmp/sinew-{user}").into())
 }
 
-fn open(path: &Path, create: bool) -> std::io::Result<File> {
-    OpenOptions::new().read(true).write(true).create(create).truncate(false).mode(0o600).open(path)
-}
-
 fn lock_path(dir: &Path, rig: &str) -> PathBuf {
     dir.join(format!("{rig}.lock"))
 }
@@ -97,13 +97,9 @@ pub(crate) fn prefix(run: &str) -> String {
     format!("sinew_{run}_")
 }
 
-/// The shared memory of a run.
+/// The shared memory of a run. In `/dev/shm` anybody may have put a file of that name: only this user's are.
 pub(crate) fn shared_memory(run: &str) -> Vec<PathBuf> {
-    let prefix = prefix(run);
-    let all = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
-    all.filter(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)))
-        .map(|entry| entry.path())
-        .collect()
+    ours::files(Path::new(SHARED_MEMORY), &prefix(run))
 }
 
 /// What stands in a lock file.
@@ -197,10 +193,14 @@ impl RigLock {
             if !is_the_file_at(&file, &path) {
                 continue;
             }
-            // A file somebody has written is a dead driver's, and its clients may still be watching: to them a lock on this very
-            // file would mean that he is back. They keep the old one, we take a new one.
             if file.metadata().map_err(failed)?.len() == 0 {
                 break file;
+            }
+            // A dead driver's, and its clients may still be watching: to them a lock on this very file would mean that he is back. They
+            // keep the old one, we take a new one.
+            if Record::read(&file).is_none() {
+                let reason = "it is not a lock of sinew's, and is left alone; move it away".into();
+                return Err(Error::RuntimeDir { path, reason });
             }
             fs::remove_file(&path).map_err(failed)?;
         };
@@ -284,13 +284,25 @@ fn create_run(dir: &Path) -> Result<(String, File), Error> {
         let run = run_name(attempt);
         let path = dir.join(&run);
         let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
-        match DirBuilder::new().mode(0o700).create(&path) {
-            Err(e) if e.kind() == ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
-            Err(e) => return Err(failed(e)),
-            Ok(()) => {
-                let users = open(&path.join("users"), true).map_err(failed)?;
-                sys::try_lock(&users, Lock::Shared).map_err(failed)?;
-                return Ok((run, users));
+        // Whole from the first moment: a folder without `users` is somebody else's.
+        let new = dir.join(format!("{NEW}{run}"));
+        match DirBuilder::new().mode(0o700).create(&new) {
+            Err(e) if e.kind() == ErrorKind::AlreadyExists && attempt < 100 => {
+                attempt += 1;
+                continue;
+            }
+            made => made.map_err(failed)?,
+        }
+        let users = open(&new.join(USERS), true).map_err(failed)?;
+        sys::try_lock(&users, Lock::Shared).map_err(failed)?;
+        match rename_to_new(&new, &path) {
+            Ok(()) => return Ok((run, users)),
+            Err(e) => {
+                ours::remove_folder(&new, &prefix(&run), &[USERS]);
+                if e.kind() != ErrorKind::AlreadyExists || attempt >= 100 {
+                    return Err(failed(e));
+                }
+                attempt += 1;
             }
         }
     }
@@ -318,9 +330,14 @@ impl Sweep {
             let Some(name) = name.to_str() else { continue };
             if is_run_name(name) {
                 self.run(name);
+            } else if let Some(run) = name.strip_prefix(NEW).filter(|run| is_run_name(run)) {
+                // Killed before it was whole.
+                ours::remove_folder(&entry.path(), &prefix(run), &[USERS]);
             } else if name.ends_with(".lock") {
                 let Ok(file) = open(&entry.path(), false) else { continue };
-                if matches!(sys::try_lock(&file, Lock::Exclusive), Ok(true)) && is_the_file_at(&file, &entry.path()) {
+                let is_dead =
+                    matches!(sys::try_lock(&file, Lock::Exclusive), Ok(true)) && Record::read(&file).is_some();
+                if is_dead && is_the_file_at(&file, &entry.path()) {
                     let _ = fs::remove_file(entry.path());
                 }
             }
@@ -330,23 +347,23 @@ impl Sweep {
     /// Removes a run if nobody uses it.
     fn run(&self, run: &str) {
         let dir = self.dir.join(run);
-        let users = open(&dir.join("users"), false);
-        match &users {
-            Ok(file) => {
-                if !matches!(sys::try_lock(file, Lock::Exclusive), Ok(true)) {
-                    return;
-                }
-            }
-            // Killed between making the folder and this file: nobody can be using it.
-            Err(e) if e.kind() == ErrorKind::NotFound => {}
-            Err(_) => return,
+        // A folder without it is none of ours, whatever its name.
+        let Ok(users) = open(&dir.join(USERS), false) else { return };
+        if !matches!(sys::try_lock(&users, Lock::Exclusive), Ok(true)) {
+            return;
         }
         // Shared memory first: the folder is what it will be found by the next time, should this be interrupted.
         for path in shared_memory(run) {
             let _ = fs::remove_file(path);
         }
-        let _ = fs::remove_dir_all(&dir);
+        ours::remove_folder(&dir, &prefix(run), &[USERS, RIG_TEXT]);
     }
+}
+
+/// Renames a folder, unless something of the new name is there already.
+fn rename_to_new(from: &Path, to: &Path) -> std::io::Result<()> {
+    let flags = rustix::fs::RenameFlags::NOREPLACE;
+    rustix::fs::renameat_with(rustix::fs::CWD, from, rustix::fs::CWD, to, flags).map_err(std::io::Error::from)
 }
 
 /// A client's hold on a run: keeps its files from being swept away, and tells whether the driver lives.
@@ -397,7 +414,7 @@ impl Attachment {
         if record.run.is_empty() {
             return Ok(None);
         }
-        let Ok(users) = open(&dir.join(&record.run).join("users"), false) else { return Ok(None) };
+        let Ok(users) = open(&dir.join(&record.run).join(USERS), false) else { return Ok(None) };
         if !sys::try_lock(&users, Lock::Shared).map_err(failed)? || !sys::is_locked(&lock).map_err(failed)? {
             // Swept, or its driver ended this instant: look again from the start.
             return Ok(None);
@@ -596,16 +613,28 @@ mod tests {
     }
 
     #[test]
-    fn half_a_folder_and_a_stray_lock_file_are_swept() {
+    fn what_is_not_ours_stays_whatever_its_name_and_what_is_half_made_goes() {
         let dir = Scratch::new("stray");
         fs::create_dir(dir.0.join("0123456789")).unwrap();
+        fs::create_dir(dir.0.join("abcdefghij")).unwrap();
+        fs::write(dir.0.join("abcdefghij/thesis.tex"), "years of work").unwrap();
         fs::write(dir.0.join("ghost.lock"), "nonsense").unwrap();
         fs::write(dir.0.join("notes.txt"), "not ours").unwrap();
+        // Killed right after it was made, and before it got its name.
+        fs::create_dir(dir.0.join(".sinew-new-0123456789")).unwrap();
+        fs::write(dir.0.join(".sinew-new-0123456789/users"), "").unwrap();
         let lock = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
-        let names = dir.entries();
-        assert!(names.contains(&"notes.txt".to_string()) && !names.contains(&"ghost.lock".to_string()), "{names:?}");
-        assert!(!names.contains(&"0123456789".to_string()), "{names:?}");
+        // And one of a dead driver into whose folder somebody has put something.
+        let run = lock.run_dir();
+        fs::write(run.join("notes.txt"), "not ours either").unwrap();
         drop(lock);
+        let mut left = dir.entries();
+        left.retain(|name| !run.ends_with(name));
+        assert_eq!(left, [".sweep", "0123456789", "abcdefghij", "ghost.lock", "notes.txt"]);
+        assert!(dir.0.join("abcdefghij/thesis.tex").exists() && run.join("notes.txt").exists());
+        assert!(!run.join("users").exists());
+        let error = RigLock::acquire_in(&dir.0, "ghost", PROTOCOL).unwrap_err().to_string();
+        assert!(error.contains("move it away") && dir.0.join("ghost.lock").exists(), "{error}");
     }
 
     #[test]

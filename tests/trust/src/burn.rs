@@ -6,6 +6,9 @@
 //!
 //! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off.
 
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use rand::rngs::Xoshiro256PlusPlus;
@@ -39,9 +42,12 @@ pub struct Args {
     /// Number of the first of them.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Tells what happens in each of them.
+    /// Tells what each of them came to.
     #[arg(long)]
     verbose: bool,
+    /// Writes every cycle of the last one to this file.
+    #[arg(long, value_name = "FILE.csv")]
+    trace: Option<PathBuf>,
 }
 
 /// The kinds of wire: diameter in mm, supply as a multiple of what drives the current its rule allows for ever.
@@ -63,7 +69,8 @@ const WIRES: [(f64, f64); 15] = [
     (0.5, 2.0),
 ];
 const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
-const ESTIMATORS: [&str; 4] = ["fused", "enthalpy", "luenberger", "luenberger_scheduled"];
+// (the default three times out of six)
+const ESTIMATORS: [&str; 6] = ["fused", "fused", "fused", "enthalpy", "luenberger", "luenberger_scheduled"];
 
 /// How a wire is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +80,17 @@ enum Taps {
     None,
 }
 
+/// What the temperature of a wire is known by, besides the power.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Witnesses {
+    /// Length by taps and resistance, both weighed by the estimator.
+    LengthAndResistance,
+    /// Length alone: an estimator that is blind to resistance.
+    Length,
+    /// Resistance alone, which is taken for the length: no taps.
+    Resistance,
+}
+
 /// What a history came to.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
@@ -80,8 +98,8 @@ pub struct Outcome {
     pub seed: u64,
     /// Whether the rig file was true.
     pub is_true: bool,
-    /// Whether there were taps to measure the length by.
-    pub has_taps: bool,
+    /// What the driver could know its temperature by.
+    pub witnesses: Witnesses,
     /// Most the wire was above its limit, K; negative below.
     pub over_k: f64,
     /// Most the published temperature was below the true one, K.
@@ -97,7 +115,8 @@ pub struct Outcome {
 impl Outcome {
     /// Whether what is promised of such a history was kept; `None` where nothing is.
     pub fn is_kept(&self) -> Option<bool> {
-        self.has_taps.then_some(self.over_k <= if self.is_true { PROMISED_K } else { PROMISED_OFF_K })
+        let promised_k = if self.is_true { PROMISED_K } else { PROMISED_OFF_K };
+        (self.witnesses == Witnesses::LengthAndResistance).then_some(self.over_k <= promised_k)
     }
 }
 
@@ -108,8 +127,14 @@ impl Outcome {
 pub fn burn(args: &Args) -> Result<bool, Failure> {
     let started = Instant::now();
     let mut outcomes = Vec::new();
-    for seed in args.seed..args.seed.saturating_add(args.histories) {
-        let outcome = history(seed)?;
+    let end = args.seed.saturating_add(args.histories);
+    for seed in args.seed..end {
+        let trace = args.trace.as_ref().filter(|_| seed + 1 == end);
+        let mut trace = trace.map(File::create).transpose()?.map(BufWriter::new);
+        if let Some(trace) = &mut trace {
+            writeln!(trace, "time_s,true_c,published_c,excess_k,true_duty,duty,mode,fault,flags,breaks")?;
+        }
+        let outcome = history(seed, trace.as_mut())?;
         if args.verbose || outcome.is_kept() == Some(false) {
             println!(
                 "{} {seed}: {:+.1} K from the limit, {:.1} K under the truth, {} starts, {} resets, {}: {}",
@@ -124,21 +149,23 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
         }
         outcomes.push(outcome);
     }
-    for (what, is_true, has_taps) in [
-        ("beliefs true", true, true),
-        ("beliefs up to 30 % off", false, true),
-        ("no taps, beliefs true", true, false),
-        ("no taps, beliefs off", false, false),
+    for (what, witnesses) in [
+        ("length and resistance", Witnesses::LengthAndResistance),
+        ("blind to resistance", Witnesses::Length),
+        ("no taps", Witnesses::Resistance),
     ] {
-        let group = || outcomes.iter().filter(|one| one.is_true == is_true && one.has_taps == has_taps);
-        let worst = |of: fn(&Outcome) -> f64| group().map(of).fold(f64::NEG_INFINITY, f64::max);
-        println!(
-            "{what:<24} {:>5} histories, {:>3.0} % heated; at worst {:+6.1} K from the limit, published {:5.1} K under the truth",
-            group().count(),
-            100.0 * group().filter(|one| one.was_heated).count() as f64 / group().count().max(1) as f64,
-            worst(|one| one.over_k),
-            worst(|one| one.under_k),
-        );
+        for (beliefs, is_true) in [("true", true), ("30 % off", false)] {
+            let group = || outcomes.iter().filter(|one| one.is_true == is_true && one.witnesses == witnesses);
+            let worst = |of: fn(&Outcome) -> f64| group().map(of).fold(f64::NEG_INFINITY, f64::max);
+            println!(
+                "{what:<22} beliefs {beliefs:<9} {:>5} histories, {:>3.0} % heated; at worst {:+6.1} K from the limit, \
+                 published {:5.1} K under the truth",
+                group().count(),
+                100.0 * group().filter(|one| one.was_heated).count() as f64 / group().count().max(1) as f64,
+                worst(|one| one.over_k),
+                worst(|one| one.under_k),
+            );
+        }
     }
     println!("{:.0} s", started.elapsed().as_secs_f64());
     Ok(outcomes.iter().all(|one| one.is_kept() != Some(false)))
@@ -241,11 +268,11 @@ struct Record {
     at_s: f64,
 }
 
-/// One history.
+/// One history, every cycle of it into `trace`.
 ///
 /// # Errors
 /// A rig file that is refused.
-pub fn history(seed: u64) -> Result<Outcome, Failure> {
+pub fn history(seed: u64, mut trace: Option<&mut BufWriter<File>>) -> Result<Outcome, Failure> {
     let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(format!("history {seed}: {error}"));
     let mut plan = Plan::of(seed);
     let (believed, truth) = plan.rigs()?;
@@ -267,7 +294,11 @@ pub fn history(seed: u64) -> Result<Outcome, Failure> {
     let mut outcome = Outcome {
         seed,
         is_true: plan.is_true,
-        has_taps: plan.taps != Taps::None,
+        witnesses: match (plan.taps, plan.estimator) {
+            (Taps::None, _) => Witnesses::Resistance,
+            (_, "fused") => Witnesses::LengthAndResistance,
+            _ => Witnesses::Length,
+        },
         over_k: f64::NEG_INFINITY,
         under_k: f64::NEG_INFINITY,
         was_heated: false,
@@ -385,6 +416,23 @@ pub fn history(seed: u64) -> Result<Outcome, Failure> {
             let recalled = Recalled { temperature_c, account_j, given_w: channel.most_given_w(), since_s: 0.0 };
             record = Some(Record { recalled, at_s: now_s });
             under_k = under_k.max(true_c(&wires) - alive.snapshot.channel[0].temperature_c);
+            if let Some(trace) = &mut trace {
+                let state = &alive.snapshot.channel[0];
+                let breaks: Vec<&str> = mends_at_s.iter().map(|(kind, _)| kind.word()).collect();
+                writeln!(
+                    trace,
+                    "{now_s:.4},{:.2},{:.2},{:.2},{:.4},{:.4},{:?},{},{},{}",
+                    true_c(&wires),
+                    state.temperature_c,
+                    channel.heat().excess_k(),
+                    wires.truth(0).map_or(f64::NAN, |truth| truth.duty),
+                    state.duty,
+                    state.mode(),
+                    state.fault().map_or("", |fault| fault.flag()),
+                    state.flags,
+                    breaks.join(" ")
+                )?;
+            }
         }
         done += 1 + late;
     }

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use crate::failure::{Failure, Outcome};
+use crate::log;
 
 /// Prints to stdout. A reader that has gone away (`| head`) has what it wanted.
 pub fn print(text: impl fmt::Display) -> Outcome {
@@ -16,8 +17,7 @@ pub fn print(text: impl fmt::Display) -> Outcome {
 
 /// Prints to stdout; false when its reader has gone away.
 pub fn try_print(text: impl fmt::Display) -> Result<bool, Failure> {
-    let mut stdout = io::stdout().lock();
-    match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
+    match log::put(&mut io::stdout().lock(), text.to_string().as_bytes()).and_then(|_| io::stdout().flush()) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
         Err(error) => Err(Failure::own(format!("stdout: {error}"))),
@@ -26,7 +26,7 @@ pub fn try_print(text: impl fmt::Display) -> Result<bool, Failure> {
 
 /// Prints a line to stderr. Where nobody listens any more (a terminal that is gone) nothing is lost: the commands go on.
 pub fn note(text: impl fmt::Display) {
-    let _ = writeln!(io::stderr(), "{text}");
+    log::say(format!("{text}\n").as_bytes());
 }
 
 /// Prints a value as JSON to stdout; numbers that are not finite become `null`.

@@ -4,6 +4,7 @@
 use std::ffi::CString;
 use std::fmt::Write as _;
 use std::fs;
+use std::io::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
@@ -155,8 +156,11 @@ fn shared_memory() -> Check {
     };
     // permission is determined by trying
     let probe = Path::new(folder).join(format!(".sinew-doctor-{}", std::process::id()));
-    let written = fs::write(&probe, b"sinew");
-    let _ = fs::remove_file(&probe);
+    let written = fs::OpenOptions::new().write(true).create_new(true).open(&probe).and_then(|mut file| {
+        let written = file.write_all(b"sinew");
+        // only what was made here
+        fs::remove_file(&probe).and(written)
+    });
     let found = format!("{} MiB free", free >> 20);
     match written {
         Err(error) => lacking(format!("{found}, but: {error}"), "sudo chmod 1777 /dev/shm"),

@@ -52,6 +52,12 @@ fn in_foreground() -> bool {
     unsafe { libc::tcgetpgrp(libc::STDOUT_FILENO) == libc::getpgrp() }
 }
 
+/// A process in the background that writes to a terminal may be stopped for it (`stty tostop`): not this one. What it writes is shown.
+pub fn never_stopped_by_the_terminal() {
+    // SAFETY: takes plain numbers; nothing here handles that signal.
+    unsafe { libc::signal(libc::SIGTTOU, libc::SIG_IGN) };
+}
+
 /// Waits a second, then prints a line (to stderr if stdout is wanted for something else); whether to go on.
 pub fn lines(live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Result<bool, Failure> {
     let next = Instant::now() + Duration::from_secs(1);

@@ -2,20 +2,24 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::Read;
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::Duration;
 
-use signal_hook::consts::{SIGTSTP, SIGXFSZ};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGTSTP, SIGXFSZ};
 use sinew_black_box::{BlackBox, Place};
 use sinew_driver::report::Ending;
-use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Tap};
+use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Stopper, Tap};
 use sinew_ipc::Client;
 use sinew_rig::Rig;
 
 use super::live::{self, Live};
 use super::load_rig_with;
-use super::monitor::{has_screen, lines, signals};
+use super::monitor::{has_screen, lines, never_stopped_by_the_terminal, signals};
 use crate::args;
 use crate::backend::{self, Chosen};
 use crate::failure::{Failure, Outcome};
@@ -24,6 +28,9 @@ use crate::output;
 use crate::screen::terminal;
 use crate::screen::view::micros;
 
+/// How long a run may take to say what it came to, once its outputs are zero and somebody has asked for its end.
+const PARTING: Duration = Duration::from_secs(20);
+const LOOK: Duration = Duration::from_millis(1);
 /// Time of one step of the built-in hexapod, s.
 const STEP_S: f64 = 6.0;
 
@@ -51,10 +58,15 @@ pub fn run(args: &args::Run) -> Outcome {
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
     let (black_box, tap) = black_box(&rig, simulated).unzip();
+    let asked_too = signal_line()?;
+    never_stopped_by_the_terminal();
     let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
+    log::never_wait();
+    stop_when_asked(asked_too, driver.stopper())?;
     let shown = show(args, &rig, &wires, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
     driver.stop();
     let mut report = driver.join();
+    log::part();
     if let Some(black_box) = black_box {
         let written = black_box.finish();
         (report.black_boxes, report.black_box_error) = (written.files, written.failure);
@@ -77,6 +89,10 @@ pub fn run(args: &args::Run) -> Outcome {
         if path == Path::new("-") { output::print(text)? } else { output::write_file(path, &text)? }
     }
     shown?;
+    if !report.outputs_confirmed_zero {
+        let remedy = "take the supply away; the run report and what stands above say which output it is";
+        return Err(Failure::own("not every output has confirmed zero: a wire may still be heated").hint(remedy));
+    }
     match report.ended {
         Ending::Panicked => {
             Err(Failure::own("the driver panicked; outputs are at zero")
@@ -84,6 +100,37 @@ pub fn run(args: &args::Run) -> Outcome {
         }
         Ending::Duration | Ending::Stopped => Ok(()),
     }
+}
+
+/// The end of a line that every signal to end writes to: whoever reads it needs nobody else to notice.
+fn signal_line() -> Result<UnixStream, Failure> {
+    let (heard, told) =
+        UnixStream::pair().map_err(|error| Failure::own(format!("signals cannot be listened for: {error}")))?;
+    for signal in [SIGINT, SIGTERM, SIGHUP, SIGTSTP] {
+        told.try_clone()
+            .and_then(|told| signal_hook::low_level::pipe::register(signal, told))
+            .map_err(|error| Failure::own(format!("signal {signal} cannot be handled: {error}")))?;
+    }
+    Ok(heard)
+}
+
+/// Ends the driver at the first signal, on a thread of its own: the one that shows it may be waiting for a terminal that nobody reads. Where
+/// it goes on doing so the process ends without it.
+fn stop_when_asked(mut heard: UnixStream, stopper: Stopper) -> Outcome {
+    let listen = move || {
+        // a line that is gone has nothing more to say
+        if heard.read_exact(&mut [0]).is_err() {
+            return;
+        }
+        stopper.stop();
+        while !stopper.has_ended() {
+            thread::sleep(LOOK);
+        }
+        thread::sleep(PARTING);
+        std::process::exit(1);
+    };
+    let thread = thread::Builder::new().name("sinew-signals".into()).spawn(listen);
+    thread.map(drop).map_err(|error| Failure::own(format!("no thread to listen for signals: {error}")))
 }
 
 /// The black box the rig file asks for, and the tap that fills it. A driver without one is better than none: what is wrong is a
@@ -182,6 +229,9 @@ fn summary(report: &RunReport) -> String {
     }
     if let Some(error) = &report.black_box_error {
         let _ = writeln!(text, "  black box {error}");
+    }
+    if !report.outputs_confirmed_zero {
+        let _ = writeln!(text, "  outputs   zero was NOT confirmed by all of them");
     }
     if let Some(error) = &report.backend_error {
         let _ = writeln!(text, "  backend   {error}");
