@@ -30,12 +30,20 @@ pub enum Error {
     },
     /// The timer or the wait failed.
     Timer(io::Error),
+    /// The true temperatures cannot be written.
+    Truth {
+        /// Where.
+        path: PathBuf,
+        /// Why not.
+        error: io::Error,
+    },
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Line { what, error } => write!(f, "{what}: {error}"),
+            Error::Truth { path, error } => write!(f, "{}: cannot be written: {error}", path.display()),
             Error::Link { path, error } => write!(f, "{}: cannot be made a link: {error}", path.display()),
             Error::Wires(error) => error.fmt(f),
             Error::Channels { found } => {

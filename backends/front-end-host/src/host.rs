@@ -19,11 +19,15 @@ use sinew_rig::Rig;
 use crate::error::Error;
 use crate::line::{Direction, Spoilt};
 use crate::port::{Port, Read};
+use crate::truth::Truth;
 use crate::wires::Wires;
 
 /// Longest sleep, so that orders are taken, and how often a line with nobody on it is looked at, ns.
 const NAP_NS: u64 = 5_000_000;
 const ALONE_NS: u64 = 1_000_000;
+
+/// From one row of the truth to the next, ns.
+pub(crate) const TRUTH_NS: u64 = 10_000_000;
 
 /// How to run.
 #[derive(Debug, Clone, Default)]
@@ -40,6 +44,8 @@ pub struct Options {
     pub duration_ns: Option<u64>,
     /// Tell every change of what is put out.
     pub tell_outputs: bool,
+    /// Where to write every wire's true temperature, a row of CSV every 10 ms: the wires outlive the driver.
+    pub truth: Option<PathBuf>,
 }
 
 /// What can be done to it while it runs.
@@ -224,6 +230,7 @@ pub fn run(
         alone: false,
         timer,
         figures: Figures::default(),
+        truth: options.truth.as_deref().map(|path| Truth::create(path, rig)).transpose()?,
     };
     device.connect(tell)?;
     let figures = device.run(orders, tell)?;
@@ -242,6 +249,7 @@ struct Device<'o> {
     alone: bool,
     timer: OwnedFd,
     figures: Figures,
+    truth: Option<Truth>,
 }
 
 impl Device<'_> {
@@ -275,6 +283,9 @@ impl Device<'_> {
             }
             for event in std::mem::take(&mut self.wires.told) {
                 tell(Told { monotonic_ns: now, what: what(event) });
+            }
+            if let Some(truth) = &mut self.truth {
+                truth.write(now, &mut self.wires)?;
             }
             if now >= end_ns {
                 break;

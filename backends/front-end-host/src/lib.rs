@@ -19,6 +19,7 @@ mod error;
 mod host;
 mod line;
 mod port;
+mod truth;
 mod wires;
 
 pub use error::Error;

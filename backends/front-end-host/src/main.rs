@@ -47,6 +47,10 @@ struct Args {
     /// End after so long.
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     duration_s: Option<f64>,
+    /// Write the true temperature of every wire to this file, a row of CSV every 10 ms: `time_s`, then °C by channel. The wires live for
+    /// as long as this process, whatever drivers come and go.
+    #[arg(long, value_name = "FILE.csv")]
+    truth: Option<PathBuf>,
     /// Ask Linux for real time: SCHED_FIFO on the first core.
     #[arg(long)]
     realtime: bool,
@@ -95,6 +99,7 @@ fn main() -> ExitCode {
         seed: args.seed,
         duration_ns: args.duration_s.map(|seconds| (seconds * 1e9) as u64),
         tell_outputs: false,
+        truth: args.truth,
     };
     let (give, orders) = mpsc::channel();
     thread::spawn(move || {

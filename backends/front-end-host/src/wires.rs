@@ -108,13 +108,22 @@ impl Wires {
         }
     }
 
-    /// Lets the time pass in which nobody sampled, with nothing put out.
-    fn rest(&mut self) {
-        let Some(before_ns) = self.simulated_ns else { return };
-        let gone = (self.now_ns.saturating_sub(before_ns) / self.period_ns).min(LONGEST_PAUSE);
-        for _ in 1..gone {
+    /// Lets the time pass in which nobody sampled, but for the last period, with nothing put out.
+    pub fn rest(&mut self) {
+        let before_ns = *self.simulated_ns.get_or_insert(self.now_ns);
+        let gone = self.now_ns.saturating_sub(before_ns) / self.period_ns;
+        if gone < 2 {
+            return;
+        }
+        for _ in 1..gone.min(LONGEST_PAUSE) {
             let _ = self.rig.period(&self.off, &mut self.samples);
         }
+        self.simulated_ns = Some(before_ns + (gone - 1) * self.period_ns);
+    }
+
+    /// What the wires really have, °C.
+    pub fn temperatures_c(&self) -> impl Iterator<Item = f64> {
+        (0..self.places.len()).map(|channel| self.rig.truth(channel).map_or(f64::NAN, |truth| truth.temperature_c))
     }
 }
 
