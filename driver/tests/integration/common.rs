@@ -86,6 +86,8 @@ pub struct Fake {
     /// Duty that went to each channel in each period; only with `keep`, because it allocates.
     pub log: Vec<Vec<f64>>,
     pub keep: bool,
+    /// What its outputs are called, where they are to outlive it.
+    pub outlives: Option<String>,
 }
 
 const SUPPLY_V: f64 = 6.5;
@@ -106,8 +108,10 @@ impl Fake {
             watch: Arc::new(Watch { panic_at: AtomicU64::new(u64::MAX), ..Watch::default() }),
             log: Vec::new(),
             keep: false,
+            outlives: None,
         }
     }
+
 
     /// About normal, standard deviation 1.
     fn noise(&mut self) -> f64 {
@@ -247,7 +251,11 @@ impl Backend for Fake {
     }
 
     fn is_at_rest(&self) -> bool {
-        true
+        self.outlives.is_none()
+    }
+
+    fn output_name(&self, channel: usize) -> Option<String> {
+        self.outlives.as_ref().map(|name| format!("{name}/{channel}"))
     }
 
     fn stop(&mut self) -> Zero {

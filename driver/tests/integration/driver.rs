@@ -235,6 +235,64 @@ fn a_panic_in_the_loop_stops_the_outputs_and_ends_the_run() {
     assert!((1..50).contains(&report.cycles), "{}", report.cycles);
 }
 
+/// What a driver believes of its wire in its first cycles, °C, at the most; it ends when it knows that the wire is cold.
+fn first_belief_c(rig: &Rig, fake: Fake) -> f64 {
+    let handle = Driver::start(rig, fake, Options::default()).unwrap();
+    let client = Client::connect(&rig.name).unwrap();
+    let mut most_c = f64::NEG_INFINITY;
+    eventually("measured", || {
+        let state = client.latest().channels()[0];
+        most_c = most_c.max(state.temperature_c);
+        state.length_m.is_finite() && state.temperature_c < 60.0
+    });
+    drop(client);
+    handle.stop();
+    handle.join();
+    most_c
+}
+
+#[test]
+fn what_is_known_of_a_wire_outlives_its_driver_and_an_unknown_one_is_at_its_limit() {
+    // Slow enough that a client sees the first cycles.
+    let rig = rig(&name("memory"), 1, 50.0);
+    let limit_c = rig.channels[0].limits.max_temperature_c;
+    let fake = || {
+        let mut fake = Fake::new(&rig);
+        fake.outlives = Some(format!("{} {}", rig.name, std::process::id()));
+        fake
+    };
+    let unknown_c = first_belief_c(&rig, fake());
+    assert!((unknown_c - limit_c).abs() < 1.0, "{unknown_c}");
+    let remembered_c = first_belief_c(&rig, fake());
+    assert!(remembered_c < 0.5 * limit_c, "{remembered_c} °C, though it was left cold a moment ago");
+    let mut another = fake();
+    another.outlives = Some(format!("{} other", rig.name));
+    assert!((first_belief_c(&rig, another) - limit_c).abs() < 1.0, "another output");
+}
+
+#[test]
+fn a_backend_whose_outputs_nothing_ends_is_refused() {
+    struct Endless(Fake);
+    impl Backend for Endless {
+        fn channels(&self) -> usize {
+            self.0.channels()
+        }
+        fn start(&mut self) -> Result<(), BackendError> {
+            self.0.start()
+        }
+        fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+            self.0.exchange(duty, samples)
+        }
+        fn stop(&mut self) -> Zero {
+            self.0.stop()
+        }
+    }
+    let rig = rig(&name("endless"), 1, 1000.0);
+    let options = Options { private: true, ..Options::default() };
+    let error = Driver::start(&rig, Endless(Fake::new(&rig)), options).unwrap_err().to_string();
+    assert!(error.contains("needs a watchdog"), "{error}");
+}
+
 #[test]
 fn a_dropped_handle_stops_the_outputs() {
     let rig = rig(&name("drop"), 1, 1000.0);

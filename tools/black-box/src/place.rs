@@ -60,9 +60,12 @@ impl Place {
         self.folder.join(format!("{}-{}-{channel}-{flag}.mcap", self.rig, at.fine_stamp()))
     }
 
-    /// Removes all but the newest ones, and what a driver left that was killed while it wrote. Only what bears this rig's name and a
-    /// time behind it is touched.
-    pub(crate) fn tidy(&self) -> io::Result<()> {
+    /// Removes all but the newest ones, and what a driver left that was killed while it wrote; `newest` is the one just written. Only
+    /// what bears this rig's name and a time behind it is touched.
+    ///
+    /// The order is that in which they were written, which a file beside them keeps: by the times in their names a clock that is behind would
+    /// make the newest the oldest.
+    pub(crate) fn tidy(&self, newest: &Path) -> io::Result<()> {
         let mut whole = Vec::new();
         for entry in fs::read_dir(&self.folder)? {
             let entry = entry?;
@@ -73,12 +76,33 @@ impl Place {
                 _ => {}
             }
         }
-        // names sort by time
-        whole.sort_unstable();
-        for name in &whole[..whole.len().saturating_sub(self.keep)] {
+        let mut written = self.order();
+        written.extend(newest.file_name().map(|name| name.to_string_lossy().into_owned()));
+        // Those of before there was an order come first, by time.
+        whole.sort_by_cached_key(|name| (written.iter().rposition(|one| one == name), name.clone()));
+        let (old, kept) = whole.split_at(whole.len().saturating_sub(self.keep));
+        // First, so that an interruption leaves too much and not too little.
+        self.keep_order(kept)?;
+        for name in old {
             fs::remove_file(self.folder.join(name))?;
         }
         Ok(())
+    }
+
+    fn order_path(&self) -> PathBuf {
+        self.folder.join(format!(".{}.order", self.rig))
+    }
+
+    /// Names in the order in which they were written, as far as that is known.
+    fn order(&self) -> Vec<String> {
+        let text = fs::read_to_string(self.order_path()).unwrap_or_default();
+        text.lines().filter(|name| self.is_ours(name)).map(str::to_string).collect()
+    }
+
+    fn keep_order(&self, names: &[String]) -> io::Result<()> {
+        let (path, part) = (self.order_path(), self.folder.join(format!(".{}.order.part", self.rig)));
+        fs::write(&part, names.join("\n") + "\n")?;
+        fs::rename(part, path)
     }
 
     fn is_ours(&self, name: &str) -> bool {
@@ -122,18 +146,34 @@ mod tests {
         for name in others.into_iter().chain([dead.as_str(), alive.as_str()]) {
             fs::write(folder.path().join(name), "").unwrap();
         }
-        for second in 0..8 {
-            let at = Utc::of_unix_ns((1_785_598_212 + 7 * second) * 1_000_000_000);
-            fs::write(place.path(at, "wire", "open_wire"), "").unwrap();
-        }
-        place.tidy().unwrap();
+        let write = |unix_s: u64| {
+            let path = place.path(Utc::of_unix_ns(unix_s * 1_000_000_000), "wire", "open_wire");
+            fs::write(&path, "").unwrap();
+            path
+        };
+        // Written before there was an order.
+        let before: Vec<PathBuf> = (0..8).map(|second| write(1_785_598_212 + 7 * second)).collect();
+        place.tidy(&before[7]).unwrap();
         let left = names(folder.path());
+        assert!(left.contains(&".bench.order".to_string()), "{left:?}");
         for name in others.into_iter().chain([alive.as_str()]) {
             assert!(left.iter().any(|there| there == name), "{name} is gone: {left:?}");
         }
         assert!(!left.contains(&dead), "{left:?}");
         let boxes: Vec<&String> = left.iter().filter(|name| place.is_ours(name)).collect();
         assert_eq!(boxes.len(), 3, "{left:?}");
+        assert!(boxes[2].contains("20260801T153101"), "{boxes:?}");
+        // The clock falls back by ten years: what is written now is the newest all the same.
+        let behind: Vec<PathBuf> = (0..2)
+            .map(|second| {
+                let path = write(1_470_000_000 + second);
+                place.tidy(&path).unwrap();
+                path
+            })
+            .collect();
+        let boxes: Vec<String> = names(folder.path()).into_iter().filter(|name| place.is_ours(name)).collect();
+        assert_eq!(boxes.len(), 3, "{boxes:?}");
+        assert!(behind.iter().all(|path| path.exists()), "{boxes:?}");
         assert!(boxes[2].contains("20260801T153101"), "{boxes:?}");
     }
 

@@ -123,7 +123,7 @@ impl Writer {
         let file = session.finish(ended)?.into_inner().map_err(|error| failed(error.into_error()))?;
         part.publish(&file).map_err(failed)?;
         // a folder that cannot be tidied has its file all the same
-        let _ = self.place.tidy();
+        let _ = self.place.tidy(&path);
         Ok(path)
     }
 

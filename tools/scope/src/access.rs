@@ -15,7 +15,7 @@ use crate::Error;
 fn policy(port: u16) -> String {
     format!(
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
-         connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; \
+         connect-src 'self' ws://127.0.0.1:{port}; \
          base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
 }
@@ -58,10 +58,10 @@ impl AccessControl {
         AccessControl { port }
     }
 
-    /// Whether a host is this server: a loopback address or `localhost`, and the port.
+    /// Whether a host is this server: the loopback address it listens on, and the port. Not `localhost`: that may be another address
+    /// with another server, whose pages would have our name.
     fn is_this_server(&self, host: &str) -> bool {
-        host.rsplit_once(':')
-            .is_some_and(|(name, port)| matches!(name, "127.0.0.1" | "localhost") && port.parse() == Ok(self.port))
+        host.rsplit_once(':').is_some_and(|(name, port)| name == "127.0.0.1" && port.parse() == Ok(self.port))
     }
 
     /// Whether a request's `Host` is this server.
@@ -115,7 +115,9 @@ mod tests {
         let access = AccessControl::new(8750);
         for (host, origin, request, websocket) in [
             ("127.0.0.1:8750", Some("http://127.0.0.1:8750"), true, true),
-            ("localhost:8750", Some("http://localhost:8750"), true, true),
+            ("localhost:8750", Some("http://localhost:8750"), false, false),
+            ("127.0.0.1:8750", Some("http://localhost:8750"), true, false),
+            ("127.0.0.1:8750", Some("http://[::1]:8750"), true, false),
             ("127.0.0.1:8750", None, true, false),
             ("127.0.0.1:8750", Some("null"), true, false),
             ("127.0.0.1:8750", Some("https://127.0.0.1:8750"), true, false),

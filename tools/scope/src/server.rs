@@ -108,7 +108,11 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     let mut response = if shared.access.accepts_request(request.headers()) {
         next.run(request).await
     } else {
-        (StatusCode::MISDIRECTED_REQUEST, "this is not the host you think it is\n").into_response()
+        (
+            StatusCode::MISDIRECTED_REQUEST,
+            "this is not the host you think it is: open the address as `sinew scope` has printed it\n",
+        )
+            .into_response()
     };
     response.headers_mut().extend(shared.access.headers());
     response
