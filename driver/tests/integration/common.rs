@@ -112,7 +112,6 @@ impl Fake {
         }
     }
 
-
     /// About normal, standard deviation 1.
     fn noise(&mut self) -> f64 {
         let mut sum = 0.0;

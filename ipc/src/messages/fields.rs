@@ -222,7 +222,7 @@ channel_state! {
         health = 0, {}
         /// Bits of `ChannelState::FLAG_…`: 1 controller at its limit, 2 settled, 4 held back by the supervisor or the limits of the
         /// tension, 8 and that is the heat budget, 16 and that is the temperature budget, 32 the first of the latched faults, 64 the
-        /// next period is dark.
+        /// next period is dark, 128 the output has not confirmed its duty.
         flags = 0, {}
         /// The request the loop took right before this cycle: its kind as in `CommandKind`, plus 256 times its place among those of
         /// this cycle; 0 = none. A channel takes one a cycle.

@@ -148,3 +148,36 @@ fn a_killed_driver_leaves_nothing_in_the_way() {
     let report: Value = serde_json::from_str(&report).expect("nothing but the report on stdout");
     assert_eq!(report["ended"], "duration");
 }
+
+#[test]
+fn a_terminal_nobody_reads_keeps_no_signal_from_the_outputs() {
+    let scratch = Scratch::new();
+    scratch.file("rig.toml", RIG.replace("rate_hz = 100.0", "rate_hz = 50.0\nrealtime = \"off\""));
+    // stdout and stderr are a pipe that is full and is never read.
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    let flags = rustix::fs::fcntl_getfl(&writer).expect("flags");
+    rustix::fs::fcntl_setfl(&writer, flags | rustix::fs::OFlags::NONBLOCK).expect("not waiting");
+    while rustix::io::write(&writer, &[b'x'; 4096]).is_ok() {}
+    rustix::fs::fcntl_setfl(&writer, flags).expect("waiting");
+    let child = program()
+        .args(["run", "rig.toml", "--no-monitor", "--report", "report.json"])
+        .current_dir(scratch.path("."))
+        .env("SINEW_RUNTIME_DIR", scratch.runtime())
+        .stdout(writer.try_clone().expect("a second end"))
+        .stderr(writer)
+        .spawn()
+        .expect("the driver starts");
+    let mut driver = Driver { scratch: &scratch, child };
+    driver.until("a measured length", |status| status["channel"][0]["length_m"].is_f64());
+    // Long enough for lines that find no room.
+    std::thread::sleep(Duration::from_secs(2));
+    let id = driver.child.id();
+    rustix::process::kill_process(
+        rustix::process::Pid::from_raw(id as i32).expect("a process"),
+        rustix::process::Signal::TERM,
+    )
+    .expect("a signal");
+    let (code, report) = driver.ended();
+    drop(reader);
+    assert_eq!((code, report["outputs_confirmed_zero"].as_bool()), (0, Some(true)), "{report:#}");
+}
