@@ -26,9 +26,6 @@ use crate::wires::Wires;
 const NAP_NS: u64 = 5_000_000;
 const ALONE_NS: u64 = 1_000_000;
 
-/// From one row of the truth to the next, ns.
-pub(crate) const TRUTH_NS: u64 = 10_000_000;
-
 /// How to run.
 #[derive(Debug, Clone, Default)]
 pub struct Options {

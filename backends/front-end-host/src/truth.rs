@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use sinew_rig::Rig;
 
 use crate::error::Error;
-use crate::host::TRUTH_NS;
 use crate::wires::Wires;
+
+/// From one row to the next, ns.
+const TRUTH_NS: u64 = 10_000_000;
 
 /// Writes `time_s` (since it was made) and the temperature of every wire in °C, in the order of the rig.
 #[derive(Debug)]

@@ -1,6 +1,7 @@
 //! Budgets of a wire: current, heat, temperature. On a simulated clock; judged by the simulated wire's true temperature.
 
 use rand::rngs::Xoshiro256PlusPlus;
+use sinew_driver::heat::Heat;
 use sinew_ipc::{CommandKind, Fault};
 use sinew_sim_backend::World;
 
@@ -9,23 +10,27 @@ use crate::kind::{Group, Kind, Unit, between, whole};
 use crate::lockstep::{CHANNELS, Twins, any_twins, command, proved, rig_text};
 
 const RATE_HZ: f64 = 1000.0;
+/// Just short of what switches everything off, s.
+const AWAY_S: f64 = 0.24;
 
 /// All kinds of this group.
 pub fn kinds() -> Vec<Kind> {
     vec![
         over_current(),
         over_asked_duty(),
-        spent(
+        gone(
             "over_temperature",
-            "a sensing pulse of 45 % of full power, and a limit of 120 °C",
-            "limits = { maximum_temperature_c = 120.0 }\ncontrol = { sensing_duty = 0.45 }\n",
+            "full duty, a limit of 120 °C, and a loop that is away for 240 ms on the way there",
+            "limits = { maximum_temperature_c = 120.0 }\n",
+            |heat| heat.temperature_c() > 92.0,
             &[Fault::OverTemperature],
             20.0,
         ),
-        spent(
+        gone(
             "energy_budget",
-            "a sensing pulse of 45 % of full power, and energy_budget_j = 0.3",
-            "limits = { energy_budget_j = 0.3 }\ncontrol = { sensing_duty = 0.45 }\n",
+            "full duty, energy_budget_j = 0.3, and a loop that is away for 240 ms on the way there",
+            "limits = { energy_budget_j = 0.3 }\n",
+            |heat| heat.filled() > 0.4,
             &[Fault::EnergyBudget],
             0.0,
         ),
@@ -93,21 +98,26 @@ fn over_asked_duty() -> Kind {
     }
 }
 
-/// A wire whose very sensing pulse is more than it may take: holding back does not help, the trip has to.
-fn spent(
+/// A loop that is away at the wrong moment: holding back does not help, the trip has to.
+fn gone(
     name: &'static str,
     injected: &'static str,
     more: &'static str,
+    is_the_moment: fn(&Heat) -> bool,
     faults: &'static [Fault],
     within_k: f64,
 ) -> Kind {
     let one = move |rng: &mut Xoshiro256PlusPlus| {
         let mut bench = proved(&rig_text("trust", 2, RATE_HZ, whole(rng, 0, 1 << 30), more))?;
-        let limit_c = bench.rig().channels[0].limits.max_temperature_c;
+        let limits = bench.rig().channels[0].limits;
         bench.run(whole(rng, 0, 50));
-        let (mut hottest_c, mut cycles) = (f64::MIN, 0u64);
+        command(&mut bench, 0, CommandKind::Duty, limits.max_duty, 1000.0)?;
+        let (mut hottest_c, mut cycles, mut was_away) = (f64::MIN, 0u64, false);
         while bench.state(0).fault().is_none() || bench.in_force(0) > 0.0 {
-            bench.step();
+            // once: away again and again is another fault
+            let away = !was_away && is_the_moment(bench.engine().channels()[0].heat());
+            was_away |= away;
+            bench.step_after(if away { (AWAY_S * RATE_HZ) as u64 } else { 0 });
             cycles += 1;
             hottest_c = hottest_c.max(bench.wires().wire(0).map_or(f64::NAN, |wire| wire.temperature_c()));
             expect((cycles as f64) < 60.0 * RATE_HZ, || format!("heated on for a minute, to {hottest_c:.0} °C"))?;
@@ -118,13 +128,13 @@ fn spent(
             bench.step();
             expect(bench.in_force(0) == 0.0, || "powered again".into())?;
         }
-        Ok(hottest_c - limit_c)
+        Ok(hottest_c - limits.max_temperature_c)
     };
     Kind {
         name,
         group: Group::Budgets,
         injected,
-        expected: "off, latched, although holding back could not help",
+        expected: "off, latched: what passed without the loop counts as heated; the stage's own watchdog has ended it",
         within: within_k,
         unit: Unit::Kelvin,
         lost: "that channel's power until it has cooled and is reset",

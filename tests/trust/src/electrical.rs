@@ -196,11 +196,38 @@ const BREAKAGES: &[Breakage] = &[
     },
 ];
 
+/// A power stage whose writes fail: it keeps the duty it has until its own watchdog acts.
+fn write_fails() -> Kind {
+    let one = |rng: &mut Xoshiro256PlusPlus| {
+        let mut twins = any_twins(rng, "")?;
+        let victim = whole(rng, 0, CHANNELS as u64 - 1) as usize;
+        twins.struck.wires().faults().set(victim, FaultKind::WriteFails);
+        let struck = twins.struck(&[victim], &[Fault::Backend], 1.0)?;
+        let state = twins.struck.state(victim);
+        let is_said = state.flags & ChannelState::FLAG_UNCONFIRMED != 0;
+        expect(is_said, || "a duty of zero is published as if it were at the output".into())?;
+        twins.recovers(&[victim])?;
+        Ok(struck.periods as f64 / twins.struck.rig().rate_hz * 1e3)
+    };
+    Kind {
+        name: "write_fails",
+        group: Group::Electrical,
+        injected: "the writes to one power stage fail",
+        expected: "that channel latched, published as unconfirmed, counted as heated with the duty it had; its stage's own watchdog ends it",
+        within: 110.0,
+        unit: Unit::Milliseconds,
+        lost: "that channel's power until its reset; the others stay the same bit by bit",
+        faults: &[Fault::Backend],
+        carry_out: Box::new(move |_, trials| trials.each(one)),
+    }
+}
+
 /// All kinds of this group.
 pub fn kinds() -> Vec<Kind> {
     let mut kinds: Vec<Kind> = BREAKAGES.iter().map(breakage).collect();
     kinds.extend([
         stage_on(),
+        write_fails(),
         does_not_move("probe_stuck", "tap 2 sticks to the wire, which is asked to move on", FaultKind::ProbeStuck),
         does_not_move("jammed", "the load stands still, the wire is asked to move on", FaultKind::Jammed),
         whole_backend(),
@@ -567,7 +594,7 @@ mod tests {
     #[test]
     fn every_simulated_fault_has_a_row() {
         for (word, kind) in FaultKind::ALL {
-            let alone = [FaultKind::ProbeStuck, FaultKind::Jammed, FaultKind::StageOn];
+            let alone = [FaultKind::ProbeStuck, FaultKind::Jammed, FaultKind::StageOn, FaultKind::WriteFails];
             let known = BREAKAGES.iter().any(|b| b.kind == kind) || alone.contains(&kind);
             assert!(known, "{word} is simulated, but nobody measures what the driver does about it");
         }
