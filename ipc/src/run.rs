@@ -264,9 +264,18 @@ impl Drop for RigLock {
             let _ = fs::remove_file(path);
         }
         self.users = None;
-        if let Ok(sweep) = Sweep::begin(&self.dir) {
-            sweep.run(&self.run);
+        match Sweep::begin(&self.dir) {
+            Ok(sweep) => sweep.run(&self.run),
+            // Somebody has removed the runtime folder, and with it every way to find this run.
+            Err(_) if !self.dir.exists() => remove_shared_memory(&self.run),
+            Err(_) => {}
         }
+    }
+}
+
+fn remove_shared_memory(run: &str) {
+    for path in shared_memory(run) {
+        let _ = fs::remove_file(path);
     }
 }
 
@@ -347,15 +356,16 @@ impl Sweep {
     /// Removes a run if nobody uses it.
     fn run(&self, run: &str) {
         let dir = self.dir.join(run);
-        // A folder without it is none of ours, whatever its name.
-        let Ok(users) = open(&dir.join(USERS), false) else { return };
-        if !matches!(sys::try_lock(&users, Lock::Exclusive), Ok(true)) {
-            return;
-        }
+        // Held until everything is gone.
+        let _users = match open(&dir.join(USERS), false) {
+            Ok(users) if matches!(sys::try_lock(&users, Lock::Exclusive), Ok(true)) => Some(users),
+            // Somebody has removed the whole folder: nobody can find the rest any more.
+            Err(e) if e.kind() == ErrorKind::NotFound && !dir.exists() => None,
+            // Used; or a folder without it, which is none of ours, whatever its name.
+            _ => return,
+        };
         // Shared memory first: the folder is what it will be found by the next time, should this be interrupted.
-        for path in shared_memory(run) {
-            let _ = fs::remove_file(path);
-        }
+        remove_shared_memory(run);
         ours::remove_folder(&dir, &prefix(run), &[USERS, RIG_TEXT]);
     }
 }
