@@ -94,8 +94,6 @@ pub struct ColdWitness {
     least_length_m: f64,
     /// Resistance of a cold wire per length, Ω/m.
     ohm_per_m: f64,
-    /// How far the resistance may be off.
-    tolerance: f64,
     /// No wire that shows both is hotter, °C.
     bound_c: f64,
 }
@@ -123,7 +121,6 @@ impl ColdWitness {
         Some(ColdWitness {
             least_length_m: stroke.length_m(Self::LONG),
             ohm_per_m: resistance_ohm(cold, 1.0, model.geometry.area_m2()),
-            tolerance: Self::TOLERANCE,
             bound_c: by_length_c.min(by_resistance_c).max(ambient_c),
         })
     }
@@ -133,7 +130,7 @@ impl ColdWitness {
     pub fn bound_c(&self, reading: &Reading) -> Option<f64> {
         let is_long = reading.length_m >= self.least_length_m;
         let off = reading.resistance_ohm / (self.ohm_per_m * reading.length_m) - 1.0;
-        (reading.health.is_ok() && is_long && off.abs() <= self.tolerance).then_some(self.bound_c)
+        (reading.health.is_ok() && is_long && off.abs() <= Self::TOLERANCE).then_some(self.bound_c)
     }
 }
 
@@ -258,11 +255,6 @@ impl Heat {
         self.agreeing = 0;
     }
 
-    /// How the wire cools, by its slowest law.
-    pub fn cooling(&self) -> &Cooling {
-        &self.cooling
-    }
-
     /// What it is held to.
     pub fn budgets(&self) -> &Budgets {
         &self.budgets
@@ -344,7 +336,7 @@ impl Heat {
             if !is_measured && assumed.is_none() && taken_up > 0.0 {
                 self.excess_k += self.cooling.latent_j * taken_up / self.cooling.heat_capacity_j_per_k;
             }
-            self.decay(&Passed { estimate_c, ..*passed });
+            self.decay(passed);
         }
     }
 
@@ -359,7 +351,8 @@ impl Heat {
     }
 
     fn decay(&mut self, passed: &Passed) {
-        let &Passed { dt_s, estimate_c, is_measured, .. } = passed;
+        let &Passed { dt_s, is_measured, .. } = passed;
+        let estimate_c = self.estimate_c;
         if dt_s > 0.0 {
             self.excess_k = self.cooling.decayed_k(self.excess_k, estimate_c, dt_s, is_measured);
         }

@@ -9,9 +9,9 @@
 //! It lies in memory and not on a disk, so that it is gone with the machine, and what another user does with the same outputs it
 //! does not know.
 
-use std::fs::{self, DirBuilder};
+use std::fs;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use sinew_backend::clock::boottime_ns;
@@ -134,15 +134,7 @@ fn folder() -> io::Result<PathBuf> {
         let place = hash(runtime.as_os_str().as_encoded_bytes());
         PathBuf::from(format!("/dev/shm/sinew-heat-{user}-{place:016x}"))
     };
-    match DirBuilder::new().mode(0o700).create(&path) {
-        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
-        _ => {}
-    }
-    // In /dev/shm anybody may have put something there before.
-    let (found, runtime) = (fs::symlink_metadata(&path)?, fs::metadata(&runtime)?);
-    if !found.is_dir() || found.uid() != runtime.uid() || found.mode() & 0o077 != 0 {
-        return Err(io::Error::other(format!("{} is not a folder of this user's alone", path.display())));
-    }
+    sinew_ipc::own_folder(&path, 0o077).map_err(|reason| io::Error::other(format!("{}: {reason}", path.display())))?;
     Ok(path)
 }
 

@@ -1,11 +1,12 @@
-//! What may be removed: files and folders that bear a run's name and belong to this user, and nothing else, however they came there.
+//! What is this user's: which folders may be taken for our own, and what may be removed: files and folders that bear a run's name and
+//! belong to this user, and nothing else, however they came there.
 //!
 //! Everything is reached from an open folder and without following links, so that nobody can put another file in the place of one that was
 //! looked at.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{AtFlags, CWD, Dir, FileType, Mode, OFlags, openat, statat, unlinkat};
@@ -29,6 +30,30 @@ pub(crate) fn open(path: &Path, create: bool) -> io::Result<File> {
         return Err(io::Error::other("there is something there that is not this user's file"));
     }
     Ok(file)
+}
+
+/// Makes a folder of this user's, if it is not there. Where anybody may write (`/tmp`, `/dev/shm`) somebody may have put something there
+/// before: only what is ours is taken, and only if others have none of the rights `closed`.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn own_folder(path: &Path, closed: u32) -> Result<(), String> {
+    match DirBuilder::new().mode(0o700).create(path) {
+        Err(e) if e.kind() != io::ErrorKind::AlreadyExists => return Err(e.to_string()),
+        _ => {}
+    }
+    let found = fs::symlink_metadata(path).map_err(|e| e.to_string())?;
+    if !found.is_dir() {
+        return Err("it is not a folder".into());
+    }
+    if found.uid() != sys::user_id() {
+        return Err(format!("it belongs to user {}, not to {}", found.uid(), sys::user_id()));
+    }
+    match found.mode() & closed {
+        0 => Ok(()),
+        open if open & 0o022 != 0 => Err("others may write to it".into()),
+        _ => Err("others may look into it".into()),
+    }
 }
 
 /// The ordinary files of this user's in a folder whose names begin like this.
@@ -70,7 +95,7 @@ fn clear(folder: &impl std::os::fd::AsFd, prefix: &str, names: &[&str], deeper: 
                 if let Ok(inner) = openat(folder, name, flags, Mode::empty()) {
                     clear(&inner, prefix, &[], deeper - 1);
                 }
-                // Of an empty folder of somebody else's nothing is lost but the name, and that is not ours either.
+                // Only folders that iceoryx2 makes; one that is not empty stays.
                 if text.starts_with(prefix)
                     || matches!(text, "nodes" | "services")
                     || text.bytes().all(|b| b.is_ascii_digit())

@@ -56,22 +56,7 @@ pub fn runtime_dir() -> Result<PathBuf, Error> {
             "its path is longer than the {MAX_RUNTIME_DIR} bytes a socket's name leaves for it"
         )));
     }
-    match DirBuilder::new().mode(0o700).create(&path) {
-        Ok(()) => {}
-        Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
-        Err(e) => return Err(wrong(e.to_string())),
-    }
-    // In /tmp anybody may have put something there before: take only what is ours and closed to others.
-    let meta = fs::symlink_metadata(&path).map_err(|e| wrong(e.to_string()))?;
-    if !meta.is_dir() {
-        return Err(wrong("it is not a folder".into()));
-    }
-    if meta.uid() != sys::user_id() {
-        return Err(wrong(format!("it belongs to user {}, not to {}", meta.uid(), sys::user_id())));
-    }
-    if meta.mode() & 0o022 != 0 {
-        return Err(wrong("others may write to it".into()));
-    }
+    ours::own_folder(&path, 0o022).map_err(wrong)?;
     Ok(path)
 }
 
@@ -291,30 +276,22 @@ fn create_run(dir: &Path) -> Result<(String, File), Error> {
     let mut attempt = 0;
     loop {
         let run = run_name(attempt);
-        let path = dir.join(&run);
-        let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
-        // Whole from the first moment: a folder without `users` is somebody else's.
-        let new = dir.join(format!("{NEW}{run}"));
-        match DirBuilder::new().mode(0o700).create(&new) {
-            Err(e) if e.kind() == ErrorKind::AlreadyExists && attempt < 100 => {
-                attempt += 1;
-                continue;
-            }
-            made => made.map_err(failed)?,
-        }
-        let users = open(&new.join(USERS), true).map_err(failed)?;
-        sys::try_lock(&users, Lock::Shared).map_err(failed)?;
-        match rename_to_new(&new, &path) {
-            Ok(()) => return Ok((run, users)),
-            Err(e) => {
-                ours::remove_folder(&new, &prefix(&run), &[USERS]);
-                if e.kind() != ErrorKind::AlreadyExists || attempt >= 100 {
-                    return Err(failed(e));
-                }
-                attempt += 1;
-            }
+        match make_run(dir, &run) {
+            Err(e) if e.kind() == ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
+            Err(e) => return Err(Error::RuntimeDir { path: dir.join(&run), reason: e.to_string() }),
+            Ok(users) => return Ok((run, users)),
         }
     }
+}
+
+/// Makes the folder of a run of this name, whole from the first moment: one without `users` is somebody else's.
+fn make_run(dir: &Path, run: &str) -> std::io::Result<File> {
+    let new = dir.join(format!("{NEW}{run}"));
+    DirBuilder::new().mode(0o700).create(&new)?;
+    let users = open(&new.join(USERS), true)?;
+    sys::try_lock(&users, Lock::Shared)?;
+    rename_to_new(&new, &dir.join(run)).inspect_err(|_| ours::remove_folder(&new, &prefix(run), &[USERS]))?;
+    Ok(users)
 }
 
 /// The right to create and to remove runs, one process at a time.

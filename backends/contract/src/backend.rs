@@ -154,11 +154,6 @@ impl Zero {
     pub fn confirmed_if(is_confirmed: bool) -> Zero {
         if is_confirmed { Zero::Confirmed } else { Zero::Unconfirmed }
     }
-
-    /// Both: confirmed if both are.
-    pub fn and(self, other: Zero) -> Zero {
-        if self == Zero::Confirmed { other } else { self }
-    }
 }
 
 /// What a simulated wire is really doing, without converter, noise or estimator in between.

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use rustix::io::Errno;
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
+use sinew_rig::LEAST_SILENCE_PERIODS;
 
 use crate::Error;
 use crate::guard::{self, Guard, Watch};
@@ -16,9 +17,6 @@ use crate::mender::Mender;
 use crate::pwm::{self, Chip, Output};
 use crate::sampler::Sampler;
 use crate::settings::Settings;
-
-/// The guard bears the silence of at least so many periods, whatever the rig file says.
-const LEAST_PERIODS: f64 = 4.0;
 
 /// A rig whose power stages hang on Linux's PWM outputs and whose converters are IIO devices.
 #[derive(Debug)]
@@ -109,7 +107,7 @@ impl LinuxRig {
 }
 
 fn silence_s(settings: &Settings) -> f64 {
-    settings.guard_s.max(LEAST_PERIODS / settings.rate_hz)
+    settings.guard_s.max(LEAST_SILENCE_PERIODS / settings.rate_hz)
 }
 
 impl Found {
@@ -256,9 +254,10 @@ impl Backend for LinuxRig {
         let Some(mender) = &self.mender else { return Err(BackendError::NotStarted) };
         if self.running.is_none() {
             self.running = mender.found();
-            // What has just been set up is at zero; of what is gone nothing is known.
-            let is_there = self.running.is_some();
-            self.confirmed.iter_mut().for_each(|confirmed| *confirmed |= is_there);
+            if self.running.is_some() {
+                // What has just been set up is at zero.
+                self.confirmed.fill(true);
+            }
         }
         let confirmed = &mut self.confirmed[..];
         let Some(running) = &mut self.running else {

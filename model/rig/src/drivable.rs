@@ -9,10 +9,11 @@ use crate::tables::{BackendKind, MAX_DRIVEN_RATE_HZ, MIN_DRIVEN_RATE_HZ, Rig, of
 use crate::tree::{self, Node, Tree};
 use crate::value::wrong_number;
 
-/// How long the stage of a simulated rig keeps its duty when nobody sends it another, s; and any stage at least, periods: a loop that is
-/// late now and then must not lose its outputs.
+/// How long the stage of a simulated rig keeps its duty when nobody sends it another, s.
 const SIMULATED_SILENCE_S: f64 = 0.1;
-const LEAST_SILENCE_PERIODS: f64 = 4.0;
+/// Periods of silence that whatever watches over outputs bears at least, whatever the rig file says: a loop that is late now and then
+/// must not lose them.
+pub const LEAST_SILENCE_PERIODS: f64 = 4.0;
 
 impl Rig {
     /// The longest an output can stay as it is with a driver that is dead or stands still, s: what watches over it, by the kind of

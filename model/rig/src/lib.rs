@@ -50,6 +50,7 @@ mod tree;
 mod value;
 mod write;
 
+pub use drivable::LEAST_SILENCE_PERIODS;
 pub use error::{Error, Problem, What};
 pub use key::Prior;
 pub use own::Catalogue;

@@ -2,10 +2,10 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use sinew_recording::Utc;
+use sinew_recording::{Part, Utc};
 
 use crate::error::Error;
 
@@ -100,9 +100,9 @@ impl Place {
     }
 
     fn keep_order(&self, names: &[String]) -> io::Result<()> {
-        let (path, part) = (self.order_path(), self.folder.join(format!(".{}.order.part", self.rig)));
-        fs::write(&part, names.join("\n") + "\n")?;
-        fs::rename(part, path)
+        let (part, mut file) = Part::create(&self.order_path())?;
+        file.write_all((names.join("\n") + "\n").as_bytes())?;
+        part.publish(&file)
     }
 
     fn is_ours(&self, name: &str) -> bool {

@@ -75,10 +75,13 @@ pub fn lines(live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Re
     output::try_print(format_args!("{line}\n"))
 }
 
-/// Set once somebody asks this process to end: Ctrl-C, SIGTERM, or the terminal is gone.
+/// What asks a process to end: Ctrl-C, SIGTERM, or the terminal is gone.
+pub const ENDING: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
+
+/// Set once somebody asks this process to end.
 pub fn signals() -> Result<Arc<AtomicBool>, Failure> {
     let asked = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
+    for signal in ENDING {
         signal_hook::flag::register(signal, Arc::clone(&asked))
             .map_err(|error| Failure::own(format!("signal {signal} cannot be handled: {error}")))?;
     }

@@ -6,11 +6,10 @@ use std::io::Read;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGTSTP, SIGXFSZ};
+use signal_hook::consts::{SIGTSTP, SIGXFSZ};
 use sinew_black_box::{BlackBox, Place};
 use sinew_driver::report::Ending;
 use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Stopper, Tap};
@@ -19,7 +18,7 @@ use sinew_rig::Rig;
 
 use super::live::{self, Live};
 use super::load_rig_with;
-use super::monitor::{has_screen, lines, never_stopped_by_the_terminal, signals};
+use super::monitor::{ENDING, has_screen, lines, never_stopped_by_the_terminal};
 use crate::args;
 use crate::backend::{self, Chosen};
 use crate::failure::{Failure, Outcome};
@@ -42,10 +41,7 @@ pub fn run(args: &args::Run) -> Outcome {
     }
     // Before anything is opened: every client takes some.
     sinew_ipc::descriptors::raise_limit();
-    let asked = signals()?;
-    // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
-    signal_hook::flag::register(SIGTSTP, Arc::clone(&asked))
-        .map_err(|error| Failure::own(format!("signal {SIGTSTP} cannot be handled: {error}")))?;
+    let asked = signal_line()?;
     let Chosen { backend, simulated, wires, line } = backend::choose(&rig)?;
     let options = Options {
         duration_s: args.duration_s,
@@ -58,12 +54,11 @@ pub fn run(args: &args::Run) -> Outcome {
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
     let (black_box, tap) = black_box(&rig, simulated).unzip();
-    let asked_too = signal_line()?;
     never_stopped_by_the_terminal();
     let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
     log::never_wait();
-    stop_when_asked(asked_too, driver.stopper())?;
-    let shown = show(args, &rig, &wires, &driver, &|| asked.load(Ordering::Relaxed) || !driver.is_running());
+    stop_when_asked(asked, driver.stopper())?;
+    let shown = show(args, &rig, &wires, &driver, &|| !driver.is_running());
     driver.stop();
     let mut report = driver.join();
     log::part();
@@ -106,7 +101,8 @@ pub fn run(args: &args::Run) -> Outcome {
 fn signal_line() -> Result<UnixStream, Failure> {
     let (heard, told) =
         UnixStream::pair().map_err(|error| Failure::own(format!("signals cannot be listened for: {error}")))?;
-    for signal in [SIGINT, SIGTERM, SIGHUP, SIGTSTP] {
+    // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
+    for signal in ENDING.into_iter().chain([SIGTSTP]) {
         told.try_clone()
             .and_then(|told| signal_hook::low_level::pipe::register(signal, told))
             .map_err(|error| Failure::own(format!("signal {signal} cannot be handled: {error}")))?;
