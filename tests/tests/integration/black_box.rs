@@ -34,12 +34,19 @@ fn a_fault_leaves_a_recording_of_the_time_before_it() {
     let mut stream = client.stream().unwrap();
     let mut published = Vec::new();
     let folder = rig.file("black-box");
-    let file = wait_for("the black box", || {
+    let mut read_on = || {
         while let Some(cycle) = stream.next().unwrap() {
             published.push((cycle.header.cycle, cycle.header.monotonic_ns, cycle.header.missed));
         }
+        published.last().map_or(0, |(_, ns, _)| *ns)
+    };
+    let file = wait_for("the black box", || {
+        read_on();
         boxes(&folder).pop()
     });
+    // It may be quicker than the stream: what is in it was published before now.
+    let found_ns = sinew_ipc::monotonic_ns();
+    wait_until("the cycles of until now", || read_on() >= found_ns);
     assert_eq!(stream.lost(), 0);
 
     let name = file.file_name().unwrap().to_string_lossy().into_owned();
