@@ -10,7 +10,8 @@
 //! - Lengths are taken between the hot and the cold end of the stroke, as far as the rig's limits allow; strokes from 0 to 1; duties
 //!   from 0 (which is the sensing pulse) to `max_duty`; forces only against a spring, where they mean a length.
 //! - `off` holds until the next command unless it has a hold time. `off`, `reset` and `stop` may address all channels.
-//! - `stop` is answered at once; every other request waits for the loop.
+//! - `stop` is answered at once, and before all others; every other request waits for the loop.
+//! - `off` overtakes: what was asked of its channel before it and still waits is not carried out, nor is what was answered *busy*.
 
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
@@ -21,11 +22,12 @@ use sinew_control::{JointLaw, StrokeRange, length_for_force};
 use sinew_ipc::{ALL_CHANNELS, Command, CommandKind, CommandServer, Fault, Outcome, Reply, Request};
 use sinew_physics::WireModel;
 use sinew_rig::Rig;
-use sinew_ring::{Consumer, Producer};
+use sinew_ring::Consumer;
 
 use crate::cycles::Shared;
 use crate::error::Error;
-use crate::orders::{Answer, Ask, Event, Occurrence, Order};
+use crate::inbox::Outbox;
+use crate::orders::{Answer, Ask, Event, Occurrence};
 use crate::report::MAX_FAULTS;
 
 /// How often clients are asked for requests while none is under way.
@@ -225,7 +227,7 @@ pub(crate) struct Desk {
     pub port: Option<CommandServer>,
     pub rules: Vec<ChannelRules>,
     pub names: Vec<String>,
-    pub orders: Producer<Order>,
+    pub outbox: Outbox,
     pub events: Consumer<Event>,
 }
 
@@ -233,7 +235,6 @@ impl Desk {
     /// Serves until the loop has ended and everything that was under way is answered.
     pub fn serve(mut self, shared: &Shared, fault_log: &Mutex<FaultLog>) {
         let mut waiting: HashMap<u64, Waiting> = HashMap::new();
-        let mut tickets = 0;
         loop {
             // Read before the events, so that the last of them are not left behind.
             let ended = shared.ended.load(Ordering::Acquire);
@@ -241,21 +242,26 @@ impl Desk {
 
             while let Some(event) = self.events.pop() {
                 if let Occurrence::Answered { ticket, answer } = event.what {
-                    answered(&mut waiting, ticket, event.channel, answer, shared);
+                    self.answered(&mut waiting, ticket, event.channel, answer, shared);
                 } else {
                     fault_log.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
                 }
             }
             // A limited batch: a flood of requests does not delay the handling of the loop's answers.
-            for _ in 0..REQUESTS_A_ROUND {
-                let Some(request) = self.port.as_mut().and_then(CommandServer::receive) else { break };
-                tickets += 1;
-                self.take(request, tickets, stopping, &mut waiting, shared);
+            let mut requests: Vec<Request> = (0..REQUESTS_A_ROUND).map_while(|_| self.port.as_mut()?.receive()).collect();
+            requests.sort_by_key(|request| request.command().kind() != Some(CommandKind::Stop));
+            for request in requests {
+                let stopping = stopping || shared.stop.load(Ordering::Relaxed);
+                self.take(request, stopping, &mut waiting, shared);
             }
             let now = Instant::now();
             let over: Vec<u64> =
                 waiting.iter().filter(|(_, w)| ended || now >= w.until).map(|(ticket, _)| *ticket).collect();
             for ticket in over {
+                // One that has begun is answered by what comes of it.
+                if !self.outbox.take_back(ticket) && !ended {
+                    continue;
+                }
                 let Some(w) = waiting.remove(&ticket) else { continue };
                 let outcome = if ended { Outcome::Stopping } else { Outcome::Busy };
                 let reply = Reply::refused(w.request.command(), outcome);
@@ -271,7 +277,6 @@ impl Desk {
     fn take(
         &mut self,
         request: Request,
-        ticket: u64,
         stopping: bool,
         waiting: &mut HashMap<u64, Waiting>,
         shared: &Shared,
@@ -296,57 +301,68 @@ impl Desk {
             channel if channel < self.rules.len() => channel..channel + 1,
             _ => return refuse(shared, request, Reply::refused(&command, Outcome::UnknownChannel)),
         };
-        let missing = channels.len();
-        if self.orders.free() < missing {
-            return refuse(shared, request, Reply::refused(&command, Outcome::Busy));
-        }
         // All are checked before the first is on its way: a command for all is taken by all or by none.
         let mut hold_s = f64::INFINITY;
-        for channel in channels.clone() {
+        let mut orders = Vec::with_capacity(channels.len());
+        for channel in channels {
             match self.rules[channel].check(&command) {
-                Ok((_, granted_s)) => hold_s = hold_s.min(granted_s),
+                Ok((ask, granted_s)) => {
+                    hold_s = hold_s.min(granted_s);
+                    let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
+                    orders.push((channel, ask, hold_ns));
+                }
                 Err(reply) => return refuse(shared, request, Reply { channel: channel as u32, ..reply }),
             }
         }
-        for channel in channels {
-            let Ok((ask, granted_s)) = self.rules[channel].check(&command) else { continue };
-            let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
-            // There is room: checked above, and this is the only producer.
-            self.orders.push(Order { ticket, channel, ask, hold_ns });
-        }
+        let missing = orders.len();
+        let is_off = command.kind() == Some(CommandKind::Off);
+        let Some(ticket) = self.outbox.send(orders.into_iter(), is_off) else {
+            return refuse(shared, request, Reply::refused(&command, Outcome::Busy));
+        };
         let reply = Reply::taken(&command, hold_s);
         waiting.insert(ticket, Waiting { request, missing, reply, until: Instant::now() + PATIENCE });
+    }
+
+    /// Takes in an answer of the loop; the last one of a request is sent to whoever asked.
+    fn answered(
+        &mut self,
+        waiting: &mut HashMap<u64, Waiting>,
+        ticket: u64,
+        channel: u32,
+        answer: Answer,
+        shared: &Shared,
+    ) {
+        let Some(w) = waiting.get_mut(&ticket) else { return };
+        let refusal = match answer {
+            Answer::Done => None,
+            Answer::Latched(fault) => Some((Outcome::Faulted, Some(fault))),
+            Answer::CauseRemains(fault) => Some((Outcome::CauseRemains, Some(fault))),
+            Answer::Overtaken => Some((Outcome::Overtaken, None)),
+        };
+        if let Some((outcome, fault)) = refusal
+            && w.reply.outcome == Outcome::Taken.code()
+        {
+            // Of several the first; it says which channel.
+            let reply = Reply { channel, ..Reply::refused(w.request.command(), outcome) };
+            w.reply = fault.map_or(reply, |fault| reply.because(fault));
+        }
+        w.missing -= 1;
+        if w.missing == 0
+            && let Some(w) = waiting.remove(&ticket)
+        {
+            self.outbox.end(ticket);
+            if w.reply.outcome == Outcome::Taken.code() {
+                w.request.reply(w.reply);
+            } else {
+                refuse(shared, w.request, w.reply);
+            }
+        }
     }
 }
 
 fn refuse(shared: &Shared, request: Request, reply: Reply) {
     shared.refusals.fetch_add(1, Ordering::Relaxed);
     request.reply(reply);
-}
-
-fn answered(waiting: &mut HashMap<u64, Waiting>, ticket: u64, channel: u32, answer: Answer, shared: &Shared) {
-    let Some(w) = waiting.get_mut(&ticket) else { return };
-    let refusal = match answer {
-        Answer::Done => None,
-        Answer::Latched(fault) => Some((Outcome::Faulted, fault)),
-        Answer::CauseRemains(fault) => Some((Outcome::CauseRemains, fault)),
-    };
-    if let Some((outcome, fault)) = refusal
-        && w.reply.outcome == Outcome::Taken.code()
-    {
-        // Of several the first; it says which channel.
-        w.reply = Reply { channel, ..Reply::refused(w.request.command(), outcome).because(fault) };
-    }
-    w.missing -= 1;
-    if w.missing == 0
-        && let Some(w) = waiting.remove(&ticket)
-    {
-        if w.reply.outcome == Outcome::Taken.code() {
-            w.request.reply(w.reply);
-        } else {
-            refuse(shared, w.request, w.reply);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -3,22 +3,20 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use sinew_ipc::{ChannelState, DriverState, HeldCycle, LoopStats, Snapshot};
-use sinew_ring::{Consumer, Producer};
+use sinew_ring::Producer;
 use sinew_sensing::Sample;
 
 use crate::engine::Engine;
 use crate::grid::{Grid, Missed, Pace};
+use crate::inbox::Inbox;
 use crate::memory::Memory;
-use crate::orders::{Beat, Event, Occurrence, Order};
+use crate::orders::{Beat, Event};
 use crate::report::Ending;
 use crate::shutdown_notice::caught;
 use crate::suspension::Wakefulness;
 use sinew_backend::allocations;
 use sinew_backend::clock;
 use sinew_backend::{Backend, BackendError, Zero};
-
-/// Most orders taken in one cycle: a flood of commands is spread over cycles instead of making one late.
-const ORDERS_A_CYCLE: usize = 8;
 
 /// Where the loop leaves what others are to see. Called in the loop: no allocation, no lock, no system call.
 pub trait Outlet: Send {
@@ -64,7 +62,7 @@ pub(crate) struct Cycles<B, O> {
     pub outlet: O,
     /// What outlives it.
     pub memory: Memory,
-    pub orders: Consumer<Order>,
+    pub orders: Inbox,
     pub events: Producer<Event>,
     /// Every cycle, for the publisher.
     pub published: Producer<HeldCycle>,
@@ -205,7 +203,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                     shared.events_lost.fetch_add(1, Ordering::Relaxed);
                 }
             };
-            stats.commands += take_orders(orders, engine, tick.now_ns, &mut tell);
+            stats.commands += orders.hand_over(engine, tick.now_ns, &mut tell);
             let beat = Beat { now_ns: tick.now_ns, missed: grid.missed_since() };
             engine.cycle(beat, exchanged, &samples, &mut duty, tell);
             if engine.must_cut() {
@@ -238,25 +236,6 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         drop(backend);
         ending
     }
-}
-
-/// Hands waiting orders to the engine, as many as a cycle takes; how many it took.
-#[inline]
-fn take_orders(orders: &mut Consumer<Order>, engine: &mut Engine, now_ns: u64, tell: &mut impl FnMut(Event)) -> u64 {
-    let mut taken = 0;
-    for _ in 0..ORDERS_A_CYCLE {
-        // A second one for the same channel waits for the next cycle: a recording has room for one.
-        if orders.peek(|order| engine.has_order(order.channel)) == Some(true) {
-            break;
-        }
-        let Some(order) = orders.pop() else { break };
-        taken += 1;
-        if let Some(answer) = engine.take(&order, now_ns) {
-            let what = Occurrence::Answered { ticket: order.ticket, answer };
-            tell(Event { at_ns: now_ns, channel: order.channel as u32, what });
-        }
-    }
-    taken
 }
 
 /// Puts a cycle into the publisher's ring; `false` where there is no room for it and it is lost.

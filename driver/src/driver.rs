@@ -19,8 +19,9 @@ use crate::cycles::{Cycles, Outlet, Remains, Shared};
 use crate::engine::Engine;
 use crate::error::Error;
 use crate::grid::Pace;
+use crate::inbox::way_in;
 use crate::memory::Memory;
-use crate::orders::{Event, Order};
+use crate::orders::Event;
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
@@ -30,8 +31,6 @@ use sinew_backend::{Backend, Zero};
 use sinew_realtime as realtime;
 use sinew_realtime::{Held, Mode, RealtimeReport, Wish};
 
-/// Orders that may be on their way into the loop.
-const ORDERS: usize = 512;
 /// Events that may be on their way out of it.
 const EVENTS: usize = 8192;
 /// The ring to the publisher holds so much time, s, and at least so many cycles, but no more than so many bytes: on a busy machine an
@@ -226,7 +225,7 @@ impl Driver {
         let period_ns = (1e9 / rig.rate_hz).round() as u64;
         let fitting = RING_BYTES / (channels * size_of::<ChannelState>());
         let room = ((RING_S * rig.rate_hz) as usize).min(fitting).max(RING_CYCLES);
-        let (orders_in, orders) = ring([Order::NONE; ORDERS]);
+        let (outbox, orders) = way_in();
         let (events, events_out) = ring(vec![Event::NONE; EVENTS]);
         let (published, publishing) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let shared = Arc::new(Shared::default());
@@ -273,7 +272,7 @@ impl Driver {
         let desk = {
             let (shared, fault_log) = (shared.clone(), fault_log.clone());
             let desk =
-                Desk { port: services.commands, rules, names: names.clone(), orders: orders_in, events: events_out };
+                Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out };
             spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &fault_log)))
         };
         let (publisher, desk) = match (publisher, desk) {

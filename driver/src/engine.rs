@@ -22,6 +22,8 @@ pub struct Engine {
     places: Vec<Option<(usize, usize)>>,
     /// The order each channel's reset is to be answered to.
     resets: Vec<Option<u64>>,
+    /// The ticket of the last `off` each channel has taken: what was asked for before it is not carried out.
+    last_off: Vec<u64>,
     program: Option<Program>,
     punctuality: Punctuality,
     /// How long the machine was suspended since the last cycle, s.
@@ -69,6 +71,7 @@ impl Engine {
             joints,
             places,
             resets: vec![None; channels.len()],
+            last_off: vec![0; channels.len()],
             channels,
             program,
             punctuality: Punctuality::default(),
@@ -133,6 +136,12 @@ impl Engine {
         self.channels.get(channel).is_some_and(Channel::has_order)
     }
 
+    /// Whether an `off` that was asked for later than this order has been taken already. A reset is not overtaken: it moves nothing.
+    #[inline]
+    pub fn is_overtaken(&self, order: &Order) -> bool {
+        order.ask != Ask::Reset && self.last_off.get(order.channel).is_some_and(|last| order.ticket < *last)
+    }
+
     /// Whether an output stage conducts with its gate closed, so that its supply has to be taken from it: the backend is to be
     /// told so, see [`Backend::cut`](sinew_backend::Backend::cut).
     #[inline]
@@ -161,9 +170,18 @@ impl Engine {
     /// Takes an order before a cycle at `now_ns`. `None`: the answer comes later, as an event.
     #[inline]
     pub fn take(&mut self, order: &Order, now_ns: u64) -> Option<Answer> {
+        if self.is_overtaken(order) {
+            return Some(Answer::Overtaken);
+        }
         let place = 1 + self.channels.iter().filter(|channel| channel.has_order()).count() as u32;
         self.channels[order.channel].note(order.ask, place);
         let partner = self.partner(order.channel);
+        if order.ask == Ask::Off {
+            // One end of a joint moves the other.
+            for channel in partner.into_iter().chain([order.channel]) {
+                self.last_off[channel] = self.last_off[channel].max(order.ticket);
+            }
+        }
         let partners_fault = partner.and_then(|partner| self.channels[partner].guard.fault());
         let channel = &mut self.channels[order.channel];
         let target = match order.ask {

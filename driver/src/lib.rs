@@ -31,6 +31,7 @@ mod engine;
 mod error;
 mod grid;
 pub mod heat;
+mod inbox;
 pub mod joint;
 mod memory;
 mod orders;

@@ -24,7 +24,7 @@ pub enum Ask {
 /// A request on its way into the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
-    /// What the answer will refer to.
+    /// What the answer will refer to; the later an order was asked for, the larger.
     pub ticket: u64,
     /// Which channel.
     pub channel: usize,
@@ -48,6 +48,8 @@ pub enum Answer {
     Latched(Fault),
     /// The fault cannot be cleared: its cause is still there.
     CauseRemains(Fault),
+    /// It was not carried out: an `off` that was asked for later has overtaken it.
+    Overtaken,
 }
 
 /// An event in the loop, reported to the outside.

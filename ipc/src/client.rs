@@ -340,6 +340,7 @@ impl Client {
             Some(Outcome::Unsupported) => Reason::Unsupported,
             Some(Outcome::Busy) => Reason::Busy,
             Some(Outcome::Stopping) => Reason::Stopping,
+            Some(Outcome::Overtaken) => Reason::Overtaken,
             Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.command_group() },
             None => Reason::Unknown(reply.outcome),
         })

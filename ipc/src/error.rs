@@ -176,6 +176,8 @@ pub enum Reason {
     Busy,
     /// The driver is stopping.
     Stopping,
+    /// An `off` that was asked for later has overtaken it.
+    Overtaken,
     /// Who asks may look but not command: that may members of this group (empty: the driver's own user alone).
     NotPermitted {
         /// The group.
@@ -335,6 +337,7 @@ impl Refusal {
             Reason::Unsupported => format!("{channel} cannot do {name}"),
             Reason::Busy => format!("{channel}: the driver is busy with other commands"),
             Reason::Stopping => format!("{channel}: {}", Fault::Stopping.cause()),
+            Reason::Overtaken => format!("{channel}: {name} was overtaken by a later `off` and not carried out"),
             Reason::NotPermitted { group } if *group == Name::EMPTY => {
                 format!("{channel}: commands are taken from the driver's own user alone")
             }
@@ -358,6 +361,7 @@ impl Refusal {
             Reason::Unsupported => "use length, stroke or duty".into(),
             Reason::Busy => "send it again, and less often".into(),
             Reason::Stopping => Fault::Stopping.remedy().into(),
+            Reason::Overtaken => "ask for it again, if the wire is to be powered after all".into(),
             Reason::NotPermitted { group } if group == Name::EMPTY => {
                 "name a command_group in [access] of the rig file".into()
             }

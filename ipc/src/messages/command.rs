@@ -129,6 +129,8 @@ pub enum Outcome {
     Stopping = 11,
     /// Who asks may look but not command.
     NotPermitted = 12,
+    /// Not carried out: an `off` that was asked for later has overtaken it.
+    Overtaken = 13,
 }
 
 impl Outcome {
@@ -153,6 +155,7 @@ impl Outcome {
             10 => Outcome::Busy,
             11 => Outcome::Stopping,
             12 => Outcome::NotPermitted,
+            13 => Outcome::Overtaken,
             _ => return None,
         })
     }
@@ -233,6 +236,6 @@ mod tests {
             assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
         }
         assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);
-        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 13);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 14);
     }
 }
