@@ -4,7 +4,7 @@
 //! This module alone validates requests; what only the loop can know (a latched fault, whether its cause is gone) comes
 //! back from it as an answer. Rules:
 //!
-//! - Read-only clients may command nothing.
+//! - Read-only clients may command nothing, members of a stop group nothing but `stop`.
 //! - A setpoint needs a channel that exists, finite numbers, a value inside the channel's limits, a hold of one period to
 //!   `max_lease_s` (0 = the channel's default).
 //! - Lengths are taken between the hot and the cold end of the stroke, as far as the rig's limits allow; strokes from 0 to 1; duties
@@ -248,7 +248,8 @@ impl Desk {
                 }
             }
             // A limited batch: a flood of requests does not delay the handling of the loop's answers.
-            let mut requests: Vec<Request> = (0..REQUESTS_A_ROUND).map_while(|_| self.port.as_mut()?.receive()).collect();
+            let mut requests: Vec<Request> =
+                (0..REQUESTS_A_ROUND).map_while(|_| self.port.as_mut()?.receive()).collect();
             requests.sort_by_key(|request| request.command().kind() != Some(CommandKind::Stop));
             for request in requests {
                 let stopping = stopping || shared.stop.load(Ordering::Relaxed);
@@ -274,15 +275,9 @@ impl Desk {
         }
     }
 
-    fn take(
-        &mut self,
-        request: Request,
-        stopping: bool,
-        waiting: &mut HashMap<u64, Waiting>,
-        shared: &Shared,
-    ) {
+    fn take(&mut self, request: Request, stopping: bool, waiting: &mut HashMap<u64, Waiting>, shared: &Shared) {
         let command = *request.command();
-        if !request.may_command() {
+        if !request.is_permitted() {
             return refuse(shared, request, Reply::refused(&command, Outcome::NotPermitted));
         }
         if command.kind() == Some(CommandKind::Stop) {

@@ -6,6 +6,7 @@ use sinew_ipc::{ChannelState, DriverState, HeldCycle, LoopStats, Snapshot};
 use sinew_ring::Producer;
 use sinew_sensing::Sample;
 
+use crate::emergency_stop::SupplySwitch;
 use crate::engine::Engine;
 use crate::grid::{Grid, Missed, Pace};
 use crate::inbox::Inbox;
@@ -40,6 +41,8 @@ impl Outlet for NoOutlet {
 pub(crate) struct Shared {
     /// Set to end the loop.
     pub stop: AtomicBool,
+    /// Set when the emergency stop is reset at the terminal; the loop takes it.
+    pub reset_stop: AtomicBool,
     /// Set, before `stop`, when a helper's thread has panicked.
     pub panicked: AtomicBool,
     /// Set by the loop when it has ended and outputs are zero.
@@ -157,6 +160,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let mut held_back = false;
         let mut elapsed = 0u64;
         let mut awake = Wakefulness::default();
+        let mut supply = SupplySwitch::default();
         let allocations_before = allocations::calls_of_this_thread();
 
         let ending = loop {
@@ -196,6 +200,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             }
 
             engine.note_outputs(|channel| backend.0.is_confirmed(channel));
+            let was_reset =
+                shared.reset_stop.load(Ordering::Relaxed) && shared.reset_stop.swap(false, Ordering::Relaxed);
+            supply.look(backend.0, engine, was_reset);
 
             // Sense, supervise, control.
             let mut tell = |event: Event| {
@@ -206,9 +213,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             stats.commands += orders.hand_over(engine, tick.now_ns, &mut tell);
             let beat = Beat { now_ns: tick.now_ns, missed: grid.missed_since() };
             engine.cycle(beat, exchanged, &samples, &mut duty, tell);
-            if engine.must_cut() {
-                backend.0.cut();
-            }
+            supply.switch(engine, backend.0);
 
             // Publish.
             stats.cycles += 1;

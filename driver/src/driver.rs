@@ -177,7 +177,7 @@ pub fn access_of(rig: &Rig) -> Result<Access, sinew_ipc::Error> {
         Some(sinew_rig::Access::EVERYONE) => Readers::Everyone,
         Some(group) => Readers::Group(group.into()),
     };
-    Access::new(rig.access.command_group.as_deref(), &readers)
+    Access::new(rig.access.command_group.as_deref(), rig.access.stop_group.as_deref(), &readers)
 }
 
 impl Driver {
@@ -271,8 +271,7 @@ impl Driver {
         };
         let desk = {
             let (shared, fault_log) = (shared.clone(), fault_log.clone());
-            let desk =
-                Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out };
+            let desk = Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out };
             spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &fault_log)))
         };
         let (publisher, desk) = match (publisher, desk) {
@@ -403,6 +402,11 @@ impl DriverHandle {
     /// Whether the loop still runs. It may have ended by itself: its time is over, a client asked for it, its code panicked.
     pub fn is_running(&self) -> bool {
         !self.shared.ended.load(Ordering::Acquire)
+    }
+
+    /// Resets the emergency stop, as somebody who stands by the rig may: with the next cycle, if it is closed. Nothing starts by it.
+    pub fn reset_emergency_stop(&self) {
+        self.shared.reset_stop.store(true, Ordering::Relaxed);
     }
 
     /// What Linux granted.

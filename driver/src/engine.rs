@@ -32,6 +32,8 @@ pub struct Engine {
     first: Option<usize>,
     /// Whether any was latched at the end of the last cycle; only a cycle latches or clears.
     latched: bool,
+    /// An emergency stop holds everything off.
+    stopped: bool,
     /// An output stage cannot be switched off: everything stays off until the driver is started anew.
     cut: bool,
     /// How the last exchange went.
@@ -78,6 +80,7 @@ impl Engine {
             suspended_s: None,
             first: None,
             latched: false,
+            stopped: false,
             cut: false,
             exchanged: Ok(()),
             period_s: 1.0 / rig.rate_hz,
@@ -142,11 +145,17 @@ impl Engine {
         order.ask != Ask::Reset && self.last_off.get(order.channel).is_some_and(|last| order.ticket < *last)
     }
 
-    /// Whether an output stage conducts with its gate closed, so that its supply has to be taken from it: the backend is to be
-    /// told so, see [`Backend::cut`](sinew_backend::Backend::cut).
+    /// Whether an output stage conducts with its gate closed, or an emergency stop is latched, so that the supply has to be taken from all:
+    /// the backend is to be told so, see [`Backend::cut`](sinew_backend::Backend::cut).
     #[inline]
     pub fn must_cut(&self) -> bool {
-        self.cut
+        self.cut || self.stopped
+    }
+
+    /// Whether an [emergency stop](crate::EmergencyStop) holds everything off, from the next cycle on.
+    #[inline]
+    pub fn hold(&mut self, is_stopped: bool) {
+        self.stopped = is_stopped;
     }
 
     /// The channel whose fault was the first of those that are latched now; of several in the same cycle the lowest, and none
@@ -192,6 +201,9 @@ impl Engine {
             Ask::Duty(duty) => Target::Duty(duty),
             Ask::Off => Target::Idle,
             Ask::Reset => {
+                if self.stopped && channel.guard.fault().is_some() {
+                    return Some(Answer::CauseRemains(Fault::EmergencyStop));
+                }
                 // An output that may still be on is no place to begin anew from.
                 if let Some(fault) = channel.guard.fault()
                     && !channel.is_confirmed()
@@ -342,6 +354,9 @@ impl Engine {
         if self.suspended_s.take().is_some() {
             outside.everything = Some(Fault::Suspended);
         }
+        if self.stopped {
+            outside.everything = Some(Fault::EmergencyStop);
+        }
         let Err(error) = exchanged else { return outside };
         match error {
             BackendError::Channel { channel, .. } if (channel as usize) < self.channels.len() => {
@@ -371,6 +386,7 @@ impl Engine {
         for (index, (channel, state)) in self.channels.iter().zip(&mut snapshot.channel).enumerate() {
             channel.describe(now_ns, state);
             state.flags |= if self.first == Some(index) { ChannelState::FLAG_FIRST } else { 0 };
+            state.flags |= if self.stopped { ChannelState::FLAG_STOPPED } else { 0 };
             state.backend = if whom.is_none_or(|whom| whom == index) { code } else { 0 };
         }
     }

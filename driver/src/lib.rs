@@ -27,6 +27,7 @@ pub mod channel;
 pub mod commands;
 mod cycles;
 mod driver;
+mod emergency_stop;
 mod engine;
 mod error;
 mod grid;
@@ -47,6 +48,7 @@ mod suspension;
 
 pub use cycles::{NoOutlet, Outlet};
 pub use driver::{Driver, DriverHandle, Options, Stats, Stopper, access_of, wish_of};
+pub use emergency_stop::{EmergencyStop, SupplySwitch};
 pub use engine::Engine;
 pub use error::Error;
 pub use grid::Pace;

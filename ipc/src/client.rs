@@ -311,7 +311,7 @@ impl Client {
             hold_s: hold.as_secs_f64(),
         };
         let reply = self.link.ask(command, self.options.answer)?;
-        match self.reason(&reply) {
+        match self.reason(&reply, kind) {
             None => Ok(reply),
             Some(reason) => {
                 let channel = match self.channels().get(channel as usize) {
@@ -324,7 +324,7 @@ impl Client {
         }
     }
 
-    fn reason(&self, reply: &Reply) -> Option<Reason> {
+    fn reason(&self, reply: &Reply, kind: CommandKind) -> Option<Reason> {
         // A fault this version does not know is still a fault.
         let fault = Fault::from_code(reply.fault).unwrap_or(Fault::Backend);
         Some(match Outcome::from_code(reply.outcome) {
@@ -341,7 +341,7 @@ impl Client {
             Some(Outcome::Busy) => Reason::Busy,
             Some(Outcome::Stopping) => Reason::Stopping,
             Some(Outcome::Overtaken) => Reason::Overtaken,
-            Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.command_group() },
+            Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.group_for(kind) },
             None => Reason::Unknown(reply.outcome),
         })
     }

@@ -244,6 +244,13 @@ faults! {
         time: "2 periods",
         remedy: "check that the right supply is plugged in and supply_v in [channel.drive] says what it gives, then reset",
     }
+    EmergencyStop = 26, "emergency_stop" {
+        cause: "the emergency stop is open, or has not been reset since it was; a rig that has one starts so",
+        detection: "its input (`[backend.estop]`) is not closed in an exchange; at the start whatever it shows",
+        reaction: "zero on all channels, not even the sensing pulse; the supply off where there is a line for it; latched. No client can reset it",
+        time: "2 periods for zero, 1 for the supply",
+        remedy: "see that nobody is in danger, close it, press its reset button (or x at the terminal of `sinew run`), then reset the channels",
+    }
 }
 
 impl Fault {

@@ -4,7 +4,7 @@ use crate::gateway::{BoardReader, Connection};
 use crate::memory::{self, Memory};
 use crate::run::Attachment;
 use crate::service::TickListener;
-use crate::{Command, Error, Info, LoopStats, Name, PROTOCOL, Reply, Snapshot};
+use crate::{Command, CommandKind, Error, Info, LoopStats, Name, PROTOCOL, Reply, Snapshot};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -79,11 +79,11 @@ impl Link {
         }
     }
 
-    /// The group whose members may command this driver from other accounts; empty where that does not matter.
-    pub fn command_group(&self) -> Name {
+    /// The group whose members may ask this of the driver from other accounts; empty where that does not matter.
+    pub fn group_for(&self, kind: CommandKind) -> Name {
         match self {
             Link::Memory(_) => Name::EMPTY,
-            Link::Gateway(connection) => connection.command_group(),
+            Link::Gateway(connection) => connection.group_for(kind),
         }
     }
 

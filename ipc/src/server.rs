@@ -412,7 +412,7 @@ impl CommandServer {
         while answered < REQUESTS_PER_CALL
             && let Some(request) = self.receive()
         {
-            let reply = match request.may_command() {
+            let reply = match request.is_permitted() {
                 true => decide(request.command()),
                 false => Reply::refused(request.command(), Outcome::NotPermitted),
             };
@@ -441,11 +441,11 @@ impl Request {
         &self.command
     }
 
-    /// Whether whoever asks may command at all; else the answer is [`Outcome::NotPermitted`].
-    pub fn may_command(&self) -> bool {
+    /// Whether whoever asks may ask for that; else the answer is [`Outcome::NotPermitted`].
+    pub fn is_permitted(&self) -> bool {
         match &self.way {
             Way::Memory(_) => true,
-            Way::Gateway(answer) => answer.may_command(),
+            Way::Gateway(answer) => answer.may_ask(self.command.kind()),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, Zero, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Truth, Zero, check_exchange};
 use sinew_physics::{EnergyBalance, Inputs, JointMotion, Surroundings, Wire, drawn_meanwhile_a};
-use sinew_rig::{FaultKind, Rig};
+use sinew_rig::{EnableSignal, FaultKind, Rig};
 
 use crate::channel::{Channel, World};
 use crate::fault::{Acting, FaultHandle, Schedule};
@@ -95,8 +95,13 @@ pub struct SimulatedRig {
     /// Periods that have passed.
     periods: u64,
     started: bool,
-    /// The supply is cut off, until the next start.
+    /// The supply is cut off, until it is restored or the next start.
     cut: bool,
+    /// A watchdog relay before all stages: so many periods after the last pulse it drops out. And how many those are.
+    dropout_periods: Option<u64>,
+    unpulsed: u64,
+    /// The emergency stop, where one is fitted.
+    stop: Option<StopInputs>,
     faults: FaultHandle,
     schedule: Schedule,
 }
@@ -146,6 +151,10 @@ impl SimulatedRig {
             periods: 0,
             started: false,
             cut: false,
+            dropout_periods: (rig.backend.enable.signal == EnableSignal::Pulses)
+                .then(|| (rig.backend.enable.dropout_s * rig.rate_hz).ceil().max(1.0) as u64),
+            unpulsed: 0,
+            stop: rig.backend.estop.fitted.then_some(StopInputs::OPEN),
             faults: FaultHandle::new(rig.channels.len()),
             schedule: Schedule::of_backend(scheduled),
         })
@@ -232,10 +241,12 @@ impl SimulatedRig {
     fn pass(&mut self) {
         let time_s = self.middle_s();
         self.surround();
+        self.unpulsed += 1;
+        let has_supply = self.started && !self.cut && self.dropout_periods.is_none_or(|most| self.unpulsed <= most);
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
             channel.watch(self.silence_periods);
-            channel.begin(self.period_s, &acting, self.started && !self.cut);
+            channel.begin(self.period_s, &acting, has_supply);
             if self.alone[index] {
                 channel.pass();
             }
@@ -252,6 +263,20 @@ impl SimulatedRig {
         let _ = self.zero();
         samples.fill(Sample::NONE);
         Err(error)
+    }
+
+    /// Reads the emergency stop's inputs, which belong to no channel: what is said of any is said of the rig.
+    fn look_at_stop(&mut self, time_s: f64) {
+        if self.stop.is_none() {
+            return;
+        }
+        let has = |kind| {
+            let acts =
+                |(index, channel): (usize, &Channel)| self.faults.acting(index, &channel.schedule, time_s).has(kind);
+            self.channels.iter().enumerate().any(acts)
+        };
+        let inputs = StopInputs { is_closed: !has(FaultKind::EstopOpen), is_reset_pressed: has(FaultKind::EstopReset) };
+        self.stop = Some(inputs);
     }
 
     /// Puts zero out on all channels.
@@ -292,7 +317,9 @@ impl Backend for SimulatedRig {
         if let Err(error) = check_exchange(self.channels.len(), duty, samples) {
             return self.fail(samples, error);
         }
+        self.unpulsed = 0;
         let time_s = self.middle_s();
+        self.look_at_stop(time_s);
         if self.faults.backend_error() || self.schedule.any_acts_at(time_s) {
             return self.fail(samples, BackendError::Io { os_error: EIO });
         }
@@ -325,6 +352,14 @@ impl Backend for SimulatedRig {
     fn cut(&mut self) -> bool {
         self.cut = true;
         true
+    }
+
+    fn restore(&mut self) {
+        self.cut = false;
+    }
+
+    fn stop_inputs(&self) -> Option<StopInputs> {
+        self.stop
     }
 
     fn is_confirmed(&self, channel: usize) -> bool {

@@ -69,11 +69,20 @@ pub trait Backend: Send {
     }
 
     /// Takes the supply from all power stages together, by whatever is there for it beside their own gates (a master switch,
-    /// an enable line), until the next [`Backend::start`]: the answer to a stage that conducts although it is given no duty.
+    /// an enable line), until [`Backend::restore`] or the next [`Backend::start`]: the answer to a stage that conducts although it is
+    /// given no duty, and to an emergency stop.
     /// Called under the rules of `exchange`, which goes on being called and may go on sampling; idempotent. Returns whether there
     /// is such a thing; where there is not, which is the default, only a hand at the plug is left.
     fn cut(&mut self) -> bool {
         false
+    }
+
+    /// Gives back, with the next exchange, what [`Backend::cut`] has taken: an emergency stop was reset. Under the same rules.
+    fn restore(&mut self) {}
+
+    /// What the inputs of an emergency stop showed in the last exchange, failed or not; `None`, the default, where there is none.
+    fn stop_inputs(&self) -> Option<StopInputs> {
+        None
     }
 
     /// All outputs to zero, now. Idempotent, callable in any state (also before `start`), never unwinds: it is what the driver calls on
@@ -130,6 +139,14 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
         (**self).cut()
     }
 
+    fn restore(&mut self) {
+        (**self).restore();
+    }
+
+    fn stop_inputs(&self) -> Option<StopInputs> {
+        (**self).stop_inputs()
+    }
+
     fn stop(&mut self) -> Zero {
         (**self).stop()
     }
@@ -137,6 +154,20 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
     fn truth(&self, channel: usize) -> Option<Truth> {
         (**self).truth(channel)
     }
+}
+
+/// What the inputs of an emergency stop show. The contact is normally closed: what is broken is open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StopInputs {
+    /// Whether its contact is closed: nobody has pressed it, and its lead is whole.
+    pub is_closed: bool,
+    /// Whether its reset button is pressed.
+    pub is_reset_pressed: bool,
+}
+
+impl StopInputs {
+    /// Nothing is known: as if it were open.
+    pub const OPEN: StopInputs = StopInputs { is_closed: false, is_reset_pressed: false };
 }
 
 /// What has become of outputs that were put to zero.

@@ -28,6 +28,10 @@
 //! **Silence.** A driver may die with any duty put out. [`Backend::silence_s`] says how long that lasts then; the driver puts no duty out
 //! that would overheat its wire in that time, and refuses a backend that cannot say.
 //!
+//! **Supply.** Where there is a line that switches the supply of all stages (`[backend.enable]`), it is off before the first exchange and
+//! after `stop`, at the backend's end on whichever way, and while it is [cut](Backend::cut). What an emergency stop shows
+//! ([`Backend::stop_inputs`]) is latched by the driver alone.
+//!
 //! # Example: a minimal backend
 //! The smallest that fulfils the contract: one channel, a resistor of 10 Ω at 6 V that is sampled by the exchange itself.
 //!
@@ -89,6 +93,6 @@ pub mod clock;
 pub mod conformance;
 mod error;
 
-pub use backend::{Backend, Truth, Zero, check_exchange};
+pub use backend::{Backend, StopInputs, Truth, Zero, check_exchange};
 pub use error::{BackendError, ChannelFault};
 pub use sinew_sensing::Sample;

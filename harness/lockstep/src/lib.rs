@@ -18,7 +18,7 @@ use std::collections::HashMap;
 
 use sinew_backend::{Backend, Sample};
 use sinew_driver::commands::ChannelRules;
-use sinew_driver::{Answer, Ask, Beat, Engine, Event, Occurrence, Order, Program};
+use sinew_driver::{Answer, Ask, Beat, Engine, Event, Occurrence, Order, Program, SupplySwitch};
 use sinew_ipc::{ChannelState, Command, DriverState, Fault, Reply, Snapshot};
 use sinew_rig::Rig;
 
@@ -67,6 +67,8 @@ pub struct Lockstep {
     snapshot: Box<Snapshot>,
     period: u64,
     trips: Vec<Trip>,
+    supply: SupplySwitch,
+    reset_stop: bool,
     tickets: u64,
     answers: HashMap<u64, Answer>,
 }
@@ -101,6 +103,8 @@ impl Lockstep {
             snapshot: Box::new(Snapshot::new(channels)),
             period: 0,
             trips: Vec::new(),
+            supply: SupplySwitch::default(),
+            reset_stop: false,
             tickets: 0,
             answers: HashMap::new(),
         })
@@ -119,6 +123,11 @@ impl Lockstep {
     /// The virtual rig: its faults, its world.
     pub fn backend(&mut self) -> &mut SimulatedRig {
         &mut self.backend
+    }
+
+    /// Resets the emergency stop at the terminal, for the next period.
+    pub fn reset_emergency_stop(&mut self) {
+        self.reset_stop = true;
     }
 
     /// The driver's engine.
@@ -169,6 +178,8 @@ impl Lockstep {
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         let beat = Beat { now_ns: self.now_ns(), missed };
         self.engine.note_outputs(|channel| self.backend.is_confirmed(channel));
+        let was_reset = std::mem::take(&mut self.reset_stop);
+        self.supply.look(&self.backend, &mut self.engine, was_reset);
         let Lockstep { period, trips, answers, .. } = self;
         let tell = |event: Event| match event.what {
             Occurrence::Tripped(fault) => trips.push(Trip { period: *period, channel: event.channel as usize, fault }),
@@ -176,9 +187,7 @@ impl Lockstep {
             _ => {}
         };
         self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, tell);
-        if self.engine.must_cut() {
-            self.backend.cut();
-        }
+        self.supply.switch(&self.engine, &mut self.backend);
         self.period += 1;
         self.engine.describe(self.now_ns(), DriverState::Running, &mut self.snapshot);
     }

@@ -112,6 +112,8 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
             self.engine.was_suspended(0.0);
         }
         self.slept = slept;
+        let stopped = |state: &ChannelState| state.flags & ChannelState::FLAG_STOPPED != 0;
+        self.engine.hold(self.backend.recorded().0.channels.iter().any(stopped));
         let beat = Beat { now_ns: head.monotonic_ns, missed };
         self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, tell);
         (self.now.cycle, self.now.monotonic_ns, self.now.missed) = (head.cycle, head.monotonic_ns, head.missed);

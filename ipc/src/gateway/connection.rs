@@ -27,6 +27,7 @@ pub(crate) struct Connection {
     /// Process id of the driver.
     pub pid: u32,
     command_group: Name,
+    stop_group: Name,
     /// Answers read by one thread for another.
     answers: Mutex<Vec<Reply>>,
 }
@@ -75,7 +76,7 @@ impl Connection {
         }
         let wrong = |reason: String| Error::Gateway { path: PathBuf::from(format!("the gate of rig {rig:?}")), reason };
         match Admission::from_code(welcome.verdict) {
-            Some(Admission::Commander | Admission::Reader) => {}
+            Some(Admission::Commander | Admission::Stopper | Admission::Reader) => {}
             Some(Admission::Full) => {
                 return Err(Error::Full { rig: rig.into(), what: "clients through its gate", most: welcome.most });
             }
@@ -95,13 +96,14 @@ impl Connection {
             rig: rig.into(),
             pid: welcome.pid,
             command_group: welcome.command_group,
+            stop_group: welcome.stop_group,
             answers: Mutex::new(Vec::new()),
         })
     }
 
-    /// The group whose members may command.
-    pub fn command_group(&self) -> Name {
-        self.command_group
+    /// The group whose members may ask for this, by the last word of the rig file that says so.
+    pub fn group_for(&self, kind: CommandKind) -> Name {
+        if kind == CommandKind::Stop && self.stop_group != Name::EMPTY { self.stop_group } else { self.command_group }
     }
 
     pub fn info(&self) -> Info {

@@ -42,7 +42,7 @@ impl TestListener {
         let wrong = |reason: String| Error::Gateway { path: dir.into(), reason };
         let board = Board::new(&Info::new(RIG, 1000.0, &[ChannelInfo::EMPTY; 2])?, "[rig]\n");
         let board = board.map_err(|e| wrong(e.to_string()))?;
-        let access = Access::new(None, &Readers::Nobody)?;
+        let access = Access::new(None, None, &Readers::Nobody)?;
         let listener = Listener::new(Endpoint::open_in(dir, RIG)?, &access, board.read_only())?;
         Ok(TestListener { listener, dir: dir.into(), _board: board })
     }
@@ -101,6 +101,7 @@ pub fn welcome() -> Vec<u8> {
         pid: std::process::id(),
         most: 0,
         command_group: Name::EMPTY,
+        stop_group: Name::EMPTY,
         read_group: Name::EMPTY,
     };
     welcome.as_bytes().to_vec()

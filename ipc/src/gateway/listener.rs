@@ -8,7 +8,7 @@ use super::endpoint::Endpoint;
 use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST};
 use super::peer::Peer;
 use super::{MAX_GATEWAY_CLIENTS, MAX_GATEWAY_CLIENTS_OF_A_USER};
-use crate::{Command, Error, Outcome, PROTOCOL, Reply};
+use crate::{Command, CommandKind, Error, Outcome, PROTOCOL, Reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::{
@@ -35,7 +35,7 @@ const AT_ONCE: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
 struct Session {
     socket: OwnedFd,
     peer: Peer,
-    commands: bool,
+    role: Role,
     unanswered: AtomicUsize,
     /// To be disconnected: a reply could not be sent.
     leaving: AtomicBool,
@@ -57,9 +57,13 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// Whether he may command at all.
-    pub fn may_command(&self) -> bool {
-        self.session.commands
+    /// Whether he may ask for this.
+    pub fn may_ask(&self, kind: Option<CommandKind>) -> bool {
+        match self.session.role {
+            Role::Commander => true,
+            Role::Stopper => kind == Some(CommandKind::Stop),
+            Role::Reader | Role::Stranger => false,
+        }
     }
 
     /// Sends the reply. A client that has gone meanwhile is nobody's loss.
@@ -195,6 +199,7 @@ impl Listener {
             _ if of_this_user >= MAX_GATEWAY_CLIENTS_OF_A_USER => (Admission::Full, MAX_GATEWAY_CLIENTS_OF_A_USER),
             _ if self.sessions.len() >= MAX_GATEWAY_CLIENTS => (Admission::Full, MAX_GATEWAY_CLIENTS),
             Role::Reader => (Admission::Reader, 0),
+            Role::Stopper => (Admission::Stopper, 0),
             Role::Commander => (Admission::Commander, 0),
         };
         let welcome = Greeting {
@@ -204,14 +209,15 @@ impl Listener {
             pid: std::process::id(),
             most: most as u32,
             command_group: self.access.command_group(),
+            stop_group: self.access.stop_group(),
             read_group: self.access.read_group(),
         };
-        let admitted = matches!(verdict, Admission::Reader | Admission::Commander);
+        let admitted = matches!(verdict, Admission::Reader | Admission::Stopper | Admission::Commander);
         if self.greet(&socket, &welcome, admitted) && admitted {
             self.sessions.push(Arc::new(Session {
                 socket,
                 peer,
-                commands: verdict == Admission::Commander,
+                role,
                 unanswered: AtomicUsize::new(0),
                 leaving: AtomicBool::new(false),
             }));
@@ -253,7 +259,7 @@ mod tests {
             let dir = tempfile::Builder::new().prefix("sinew-porter-").tempdir().unwrap();
             let info = Info::new("bench", 1000.0, &[ChannelInfo::EMPTY; 2]).unwrap();
             let board = Board::new(&info, "[rig]\n").unwrap();
-            let access = Access::new(None, &Readers::Nobody).unwrap();
+            let access = Access::new(None, None, &Readers::Nobody).unwrap();
             let endpoint = Endpoint::open_in(dir.path(), "bench").unwrap();
             Gateway { listener: Listener::new(endpoint, &access, board.read_only()).unwrap(), board, dir }
         }
@@ -300,7 +306,7 @@ mod tests {
                 }
             };
             assert_eq!(command.client, u64::from(std::process::id()) << 32 | 7, "who it is says the kernel");
-            assert!(answer.may_command());
+            assert!(answer.may_ask(command.kind()));
             answer.send_reply(&Reply::taken(&command, 1.5));
             assert_eq!(asked.join().unwrap().unwrap().hold_s, 1.5);
         });

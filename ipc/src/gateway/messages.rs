@@ -25,6 +25,8 @@ pub(crate) struct Greeting {
     pub most: u32,
     /// Whose members may command; empty = nobody's.
     pub command_group: Name,
+    /// Whose members may stop the driver; empty = nobody's.
+    pub stop_group: Name,
     /// Whose members may look; empty = nobody's.
     pub read_group: Name,
 }
@@ -41,6 +43,8 @@ pub(crate) enum Admission {
     Stranger = 2,
     /// There are too many clients, of this user or of all.
     Full = 3,
+    /// Look, and stop the driver.
+    Stopper = 4,
 }
 
 impl Admission {
@@ -50,6 +54,7 @@ impl Admission {
             1 => Admission::Reader,
             2 => Admission::Stranger,
             3 => Admission::Full,
+            4 => Admission::Stopper,
             _ => return None,
         })
     }
@@ -87,7 +92,7 @@ mod tests {
 
     #[test]
     fn layouts_are_fixed() {
-        assert_eq!((size_of::<Greeting>(), size_of::<CommandRequest>(), LARGEST), (152, 56, 152));
+        assert_eq!((size_of::<Greeting>(), size_of::<CommandRequest>(), LARGEST), (216, 56, 216));
         for code in 0..9 {
             assert!(Admission::from_code(code).is_none_or(|verdict| verdict as u32 == code));
         }

@@ -82,6 +82,8 @@ impl ChannelState {
     pub const FLAG_DARK: u32 = 1 << 6;
     /// The output has not confirmed its duty: it may be at any that it was given since it last did.
     pub const FLAG_UNCONFIRMED: u32 = 1 << 7;
+    /// An emergency stop holds everything off: it is open, or has not been reset since.
+    pub const FLAG_STOPPED: u32 = 1 << 8;
 
     /// The number for a request taken as the `place`th (from 1) of its cycle.
     pub const fn order_code(kind: CommandKind, place: u32) -> u32 {

@@ -13,7 +13,7 @@ use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Version of the messages. Every change of a layout or of a meaning raises it; a client of another version is told so when it
 /// connects.
-pub const PROTOCOL: u32 = 2;
+pub const PROTOCOL: u32 = 3;
 
 /// What a field is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -222,7 +222,8 @@ channel_state! {
         health = 0, {}
         /// Bits of `ChannelState::FLAG_…`: 1 controller at its limit, 2 settled, 4 held back by the supervisor or the limits of the
         /// tension, 8 and that is the heat budget, 16 and that is the temperature budget, 32 the first of the latched faults, 64 the
-        /// next period is dark, 128 the output has not confirmed its duty.
+        /// next period is dark, 128 the output has not confirmed its duty,
+        /// 256 an emergency stop holds everything off.
         flags = 0, {}
         /// The request the loop took right before this cycle: its kind as in `CommandKind`, plus 256 times its place among those of
         /// this cycle; 0 = none. A channel takes one a cycle.
@@ -269,9 +270,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_channel_is_laid_out_as_in_protocol_2() {
+    fn a_channel_is_laid_out_as_in_protocol_3() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
-        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (2, 168));
+        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (3, 168));
     }
 
     #[test]

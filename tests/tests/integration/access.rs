@@ -230,6 +230,26 @@ fn members_command_readers_look_and_strangers_are_told_why_not() {
 }
 
 #[test]
+fn members_of_a_stop_group_look_and_stop_and_command_nothing_else() {
+    if !can_be_others() {
+        return;
+    }
+    let bench = Bench::new(&format!("command_group = \"{COMMANDERS}\"\nstop_group = \"{READERS}\""));
+    let driver = bench.drive();
+    bench.ask(READER, &["status"]).expect(0);
+    for command in [&["set", "left", "stroke=30%"][..], &["set", "left", "off"], &["reset", "left"]] {
+        let refused = bench.ask(READER, command).expect(1);
+        let why = format!("taken from members of group {COMMANDERS} alone");
+        assert!(refused.stderr.contains(&why), "{command:?}: {}", refused.stderr);
+    }
+    let refused = bench.ask(STRANGER, &["stop", "--rig", &bench.rig.name]).expect(1);
+    assert!(refused.stderr.contains("may neither look nor command"), "{}", refused.stderr);
+    bench.ask(READER, &["stop"]).expect(0);
+    let ended = driver.finish().expect(0);
+    println!("{}", ended.stderr);
+}
+
+#[test]
 fn without_access_nobody_else_comes_in_and_everyone_means_looking() {
     if !can_be_others() {
         return;

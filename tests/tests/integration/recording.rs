@@ -326,6 +326,53 @@ fn files_follow_each_other_without_a_gap() {
 }
 
 #[test]
+fn the_last_files_of_a_recording_are_kept() {
+    let rig = Rig::bench(&CHANNELS, "");
+    let (driver, _) = Driver::ready(&rig);
+    let file = rig.file("night.mcap");
+    let other = rig.file("night-2026.txt");
+    fs::write(&other, "precious").unwrap();
+    let asked = ["--max-time", "1s", "--keep-files", "2", "--for", "4.5"];
+    let report = Process::start(&mut record(&rig, &file, &asked)).finish().expect(0).json();
+    let files: Vec<PathBuf> =
+        report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap().into()).collect();
+    let removed = number(&report, "removed_files");
+    assert!(files.len() == 2 && removed >= 2 && !file.exists() && other.exists(), "{report:#}");
+    let there = fs::read_dir(file.parent().unwrap()).unwrap().map(|entry| entry.unwrap().path());
+    let mut there: Vec<PathBuf> = there.filter(|path| path.extension().is_some_and(|end| end == "mcap")).collect();
+    there.sort();
+    assert_eq!(there, files);
+    let mut kept = assert_whole(&files[0]);
+    let last = assert_whole(&files[1]);
+    assert_eq!(kept.keys().next_back().unwrap() + 1, *last.keys().next().unwrap());
+    kept.extend(last);
+    assert_eq!(number(&report, "cycles"), number(&report, "removed_cycles") + kept.len() as u64);
+    // a second one would meet the files that are left
+    rig.ask(&["record", file.to_str().unwrap(), "--max-time", "1s", "--keep-files", "2"]).refused(&[
+        files[0].to_str().unwrap(),
+        "is there already",
+        "--force",
+    ]);
+    driver.stop();
+}
+
+#[test]
+fn with_less_free_than_is_to_stay_free_nothing_is_begun() {
+    let rig = Rig::bench(&["left"], "");
+    let (driver, _) = Driver::ready(&rig);
+    let file = rig.file("walk.mcap");
+    fs::write(&file, "precious").unwrap();
+    let text = file.to_str().unwrap();
+    // no disk has that
+    let refused = rig.ask(&["record", text, "--force", "--keep-free", "900000000GB"]).expect(1);
+    for word in ["walk.mcap", "are free on its disk", "hint: ", "make room", "--keep-free"] {
+        assert!(refused.stderr.contains(word), "{word}: {}", refused.stderr);
+    }
+    assert_eq!(fs::read_to_string(&file).unwrap(), "precious");
+    driver.stop();
+}
+
+#[test]
 fn what_cannot_be_recorded_is_refused_before_anything_is_written() {
     let rig = Rig::bench(&["left"], "");
     let file = rig.file("a.mcap");
@@ -335,6 +382,10 @@ fn what_cannot_be_recorded_is_refused_before_anything_is_written() {
     let (driver, _) = Driver::ready(&rig);
     rig.ask(&["record", rig.file("no/such/a.mcap").to_str().unwrap()]).refused(&["there is no folder"]);
     rig.ask(&["record", text, "--max-size", "12"]).refused(&["500MB or 1GB"]);
+    rig.ask(&["record", text, "--keep-free", "12"]).refused(&["500MB or 1GB, or 0"]);
+    rig.ask(&["record", text, "--keep-files", "1", "--max-time", "1s"]).refused(&["--keep-files"]);
+    rig.ask(&["record", text, "--keep-files", "3"]).refused(&["is one file", "--max-time"]);
+    rig.ask(&["record", text, "--keep-size", "1GB", "--max-size", "1GB"]).refused(&["at least 2.00 GB"]);
     rig.ask(&["record", text, "--compression", "gzip"]).refused(&["gzip", "lz4"]);
     assert!(!file.exists());
     fs::write(&file, "precious").unwrap();

@@ -187,5 +187,6 @@ fn foreign_pages_do_not_come_in() {
     let taken = run(["scope", "--rig", &rig.name, "--port", port]);
     taken.refused(&[&format!("port {port} of 127.0.0.1"), "--port"]);
     scope.signal(libc::SIGTERM);
-    scope.finish().expect(0);
+    let ended = scope.finish().expect(0);
+    assert!(ended.stderr.contains("2 × a request for another host, 2 × a page of another origin"), "{}", ended.stderr);
 }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use crate::size;
+
 /// Every way a recording can fail.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -22,6 +24,29 @@ pub enum Error {
         /// The least that will do.
         least: f64,
     },
+    /// Fewer files are to be kept than two.
+    TooFewKept {
+        /// As given.
+        found: u32,
+    },
+    /// Less is to be kept than two files may have.
+    TooLittleKept {
+        /// As given, bytes.
+        found: u64,
+        /// The least that will do, bytes.
+        least: u64,
+    },
+    /// Older files are to be removed, but there is only one, however long it becomes.
+    OneFile,
+    /// Less is free on the disk than is to stay free.
+    Floor {
+        /// The file that was being written, or was to be.
+        path: PathBuf,
+        /// Free, bytes.
+        free: u64,
+        /// What is to stay free, bytes.
+        floor: u64,
+    },
     /// The connection to the driver failed.
     Driver(sinew_ipc::Error),
     /// A file could not be written.
@@ -36,6 +61,14 @@ impl Error {
         match self {
             Error::Exists { .. } => "choose another name, or --force to replace it".into(),
             Error::TooSmall { least, .. } => format!("give at least {least}"),
+            Error::TooFewKept { .. } => "keep at least 2: the one being written and the one before it".into(),
+            Error::TooLittleKept { least, .. } => format!("keep at least {}, or make files smaller", size(*least)),
+            Error::OneFile => "say when a new file begins: --max-size 1GB or --max-time 10min".into(),
+            Error::Floor { .. } => {
+                "make room there or record to another disk; --keep-size bounds what a recording takes, --keep-free 100MB lets it \
+                 have more, --keep-free 0 all"
+                    .into()
+            }
             Error::Driver(error) => error.remedy(),
             Error::File(error) => error.hint(),
             Error::Thread(_) => "check the limits on threads and memory (`ulimit -a`)".into(),
@@ -46,9 +79,10 @@ impl Error {
     pub fn is_bad_input(&self) -> bool {
         match self {
             Error::Exists { .. } | Error::TooSmall { .. } => true,
+            Error::TooFewKept { .. } | Error::TooLittleKept { .. } | Error::OneFile => true,
             Error::Driver(error) => error.is_bad_input(),
             Error::File(error) => error.is_bad_input(),
-            Error::Thread(_) => false,
+            Error::Floor { .. } | Error::Thread(_) => false,
         }
     }
 }
@@ -58,6 +92,15 @@ impl fmt::Display for Error {
         match self {
             Error::Exists { path } => write!(f, "{}: is there already", path.display()),
             Error::TooSmall { what, found, .. } => write!(f, "a {what} of {found} is too small for a file"),
+            Error::TooFewKept { found } => write!(f, "a recording of which {found} files are kept loses all it has"),
+            Error::TooLittleKept { found, least } => {
+                write!(f, "{} to keep are less than two files may have, {}", size(*found), size(*least))
+            }
+            Error::OneFile => f.write_str("a recording of which only the last files are kept is one file"),
+            Error::Floor { path, free, floor } => {
+                let (path, free, floor) = (path.display(), size(*free), size(*floor));
+                write!(f, "{path}: {free} are free on its disk, less than the {floor} that stay free")
+            }
             Error::Driver(error) => error.fmt(f),
             Error::File(error) => f.write_str(&error.message()),
             Error::Thread(error) => write!(f, "a thread failed: {error}"),

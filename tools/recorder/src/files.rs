@@ -1,6 +1,6 @@
 //! The files of a recording: opened without replacing existing ones, synced to the disk, and numbered.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,21 @@ pub fn part_path(path: &Path, part: u32) -> PathBuf {
         None => format!("{stem}-{part:04}"),
     };
     path.with_file_name(name)
+}
+
+/// The first of a recording's further files that is there already. What cannot be listed is not found.
+pub(crate) fn later_part(path: &Path) -> Option<PathBuf> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let number = |name: &str| {
+        let digits = name.strip_prefix(&stem)?.strip_prefix('-')?;
+        digits.split('.').next()?.parse::<u32>().ok().filter(|number| *number > 0)
+    };
+    let names = fs::read_dir(folder(path)).ok()?.flatten().map(|entry| entry.file_name());
+    let numbers = names.filter_map(|name| {
+        let number = number(&name.to_string_lossy())?;
+        (part_path(path, number).file_name() == Some(&*name)).then_some(number)
+    });
+    numbers.min().map(|number| part_path(path, number))
 }
 
 /// Opens a new file; one that is there is only replaced with `overwrite`.
@@ -37,10 +52,14 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
 /// Brings a file and its name to the disk.
 pub(crate) fn keep(path: &Path, file: &File) -> io::Result<()> {
     file.sync_all()?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     // some file systems do not support that for folders
-    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+    let _ = File::open(folder(path)).and_then(|folder| folder.sync_all());
     Ok(())
+}
+
+/// The folder a file lies in.
+pub(crate) fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Error {
@@ -50,6 +69,16 @@ pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Error {
         column: None,
         what: sinew_recording::What::Unwritable { reason: error.to_string() },
     })
+}
+
+/// Bytes for a person.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 * 1e-3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 * 1e-6),
+        _ => format!("{:.2} GB", bytes as f64 * 1e-9),
+    }
 }
 
 #[cfg(test)]
@@ -62,6 +91,21 @@ mod tests {
         assert_eq!(part_path(Path::new("a/walk.mcap"), 1), Path::new("a/walk-0001.mcap"));
         assert_eq!(part_path(Path::new("walk.v2.mcap"), 12345), Path::new("walk.v2-12345.mcap"));
         assert_eq!(part_path(Path::new("walk"), 2), Path::new("walk-0002"));
+    }
+
+    #[test]
+    fn later_parts_are_found_and_nothing_else_is_taken_for_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walk.v2.mcap");
+        for other in ["walk.v2.mcap", "walk.v2-1.mcap", "walk.v2-0000.mcap", "walk.v2-0003.csv", "walk-0002.mcap"] {
+            fs::write(folder.path().join(other), "").unwrap();
+        }
+        assert_eq!(later_part(&path), None);
+        for number in [12_345, 17] {
+            fs::write(part_path(&path, number), "").unwrap();
+        }
+        assert_eq!(later_part(&path), Some(folder.path().join("walk.v2-0017.mcap")));
+        assert_eq!(later_part(&folder.path().join("no/such.mcap")), None);
     }
 
     #[test]

@@ -8,6 +8,9 @@
 //! Data are synced to the disk every few seconds and at the end of each file, so that even when the power fails only the last
 //! seconds are missing. A recorder that is killed leaves every chunk it had completed, which is all but the last second.
 //!
+//! It ends before the disk is full ([`Options::keep_free_bytes`]), and keeps only the newest files where it is asked to
+//! ([`Options::keep_files`], [`Options::keep_bytes`]).
+//!
 //! # Example
 //! Ten seconds of a running driver into one file:
 //!
@@ -40,17 +43,22 @@ mod error;
 mod events;
 mod figures;
 mod files;
+mod floor;
 mod options;
 mod recorder;
+mod retention;
 mod shared;
 mod state;
+mod warning;
 mod writer;
 
 pub use blocks::Block;
 pub use error::Error;
 pub use events::FaultEvents;
 pub use figures::loop_figures;
-pub use files::part_path;
+pub use files::{part_path, size};
 pub use options::Options;
 pub use recorder::{Live, Recorder, Report, unix_ns};
+pub use shared::Removed;
 pub use state::layout;
+pub use warning::Warning;

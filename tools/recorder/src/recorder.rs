@@ -13,9 +13,11 @@ use sinew_recording::{Error as RecordingError, What};
 use crate::blocks::{Outlet, buffer};
 use crate::drain::drain;
 use crate::error::Error;
+use crate::floor::free_bytes;
 use crate::options::Options;
-use crate::shared::{Shared, Written};
+use crate::shared::{Removed, Shared, Written};
 use crate::state::layout;
+use crate::warning::Warning;
 use crate::writer::Writer;
 
 /// The buffer holds so much time, s, and at least so many bytes.
@@ -46,11 +48,13 @@ pub struct Live {
 /// What came of a recording.
 #[derive(Debug)]
 pub struct Report {
-    /// The files, in order.
+    /// The files, in order, without those that were removed.
     pub files: Vec<PathBuf>,
+    /// The older ones that were removed.
+    pub removed: Removed,
     /// Why it ended.
     pub ended: Ended,
-    /// Cycles written.
+    /// Cycles written, those in removed files among them; so with all that follows.
     pub cycles: u64,
     /// Cycles lost between the first and the last one written.
     pub lost: u64,
@@ -66,6 +70,8 @@ pub struct Report {
     pub payload: u64,
     /// Cycles that came but are in no file because that could not be written.
     pub not_written: u64,
+    /// What was warned of and nobody has asked for yet ([`Recorder::warnings`]).
+    pub warnings: Vec<Warning>,
     /// What went wrong.
     pub failure: Option<Error>,
 }
@@ -83,7 +89,8 @@ impl Recorder {
     /// completes its file.
     ///
     /// # Errors
-    /// [`Error::Exists`], [`Error::TooSmall`], [`Error::Driver`], [`Error::File`], [`Error::Thread`]; then nothing runs.
+    /// [`Error::Exists`], [`Error::TooSmall`], [`Error::TooFewKept`], [`Error::TooLittleKept`], [`Error::OneFile`], [`Error::Floor`],
+    /// [`Error::Driver`], [`Error::File`], [`Error::Thread`]; then nothing runs.
     pub fn start(client: Client, options: Options) -> Result<Recorder, Error> {
         options.check()?;
         let info = *client.info();
@@ -143,7 +150,7 @@ impl Recorder {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it still records. It may have ended by itself: its time is over, the driver is gone, the disk is full.
+    /// Whether it still records. It may have ended by itself: its time is over, the driver is gone, the disk is full or nearly so.
     pub fn is_running(&self) -> bool {
         !self.shared.ended.load(Ordering::Acquire)
     }
@@ -164,6 +171,11 @@ impl Recorder {
         }
     }
 
+    /// What there is to warn of since this was asked last.
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.shared.take_warnings()
+    }
+
     /// Waits until it has ended (it does not ask for that), and tells what came of it.
     pub fn join(mut self) -> Report {
         let written = self.wait();
@@ -179,6 +191,7 @@ impl Recorder {
         let failure = written.failure.or(failure);
         Report {
             files: written.files,
+            removed: written.removed,
             ended: written.ended.unwrap_or(Ended::Unwritable),
             cycles: total.cycles,
             // where nothing at all was written there is no gap to be seen
@@ -189,6 +202,7 @@ impl Recorder {
             bytes: written.bytes,
             payload: written.payload,
             not_written: received.saturating_sub(total.cycles + dropped),
+            warnings: self.shared.take_warnings(),
             failure,
         }
     }
@@ -219,7 +233,7 @@ fn write(
     ready: &std::sync::mpsc::Sender<Result<(), Error>>,
 ) -> Written {
     let _said = SaysItEnded(shared);
-    match Writer::new(options, about, layout, shared) {
+    match Writer::new(options, about, layout, shared, &free_bytes) {
         Ok(writer) => {
             let _ = ready.send(Ok(()));
             writer.run(outlet)

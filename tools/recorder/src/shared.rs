@@ -7,11 +7,33 @@ use std::sync::{Arc, Mutex, PoisonError};
 use sinew_recording::session::{Ended, Ending, Head, SessionWriter};
 
 use crate::error::Error;
+use crate::retention::Whole;
+use crate::warning::Warning;
+
+/// Older files that were removed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Removed {
+    /// How many.
+    pub files: u64,
+    /// Cycles in them.
+    pub cycles: u64,
+    /// Bytes of them.
+    pub bytes: u64,
+}
+
+impl Removed {
+    pub(crate) fn add(&mut self, file: &Whole) {
+        self.files += 1;
+        self.cycles += file.cycles;
+        self.bytes += file.bytes;
+    }
+}
 
 /// All files together.
 #[derive(Debug, Default)]
 pub(crate) struct Written {
     pub(crate) files: Vec<PathBuf>,
+    pub(crate) removed: Removed,
     pub(crate) ended: Option<Ended>,
     pub(crate) total: Ending,
     pub(crate) first: Option<Head>,
@@ -38,12 +60,22 @@ pub(crate) struct Shared {
     pub(crate) part: AtomicU64,
     pub(crate) file: Mutex<PathBuf>,
     pub(crate) failure: Mutex<Option<Error>>,
+    pub(crate) warnings: Mutex<Vec<Warning>>,
 }
 
 impl Shared {
     /// Takes note of a failure, the first one.
     pub(crate) fn fail(&self, error: Error) {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    pub(crate) fn warn(&self, warning: Warning) {
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(warning);
+    }
+
+    /// What was warned of since this was asked last.
+    pub(crate) fn take_warnings(&self) -> Vec<Warning> {
+        std::mem::take(&mut *self.warnings.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     pub(crate) fn set_file(&self, path: &Path) {

@@ -83,9 +83,9 @@ class Curves {
 // A frame as it comes: what it belongs to, and its bins.
 function readFrame(buffer) {
   const words = new Uint32Array(buffer, 0, 6);
-  const [generation, number, series, bins, values] = words;
+  const [generation, number, series, bins, values, more] = words;
   return {
-    generation, number, series, bins, values,
+    generation, number, series, bins, values, more,
     lost: new Float64Array(buffer, 24, 1)[0],
     time: new Float64Array(buffer, 32, bins),
     floats: new Float32Array(buffer, 32 + 8 * bins, bins * series * values),

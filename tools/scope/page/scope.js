@@ -36,11 +36,12 @@ function connect() {
     page.rig = null;
   };
   socket.onmessage = ({ data }) => (typeof data === "string" ? told(JSON.parse(data)) : received(data));
-  socket.onclose = () => {
+  socket.onclose = ({ reason }) => {
     page.status = null;
     page.may = false;
     page.held.clear();
-    banner("The scope has ended, or its computer is out of reach. This page tries again every second.");
+    const why = reason ? `The scope has closed this page: ${reason}.` : "The scope has ended, or its computer is out of reach.";
+    banner(`${why} This page tries again every second.`);
     state("no scope", "bad");
     card();
     setTimeout(connect, 1000);
@@ -122,11 +123,13 @@ function received(buffer) {
   }
   page.lost = frame.lost;
   page.curves.append(frame.bins, frame.time, frame.floats);
+  page.dirty = true;
+  // of a long history's pieces only the last one is new
+  if (frame.more) return;
   const now = performance.now() / 1000, offset = now - page.curves.last;
   // the page's clock against the driver's: the quickest frame tells it best; it creeps, so that neither may drift
   if (page.clock === null || Math.abs(offset - page.clock) > 1) page.clock = offset;
   page.clock = Math.min(page.clock + 1e-5, offset);
-  page.dirty = true;
 }
 
 // ——— what does not move ———
@@ -154,6 +157,7 @@ function status(now) {
   page.status = now;
   state(now.driver, { running: "running", starting: "" }[now.driver] ?? "bad");
   banner(BANNERS[now.driver] ?? "");
+  traffic(now.traffic);
   if (now.driver === "gone") { page.held.clear(); card(); return; }
   const us = (v) => (v >= 1000 ? (v / 1000).toFixed(1) + " ms" : v.toFixed(0) + " µs");
   $("rate").textContent = now.rate_hz === null ? "–" : now.rate_hz.toFixed(0) + " Hz";
@@ -179,6 +183,14 @@ function status(now) {
   });
   const faulted = (s) => s?.channels?.[page.selected]?.fault?.flag;
   if (faulted(before) !== faulted(now) || before?.channels?.[page.selected]?.mode !== now.channels[page.selected]?.mode) card();
+}
+
+// What the scope has refused, of anybody's: shown once there is any.
+function traffic({ connections_open, pages_open, refused, refused_in_all }) {
+  const kinds = Object.entries(refused).filter(([, count]) => count > 0).map(([name, count]) => `${name.replaceAll("_", " ")}: ${count}`);
+  $("traffic").hidden = refused_in_all === 0;
+  $("traffic").title = `What this scope has refused, of all who connect to it – ${kinds.join(", ")}. Open now: ${pages_open} pages, ${connections_open} connections.`;
+  $("refused").textContent = refused_in_all;
 }
 
 function recorded({ seconds, bytes, lost }) {

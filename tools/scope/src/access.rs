@@ -12,10 +12,10 @@ use subtle::ConstantTimeEq;
 use crate::Error;
 
 /// The Content-Security-Policy: a page may load from this server only, connect to this server only, and not be framed.
-fn policy(port: u16) -> String {
+fn policy(authority: &str) -> String {
     format!(
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
-         connect-src 'self' ws://127.0.0.1:{port}; \
+         connect-src 'self' ws://{authority}; \
          base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
 }
@@ -49,36 +49,32 @@ impl Token {
 /// Checks requests to a server at this port.
 #[derive(Clone)]
 pub struct AccessControl {
-    port: u16,
+    /// The loopback address it listens on, and the port. Not `localhost`: that may be another address with another server,
+    /// whose pages would have our name.
+    authority: String,
 }
 
 impl AccessControl {
     /// At `port` of 127.0.0.1.
     pub fn new(port: u16) -> AccessControl {
-        AccessControl { port }
-    }
-
-    /// Whether a host is this server: the loopback address it listens on, and the port. Not `localhost`: that may be another address
-    /// with another server, whose pages would have our name.
-    fn is_this_server(&self, host: &str) -> bool {
-        host.rsplit_once(':').is_some_and(|(name, port)| name == "127.0.0.1" && port.parse() == Ok(self.port))
+        AccessControl { authority: format!("127.0.0.1:{port}") }
     }
 
     /// Whether a request's `Host` is this server.
     pub fn accepts_request(&self, headers: &HeaderMap) -> bool {
-        text(headers, header::HOST).is_some_and(|host| self.is_this_server(host))
+        text(headers, header::HOST).is_some_and(|host| host == self.authority)
     }
 
     /// Whether a WebSocket is opened by one of this server's own pages: browsers always send the `Origin`.
     pub fn accepts_websocket(&self, headers: &HeaderMap) -> bool {
         let origin = text(headers, header::ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
-        self.accepts_request(headers) && origin.is_some_and(|host| self.is_this_server(host))
+        self.accepts_request(headers) && origin.is_some_and(|host| host == self.authority)
     }
 
     /// The security headers of every response.
     pub fn headers(&self) -> Vec<(HeaderName, HeaderValue)> {
         let policy =
-            HeaderValue::from_str(&policy(self.port)).unwrap_or(HeaderValue::from_static("default-src 'none'"));
+            HeaderValue::from_str(&policy(&self.authority)).unwrap_or(HeaderValue::from_static("default-src 'none'"));
         vec![
             (header::CONTENT_SECURITY_POLICY, policy),
             (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
@@ -126,6 +122,12 @@ mod tests {
             ("127.0.0.1:8750", Some("http://127.0.0.1:8751"), true, false),
             ("127.0.0.1:8750", Some("http://127.0.0.1:8750.evil.example"), true, false),
             ("evil.example:8750", Some("http://evil.example:8750"), false, false),
+            ("[::1]:8750", Some("http://[::1]:8750"), false, false),
+            ("127.0.0.1:8750", Some("http://127.0.0.1:8750/"), true, false),
+            ("127.0.0.1:+8750", None, false, false),
+            ("127.0.0.1:08750", None, false, false),
+            ("127.1:8750", None, false, false),
+            ("user@127.0.0.1:8750", None, false, false),
             ("127.0.0.1", Some("http://127.0.0.1"), false, false),
             ("127.0.0.1.evil.example:8750", None, false, false),
             ("", None, false, false),

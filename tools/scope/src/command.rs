@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use sinew_ipc::{ALL_CHANNELS, CommandKind};
-use tokio::sync::mpsc::UnboundedSender;
+use tokio::sync::mpsc::OwnedPermit;
 
 use crate::shared::Shared;
+use crate::traffic::Refusal;
 
 /// Longest lease a page may ask for: it renews what it holds several times a second, so a page that is closed, or whose
 /// computer sleeps, lets go within this time.
@@ -48,17 +49,24 @@ pub struct Answer {
     message: String,
 }
 
-/// Does what was asked for, and says what became of it. The driver's answer is waited for elsewhere.
-pub fn ask(shared: &Arc<Shared>, may_command: bool, id: u32, what: Request, answers: UnboundedSender<Answer>) {
+impl Answer {
+    /// To a page that has too many without an answer yet.
+    pub fn too_many(id: u32) -> Answer {
+        Answer { kind: "answer", id, ok: false, message: Refusal::RequestsUnanswered.words().into() }
+    }
+}
+
+/// Does what was asked for, and puts what became of it into the place kept for it. The driver's answer is waited for elsewhere.
+pub fn ask(shared: &Arc<Shared>, may_command: bool, id: u32, what: Request, place: OwnedPermit<Answer>) {
     let answer = move |done: Result<String, String>| {
         let (ok, message) = match done {
             Ok(message) => (true, message),
             Err(message) => (false, message),
         };
-        // a page that has gone meanwhile needs no answer
-        let _ = answers.send(Answer { kind: "answer", id, ok, message });
+        place.send(Answer { kind: "answer", id, ok, message });
     };
     if !may_command {
+        shared.traffic.refuse(Refusal::CommandsWithoutToken);
         let why = if shared.options.commands {
             "this page may only watch: open the address with the token that `sinew scope` printed"
         } else {

@@ -3,6 +3,8 @@
 //! Up to 1 kHz a bin is a cycle, and every sample is shown. A faster loop's bins are 1 ms with the least and the largest
 //! value of each, so that no spike is lost and a page's work does not grow with the rate.
 
+use std::ops::Range;
+
 use sinew_ipc::ChannelState;
 
 use crate::quantity::{self, COUNT};
@@ -154,13 +156,15 @@ impl History {
     }
 
     /// The bins from `from` on, of these series, as a page takes them: all times (f64), then for each series all its
-    /// values (f32), the least of every bin before the largest; little endian. Returns how many bins.
-    pub fn write(&self, from: u64, series: &[Series], out: &mut Vec<u8>) -> usize {
-        let bins = from.max(self.first())..self.next;
+    /// values (f32), the least of every bin before the largest; little endian. As many as fit into `room` bytes, and at
+    /// least one where there is one; returns the numbers of those.
+    pub fn write(&self, from: u64, series: &[Series], room: usize, out: &mut Vec<u8>) -> Range<u64> {
+        let start = from.max(self.first()).min(self.next);
+        let bin = size_of::<f64>() + series.len() * self.shape.values() * size_of::<f32>();
+        let bins = start..self.next.min(start + (room / bin).max(1) as u64);
         let ring = self.time.len() as u64;
         let (each, stride) = (self.shape.values(), self.open.len());
-        let count = (bins.end - bins.start.min(bins.end)) as usize;
-        out.reserve(count * (size_of::<f64>() + series.len() * each * size_of::<f32>()));
+        out.reserve((bins.end - bins.start) as usize * bin);
         for bin in bins.clone() {
             out.extend_from_slice(&self.time[(bin % ring) as usize].to_le_bytes());
         }
@@ -173,7 +177,7 @@ impl History {
                 }
             }
         }
-        count
+        bins
     }
 }
 
@@ -189,8 +193,8 @@ mod tests {
 
     fn read(history: &History, from: u64) -> (Vec<f64>, Vec<f32>) {
         let mut bytes = Vec::new();
-        let bins = history.write(from, &[LENGTH], &mut bytes);
-        let (times, values) = bytes.split_at(8 * bins);
+        let bins = history.write(from, &[LENGTH], usize::MAX, &mut bytes);
+        let (times, values) = bytes.split_at(8 * (bins.end - bins.start) as usize);
         let f64s = times.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
         (f64s, values.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
     }
@@ -209,6 +213,25 @@ mod tests {
         assert_eq!(read(&history, 0).0.len(), capacity as usize, "what has gone is not sent");
         assert_eq!(read(&history, 0).0[0], 0.010);
         assert_eq!(read(&history, u64::MAX).0.len(), 0);
+    }
+
+    #[test]
+    fn a_long_history_is_written_in_pieces() {
+        let mut history = History::new(Shape { channels: 2, rate_hz: 1000.0 });
+        for i in 0..1000 {
+            history.push(f64::from(i), &cycle(f64::from(i)));
+        }
+        let (mut next, mut pieces) = (0, Vec::new());
+        while next < history.next() {
+            let mut bytes = Vec::new();
+            let bins = history.write(next, &[LENGTH], 5000, &mut bytes);
+            assert!(bins.start == next && bytes.len() <= 5000, "{bins:?}, {} bytes", bytes.len());
+            pieces.push(bins.end - bins.start);
+            next = bins.end;
+        }
+        assert_eq!(pieces, [416, 416, 168], "of 12 bytes a bin");
+        assert_eq!(history.write(7, &[LENGTH], 0, &mut Vec::new()), 7..8, "too long, and sent");
+        assert_eq!(history.write(u64::MAX, &[LENGTH], 5000, &mut Vec::new()), 1000..1000);
     }
 
     #[test]

@@ -9,6 +9,9 @@
 //! A page may command only if it was opened with the token, and only with leases it keeps renewing
 //! (`access`, `command`).
 //!
+//! Clients, bytes and rates are bounded (`limits`): connections as they come in (`door`), pages while they are open
+//! (`session`). Every refusal is counted (`traffic`).
+//!
 //! # Example
 //! ```no_run
 //! use sinew_scope::{Options, Scope};
@@ -16,21 +19,26 @@
 //! let options = Options { rig: "hexapod".into(), port: 0, record_dir: ".".into(), commands: false };
 //! let scope = Scope::open(options)?;
 //! println!("open {}", scope.url(false));
+//! let traffic = scope.traffic();
 //! scope.serve(|| false)?; // until the closure says that it is time
+//! eprintln!("{}", traffic.figures());
 //! # Ok::<(), sinew_scope::Error>(())
 //! ```
 #![forbid(unsafe_code)]
 
 mod access;
 mod command;
+mod door;
 mod error;
 mod history;
+mod limits;
 mod page;
 mod quantity;
 mod record;
 mod server;
 mod session;
 mod shared;
+mod traffic;
 mod view;
 mod watch;
 
@@ -38,6 +46,7 @@ use std::path::PathBuf;
 
 pub use error::Error;
 pub use server::Scope;
+pub use traffic::{Figures, Traffic};
 
 /// What kind of scope.
 #[derive(Debug, Clone)]

@@ -6,22 +6,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{Request, State, WebSocketUpgrade};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::extract::ws::close_code;
+use axum::extract::{ConnectInfo, Request, State, WebSocketUpgrade};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use sinew_ipc::{Client, CycleStream};
 
 use crate::access::{AccessControl, Token};
+use crate::door::{Door, Line};
+use crate::limits::Limits;
 use crate::record::Button;
 use crate::shared::Shared;
-use crate::view::View;
+use crate::traffic::{Refusal, Traffic};
+use crate::view::{View, json};
 use crate::watch::watch;
 use crate::{Error, Options, page, session};
 
-/// Longest message a page may send.
-const LONGEST_MESSAGE: usize = 64 << 10;
 /// How soon the server notices that it is to stop.
 const NOTICE: Duration = Duration::from_millis(50);
 
@@ -48,6 +50,7 @@ impl Scope {
         let shared = Shared {
             token: Token::new()?,
             access: AccessControl::new(port),
+            traffic: Arc::new(Traffic::new(Limits::default())),
             stop: AtomicBool::new(false),
             recorder: Mutex::new(Button::new(&options)),
             view: Mutex::new(View::new(Arc::new(client), options.commands)),
@@ -61,6 +64,11 @@ impl Scope {
     pub fn url(&self, token: bool) -> String {
         let token = if token { format!("#{}", self.shared.token.as_str()) } else { String::new() };
         format!("http://127.0.0.1:{}/{token}", self.port)
+    }
+
+    /// Who is connected and what was refused, to be read at any time: also after [`serve`](Scope::serve).
+    pub fn traffic(&self) -> Arc<Traffic> {
+        self.shared.traffic.clone()
     }
 
     /// Serves until `stop` says so. A recording that runs is ended in order.
@@ -77,9 +85,8 @@ impl Scope {
         };
         let served = tokio::runtime::Builder::new_current_thread().enable_all().build().and_then(|runtime| {
             let served = runtime.block_on(async {
-                let listener = tokio::net::TcpListener::from_std(listener)?;
                 tokio::select! {
-                    served = axum::serve(listener, router(shared.clone())) => served,
+                    served = answer(listener, shared.clone()) => served,
                     () = async { while !stop() { tokio::time::sleep(NOTICE).await } } => Ok(()),
                 }
             });
@@ -95,19 +102,27 @@ impl Scope {
     }
 }
 
+/// Answers whoever connects.
+async fn answer(listener: TcpListener, shared: Arc<Shared>) -> std::io::Result<()> {
+    let door = Door::new(tokio::net::TcpListener::from_std(listener)?, shared.traffic.clone());
+    axum::serve(door, router(shared).into_make_service_with_connect_info::<Line>()).await
+}
+
 fn router(shared: Arc<Shared>) -> Router {
-    let mut router = Router::new().route("/live", get(live));
+    let mut router = Router::new().route("/live", get(live)).route("/figures", get(figures));
     for file in &page::FILES {
         router = router.route(file.path, get(|| async { ([(header::CONTENT_TYPE, file.kind)], file.text) }));
     }
     router.layer(from_fn_with_state(shared.clone(), guard)).with_state(shared)
 }
 
-/// Rejects requests for other hosts, and adds the security headers to every response.
+/// Rejects requests for other hosts, and adds the security headers to every response. A connection that does not become a live
+/// page ends with the response, so that the limits of connections are those of requests too.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let mut response = if shared.access.accepts_request(request.headers()) {
         next.run(request).await
     } else {
+        shared.traffic.refuse(Refusal::ForeignHosts);
         (
             StatusCode::MISDIRECTED_REQUEST,
             "this is not the host you think it is: open the address as `sinew scope` has printed it\n",
@@ -115,12 +130,39 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
             .into_response()
     };
     response.headers_mut().extend(shared.access.headers());
+    if response.status() != StatusCode::SWITCHING_PROTOCOLS {
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
     response
 }
 
-async fn live(State(shared): State<Arc<Shared>>, headers: HeaderMap, socket: WebSocketUpgrade) -> Response {
+/// The scope's own figures, as JSON.
+async fn figures(State(shared): State<Arc<Shared>>) -> Response {
+    ([(header::CONTENT_TYPE, "application/json")], json(&shared.traffic.figures())).into_response()
+}
+
+async fn live(
+    State(shared): State<Arc<Shared>>,
+    ConnectInfo(line): ConnectInfo<Line>,
+    headers: HeaderMap,
+    socket: WebSocketUpgrade,
+) -> Response {
     if !shared.access.accepts_websocket(&headers) {
+        shared.traffic.refuse(Refusal::ForeignOrigins);
         return (StatusCode::FORBIDDEN, "only the scope's own page may connect\n").into_response();
     }
-    socket.max_message_size(LONGEST_MESSAGE).on_upgrade(move |socket| session::run(socket, shared))
+    let longest = shared.traffic.limits().message;
+    let socket = socket.max_message_size(longest).max_frame_size(longest);
+    let Some(place) = shared.traffic.open_page() else {
+        // a browser shows no page the answer to a WebSocket's request, but the reason for which it was closed
+        return socket.on_upgrade(|socket| session::turn_away(socket, close_code::AGAIN, Refusal::PagesAtOnce));
+    };
+    socket.on_upgrade(move |socket| async move {
+        line.is_live();
+        session::run(socket, shared, line).await;
+        drop(place);
+    })
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,21 +1,28 @@
 //! The session of one open page: curves and state to it, requests from it.
 //!
 //! Frames of curves are numbered and the page acknowledges each. At most [`IN_FLIGHT`] are unacknowledged, so that a page
-//! that is slow, or suspended in the background, is not sent ever older curves: once ready it gets all new bins in one
-//! frame, and the number of bins it missed if the history does not reach back so far.
+//! that is slow, or suspended in the background, is not sent ever older curves: once ready it gets all new bins, in one
+//! frame unless that grows too long, and the number of bins it missed if the history does not reach back so far.
+//!
+//! At most one message waits for a page. One that does not fetch it in time, sends too much, or sends what no page of
+//! ours does, is ended; that is counted.
 
+use std::convert::Infallible;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use axum::extract::ws::{Message, WebSocket};
+use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use serde::Deserialize;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use crate::command::{self, Answer, Request};
+use crate::door::Line;
 use crate::history::Series;
+use crate::limits::{Allowance, Limits};
 use crate::quantity::COUNT;
 use crate::shared::Shared;
+use crate::traffic::Refusal;
 use crate::view::json;
 
 /// Between two frames: sixty a second.
@@ -24,8 +31,8 @@ const FRAME: Duration = Duration::from_micros(16_000);
 const STATUS_EVERY: u32 = 6;
 /// Frames that may be unacknowledged.
 const IN_FLIGHT: u32 = 4;
-/// A page that takes nothing for so long is gone.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// How long a page that is turned away may take to go.
+const FAREWELL: Duration = Duration::from_secs(1);
 /// Most series a page may show at once.
 const MOST_SERIES: usize = 64 * COUNT;
 
@@ -56,58 +63,112 @@ struct Shown {
     seen: u32,
 }
 
-/// Serves a page until it goes.
-pub async fn run(mut socket: WebSocket, shared: Arc<Shared>) {
-    let mut may_command = false;
-    let mut shown = Shown { generation: 0, series: Vec::new(), epoch: 0, next: 0, lost: 0, sent: 0, seen: 0 };
-    let (answers, mut answered) = mpsc::unbounded_channel::<Answer>();
-    let mut frames = interval(FRAME);
-    frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut count = 0;
-    loop {
-        let sent = tokio::select! {
-            said = socket.recv() => {
-                let Some(Ok(message)) = said else { return };
-                let Message::Text(text) = message else { continue };
-                match serde_json::from_str(&text) {
-                    Ok(Said::Token { token }) => {
-                        may_command = shared.options.commands && shared.token.matches(&token);
-                        send(&mut socket, json(&serde_json::json!({ "kind": "may", "command": may_command }))).await
-                    }
-                    Ok(Said::Show { generation, series }) => {
-                        shown.show(generation, series);
-                        true
-                    }
-                    Ok(Said::Seen { frame }) => {
-                        shown.seen = frame;
-                        true
-                    }
-                    Ok(Said::Ask { id, what }) => {
-                        command::ask(&shared, may_command, id, what, answers.clone());
-                        true
-                    }
-                    // a page of another version, or none of ours
-                    Err(_) => return,
-                }
-            }
-            Some(answer) = answered.recv() => send(&mut socket, json(&answer)).await,
-            _ = frames.tick() => {
-                let due = count % STATUS_EVERY == 0;
-                count += 1;
-                let (hello, status, frame) = shown.look(&shared, due);
-                (match hello { Some(hello) => send(&mut socket, hello).await, None => true })
-                    && (match status { Some(status) => send(&mut socket, status).await, None => true })
-                    && match frame { Some(frame) => send(&mut socket, frame).await, None => true }
-            }
-        };
-        if !sent {
-            return;
+/// Why a session has ended.
+enum End {
+    /// The page has gone, or its connection was refused.
+    Gone,
+    /// For this, which is yet to be counted.
+    Refused(Refusal),
+}
+
+/// Serves a page until it goes, or does what is refused.
+pub async fn run(mut socket: WebSocket, shared: Arc<Shared>, line: Line) {
+    let Err(end) = serve(&mut socket, &shared, &line).await;
+    if let End::Refused(why) = end {
+        shared.traffic.refuse(why);
+        line.is_refused();
+        // to one that fetches nothing there is nothing to be said
+        if why != Refusal::SlowPages {
+            turn_away(socket, close_code::POLICY, why).await;
         }
     }
 }
 
-async fn send(socket: &mut WebSocket, message: impl Into<Message>) -> bool {
-    matches!(timeout(PATIENCE, socket.send(message.into())).await, Ok(Ok(())))
+/// Closes a page, and tells it why. Whether it listens is its own affair.
+pub async fn turn_away(mut socket: WebSocket, code: u16, why: Refusal) {
+    let reason = Message::Close(Some(CloseFrame { code, reason: why.words().into() }));
+    let _ = timeout(FAREWELL, async {
+        if socket.send(reason).await.is_ok() {
+            // what it has sent meanwhile is read: closed with that unread, a socket takes back what it has said
+            while let Some(Ok(_)) = socket.recv().await {}
+        }
+    })
+    .await;
+}
+
+async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Result<Infallible, End> {
+    let limits = shared.traffic.limits();
+    let mut may_command = false;
+    let mut shown = Shown { generation: 0, series: Vec::new(), epoch: 0, next: 0, lost: 0, sent: 0, seen: 0 };
+    let mut allowed = Allowance::new(limits.messages, Instant::now());
+    let (answers, mut answered) = mpsc::channel::<Answer>(limits.unanswered);
+    let mut frames = interval(FRAME);
+    frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut count: u32 = 0;
+    loop {
+        tokio::select! {
+            said = socket.recv() => {
+                let message = match said {
+                    None => return Err(End::Gone),
+                    Some(Err(_)) if line.is_over() => return Err(End::Gone),
+                    Some(Err(_)) => return Err(End::Refused(Refusal::OddMessages)),
+                    Some(Ok(message)) => message,
+                };
+                if !allowed.take(1.0, Instant::now()) {
+                    return Err(End::Refused(Refusal::MessagesASecond));
+                }
+                let text = match message {
+                    Message::Text(text) => text,
+                    Message::Binary(_) => return Err(End::Refused(Refusal::OddMessages)),
+                    Message::Ping(_) | Message::Pong(_) | Message::Close(_) => continue,
+                };
+                match serde_json::from_str(&text) {
+                    Ok(Said::Token { token }) => {
+                        let right = shared.token.matches(&token);
+                        if !right {
+                            shared.traffic.refuse(Refusal::WrongTokens);
+                        }
+                        may_command = shared.options.commands && right;
+                        let may = json(&serde_json::json!({ "kind": "may", "command": may_command }));
+                        send(socket, limits, may).await?;
+                    }
+                    Ok(Said::Show { generation, series }) => shown.show(generation, series),
+                    Ok(Said::Seen { frame }) => shown.seen = frame,
+                    // its answer has a place before it is asked: what waits for a page does not grow
+                    Ok(Said::Ask { id, what }) => match answers.clone().try_reserve_owned() {
+                        Ok(place) => command::ask(shared, may_command, id, what, place),
+                        Err(_) => {
+                            shared.traffic.refuse(Refusal::RequestsUnanswered);
+                            send(socket, limits, json(&Answer::too_many(id))).await?;
+                        }
+                    },
+                    // a page of another version, or none of ours
+                    Err(_) => return Err(End::Refused(Refusal::OddMessages)),
+                }
+            }
+            Some(answer) = answered.recv() => send(socket, limits, json(&answer)).await?,
+            _ = frames.tick() => {
+                let due = count.is_multiple_of(STATUS_EVERY);
+                count = count.wrapping_add(1);
+                let (hello, status, frame) = shown.look(shared, due);
+                for text in [hello, status].into_iter().flatten() {
+                    send(socket, limits, text).await?;
+                }
+                if let Some(frame) = frame {
+                    send(socket, limits, frame).await?;
+                }
+            }
+        }
+    }
+}
+
+/// Sends one message whole, before there is another: a page that does not fetch it in time is ended.
+async fn send(socket: &mut WebSocket, limits: &Limits, message: impl Into<Message>) -> Result<(), End> {
+    match timeout(limits.patience, socket.send(message.into())).await {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(_)) => Err(End::Gone),
+        Err(_) => Err(End::Refused(Refusal::SlowPages)),
+    }
 }
 
 impl Shown {
@@ -138,14 +199,15 @@ impl Shown {
         }
         self.sent = self.sent.wrapping_add(1);
         let mut frame = Vec::new();
-        // the header, of which the count of bins is filled in below: a whole number of f64 long
+        // the header, of which the count of bins and whether more follow is filled in below: a whole number of f64 long
         for word in [self.generation, self.sent, self.series.len() as u32, 0, history.shape().values() as u32, 0] {
             frame.extend_from_slice(&word.to_le_bytes());
         }
         frame.extend_from_slice(&(self.lost as f64).to_le_bytes());
-        let bins = history.write(self.next, &self.series, &mut frame);
-        frame[12..16].copy_from_slice(&(bins as u32).to_le_bytes());
-        self.next = history.next();
+        let bins = history.write(self.next, &self.series, shared.traffic.limits().frame, &mut frame);
+        frame[12..16].copy_from_slice(&((bins.end - bins.start) as u32).to_le_bytes());
+        frame[20..24].copy_from_slice(&u32::from(bins.end < history.next()).to_le_bytes());
+        self.next = bins.end;
         (hello, status, Some(frame))
     }
 }

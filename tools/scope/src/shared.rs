@@ -1,11 +1,12 @@
 //! What the watching thread, the server and the pages share.
 
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::Options;
 use crate::access::{AccessControl, Token};
 use crate::record::Button;
+use crate::traffic::Traffic;
 use crate::view::View;
 
 /// What the watching thread, the server and the pages share.
@@ -13,6 +14,7 @@ pub struct Shared {
     pub options: Options,
     pub token: Token,
     pub access: AccessControl,
+    pub traffic: Arc<Traffic>,
     pub stop: AtomicBool,
     pub recorder: Mutex<Button>,
     pub(crate) view: Mutex<View>,

@@ -10,6 +10,7 @@ use sinew_sensing::Health;
 
 use crate::history::History;
 use crate::shared::Shared;
+use crate::traffic::Figures;
 use crate::view::json;
 
 /// Between two looks at what is not a curve: modes, faults, the loop.
@@ -32,6 +33,7 @@ struct Status {
     lateness_us: Quantiles,
     cycle_us: Quantiles,
     recording: Option<crate::record::State>,
+    traffic: Figures,
     channels: Vec<State>,
 }
 
@@ -79,7 +81,8 @@ pub fn watch(shared: &Shared, mut stream: CycleStream) {
             let mut view = shared.view();
             view.client = None;
             view.history.gap(shared.seconds(sinew_ipc::monotonic_ns()));
-            view.status = json(&serde_json::json!({ "kind": "status", "driver": "gone" }));
+            let traffic = shared.traffic.figures();
+            view.status = json(&serde_json::json!({ "kind": "status", "driver": "gone", "traffic": traffic }));
         }
         while !stopping() {
             std::thread::sleep(RETRY);
@@ -174,6 +177,7 @@ fn status(shared: &Shared, client: &Client, stream: &CycleStream, rate: &mut Rat
         lateness_us: Quantiles::of(&stats.lateness),
         cycle_us: Quantiles::of(&stats.cycle_time),
         recording: shared.recorder.lock().unwrap_or_else(PoisonError::into_inner).state(),
+        traffic: shared.traffic.figures(),
         channels: states.collect(),
     })
 }

@@ -14,6 +14,8 @@ table! {
     pub struct Access {
         /// Unix group whose members may command and look: its name or number.
         command_group: Option<String> = "command_group", name(MAX_GROUP_NAME), Computed("nobody's");
+        /// Unix group whose members may look and stop the driver, but command nothing else.
+        stop_group: Option<String> = "stop_group", name(MAX_GROUP_NAME), Computed("nobody's");
         /// Unix group whose members may look, or `everyone`.
         read_group: Option<String> = "read_group", name(MAX_GROUP_NAME), Computed("those of `command_group`");
     }
@@ -25,6 +27,6 @@ impl Access {
 
     /// Whether any other user may do anything.
     pub fn is_open(&self) -> bool {
-        self.command_group.is_some() || self.read_group.is_some()
+        self.command_group.is_some() || self.stop_group.is_some() || self.read_group.is_some()
     }
 }

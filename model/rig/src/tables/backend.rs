@@ -3,12 +3,16 @@
 //! Another backend is a file in this folder with its tables `[backend.NAME]` and `[channel.NAME]` and what they are read
 //! into, and a row of [`backends`] here. What it cannot do without is checked in `complete/backend.rs`.
 
+mod enable;
+mod estop;
 mod linux;
 mod serial;
 
 use crate::declare::part;
 use crate::declare::rows::*;
 
+pub use enable::{Enable, EnableSignal};
+pub use estop::EmergencyStop;
 pub use linux::*;
 pub use serial::*;
 
@@ -33,10 +37,19 @@ macro_rules! backends {
             /// Which of them it is.
             pub kind: BackendKind,
             $( $(#[doc = $doc])+ pub $module: $of_rig, )+
+            /// The line that switches the supply of all power stages.
+            pub enable: Enable,
+            /// The input of an emergency stop.
+            pub estop: EmergencyStop,
         }
 
         impl Unread for Backend {
-            const UNREAD: Backend = Backend { kind: BackendKind::UNREAD, $( $module: <$of_rig>::UNREAD, )+ };
+            const UNREAD: Backend = Backend {
+                kind: BackendKind::UNREAD,
+                $( $module: <$of_rig>::UNREAD, )+
+                enable: Enable::UNREAD,
+                estop: EmergencyStop::UNREAD,
+            };
         }
 
         /// Where a channel is for each kind of backend.
@@ -51,7 +64,12 @@ macro_rules! backends {
 
         /// The tables of the rig.
         pub(crate) fn of_rig() -> Vec<Section<Backend>> {
-            vec![section(), $( part!($module::section(), Backend.$module), )+]
+            vec![
+                section(),
+                $( part!($module::section(), Backend.$module), )+
+                part!(enable::section(), Backend.enable),
+                part!(estop::section(), Backend.estop),
+            ]
         }
 
         /// The tables of a channel.

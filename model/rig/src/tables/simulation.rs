@@ -116,6 +116,10 @@ words! {
         AdcNan = "adc_nan",
         /// The backend's exchange fails.
         BackendError = "backend_error",
+        /// The emergency stop's contact is open; of the whole rig, where one is fitted.
+        EstopOpen = "estop_open",
+        /// The emergency stop's reset button is pressed: no fault, but how one is left where nobody sits at a terminal.
+        EstopReset = "estop_reset",
     }
 }
 
@@ -149,7 +153,9 @@ impl FaultKind {
             | FaultKind::AdcStuck
             | FaultKind::AdcSaturated
             | FaultKind::AdcNan
-            | FaultKind::BackendError => None,
+            | FaultKind::BackendError
+            | FaultKind::EstopOpen
+            | FaultKind::EstopReset => None,
         }
     }
 

@@ -11,7 +11,7 @@ use super::check::{Check, Verdict, check};
 /// Everything about who comes in.
 pub(super) fn admission(rig: &Rig) -> Vec<Check> {
     let mut checks = vec![open_files(descriptors::allowed())];
-    if rig.access.command_group.is_some() || rig.access.read_group.is_some() {
+    if rig.access.is_open() {
         checks.extend([groups(rig), endpoint(rig)]);
     }
     checks
@@ -37,8 +37,9 @@ fn open_files(allowed: u64) -> Check {
 fn groups(rig: &Rig) -> Check {
     let or_nobody = |group: &Option<String>, nobody: &'static str| group.clone().unwrap_or_else(|| nobody.into());
     let wanted = format!(
-        "other users come in: group {} to command, {} to look",
+        "other users come in: group {} to command, {} to stop the driver, {} to look",
         or_nobody(&rig.access.command_group, "(none)"),
+        or_nobody(&rig.access.stop_group, "(none)"),
         match rig.access.read_group.as_deref() {
             Some(sinew_rig::Access::EVERYONE) => "everyone".into(),
             _ => or_nobody(&rig.access.read_group, "nobody else"),
@@ -57,14 +58,22 @@ fn groups(rig: &Rig) -> Check {
     };
     let (found, trouble) = match access.role_of_this_process() {
         Role::Commander => ("this user may command and look", None),
+        Role::Stopper => {
+            let cost = "from this account one can only look at a driver that another one runs, and stop it";
+            (
+                "this user may look and stop the driver",
+                Some((Verdict::Advice, cost, joining(&rig.access.command_group))),
+            )
+        }
         Role::Reader => {
             let cost = "from this account one cannot command a driver that another one runs";
             ("this user may look", Some((Verdict::Advice, cost, joining(&rig.access.command_group))))
         }
         Role::Stranger => {
             let cost = "from this account one can neither command nor see a driver that another one runs";
-            let group = rig.access.command_group.clone().or_else(|| rig.access.read_group.clone());
-            ("this user is in neither", Some((Verdict::Advice, cost, joining(&group))))
+            let sinew_rig::Access { command_group, stop_group, read_group } = &rig.access;
+            let group = command_group.as_ref().or(stop_group.as_ref()).or(read_group.as_ref()).cloned();
+            ("this user is in none of them", Some((Verdict::Advice, cost, joining(&group))))
         }
     };
     check("groups", &wanted, found.into(), trouble)

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use signal_hook::consts::SIGXFSZ;
-use sinew_recorder::{Error, Live, Options, Recorder, Report};
+use sinew_recorder::{Error, Live, Options, Recorder, Removed, Report, Warning};
 use sinew_recording::session::{Ended, Gap};
 
 use super::live;
@@ -16,6 +16,8 @@ use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+
+pub use sinew_recorder::size;
 
 /// Version of the summary's JSON.
 const SCHEMA: &str = "sinew.record/1";
@@ -39,6 +41,9 @@ pub fn record(args: &args::Record) -> Outcome {
         duration_s: args.duration_s,
         max_bytes: args.max_size,
         max_file_s: args.max_time,
+        keep_files: args.keep_files,
+        keep_bytes: args.keep_size,
+        keep_free_bytes: args.keep_free,
         ..Options::new(&args.file)
     };
     let recorder = Recorder::start(client, options).map_err(failure)?;
@@ -49,6 +54,7 @@ pub fn record(args: &args::Record) -> Outcome {
     watch(&recorder, &|| asked.load(Ordering::Relaxed));
     recorder.stop();
     let report = recorder.join();
+    report.warnings.iter().for_each(warn);
     if args.json {
         output::print_json(&Summary::of(&report))?;
     } else {
@@ -57,11 +63,20 @@ pub fn record(args: &args::Record) -> Outcome {
     verdict(report)
 }
 
+fn warn(warning: &Warning) {
+    output::note(format_args!("warning: {warning}"));
+}
+
 /// Shows how it does, until it ends or `over` says so: on a terminal a line that changes.
 fn watch(recorder: &Recorder, over: &dyn Fn() -> bool) {
     let shows = io::stderr().is_terminal();
     let mut next = Instant::now();
     while recorder.is_running() && !over() {
+        let warnings = recorder.warnings();
+        if shows && !warnings.is_empty() {
+            let _ = write!(io::stderr(), "\r\x1b[2K");
+        }
+        warnings.iter().for_each(warn);
         if shows && Instant::now() >= next {
             next += Duration::from_millis(500);
             let _ = write!(io::stderr(), "\r\x1b[2K{}", line(&recorder.live()));
@@ -85,16 +100,6 @@ fn line(live: &Live) -> String {
     line
 }
 
-/// Bytes for a person.
-pub fn size(bytes: u64) -> String {
-    match bytes {
-        0..1_000 => format!("{bytes} B"),
-        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 * 1e-3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 * 1e-6),
-        _ => format!("{:.2} GB", bytes as f64 * 1e-9),
-    }
-}
-
 /// Gaps for a person: the first few.
 pub fn gaps(gaps: &[Gap], more: u64) -> String {
     let shown: Vec<String> = gaps.iter().take(GAPS_SHOWN).map(Gap::to_string).collect();
@@ -110,6 +115,9 @@ pub fn gaps(gaps: &[Gap], more: u64) -> String {
 struct Summary<'a> {
     schema: &'static str,
     files: Vec<&'a Path>,
+    removed_files: u64,
+    removed_cycles: u64,
+    removed_bytes: u64,
     ended: &'static str,
     seconds: f64,
     cycles: u64,
@@ -127,6 +135,9 @@ impl Summary<'_> {
         Summary {
             schema: SCHEMA,
             files: report.files.iter().map(|path| path.as_path()).collect(),
+            removed_files: report.removed.files,
+            removed_cycles: report.removed.cycles,
+            removed_bytes: report.removed.bytes,
             ended: report.ended.word(),
             seconds: report.seconds,
             cycles: report.cycles,
@@ -145,6 +156,10 @@ fn text(report: &Report) -> String {
     let Report { cycles, lost, missed, seconds, bytes, payload, files, .. } = report;
     let ratio = if *payload > 0 { *bytes as f64 / *payload as f64 } else { f64::NAN };
     let mut text = format!("{seconds:.1} s, {cycles} cycles, {lost} lost, {missed} periods the driver missed\n");
+    if report.removed != Removed::default() {
+        let Removed { files, cycles, bytes } = report.removed;
+        text += &format!("  {files} older files with {cycles} of these cycles were removed ({})\n", size(bytes));
+    }
     for file in files {
         text += &format!("  {}\n", file.display());
     }
@@ -161,8 +176,12 @@ fn text(report: &Report) -> String {
 fn verdict(report: Report) -> Outcome {
     if let Some(error) = report.failure {
         let file = report.files.last().map(|path| path.display().to_string()).unwrap_or_default();
+        let at_the_floor = matches!(error, Error::Floor { .. });
         let error = failure(error);
         return Err(match report.not_written {
+            0 if at_the_floor => {
+                error.also(format_args!("the recording ended there; nothing is lost, and {file} is whole"))
+            }
             0 => error,
             n => error.also(format_args!(
                 "{n} cycles are not written; the {} before them are whole in {file}",

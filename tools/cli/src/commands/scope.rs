@@ -28,7 +28,10 @@ pub fn scope(args: &args::Scope) -> Outcome {
     }
     output::note("Ctrl-C ends it");
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
-    scope.serve(|| asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end)).map_err(failure)
+    let traffic = scope.traffic();
+    let served = scope.serve(|| asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end));
+    output::note(traffic.figures());
+    served.map_err(failure)
 }
 
 fn failure(error: Error) -> Failure {
