@@ -156,7 +156,8 @@ fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &
     };
     if has_screen() && !args.no_monitor {
         let quiet = log::hold_back();
-        let shown = terminal::show(&mut live, "stop", over);
+        let reset_stop = || driver.reset_emergency_stop();
+        let shown = terminal::show(&mut live, "stop", over, Some(&reset_stop));
         drop(quiet);
         return shown;
     }
@@ -165,6 +166,9 @@ fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &
         "driving {} ({} {wires} at {} Hz) as process {}; Ctrl-C or `sinew stop` ends it",
         info.rig, info.channels, info.rate_hz, info.pid
     ));
+    if rig.backend.estop.fitted {
+        output::note("the emergency stop is latched; without a screen here it is reset by its own button alone");
+    }
     // the report has stdout to itself
     let quiet = args.report.as_deref() == Some(Path::new("-"));
     while lines(&mut live, over, quiet)? {}

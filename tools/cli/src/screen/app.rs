@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::view::View;
+use super::view::{Row, View};
 use crate::setpoint::Setpoint;
 
 /// How long the curves look back, s.
@@ -34,6 +34,8 @@ pub enum Action {
     Release(usize),
     /// Clear a channel's fault.
     Reset(usize),
+    /// Reset the emergency stop.
+    ResetStop,
     /// Leave the screen.
     Quit,
 }
@@ -62,6 +64,8 @@ pub struct App {
     pub help: bool,
     /// What `q` does, for the key line: "quit" or "stop".
     pub quit_word: &'static str,
+    /// Whether the emergency stop may be reset here: at the driver's own terminal.
+    pub resets_stop: bool,
     /// Channels this screen holds by renewing their lease.
     pub held: Vec<usize>,
     history: Vec<VecDeque<Moment>>,
@@ -77,6 +81,7 @@ impl App {
             message: None,
             help: false,
             quit_word,
+            resets_stop: false,
             held: Vec::new(),
             history: Vec::new(),
         }
@@ -100,6 +105,11 @@ impl App {
             past.push_back(Moment { time_s: view.uptime_s, stroke: row.stroke(), target: row.target() });
         }
         self.view = Some(view);
+    }
+
+    /// Whether an emergency stop holds everything off.
+    pub fn is_stopped(&self) -> bool {
+        self.view.as_ref().is_some_and(|view| view.channels.iter().any(Row::is_stopped))
     }
 
     /// What a channel did lately, oldest first.
@@ -148,6 +158,11 @@ impl App {
             KeyCode::Char('-' | '_') | KeyCode::Left => return self.nudge(-STEP),
             KeyCode::Char('o') => return Action::Set(self.selected, Setpoint::Off),
             KeyCode::Char('r') => return Action::Reset(self.selected),
+            KeyCode::Char('x') if self.resets_stop => return Action::ResetStop,
+            KeyCode::Char('x') => {
+                let refused = "the emergency stop is reset by its own button, or with x where `sinew run` was typed";
+                self.say(Message::Refused(refused.into()), now_s);
+            }
             KeyCode::Char(' ') => return Action::Release(self.selected),
             KeyCode::Char(c) if c.is_ascii_digit() || c == '.' => self.entry = Some(c.to_string()),
             KeyCode::Char('s') | KeyCode::Enter => self.entry = Some(String::new()),

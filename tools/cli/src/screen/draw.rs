@@ -465,10 +465,11 @@ fn draw_keys(buffer: &mut Buffer, area: Rect, app: &App, palette: Palette) {
         ("space", "let go", false),
         ("o", "off", true),
         ("r", "reset", true),
+        ("x", "e-stop reset", app.resets_stop && app.is_stopped()),
         ("?", "help", true),
         ("q", app.quit_word, true),
     ] {
-        if always || long {
+        if always || (long && key != "x") {
             spans.push(Span::styled(key, palette.title()));
             spans.push(Span::styled(format!(" {what}  "), palette.label()));
         }
@@ -485,6 +486,7 @@ fn draw_help(frame: &mut Frame, app: &App, palette: Palette) {
 o                 channel off
 space             let go of a channel held from here (*)
 r                 reset a latched fault
+x                 reset the emergency stop, where `sinew run` was typed
 q, Ctrl-C         {}
 
 The bar runs from cold and long to hot and short; ┃ is the target.

@@ -49,8 +49,14 @@ impl Drop for Restore {
     }
 }
 
-/// Shows the screen until a key, `over` or the driver's end closes it. `quit_word` is what `q` does.
-pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -> Outcome {
+/// Shows the screen until a key, `over` or the driver's end closes it. `quit_word` is what `q` does, `reset_stop` how the emergency stop is
+/// reset, at the driver's own terminal alone.
+pub fn show(
+    live: &mut Live,
+    quit_word: &'static str,
+    over: &dyn Fn() -> bool,
+    reset_stop: Option<&dyn Fn()>,
+) -> Outcome {
     let restore = Restore;
     let mut terminal = ratatui::try_init().map_err(|error| {
         Failure::own(format!("the terminal cannot be used: {error}")).hint("pipe the output to get plain lines")
@@ -58,6 +64,7 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
     let events = events();
     let palette = Palette::from_environment();
     let mut app = App::new(quit_word);
+    app.resets_stop = reset_stop.is_some();
     let mut held: Vec<Held> = Vec::new();
     let mut renewed = Instant::now();
     let started = Instant::now();
@@ -120,6 +127,13 @@ pub fn show(live: &mut Live, quit_word: &'static str, over: &dyn Fn() -> bool) -
             Action::Reset(channel) => {
                 let answer = live.reset(channel);
                 say(&mut app, answer, now_s);
+            }
+            Action::ResetStop => {
+                if let Some(reset) = reset_stop {
+                    reset();
+                }
+                let done = "emergency stop reset, if it is closed; r resets a channel";
+                say(&mut app, Ok(done.into()), now_s);
             }
         }
         if renewed.elapsed() >= RENEW {

@@ -86,6 +86,11 @@ impl Row {
     pub fn is_first(&self) -> bool {
         self.state.flags & ChannelState::FLAG_FIRST != 0
     }
+
+    /// Whether an emergency stop holds it off.
+    pub fn is_stopped(&self) -> bool {
+        self.state.flags & ChannelState::FLAG_STOPPED != 0
+    }
 }
 
 impl View {
