@@ -17,6 +17,8 @@ use crate::site::Site;
 pub enum Group {
     /// Wires, taps, converter, power stage, supply.
     Electrical,
+    /// Emergency stop and enable line.
+    Stop,
     /// What a wire may take.
     Budgets,
     /// Commands that cannot be carried out.

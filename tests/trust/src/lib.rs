@@ -30,6 +30,7 @@ pub mod running;
 mod serial;
 pub mod site;
 pub mod soak;
+mod stop;
 pub mod table;
 pub mod witness;
 
@@ -38,6 +39,7 @@ use kind::Kind;
 /// Every kind of fault, in the order of the table.
 pub fn kinds() -> Vec<Kind> {
     let mut kinds = electrical::kinds();
+    kinds.extend(stop::kinds());
     kinds.extend(budgets::kinds());
     kinds.extend(commands::kinds());
     kinds.extend(process::kinds());
@@ -67,6 +69,7 @@ mod tests {
     fn every_group_has_its_faults() {
         let groups = [
             Group::Electrical,
+            Group::Stop,
             Group::Budgets,
             Group::Commands,
             Group::Loop,

@@ -60,6 +60,7 @@ impl Group {
     pub fn title(self) -> &'static str {
         match self {
             Group::Electrical => "Electrical: supply, power stage, wire, taps, converter",
+            Group::Stop => "Emergency stop and enable line",
             Group::Budgets => "Budgets: current, heat, temperature",
             Group::Commands => "Commands",
             Group::Loop => "The loop",
