@@ -1,5 +1,6 @@
 //! One channel's part of a cycle, with all its state in one struct, in the order of access.
 
+use sinew_backend::ChannelFault;
 use sinew_control::{
     Algorithm, Controller, Demand, EnthalpyObserver, Estimate, Observation, StateEstimator, StrokeRange, TensionLimits,
 };
@@ -64,6 +65,8 @@ pub struct Channel {
     applied_duty: f64,
     /// Whether the duty of the last exchange is known to be at the output.
     is_confirmed: bool,
+    /// What has failed of it in that exchange.
+    pub(crate) failure: Option<ChannelFault>,
     /// The last sample, as the backend delivered it.
     pub(crate) sample: Sample,
     /// The order taken since the last cycle, and the one taken before it, as in `ChannelState::order`; 0 = none.
@@ -193,6 +196,7 @@ impl Channel {
         Ok(Channel {
             applied_duty: 0.0,
             is_confirmed: true,
+            failure: None,
             sample: Sample::NONE,
             ordered: 0,
             order: 0,
@@ -502,10 +506,10 @@ impl Channel {
         (self.target, self.source) = (Target::Idle, Source::Nobody);
     }
 
-    /// What the backend knows of the duty of the last exchange: whether it is at the output.
+    /// What the backend knows of the last exchange: whether its duty is at the output, and what has failed.
     #[inline]
-    pub(crate) fn note_output(&mut self, is_confirmed: bool) {
-        self.is_confirmed = is_confirmed;
+    pub(crate) fn note_output(&mut self, is_confirmed: bool, failure: Option<ChannelFault>) {
+        (self.is_confirmed, self.failure) = (is_confirmed, failure);
     }
 
     /// Whether more may be at the output than was asked of it.

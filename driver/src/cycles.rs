@@ -199,7 +199,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 *last_error = Some(error);
             }
 
-            engine.note_outputs(|channel| backend.0.is_confirmed(channel));
+            engine.note_outputs(backend.0);
             let was_reset =
                 shared.reset_stop.load(Ordering::Relaxed) && shared.reset_stop.swap(false, Ordering::Relaxed);
             supply.look(backend.0, engine, was_reset);
@@ -211,6 +211,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
                 }
             };
             stats.commands += orders.hand_over(engine, tick.now_ns, &mut tell);
+            engine.clear(backend.0);
             let beat = Beat { now_ns: tick.now_ns, missed: grid.missed_since() };
             engine.cycle(beat, exchanged, &samples, &mut duty, tell);
             supply.switch(engine, backend.0);

@@ -1,7 +1,7 @@
 //! A cycle of all channels without clock, thread or backend: samples in, duties out. Used by the loop, the tests and the
 //! benchmarks.
 
-use sinew_backend::{BackendError, Sample};
+use sinew_backend::{Backend, BackendError, Sample};
 use sinew_ipc::{ChannelState, DriverState, Fault, MAX_CHANNELS, Mode, Snapshot};
 use sinew_rig::Rig;
 
@@ -13,6 +13,9 @@ use crate::orders::{Answer, Ask, Beat, Event, Occurrence, Order};
 use crate::program::Program;
 use crate::supervisor::{Change, Punctuality};
 
+/// How many periods hardware may take to forget a fault it has latched: there and back, and some to spare.
+const CLEAR_PERIODS: u32 = 8;
+
 /// All channels of a rig.
 #[derive(Debug, Clone)]
 pub struct Engine {
@@ -22,6 +25,8 @@ pub struct Engine {
     places: Vec<Option<(usize, usize)>>,
     /// The order each channel's reset is to be answered to.
     resets: Vec<Option<u64>>,
+    /// Channels whose hardware was asked to forget a fault: how many periods more it may take.
+    clearing: Vec<u32>,
     /// The ticket of the last `off` each channel has taken: what was asked for before it is not carried out.
     last_off: Vec<u64>,
     program: Option<Program>,
@@ -74,6 +79,7 @@ impl Engine {
             places,
             resets: vec![None; channels.len()],
             last_off: vec![0; channels.len()],
+            clearing: vec![0; channels.len()],
             channels,
             program,
             punctuality: Punctuality::default(),
@@ -113,11 +119,32 @@ impl Engine {
     }
 
     /// What the backend knows of its outputs after an exchange, before the cycle: whether the duty of each is the one that was asked for
-    /// (zero, where the exchange failed). Without a call all are.
+    /// (zero, where the exchange failed), and which have failed. Without a call all are, and none has but the one the exchange names.
     #[inline]
-    pub fn note_outputs(&mut self, is_confirmed: impl Fn(usize) -> bool) {
+    pub fn note_outputs(&mut self, backend: &impl Backend) {
         for (index, channel) in self.channels.iter_mut().enumerate() {
-            channel.note_output(is_confirmed(index));
+            channel.note_output(backend.is_confirmed(index), backend.failure(index));
+        }
+    }
+
+    /// Asks the backend to forget what it has latched of the channels that were reset since the last cycle.
+    #[inline]
+    pub fn clear(&self, backend: &mut impl Backend) {
+        for (index, left) in self.clearing.iter().enumerate() {
+            if *left == CLEAR_PERIODS {
+                backend.clear(index);
+            }
+        }
+    }
+
+    /// Whether the last exchange has failed for a channel, or as a whole.
+    fn is_failing(&self, channel: usize) -> bool {
+        match self.exchanged {
+            Ok(()) => false,
+            Err(BackendError::Channel { channel: named, .. }) if (named as usize) < self.channels.len() => {
+                named as usize == channel || self.channels[channel].failure.is_some()
+            }
+            Err(_) => true,
         }
     }
 
@@ -191,6 +218,8 @@ impl Engine {
                 self.last_off[channel] = self.last_off[channel].max(order.ticket);
             }
         }
+        let (is_failing, is_whole) =
+            (self.is_failing(order.channel), self.exchanged.is_err_and(|error| error.channel().is_none()));
         let partners_fault = partner.and_then(|partner| self.channels[partner].guard.fault());
         let channel = &mut self.channels[order.channel];
         let target = match order.ask {
@@ -212,7 +241,7 @@ impl Engine {
                 }
                 // What the channel itself cannot know: whether backend and loop are well again.
                 if let Some(fault) = channel.guard.fault()
-                    && (self.exchanged.is_err() || !self.punctuality.on_time())
+                    && (is_whole || !self.punctuality.on_time())
                     && matches!(fault, Fault::Backend | Fault::CycleOverrun)
                 {
                     return Some(Answer::CauseRemains(fault));
@@ -227,6 +256,14 @@ impl Engine {
                     && partners_fault.is_some_and(|cause| cause != Fault::JointPartner)
                 {
                     return Some(Answer::CauseRemains(fault));
+                }
+                // What its hardware has latched it may forget; whether it does, the next exchanges tell.
+                if channel.guard.fault().is_some() {
+                    self.clearing[order.channel] = CLEAR_PERIODS;
+                    if is_failing {
+                        self.resets[order.channel] = Some(order.ticket);
+                        return None;
+                    }
                 }
                 return match channel.guard.reset() {
                     Err(fault) => Some(Answer::CauseRemains(fault)),
@@ -286,6 +323,7 @@ impl Engine {
         let outside = self.faults_from_outside(&beat, awake_s, exchanged, &mut tell);
         self.exchanged = exchanged;
 
+        self.finish_clearing(&beat, &mut tell);
         let sample = |index: usize| if outside.has_no_samples() { Sample::NONE } else { samples[index] };
         let program = |index: usize| self.program.as_ref().and_then(|program| program.stroke(index, time_s));
         if self.first.is_some_and(|index| self.channels[index].guard.fault().is_none()) {
@@ -303,7 +341,7 @@ impl Engine {
             if self.places[index].is_some() {
                 continue;
             }
-            let before = outside.of(index).and_then(|fault| channel.trip(fault));
+            let before = outside.of(index, channel).and_then(|fault| channel.trip(fault));
             let happened = channel.step(&sample(index), &tick, program(index));
             duty[index] = channel.duty;
             reports.add(index, before, happened);
@@ -312,8 +350,8 @@ impl Engine {
             let [agonist, antagonist] = joint.channels;
             let Ok([forward, back]) = self.channels.get_disjoint_mut([agonist, antagonist]) else { continue };
             let before = [
-                outside.of(agonist).and_then(|fault| forward.trip(fault)),
-                outside.of(antagonist).and_then(|fault| back.trip(fault)),
+                outside.of(agonist, forward).and_then(|fault| forward.trip(fault)),
+                outside.of(antagonist, back).and_then(|fault| back.trip(fault)),
             ];
             let samples = [&sample(agonist), &sample(antagonist)];
             let tripped = before.map(|change| change.is_some());
@@ -336,6 +374,34 @@ impl Engine {
             }
         }
         self.first = reports.first;
+    }
+
+    /// Goes on with resets that wait for hardware to forget its fault.
+    #[inline]
+    fn finish_clearing(&mut self, beat: &Beat, tell: &mut impl FnMut(Event)) {
+        for index in 0..self.channels.len() {
+            if self.clearing[index] == 0 {
+                continue;
+            }
+            let is_failing = self.is_failing(index);
+            self.clearing[index] = if is_failing { self.clearing[index] - 1 } else { 0 };
+            let answer = match self.resets[index] {
+                None => None,
+                Some(_) if is_failing => (self.clearing[index] == 0).then_some(Answer::CauseRemains(Fault::Backend)),
+                Some(_) if self.stopped => Some(Answer::CauseRemains(Fault::EmergencyStop)),
+                Some(_) => match self.channels[index].guard.reset() {
+                    Ok(true) => None,
+                    Ok(false) => Some(Answer::Done),
+                    Err(fault) => Some(Answer::CauseRemains(fault)),
+                },
+            };
+            if let Some(answer) = answer
+                && let Some(ticket) = self.resets[index].take()
+            {
+                let what = Occurrence::Answered { ticket, answer };
+                tell(Event { at_ns: beat.now_ns, channel: index as u32, what });
+            }
+        }
     }
 
     /// What loop, machine and backend report of a cycle before any sample is looked at.
@@ -387,7 +453,11 @@ impl Engine {
             channel.describe(now_ns, state);
             state.flags |= if self.first == Some(index) { ChannelState::FLAG_FIRST } else { 0 };
             state.flags |= if self.stopped { ChannelState::FLAG_STOPPED } else { 0 };
-            state.backend = if whom.is_none_or(|whom| whom == index) { code } else { 0 };
+            state.backend = match whom {
+                None => code,
+                Some(whom) if whom == index => code,
+                Some(_) => channel.failure.map_or(0, |fault| BackendError::Channel { channel: 0, fault }.code()),
+            };
         }
     }
 }
@@ -396,14 +466,15 @@ impl Engine {
 struct Outside {
     /// Concerns all of them.
     everything: Option<Fault>,
-    /// The one channel whose hardware failed alone.
+    /// The lowest of the channels whose hardware failed, the others being good.
     failed: Option<usize>,
 }
 
 impl Outside {
     #[inline]
-    fn of(&self, channel: usize) -> Option<Fault> {
-        self.everything.or((self.failed == Some(channel)).then_some(Fault::Backend))
+    fn of(&self, index: usize, channel: &Channel) -> Option<Fault> {
+        let failed = self.failed.is_some_and(|lowest| lowest == index || channel.failure.is_some());
+        self.everything.or(failed.then_some(Fault::Backend))
     }
 
     #[inline]

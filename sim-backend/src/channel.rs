@@ -1,6 +1,6 @@
 //! One channel of the virtual rig: a wire in its load, its power stage and its converter, in the order of a period.
 
-use sinew_backend::{Sample, Truth};
+use sinew_backend::{ChannelFault, Sample, Truth};
 use sinew_physics::effects::{Gain, Offset};
 use sinew_physics::{Inputs, Outputs, Surroundings, Wire};
 use sinew_rig::{FaultKind, SamplingCircuit};
@@ -57,6 +57,8 @@ pub(crate) struct Channel {
     unheard: u64,
     /// Whether the last duty it was given was taken.
     pub is_confirmed: bool,
+    /// What has failed of it in the last exchange.
+    pub failure: Option<ChannelFault>,
     pub wire: Wire,
     inputs: Inputs,
     /// The supply now.
@@ -108,6 +110,7 @@ impl Channel {
             duty: 0.0,
             unheard: 0,
             is_confirmed: true,
+            failure: None,
             inputs: model.rest_inputs(),
             wire,
             supply_v: drive.supply_v,

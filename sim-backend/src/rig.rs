@@ -329,10 +329,12 @@ impl Backend for SimulatedRig {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
             *sample = channel.sample(self.period_s, &acting);
             let broken = acting.has(FaultKind::BackendError);
+            channel.failure = None;
             channel.put(if broken { 0.0 } else { *duty }, &acting);
             if broken || !channel.is_confirmed {
                 *sample = Sample::NONE;
                 let fault = if broken { ChannelFault::Converter } else { ChannelFault::Stage };
+                channel.failure = Some(fault);
                 failed = failed.or(Some(BackendError::Channel { channel: index as u32, fault }));
             }
         }
@@ -364,6 +366,10 @@ impl Backend for SimulatedRig {
 
     fn is_confirmed(&self, channel: usize) -> bool {
         self.channels.get(channel).is_none_or(|channel| channel.is_confirmed)
+    }
+
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        self.channels.get(channel)?.failure
     }
 
     fn silence_s(&self) -> Option<f64> {

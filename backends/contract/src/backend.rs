@@ -2,7 +2,7 @@
 
 use sinew_sensing::Sample;
 
-use crate::error::BackendError;
+use crate::error::{BackendError, ChannelFault};
 
 /// What powers and measures the wires, seen from the loop. This crate's front page is the contract, and
 /// [`conformance`](crate::conformance) the suite every implementation has to pass.
@@ -21,7 +21,7 @@ pub trait Backend: Send {
     /// # Errors
     /// A whole-backend error means that no sample is valid; the backend has put all outputs to zero and the driver switches
     /// every channel off. [`BackendError::Channel`] concerns that channel alone: its sample is all NaN and its output zero,
-    /// the others are valid. Where several channels fail at once the lowest is named; the NaN samples tell of the rest.
+    /// the others are valid. Where several channels fail at once the lowest is named; [`Backend::failure`] tells of each.
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError>;
 
     /// Whether the duty of the last exchange is known to be at the output of a channel: zero, where that exchange has failed, for the
@@ -31,6 +31,13 @@ pub trait Backend: Send {
     fn is_confirmed(&self, channel: usize) -> bool {
         let _ = channel;
         true
+    }
+
+    /// What has failed of a channel in the last exchange: of several the exchange itself names the lowest alone. A backend in which no two
+    /// can fail at once needs to do nothing, which is the default.
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        let _ = channel;
+        None
     }
 
     /// The longest an output stays as it is once the driver is dead or stands still, s: until a watchdog, a guard or the
@@ -80,6 +87,12 @@ pub trait Backend: Send {
     /// Gives back, with the next exchange, what [`Backend::cut`] has taken: an emergency stop was reset. Under the same rules.
     fn restore(&mut self) {}
 
+    /// Asks the hardware to forget what it has latched of a channel; called when a client resets it, under the rules of `exchange`. The
+    /// next exchanges tell whether it did. Where nothing is latched there is nothing to do, which is the default.
+    fn clear(&mut self, channel: usize) {
+        let _ = channel;
+    }
+
     /// What the inputs of an emergency stop showed in the last exchange, failed or not; `None`, the default, where there is none.
     fn stop_inputs(&self) -> Option<StopInputs> {
         None
@@ -115,6 +128,11 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
         (**self).is_confirmed(channel)
     }
 
+    #[inline]
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        (**self).failure(channel)
+    }
+
     fn silence_s(&self) -> Option<f64> {
         (**self).silence_s()
     }
@@ -141,6 +159,10 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
 
     fn restore(&mut self) {
         (**self).restore();
+    }
+
+    fn clear(&mut self, channel: usize) {
+        (**self).clear(channel);
     }
 
     fn stop_inputs(&self) -> Option<StopInputs> {

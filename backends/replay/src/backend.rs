@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use sinew_backend::{Backend, BackendError, Sample, Zero, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
 use sinew_ring::{Consumer, Producer, ring};
 
 use crate::source::{Cycle, Cycles, Source};
@@ -50,6 +50,8 @@ pub struct ReplayBackend<S: Source> {
     recorded_next: Vec<f64>,
     /// Number of the last recorded cycle that was passed.
     passed: u64,
+    /// Whether the present cycle was recorded with an error.
+    failed: bool,
 }
 
 impl<S: Source> ReplayBackend<S> {
@@ -69,6 +71,7 @@ impl<S: Source> ReplayBackend<S> {
             recorded_applied: vec![f64::NAN; channels],
             recorded_next: vec![f64::NAN; channels],
             passed: 0,
+            failed: false,
         }
     }
 
@@ -234,12 +237,17 @@ impl<S: Source> Backend for ReplayBackend<S> {
             }
         }
         let error = error(&self.recorded, self.channels).filter(|_| is_recorded);
+        self.failed = error.is_some();
         self.applied.copy_from_slice(duty);
         match error {
             None => Ok(()),
-            Some(error @ BackendError::Channel { channel, .. }) => {
-                samples[channel as usize] = Sample::NONE;
-                self.applied[channel as usize] = 0.0;
+            Some(error @ BackendError::Channel { .. }) => {
+                for (channel, sample) in samples.iter_mut().enumerate() {
+                    if self.recorded.error(channel).is_some() {
+                        *sample = Sample::NONE;
+                        self.applied[channel] = 0.0;
+                    }
+                }
                 Err(error)
             }
             Some(error) => self.fail(samples, error),
@@ -248,6 +256,13 @@ impl<S: Source> Backend for ReplayBackend<S> {
 
     fn missed(&mut self, periods: u64) {
         self.missed = self.missed.saturating_add(periods);
+    }
+
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        match self.recorded.error(channel).filter(|_| self.failed)? {
+            BackendError::Channel { fault, .. } => Some(fault),
+            _ => None,
+        }
     }
 
     fn silence_s(&self) -> Option<f64> {

@@ -1,5 +1,6 @@
 //! The driver on a scripted backend.
 
+mod clearing;
 mod common;
 mod driver;
 mod safety;

@@ -177,7 +177,8 @@ impl Lockstep {
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         let beat = Beat { now_ns: self.now_ns(), missed };
-        self.engine.note_outputs(|channel| self.backend.is_confirmed(channel));
+        self.engine.note_outputs(&self.backend);
+        self.engine.clear(&mut self.backend);
         let was_reset = std::mem::take(&mut self.reset_stop);
         self.supply.look(&self.backend, &mut self.engine, was_reset);
         let Lockstep { period, trips, answers, .. } = self;

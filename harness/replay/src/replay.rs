@@ -98,6 +98,9 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
             self.backend.missed(between);
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
+        self.engine.note_outputs(&self.backend);
+        let stopped = |state: &ChannelState| state.flags & ChannelState::FLAG_STOPPED != 0;
+        self.engine.hold(self.backend.recorded().0.channels.iter().any(stopped));
         self.command(&head);
         if head.cycle == 1 {
             // What the driver believed of its wires when it began.
@@ -112,8 +115,6 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
             self.engine.was_suspended(0.0);
         }
         self.slept = slept;
-        let stopped = |state: &ChannelState| state.flags & ChannelState::FLAG_STOPPED != 0;
-        self.engine.hold(self.backend.recorded().0.channels.iter().any(stopped));
         let beat = Beat { now_ns: head.monotonic_ns, missed };
         self.engine.cycle(beat, exchanged, &self.samples, &mut self.duty, tell);
         (self.now.cycle, self.now.monotonic_ns, self.now.missed) = (head.cycle, head.monotonic_ns, head.missed);

@@ -399,7 +399,7 @@ pub fn history(seed: u64, mut trace: Option<&mut BufWriter<File>>) -> Result<Out
         }
         let exchanged = wires.exchange(&alive.duty, &mut samples);
         watch(&wires);
-        alive.engine.note_outputs(|channel| wires.is_confirmed(channel));
+        alive.engine.note_outputs(&wires);
         let now_s = wires.time_s();
         let beat = Beat { now_ns: (now_s * 1e9) as u64 + 1_000_000_000, missed: late };
         if happens(rng, kills) {

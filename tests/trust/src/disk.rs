@@ -115,7 +115,7 @@ fn recording() -> Kind {
         let disk = site.folder()?;
         let file = disk.join("session.mcap");
         let from = running.put()?.len();
-        let record = ["record", text(&file)?, "--for", "20", "--rig", &running.rig];
+        let record = ["record", text(&file)?, "--for", "20", "--keep-free", "0", "--rig", &running.rig];
         let (code, said) = on_small_disk(site, &disk, &format!("size={}k", whole(rng, 32, 256)), &record)?;
         expect(code == Some(1), || format!("{code:?}: {said}"))?;
         let tells = said.contains("session.mcap") && said.contains("before them are whole");
