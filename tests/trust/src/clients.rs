@@ -27,6 +27,8 @@ pub fn kinds() -> Vec<Kind> {
         killed_anywhere(),
         crowd(),
         flood(),
+        off_in_a_flood(),
+        stop_in_a_flood(),
         unknown_channel(),
         nobody_resets(),
     ]
@@ -169,6 +171,65 @@ fn flood() -> Kind {
         expected: "eight commands a cycle at most, the rest waits or is refused as busy; longest time in which a command of another client is answered",
         lost: "nothing",
         ..kind("command_flood", "commands to one channel from four threads without a pause", &[], 500.0, one)
+    }
+}
+
+/// Sixteen threads of four programs, which all want the wire that is to go off.
+fn floods(site: &Site, rig: &str, seconds: f64) -> Result<Vec<Process>, Failure> {
+    let seconds = seconds.to_string();
+    (0..4).map(|_| client(site, rig, &["flood", "wire0", &seconds])).collect()
+}
+
+fn off_in_a_flood() -> Kind {
+    const SENSING: f64 = 0.021;
+    let one = |site: &Site, running: &Running, _: &mut CycleStream, rng: &mut Xoshiro256PlusPlus| {
+        let floods = floods(site, &running.rig, 0.6)?;
+        wait_for("the flood", || Ok((running.client.latest().channel[0].order().is_some()).then_some(())))?;
+        std::thread::sleep(Duration::from_secs_f64(between(rng, 0.05, 0.2)));
+        let from = now_ns();
+        running.client.off("wire0")?;
+        // The flood goes on, and what is asked after it counts again.
+        let off = wait_for("its output", || {
+            let put = running.put()?;
+            Ok(put.iter().find(|put| put.at_ns >= from && put.duty[0] <= SENSING).map(|put| put.at_ns - from))
+        })?;
+        for mut flood in floods {
+            expect(flood.finish()?.success(), || flood.said())?;
+        }
+        running.client.set_duty("wire0", DUTY, LONG)?;
+        Ok(off as f64 * 1e-6)
+    };
+    Kind {
+        expected: "off overtakes what waits; time from the call to the sensing pulse at the output",
+        lost: "what was asked of that channel before it and waited: answered as overtaken",
+        ..kind("off_in_a_flood", "a channel is switched off while sixteen threads of four programs command it", &[], 50.0, one)
+    }
+}
+
+fn stop_in_a_flood() -> Kind {
+    Kind {
+        name: "stop_in_a_flood",
+        group: Group::Clients,
+        injected: "a client stops the driver while sixteen threads of four programs command it",
+        expected: "zero at all outputs, the driver ends in order; time from the call to zero",
+        within: 50.0,
+        unit: Unit::Milliseconds,
+        lost: "the run",
+        faults: &[Fault::Stopping],
+        carry_out: Box::new(|site, trials| {
+            trials.each(|rng| {
+                let mut running = Running::start(site, &site.name("stopped"), &How::default())?;
+                let floods = floods(site, &running.rig, 5.0)?;
+                wait_for("the flood", || Ok((running.client.latest().channel[0].order().is_some()).then_some(())))?;
+                std::thread::sleep(Duration::from_secs_f64(between(rng, 0.05, 0.2)));
+                let from = now_ns();
+                running.client.stop()?;
+                let zero_ms = running.zero_ms(from)?;
+                running.ended_in_order()?;
+                drop(floods);
+                Ok(zero_ms)
+            })
+        }),
     }
 }
 

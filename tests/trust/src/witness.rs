@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
-use sinew_backend::{Backend, BackendError, Sample, Truth, Zero};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Truth, Zero};
 
 use crate::failure::Failure;
 
@@ -92,6 +92,22 @@ impl<B: Backend> Backend for Watched<B> {
 
     fn cut(&mut self) -> bool {
         self.backend.cut()
+    }
+
+    fn restore(&mut self) {
+        self.backend.restore();
+    }
+
+    fn stop_inputs(&self) -> Option<StopInputs> {
+        self.backend.stop_inputs()
+    }
+
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        self.backend.failure(channel)
+    }
+
+    fn clear(&mut self, channel: usize) {
+        self.backend.clear(channel);
     }
 
     fn is_confirmed(&self, channel: usize) -> bool {
