@@ -1,0 +1,154 @@
+//! The rig of a history: one of fifteen kinds of wire, and what the driver believes of it.
+
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+use sinew_rig::Rig;
+
+use crate::failure::Failure;
+use crate::kind::between;
+
+/// Share by which beliefs are off, at most.
+const OFF: f64 = 0.3;
+
+/// The kinds of wire: diameter in mm, supply as a multiple of what drives the current its rule allows for ever.
+const WIRES: [(f64, f64); 15] = [
+    (0.025, 1.3),
+    (0.025, 3.0),
+    (0.05, 1.3),
+    (0.05, 2.0),
+    (0.05, 4.0),
+    (0.1, 1.3),
+    (0.1, 2.0),
+    (0.125, 1.5),
+    (0.125, 3.0),
+    (0.15, 2.0),
+    (0.2, 2.0),
+    (0.2, 4.0),
+    (0.3, 2.0),
+    (0.375, 2.0),
+    (0.5, 2.0),
+];
+const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
+// (the default three times out of six)
+const ESTIMATORS: [&str; 6] = ["fused", "fused", "fused", "enthalpy", "luenberger", "luenberger_scheduled"];
+
+/// How a wire is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Taps {
+    Separate,
+    Shared,
+    None,
+}
+
+/// What the temperature of a wire is known by, besides the power.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Witnesses {
+    /// Length by taps and resistance, both weighed by the estimator.
+    LengthAndResistance,
+    /// Length alone: an estimator that is blind to resistance.
+    Length,
+    /// Resistance alone, which is taken for the length: no taps.
+    Resistance,
+}
+
+/// The rig of a history, drawn from its seed.
+pub struct Plan {
+    diameter_mm: f64,
+    supply_share: f64,
+    /// Its rate, Hz.
+    pub rate_hz: f64,
+    taps: Taps,
+    estimator: &'static str,
+    /// Whether the rig file is true.
+    pub is_true: bool,
+    rng: Xoshiro256PlusPlus,
+}
+
+impl Plan {
+    /// From a seed.
+    pub fn of(seed: u64) -> Plan {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let (diameter_mm, supply_share) = WIRES[rng.random_range(0..WIRES.len())];
+        Plan {
+            diameter_mm,
+            supply_share,
+            rate_hz: RATES_HZ[rng.random_range(0..RATES_HZ.len())],
+            taps: [Taps::Separate, Taps::Shared, Taps::Separate, Taps::None][rng.random_range(0..4)],
+            estimator: ESTIMATORS[rng.random_range(0..ESTIMATORS.len())],
+            is_true: seed.is_multiple_of(2),
+            rng,
+        }
+    }
+
+    /// What it is, for people.
+    pub fn words(&self) -> String {
+        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, .. } = self;
+        format!("{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}")
+    }
+
+    /// What the driver can know its temperature by.
+    pub fn witnesses(&self) -> Witnesses {
+        match (self.taps, self.estimator) {
+            (Taps::None, _) => Witnesses::Resistance,
+            (_, "fused") => Witnesses::LengthAndResistance,
+            _ => Witnesses::Length,
+        }
+    }
+
+    fn text(&self, supply_v: f64, estimator: &str) -> String {
+        let (area, taps) = (self.diameter_mm * self.diameter_mm, self.taps);
+        format!(
+            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n[[channel]]\nname = \"wire\"\n\
+             wire = {{ diameter_mm = {:?}, length_mm = 160.0 }}\n{}\
+             drive = {{ supply_v = {supply_v:?}, shunt_ohm = {:?}, switch_ohm = 0.02 }}\n\
+             load = {{ mass_kg = {:?}, damping_n_s_per_m = {:?}, spring_n_per_m = {:?}, preload_n = {:?} }}\n\
+             control = {{ estimator = \"{}\"{} }}\n{}",
+            self.rate_hz,
+            self.diameter_mm,
+            if taps == Taps::None { "" } else { "taps = { l0_mm = 0.0, ls_mm = 150.0 }\n" },
+            0.004 / area,
+            5.0 * area,
+            2000.0 * area,
+            10_000.0 * area,
+            150.0 * area,
+            estimator,
+            if taps == Taps::None { ", sensing = \"resistance\"" } else { "" },
+            if taps == Taps::Shared { "adc = { circuit = \"shared\" }\n" } else { "" },
+        )
+    }
+
+    /// The rig file the driver gets, another one of the same wire that it gets now and then, and the rig it drives.
+    ///
+    /// # Errors
+    /// A rig file that is refused.
+    pub fn rigs(mut self) -> Result<[Rig; 3], Failure> {
+        let parse = |text: &str| {
+            Rig::parse(text, "burn.toml").map_err(|e| Failure::Unexpected(format!("the rig is refused: {e}\n{text}")))
+        };
+        // What supply drives the current that the rule allows, through the wire when it is hot.
+        let first = parse(&self.text(10.0, self.estimator))?;
+        let (model, limits) = (&first.channels[0].model, &first.channels[0].limits);
+        let m = &model.material;
+        let hot_ohm =
+            m.austenite_resistivity(m.austenite_temperature_c) * model.geometry.length_m / model.geometry.area_m2();
+        let supply_v = self.supply_share * limits.continuous_current_a * (hot_ohm + model.drive.series_ohm());
+        let supply_v = (supply_v * 100.0).round() / 100.0;
+        let believed = parse(&self.text(supply_v, self.estimator))?;
+        let other = parse(&self.text(supply_v, if self.estimator == "fused" { "fused" } else { "enthalpy" }))?;
+        let mut truth = believed.clone();
+        truth.simulation.seed = self.rng.random::<u32>().into();
+        if !self.is_true {
+            let material = &mut truth.channels[0].model.material;
+            let rng = &mut self.rng;
+            for value in [
+                &mut material.specific_heat_j_per_kg_k,
+                &mut material.latent_heat_j_per_kg,
+                &mut material.convection_w_per_m2_k,
+            ] {
+                *value *= between(rng, 1.0 - OFF, 1.0 + OFF);
+            }
+        }
+        Ok([believed, other, truth])
+    }
+}
+
