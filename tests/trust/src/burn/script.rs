@@ -201,7 +201,8 @@ fn kill(rng: &mut Xoshiro256PlusPlus, forgetful: f64) -> Happening {
 }
 
 fn stall(rng: &mut Xoshiro256PlusPlus) -> Happening {
-    Happening::Stall(between(rng, 0.001, if rng.random_range(0..10) == 0 { 5.0 } else { 0.249 }))
+    let longest_s = if rng.random_range(0..10) == 0 { 5.0 } else { 0.249 };
+    Happening::Stall(between(rng, 0.001, longest_s))
 }
 
 fn asks(rng: &mut Xoshiro256PlusPlus) -> Happening {
