@@ -4,7 +4,8 @@
 //! (`script.rs`) that is drawn first; what is judged is the true temperature of the wire, all the time (`run.rs`). Half of the scripts are
 //! searched for: varied again and again, each time the hotter one kept. One that burns its wire is cut down to what it takes.
 //!
-//! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off.
+//! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off. All rigs have a watchdog relay before their
+//! stages, which matters where a stage is stuck: a dead driver cannot cut it off.
 
 mod rig;
 mod run;

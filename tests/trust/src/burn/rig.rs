@@ -98,7 +98,7 @@ impl Plan {
     fn text(&self, supply_v: f64, estimator: &str) -> String {
         let (area, taps) = (self.diameter_mm * self.diameter_mm, self.taps);
         format!(
-            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n[[channel]]\nname = \"wire\"\n\
+            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n[backend.enable]\nsignal = \"pulses\"\n\n[[channel]]\nname = \"wire\"\n\
              wire = {{ diameter_mm = {:?}, length_mm = 160.0 }}\n{}\
              drive = {{ supply_v = {supply_v:?}, shunt_ohm = {:?}, switch_ohm = 0.02 }}\n\
              load = {{ mass_kg = {:?}, damping_n_s_per_m = {:?}, spring_n_per_m = {:?}, preload_n = {:?} }}\n\
