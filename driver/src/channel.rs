@@ -447,6 +447,13 @@ impl Channel {
         self.guard.trip(fault)
     }
 
+    /// Gives it nothing in the present cycle, after its duty was put out: its supply does not stand yet.
+    #[inline]
+    pub(crate) fn rest(&mut self) {
+        self.duty = 0.0;
+        self.flags |= ChannelState::FLAG_DARK;
+    }
+
     /// Switches it off in the present cycle, after its duty was put out: its supply is gone.
     #[inline]
     pub(crate) fn cut_off(&mut self) -> Option<Change> {

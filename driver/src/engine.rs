@@ -3,7 +3,7 @@
 
 use sinew_backend::{Backend, BackendError, Sample};
 use sinew_ipc::{ChannelState, DriverState, Fault, MAX_CHANNELS, Mode, Snapshot};
-use sinew_rig::Rig;
+use sinew_rig::{EnableSignal, Rig};
 
 use crate::channel::{Channel, Happened, Source, Target, Tick};
 use crate::error::Error;
@@ -39,6 +39,12 @@ pub struct Engine {
     latched: bool,
     /// An emergency stop holds everything off.
     stopped: bool,
+    /// Where a line switches the supply: how long that takes to stand, s.
+    settle_s: Option<f64>,
+    /// How long it still takes, s.
+    settling_s: f64,
+    /// All channels are latched, so that nobody needs the supply.
+    rests: bool,
     /// An output stage cannot be switched off: everything stays off until the driver is started anew.
     cut: bool,
     /// How the last exchange went.
@@ -68,6 +74,9 @@ impl Engine {
         let channels: Vec<Channel> =
             (0..rig.channels.len()).map(|index| Channel::new(rig, index)).collect::<Result<_, _>>()?;
         let joints: Vec<Joint> = rig.joints.iter().map(|joint| Joint::new(rig, joint)).collect::<Result<_, _>>()?;
+        let enable = &rig.backend.enable;
+        // And two periods for the way there.
+        let settle_s = (enable.signal != EnableSignal::None).then_some(enable.settle_s + 2.0 / rig.rate_hz);
         let mut places = vec![None; channels.len()];
         for (index, joint) in joints.iter().enumerate() {
             for (side, &channel) in joint.channels.iter().enumerate() {
@@ -87,6 +96,9 @@ impl Engine {
             first: None,
             latched: false,
             stopped: false,
+            settle_s,
+            settling_s: settle_s.unwrap_or(0.0),
+            rests: false,
             cut: false,
             exchanged: Ok(()),
             period_s: 1.0 / rig.rate_hz,
@@ -172,11 +184,12 @@ impl Engine {
         order.ask != Ask::Reset && self.last_off.get(order.channel).is_some_and(|last| order.ticket < *last)
     }
 
-    /// Whether an output stage conducts with its gate closed, or an emergency stop is latched, so that the supply has to be taken from all:
-    /// the backend is to be told so, see [`Backend::cut`](sinew_backend::Backend::cut).
+    /// Whether an output stage conducts with its gate closed, an emergency stop is latched, or all channels are, so that the supply has to, or
+    /// may as well, be taken from all: the backend is to be told so, see [`Backend::cut`](sinew_backend::Backend::cut). What is
+    /// latched may be blind, and whether its stage conducts nobody sees then.
     #[inline]
     pub fn must_cut(&self) -> bool {
-        self.cut || self.stopped
+        self.cut || self.stopped || self.rests
     }
 
     /// Whether an [emergency stop](crate::EmergencyStop) holds everything off, from the next cycle on.
@@ -374,6 +387,23 @@ impl Engine {
             }
         }
         self.first = reports.first;
+        self.settle(tick.dt_s, duty);
+    }
+
+    /// Gives nothing to anybody while the supply does not stand.
+    #[inline]
+    fn settle(&mut self, dt_s: f64, duty: &mut [f64]) {
+        let Some(settle_s) = self.settle_s else { return };
+        self.rests = self.channels.iter().all(|channel| channel.guard.is_latched());
+        if self.must_cut() {
+            self.settling_s = settle_s;
+        } else if self.settling_s > 0.0 {
+            self.settling_s -= dt_s;
+            for (channel, duty) in self.channels.iter_mut().zip(duty) {
+                channel.rest();
+                *duty = 0.0;
+            }
+        }
     }
 
     /// Goes on with resets that wait for hardware to forget its fault.

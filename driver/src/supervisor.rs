@@ -153,6 +153,11 @@ impl Guard {
         self.state == State::Healthy
     }
 
+    /// Whether the channel is off by a fault, and nobody has reset it.
+    pub fn is_latched(&self) -> bool {
+        self.state == State::Latched
+    }
+
     /// Whether the channel is proving itself, after the start or a reset.
     pub fn is_proving(&self) -> bool {
         self.state == State::Proving

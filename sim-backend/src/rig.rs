@@ -100,6 +100,9 @@ pub struct SimulatedRig {
     /// A watchdog relay before all stages: so many periods after the last pulse it drops out. And how many those are.
     dropout_periods: Option<u64>,
     unpulsed: u64,
+    /// With a switch before all stages: so many periods after it is on the supply stands; and how many it has been on.
+    settle_periods: u64,
+    enabled: u64,
     /// The emergency stop, where one is fitted.
     stop: Option<StopInputs>,
     faults: FaultHandle,
@@ -154,6 +157,11 @@ impl SimulatedRig {
             dropout_periods: (rig.backend.enable.signal == EnableSignal::Pulses)
                 .then(|| (rig.backend.enable.dropout_s * rig.rate_hz).ceil().max(1.0) as u64),
             unpulsed: 0,
+            settle_periods: match rig.backend.enable.signal {
+                EnableSignal::None => 0,
+                EnableSignal::Level | EnableSignal::Pulses => (rig.backend.enable.settle_s * rig.rate_hz) as u64,
+            },
+            enabled: 0,
             stop: rig.backend.estop.fitted.then_some(StopInputs::OPEN),
             faults: FaultHandle::new(rig.channels.len()),
             schedule: Schedule::of_backend(scheduled),
@@ -242,7 +250,9 @@ impl SimulatedRig {
         let time_s = self.middle_s();
         self.surround();
         self.unpulsed += 1;
-        let has_supply = self.started && !self.cut && self.dropout_periods.is_none_or(|most| self.unpulsed <= most);
+        let is_on = self.started && !self.cut && self.dropout_periods.is_none_or(|most| self.unpulsed <= most);
+        self.enabled = if is_on { self.enabled + 1 } else { 0 };
+        let has_supply = is_on && self.enabled > self.settle_periods;
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let acting = self.faults.acting(index, &channel.schedule, time_s);
             channel.watch(self.silence_periods);

@@ -14,7 +14,7 @@ use rustix::time::{
 use serde::Serialize;
 use sinew_backend::clock::now_ns;
 use sinew_front_end::{ChannelFault, Event, FULL_DUTY, Firmware, MAX_CHANNELS};
-use sinew_rig::Rig;
+use sinew_rig::{FaultKind, Rig};
 
 use crate::error::Error;
 use crate::line::{Direction, Spoilt};
@@ -60,6 +60,11 @@ pub enum Order {
     Break(u8, ChannelFault),
     /// It is whole again.
     Mend(u8),
+    /// Something of the simulated wires breaks, by the channel's place in the rig: a stage that conducts, an emergency stop that is
+    /// pressed.
+    Fault(usize, FaultKind),
+    /// It is whole again.
+    Whole(usize, FaultKind),
     /// The end.
     Quit,
 }
@@ -96,7 +101,7 @@ pub enum What {
     Running,
     /// Outputs are off.
     Off {
-        /// `watchdog` or `driver`.
+        /// `watchdog`, `driver` or `emergency_stop`.
         why: &'static str,
         /// How long no good frame had come, ns; for the watchdog.
         silent_ns: Option<u64>,
@@ -324,6 +329,8 @@ impl Device<'_> {
                     *broken = Some(fault);
                 }
             }
+            Order::Fault(channel, kind) => drop(self.wires.faults().set(channel, kind)),
+            Order::Whole(channel, kind) => drop(self.wires.faults().clear(channel, kind)),
             Order::Mend(channel) => {
                 if let Some(broken) = self.wires.broken.get_mut(usize::from(channel)) {
                     *broken = None;
@@ -394,6 +401,7 @@ fn what(event: Event) -> What {
             What::Off { why: "watchdog", silent_ns: Some(since_ns), powered: Some(powered) }
         }
         Event::Off => What::Off { why: "driver", silent_ns: None, powered: None },
+        Event::Stopped => What::Off { why: "emergency_stop", silent_ns: None, powered: None },
         Event::Fault { channel, fault } => What::Fault {
             channel,
             fault: match fault {

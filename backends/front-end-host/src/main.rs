@@ -12,12 +12,13 @@ use clap::Parser;
 use sinew_front_end::{ChannelFault, MAX_CHANNELS};
 use sinew_front_end_host::{Options, Order, Spoilt, run};
 use sinew_realtime::{Mode, Wish, prepare_process, prepare_thread};
-use sinew_rig::Rig;
+use sinew_rig::{FaultKind, Rig};
 
 /// The firmware of a front-end as a process: simulated wires behind it, a pseudo-terminal before it.
 ///
 /// What happens is told on stdout, a line of JSON each, with the time of CLOCK_MONOTONIC. Orders are read from stdin:
-/// `disconnect`, `connect`, `stall SECONDS`, `lose SHARE`, `damage SHARE`, `swap SHARE`, `break CHANNEL`, `mend CHANNEL`, `quit`.
+/// `disconnect`, `connect`, `stall SECONDS`, `lose SHARE`, `damage SHARE`, `swap SHARE`, `break CHANNEL`, `mend CHANNEL`,
+/// `fault CHANNEL KIND`, `whole CHANNEL KIND` (a kind of the rig file's simulated faults, such as `stage_on` or `estop_open`), `quit`.
 #[derive(Debug, Parser)]
 #[command(name = "sinew-front-end", version, max_term_width = 100, after_help = EXAMPLE)]
 struct Args {
@@ -141,9 +142,10 @@ fn main() -> ExitCode {
 
 fn order(line: &str, spoilt: &mut Spoilt) -> Option<Order> {
     let mut words = line.split_whitespace();
-    let (what, value) = (words.next()?, words.next());
+    let (what, value, third) = (words.next()?, words.next(), words.next());
     let number = || value.and_then(|value| share(value).ok());
     let channel = || value.and_then(|value| value.parse::<u8>().ok());
+    let kind = || FaultKind::ALL.into_iter().find(|(word, _)| Some(*word) == third).map(|(_, kind)| kind);
     match what {
         "disconnect" => return Some(Order::Disconnect),
         "connect" => return Some(Order::Connect),
@@ -151,6 +153,8 @@ fn order(line: &str, spoilt: &mut Spoilt) -> Option<Order> {
         "stall" => return Some(Order::Stall((seconds(value?).ok()? * 1e9) as u64)),
         "break" => return Some(Order::Break(channel()?, ChannelFault::Stage)),
         "mend" => return Some(Order::Mend(channel()?)),
+        "fault" => return Some(Order::Fault(channel()?.into(), kind()?)),
+        "whole" => return Some(Order::Whole(channel()?.into(), kind()?)),
         "lose" => spoilt.lost = number()?,
         "damage" => spoilt.damaged = number()?,
         "swap" => spoilt.swapped = number()?,

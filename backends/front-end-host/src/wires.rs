@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use sinew_backend::clock::now_ns;
 use sinew_backend::{Backend as _, Sample};
 use sinew_front_end::{
-    ChannelFault, ChannelLimits, ChannelRange, Event, FULL_DUTY, Hardware, Identification, MAX_CHANNELS, NOT_SAMPLED,
-    RawSample,
+    ChannelFault, ChannelLimits, ChannelRange, Event, FULL_DUTY, Features, Hardware, Identification, MAX_CHANNELS,
+    NOT_SAMPLED, RawSample, ResetCause, StopPins,
 };
-use sinew_rig::{Rig, SamplingCircuit};
-use sinew_sim_backend::SimulatedRig;
+use sinew_rig::{EnableSignal, Rig, SamplingCircuit};
+use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
 use crate::error::Error;
 
@@ -23,9 +23,56 @@ const LIMITS: ChannelLimits =
 /// A pause is computed up to so many periods: wires have cooled by then, and the line does not wait.
 const LONGEST_PAUSE: u64 = 2_000;
 
+/// What switches the supply of the simulated power stages.
+#[derive(Debug, Clone, Copy)]
+enum Supply {
+    /// Nothing: it is there.
+    Always,
+    /// The level of the enable pin.
+    Level(bool),
+    /// A watchdog relay: it drops out so long after the last edge of the pin, ns.
+    Relay { level: bool, edge_ns: Option<u64>, dropout_ns: u64 },
+}
+
+impl Supply {
+    fn of(rig: &Rig) -> Supply {
+        let enable = &rig.backend.enable;
+        match enable.signal {
+            EnableSignal::None => Supply::Always,
+            EnableSignal::Level => Supply::Level(false),
+            EnableSignal::Pulses => {
+                Supply::Relay { level: false, edge_ns: None, dropout_ns: (enable.dropout_s * 1e9) as u64 }
+            }
+        }
+    }
+
+    fn put(&mut self, on: bool, now_ns: u64) {
+        match self {
+            Supply::Always => {}
+            Supply::Level(level) => *level = on,
+            Supply::Relay { level, edge_ns, .. } => {
+                if std::mem::replace(level, on) != on {
+                    *edge_ns = Some(now_ns);
+                }
+            }
+        }
+    }
+
+    fn is_on(&self, at_ns: u64) -> bool {
+        match *self {
+            Supply::Always => true,
+            Supply::Level(level) => level,
+            Supply::Relay { edge_ns, dropout_ns, .. } => {
+                edge_ns.is_some_and(|edge_ns| at_ns.saturating_sub(edge_ns) < dropout_ns)
+            }
+        }
+    }
+}
+
 /// Power stage, converters and wires.
 pub(crate) struct Wires {
     rig: SimulatedRig,
+    supply: Supply,
     /// Channels of the rig by their place on the front-end.
     places: Vec<usize>,
     ranges: [ChannelRange; MAX_CHANNELS],
@@ -71,6 +118,11 @@ impl Wires {
             max_period_ns: period_ns as u32,
             max_silence_ns: MAX_SILENCE_NS.max(u32::try_from(2 * period_ns).unwrap_or(u32::MAX)),
             full_code: FULL_CODE,
+            features: Features {
+                enable: rig.backend.enable.signal != EnableSignal::None,
+                stop: rig.backend.estop.fitted,
+            },
+            reset: ResetCause::PowerOn,
             channels: used as u8,
             channel: ranges,
         };
@@ -79,6 +131,7 @@ impl Wires {
         let _ = simulated.start();
         let wires = Wires {
             rig: simulated,
+            supply: Supply::of(rig),
             places,
             ranges,
             period_ns,
@@ -115,10 +168,25 @@ impl Wires {
         if gone < 2 {
             return;
         }
-        for _ in 1..gone.min(LONGEST_PAUSE) {
+        for period in 1..gone.min(LONGEST_PAUSE) {
+            self.switch(before_ns + period * self.period_ns);
             let _ = self.rig.period(&self.off, &mut self.samples);
         }
         self.simulated_ns = Some(before_ns + (gone - 1) * self.period_ns);
+    }
+
+    /// Gives the stages the supply they have at a time, or takes it.
+    fn switch(&mut self, at_ns: u64) {
+        if self.supply.is_on(at_ns) {
+            self.rig.restore();
+        } else {
+            self.rig.cut();
+        }
+    }
+
+    /// What breaks things in the simulated rig.
+    pub fn faults(&self) -> FaultHandle {
+        self.rig.faults()
     }
 
     /// What the wires really have, °C.
@@ -143,6 +211,7 @@ impl Hardware for Wires {
     fn samples(&mut self, samples: &mut [RawSample]) {
         self.rest();
         self.simulated_ns = Some(self.now_ns);
+        self.switch(self.now_ns);
         if self.rig.period(&self.duty, &mut self.samples).is_err() && self.samples.is_empty() {
             return;
         }
@@ -158,6 +227,16 @@ impl Hardware for Wires {
                 };
             }
         }
+    }
+
+    fn enable(&mut self, on: bool) {
+        self.supply.put(on, self.now_ns);
+    }
+
+    /// As the simulated rig showed them in its last period.
+    fn stop_inputs(&mut self) -> Option<StopPins> {
+        let inputs = self.rig.stop_inputs()?;
+        Some(StopPins { closed: inputs.is_closed, reset_pressed: inputs.is_reset_pressed })
     }
 
     fn stage_fault(&mut self, channel: usize) -> Option<ChannelFault> {

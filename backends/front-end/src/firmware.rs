@@ -5,19 +5,24 @@
 //!   Boot ------------> Ready ------------------------> Running -------> Tripped
 //!                        ^                               |  ^               |
 //!                        +-------------- off ------------+  +---------------+
-//!                                                             two frames of zeros
+//!                                                           two frames of zeros
+//!
+//!   any but Boot -- emergency stop open --> Stopped -- closed, two frames of zeros --> Running
 //! ```
 //!
 //! A duty frame's arrival begins a period: outputs on for their share of it, then off. At the end of the longest on-phase, at
 //! the latest at three quarters of the period, the samples go up with the frame's own sequence number, in time for the
 //! driver's next tick. A late frame is awaited for a quarter of a period with outputs off; then its predecessor's duties
-//! are output again, until silence has lasted for the watchdog's time. A frame that arrives within half a period of the last one
+//! are output again, until silence has lasted for the watchdog's time, or for the validity of the last frame where that is
+//! shorter. A frame that arrives within half a period of the last one
 //! (a stalled line may deliver several at once) waits for the end of the period instead of beginning another, so
 //! that no burst of frames heats a wire.
+//!
+//! The enable pin is on in `Running` alone, if the last frame lets it, until a power stage is found to conduct with duty 0.
 
 use crate::frame::{
-    self, ChannelFault, ChannelLimits, Configure, Duty, FULL_DUTY, Frame, Identification, MAX_CHANNELS, NOT_SAMPLED,
-    RawSample, Refusal, Samples, State,
+    self, ChannelFault, ChannelLimits, Configure, Duty, EnableMode, FULL_DUTY, Frame, Identification, MAX_CHANNELS,
+    NOT_SAMPLED, RawSample, Refusal, Samples, State,
 };
 use crate::guard::{Guard, Period};
 use crate::wire::{Decoder, MAX_BODY_TO_DEVICE, MAX_FRAME};
@@ -26,12 +31,24 @@ use crate::wire::{Decoder, MAX_BODY_TO_DEVICE, MAX_FRAME};
 const ARMING_FRAMES: u8 = 2;
 /// Shortest on-phase in which a conversion fits, ns.
 const MIN_ON_NS: u64 = 5_000;
+/// An emergency stop is looked at so often in a period.
+const LOOKS: u64 = 4;
+
+/// What the pins of an emergency stop show, whatever their levels are on this board. A broken lead has to look like an open contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StopPins {
+    /// Whether its contact is closed: nobody has pressed it.
+    pub closed: bool,
+    /// Whether its reset button is pressed.
+    pub reset_pressed: bool,
+}
 
 /// What a firmware needs of its microcontroller.
 pub trait Hardware {
     /// Begins a period now: every output goes on and, after its share of `period_ns` (`duty` of 65535), off, and stays off
     /// until this is called again. Conversions are triggered at the end of each output's on-phase, or at three quarters of
-    /// the period where that comes first.
+    /// the period where that comes first; where `duty` is 0, at an eighth of it: a current there shows that a power stage conducts
+    /// by itself.
     fn begin_period(&mut self, duty: &[u16], period_ns: u32);
 
     /// Every output off, now.
@@ -43,6 +60,17 @@ pub trait Hardware {
     /// What a channel's power stage says of itself.
     fn stage_fault(&mut self, channel: usize) -> Option<ChannelFault> {
         let _ = channel;
+        None
+    }
+
+    /// Puts the enable pin on or off: what switches the supply of all power stages, where the board has that. For a watchdog relay this
+    /// is called with the other level in every period. It has to be off before the firmware runs, and while its processor is reset.
+    fn enable(&mut self, on: bool) {
+        let _ = on;
+    }
+
+    /// What the pins of an emergency stop show now; `None` where the board has none.
+    fn stop_inputs(&mut self) -> Option<StopPins> {
         None
     }
 
@@ -76,6 +104,8 @@ pub enum Event {
     },
     /// Outputs are off because the driver said so.
     Off,
+    /// Outputs are off because the emergency stop is open.
+    Stopped,
     /// A channel is off for a fault of its own.
     Fault {
         /// Which.
@@ -90,6 +120,8 @@ pub enum Event {
 struct Session {
     period_ns: u64,
     silence_ns: u64,
+    enable: EnableMode,
+    uses_stop: bool,
     channels: usize,
 }
 
@@ -106,10 +138,19 @@ pub struct Firmware {
     sequence: Option<u32>,
     /// Duty frames of zeros in a row.
     zeros: u8,
-    /// What that frame asks, within the limits, and what is put out.
+    /// What that frame asks, what is put out, and where that is less because of a limit.
     asked: [u16; MAX_CHANNELS],
     put: [u16; MAX_CHANNELS],
     limited: u64,
+    /// How long that frame is valid, and whether the enable pin may be on by it.
+    valid_ns: u64,
+    may_supply: bool,
+    /// Whether the power stages have a supply in this period, and the level of the pin.
+    is_supplied: bool,
+    level: bool,
+    /// What the emergency stop showed when it was last looked at, and whether it was open since the last samples frame.
+    stop: StopPins,
+    was_open: bool,
     /// When the last good frame came, and when one last began a period by coming.
     heard_ns: u64,
     framed_ns: Option<u64>,
@@ -142,6 +183,12 @@ impl Firmware {
             asked: [0; MAX_CHANNELS],
             put: [0; MAX_CHANNELS],
             limited: 0,
+            valid_ns: 0,
+            may_supply: false,
+            is_supplied: false,
+            level: false,
+            stop: StopPins { closed: true, reset_pressed: false },
+            was_open: false,
             heard_ns: 0,
             framed_ns: None,
             begun_ns: 0,
@@ -171,10 +218,11 @@ impl Firmware {
 
     /// Takes bytes received on the line. After a long pause call [`Firmware::poll`] first.
     pub fn receive(&mut self, bytes: &[u8], now_ns: u64, hardware: &mut impl Hardware) {
+        self.look_at_stop(now_ns, hardware);
         for byte in bytes {
             let frame = match self.decoder.push(*byte) {
                 None => continue,
-                Some(body) => body.and_then(frame::decode),
+                Some(body) => body.and_then(frame::decode_on_device),
             };
             match frame {
                 Ok(Frame::Hello { nonce }) => {
@@ -183,17 +231,20 @@ impl Firmware {
                 }
                 Ok(Frame::Configure(wanted)) => self.configure(&wanted, now_ns, hardware),
                 Ok(Frame::Duty(duty)) => self.duty(&duty, now_ns, hardware),
-                Ok(Frame::Off) => self.switch_off(hardware),
+                Ok(Frame::Off) => self.switch_off(now_ns, hardware),
+                Ok(Frame::Clear { channel }) => self.clear(channel, hardware),
                 // Frames of the front-end's own kinds and damaged ones are dropped.
                 Ok(_) | Err(_) => self.refused = self.refused.wrapping_add(1),
             }
         }
     }
 
-    /// Does what time asks for; to be called at the time it gives back, or earlier. `None`: nothing, until a frame comes.
+    /// Does what time asks for; to be called at the time it gives back, or earlier: at once where a pin of the emergency stop changes.
+    /// `None`: nothing, until a frame comes.
     pub fn poll(&mut self, now_ns: u64, hardware: &mut impl Hardware) -> Option<u64> {
         let session = self.session?;
-        let silent_ns = self.heard_ns.saturating_add(session.silence_ns);
+        self.look_at_stop(now_ns, hardware);
+        let silent_ns = self.heard_ns.saturating_add(session.silence_ns.min(self.valid_ns));
         if self.may_heat() && now_ns >= silent_ns {
             self.trip(now_ns, hardware);
         }
@@ -203,13 +254,17 @@ impl Firmware {
         if now_ns >= self.end_ns(&session) {
             self.begin(now_ns, self.waiting, hardware);
         }
-        let next_ns = if self.sampled { self.end_ns(&session) } else { self.sample_ns };
+        let mut next_ns = if self.sampled { self.end_ns(&session) } else { self.sample_ns };
+        if session.uses_stop {
+            next_ns = next_ns.min(now_ns.saturating_add((session.period_ns / LOOKS).max(1)));
+        }
         Some(if self.may_heat() { next_ns.min(silent_ns) } else { next_ns })
     }
 
-    /// Whether silence has to be cut short: something is on, or will be in the next period.
+    /// Whether silence has to be cut short: something is on, or will be in the next period, or only a gate keeps it off.
     fn may_heat(&self) -> bool {
-        self.state == State::Running && self.put.iter().chain(&self.asked).any(|duty| *duty > 0)
+        let is_on = || self.put.iter().chain(&self.asked).any(|duty| *duty > 0);
+        self.state == State::Running && (self.is_supplied || is_on())
     }
 
     /// When the next period begins, should no frame begin it.
@@ -219,34 +274,46 @@ impl Firmware {
     }
 
     fn configure(&mut self, wanted: &Configure, now_ns: u64, hardware: &mut impl Hardware) {
-        hardware.off();
-        self.put_zero();
+        self.put_off(now_ns, hardware);
         self.session = None;
         self.state = State::Boot;
         let period_ns = wanted.period_ns;
         let silence_ns = u64::from(period_ns) * u64::from(wanted.watchdog_periods);
+        let has = self.who.features;
         let refusal = match () {
             () if wanted.channels == 0 || wanted.channels > self.who.channels => Some(Refusal::Channels),
             () if period_ns < self.who.min_period_ns.max(1) || period_ns > self.who.max_period_ns => {
                 Some(Refusal::Period)
             }
             () if silence_ns == 0 || silence_ns > u64::from(self.who.max_silence_ns) => Some(Refusal::Silence),
+            () if wanted.enable != EnableMode::None && !has.enable => Some(Refusal::Features),
+            () if wanted.uses_stop && !has.stop => Some(Refusal::Features),
             () => None,
         };
         match refusal {
             Some(refusal) => hardware.tell(Event::Refused(refusal)),
             None => {
-                for ((limits, range), wanted) in self.limits.iter_mut().zip(&self.who.channel).zip(&wanted.limits) {
-                    *limits = range.limits.narrower(wanted);
+                let channels = self.limits.iter_mut().zip(&mut self.guard).zip(&self.who.channel).zip(&wanted.limits);
+                for (((limits, guard), range), wanted) in channels {
+                    let before = core::mem::replace(limits, range.limits.narrower(wanted));
+                    // I²t and faults are kept: a new configuration cools no wire.
+                    guard.configure(&before, limits);
                 }
-                // I²t and faults are kept: a new configuration cools no wire.
                 (self.sequence, self.limited, self.lost, self.refused) = (None, 0, 0, 0);
+                (self.valid_ns, self.may_supply, self.was_open) = (u64::MAX, false, false);
                 (self.begun_ns, self.heard_ns, self.judged_ns, self.framed_ns) = (now_ns, now_ns, now_ns, None);
                 (self.sampled, self.frame) = (true, None);
-                self.session =
-                    Some(Session { period_ns: period_ns.into(), silence_ns, channels: wanted.channels.into() });
+                let Configure { enable, uses_stop, channels, .. } = *wanted;
+                self.session = Some(Session {
+                    period_ns: period_ns.into(),
+                    silence_ns,
+                    enable,
+                    uses_stop,
+                    channels: channels.into(),
+                });
                 self.state = State::Ready;
                 hardware.tell(Event::Configured { period_ns });
+                self.look_at_stop(now_ns, hardware);
             }
         }
         send(&Frame::Configured { session: wanted.session, refusal }, hardware);
@@ -269,17 +336,16 @@ impl Firmware {
             }
             self.lost = self.lost.wrapping_add((ahead - 1).min(u16::MAX.into()) as u16);
         }
-        self.limited = 0;
-        let channels = duty.duty.iter().zip(&mut self.asked).zip(&self.limits).zip(&mut self.guard);
-        for (channel, (((wanted, asked), limits), guard)) in channels.take(session.channels).enumerate() {
-            guard.asked(*wanted);
-            *asked = (*wanted).min(limits.max_duty);
-            self.limited |= u64::from(asked != wanted) << channel;
-        }
+        self.asked = duty.duty;
         let nothing = duty.duty.iter().take(session.channels).all(|duty| *duty == 0);
-        self.zeros = if nothing { self.zeros.saturating_add(1) } else { 0 };
+        let arms = nothing && self.state != State::Running && self.stop.closed;
+        self.zeros = if arms { self.zeros.saturating_add(1) } else { 0 };
+        (self.valid_ns, self.may_supply) = (u64::from(duty.valid_us) * 1000, duty.supply);
+        if !duty.supply {
+            self.supply(false, hardware);
+        }
         (self.sequence, self.heard_ns) = (Some(duty.sequence), now_ns);
-        if matches!(self.state, State::Ready | State::Tripped) && self.zeros >= ARMING_FRAMES {
+        if self.zeros >= ARMING_FRAMES {
             self.state = State::Running;
             hardware.tell(Event::Running);
         }
@@ -298,9 +364,17 @@ impl Firmware {
             self.sample(now_ns, hardware);
         }
         let running = self.state == State::Running;
+        let conducts = self.guard.iter().take(session.channels).any(|guard| guard.conducts);
+        self.supply(running && self.may_supply && !conducts, hardware);
+        let least = (MIN_ON_NS * u64::from(FULL_DUTY)).div_ceil(session.period_ns).min(FULL_DUTY.into()) as u16;
+        let period_us = (session.period_ns / 1000) as u32;
         let mut longest = 0;
-        for ((put, asked), guard) in self.put.iter_mut().zip(&self.asked).zip(&self.guard).take(session.channels) {
-            *put = if running && guard.fault.is_none() { *asked } else { 0 };
+        self.limited = 0;
+        let channels = self.put.iter_mut().zip(&self.asked).zip(&self.limits).zip(&self.guard);
+        for (channel, (((put, asked), limits), guard)) in channels.take(session.channels).enumerate() {
+            let on = running && guard.fault.is_none();
+            *put = if on { guard.permit(limits, (*asked).min(limits.max_duty), least, period_us) } else { 0 };
+            self.limited |= u64::from(on && put != asked) << channel;
             longest = longest.max(*put);
         }
         hardware.begin_period(self.put.get(..session.channels).unwrap_or_default(), session.period_ns as u32);
@@ -313,38 +387,52 @@ impl Firmware {
 
     /// Takes the samples of the present period, judges them, and sends them if a frame began it.
     fn sample(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
+        let mut samples = [RawSample::NONE; MAX_CHANNELS];
+        let samples = samples.get_mut(..self.channels()).unwrap_or_default();
+        hardware.samples(samples);
+        self.judge(samples, true, now_ns, hardware);
+        if let Some(sequence) = self.frame {
+            self.answer(sequence, now_ns, samples, hardware);
+        }
+    }
+
+    /// Judges the present period by its samples, of which it leaves what the driver is to have. One that is not `whole` was not sampled.
+    fn judge(&mut self, samples: &mut [RawSample], whole: bool, now_ns: u64, hardware: &mut impl Hardware) {
         let Some(session) = self.session else { return };
         self.sampled = true;
-        let mut samples = [RawSample::NONE; MAX_CHANNELS];
-        let samples = samples.get_mut(..session.channels).unwrap_or_default();
-        hardware.samples(samples);
         let elapsed_us = (now_ns.saturating_sub(self.judged_ns) / 1000).min(u32::MAX.into()) as u32;
         self.judged_ns = now_ns;
         let full = u64::from(self.who.full_code).max(1);
-        let channels = self.guard.iter_mut().zip(&self.limits).zip(&self.who.channel).zip(&self.put).zip(&mut *samples);
-        for (channel, ((((guard, limits), range), duty), raw)) in channels.enumerate() {
+        let duties = self.put.iter().zip(&self.asked);
+        let channels = self.guard.iter_mut().zip(&self.limits).zip(&self.who.channel).zip(duties).zip(samples);
+        for (channel, ((((guard, limits), range), (duty, asked)), raw)) in channels.enumerate() {
             let on_ns = session.period_ns * u64::from(*duty) / u64::from(FULL_DUTY);
-            let current_ma = (raw.current != NOT_SAMPLED)
-                .then(|| (u64::from(raw.current) * u64::from(range.current_ua) / full / 1000) as u32);
+            let milliamperes =
+                |code: u16| (u64::from(code) * u64::from(range.current_ua) / full / 1000).min(u32::MAX.into()) as u32;
             let period = Period {
                 duty: *duty,
-                current_ma,
-                measurable: on_ns >= MIN_ON_NS,
+                current_ma: (raw.current != NOT_SAMPLED).then(|| milliamperes(raw.current)),
+                full_scale_ma: range.current_ua / 1000,
+                measurable: whole && on_ns >= MIN_ON_NS,
                 stage: hardware.stage_fault(channel),
                 elapsed_us,
             };
-            if let Some(fault) = guard.judge(limits, &period) {
+            let conducted = guard.conducts;
+            let new = guard.judge(limits, &period);
+            if let Some(fault) = new {
                 hardware.tell(Event::Fault { channel: channel as u8, fault });
             }
-            // Without an on-phase there is nothing to measure of the wire, whatever a converter picked up.
-            if guard.fault.is_some() {
+            // The driver is to see by what the stage was found to conduct.
+            let shows = guard.conducts && !conducted;
+            if guard.fault.is_some() && !shows {
                 *raw = RawSample::NONE;
-            } else if *duty == 0 {
+            } else if *duty == 0 && *asked > 0 {
+                // It was not put out, and says nothing of the wire.
                 *raw = RawSample { supply: raw.supply, ..RawSample::NONE };
             }
         }
-        if let Some(sequence) = self.frame {
-            self.answer(sequence, now_ns, samples, hardware);
+        if self.guard.iter().take(session.channels).any(|guard| guard.conducts) {
+            self.supply(false, hardware);
         }
     }
 
@@ -352,6 +440,8 @@ impl Firmware {
         let mut answer = Samples {
             sequence,
             state: self.state,
+            stop_open: self.was_open,
+            reset_pressed: self.stop.reset_pressed,
             after_us: (now_ns.saturating_sub(self.begun_ns) / 1000).min(u16::MAX.into()) as u16,
             clock_us: (now_ns / 1000) as u32,
             lost: self.lost,
@@ -368,30 +458,86 @@ impl Firmware {
             *place = guard.fault;
         }
         send(&Frame::Samples(answer), hardware);
+        self.was_open = false;
     }
 
-    /// Silence: off, and reported.
-    fn trip(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
-        hardware.off();
-        let powered = self.put_out().iter().any(|duty| *duty > 0);
-        self.put_zero();
-        self.state = State::Tripped;
-        hardware.tell(Event::Silent { since_ns: now_ns.saturating_sub(self.heard_ns), powered });
+    /// An answer without samples, at once: everything is off.
+    fn answer_nothing(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
         let nothing = [RawSample::NONE; MAX_CHANNELS];
         let nothing = nothing.get(..self.channels()).unwrap_or_default();
         self.answer(self.sequence.unwrap_or(0), now_ns, nothing, hardware);
     }
 
-    fn switch_off(&mut self, hardware: &mut impl Hardware) {
-        hardware.off();
-        self.put_zero();
-        if self.state != State::Boot {
-            self.state = State::Ready;
+    /// Silence: off, and reported.
+    fn trip(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
+        let powered = self.put_out().iter().any(|duty| *duty > 0);
+        self.put_off(now_ns, hardware);
+        self.state = State::Tripped;
+        hardware.tell(Event::Silent { since_ns: now_ns.saturating_sub(self.heard_ns), powered });
+        self.answer_nothing(now_ns, hardware);
+    }
+
+    /// The emergency stop: off as soon as its contact is seen open, and reported.
+    fn look_at_stop(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
+        if !self.session.is_some_and(|session| session.uses_stop) {
+            self.stop = StopPins { closed: true, reset_pressed: false };
+            return;
         }
+        // One that was there and shows nothing is as good as open.
+        self.stop = hardware.stop_inputs().unwrap_or(StopPins { closed: false, reset_pressed: false });
+        if self.stop.closed {
+            return;
+        }
+        self.was_open = true;
+        if self.state != State::Stopped {
+            self.put_off(now_ns, hardware);
+            self.state = State::Stopped;
+            hardware.tell(Event::Stopped);
+            self.answer_nothing(now_ns, hardware);
+        }
+        self.zeros = 0;
+    }
+
+    fn switch_off(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
+        self.put_off(now_ns, hardware);
+        self.state = match self.state {
+            State::Boot => State::Boot,
+            State::Stopped if !self.stop.closed => State::Stopped,
+            _ => State::Ready,
+        };
         hardware.tell(Event::Off);
     }
 
-    fn put_zero(&mut self) {
+    fn clear(&mut self, channel: u8, hardware: &mut impl Hardware) {
+        let channel = usize::from(channel);
+        match (self.guard.get_mut(channel), self.limits.get(channel)) {
+            (Some(guard), Some(limits)) if channel < usize::from(self.who.channels) => {
+                guard.clear(limits, hardware.stage_fault(channel));
+            }
+            _ => self.refused = self.refused.wrapping_add(1),
+        }
+    }
+
+    /// The enable pin, for a period.
+    fn supply(&mut self, on: bool, hardware: &mut impl Hardware) {
+        self.level = match self.session.map(|session| session.enable) {
+            Some(EnableMode::Level) => on,
+            Some(EnableMode::Pulses) => on && !self.level,
+            Some(EnableMode::None) | None => false,
+        };
+        self.is_supplied = on && self.session.is_some_and(|session| session.enable != EnableMode::None);
+        hardware.enable(self.level);
+    }
+
+    /// Everything off, now, and nothing asked for. A period that is cut short counts as one with its whole on-phase.
+    fn put_off(&mut self, now_ns: u64, hardware: &mut impl Hardware) {
+        hardware.off();
+        self.supply(false, hardware);
+        if !self.sampled {
+            let mut nothing = [RawSample::NONE; MAX_CHANNELS];
+            let nothing = nothing.get_mut(..self.channels()).unwrap_or_default();
+            self.judge(nothing, false, now_ns, hardware);
+        }
         self.put = [0; MAX_CHANNELS];
         self.asked = [0; MAX_CHANNELS];
         (self.zeros, self.waiting) = (0, false);

@@ -17,6 +17,7 @@ const HELLO: u8 = 0x01;
 const CONFIGURE: u8 = 0x02;
 const DUTY: u8 = 0x03;
 const OFF: u8 = 0x04;
+const CLEAR: u8 = 0x05;
 const IDENTIFICATION: u8 = 0x81;
 const CONFIGURED: u8 = 0x82;
 const SAMPLES: u8 = 0x83;
@@ -36,6 +37,11 @@ pub enum Frame {
     Duty(Duty),
     /// Down: all outputs off, now.
     Off,
+    /// Down: a client has reset a channel; its fault is to be forgotten, unless its cause may still be there.
+    Clear {
+        /// Which.
+        channel: u8,
+    },
     /// Up: who is there, and what it can do.
     Identification(Identification),
     /// Up: whether a configuration is in force.
@@ -58,6 +64,10 @@ pub struct Configure {
     pub period_ns: u32,
     /// Periods without a good frame after which outputs go off.
     pub watchdog_periods: u16,
+    /// What its enable pin is to carry while outputs may be powered.
+    pub enable: EnableMode,
+    /// Whether the contact of its emergency stop has to be closed for anything to be put out.
+    pub uses_stop: bool,
     /// How many of the channels are used, from the first.
     pub channels: u8,
     /// Of each of them.
@@ -82,6 +92,10 @@ pub struct ChannelLimits {
 pub struct Duty {
     /// One more than that of the frame before it.
     pub sequence: u32,
+    /// So long after it came no output is on any more unless another one came, µs; 0 is no frame.
+    pub valid_us: u32,
+    /// Whether the enable pin may be on.
+    pub supply: bool,
     /// How many channels follow: all that are used.
     pub channels: u8,
     /// Of each, of 65535.
@@ -107,6 +121,10 @@ pub struct Identification {
     pub max_silence_ns: u32,
     /// The largest code of its converters; it stands for full scale.
     pub full_code: u16,
+    /// Which pins it has beside those of the channels.
+    pub features: Features,
+    /// Why it last started.
+    pub reset: ResetCause,
     /// How many channels there are.
     pub channels: u8,
     /// Of each of them.
@@ -126,6 +144,43 @@ pub struct ChannelRange {
     pub limits: ChannelLimits,
 }
 
+/// Pins beside those of the channels.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Features {
+    /// One that switches the supply of all power stages.
+    pub enable: bool,
+    /// Those of an emergency stop.
+    pub stop: bool,
+}
+
+/// What an enable pin carries while outputs may be powered.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum EnableMode {
+    /// Nothing: it is not used, and stays off.
+    #[default]
+    None,
+    /// A level.
+    Level,
+    /// An edge a period, for a watchdog relay.
+    Pulses,
+}
+
+/// Why a microcontroller last started.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ResetCause {
+    /// It cannot tell.
+    #[default]
+    Unknown,
+    /// Its supply came.
+    PowerOn,
+    /// Its supply was too low for a while.
+    BrownOut,
+    /// Its own watchdog: the firmware stood still.
+    Watchdog,
+    /// The firmware itself, or a debugger.
+    Software,
+}
+
 /// Why a configuration is not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
@@ -135,6 +190,8 @@ pub enum Refusal {
     Period,
     /// Outputs would stay on longer without a frame than it allows.
     Silence,
+    /// An enable pin or an emergency stop that it has not.
+    Features,
 }
 
 /// Samples up.
@@ -144,6 +201,10 @@ pub struct Samples {
     pub sequence: u32,
     /// How it is.
     pub state: State,
+    /// Whether the emergency stop's contact was open at any time since the samples before.
+    pub stop_open: bool,
+    /// Whether its reset button is pressed.
+    pub reset_pressed: bool,
     /// From the beginning of the duty frame's period to this frame, µs; 65535 = that or more.
     pub after_us: u16,
     /// Its clock, µs, from any beginning, overflowing.
@@ -158,11 +219,12 @@ pub struct Samples {
     pub sample: [RawSample; MAX_CHANNELS],
     /// What is wrong with each.
     pub fault: [Option<ChannelFault>; MAX_CHANNELS],
-    /// Which duties were cut down to their limit: bit 0 = channel 0.
+    /// Which duties were cut down to a limit, or to what drains of a full account of I²t: bit 0 = channel 0.
     pub limited: u64,
 }
 
-/// Codes of the converters at the end of an on-phase; [`NOT_SAMPLED`] where there was none.
+/// Codes of the converters at the end of an on-phase, with duty 0 in the dark, [`NOT_SAMPLED`] where there was none. A channel that
+/// was not given the duty its frame asked for has none but the supply's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RawSample {
     /// First tap, of the voltages' full scale.
@@ -194,79 +256,71 @@ pub enum State {
     Running,
     /// Silence has switched outputs off; leaves as `Ready` does.
     Tripped,
+    /// The emergency stop has switched outputs off; leaves as `Ready` does, once its contact is closed.
+    Stopped,
 }
 
-/// What is wrong with a channel. Its output is off until it was asked for nothing for a while.
+/// What is wrong with a channel. Its output is off until it is told to forget that, see [`Frame::Clear`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChannelFault {
     /// The current was above its limit in two periods one after the other.
     OverCurrent,
-    /// I²t was used up.
+    /// I²t went a fifth beyond its budget, although the duty had been cut down before.
     Heat,
     /// It was on and no current could be measured, in two periods one after the other.
     Converter,
     /// The power stage says so itself: over-temperature.
     StageHot,
-    /// The power stage says so itself, or does not follow.
+    /// The power stage says so itself, or conducted with duty 0 in two such periods one after the other.
     Stage,
 }
 
-impl State {
+/// The codes of a field's values on the line: their places in a table.
+macro_rules! codes {
+    ($of:ty: $($value:expr),+ $(,)?) => {
+        impl Coded for $of {
+            const ALL: &'static [$of] = &[$($value),+];
+        }
+    };
+}
+
+trait Coded: Copy + PartialEq + 'static {
+    const ALL: &'static [Self];
+
     fn code(self) -> u8 {
-        match self {
-            State::Boot => 0,
-            State::Ready => 1,
-            State::Running => 2,
-            State::Tripped => 3,
-        }
+        Self::ALL.iter().position(|value| *value == self).unwrap_or(0) as u8
     }
 
-    fn of(code: u8) -> Result<State, Error> {
-        [State::Boot, State::Ready, State::Running, State::Tripped]
-            .into_iter()
-            .find(|state| state.code() == code)
-            .ok_or(Error::Value)
+    fn of(code: u8) -> Result<Self, Error> {
+        Self::ALL.get(usize::from(code)).copied().ok_or(Error::Value)
     }
 }
 
-impl ChannelFault {
-    fn code(fault: Option<ChannelFault>) -> u8 {
-        match fault {
-            None => 0,
-            Some(ChannelFault::OverCurrent) => 1,
-            Some(ChannelFault::Heat) => 2,
-            Some(ChannelFault::Converter) => 3,
-            Some(ChannelFault::StageHot) => 4,
-            Some(ChannelFault::Stage) => 5,
-        }
-    }
-
-    fn of(code: u8) -> Result<Option<ChannelFault>, Error> {
-        use ChannelFault::*;
-        [None, Some(OverCurrent), Some(Heat), Some(Converter), Some(StageHot), Some(Stage)]
-            .into_iter()
-            .find(|fault| ChannelFault::code(*fault) == code)
-            .ok_or(Error::Value)
-    }
-}
-
-impl Refusal {
-    fn code(refusal: Option<Refusal>) -> u8 {
-        match refusal {
-            None => 0,
-            Some(Refusal::Channels) => 1,
-            Some(Refusal::Period) => 2,
-            Some(Refusal::Silence) => 3,
-        }
-    }
-
-    fn of(code: u8) -> Result<Option<Refusal>, Error> {
-        [None, Some(Refusal::Channels), Some(Refusal::Period), Some(Refusal::Silence)]
-            .into_iter()
-            .find(|refusal| Refusal::code(*refusal) == code)
-            .ok_or(Error::Value)
-    }
-}
+codes!(bool: false, true);
+codes!(State: State::Boot, State::Ready, State::Running, State::Tripped, State::Stopped);
+codes!(EnableMode: EnableMode::None, EnableMode::Level, EnableMode::Pulses);
+codes!(
+    ResetCause: ResetCause::Unknown,
+    ResetCause::PowerOn,
+    ResetCause::BrownOut,
+    ResetCause::Watchdog,
+    ResetCause::Software,
+);
+codes!(
+    Option<ChannelFault>: None,
+    Some(ChannelFault::OverCurrent),
+    Some(ChannelFault::Heat),
+    Some(ChannelFault::Converter),
+    Some(ChannelFault::StageHot),
+    Some(ChannelFault::Stage),
+);
+codes!(
+    Option<Refusal>: None,
+    Some(Refusal::Channels),
+    Some(Refusal::Period),
+    Some(Refusal::Silence),
+    Some(Refusal::Features),
+);
 
 /// Writes a frame as it goes over the line, zeros and checksum included; gives how many bytes that is. A `line` of
 /// [`wire::MAX_FRAME`] bytes holds any frame.
@@ -293,6 +347,26 @@ pub fn decode(body: &[u8]) -> Result<Frame, Error> {
     }
     let frame = from.frame()?;
     if from.body.is_empty() { Ok(frame) } else { Err(Error::Length) }
+}
+
+/// Writes a hello as a front-end of protocol `version` reads it: its layout is that of all versions, so that each finds out what the
+/// other speaks. Otherwise as [`encode`].
+///
+/// # Errors
+/// [`Error::NoRoom`] where `line` is too short.
+pub fn encode_hello(version: u8, nonce: u32, line: &mut [u8]) -> Result<usize, Error> {
+    let [a, b, c, d] = nonce.to_le_bytes();
+    wire::put(&[version, HELLO, a, b, c, d], line)
+}
+
+/// As [`decode`], of frames that go down: a hello is one whatever its version.
+pub(crate) fn decode_on_device(body: &[u8]) -> Result<Frame, Error> {
+    match (decode(body), body) {
+        (Err(Error::Version { .. }), [_, HELLO, a, b, c, d]) => {
+            Ok(Frame::Hello { nonce: u32::from_le_bytes([*a, *b, *c, *d]) })
+        }
+        (decoded, _) => decoded,
+    }
 }
 
 struct Writer<'a> {
@@ -324,6 +398,11 @@ impl Writer<'_> {
         self.bytes(&value.to_le_bytes())
     }
 
+    /// Two flags in a byte, the first as its lowest bit.
+    fn bits(&mut self, [first, second]: [bool; 2]) -> Result<(), Error> {
+        self.u8(first.code() | second.code() << 1)
+    }
+
     fn limits(&mut self, limits: &ChannelLimits) -> Result<(), Error> {
         self.u16(limits.max_duty)?;
         self.u16(limits.max_current_ma)?;
@@ -343,6 +422,8 @@ impl Writer<'_> {
                 self.u32(configure.session)?;
                 self.u32(configure.period_ns)?;
                 self.u16(configure.watchdog_periods)?;
+                self.u8(configure.enable.code())?;
+                self.u8(configure.uses_stop.code())?;
                 self.u8(configure.channels)?;
                 let limits = configure.limits.get(..usize::from(configure.channels)).ok_or(Error::Value)?;
                 limits.iter().try_for_each(|limits| self.limits(limits))
@@ -350,11 +431,17 @@ impl Writer<'_> {
             Frame::Duty(duty) => {
                 self.u8(DUTY)?;
                 self.u32(duty.sequence)?;
+                self.u32(valid(duty.valid_us)?)?;
+                self.bits([duty.supply, false])?;
                 self.u8(duty.channels)?;
                 let duties = duty.duty.get(..usize::from(duty.channels)).ok_or(Error::Value)?;
                 duties.iter().try_for_each(|duty| self.u16(*duty))
             }
             Frame::Off => self.u8(OFF),
+            Frame::Clear { channel } => {
+                self.u8(CLEAR)?;
+                self.u8(*channel)
+            }
             Frame::Identification(who) => {
                 self.u8(IDENTIFICATION)?;
                 self.u32(who.nonce)?;
@@ -365,6 +452,8 @@ impl Writer<'_> {
                 self.u32(who.max_period_ns)?;
                 self.u32(who.max_silence_ns)?;
                 self.u16(who.full_code)?;
+                self.bits([who.features.enable, who.features.stop])?;
+                self.u8(who.reset.code())?;
                 self.u8(who.channels)?;
                 let ranges = who.channel.get(..usize::from(who.channels)).ok_or(Error::Value)?;
                 ranges.iter().try_for_each(|range| {
@@ -377,7 +466,7 @@ impl Writer<'_> {
             Frame::Configured { session, refusal } => {
                 self.u8(CONFIGURED)?;
                 self.u32(*session)?;
-                self.u8(Refusal::code(*refusal))
+                self.u8(refusal.code())
             }
             Frame::Samples(samples) => self.samples(samples),
         }
@@ -393,12 +482,13 @@ impl Writer<'_> {
         self.u8(SAMPLES)?;
         self.u32(samples.sequence)?;
         self.u8(samples.state.code())?;
+        self.bits([samples.stop_open, samples.reset_pressed])?;
         self.u16(samples.after_us)?;
         self.u32(samples.clock_us)?;
         self.u16(samples.lost)?;
         self.u16(samples.refused)?;
         self.u8(samples.channels)?;
-        self.u8(u8::from(faulty))?;
+        self.u8(faulty.code())?;
         for raw in sample {
             for code in [raw.v1, raw.v2, raw.v3, raw.current, raw.supply] {
                 self.u16(code)?;
@@ -406,10 +496,15 @@ impl Writer<'_> {
         }
         if faulty {
             self.u64(samples.limited)?;
-            fault.iter().try_for_each(|fault| self.u8(ChannelFault::code(*fault)))?;
+            fault.iter().try_for_each(|fault| self.u8(fault.code()))?;
         }
         Ok(())
     }
+}
+
+/// The validity of a duty frame: one that is none is no frame.
+fn valid(valid_us: u32) -> Result<u32, Error> {
+    if valid_us > 0 { Ok(valid_us) } else { Err(Error::Value) }
 }
 
 struct Reader<'a> {
@@ -439,6 +534,15 @@ impl Reader<'_> {
         self.array().map(u64::from_le_bytes)
     }
 
+    fn value<T: Coded>(&mut self) -> Result<T, Error> {
+        T::of(self.u8()?)
+    }
+
+    fn bits(&mut self) -> Result<[bool; 2], Error> {
+        let bits = self.u8()?;
+        if bits <= 0b11 { Ok([bits & 1 != 0, bits & 2 != 0]) } else { Err(Error::Value) }
+    }
+
     fn channels(&mut self) -> Result<u8, Error> {
         let channels = self.u8()?;
         if usize::from(channels) <= MAX_CHANNELS { Ok(channels) } else { Err(Error::Value) }
@@ -458,27 +562,44 @@ impl Reader<'_> {
             HELLO => Frame::Hello { nonce: self.u32()? },
             CONFIGURE => {
                 let (session, period_ns) = (self.u32()?, self.u32()?);
-                let (watchdog_periods, channels) = (self.u16()?, self.channels()?);
+                let (watchdog_periods, enable, uses_stop) = (self.u16()?, self.value()?, self.value()?);
+                let channels = self.channels()?;
                 let mut limits = [ChannelLimits::default(); MAX_CHANNELS];
                 for limits in limits.iter_mut().take(channels.into()) {
                     *limits = self.limits()?;
                 }
-                Frame::Configure(Configure { session, period_ns, watchdog_periods, channels, limits })
+                Frame::Configure(Configure {
+                    session,
+                    period_ns,
+                    watchdog_periods,
+                    enable,
+                    uses_stop,
+                    channels,
+                    limits,
+                })
             }
             DUTY => {
-                let (sequence, channels) = (self.u32()?, self.channels()?);
+                let (sequence, valid_us) = (self.u32()?, valid(self.u32()?)?);
+                let [supply, false] = self.bits()? else { return Err(Error::Value) };
+                let channels = self.channels()?;
                 let mut duty = [0; MAX_CHANNELS];
                 for duty in duty.iter_mut().take(channels.into()) {
                     *duty = self.u16()?;
                 }
-                Frame::Duty(Duty { sequence, channels, duty })
+                Frame::Duty(Duty { sequence, valid_us, supply, channels, duty })
             }
             OFF => Frame::Off,
+            CLEAR => Frame::Clear { channel: self.u8()? },
             IDENTIFICATION => Frame::Identification(self.identification()?),
-            CONFIGURED => Frame::Configured { session: self.u32()?, refusal: Refusal::of(self.u8()?)? },
+            CONFIGURED => Frame::Configured { session: self.u32()?, refusal: self.value()? },
             SAMPLES => Frame::Samples(self.samples()?),
             found => return Err(Error::Kind { found }),
         })
+    }
+
+    fn features(&mut self) -> Result<Features, Error> {
+        let [enable, stop] = self.bits()?;
+        Ok(Features { enable, stop })
     }
 
     fn identification(&mut self) -> Result<Identification, Error> {
@@ -491,6 +612,8 @@ impl Reader<'_> {
             max_period_ns: self.u32()?,
             max_silence_ns: self.u32()?,
             full_code: self.u16()?,
+            features: self.features()?,
+            reset: self.value()?,
             channels: self.channels()?,
             channel: [ChannelRange::default(); MAX_CHANNELS],
         };
@@ -506,9 +629,12 @@ impl Reader<'_> {
     }
 
     fn samples(&mut self) -> Result<Samples, Error> {
+        let (sequence, state, [stop_open, reset_pressed]) = (self.u32()?, self.value()?, self.bits()?);
         let mut samples = Samples {
-            sequence: self.u32()?,
-            state: State::of(self.u8()?)?,
+            sequence,
+            state,
+            stop_open,
+            reset_pressed,
             after_us: self.u16()?,
             clock_us: self.u32()?,
             lost: self.u16()?,
@@ -518,11 +644,7 @@ impl Reader<'_> {
             fault: [None; MAX_CHANNELS],
             limited: 0,
         };
-        let faulty = match self.u8()? {
-            0 => false,
-            1 => true,
-            _ => return Err(Error::Value),
-        };
+        let faulty: bool = self.value()?;
         let channels = usize::from(samples.channels);
         for raw in samples.sample.iter_mut().take(channels) {
             *raw = RawSample {
@@ -536,7 +658,7 @@ impl Reader<'_> {
         if faulty {
             samples.limited = self.u64()?;
             for fault in samples.fault.iter_mut().take(channels) {
-                *fault = ChannelFault::of(self.u8()?)?;
+                *fault = self.value()?;
             }
         }
         Ok(samples)

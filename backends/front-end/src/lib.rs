@@ -31,10 +31,10 @@ mod version;
 pub mod wire;
 
 pub use error::Error;
-pub use firmware::{Event, Firmware, Hardware};
+pub use firmware::{Event, Firmware, Hardware, StopPins};
 pub use frame::{
-    ChannelFault, ChannelLimits, ChannelRange, Configure, Duty, FULL_DUTY, Frame, Identification, MAX_CHANNELS,
-    NOT_SAMPLED, RawSample, Refusal, Samples, State, decode, encode,
+    ChannelFault, ChannelLimits, ChannelRange, Configure, Duty, EnableMode, FULL_DUTY, Features, Frame, Identification,
+    MAX_CHANNELS, NOT_SAMPLED, RawSample, Refusal, ResetCause, Samples, State, decode, encode, encode_hello,
 };
 pub use version::VERSION;
 pub use wire::{Decoder, MAX_BODY, MAX_FRAME};

@@ -1,4 +1,4 @@
 //! The protocol's version.
 
 /// Version of the protocol: the first byte of every frame.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;

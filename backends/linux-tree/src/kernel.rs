@@ -7,6 +7,7 @@ use sinew_backend::{Backend, Sample};
 use sinew_rig::Rig;
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
+use crate::gpio::{Line, Lines};
 use crate::iio::{Converter, Input};
 use crate::pwm::{Chip, Output};
 
@@ -41,6 +42,8 @@ pub struct Kernel {
     pub chips: Vec<Chip>,
     /// Converters, one for each wire.
     pub converters: Vec<Converter>,
+    /// Lines, and what hangs on them.
+    lines: Lines,
     /// What each write to a duty takes, as on a slow bus.
     pub write_takes: Duration,
     /// Whether the chips are no longer there.
@@ -92,6 +95,7 @@ impl Kernel {
         Ok(Kernel {
             chips: (0..channels.div_ceil(OUTPUTS)).map(chip).collect(),
             converters: rig.channels.iter().enumerate().map(converter).collect(),
+            lines: Lines::new(rig),
             write_takes: Duration::ZERO,
             unplugged: false,
             plugged: 0,
@@ -109,6 +113,21 @@ impl Kernel {
         &self.chips[channel / OUTPUTS].outputs[channel % OUTPUTS]
     }
 
+    /// A line, where there is one.
+    pub fn line(&self, number: u32) -> Option<&Line> {
+        self.lines.numbered(number)
+    }
+
+    /// The same, to break it.
+    pub fn line_mut(&mut self, number: u32) -> Option<&mut Line> {
+        self.lines.numbered_mut(number)
+    }
+
+    /// Whether the power stages have their supply.
+    pub fn has_supply(&self) -> bool {
+        self.lines.has_supply()
+    }
+
     /// The simulated wires.
     pub fn rig(&self) -> &SimulatedRig {
         &self.rig
@@ -119,7 +138,7 @@ impl Kernel {
         self.rig.faults()
     }
 
-    /// Takes chips and converters away: their files vanish, what is open answers ENODEV, nothing is put out.
+    /// Takes chips, converters and lines away: their files vanish, what is open answers ENODEV, nothing is put out.
     pub fn unplug(&mut self) {
         self.unplugged = true;
         for converter in &mut self.converters {
@@ -128,6 +147,7 @@ impl Kernel {
         for output in self.chips.iter_mut().flat_map(|chip| &mut chip.outputs) {
             *output = Output { changed: Some(std::time::Instant::now()), ..Output::default() };
         }
+        self.lines.unplug();
     }
 
     /// Brings them back, as after a reset: nothing is exported, no buffer runs.
@@ -142,9 +162,18 @@ impl Kernel {
     /// One period of PWM passes with the duties that are put out, and the converters convert.
     pub(crate) fn pass(&mut self) {
         let duty: Vec<f64> = (0..self.samples.len()).map(|channel| self.output(channel).duty()).collect();
+        self.lines.pass();
+        if self.lines.has_supply() {
+            self.rig.restore();
+        } else {
+            self.rig.cut();
+        }
         self.rig.put_out(&duty);
         if self.rig.exchange(&duty, &mut self.samples).is_err() {
             self.samples.fill(Sample::NONE);
+        }
+        if let Some(inputs) = self.rig.stop_inputs() {
+            self.lines.show_stop(inputs);
         }
         self.periods += 1;
         let time_ns = (self.periods * self.period_ns).cast_signed();
@@ -153,7 +182,10 @@ impl Kernel {
                 continue;
             }
             let sample = self.samples[channel];
-            let off = Sample { v1_v: 0.0, v2_v: 0.0, v3_v: 0.0, current_a: 0.0, supply_v: self.supply_v[channel] };
+            let supply_v = if self.lines.has_supply() { self.supply_v[channel] } else { 0.0 };
+            let off = Sample { v1_v: 0.0, v2_v: 0.0, v3_v: 0.0, current_a: 0.0, supply_v };
+            // More than what is put out, where the stage conducts by itself.
+            let on_share = self.rig.truth(channel).map_or(duty[channel], |truth| truth.duty);
             let convert = |converter: &mut Converter, sample: &Sample| {
                 let values = [sample.v1_v, sample.v2_v, sample.v3_v, sample.supply_v, sample.current_a];
                 for (input, value) in converter.inputs.iter_mut().zip(values) {
@@ -169,7 +201,7 @@ impl Kernel {
                 Scans::OnPhase => {}
                 Scans::Free(times) => {
                     for moment in 0..times {
-                        let on = (moment as f64 + 0.5) / (times as f64) < duty[channel];
+                        let on = (moment as f64 + 0.5) / (times as f64) < on_share;
                         convert(converter, if on { &sample } else { &off });
                     }
                 }
@@ -184,7 +216,18 @@ impl Kernel {
         match parts[..] {
             [] => folder(&["sys", "dev"]),
             ["sys"] => folder(&["class", "bus", "devices"]),
-            ["sys", "class"] => folder(&["pwm"]),
+            ["sys", "class"] => folder(&["pwm", "gpio"]),
+            ["sys", "class", "gpio"] => {
+                Some(Node::Folder(if self.unplugged { Vec::new() } else { self.lines.names() }))
+            }
+            ["sys", "class", "gpio", name] if !self.unplugged => {
+                self.lines.line(name)?;
+                folder(&["value", "direction", "active_low"])
+            }
+            ["sys", "class", "gpio", name, file] if !self.unplugged => {
+                let shown = self.lines.line(name)?.show(file);
+                (!matches!(shown, Ok(None))).then_some(Node::File)
+            }
             ["sys", "class", "pwm"] => {
                 let there = if self.unplugged { 0 } else { self.chips.len() };
                 Some(Node::Folder((0..there).map(|chip| format!("pwmchip{}", chip * OUTPUTS)).collect()))
@@ -291,6 +334,10 @@ impl Kernel {
         let parts: Vec<&'a str> = path.split('/').collect();
         match parts[..] {
             ["sys", "bus", "iio", "devices", "trigger0", "name"] => Some(Place::Trigger),
+            ["sys", "class", "gpio", name, file] if !self.unplugged => {
+                let number = name.strip_prefix("gpio")?.parse().ok()?;
+                self.lines.numbered(number).map(|_| Place::Line(number, file))
+            }
             ["sys", "devices", "i2c-1", _, "pwm", chip, ref rest @ ..] => match *rest {
                 [file] => Some(Place::Chip(self.chip(chip)?, file)),
                 [output, file] => {
@@ -348,6 +395,7 @@ impl Kernel {
                 self.chips[chip].outputs.get(number).and_then(|output| output.show(file))
             }
             Place::Converter(device, folder, file) => self.converters[device].show(folder, file)?,
+            Place::Line(number, file) => self.lines.numbered(number).ok_or(Errno::ENODEV)?.show(file)?,
         };
         let text = text.ok_or(Errno::ENODEV)?.trim_end().to_string() + "\n";
         let bytes = text.as_bytes();
@@ -368,6 +416,7 @@ impl Kernel {
             Place::Converter(device, folder, file) => {
                 self.converters[device].store(folder, file, text, &[TRIGGER.to_string()])
             }
+            Place::Line(number, file) => self.lines.numbered_mut(number).ok_or(Errno::ENODEV)?.store(file, text),
         }
     }
 }
@@ -377,4 +426,5 @@ enum Place<'a> {
     Chip(usize, &'a str),
     Output(usize, usize, &'a str),
     Converter(usize, &'a str, &'a str),
+    Line(u32, &'a str),
 }

@@ -1,4 +1,4 @@
-//! A simulated rig as Linux devices: `/sys/class/pwm`, `/sys/bus/iio/devices` and `/dev/iio:deviceN` under any
+//! A simulated rig as Linux devices: `/sys/class/pwm`, `/sys/bus/iio/devices`, `/dev/iio:deviceN` and `/sys/class/gpio` under any
 //! folder, behaving like the kernel, with simulated wires behind them.
 //!
 //! It is a file system in user space, so that every read and write behaves as in the kernel: a state of PWM is applied or
@@ -19,6 +19,7 @@
 #![forbid(unsafe_code)]
 
 mod files;
+mod gpio;
 mod iio;
 mod kernel;
 mod mounts;
@@ -34,6 +35,7 @@ use std::time::{Duration, Instant};
 use fuser::{BackgroundSession, Config, MountOption};
 use sinew_rig::Rig;
 
+pub use gpio::{ENABLE, Line, RESET, STOP, value_file};
 pub use iio::{Converter, Input};
 pub use kernel::{Kernel, Scans, TRIGGER};
 pub use pwm::{Chip, Output};
@@ -51,7 +53,8 @@ pub struct Tree {
 impl Tree {
     /// Shows a rig under `root`, a folder that exists: channel n on output n % 16 of `pwmchip(n / 16 · 16)`, with a converter of
     /// its own, `iio:deviceN`, whose inputs `in_voltage0` to `in_voltage3` are V1, V2, V3 and the supply, and whose
-    /// `in_current0` is the current. Time stands still until [`Tree::pass`] or [`Tree::run`].
+    /// `in_current0` is the current. The line [`ENABLE`] switches the supply of all stages where the rig has one that does, [`STOP`] is the
+    /// contact of its emergency stop and [`RESET`] the button, with the rig's polarities. Time stands still until [`Tree::pass`] or [`Tree::run`].
     ///
     /// # Errors
     /// No FUSE here, or a rig that cannot be simulated.

@@ -69,6 +69,9 @@ fn trial(file: &str, cycles: Option<u64>) -> Result<(), Box<dyn std::error::Erro
         count += 1;
         thread::sleep(period.saturating_sub(took));
     }
+    if let Some(inputs) = backend.stop_inputs() {
+        println!("emergency stop: {inputs:?}");
+    }
     assert_eq!(backend.stop(), sinew_backend::Zero::Confirmed);
     times.sort_unstable();
     let (median, worst) = (times[times.len() / 2], times[times.len() - 1]);

@@ -7,16 +7,18 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use rustix::io::Errno;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Zero, check_exchange};
 use sinew_rig::LEAST_SILENCE_PERIODS;
 
 use crate::Error;
 use crate::guard::{self, Guard, Watch};
 use crate::iio::{self, Device};
+use crate::line::{self, Contact, Place};
 use crate::mender::Mender;
 use crate::pwm::{self, Chip, Output};
 use crate::sampler::Sampler;
 use crate::settings::Settings;
+use crate::supply::Supply;
 
 /// A rig whose power stages hang on Linux's PWM outputs and whose converters are IIO devices.
 #[derive(Debug)]
@@ -32,6 +34,19 @@ pub struct LinuxRig {
     names: Vec<String>,
     /// While it is started.
     mender: Option<Mender<Running>>,
+    /// Whether the supply is to stay off.
+    is_cut: bool,
+    stop: StopContact,
+}
+
+/// The emergency stop's inputs. Apart from everything else that is open: they are read while outputs or guard are looked for.
+#[derive(Debug)]
+struct StopContact {
+    open: Option<Contact>,
+    /// While the backend is started, where there is one.
+    mender: Option<Mender<Contact>>,
+    /// What they showed in the last exchange.
+    shown: StopInputs,
 }
 
 /// What the names of the settings stand for.
@@ -39,6 +54,16 @@ pub struct LinuxRig {
 struct Found {
     outputs: Vec<(Chip, u32)>,
     devices: Vec<Device>,
+    /// The line that switches the supply.
+    enable: Option<Place>,
+}
+
+/// What the names of the lines stand for.
+#[derive(Debug)]
+struct Lines {
+    enable: Option<Place>,
+    contact: Option<Place>,
+    reset: Option<Place>,
 }
 
 /// What is open between start and stop.
@@ -47,7 +72,10 @@ struct Running {
     outputs: Vec<Output>,
     /// Whether each channel was given a duty in the period just past.
     driven: Vec<bool>,
+    /// What has failed of each channel alone in the last exchange.
+    failed: Vec<Option<ChannelFault>>,
     sampler: Sampler,
+    supply: Option<Supply>,
     /// Periods until the next beat.
     beat_in: u64,
     /// The output that is written at the next beat whether its duty changes or not: so it is noticed when a chip is gone, or when
@@ -78,6 +106,8 @@ impl LinuxRig {
             confirmed: vec![true; settings.channels.len()],
             names,
             mender: None,
+            is_cut: false,
+            stop: StopContact { open: None, mender: None, shown: StopInputs::OPEN },
             settings,
         })
     }
@@ -88,10 +118,12 @@ impl LinuxRig {
     /// What a file of the kernel, or the guard, has to say.
     pub fn bring_up(&mut self) -> Result<(), Error> {
         let _ = self.stop();
+        self.stop.start(&self.settings)?;
         self.running = Some(Running::open(&self.settings)?);
         self.confirmed.fill(true);
+        self.is_cut = false;
         let settings = self.settings.clone();
-        self.mender = Some(Mender::start(move || Running::open(&settings))?);
+        self.mender = Some(Mender::start("the outputs and converters", move || Running::open(&settings))?);
         Ok(())
     }
 
@@ -138,11 +170,92 @@ impl Found {
             let there = iio::triggers(&settings.root);
             if !there.contains(trigger) {
                 let there = if there.is_empty() { "none".into() } else { there.join(", ") };
-                return Err(Error::name("", "trigger", trigger, format!("there is no such trigger; there is {there}")));
+                return Err(Error::name(
+                    "",
+                    "linux.trigger",
+                    trigger,
+                    format!("there is no such trigger; there is {there}"),
+                ));
             }
         }
-        Ok(Found { outputs, devices })
+        let enable = Found::lines(settings)?.enable;
+        Ok(Found { outputs, devices, enable })
     }
+
+    /// The lines that the settings name.
+    fn lines(settings: &Settings) -> Result<Lines, Error> {
+        let Settings { root, enable, stop, .. } = settings;
+        // No node is opened where no line is wanted.
+        let chips = if enable.is_some() || stop.is_some() { line::chips(root) } else { Vec::new() };
+        let mut taken: Vec<(&str, Place)> = Vec::new();
+        let mut find = |key, name: &str| {
+            let place = line::find(root, &chips, name).map_err(|reason| Error::name("", key, name, reason))?;
+            if let Some((other, _)) = taken.iter().find(|(_, there)| *there == place) {
+                return Err(Error::name("", key, name, format!("{other} is that line already")));
+            }
+            taken.push((key, place.clone()));
+            Ok(place)
+        };
+        let enable = enable.as_ref().map(|enable| find("enable.line", &enable.line)).transpose()?;
+        let contact = stop.as_ref().map(|stop| find("estop.line", &stop.line)).transpose()?;
+        let reset = stop.as_ref().and_then(|stop| stop.reset_line.as_ref());
+        let reset = reset.map(|name| find("estop.reset_line", name)).transpose()?;
+        Ok(Lines { enable, contact, reset })
+    }
+}
+
+impl StopContact {
+    /// Opens it where the settings have one.
+    fn start(&mut self, settings: &Settings) -> Result<(), Error> {
+        let Some(stop) = &settings.stop else { return Ok(()) };
+        let (inversed, settings) = (stop.inversed, settings.clone());
+        let open = move || {
+            let Lines { contact, reset, .. } = Found::lines(&settings)?;
+            let contact = contact.ok_or_else(|| Error::name("", "estop.line", "", "expected a line"))?;
+            Contact::open(&contact, reset.as_ref(), inversed)
+        };
+        self.open = Some(open()?);
+        self.mender = Some(Mender::start("the emergency stop's lines", open)?);
+        Ok(())
+    }
+
+    fn end(&mut self) {
+        (self.open, self.mender, self.shown) = (None, None, StopInputs::OPEN);
+    }
+
+    /// What it shows now; where that cannot be read, as if it were open.
+    #[inline]
+    fn look(&mut self) {
+        let Some(mender) = &self.mender else { return };
+        if self.open.is_none() {
+            self.open = mender.found();
+        }
+        self.shown = match self.open.as_ref().map(Contact::read) {
+            Some(Ok((is_closed, is_reset_pressed))) => StopInputs { is_closed, is_reset_pressed },
+            Some(Err(errno)) => {
+                if is_gone(errno) {
+                    mender.lost(&mut self.open);
+                }
+                StopInputs::OPEN
+            }
+            None => StopInputs::OPEN,
+        };
+    }
+
+    /// Whether the supply may be on, as far as it is about the contact: it is not waited for the driver's latch.
+    fn permits(&self) -> bool {
+        self.mender.is_none() || self.shown.is_closed
+    }
+}
+
+/// Whether a file is of a device that is no longer there, and stays dead even when it returns.
+fn is_gone(errno: Errno) -> bool {
+    matches!(errno, Errno::NODEV | Errno::NXIO | Errno::NOENT)
+}
+
+fn whole(errno: Errno) -> BackendError {
+    let os_error = errno.raw_os_error();
+    if is_gone(errno) { BackendError::Unavailable { os_error } } else { BackendError::Io { os_error } }
 }
 
 impl Running {
@@ -154,13 +267,25 @@ impl Running {
         let folders: Vec<PathBuf> = exported.collect::<Result<_, Error>>()?;
         // Before anything is changed, the outputs have to be ours.
         let held: Vec<PathBuf> = folders.iter().map(|folder| folder.join("duty_cycle")).collect();
-        let guard = Guard::start(&settings.guard, Duration::from_secs_f64(silence_s(settings)), &held)?;
+        let enable = found.enable.as_ref().zip(settings.enable.as_ref());
+        let line = enable.map(|(place, enable)| line::Output::open(place, enable.inversed)).transpose()?;
+        let silence = Duration::from_secs_f64(silence_s(settings));
+        let guard = Guard::start(&settings.guard, silence, line.as_ref(), &held)?;
+        let supply = line.zip(settings.enable.as_ref()).map(|(line, enable)| Supply::set_up(line, enable.pulses));
+        let supply = supply.transpose()?;
         let set_up = folders.iter().zip(&settings.channels);
         let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inversed));
         let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
         let Settings { sampling, trigger, phase, channels, .. } = settings;
         let sampler = Sampler::open(&found.devices, channels, *sampling, trigger.as_deref(), *phase)?;
-        Ok(Running { driven: vec![false; outputs.len()], outputs, sampler, beat_in: 0, refresh: 0, guard })
+        let (driven, failed) = (vec![false; outputs.len()], vec![None; outputs.len()]);
+        Ok(Running { driven, failed, outputs, sampler, supply, beat_in: 0, refresh: 0, guard })
+    }
+
+    /// The supply for this period, or none.
+    #[inline]
+    fn drive_supply(&mut self, on: bool) -> Result<(), Errno> {
+        self.supply.as_mut().map_or(Ok(()), |supply| supply.drive(on))
     }
 
     /// All outputs to zero, as far as they can be written; the guard does it again.
@@ -171,6 +296,15 @@ impl Running {
         }
     }
 
+    /// Whatever the outputs and the supply have now, by the guard or without one: the supply is off, and zero is to be written.
+    fn give_up(&mut self) {
+        if let Some(supply) = &mut self.supply {
+            supply.forget();
+        }
+        let _ = self.drive_supply(false);
+        self.outputs.iter_mut().for_each(Output::forget);
+    }
+
     fn fail(
         &mut self,
         samples: &mut [Sample],
@@ -178,6 +312,7 @@ impl Running {
         error: BackendError,
     ) -> Result<(), BackendError> {
         self.zero(confirmed);
+        self.failed.fill(None);
         samples.fill(Sample::NONE);
         Err(error)
     }
@@ -192,6 +327,9 @@ impl Running {
         self.beat_in = every - 1;
         if let Some(output) = self.outputs.get_mut(self.refresh) {
             output.forget();
+        }
+        if let Some(supply) = &mut self.supply {
+            supply.forget();
         }
         self.refresh = (self.refresh + 1) % self.outputs.len().max(1);
         self.guard.beat()
@@ -210,6 +348,7 @@ impl Running {
             let put = self.outputs[channel].put(asked);
             self.driven[channel] = asked > 0.0 && put.is_ok();
             confirmed[channel] = put.is_ok();
+            self.failed[channel] = None;
             let trouble = match (sampled, put) {
                 (Ok(_), Ok(())) => continue,
                 (Err(errno), _) => (channel, ChannelFault::Converter, errno),
@@ -221,19 +360,35 @@ impl Running {
                 }
             };
             failures += 1;
+            self.failed[channel] = Some(trouble.1);
             failed = failed.or(Some(trouble));
         }
         let Some((channel, fault, errno)) = failed else { return Ok(()) };
         if failures < samples.len() {
             return Err(BackendError::Channel { channel: channel as u32, fault });
         }
-        let os_error = errno.raw_os_error();
-        let gone = matches!(errno, Errno::NODEV | Errno::NXIO | Errno::NOENT);
-        self.fail(
-            samples,
-            confirmed,
-            if gone { BackendError::Unavailable { os_error } } else { BackendError::Io { os_error } },
-        )
+        self.fail(samples, confirmed, whole(errno))
+    }
+
+    /// A period under the guard's eyes: samples, duties, and the supply once they are put out.
+    fn period(
+        &mut self,
+        supplied: bool,
+        duty: &[f64],
+        samples: &mut [Sample],
+        confirmed: &mut [bool],
+    ) -> Result<(), BackendError> {
+        let exchanged = self.exchange(duty, samples, confirmed);
+        // Nothing is lost with the supply where the exchange has failed as a whole, and an output that may not be at zero is off by it.
+        let is_alone = matches!(exchanged, Ok(()) | Err(BackendError::Channel { .. }));
+        let supplied = supplied && (is_alone || confirmed.iter().all(|confirmed| *confirmed));
+        match self.drive_supply(supplied) {
+            Ok(()) => exchanged,
+            Err(errno) => {
+                let _ = self.drive_supply(false);
+                self.fail(samples, confirmed, whole(errno))
+            }
+        }
     }
 }
 
@@ -252,6 +407,7 @@ impl Backend for LinuxRig {
 
     fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
         let Some(mender) = &self.mender else { return Err(BackendError::NotStarted) };
+        self.stop.look();
         if self.running.is_none() {
             self.running = mender.found();
             if self.running.is_some() {
@@ -264,13 +420,18 @@ impl Backend for LinuxRig {
             samples.fill(Sample::NONE);
             return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
         };
+        let supplied = !self.is_cut && self.stop.permits();
+        if !supplied {
+            // Before anything else, which may take its time; one that has failed is tried again below.
+            let _ = running.drive_supply(false);
+        }
         if let Err(error) = check_exchange(self.settings.channels.len(), duty, samples) {
             return running.fail(samples, confirmed, error);
         }
         // First of all, so that the guard watches before the first duty goes out.
         match running.watch(self.beat_every) {
             Watch::Good => {
-                let exchanged = running.exchange(duty, samples, confirmed);
+                let exchanged = running.period(supplied, duty, samples, confirmed);
                 if matches!(exchanged, Err(BackendError::Unavailable { .. })) {
                     // Files of an unplugged device stay dead even when it returns.
                     mender.lost(&mut self.running);
@@ -278,14 +439,14 @@ impl Backend for LinuxRig {
                 exchanged
             }
             Watch::Zeroed => {
-                running.outputs.iter_mut().for_each(Output::forget);
+                running.give_up();
                 let waited_us = self.silence.as_micros().min(u128::from(u32::MAX)) as u32;
                 running.fail(samples, confirmed, BackendError::Timeout { waited_us })
             }
             watch @ (Watch::Silent | Watch::Gone) => {
                 // Queried again in the next period, and until it answers nothing is output.
                 running.beat_in = 0;
-                running.outputs.iter_mut().for_each(Output::forget);
+                running.give_up();
                 let gone = BackendError::Unavailable { os_error: Errno::PIPE.raw_os_error() };
                 let failed = running.fail(samples, confirmed, gone);
                 if watch == Watch::Gone {
@@ -307,6 +468,10 @@ impl Backend for LinuxRig {
         self.confirmed.get(channel).is_none_or(|confirmed| *confirmed)
     }
 
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        self.running.as_ref()?.failed.get(channel).copied().flatten()
+    }
+
     fn silence_s(&self) -> Option<f64> {
         Some(self.silence.as_secs_f64())
     }
@@ -315,17 +480,36 @@ impl Backend for LinuxRig {
         self.names.get(channel).cloned()
     }
 
+    fn cut(&mut self) -> bool {
+        self.is_cut = self.settings.enable.is_some();
+        if let Some(running) = &mut self.running {
+            // One that has failed is off with the next exchange, or fails that.
+            let _ = running.drive_supply(false);
+        }
+        self.is_cut
+    }
+
+    fn restore(&mut self) {
+        self.is_cut = false;
+    }
+
+    fn stop_inputs(&self) -> Option<StopInputs> {
+        self.settings.stop.is_some().then_some(self.stop.shown)
+    }
+
     fn stop(&mut self) -> Zero {
         if let Some(mut running) = self.running.take() {
+            let _ = running.drive_supply(false);
             running.zero(&mut self.confirmed);
-            let Running { guard, outputs, .. } = running;
-            drop(outputs);
+            let Running { guard, outputs, supply, .. } = running;
+            drop((outputs, supply));
             // The guard does it again, until it has worked.
             if guard.end() {
                 self.confirmed.fill(true);
             }
         }
         self.mender = None;
+        self.stop.end();
         Zero::confirmed_if(self.confirmed.iter().all(|confirmed| *confirmed))
     }
 }

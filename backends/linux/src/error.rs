@@ -11,7 +11,7 @@ pub enum Error {
     Name {
         /// The channel, empty where it is about the backend as a whole.
         channel: String,
-        /// The key of the rig file.
+        /// The key of the rig file: in `[channel.linux]`, or with its table in `[backend]`.
         key: &'static str,
         /// What it says.
         found: String,
@@ -71,7 +71,7 @@ impl Error {
                 ),
                 io::ErrorKind::NotFound => "the device is gone, or its driver is not loaded; `dmesg` tells".into(),
                 _ if error.raw_os_error() == Some(rustix::io::Errno::BUSY.raw_os_error()) => {
-                    "somebody else has it: another driver, iio_readdev, a kernel driver such as a fan's or a backlight's".into()
+                    "somebody else has it: another driver, iio_readdev, gpioset, a kernel driver such as a fan's or a backlight's".into()
                 }
                 _ => "`dmesg` may tell more".into(),
             },
@@ -87,7 +87,7 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Name { channel, key, found, reason } if channel.is_empty() => {
-                write!(f, "backend.linux.{key} = \"{found}\": {reason}")
+                write!(f, "backend.{key} = \"{found}\": {reason}")
             }
             Error::Name { channel, key, found, reason } => {
                 write!(f, "channel \"{channel}\": linux.{key} = \"{found}\": {reason}")

@@ -9,6 +9,9 @@
 //! - The guard itself hangs: the driver detects the missing echo, fails its exchange and sets the outputs to zero, until it answers.
 //! - The guard itself dies: the same, and the driver starts another one.
 //!
+//! Where a line switches the supply of all power stages, the guard holds that too, by a file of its own or by the driver's request of it,
+//! which it inherits: the line stays requested while either lives. It is put off together with the outputs, and before them.
+//!
 //! One byte goes each way: the driver's beat is answered by an echo, and `ZEROED` notifies it that the outputs were set to zero.
 //! The guard wakes a few times in a beat, is scheduled above the loop where Linux allows it, locks its memory, and does nothing
 //! else. Both killed at once leave the outputs as they are: only hardware protects against that (docs/linux-backend.md).
@@ -34,6 +37,7 @@ use sinew_realtime as realtime;
 use sinew_realtime::{Held, Mode, Wish};
 
 use crate::Error;
+use crate::line::{NO_LINE, Output};
 use crate::sysfs::Attribute;
 
 /// The word that makes a program a guard: its first argument.
@@ -80,20 +84,30 @@ pub(crate) enum Watch {
 }
 
 impl Guard {
-    /// Starts the guard over these outputs (`duty_cycle` files) and waits until it holds them.
-    pub fn start(program: &(PathBuf, Vec<String>), silence: Duration, outputs: &[PathBuf]) -> Result<Guard, Error> {
+    /// Starts the guard over these outputs (`duty_cycle` files) and the line of the supply, and waits until it holds them.
+    pub fn start(
+        program: &(PathBuf, Vec<String>),
+        silence: Duration,
+        supply: Option<&Output>,
+        outputs: &[PathBuf],
+    ) -> Result<Guard, Error> {
         let failed = |reason: String| Error::Guard { reason };
         let io = |what: &str| {
             let what = what.to_string();
             move |error: io::Error| Error::Guard { reason: format!("{what}: {error}") }
         };
         let (line, other) = UnixStream::pair().map_err(io("socket"))?;
+        let (told, handed) = match supply {
+            Some(line) => line.hand_over().map_err(io("the enable line"))?,
+            None => (vec![NO_LINE.into()], Stdio::null()),
+        };
         let child = Command::new(&program.0)
             .args(&program.1)
             .arg(silence.as_micros().to_string())
+            .args(told)
             .args(outputs)
             .stdin(Stdio::from(OwnedFd::from(other)))
-            .stdout(Stdio::null())
+            .stdout(handed)
             // A Ctrl-C in the terminal is for the driver; the guard ends when that has.
             .process_group(0)
             .spawn()
@@ -186,9 +200,9 @@ impl Drop for Guard {
     }
 }
 
-/// The guard's whole life: `arguments` are the time of silence in µs and the outputs' `duty_cycle` files, standard input is the
-/// socket to the driver. A program that is to be its own guard calls this first thing in `main` when its first argument is
-/// [`WORD`].
+/// The guard's whole life: `arguments` are the time of silence in µs, the line of the supply and the outputs' `duty_cycle` files, standard
+/// input is the socket to the driver, standard output the request of that line where a chip has it. A program that is to be its own
+/// guard calls this first thing in `main` when its first argument is [`WORD`].
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let line = io::stdin();
     let line = line.as_fd();
@@ -207,11 +221,15 @@ fn watch(line: impl AsFd, mut arguments: impl Iterator<Item = OsString>) -> Resu
     let Some(silence) = silence.filter(|silence| !silence.is_zero()) else {
         return Err("this is a part of `sinew run`, which starts it by itself".into());
     };
+    let supply = Output::take_over(&mut arguments)?;
     let open = |path: OsString| Attribute::to_write(path.into()).map_err(|error| error.to_string());
     let outputs: Vec<Attribute> = arguments.map(open).collect::<Result<_, String>>()?;
-    for output in &outputs {
+    // A request of a line is exclusive by itself.
+    let file_of_supply = supply.as_ref().and_then(Output::attribute);
+    for output in outputs.iter().chain(file_of_supply) {
         own(output)?;
     }
+    let zero = || zero(supply.as_ref(), &outputs);
     let _held = last_long();
     send(&line, &[READY], SendFlags::NOSIGNAL).map_err(|errno| format!("the driver is gone: {errno}"))?;
 
@@ -242,7 +260,7 @@ fn watch(line: impl AsFd, mut arguments: impl Iterator<Item = OsString>) -> Resu
             Err(_) => break,
         }
         if last_beat.is_some_and(|beat| beat.elapsed() >= silence) {
-            zero(&outputs);
+            zero();
             if !told {
                 told = send(&line, &[ZEROED], SendFlags::DONTWAIT | SendFlags::NOSIGNAL).is_ok();
             }
@@ -251,7 +269,7 @@ fn watch(line: impl AsFd, mut arguments: impl Iterator<Item = OsString>) -> Resu
         }
     }
     let since = Instant::now();
-    while !zero(&outputs) {
+    while !zero() {
         if since.elapsed() > GIVE_UP {
             return Err("some outputs could not be put to zero; take the supply away".into());
         }
@@ -260,12 +278,16 @@ fn watch(line: impl AsFd, mut arguments: impl Iterator<Item = OsString>) -> Resu
     Ok(())
 }
 
-/// All outputs to zero; whether that worked, or there is nothing left to be put to zero.
-fn zero(outputs: &[Attribute]) -> bool {
-    let zeroed =
-        |output: &Attribute| matches!(output.write(0), Ok(()) | Err(Errno::NODEV | Errno::NXIO | Errno::NOENT));
+/// The supply off and all outputs to zero; whether that worked, or there is nothing left to be put off.
+fn zero(supply: Option<&Output>, outputs: &[Attribute]) -> bool {
+    let is_done = |written| matches!(written, Ok(()) | Err(Errno::NODEV | Errno::NXIO | Errno::NOENT));
+    // A file of a line that is an input still, and is nothing to be put off, answers EPERM.
+    let is_off = supply.is_none_or(|line| match line.put(false) {
+        Err(Errno::PERM) => true,
+        written => is_done(written),
+    });
     // every one of them, whatever became of those before
-    outputs.iter().map(zeroed).fold(true, |all, one| all & one)
+    outputs.iter().map(|output| is_done(output.write(0))).fold(is_off, |all, one| all & one)
 }
 
 /// Takes an output for this driver alone.

@@ -31,11 +31,11 @@ struct Shared<T> {
 }
 
 impl<T: Send + 'static> Mender<T> {
-    /// Starts the thread; `open` is how what was lost is opened anew.
-    pub fn start(open: impl Fn() -> Result<T, Error> + Send + 'static) -> Result<Mender<T>, Error> {
+    /// Starts the thread; `open` is how what was lost is opened anew, and `what` that is.
+    pub fn start(what: &'static str, open: impl Fn() -> Result<T, Error> + Send + 'static) -> Result<Mender<T>, Error> {
         let shared = Arc::new(Shared { lost: Mutex::new(None), found: Mutex::new(None), stop: AtomicBool::new(false) });
         let theirs = shared.clone();
-        let thread = thread::Builder::new().name("sinew-mender".into()).spawn(move || theirs.mend(&open));
+        let thread = thread::Builder::new().name("sinew-mender".into()).spawn(move || theirs.mend(what, &open));
         let thread = thread.map_err(|error: io::Error| Error::Guard { reason: format!("a thread: {error}") })?;
         Ok(Mender { shared, thread: Some(thread) })
     }
@@ -56,7 +56,7 @@ impl<T: Send + 'static> Mender<T> {
 }
 
 impl<T> Shared<T> {
-    fn mend(&self, open: &impl Fn() -> Result<T, Error>) {
+    fn mend(&self, what: &str, open: &impl Fn() -> Result<T, Error>) {
         // Keep off the loop's core.
         let mut all = CpuSet::new();
         (0..CpuSet::MAX_CPU).for_each(|cpu| all.set(cpu));
@@ -77,7 +77,7 @@ impl<T> Shared<T> {
                     *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(running);
                     missing = false;
                     told.clear();
-                    tracing::info!("the outputs and converters are back");
+                    tracing::info!("{what} are back");
                 }
                 Err(error) => {
                     let words = error.to_string();

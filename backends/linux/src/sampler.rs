@@ -136,6 +136,8 @@ impl Sampler {
             return self.read(current, 0).map(|_| Sample::NONE);
         }
         let on_phase = |sample: &Sample| sample.v3_v >= *on_voltage_v || sample.current_a >= *on_current_a;
+        // With the gate closed no scan has to show an on-phase: what the newest shows is what flows nevertheless.
+        let mut dark = Sample::NONE;
         let mut age = 0;
         loop {
             let read = |input: Option<Input>, age| match input {
@@ -146,15 +148,18 @@ impl Sampler {
             let (Some(v1_v), Some(v2_v), Some(v3_v), Some(current_a)) =
                 (read(inputs.v1, age)?, read(inputs.v2, age)?, read(inputs.v3, age)?, read(inputs.current, age)?)
             else {
-                return Ok(Sample::NONE);
+                return Ok(dark);
             };
             let supply_v = read(inputs.supply, 0)?.unwrap_or(f64::NAN);
             let sample = Sample { v1_v, v2_v, v3_v, current_a, supply_v };
             if self.phase == LinuxPhase::Synchronised || on_phase(&sample) {
                 return Ok(sample);
             }
+            if age == 0 && !driven {
+                dark = sample;
+            }
             if matches!(self.readers[current.reader], Reader::Sysfs(_)) {
-                return Ok(Sample::NONE);
+                return Ok(dark);
             }
             age += 1;
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use sinew_rig::{LinuxInput, LinuxPhase, LinuxSampling, Polarity, Rig};
+use sinew_rig::{Backend, EnableSignal, LinuxInput, LinuxPhase, LinuxSampling, Polarity, Rig};
 
 use crate::guard;
 
@@ -26,8 +26,34 @@ pub struct Settings {
     pub guard_s: f64,
     /// The program that is started as guard and what it is told first; its `main` calls [`guard::main`].
     pub guard: (PathBuf, Vec<String>),
+    /// The line that switches the supply, where there is one.
+    pub enable: Option<EnableSettings>,
+    /// The inputs of an emergency stop, where one is fitted.
+    pub stop: Option<StopSettings>,
     /// The channels, in the rig's order.
     pub channels: Vec<ChannelSettings>,
+}
+
+/// The line that switches the supply of all power stages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EnableSettings {
+    /// `chip/number`, or the path of a file below [`Settings::root`], see [`line`](crate::line).
+    pub line: String,
+    /// Whether it carries an edge a period while outputs may be powered, rather than a level.
+    pub pulses: bool,
+    /// Whether low lets outputs be powered.
+    pub inversed: bool,
+}
+
+/// The inputs of an emergency stop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StopSettings {
+    /// Its contact, as [`EnableSettings::line`].
+    pub line: String,
+    /// Its reset button; `None` where it has none here.
+    pub reset_line: Option<String>,
+    /// Whether low is a closed contact, and a pressed button.
+    pub inversed: bool,
 }
 
 /// One channel.
@@ -81,7 +107,7 @@ impl<T> Inputs<T> {
 impl Settings {
     /// What a rig file says, with the program that runs as its own guard.
     pub fn of_rig(rig: &Rig) -> Settings {
-        let linux = &rig.backend.linux;
+        let Backend { linux, enable, estop: stop, .. } = &rig.backend;
         let channels = rig.channels.iter().map(|channel| {
             let places = channel.backend.linux.clone();
             ChannelSettings {
@@ -107,6 +133,16 @@ impl Settings {
             phase: linux.phase,
             guard_s: rig.silence_s(),
             guard: guard::this_program(),
+            enable: (enable.signal != EnableSignal::None).then(|| EnableSettings {
+                line: enable.line.clone().unwrap_or_default(),
+                pulses: enable.signal == EnableSignal::Pulses,
+                inversed: enable.polarity == Polarity::Inversed,
+            }),
+            stop: stop.fitted.then(|| StopSettings {
+                line: stop.line.clone().unwrap_or_default(),
+                reset_line: stop.reset_line.clone(),
+                inversed: stop.polarity == Polarity::Inversed,
+            }),
             channels: channels.collect(),
         }
     }

@@ -5,16 +5,18 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 use sinew_backend::clock::now_ns;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
-use sinew_front_end::ChannelFault as DeviceFault;
-use sinew_front_end::{Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, Samples, State, decode, encode};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Zero, check_exchange};
+use sinew_front_end::{
+    ChannelFault as DeviceFault, Decoder, Duty, EnableMode, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, NOT_SAMPLED,
+    Samples, State, decode, encode,
+};
 use sinew_rig::Rig;
 
 use crate::error::Error;
 use crate::figures::LineFigures;
 use crate::keeper::Keeper;
 use crate::link::{Link, connect};
-use crate::plan::{Plan, Scale, duty_code, name};
+use crate::plan::{Plan, Scale, duty_code, name, started};
 
 /// Reads in one exchange at most: what a line has piled up beyond is old, and waits for the next one.
 const READS: usize = 8;
@@ -32,7 +34,8 @@ const START_PATIENCE: Duration = Duration::from_secs(2);
 /// A front-end on a serial line.
 #[derive(Debug)]
 pub struct SerialBackend {
-    /// What the front-end calls itself.
+    /// What the front-end calls itself, and the same with why it last started.
+    name: String,
     front_end: String,
     scales: Vec<Scale>,
     places: Vec<usize>,
@@ -56,8 +59,22 @@ pub struct SerialBackend {
     /// Whether the front-end has, for all that was heard of it, what it was last sent; zero after a failure.
     is_confirmed: bool,
     silence_s: f64,
-    /// The channel that had failed by the last frame: no frame since does not mean that it is healthy.
-    failed: Option<BackendError>,
+    /// How long a duty frame is valid, µs.
+    valid_us: u32,
+    /// Whether there is an enable line, and whether it was cut.
+    has_enable: bool,
+    is_cut: bool,
+    /// Channels whose faults are to be forgotten, by their places, from the next frame on.
+    clears: u64,
+    /// Channels whose duty the frame sent last did not carry, by their places.
+    withheld: u64,
+    /// The emergency stop by the frames since the last exchange, if any came; as the exchange made of it, where one is fitted; and how
+    /// many exchanges ago that was heard.
+    heard: Option<StopInputs>,
+    stop: Option<StopInputs>,
+    unheard: u32,
+    /// What had failed of each channel by the last frame: no frame since does not mean that it is healthy.
+    failures: Vec<Option<ChannelFault>>,
     /// The front-end's state by the last frame.
     state: State,
     /// Exchanges in a row without an answer.
@@ -77,7 +94,8 @@ impl SerialBackend {
         LineFigures::count(&figures.connections);
         let watchdog_periods = u32::from(plan.watchdog_periods);
         Ok(SerialBackend {
-            front_end: name(&who),
+            front_end: format!("{}, {}", name(&who), started(&who)),
+            name: name(&who),
             scales,
             places: plan.channels.iter().map(|channel| channel.place).collect(),
             used: plan.used,
@@ -86,6 +104,14 @@ impl SerialBackend {
             late_ns: (f64::from(plan.period_ns) * LATE) as u64,
             watchdog_periods,
             give_up_periods: watchdog_periods.max((GIVE_UP_S * rig.rate_hz).ceil() as u32),
+            valid_us: plan.valid_us(),
+            has_enable: plan.enable != EnableMode::None,
+            is_cut: false,
+            clears: 0,
+            withheld: 0,
+            heard: None,
+            stop: plan.uses_stop.then_some(StopInputs::OPEN),
+            unheard: 0,
             keeper: Keeper::start(plan, link, who, figures.clone())?,
             figures,
             link: None,
@@ -96,14 +122,14 @@ impl SerialBackend {
             answer: None,
             is_confirmed: true,
             silence_s: rig.silence_s(),
-            failed: None,
+            failures: vec![None; rig.channels.len()],
             state: State::Ready,
             silent: 0,
             line: [0; MAX_FRAME],
         })
     }
 
-    /// What the front-end calls itself: name, version, serial number.
+    /// What the front-end calls itself: name, version, serial number; and why it had last started when it was connected.
     pub fn front_end(&self) -> &str {
         &self.front_end
     }
@@ -120,7 +146,8 @@ impl SerialBackend {
         {
             self.link = Some(link);
             self.decoder = Decoder::new();
-            (self.answer, self.failed, self.state, self.silent) = (None, None, State::Ready, 0);
+            (self.answer, self.state, self.silent) = (None, State::Ready, 0);
+            self.failures.fill(None);
             // A configuration has just put everything to zero.
             self.is_confirmed = true;
         }
@@ -132,7 +159,10 @@ impl SerialBackend {
         if let Some(link) = self.link.take() {
             self.keeper.give_up(link);
         }
-        self.answer = None;
+        (self.answer, self.heard) = (None, None);
+        self.stop = self.stop.map(|_| StopInputs::OPEN);
+        // What a client asked of the one that is gone is not asked of the next one.
+        self.clears = 0;
     }
 
     /// Takes in what has arrived.
@@ -155,6 +185,7 @@ impl SerialBackend {
                     LineFigures::count(&self.figures.trips);
                 }
                 self.state = samples.state;
+                self.heard = Some(stop_inputs(&samples, self.heard));
                 if samples.sequence == self.sequence && samples.channels == self.used {
                     self.answer = Some(samples);
                 } else {
@@ -172,15 +203,31 @@ impl SerialBackend {
     fn send(&mut self, duty: Option<&[f64]>) -> Result<bool, Errno> {
         let Some(link) = &self.link else { return Ok(false) };
         self.sequence = self.sequence.wrapping_add(1);
-        let mut frame = Duty { sequence: self.sequence, channels: self.used, duty: [0; MAX_CHANNELS] };
+        let mut frame = Duty {
+            sequence: self.sequence,
+            valid_us: self.valid_us,
+            supply: self.started && !self.is_cut,
+            channels: self.used,
+            duty: [0; MAX_CHANNELS],
+        };
         for (place, duty) in self.places.iter().zip(duty.unwrap_or_default()) {
             // A duty that is not zero stays so: no on-phase would read as a broken wire.
             frame.duty[*place] = duty_code(*duty).max(u16::from(*duty > 0.0));
         }
-        let taken = match encode(&Frame::Duty(frame), &mut self.line) {
-            Ok(length) => link.port.write(&self.line[..length])?,
+        // One write: what is to be forgotten, and then the period that shows whether it was.
+        let (mut length, mut clears) = (0, self.clears);
+        while clears != 0 {
+            let channel = clears.trailing_zeros() as u8;
+            clears &= clears - 1;
+            length += encode(&Frame::Clear { channel }, &mut self.line[length..]).unwrap_or(0);
+        }
+        let taken = match encode(&Frame::Duty(frame), &mut self.line[length..]) {
+            Ok(more) => link.port.write(&self.line[..length + more])?,
             Err(_) => false,
         };
+        if taken {
+            self.clears = 0;
+        }
         self.sent_ns = now_ns();
         LineFigures::count(if taken { &self.figures.sent } else { &self.figures.unsent });
         Ok(taken)
@@ -189,7 +236,7 @@ impl SerialBackend {
     /// A failed exchange: nothing measured, nothing put out.
     fn fail(&mut self, samples: &mut [Sample], error: BackendError) -> Result<(), BackendError> {
         samples.fill(Sample::NONE);
-        self.answer = None;
+        (self.answer, self.withheld) = (None, u64::MAX);
         // One that has tripped has said that it is off.
         self.is_confirmed = self.state == State::Tripped;
         if self.send(None).is_err() {
@@ -221,25 +268,55 @@ impl SerialBackend {
         BackendError::Timeout { waited_us: (f64::from(self.watchdog_periods) * self.period_us) as u32 }
     }
 
-    /// What an answer says of each channel; the lowest that has failed.
-    fn read_out(&self, answer: &Samples, samples: &mut [Sample]) -> Option<BackendError> {
-        let mut failed = None;
-        for (channel, ((sample, place), scale)) in samples.iter_mut().zip(&self.places).zip(&self.scales).enumerate() {
-            *sample = match answer.fault[*place] {
-                None => scale.sample(&answer.sample[*place]),
-                Some(fault) => {
-                    let fault = match fault {
-                        DeviceFault::OverCurrent | DeviceFault::Heat => ChannelFault::OverCurrent,
-                        DeviceFault::Converter => ChannelFault::Converter,
-                        DeviceFault::StageHot => ChannelFault::OverTemperature,
-                        DeviceFault::Stage => ChannelFault::Stage,
-                    };
-                    failed = failed.or(Some(BackendError::Channel { channel: channel as u32, fault }));
-                    Sample::NONE
-                }
+    /// What an answer says of each channel.
+    fn read_out(&mut self, answer: &Samples, samples: &mut [Sample]) {
+        let channels = samples.iter_mut().zip(&mut self.failures).zip(self.places.iter().zip(&self.scales));
+        for ((sample, failure), (place, scale)) in channels {
+            let raw = &answer.sample[*place];
+            *failure = match answer.fault[*place] {
+                // What a stage was found to conduct by comes with the fault, once: the driver's own watch judges it.
+                Some(DeviceFault::Stage) if raw.current != NOT_SAMPLED => None,
+                None => None,
+                Some(DeviceFault::OverCurrent | DeviceFault::Heat) => Some(ChannelFault::OverCurrent),
+                Some(DeviceFault::Converter) => Some(ChannelFault::Converter),
+                Some(DeviceFault::StageHot) => Some(ChannelFault::OverTemperature),
+                Some(DeviceFault::Stage) => Some(ChannelFault::Stage),
+            };
+            let is_withheld = self.withheld >> place & 1 != 0;
+            *sample = match failure {
+                Some(_) => Sample::NONE,
+                None if is_withheld => Sample { supply_v: scale.sample(raw).supply_v, ..Sample::NONE },
+                None => scale.sample(raw),
             };
         }
-        failed
+    }
+
+    /// The lowest channel that has failed.
+    fn failed(&self) -> Option<BackendError> {
+        let failed = |(channel, failure): (usize, &Option<ChannelFault>)| {
+            failure.map(|fault| BackendError::Channel { channel: channel as u32, fault })
+        };
+        self.failures.iter().enumerate().find_map(failed)
+    }
+
+    /// What the exchange that begins knows of the emergency stop.
+    fn look_at_stop(&mut self) {
+        let heard = self.heard.take();
+        self.unheard = if heard.is_some() { 0 } else { self.unheard.saturating_add(1) };
+        let is_known = self.link.is_some() && self.unheard < self.watchdog_periods;
+        if let Some(stop) = &mut self.stop {
+            *stop = if is_known { heard.unwrap_or(*stop) } else { StopInputs::OPEN };
+        }
+    }
+}
+
+/// What samples say of the emergency stop; once open since the last exchange is open.
+fn stop_inputs(samples: &Samples, before: Option<StopInputs>) -> StopInputs {
+    // A front-end that has been stopped says so by its state for as long as it has not been armed anew, whatever frame got lost.
+    let is_open = samples.stop_open || matches!(samples.state, State::Boot | State::Stopped);
+    StopInputs {
+        is_closed: !is_open && before.is_none_or(|before| before.is_closed),
+        is_reset_pressed: samples.reset_pressed,
     }
 }
 
@@ -250,6 +327,8 @@ impl Backend for SerialBackend {
 
     fn start(&mut self) -> Result<(), BackendError> {
         let began = Instant::now();
+        (self.started, self.is_cut, self.clears, self.withheld) = (false, false, 0, 0);
+        self.stop = self.stop.map(|_| StopInputs::OPEN);
         while !self.has_line() {
             if began.elapsed() > START_PATIENCE {
                 return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
@@ -263,12 +342,14 @@ impl Backend for SerialBackend {
                 self.lose_line();
                 return Err(BackendError::Timeout { waited_us: began.elapsed().as_micros() as u32 });
             }
-            if self.state == State::Running {
+            // Whether it may go on from a stop is the driver's to say.
+            if matches!(self.state, State::Running | State::Stopped) {
                 break;
             }
             std::thread::sleep(Duration::from_secs_f64(self.period_us * 1e-6));
         }
-        (self.started, self.silent, self.answer, self.failed) = (true, 0, None, None);
+        (self.started, self.silent, self.answer) = (true, 0, None);
+        self.failures.fill(None);
         self.is_confirmed = true;
         Ok(())
     }
@@ -293,10 +374,15 @@ impl Backend for SerialBackend {
         }
         samples.fill(Sample::NONE);
         if !self.has_line() {
+            self.look_at_stop();
             return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
         }
-        if let Err(error) = self.receive() {
+        let received = self.receive();
+        if received.is_err() {
             self.lose_line();
+        }
+        self.look_at_stop();
+        if let Err(error) = received {
             self.is_confirmed = false;
             return Err(BackendError::Io { os_error: error.raw_os_error() });
         }
@@ -319,11 +405,13 @@ impl Backend for SerialBackend {
         }
         if let Some(answer) = &answer {
             LineFigures::count(&self.figures.answered);
-            self.failed = self.read_out(answer, samples);
+            self.read_out(answer, samples);
         }
         // A front-end that is not armed yet gets zero duty, which arms it.
-        let duty = (self.state == State::Running).then_some(duty);
-        match self.send(duty) {
+        let is_armed = self.state == State::Running;
+        let asked = self.places.iter().zip(duty).filter(|(_, duty)| **duty > 0.0);
+        self.withheld = if is_armed { 0 } else { asked.fold(0, |places, (place, _)| places | 1 << place) };
+        match self.send(is_armed.then_some(duty)) {
             // Whether it has arrived is known with its answer; that of the one before says that they do.
             Ok(taken) => self.is_confirmed = taken && answer.is_some(),
             Err(error) => {
@@ -333,11 +421,35 @@ impl Backend for SerialBackend {
                 return Err(BackendError::Io { os_error: error.raw_os_error() });
             }
         }
-        self.failed.map_or(Ok(()), Err)
+        self.failed().map_or(Ok(()), Err)
     }
 
     fn is_confirmed(&self, _channel: usize) -> bool {
         self.is_confirmed
+    }
+
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        self.failures.get(channel).copied().flatten()
+    }
+
+    /// The front-end's pin goes off with the next frame, and by itself where none comes.
+    fn cut(&mut self) -> bool {
+        self.is_cut = true;
+        self.has_enable
+    }
+
+    fn restore(&mut self) {
+        self.is_cut = false;
+    }
+
+    fn clear(&mut self, channel: usize) {
+        if let Some(place) = self.places.get(channel) {
+            self.clears |= 1 << place;
+        }
+    }
+
+    fn stop_inputs(&self) -> Option<StopInputs> {
+        self.stop
     }
 
     fn silence_s(&self) -> Option<f64> {
@@ -346,7 +458,7 @@ impl Backend for SerialBackend {
 
     fn output_name(&self, channel: usize) -> Option<String> {
         let place = self.places.get(channel)?;
-        Some(format!("front-end {}/{place}", self.front_end))
+        Some(format!("front-end {}/{place}", self.name))
     }
 
     fn stop(&mut self) -> Zero {

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::io;
 
+use sinew_front_end::VERSION;
+
 /// What keeps a front-end from being used.
 #[derive(Debug)]
 pub enum Error {
@@ -76,7 +78,7 @@ impl Error {
             }
             Error::Taken { .. } => "is another driver running? `sinew status`",
             Error::Silent { .. } => "is it powered, is its firmware a front-end's, is backend.serial.baud_hz its own?",
-            Error::Version { .. } => "docs/front-end.md describes this version of the protocol",
+            Error::Version { .. } => "firmware and driver are of one release: docs/front-end.md says how to port it",
             Error::Unfit { .. } | Error::Contradiction { .. } => "mend the rig file, or use another front-end",
             Error::Line { .. } => "unplug it and plug it in again",
             Error::Thread(_) => "end some of this user's processes: the system allows no more threads",
@@ -93,11 +95,14 @@ impl fmt::Display for Error {
             Error::Taken { port } => write!(f, "{port} is used by another process"),
             Error::Line { port, error } => write!(f, "{port}: {error}"),
             Error::Silent { port } => write!(f, "no front-end answers on {port}"),
-            Error::Version { port, found } => write!(
-                f,
-                "the front-end on {port} speaks version {found} of the protocol, expected {}",
-                sinew_front_end::VERSION
-            ),
+            Error::Version { port, found } => {
+                let remedy = if *found < VERSION { "flash the firmware" } else { "use the driver" };
+                let of = if *found < VERSION { "this" } else { "its" };
+                write!(
+                    f,
+                    "the front-end on {port} speaks protocol {found}, this driver {VERSION}: {remedy} of {of} release"
+                )
+            }
             Error::Unfit { port, front_end, reason } => write!(f, "front-end {front_end} on {port}: {reason}"),
             Error::Contradiction { channel, key, reason } => write!(f, "channel \"{channel}\": {key} {reason}"),
             Error::Thread(error) => write!(f, "the thread that keeps the line cannot be started: {error}"),

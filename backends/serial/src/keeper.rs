@@ -11,7 +11,7 @@ use sinew_ring::{Consumer, Producer, ring};
 use crate::error::Error;
 use crate::figures::LineFigures;
 use crate::link::{Link, connect};
-use crate::plan::{Plan, name};
+use crate::plan::{Plan, name, started};
 
 /// How often it looks whether a line came back from the loop, and, having none, tries to open one.
 const LOOK: Duration = Duration::from_millis(20);
@@ -95,11 +95,15 @@ fn keep(
                     &format!("another front-end is on {}: {}; start anew to use it", plan.port, name(&who)),
                 );
             }
-            Ok((link, ..)) => {
+            Ok((link, who, _)) => {
                 wanted = false;
                 said.clear();
                 LineFigures::count(&figures.connections);
-                tracing::warn!("the front-end on {} is back; channels stay off until they are reset", plan.port);
+                tracing::warn!(
+                    "the front-end on {} is back, {}; channels stay off until they are reset",
+                    plan.port,
+                    started(&who)
+                );
                 give.push(Some(link));
                 continue;
             }
@@ -110,7 +114,7 @@ fn keep(
 }
 
 fn same(one: &Identification, other: &Identification) -> bool {
-    Identification { nonce: 0, ..*one } == Identification { nonce: 0, ..*other }
+    *one == Identification { nonce: one.nonce, reset: one.reset, ..*other }
 }
 
 /// Says something once, however often it is tried in vain.

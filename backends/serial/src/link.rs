@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use sinew_front_end::{
-    Decoder, Error as FrameError, Frame, Identification, MAX_BODY, MAX_FRAME, Refusal, decode, encode,
+    Decoder, Error as FrameError, Frame, Identification, MAX_BODY, MAX_FRAME, Refusal, VERSION, decode, encode,
+    encode_hello,
 };
 
 use crate::error::Error;
@@ -48,6 +49,7 @@ pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>),
                 Refusal::Channels => "that many channels",
                 Refusal::Period => "this period",
                 Refusal::Silence => "so long a silence",
+                Refusal::Features => "this enable line or emergency stop",
             };
             let reason = format!("refuses {what}");
             Err(Error::Unfit { port: plan.port.clone(), front_end: name(&who), reason })
@@ -58,7 +60,20 @@ pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>),
 fn put(plan: &Plan, port: &Port, frame: &Frame) -> Result<(), Error> {
     let mut line = [0; MAX_FRAME];
     let length = encode(frame, &mut line).unwrap_or(0);
-    port.write(&line[..length]).map(drop).map_err(|error| failed(plan, error))
+    write(plan, port, &line[..length])
+}
+
+fn write(plan: &Plan, port: &Port, bytes: &[u8]) -> Result<(), Error> {
+    port.write(bytes).map(drop).map_err(|error| failed(plan, error))
+}
+
+/// Asks in the versions before this one, whose front-ends drop what they do not understand: an answer tells which it is.
+fn ask_the_old(plan: &Plan, port: &Port, nonce: u32) -> Result<(), Error> {
+    let mut line = [0; MAX_FRAME];
+    (1..VERSION).try_for_each(|version| {
+        let length = encode_hello(version, nonce, &mut line).unwrap_or(0);
+        write(plan, port, &line[..length])
+    })
 }
 
 fn failed(plan: &Plan, error: rustix::io::Errno) -> Error {
@@ -68,12 +83,15 @@ fn failed(plan: &Plan, error: rustix::io::Errno) -> Error {
 /// Sends a frame until one comes that answers it.
 fn ask<T>(plan: &Plan, port: &Port, frame: &Frame, answer: impl Fn(&Frame) -> Option<T>) -> Result<T, Error> {
     let mut decoder = Decoder::<MAX_BODY>::new();
-    let mut other_version = None;
     let (began, mut asked) = (Instant::now(), None::<Instant>);
     let mut buffer = [0; 512];
     while began.elapsed() < PATIENCE {
         if asked.is_none_or(|asked| asked.elapsed() >= ASK_AGAIN) {
             put(plan, port, frame)?;
+            // One that understands has had its time.
+            if let (Frame::Hello { nonce }, Some(_)) = (frame, asked) {
+                ask_the_old(plan, port, *nonce)?;
+            }
             asked = Some(Instant::now());
         }
         let wait = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
@@ -87,14 +105,13 @@ fn ask<T>(plan: &Plan, port: &Port, frame: &Frame, answer: impl Fn(&Frame) -> Op
                         return Ok(answer);
                     }
                 }
-                Some(Err(FrameError::Version { found })) => other_version = Some(found),
+                // Its checksum is right.
+                Some(Err(FrameError::Version { found })) => {
+                    return Err(Error::Version { port: plan.port.clone(), found });
+                }
                 Some(Err(_)) | None => {}
             }
         }
     }
-    let port = plan.port.clone();
-    Err(match other_version {
-        Some(found) => Error::Version { port, found },
-        None => Error::Silent { port },
-    })
+    Err(Error::Silent { port: plan.port.clone() })
 }

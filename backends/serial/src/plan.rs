@@ -1,7 +1,9 @@
 //! A rig's requirements of a front-end, and the conversion of the front-end's codes.
 
-use sinew_front_end::{ChannelLimits, Configure, FULL_DUTY, Identification, MAX_CHANNELS, NOT_SAMPLED, RawSample};
-use sinew_rig::{Rig, SamplingCircuit};
+use sinew_front_end::{
+    ChannelLimits, Configure, EnableMode, FULL_DUTY, Identification, MAX_CHANNELS, NOT_SAMPLED, RawSample, ResetCause,
+};
+use sinew_rig::{EnableSignal, Rig, SamplingCircuit};
 use sinew_sensing::Sample;
 
 use crate::error::Error;
@@ -20,6 +22,8 @@ pub(crate) struct Plan {
     pub baud_hz: u32,
     pub period_ns: u32,
     pub watchdog_periods: u16,
+    pub enable: EnableMode,
+    pub uses_stop: bool,
     /// How many of the front-end's channels are used, from its first.
     pub used: u8,
     pub channels: Vec<ChannelPlan>,
@@ -47,6 +51,12 @@ impl Plan {
             baud_hz: line.baud_hz,
             period_ns: (1e9 / rig.rate_hz).round() as u32,
             watchdog_periods: u16::try_from(line.watchdog_periods).unwrap_or(u16::MAX),
+            enable: match rig.backend.enable.signal {
+                EnableSignal::None => EnableMode::None,
+                EnableSignal::Level => EnableMode::Level,
+                EnableSignal::Pulses => EnableMode::Pulses,
+            },
+            uses_stop: rig.backend.estop.fitted,
             used: used.min(MAX_CHANNELS) as u8,
             channels,
         })
@@ -58,8 +68,14 @@ impl Plan {
         for channel in &self.channels {
             limits[channel.place] = channel.limits;
         }
-        let (period_ns, watchdog_periods) = (self.period_ns, self.watchdog_periods);
-        Configure { session, period_ns, watchdog_periods, channels: self.used, limits }
+        let Plan { period_ns, watchdog_periods, enable, uses_stop, used, .. } = *self;
+        Configure { session, period_ns, watchdog_periods, enable, uses_stop, channels: used, limits }
+    }
+
+    /// How long a duty frame is valid, µs: until the watchdog's time is over.
+    pub fn valid_us(&self) -> u32 {
+        let silence_ns = u64::from(self.period_ns) * u64::from(self.watchdog_periods);
+        u32::try_from(silence_ns.div_ceil(1000)).unwrap_or(u32::MAX).max(1)
     }
 
     /// Whether this front-end can drive and measure the rig; how its codes are read then.
@@ -85,6 +101,12 @@ impl Plan {
                 self.watchdog_periods,
                 silence_ns as f64 * 1e-6
             )));
+        }
+        if self.enable != EnableMode::None && !who.features.enable {
+            return Err(unfit("has no enable pin, backend.enable.signal asks for one".into()));
+        }
+        if self.uses_stop && !who.features.stop {
+            return Err(unfit("has no pins for an emergency stop, backend.estop.fitted asks for them".into()));
         }
         if who.full_code == 0 || who.full_code == NOT_SAMPLED {
             return Err(unfit(format!("its converters have {} as their largest code", who.full_code)));
@@ -176,4 +198,15 @@ pub(crate) fn name(who: &Identification) -> String {
     let [major, minor, patch] = who.version;
     let name = String::from_utf8_lossy(&who.name[..end]).replace(char::is_control, "?");
     format!("{name} {major}.{minor}.{patch} ({:016x})", who.serial)
+}
+
+/// Why it last started, in words that follow its name.
+pub(crate) fn started(who: &Identification) -> &'static str {
+    match who.reset {
+        ResetCause::Unknown => "started for a reason it does not know",
+        ResetCause::PowerOn => "started after power-on",
+        ResetCause::BrownOut => "started after a brown-out",
+        ResetCause::Watchdog => "started after its own watchdog had struck",
+        ResetCause::Software => "started after a reset by software",
+    }
 }

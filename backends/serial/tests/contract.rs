@@ -1,13 +1,15 @@
 //! The conformance suite for backends, over a pseudo-terminal with the firmware on the other end.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use sinew_backend::allocations::CountingAllocator;
 use sinew_backend::conformance::{Bench, suite};
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
-use sinew_front_end::ChannelFault as DeviceFault;
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Zero};
+use sinew_front_end::{ChannelFault as DeviceFault, Decoder, MAX_BODY, encode_hello};
 use sinew_front_end_host::{Host, Options, Order, Spoilt};
-use sinew_rig::{BackendKind, Rig, SamplingCircuit};
+use sinew_rig::{BackendKind, EnableSignal, FaultKind, Rig, SamplingCircuit};
 use sinew_serial_backend::{Error, SerialBackend};
 
 #[global_allocator]
@@ -43,8 +45,55 @@ fn host(rig: &Rig, folder: &tempfile::TempDir, spoilt: [Spoilt; 2]) -> Host {
     Host::start(rig, options).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// A backend whose channels are reset once they are mended, as a client would: the front-end forgets no fault by itself.
+struct Resetting {
+    backend: SerialBackend,
+    is_mended: Arc<AtomicBool>,
+    failed: Option<usize>,
+}
+
+impl Backend for Resetting {
+    fn channels(&self) -> usize {
+        self.backend.channels()
+    }
+
+    fn start(&mut self) -> Result<(), BackendError> {
+        self.backend.start()
+    }
+
+    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
+        if let Some(channel) = self.failed.filter(|_| self.is_mended.load(Ordering::Relaxed)) {
+            self.backend.clear(channel);
+        }
+        let answer = self.backend.exchange(duty, samples);
+        self.failed = answer.err().and_then(|error| error.channel());
+        answer
+    }
+
+    fn is_confirmed(&self, channel: usize) -> bool {
+        self.backend.is_confirmed(channel)
+    }
+
+    fn failure(&self, channel: usize) -> Option<ChannelFault> {
+        self.backend.failure(channel)
+    }
+
+    fn is_due(&mut self) -> bool {
+        self.backend.is_due()
+    }
+
+    fn silence_s(&self) -> Option<f64> {
+        self.backend.silence_s()
+    }
+
+    fn stop(&mut self) -> Zero {
+        self.backend.stop()
+    }
+}
+
 struct Line {
     rig: Rig,
+    is_mended: Arc<AtomicBool>,
     folder: tempfile::TempDir,
     host: Option<Host>,
     next: Instant,
@@ -55,7 +104,7 @@ impl Line {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let mut rig = rig(&folder);
         rig.channels.iter_mut().for_each(|channel| channel.adc.circuit = circuit);
-        Line { rig, folder, host: None, next: Instant::now() }
+        Line { rig, is_mended: Arc::default(), folder, host: None, next: Instant::now() }
     }
 
     fn host(&self) -> &Host {
@@ -68,12 +117,14 @@ impl Line {
 }
 
 impl Bench for Line {
-    type Backend = SerialBackend;
+    type Backend = Resetting;
 
-    fn backend(&mut self) -> SerialBackend {
+    fn backend(&mut self) -> Resetting {
         self.host = None;
         self.host = Some(host(&self.rig, &self.folder, [Spoilt::default(); 2]));
-        SerialBackend::connect(&self.rig).unwrap_or_else(|error| panic!("{error}"))
+        let backend = SerialBackend::connect(&self.rig).unwrap_or_else(|error| panic!("{error}"));
+        self.is_mended.store(false, Ordering::Relaxed);
+        Resetting { backend, is_mended: self.is_mended.clone(), failed: None }
     }
 
     fn pace(&mut self) {
@@ -108,6 +159,7 @@ impl Bench for Line {
 
     fn mend_channel(&mut self, channel: usize) {
         self.host().order(Order::Mend(self.place(channel) as u8));
+        self.is_mended.store(true, Ordering::Relaxed);
     }
 }
 
@@ -185,6 +237,186 @@ fn on_a_bad_line_it_measures_what_arrives_and_nothing_else() {
     assert!(figures.answered() < figures.sent(), "{figures:?}");
 }
 
+/// A started backend, its front-end, and one period after the other until something holds.
+struct Driven {
+    backend: SerialBackend,
+    host: Host,
+    duty: [f64; 4],
+    samples: [Sample; 4],
+}
+
+impl Driven {
+    fn new(rig: &Rig, folder: &tempfile::TempDir) -> Driven {
+        let host = host(rig, folder, [Spoilt::default(); 2]);
+        let mut backend = SerialBackend::connect(rig).unwrap_or_else(|error| panic!("{error}"));
+        backend.start().expect("it is there");
+        Driven { backend, host, duty: [0.0; 4], samples: [Sample::NONE; 4] }
+    }
+
+    fn exchange(&mut self) -> Result<(), BackendError> {
+        std::thread::sleep(Duration::from_secs_f64(1.0 / RATE_HZ));
+        self.backend.exchange(&self.duty, &mut self.samples)
+    }
+
+    fn until(&mut self, what: &str, is_so: impl Fn(&Driven, Result<(), BackendError>) -> bool) {
+        let so = (0..PATIENCE).any(|_| {
+            let answer = self.exchange();
+            is_so(self, answer)
+        });
+        assert!(so, "{what}: {:?} {:?}", self.samples, self.backend.stop_inputs());
+    }
+
+    /// Resets a channel, again and again, as a client does where that comes before the mending.
+    fn reset_until(&mut self, channel: usize, is_so: impl Fn(&Driven) -> bool) {
+        let so = (0..PATIENCE).any(|_| {
+            self.backend.clear(channel);
+            let _ = self.exchange();
+            is_so(self)
+        });
+        assert!(so, "channel {channel} is not reset: {:?}", self.samples);
+    }
+}
+
+#[test]
+fn what_flows_with_duty_0_is_sampled_and_a_stage_that_conducts_loses_its_supply() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut rig = rig(&folder);
+    rig.backend.enable.signal = EnableSignal::Level;
+    let mut driven = Driven::new(&rig, &folder);
+    let dark = |driven: &Driven, channel: usize| driven.samples[channel].current_a;
+    driven.until("nothing flows", |driven, _| dark(driven, 1).abs() < 0.01 && driven.samples[1].v3_v.abs() < 0.1);
+    driven.host.order(Order::Fault(1, FaultKind::StageOn));
+    // 6.5 V on 9 to 12 ohms.
+    driven.until("it is seen", |driven, _| dark(driven, 1) > 0.3);
+    assert!(driven.samples[1].v3_v > 3.0, "{:?}", driven.samples);
+    let stage = Err(BackendError::Channel { channel: 1, fault: ChannelFault::Stage });
+    driven.until("the front-end sees it as well", |_, answer| answer == stage);
+    // It has taken the supply of all by itself.
+    driven.duty[0] = 0.2;
+    driven.until("nothing flows in any wire", |driven, _| dark(driven, 0).abs() < 0.01);
+    driven.duty[0] = 0.0;
+    // Reset while it still conducts, which nobody can know without a supply.
+    driven.backend.clear(1);
+    driven.until("it conducts again", |driven, _| dark(driven, 1) > 0.3);
+    driven.until("and is found again", |_, answer| answer == stage);
+    driven.host.order(Order::Whole(1, FaultKind::StageOn));
+    driven.reset_until(1, |driven| driven.backend.failure(1).is_none() && dark(driven, 1).abs() < 0.01);
+}
+
+#[test]
+fn channels_that_fail_at_once_are_all_told_and_stay_so_until_each_is_reset() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rig = rig(&folder);
+    let mut driven = Driven::new(&rig, &folder);
+    let places = [1, 3].map(|channel| rig.front_end_index(channel).expect("a channel of the rig") as u8);
+    driven.host.order(Order::Break(places[0], DeviceFault::StageHot));
+    driven.host.order(Order::Break(places[1], DeviceFault::Stage));
+    let failures = |driven: &Driven| [0, 1, 2, 3].map(|channel| driven.backend.failure(channel));
+    let both = [None, Some(ChannelFault::OverTemperature), None, Some(ChannelFault::Stage)];
+    driven.until("both are told", |driven, answer| answer.is_err() && failures(driven) == both);
+    for place in places {
+        driven.host.order(Order::Mend(place));
+    }
+    for _ in 0..20 {
+        let _ = driven.exchange();
+        assert_eq!(failures(&driven), both, "nothing but a reset clears them");
+    }
+    driven.reset_until(1, |driven| failures(driven) == [None, None, None, both[3]]);
+    driven.reset_until(3, |driven| failures(driven) == [None; 4]);
+}
+
+#[test]
+fn a_cut_takes_the_supply_of_all_and_a_restore_gives_it_back() {
+    for signal in [EnableSignal::Level, EnableSignal::Pulses] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut rig = rig(&folder);
+        rig.backend.enable.signal = signal;
+        rig.backend.enable.dropout_s = 0.5;
+        let mut driven = Driven::new(&rig, &folder);
+        driven.duty = [0.1; 4];
+        let flows = |driven: &Driven| driven.samples.iter().all(|sample| sample.current_a > 0.3);
+        driven.until("it is driven", |driven, _| flows(driven));
+        assert!(driven.backend.cut() && driven.backend.cut(), "there is a line");
+        driven.until("nothing flows", |driven, _| driven.samples.iter().all(|sample| sample.current_a.abs() < 0.01));
+        for _ in 0..5 {
+            let _ = driven.exchange();
+            assert!(!flows(&driven), "{signal:?}");
+        }
+        driven.backend.restore();
+        driven.until("it is driven again", |driven, _| flows(driven));
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut driven = Driven::new(&rig(&folder), &folder);
+    assert!(!driven.backend.cut(), "this rig has none");
+    assert_eq!(driven.backend.stop_inputs(), None);
+}
+
+#[test]
+fn an_emergency_stop_is_open_until_the_front_end_says_otherwise() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut rig = rig(&folder);
+    rig.backend.estop.fitted = true;
+    let mut driven = Driven::new(&rig, &folder);
+    assert_eq!(driven.backend.stop_inputs(), Some(StopInputs::OPEN), "nobody has said anything");
+    let is_closed = |driven: &Driven| driven.backend.stop_inputs().is_some_and(|inputs| inputs.is_closed);
+    driven.until("it is closed", |driven, _| is_closed(driven));
+    driven.duty = [0.1; 4];
+    driven.until("it is driven", |driven, _| driven.host.put_out(0) > 0.0);
+    driven.host.order(Order::Fault(0, FaultKind::EstopOpen));
+    driven.until("it is open", |driven, _| !is_closed(driven));
+    // The duties are still asked for.
+    for _ in 0..20 {
+        let _ = driven.exchange();
+        assert!((0..4).all(|place| driven.host.put_out(place) == 0.0) && !is_closed(&driven));
+    }
+    driven.host.order(Order::Fault(0, FaultKind::EstopReset));
+    driven.host.order(Order::Whole(0, FaultKind::EstopOpen));
+    let closed = Some(StopInputs { is_closed: true, is_reset_pressed: true });
+    driven.until("it is closed, and its button pressed", |driven, _| driven.backend.stop_inputs() == closed);
+    driven.until("it is driven", |driven, _| driven.host.put_out(0) > 0.0);
+    // What is not heard any more is open.
+    driven.host.order(Order::Disconnect);
+    driven.until("it is open", |driven, _| !is_closed(driven));
+    driven.host.order(Order::Connect);
+    driven.until("it is closed", |driven, _| is_closed(driven));
+}
+
+#[test]
+fn an_older_front_end_is_called_what_it_is() {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
+    grantpt(&master).and_then(|()| unlockpt(&master)).expect("it is ours");
+    let path = ptsname(&master, Vec::new()).expect("it has a name").into_string().expect("in ASCII");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut rig = rig(&folder);
+    rig.backend.serial.port = Some(path);
+    // A firmware of protocol 1, which drops all frames but those of its own version, and answers a hello.
+    let old = std::thread::spawn(move || {
+        let mut decoder = Decoder::<MAX_BODY>::new();
+        let mut buffer = [0; 256];
+        loop {
+            let count = rustix::io::read(&master, &mut buffer).unwrap_or(0);
+            for byte in &buffer[..count] {
+                let nonce = match decoder.push(*byte) {
+                    Some(Ok([1, 1, nonce @ ..])) => nonce.to_vec(),
+                    _ => continue,
+                };
+                // An identification of it without a channel; the stuffing is that of a hello in its version, so this one is built
+                // from the same pieces.
+                let mut line = [0; 64];
+                let nonce = u32::from_le_bytes(nonce.try_into().expect("four bytes"));
+                let length = encode_hello(1, nonce, &mut line).expect("it fits");
+                let _ = rustix::io::write(&master, &line[..length]);
+                return master;
+            }
+        }
+    });
+    let error = SerialBackend::connect(&rig).expect_err("another protocol");
+    drop(old.join());
+    let said = error.to_string();
+    assert!(said.ends_with("speaks protocol 1, this driver 2: flash the firmware of this release"), "{said}");
+}
+
 #[test]
 fn what_does_not_fit_is_refused_with_its_reason() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -206,10 +438,21 @@ fn what_does_not_fit_is_refused_with_its_reason() {
     other.channels[1].adc.voltage_range_v *= 2.0;
     assert!(says(&other).contains("adc.voltage_range_v is 20.0000, the front-end's converter has 10.0000"));
     let mut other = rig.clone();
+    other.backend.enable.signal = EnableSignal::Pulses;
+    assert!(says(&other).contains("has no enable pin, backend.enable.signal asks for one"), "{}", says(&other));
+    let mut other = rig.clone();
+    other.backend.estop.fitted = true;
+    assert!(says(&other).contains("has no pins for an emergency stop"), "{}", says(&other));
+    let mut other = rig.clone();
     other.backend.serial.watchdog_periods = 201;
     assert!(says(&other).contains("goes off after 1000 ms of silence at the latest"), "{}", says(&other));
 
     let taken = SerialBackend::connect(&rig).unwrap_or_else(|error| panic!("{error}"));
+    assert!(taken.front_end().ends_with(", started after power-on"), "{}", taken.front_end());
+    assert!(
+        !taken.output_name(0).unwrap_or_default().contains("started"),
+        "its outputs are the same however it started"
+    );
     assert!(matches!(SerialBackend::connect(&rig), Err(Error::Taken { .. })), "one driver a line");
     drop(taken);
     let mut file = rig.clone();

@@ -25,6 +25,7 @@ fn joint_of<'a>(joints: &'a [Joint], channel: &Channel) -> Option<&'a Joint> {
 /// What the tables of the rig as a whole need of each other.
 pub(crate) fn rig(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
     backend::serial::port_is_given(reader, rig, stated);
+    backend::linux::lines_are_given(reader, rig, stated);
     simulation::only_simulated_wires_have_a_pace(reader, rig, stated);
 }
 

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use sinew_front_end::{
-    ChannelLimits, ChannelRange, Configure, Decoder, Duty, Firmware, Frame, Hardware, Identification, MAX_BODY,
-    MAX_CHANNELS, MAX_FRAME, RawSample, State, decode, encode,
+    ChannelLimits, ChannelRange, Configure, Decoder, Duty, EnableMode, Features, Firmware, Frame, Hardware,
+    Identification, MAX_BODY, MAX_CHANNELS, MAX_FRAME, RawSample, ResetCause, State, StopPins, decode, encode,
 };
 
 use crate::script::Script;
@@ -28,6 +28,8 @@ static FRONT_END: LazyLock<Identification> = LazyLock::new(|| {
         max_period_ns: 100_000_000,
         max_silence_ns: MOST_SILENCE_NS as u32,
         full_code: 4095,
+        features: Features { enable: true, stop: true },
+        reset: ResetCause::Unknown,
         channels: CHANNELS as u8,
         channel: [range; MAX_CHANNELS],
     }
@@ -66,14 +68,21 @@ fn again(body: &[u8]) {
 /// A script for the firmware: frames, damaged ones, any bytes, and time that passes.
 ///
 /// Whatever it is, nothing is put out beyond the limits of hardware and configuration, nothing unless it runs, nothing when no good
-/// frame has come for longer than the front-end allows; and what it sends can be read.
+/// frame has come for longer than the front-end and the last frame allow, nothing while the emergency stop it was told to look at was seen
+/// open, and the enable pin is on only where all of that lets something be put out; and what it sends can be read.
 ///
 /// # Panics
 /// Where the firmware breaks a promise.
 pub fn firmware(bytes: &[u8]) {
     let mut script = Script::new(bytes);
-    let mut bench =
-        Bench { firmware: Firmware::new(*FRONT_END), stage: Stage::new(), now_ns: 1, heard_ns: 0, sequence: 0 };
+    let mut bench = Bench {
+        firmware: Firmware::new(*FRONT_END),
+        stage: Stage::new(),
+        now_ns: 1,
+        heard_ns: 0,
+        valid_ns: 0,
+        sequence: 0,
+    };
     while let Some(step) = script.step() {
         match step % 8 {
             0 => bench.send(&Frame::Hello { nonce: script.u32() }, &mut script),
@@ -89,8 +98,20 @@ pub fn firmware(bytes: &[u8]) {
                 for duty in &mut duty[..CHANNELS] {
                     *duty = if step & 0x40 == 0 { 0 } else { script.u16() };
                 }
-                let channels = if step & 0x20 == 0 { CHANNELS as u8 } else { script.byte() % MAX_CHANNELS as u8 };
-                bench.send(&Frame::Duty(Duty { sequence: bench.sequence, channels, duty }), &mut script);
+                let whims = step & 0x20 != 0;
+                let channels = if whims { script.byte() % MAX_CHANNELS as u8 } else { CHANNELS as u8 };
+                let valid_us = if whims { script.u32() } else { u32::MAX };
+                let supply = step & 0x10 == 0;
+                bench.send(
+                    &Frame::Duty(Duty { sequence: bench.sequence, valid_us, supply, channels, duty }),
+                    &mut script,
+                );
+            }
+            5 if step & 0x80 != 0 => bench.send(&Frame::Clear { channel: script.byte() }, &mut script),
+            5 if step & 0x40 != 0 => {
+                let pins = script.byte();
+                let stop = StopPins { closed: pins & 1 == 0, reset_pressed: pins & 2 != 0 };
+                bench.stage.stop = (pins & 4 == 0).then_some(stop);
             }
             5 => bench.send(&Frame::Off, &mut script),
             6 => {
@@ -109,6 +130,7 @@ pub fn firmware(bytes: &[u8]) {
     // And whatever it was doing: the driver falls silent.
     bench.wait(MOST_SILENCE_NS + 1);
     assert!(bench.stage.put.iter().all(|duty| *duty == 0), "powered by nobody: {:?}", bench.stage.put);
+    assert!(!bench.stage.is_enabled, "enabled by nobody");
     // Who is asked for nothing may go on running on nothing.
     assert!(bench.firmware.put_out().iter().all(|duty| *duty == 0));
 }
@@ -120,6 +142,8 @@ struct Bench {
     now_ns: u64,
     /// When the last good frame came that says that there is a driver.
     heard_ns: u64,
+    /// How long the last duty frame of them is valid.
+    valid_ns: u64,
     sequence: u32,
 }
 
@@ -139,9 +163,14 @@ impl Bench {
         match frame {
             Frame::Configure(wanted) if whole => {
                 self.stage.wanted = wanted.limits.map(|limits| limits.max_duty.min(HARDWARE.max_duty));
-                self.heard_ns = self.now_ns;
+                self.stage.watches = wanted.uses_stop;
+                (self.heard_ns, self.valid_ns) = (self.now_ns, u64::MAX);
             }
-            Frame::Duty(_) if whole => self.heard_ns = self.now_ns,
+            // One that is not taken, being older than the last, says nothing.
+            Frame::Duty(duty) if whole => {
+                let valid_ns = u64::from(duty.valid_us) * 1000;
+                (self.heard_ns, self.valid_ns) = (self.now_ns, self.valid_ns.max(valid_ns));
+            }
             _ => {}
         }
         self.line(&line);
@@ -160,8 +189,8 @@ impl Bench {
             let next_ns = self.firmware.poll(self.now_ns, &mut self.stage);
             self.look();
             calls += 1;
-            // A period is 50 µs at least, and has a beginning, a sampling and an end.
-            assert!(u64::from(calls) < 16 + ns / 8000, "it asks to be called for ever");
+            // A period is 50 µs at least, and has a beginning, a sampling, an end and four looks at the emergency stop.
+            assert!(u64::from(calls) < 16 + ns / 5000, "it asks to be called for ever");
             match next_ns {
                 Some(next_ns) if next_ns <= end_ns => self.now_ns = self.now_ns.max(next_ns),
                 _ => break,
@@ -181,7 +210,12 @@ impl Bench {
         if powered {
             assert_eq!(self.firmware.state(), State::Running, "powered and not running");
             let silent_ns = self.now_ns - self.heard_ns;
-            assert!(silent_ns <= MOST_SILENCE_NS, "powered {silent_ns} ns after the last good frame");
+            let most_ns = MOST_SILENCE_NS.min(self.valid_ns);
+            assert!(silent_ns <= most_ns, "powered {silent_ns} ns after the last good frame, may be for {most_ns}");
+        }
+        if powered || self.stage.is_enabled {
+            assert_eq!(self.firmware.state(), State::Running, "enabled and not running");
+            assert!(!self.stage.saw_open, "the emergency stop was seen open");
         }
     }
 }
@@ -196,6 +230,13 @@ struct Stage {
     wanted: [u16; MAX_CHANNELS],
     /// What the converters show.
     current: u16,
+    /// The enable pin; what the emergency stop's pins show, and whether it was open when it was last looked at, if it is to be looked at
+    /// by the configuration in force and by the one sent last.
+    is_enabled: bool,
+    stop: Option<StopPins>,
+    saw_open: bool,
+    is_watching: bool,
+    watches: bool,
     decoder: Decoder<MAX_BODY>,
 }
 
@@ -206,6 +247,11 @@ impl Stage {
             max_duty: [0; MAX_CHANNELS],
             wanted: [0; MAX_CHANNELS],
             current: 0,
+            is_enabled: false,
+            stop: Some(StopPins { closed: true, reset_pressed: false }),
+            saw_open: false,
+            is_watching: false,
+            watches: false,
             decoder: Decoder::new(),
         }
     }
@@ -221,6 +267,15 @@ impl Hardware for Stage {
         self.put.fill(0);
     }
 
+    fn enable(&mut self, on: bool) {
+        self.is_enabled = on;
+    }
+
+    fn stop_inputs(&mut self) -> Option<StopPins> {
+        self.saw_open = self.stop.is_none_or(|stop| !stop.closed);
+        self.stop
+    }
+
     fn samples(&mut self, samples: &mut [RawSample]) {
         let code = self.current;
         samples.fill(RawSample { v1: 100, v2: 200, v3: 300, current: code, supply: 3000 });
@@ -231,7 +286,10 @@ impl Hardware for Stage {
         for &byte in line {
             let Some(body) = self.decoder.push(byte) else { continue };
             match body.and_then(decode) {
-                Ok(Frame::Configured { refusal: None, .. }) => self.max_duty = self.wanted,
+                Ok(Frame::Configured { refusal: None, .. }) => {
+                    (self.max_duty, self.is_watching) = (self.wanted, self.watches);
+                    self.saw_open &= self.is_watching;
+                }
                 Ok(Frame::Configured { .. } | Frame::Identification(_) | Frame::Samples(_)) => {}
                 other => panic!("it sent {other:?}"),
             }
@@ -258,6 +316,8 @@ fn configure(script: &mut Script) -> Configure {
         session: whim,
         period_ns: if whim & 0x10 == 0 { 1_000_000 } else { script.u32() },
         watchdog_periods: if whim & 0x20 == 0 { 5 } else { script.u16() },
+        enable: [EnableMode::None, EnableMode::Level, EnableMode::Pulses, EnableMode::Level][whim as usize & 3],
+        uses_stop: whim & 4 != 0,
         channels: if whim & 0x40 == 0 { CHANNELS as u8 } else { script.byte() % MAX_CHANNELS as u8 },
         limits,
     }

@@ -2,7 +2,9 @@
 
 use std::io::Cursor;
 
-use sinew_front_end::{ChannelLimits, Configure, Decoder, Duty, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, encode};
+use sinew_front_end::{
+    ChannelLimits, Configure, Decoder, Duty, EnableMode, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, encode,
+};
 use sinew_recording::session::{
     About, Compression, Ended, Event, Field, Head, Layout, LoopFigures, SessionWriter, WriteOptions,
 };
@@ -96,11 +98,14 @@ pub fn lines() -> Vec<Vec<u8>> {
             session: 1,
             period_ns: 1_000_000,
             watchdog_periods: 5,
+            enable: EnableMode::Pulses,
+            uses_stop: true,
             channels: 3,
             limits: [limits; MAX_CHANNELS],
         }),
-        Frame::Duty(Duty { sequence: 1, channels: 3, duty: [300; MAX_CHANNELS] }),
+        Frame::Duty(Duty { sequence: 1, valid_us: 5000, supply: true, channels: 3, duty: [300; MAX_CHANNELS] }),
         Frame::Off,
+        Frame::Clear { channel: 2 },
         Frame::Configured { session: 1, refusal: None },
     ];
     let lines: Vec<Vec<u8>> = frames
@@ -128,6 +133,9 @@ pub fn firmware() -> Vec<Vec<u8>> {
     let nothing = [2u8, 0, 0, 0, 0];
     let half = [&[0x42u8][..], &[0, 0x40].repeat(3), &[0; 4]].concat();
     let period = [7u8, 10, 100, 0];
+    // the same with level and emergency stop, which is pressed, released, and a channel's fault forgotten
+    let guarded = [&[1u8, 5, 0, 0, 0], &configure[5..]].concat();
+    let (open, closed, clear) = ([0x45u8, 1], [0x45u8, 0], [0x85u8, 1, 0, 0, 0, 0]);
     let silence = [7u8, 17, 0, 0];
     let driven = [&half[..], &period].concat().repeat(6);
     let armed = [&configure[..], &nothing, &period, &nothing, &period].concat();
@@ -135,6 +143,8 @@ pub fn firmware() -> Vec<Vec<u8>> {
         [&armed[..], &driven, &silence, &nothing, &period, &nothing, &period, &driven].concat(),
         [&armed[..], &driven, &[5, 0, 0, 0, 0], &half, &period].concat(),
         [&armed[..], &driven, &configure, &half, &[6, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9]].concat(),
+        [&guarded[..], &nothing, &period, &nothing, &period, &driven, &open, &period, &driven, &closed, &clear]
+            .concat(),
     ]
 }
 

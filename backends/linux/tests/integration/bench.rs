@@ -7,8 +7,8 @@ use std::time::Duration;
 use sinew_backend::ChannelFault;
 use sinew_backend::conformance;
 use sinew_linux_backend::{LinuxRig, Settings};
-use sinew_linux_tree::{Scans, TRIGGER, Tree};
-use sinew_rig::{BackendKind, LinuxInput, LinuxPhase, LinuxSampling, Rig};
+use sinew_linux_tree::{ENABLE, RESET, STOP, Scans, TRIGGER, Tree, value_file};
+use sinew_rig::{BackendKind, EnableSignal, LinuxInput, LinuxPhase, LinuxSampling, Rig};
 use tempfile::TempDir;
 
 /// A rig of a few wires wired to a simulated kernel, mounted in a folder of its own.
@@ -23,8 +23,20 @@ pub struct Bench {
 
 /// `None`, with a word about it, where there is no FUSE.
 pub fn bench(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSampling) -> Option<Bench> {
+    bench_with(channels, rate_hz, scans, sampling, |_| ())
+}
+
+/// The same, with something changed in its rig.
+pub fn bench_with(
+    channels: usize,
+    rate_hz: f64,
+    scans: Scans,
+    sampling: LinuxSampling,
+    change: impl FnOnce(&mut Rig),
+) -> Option<Bench> {
     let folder = tempfile::tempdir().expect("a folder");
-    let rig = wired(channels, rate_hz, scans, sampling, folder.path().to_str().expect("a plain name"));
+    let mut rig = wired(channels, rate_hz, scans, sampling, folder.path().to_str().expect("a plain name"));
+    change(&mut rig);
     match Tree::mount(&rig, scans, folder.path()) {
         Ok(tree) => Some(Bench { tree, rig, slow: false, _folder: folder }),
         Err(error) => {
@@ -34,7 +46,7 @@ pub fn bench(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
     }
 }
 
-/// A rig as its file would say it, its channels in the places the tree gives them.
+/// A rig as its file would say it, its channels and lines in the places the tree gives them.
 pub fn wired(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSampling, root: &str) -> Rig {
     let mut rig = Rig::hexapod();
     rig.name = format!("linux-{}-{:x}", std::process::id(), root.len() + channels);
@@ -49,6 +61,9 @@ pub fn wired(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
         Scans::OnPhase => (LinuxPhase::Synchronised, Some(TRIGGER.to_string())),
         Scans::Free(_) => (LinuxPhase::Free, None),
     };
+    let (enable, stop) = (&mut rig.backend.enable, &mut rig.backend.estop);
+    (enable.signal, enable.line) = (EnableSignal::Level, Some(value_file(ENABLE)));
+    (stop.fitted, stop.line, stop.reset_line) = (true, Some(value_file(STOP)), Some(value_file(RESET)));
     for (index, channel) in rig.channels.iter_mut().enumerate() {
         let input =
             |name: &str| LinuxInput { name: Some(format!("2-00{:02x}:{name}", 0x48 + index)), gain: 1.0, offset: 0.0 };
@@ -80,6 +95,11 @@ impl Bench {
                 converter.store("trigger", "current_trigger", TRIGGER, &[TRIGGER.into()]).expect("there is one");
             }
         }
+    }
+
+    /// The level of the line that switches the supply.
+    pub fn enable_is_high(&self) -> bool {
+        self.tree.kernel().line(ENABLE).expect("there is one").high
     }
 
     /// What is put out now.

@@ -11,7 +11,7 @@ use sinew_backend::conformance::suite;
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero};
 use sinew_linux_backend::LinuxRig;
 use sinew_linux_tree::Scans;
-use sinew_rig::LinuxSampling;
+use sinew_rig::{FaultKind, LinuxSampling};
 
 fn keeps(bench: &mut Bench) {
     let findings = suite(bench);
@@ -72,6 +72,24 @@ fn samples_are_what_the_wires_gave() {
     let writes = bench.tree.kernel().output(0).writes;
     backend.exchange(&duty, &mut samples).unwrap();
     assert_eq!(bench.tree.kernel().output(0).writes, writes);
+}
+
+#[test]
+fn a_stage_that_conducts_by_itself_shows_in_the_dark_where_the_converter_runs_on() {
+    let Some(bench) = bench(1, 100.0, Scans::Free(64), LinuxSampling::Buffer) else { return };
+    let mut backend = bench.backend();
+    backend.start().unwrap();
+    let mut samples = [Sample::NONE];
+    let mut look = || {
+        bench.tree.pass();
+        backend.exchange(&[0.0], &mut samples).unwrap();
+        samples[0].current_a
+    };
+    let dark_a = (0..3).map(|_| look()).last().unwrap();
+    assert!(dark_a.abs() < 0.01, "{dark_a} A: a reading, and nothing flows");
+    bench.tree.kernel().faults().set(0, FaultKind::StageOn);
+    let stuck_a = (0..3).map(|_| look()).last().unwrap();
+    assert!(stuck_a > 0.05, "{stuck_a} A");
 }
 
 #[test]
@@ -182,6 +200,12 @@ fn what_is_unplugged_is_an_error_and_everything_else_is_put_to_zero() {
     assert_eq!(error, Err(BackendError::Channel { channel: 1, fault: ChannelFault::Converter }));
     assert!(samples[1].current_a.is_nan() && samples[0].current_a > 0.0 && samples[2].current_a > 0.0);
     assert_eq!(bench.duties(), [0.4, 0.0, 0.4]);
+    // two: each is told of
+    bench.tree.kernel().converters[2].gone = true;
+    let (error, _) = exchange(&mut backend);
+    assert_eq!(error, Err(BackendError::Channel { channel: 1, fault: ChannelFault::Converter }));
+    let failure = Some(ChannelFault::Converter);
+    assert_eq!([0, 1, 2].map(|channel| backend.failure(channel)), [None, failure, failure]);
 
     // all of them
     for converter in &mut bench.tree.kernel().converters {

@@ -63,7 +63,7 @@ impl Driver {
         let mut said = BufReader::new(child.stdout.take().unwrap());
         let guard = word(&mut said, "guard ").parse().unwrap();
         let driver = Driver { child, guard: Pid::from_raw(guard).unwrap(), said };
-        wait("all outputs driven", || bench.duties().iter().all(|duty| *duty > 0.4));
+        wait("all outputs driven", || bench.duties().iter().all(|duty| *duty > 0.4) && bench.enable_is_high());
         driver
     }
 
@@ -103,7 +103,9 @@ fn wait(what: &str, is_so: impl Fn() -> bool) {
 fn time_to_zero(bench: &Bench, act: impl FnOnce()) -> Duration {
     let since = Instant::now();
     act();
-    wait("all outputs at zero", || bench.duties().iter().all(|duty| *duty == 0.0));
+    wait("supply off and all outputs at zero", || {
+        !bench.enable_is_high() && bench.duties().iter().all(|duty| *duty == 0.0)
+    });
     let kernel = bench.tree.kernel();
     let last = (0..CHANNELS).filter_map(|channel| kernel.output(channel).changed).max().unwrap();
     last.saturating_duration_since(since)
@@ -128,6 +130,7 @@ fn a_killed_driver_leaves_nothing_heated() {
         drop(driver);
         wait("the guard to end", || rustix::process::test_kill_process(guard).is_err());
         assert_eq!(bench.duties(), [0.0; CHANNELS]);
+        assert!(!bench.enable_is_high());
         time
     });
 }
@@ -139,10 +142,11 @@ fn a_stopped_driver_leaves_nothing_heated_and_hears_of_it_when_it_goes_on() {
         let time = time_to_zero(bench, || kill_process(driver.id(), Signal::STOP).unwrap());
         thread::sleep(Duration::from_millis(50));
         assert_eq!(bench.duties(), [0.0; CHANNELS], "it stays so");
+        assert!(!bench.enable_is_high(), "it stays so");
         kill_process(driver.id(), Signal::CONT).unwrap();
         let answer = word(&mut driver.said, "exchange ");
         assert!(answer.contains("Timeout"), "{answer}");
-        wait("driven again", || bench.duties().iter().all(|duty| *duty > 0.4));
+        wait("driven again", || bench.duties().iter().all(|duty| *duty > 0.4) && bench.enable_is_high());
         time
     });
 }

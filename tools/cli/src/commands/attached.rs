@@ -1,13 +1,15 @@
-//! `sinew doctor`'s checks of attached hardware: PWM chips, converters, serial ports; and whether those of the rig file exist.
+//! `sinew doctor`'s checks of attached hardware: PWM chips, converters, lines, serial ports; and whether those of the rig file exist.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sinew_linux_backend::{LinuxRig, Settings, iio, pwm};
-use sinew_rig::{BackendKind, Rig};
+use sinew_linux_backend::{LinuxRig, Settings, iio, line, pwm};
+use sinew_rig::{BackendKind, LinuxPhase, LinuxSampling, Rig};
 use sinew_serial_backend::{self as serial, SerialBackend};
 
 use super::check::{Check, Verdict, check};
+
+const DARK: &str = "a power stage that conducts by itself shows at duty 0";
 
 /// Everything attached, and what the rig misses of it.
 pub(super) fn attached(rig: &Rig) -> Vec<Check> {
@@ -19,6 +21,8 @@ pub(super) fn attached(rig: &Rig) -> Vec<Check> {
     let mut checks = vec![outputs(&root, wanted(BackendKind::Linux)), converters(&root, wanted(BackendKind::Linux))];
     if wanted(BackendKind::Linux) {
         checks.push(places(rig));
+        checks.extend(lines(rig));
+        checks.push(dark(rig));
     }
     checks.push(serial_ports());
     if wanted(BackendKind::Serial) {
@@ -87,6 +91,59 @@ fn places(rig: &Rig) -> Check {
             check("places", wanted, error.to_string(), Some((Verdict::Lacking, "the driver does not start", remedy)))
         }
     }
+}
+
+/// The lines of the rig file beside the outputs, and the chips where it has any: whether each is there, free, and open to this user.
+fn lines(rig: &Rig) -> Vec<Check> {
+    let Settings { root, enable, stop, .. } = Settings::of_rig(rig);
+    let reset = stop.as_ref().and_then(|stop| stop.reset_line.clone());
+    let named = [
+        ("enable_line", "the line that switches the supply", enable.map(|enable| enable.line), true),
+        ("stop_line", "the emergency stop's contact", stop.map(|stop| stop.line), false),
+        ("reset_line", "the emergency stop's reset button", reset, false),
+    ];
+    let named: Vec<_> = named.into_iter().filter_map(|(id, what, name, out)| Some((id, what, name?, out))).collect();
+    if named.is_empty() {
+        return Vec::new();
+    }
+    let chips = line::chips(&root);
+    let mut checks = vec![check("gpio_chips", "GPIO chips", listed(chips.iter().map(line::Chip::to_string)), None)];
+    checks.extend(named.iter().map(|(id, what, name, is_output)| {
+        let wanted = format!("{what} is there, free and open to this user");
+        let lacking = |found: String, remedy: String| {
+            check(id, &wanted, found, Some((Verdict::Lacking, "the driver does not start", remedy)))
+        };
+        let place = match line::find(&root, &chips, name) {
+            Ok(place) => place,
+            Err(reason) => return lacking(format!("{name}: {reason}"), format!("name what is there in {}", rig.file())),
+        };
+        match place.user(*is_output) {
+            Ok(None) => check(id, &wanted, place.to_string(), None),
+            Ok(Some(user)) if user == line::CONSUMER => {
+                check(id, &wanted, format!("{place}, in use by a driver of this kind"), None)
+            }
+            Ok(Some(user)) => {
+                let remedy = "end what has it (`gpioinfo` lists it; a kernel driver goes with its overlay), or name another line";
+                lacking(format!("{place}, in use by {user}"), remedy.into())
+            }
+            Err(error) => lacking(error.to_string(), error.remedy()),
+        }
+    }));
+    checks
+}
+
+/// Whether a power stage that conducts by itself is seen while its channel has no duty.
+fn dark(rig: &Rig) -> Check {
+    let linux = &rig.backend.linux;
+    let found = match (linux.phase, linux.sampling) {
+        (LinuxPhase::Free, _) => return check("dark", DARK, "yes".into(), None),
+        (LinuxPhase::Synchronised, LinuxSampling::Buffer) => "only if the trigger comes without an on-phase, too",
+        (LinuxPhase::Synchronised, LinuxSampling::Sysfs) => "no: what is held is of an earlier on-phase",
+    };
+    let cost = "a stage that is stuck on heats the wire of a channel that is off, unseen";
+    let remedy = "`phase = \"free\"` with a converter that runs by itself, many times a period; otherwise an emergency stop and a fuse for \
+                  each wire";
+    check("dark", DARK, found.into(), Some((Verdict::Advice, cost, remedy.into())))
 }
 
 /// Serial ports a front-end may be on: those of USB, by the name that stays.

@@ -2,7 +2,27 @@
 
 use crate::error::What;
 use crate::notes::{Reader, Stated};
-use crate::tables::{BackendKind, Channel, LinuxChannel, Rig, SamplingCircuit, Sensing};
+use crate::tables::{BackendKind, Channel, EnableSignal, LinuxChannel, Rig, SamplingCircuit, Sensing};
+
+/// Lines that switch the supply, or stop everything, have to be somewhere.
+pub(crate) fn lines_are_given(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
+    if rig.backend.kind != BackendKind::Linux {
+        return;
+    }
+    let (enable, stop) = (&rig.backend.enable, &rig.backend.estop);
+    let needed = [
+        (enable.signal != EnableSignal::None, &enable.line, "enable", "the line that switches the supply", 17),
+        (stop.fitted, &stop.line, "estop", "the line of the emergency stop's contact", 27),
+    ];
+    for (_, _, table, which, example) in needed.into_iter().filter(|(wanted, line, ..)| *wanted && line.is_none()) {
+        let expected = format!(
+            "{which}, such as \"gpiochip0/{example}\" or \"/sys/class/gpio/gpio{example}/value\"; `sinew doctor` lists \
+             the chips"
+        );
+        let what = What::Missing { expected };
+        reader.problem(stated.line_at(&["backend", table]), None, format!("backend.{table}.line"), what);
+    }
+}
 
 /// What a channel on Linux's own interfaces cannot do without, and what these cannot do.
 pub(super) fn channels(reader: &mut Reader<'_>, rig: &Rig, stated: &[Stated<'_>]) {
