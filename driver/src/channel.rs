@@ -422,6 +422,17 @@ impl Channel {
         }
     }
 
+    /// The exchange at hand comes late: its duty was decided before so many seconds under the one before it.
+    pub(crate) fn come_late(&mut self, seconds: f64) {
+        let allowed_w = self.guard.heat().allowance_after(self.applied_duty * self.on_power_w, seconds).power_w;
+        // Written so that an unknown power allows nothing.
+        let fits = |duty: f64| duty * self.on_power_w <= allowed_w;
+        if self.duty > 0.0 && !fits(self.duty) {
+            let less = if fits(self.min_duty) { (allowed_w / self.on_power_w).max(self.min_duty) } else { 0.0 };
+            self.duty = less.min(self.duty);
+        }
+    }
+
     /// Derates the duty to what keeps the wire's budgets, but not below the sensing pulse: a wire that is not measured is no safer.
     #[inline]
     fn hold_down(&mut self) {

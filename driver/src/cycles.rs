@@ -161,6 +161,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let mut elapsed = 0u64;
         let mut awake = Wakefulness::default();
         let mut supply = SupplySwitch::default();
+        supply.begin(backend.0);
         let allocations_before = allocations::calls_of_this_thread();
 
         let ending = loop {
@@ -181,6 +182,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             }
             elapsed += 1 + grid.missed_since();
 
+            if grid.missed_since() > 0 {
+                engine.come_late(grid.missed_since(), &mut duty);
+            }
             // A machine that resumes from suspension must not continue: its first output is zero.
             if is_real_time && let Some(slept_s) = awake.slept_s(tick.now_ns, clock::boottime_ns()) {
                 engine.was_suspended(slept_s);

@@ -55,6 +55,14 @@ pub struct SupplySwitch {
 }
 
 impl SupplySwitch {
+    /// Before the first exchange: where there is an emergency stop, nothing is supplied until it was reset.
+    pub fn begin(&mut self, backend: &mut impl Backend) {
+        self.is_cut = backend.stop_inputs().is_some();
+        if self.is_cut {
+            backend.cut();
+        }
+    }
+
     /// Between exchange and cycle: tells the engine of the emergency stop.
     #[inline]
     pub fn look(&mut self, backend: &impl Backend, engine: &mut Engine, reset_at_terminal: bool) {

@@ -160,6 +160,17 @@ impl Engine {
         }
     }
 
+    /// Before an exchange that comes late, by so many periods: holds back what the last cycle decided, which did not know that its predecessor
+    /// would be in force for so long. Two stalls with a cycle in between would otherwise heat like one twice as long.
+    #[inline]
+    pub fn come_late(&mut self, missed: u64, duty: &mut [f64]) {
+        let seconds = missed as f64 * self.period_s;
+        for (channel, duty) in self.channels.iter_mut().zip(duty) {
+            channel.come_late(seconds);
+            *duty = channel.duty;
+        }
+    }
+
     /// The joints, in the rig's order.
     pub fn joints(&self) -> &[Joint] {
         &self.joints

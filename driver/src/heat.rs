@@ -297,6 +297,15 @@ impl Heat {
         self.derating.allowance(self.account_j, self.temperature_c())
     }
 
+    /// The same after so long, s, under so much, W, of which no cycle has heard yet, and without any loss.
+    #[inline]
+    pub fn allowance_after(&self, given_w: f64, seconds: f64) -> Allowance {
+        // No longer than until the output goes off by itself.
+        let seconds = seconds.min(self.budgets.silence_s + 2.0 * self.budgets.period_s);
+        let gained_k = given_w / self.budgets.full_w * self.budgets.full_k_per_s * seconds;
+        self.derating.allowance(self.account_j + given_w * seconds, self.temperature_c() + gained_k)
+    }
+
     /// Whether the wire may have so much, W, without being derated.
     #[inline]
     pub fn allows(&self, power_w: f64) -> bool {

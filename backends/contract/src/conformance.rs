@@ -390,7 +390,8 @@ fn reports_the_fault_of_a_channel<B: Bench>(stand: &mut Stand<'_, B>) -> bool {
     stand.bench.mend_channel(broken);
     // As the supervisor does: off until reset.
     stand.duty[broken] = 0.0;
-    stand.exchange_until("a channel that is mended and was off is well again", Result::is_ok);
+    stand.backend.clear(broken);
+    stand.exchange_until("a channel that is mended, off and reset is well again", Result::is_ok);
     stand.drive_until_measured(0.1);
     let _ = stand.backend.stop();
     true

@@ -1,7 +1,5 @@
 //! The conformance suite for backends, over a pseudo-terminal with the firmware on the other end.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use sinew_backend::allocations::CountingAllocator;
@@ -45,55 +43,8 @@ fn host(rig: &Rig, folder: &tempfile::TempDir, spoilt: [Spoilt; 2]) -> Host {
     Host::start(rig, options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A backend whose channels are reset once they are mended, as a client would: the front-end forgets no fault by itself.
-struct Resetting {
-    backend: SerialBackend,
-    is_mended: Arc<AtomicBool>,
-    failed: Option<usize>,
-}
-
-impl Backend for Resetting {
-    fn channels(&self) -> usize {
-        self.backend.channels()
-    }
-
-    fn start(&mut self) -> Result<(), BackendError> {
-        self.backend.start()
-    }
-
-    fn exchange(&mut self, duty: &[f64], samples: &mut [Sample]) -> Result<(), BackendError> {
-        if let Some(channel) = self.failed.filter(|_| self.is_mended.load(Ordering::Relaxed)) {
-            self.backend.clear(channel);
-        }
-        let answer = self.backend.exchange(duty, samples);
-        self.failed = answer.err().and_then(|error| error.channel());
-        answer
-    }
-
-    fn is_confirmed(&self, channel: usize) -> bool {
-        self.backend.is_confirmed(channel)
-    }
-
-    fn failure(&self, channel: usize) -> Option<ChannelFault> {
-        self.backend.failure(channel)
-    }
-
-    fn is_due(&mut self) -> bool {
-        self.backend.is_due()
-    }
-
-    fn silence_s(&self) -> Option<f64> {
-        self.backend.silence_s()
-    }
-
-    fn stop(&mut self) -> Zero {
-        self.backend.stop()
-    }
-}
-
 struct Line {
     rig: Rig,
-    is_mended: Arc<AtomicBool>,
     folder: tempfile::TempDir,
     host: Option<Host>,
     next: Instant,
@@ -104,7 +55,7 @@ impl Line {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let mut rig = rig(&folder);
         rig.channels.iter_mut().for_each(|channel| channel.adc.circuit = circuit);
-        Line { rig, is_mended: Arc::default(), folder, host: None, next: Instant::now() }
+        Line { rig, folder, host: None, next: Instant::now() }
     }
 
     fn host(&self) -> &Host {
@@ -117,14 +68,12 @@ impl Line {
 }
 
 impl Bench for Line {
-    type Backend = Resetting;
+    type Backend = SerialBackend;
 
-    fn backend(&mut self) -> Resetting {
+    fn backend(&mut self) -> SerialBackend {
         self.host = None;
         self.host = Some(host(&self.rig, &self.folder, [Spoilt::default(); 2]));
-        let backend = SerialBackend::connect(&self.rig).unwrap_or_else(|error| panic!("{error}"));
-        self.is_mended.store(false, Ordering::Relaxed);
-        Resetting { backend, is_mended: self.is_mended.clone(), failed: None }
+        SerialBackend::connect(&self.rig).unwrap_or_else(|error| panic!("{error}"))
     }
 
     fn pace(&mut self) {
@@ -159,7 +108,6 @@ impl Bench for Line {
 
     fn mend_channel(&mut self, channel: usize) {
         self.host().order(Order::Mend(self.place(channel) as u8));
-        self.is_mended.store(true, Ordering::Relaxed);
     }
 }
 

@@ -174,6 +174,7 @@ impl Lockstep {
         if missed > 0 {
             self.backend.missed(missed);
             self.period += missed;
+            self.engine.come_late(missed, &mut self.duty);
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);
         let beat = Beat { now_ns: self.now_ns(), missed };

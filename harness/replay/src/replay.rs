@@ -95,6 +95,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         let missed = if head.cycle == 1 { head.missed } else { between };
         self.keep_count(&head);
         if between > 0 {
+            self.engine.come_late(missed, &mut self.duty);
             self.backend.missed(between);
         }
         let exchanged = self.backend.exchange(&self.duty, &mut self.samples);

@@ -26,7 +26,7 @@ const MOST_STEPS: usize = 64;
 const LOOKS: usize = 32;
 const AT_ONCE: SendFlags = SendFlags::DONTWAIT.union(SendFlags::NOSIGNAL);
 /// What the porter sends: his first words, and answers.
-const WELCOME_BYTES: usize = 152;
+const WELCOME_BYTES: usize = 216;
 const REPLY_BYTES: usize = size_of::<Reply>();
 
 /// A gate, and somebody well-behaved inside who stays through all scripts.
@@ -156,7 +156,7 @@ impl Run<'_> {
             4 => {
                 // More than it is, less, or huge.
                 let mut request = self.request(script, false).1;
-                let length = [0, 1, 55, 57, 152, 153, 4000, 100_000][usize::from(step >> 3) % 8];
+                let length = [0, 1, 55, 57, 216, 217, 4000, 100_000][usize::from(step >> 3) % 8];
                 request.resize(length, 0xa5);
                 self.send(which, &request, false, None);
             }

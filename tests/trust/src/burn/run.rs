@@ -142,8 +142,10 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
         },
     };
     let mut driver: Option<Driver> = None;
-    let mut record: Option<Record> = None;
-    let mut next = Some(Start { pause_s: 0.0, remembers: false, other: false });
+    // It begins with a wire that has rested, of which the record of its output knows.
+    let rested = Recalled { temperature_c: ambient_c, account_j: 0.0, given_w: 0.0, since_s: 0.0 };
+    let mut record = Some(Record { recalled: rested, at_s: 0.0 });
+    let mut next = Some(Start { pause_s: 0.0, remembers: true, other: false });
     let mut moments = script.moments.iter().peekable();
     let mut samples = [Sample::NONE];
     let mut tickets = 0;
@@ -203,6 +205,9 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
         // A cycle, late or not; or the last one.
         let late = (stalled_s * rate_hz) as u64;
         world.pass(late);
+        if late > 0 {
+            alive.engine.come_late(late, &mut alive.duty);
+        }
         let exchanged = world.wires.exchange(&alive.duty, &mut samples);
         world.watch();
         alive.engine.note_outputs(&world.wires);

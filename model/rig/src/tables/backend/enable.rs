@@ -26,7 +26,7 @@ table! {
     pub struct Enable {
         /// What it carries while outputs may be powered: `level`, or `pulses` for a watchdog relay; `none`: there is no such line.
         signal: EnableSignal = "signal", EnableSignal::KIND, EnableSignal::DEFAULT;
-        /// Where it is with kind `linux`: chip and line, such as `gpiochip0/17`. A front-end has a pin of its own for it.
+        /// Where it is with kind `linux`: chip and line, such as `gpiochip0/17`, or the path of a file of sysfs. A front-end has a pin of its own for it.
         line: Option<String> = "line", text("a chip and its line", MAX_PATH),
             Computed("none: **required** with kind `linux` and a signal");
         /// Which level lets outputs be powered: high, or low.

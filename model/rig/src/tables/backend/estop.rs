@@ -14,7 +14,7 @@ table! {
     pub struct EmergencyStop {
         /// Whether there is one.
         fitted: bool = "fitted", BOOLEAN, Boolean(false);
-        /// Where it is with kind `linux`: chip and line, such as `gpiochip0/27`. A front-end has a pin of its own for it.
+        /// Where it is with kind `linux`: chip and line, such as `gpiochip0/27`, or the path of a file of sysfs. A front-end has a pin of its own for it.
         line: Option<String> = "line", text("a chip and its line", MAX_PATH),
             Computed("none: **required** with kind `linux` where one is fitted");
         /// Which level it has while the contact is closed: high, or low. A broken lead has to look like an open contact.
