@@ -1,8 +1,11 @@
 //! What is believed of a wire's heat: its temperature at worst and its heat account, through starts, gaps and silences.
 //!
-//! What is not known is assumed to be the worst. Three things make up the belief:
+//! What is not known is assumed to be the worst. Four things make up the belief:
 //!
 //! - **The estimate** of a protective estimator: what power, length and resistance say of the wire since they have been watched.
+//! - **The heat that was surely put in**: what power alone leaves in the wire under the [most loss](MOST_LOSS) that is believed. Where the load is
+//!   jammed, length and resistance stand, and an estimator that takes them for a wire in a draught is too cold by tens of kelvins; the
+//!   estimate is no colder than this.
 //! - **The excess**: how much hotter the wire may be than that, because it was not watched before. A wire whose history is unknown is at
 //!   its limit. Of two equal wires that get the same power the hotter one comes down to the other, so the excess decays by
 //!   the loss to the air: by the [slowest](SLOWEST_LOSS) that is believed, and more slowly while the wire may have latent
@@ -22,6 +25,8 @@ use crate::budget::{Allowance, Budgets, Derating};
 
 /// Share of the loss to the air that a wire surely has: beliefs may be 30 % off.
 pub const SLOWEST_LOSS: f64 = 0.7;
+/// The most loss to the air that is believed, as a multiple of the model's: a draught that takes half as much again, and a bit.
+pub const MOST_LOSS: f64 = 1.6;
 /// Samples in a row in which the witnesses must agree on a cold wire.
 const AGREEING: u32 = 8;
 /// An excess below this is none, K.
@@ -176,9 +181,13 @@ pub struct Heat {
     account_j: f64,
     /// What is left of it after a period of a length, s, that has hardly ever another.
     kept: (f64, f64),
+    /// The same of the heat that is surely in it.
+    surely_kept: (f64, f64),
     estimate_c: f64,
     martensite: f64,
     excess_k: f64,
+    /// Heat beyond the air's temperature that is surely in the wire, besides what turned it austenite, J.
+    surely_j: f64,
     /// Temperature that was assumed, until the first estimate makes an excess of it, °C.
     assumed_c: Option<f64>,
     /// Measurements still to come that may belie the memory it came from.
@@ -195,9 +204,11 @@ impl Heat {
             cooling,
             account_j: 0.0,
             kept: (f64::NAN, f64::NAN),
+            surely_kept: (f64::NAN, f64::NAN),
             estimate_c: f64::NAN,
             martensite: f64::NAN,
             excess_k: 0.0,
+            surely_j: 0.0,
             assumed_c: Some(budgets.ambient_c),
             unconfirmed_memory: 0,
             agreeing: 0,
@@ -322,10 +333,13 @@ impl Heat {
         let is_inside = is_measured && martensite < SURELY_INSIDE;
         let least_c = if is_inside { passed.cooling_curve_c } else { self.budgets.ambient_c };
         let estimate_c = if estimate_c < least_c { least_c } else { estimate_c };
-        self.estimate_c = estimate_c;
         if !(power_w.is_nan() || dt_s.is_nan()) {
             self.fill(power_w, dt_s);
+            self.surely_fill(power_w, dt_s, martensite - before);
         }
+        let surely_c = self.budgets.ambient_c + self.surely_j / self.cooling.heat_capacity_j_per_k;
+        let estimate_c = if estimate_c < surely_c { surely_c } else { estimate_c };
+        self.estimate_c = estimate_c;
         let assumed = self.assumed_c.take();
         if let Some(assumed_c) = assumed {
             self.excess_k = (assumed_c - estimate_c).max(0.0);
@@ -357,6 +371,19 @@ impl Heat {
         }
         let settled_j = power_w / self.derating.leak_per_s();
         self.account_j = (settled_j + (self.account_j - settled_j) * self.kept.1).max(0.0);
+    }
+
+    /// The heat that is surely in the wire, by its enthalpy (eq. 48) with the most loss: exactly, however long (for constant power).
+    /// `turned` is how much more of it is martensite than before; NaN where that is not known.
+    #[inline]
+    fn surely_fill(&mut self, power_w: f64, dt_s: f64, turned: f64) {
+        let rate_per_s = MOST_LOSS / SLOWEST_LOSS * self.cooling.loss_w_per_k / self.cooling.heat_capacity_j_per_k;
+        if self.surely_kept.0 != dt_s {
+            self.surely_kept = (dt_s, (-rate_per_s * dt_s).exp());
+        }
+        let settled_j = power_w / rate_per_s;
+        let released_j = if turned.is_nan() { 0.0 } else { self.cooling.latent_j * turned };
+        self.surely_j = (settled_j + (self.surely_j - settled_j) * self.surely_kept.1 + released_j).max(0.0);
     }
 
     fn decay(&mut self, passed: &Passed) {
