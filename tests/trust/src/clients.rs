@@ -202,7 +202,13 @@ fn off_in_a_flood() -> Kind {
     Kind {
         expected: "off overtakes what waits; time from the call to the sensing pulse at the output",
         lost: "what was asked of that channel before it and waited: answered as overtaken",
-        ..kind("off_in_a_flood", "a channel is switched off while sixteen threads of four programs command it", &[], 50.0, one)
+        ..kind(
+            "off_in_a_flood",
+            "a channel is switched off while sixteen threads of four programs command it",
+            &[],
+            50.0,
+            one,
+        )
     }
 }
 

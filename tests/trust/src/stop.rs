@@ -37,7 +37,9 @@ fn power_w(bench: &Lockstep) -> f64 {
 fn recovers(bench: &mut Lockstep) -> Result<(), Failure> {
     for channel in 0..CHANNELS {
         let refused = bench.reset(channel);
-        expect(refused == Some(Answer::CauseRemains(Fault::EmergencyStop)), || format!("a client resets it: {refused:?}"))?;
+        expect(refused == Some(Answer::CauseRemains(Fault::EmergencyStop)), || {
+            format!("a client resets it: {refused:?}")
+        })?;
     }
     bench.reset_emergency_stop();
     bench.run(5);
@@ -145,7 +147,8 @@ fn drops_out() -> Kind {
     const DROPOUT_S: f64 = 0.02;
     let one = |rng: &mut Xoshiro256PlusPlus| {
         let mut bench = rig(rng, "\n[backend.enable]\nsignal = \"pulses\"\ndropout_ms = 20.0\n")?;
-        bench.run(60);
+        // The supply has to stand first.
+        bench.run((0.1 * bench.rig().rate_hz) as u64 + 60);
         for channel in 0..CHANNELS {
             command(&mut bench, channel, CommandKind::Duty, between(rng, 0.02, 0.2), 1000.0)?;
         }

@@ -144,7 +144,11 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
         let mut script = history.script.clone();
         if is_burnt {
             script = history.shrunk()?;
-            println!("  of {} moments it takes{}:", history.script.moments.len(), if script.is_eager { ", and resets as fast as allowed" } else { "" });
+            println!(
+                "  of {} moments it takes{}:",
+                history.script.moments.len(),
+                if script.is_eager { ", and resets as fast as allowed" } else { "" }
+            );
             script.moments.iter().for_each(|moment| println!("  {moment}"));
         }
         if let Some(path) = args.trace.as_ref().filter(|_| seed + 1 == end) {

@@ -151,4 +151,3 @@ impl Plan {
         Ok([believed, other, truth])
     }
 }
-

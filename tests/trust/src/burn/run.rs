@@ -198,7 +198,8 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
                 Wish::Reset => Ask::Reset,
             };
             tickets += 1;
-            let answer = alive.engine.take(&Order { ticket: tickets, channel: 0, ask, hold_ns: 60_000_000_000 }, now_ns);
+            let answer =
+                alive.engine.take(&Order { ticket: tickets, channel: 0, ask, hold_ns: 60_000_000_000 }, now_ns);
             world.outcome.resets += u32::from(ask == Ask::Reset && answer.is_none());
         }
 

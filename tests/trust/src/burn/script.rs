@@ -103,7 +103,8 @@ impl Script {
         let cycles = ((between(rng, 10.0, 120.0) * rate_hz) as u64).min(MOST_CYCLES);
         let seconds = cycles as f64 / rate_hz;
         let is_eager = rng.random::<bool>();
-        let mut script = Script { cycles, is_eager, moments: vec![Moment { at_s: 0.0, what: Happening::Ask(Wish::Duty(1.0)) }] };
+        let mut script =
+            Script { cycles, is_eager, moments: vec![Moment { at_s: 0.0, what: Happening::Ask(Wish::Duty(1.0)) }] };
         // How often things happen, a second: from a quiet hour to a day on which nothing works.
         let (mischief, kills, stalls) = (between(rng, 0.0, 0.5), between(rng, 0.0, 0.5), between(rng, 0.0, 3.0));
         let forgetful = between(rng, 0.0, 1.0);

@@ -200,7 +200,10 @@ pub struct Reset {
 #[command(after_help = "\
 Example:
   sinew stop
-  sinew stop --rig hexapod")]
+  sinew stop --rig hexapod
+
+Every output goes to zero, the supply off where a line switches it, and the driver ends. It overtakes whatever waits. `sinew set CHANNEL off`
+instead leaves the sensing pulse, by which the wire goes on being measured. Software's stop is no emergency stop: see docs/wiring.md.")]
 pub struct Stop {
     /// Which driver.
     #[command(flatten)]
