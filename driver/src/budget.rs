@@ -23,8 +23,8 @@ pub const DERATED_FROM: f64 = 0.8;
 pub const HEAT_KEPT: f64 = 0.95;
 /// Share of the temperature's rise at which nothing is allowed.
 pub const RISE_KEPT: f64 = 0.98;
-/// How far beyond its limit a silence may take a wire, K.
-pub const SILENCE_KEPT_K: f64 = 10.0;
+/// How far beyond its limit a silence may take a wire, K: half of the 10 K that are promised, for no belief is exact.
+pub const SILENCE_KEPT_K: f64 = 5.0;
 /// A budget must not be passed in fewer periods than this, however strong the supply or slow the loop.
 const FEWEST_PERIODS: f64 = 6.0;
 

@@ -71,7 +71,7 @@ impl History {
     }
 
     fn of(seed: u64, search: u32) -> Result<History, Failure> {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5eed_0f_5c21_97a1);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5eed_0f5c_2197_a1b7);
         let rate_hz = Plan::of(seed).rate_hz;
         let script = Script::by_chance(&mut rng, rate_hz, History::is_stuck(seed));
         let outcome = run(seed, &script, None)?;
@@ -178,8 +178,11 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
     Ok(histories.iter().all(|one| one.outcome.is_kept() != Some(false)))
 }
 
+/// A row of the table: its name, and which histories belong to it.
+type Group = (&'static str, fn(&Outcome) -> bool);
+
 /// The rows of the table.
-fn groups() -> [(&'static str, fn(&Outcome) -> bool); 4] {
+fn groups() -> [Group; 4] {
     [
         ("length and resistance", |one| one.witnesses == Witnesses::LengthAndResistance && !one.was_stuck),
         ("blind to resistance", |one| one.witnesses == Witnesses::Length && !one.was_stuck),

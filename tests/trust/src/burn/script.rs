@@ -97,6 +97,9 @@ const BREAKS: [FaultKind; 6] = [
     FaultKind::BackendError,
 ];
 
+/// What draws a happening.
+type Drawn<'a> = &'a dyn Fn(&mut Xoshiro256PlusPlus) -> Happening;
+
 impl Script {
     /// By chance, at a rate of the loop in Hz. `has_stuck_stage`: at some moment the power stage sticks for good.
     pub fn by_chance(rng: &mut Xoshiro256PlusPlus, rate_hz: f64, has_stuck_stage: bool) -> Script {
@@ -108,7 +111,7 @@ impl Script {
         // How often things happen, a second: from a quiet hour to a day on which nothing works.
         let (mischief, kills, stalls) = (between(rng, 0.0, 0.5), between(rng, 0.0, 0.5), between(rng, 0.0, 3.0));
         let forgetful = between(rng, 0.0, 1.0);
-        let kinds: [(f64, &dyn Fn(&mut Xoshiro256PlusPlus) -> Happening); 6] = [
+        let kinds: [(f64, Drawn); 6] = [
             (mischief, &breaks),
             (0.5 * mischief, &draught),
             (if is_eager { 20.0 } else { 2.0 }, &asks),
