@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use sinew_backend::allocations::CountingAllocator;
 use sinew_backend::conformance::{Bench, suite};
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Zero};
+use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs};
 use sinew_front_end::{ChannelFault as DeviceFault, Decoder, MAX_BODY, encode_hello};
 use sinew_front_end_host::{Host, Options, Order, Spoilt};
 use sinew_rig::{BackendKind, EnableSignal, FaultKind, Rig, SamplingCircuit};

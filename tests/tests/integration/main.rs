@@ -18,4 +18,5 @@ mod recording;
 mod report;
 mod scope;
 mod simulate;
+mod stop;
 mod tune;

@@ -120,7 +120,11 @@ mod tests {
         let check = groups(&rig("command_group = \"no-such-group\""));
         assert_eq!((check.verdict, check.found.as_str()), (Verdict::Lacking, "there is no group \"no-such-group\""));
         assert!(check.remedy.contains("sudo groupadd no-such-group"), "{}", check.remedy);
-        assert!(check.wanted.contains("group no-such-group to command, nobody else to look"), "{}", check.wanted);
+        assert!(
+            check.wanted.contains("group no-such-group to command, (none) to stop the driver, nobody else to look"),
+            "{}",
+            check.wanted
+        );
     }
 
     #[test]
