@@ -10,7 +10,7 @@
 //!
 //! When the driver is gone, its words go to stderr and the exit code is 3.
 
-use sinew_ipc::{Client, ClientOptions, Error};
+use sinew_ipc::{Client, ClientOptions, Error, Reason};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -80,7 +80,11 @@ fn robot(words: &[&str]) -> Result<(), Error> {
                     // A new one each time: opening and closing are calls too.
                     "stream" => drop(client.stream()?.next_within(PATIENCE)?),
                     "wait" => drop(client.wait(PATIENCE)?),
-                    "set" => drop(client.set_stroke(channel, 0.2, Duration::from_secs(1))?),
+                    "set" => match client.set_stroke(channel, 0.2, Duration::from_secs(1)) {
+                        // Somebody else has switched it off since.
+                        Err(Error::Refused(refusal)) if refusal.reason == Reason::Overtaken => {}
+                        answer => drop(answer?),
+                    },
                     "reset" => drop(client.reset(channel)?),
                     "off" => drop(client.off(channel)?),
                     other => panic!("no such call: {other:?}"),

@@ -594,7 +594,15 @@ mod tests {
     #[test]
     fn every_simulated_fault_has_a_row() {
         for (word, kind) in FaultKind::ALL {
-            let alone = [FaultKind::ProbeStuck, FaultKind::Jammed, FaultKind::StageOn, FaultKind::WriteFails];
+            let alone = [
+                FaultKind::ProbeStuck,
+                FaultKind::Jammed,
+                FaultKind::StageOn,
+                FaultKind::WriteFails,
+                // In `stop`.
+                FaultKind::EstopOpen,
+                FaultKind::EstopReset,
+            ];
             let known = BREAKAGES.iter().any(|b| b.kind == kind) || alone.contains(&kind);
             assert!(known, "{word} is simulated, but nobody measures what the driver does about it");
         }

@@ -63,6 +63,8 @@ pub fn wired(channels: usize, rate_hz: f64, scans: Scans, sampling: LinuxSamplin
     };
     let (enable, stop) = (&mut rig.backend.enable, &mut rig.backend.estop);
     (enable.signal, enable.line) = (EnableSignal::Level, Some(value_file(ENABLE)));
+    // The suite looks at once.
+    enable.settle_s = 0.0;
     (stop.fitted, stop.line, stop.reset_line) = (true, Some(value_file(STOP)), Some(value_file(RESET)));
     for (index, channel) in rig.channels.iter_mut().enumerate() {
         let input =

@@ -72,6 +72,7 @@ pub fn record(
     for cycle in 1..=cycles {
         let turn = script(cycle, &faults);
         if turn.missed > 0 {
+            engine.come_late(turn.missed, &mut duty);
             backend.missed(turn.missed);
         }
         due_ns += (1 + turn.missed) * period_ns;
@@ -79,6 +80,7 @@ pub fn record(
         let now_ns = due_ns + cycle * 7919 % 60_000;
         samples.fill(Sample::NONE);
         let exchanged = backend.exchange(&duty, &mut samples);
+        engine.note_outputs(&backend);
         for order in &turn.orders {
             engine.take(order, now_ns);
         }

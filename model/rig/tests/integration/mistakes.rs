@@ -510,7 +510,8 @@ fn simulated_faults() {
         &fault("kind = \"open\"\nstart_s = 1"),
         "rig.toml:24: simulation.fault.kind is \"open\", expected \"open_wire\", \"shorted_wire\", \"probe_lost\", \
          \"contact_resistance\", \"probe_stuck\", \"supply_dip\", \"supply_high\", \
-         \"stage_on\", \"stage_weak\", \"write_fails\", \"jammed\", \"adc_stuck\", \"adc_saturated\", \"adc_nan\" or \"backend_error\"",
+         \"stage_on\", \"stage_weak\", \"write_fails\", \"jammed\", \"adc_stuck\", \"adc_saturated\", \"adc_nan\", \"backend_error\", \"estop_open\" \
+         or \"estop_reset\"",
     );
     with(
         &fault("kind = \"open_wire\""),

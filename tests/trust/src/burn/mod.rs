@@ -24,10 +24,6 @@ use rig::{Plan, Witnesses};
 use run::{Outcome, run};
 use script::Script;
 
-/// How far beyond its limit a wire may come, K: where the rig file is true, and where it is up to 30 % off.
-pub const PROMISED_K: f64 = 10.0;
-/// See there.
-pub const PROMISED_OFF_K: f64 = 40.0;
 /// Runs that cutting a script down may take.
 const SHRINKING_RUNS: u32 = 400;
 
@@ -203,7 +199,8 @@ mod tests {
         assert!(burnt.is_empty(), "{} of 300: `sinew-trust burn --search 4` tells what it takes", burnt.len());
         // And they are histories that could have burnt one.
         let count = |which: fn(&Outcome) -> bool| histories.iter().filter(|one| which(&one.outcome)).count();
-        assert!(count(|one| one.was_heated) > 150, "{}", count(|one| one.was_heated));
-        assert!(count(|one| one.starts > 3) > 150 && count(|one| one.resets > 3) > 150);
+        assert!(count(|one| one.was_heated) > 100, "{}", count(|one| one.was_heated));
+        let (starts, resets) = (count(|one| one.starts > 3), count(|one| one.resets > 3));
+        assert!(starts > 100 && resets > 100, "{starts} {resets}");
     }
 }

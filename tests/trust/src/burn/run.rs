@@ -15,6 +15,9 @@ use super::rig::{Plan, Witnesses};
 use super::script::{Happening, Script, Wish};
 use crate::failure::Failure;
 
+/// How far beyond its limit a wire may come, K: where the rig file is true, and where it is up to 30 % off.
+const PROMISED_K: f64 = 10.0;
+const PROMISED_OFF_K: f64 = 40.0;
 /// A history heats its wire if that comes above this share of the rise to its limit.
 const HEATED: f64 = 0.8;
 
@@ -49,7 +52,7 @@ impl Outcome {
 
     /// How far the wire came beyond what is promised of such a history, K; `None` where nothing is.
     pub fn excess_k(&self) -> Option<f64> {
-        let promised_k = if self.is_true { super::PROMISED_K } else { super::PROMISED_OFF_K };
+        let promised_k = if self.is_true { PROMISED_K } else { PROMISED_OFF_K };
         let is_promised = self.witnesses == Witnesses::LengthAndResistance && !self.was_stuck;
         is_promised.then_some(self.over_k - promised_k)
     }
