@@ -29,7 +29,7 @@ impl Backend for Latching {
         let duty: Vec<f64> =
             duty.iter().zip(&self.latched).map(|(duty, latched)| if latched.is_some() { 0.0 } else { *duty }).collect();
         self.fake.exchange(&duty, samples)?;
-        for channel in 0..self.latched.len() {
+        for (channel, sample) in samples.iter_mut().enumerate() {
             if self.forgets_in[channel] > 0 {
                 self.forgets_in[channel] -= 1;
                 if self.forgets_in[channel] == 0 && !self.remains[channel] {
@@ -37,7 +37,7 @@ impl Backend for Latching {
                 }
             }
             if self.latched[channel].is_some() {
-                samples[channel] = Sample::NONE;
+                *sample = Sample::NONE;
             }
         }
         let lowest = (0..self.latched.len()).find_map(|channel| Some((channel as u32, self.latched[channel]?)));
