@@ -1,7 +1,7 @@
 //! Backend on Linux's own interfaces: PWM by sysfs for the power stages, IIO for the converters.
 //!
 //! [`LinuxRig`] is the backend. [`pwm`] and [`iio`] enumerate the kernel's devices and find them by name, [`scan`] is the
-//! layout of IIO's buffers, [`line`] the lines beside the outputs, [`guard`] the process that sets the outputs to zero when the
+//! layout of IIO's buffers, [`mod@line`] the lines beside the outputs, [`guard`] the process that sets the outputs to zero when the
 //! driver cannot. `docs/linux-backend.md` has wiring, cost and tests.
 //!
 //! ```
