@@ -73,6 +73,11 @@ impl Cooling {
         self.loss_w_per_k / (self.heat_capacity_j_per_k + latent_j_per_k)
     }
 
+    /// Share of its heat that it loses in a second at the most, 1/s: by its fastest law.
+    fn most_leak_per_s(&self) -> f64 {
+        MOST_LOSS / SLOWEST_LOSS * self.loss_w_per_k / self.heat_capacity_j_per_k
+    }
+
     /// Temperature, °C, at the most, of a wire that was this hot, after so long without power: by its slowest law.
     pub fn cooled_c(&self, temperature_c: f64, ambient_c: f64, seconds: f64) -> f64 {
         ambient_c + self.decayed_k((temperature_c - ambient_c).max(0.0), ambient_c, seconds, false)
@@ -363,27 +368,20 @@ impl Heat {
         }
     }
 
-    /// The account: E' = P − E/τ, exactly, however long (for constant power).
+    /// The account.
     #[inline]
     fn fill(&mut self, power_w: f64, dt_s: f64) {
-        if self.kept.0 != dt_s {
-            self.kept = (dt_s, (-self.derating.leak_per_s() * dt_s).exp());
-        }
-        let settled_j = power_w / self.derating.leak_per_s();
-        self.account_j = (settled_j + (self.account_j - settled_j) * self.kept.1).max(0.0);
+        let leak_per_s = self.derating.leak_per_s();
+        self.account_j = leaked_j(self.account_j, power_w, leak_per_s, dt_s, &mut self.kept).max(0.0);
     }
 
-    /// The heat that is surely in the wire, by its enthalpy (eq. 48) with the most loss: exactly, however long (for constant power).
+    /// The heat that is surely in the wire, by its enthalpy (eq. 48) with the most loss.
     /// `turned` is how much more of it is martensite than before; NaN where that is not known.
     #[inline]
     fn surely_fill(&mut self, power_w: f64, dt_s: f64, turned: f64) {
-        let rate_per_s = MOST_LOSS / SLOWEST_LOSS * self.cooling.loss_w_per_k / self.cooling.heat_capacity_j_per_k;
-        if self.surely_kept.0 != dt_s {
-            self.surely_kept = (dt_s, (-rate_per_s * dt_s).exp());
-        }
-        let settled_j = power_w / rate_per_s;
+        let left_j = leaked_j(self.surely_j, power_w, self.cooling.most_leak_per_s(), dt_s, &mut self.surely_kept);
         let released_j = if turned.is_nan() { 0.0 } else { self.cooling.latent_j * turned };
-        self.surely_j = (settled_j + (self.surely_j - settled_j) * self.surely_kept.1 + released_j).max(0.0);
+        self.surely_j = (left_j + released_j).max(0.0);
     }
 
     fn decay(&mut self, passed: &Passed) {
@@ -405,6 +403,17 @@ impl Heat {
             self.excess_k = 0.0;
         }
     }
+}
+
+/// A store of heat that loses of itself so much in a second: E' = P − E/τ, exactly, however long (for constant power). `kept` is what is
+/// left of it after a period of a length, s, that has hardly ever another.
+#[inline]
+fn leaked_j(energy_j: f64, power_w: f64, leak_per_s: f64, dt_s: f64, kept: &mut (f64, f64)) -> f64 {
+    if kept.0 != dt_s {
+        *kept = (dt_s, (-leak_per_s * dt_s).exp());
+    }
+    let settled_j = power_w / leak_per_s;
+    settled_j + (energy_j - settled_j) * kept.1
 }
 
 /// A wire that tests reckon with: that of [`crate::budget::EXAMPLE`], which takes 3 W at 200 K/s.
