@@ -87,6 +87,34 @@ pub fn healthy(bench: &Lockstep) -> Result<(), Failure> {
     expect(bench.trips().is_empty(), || format!("tripped before the fault: {:?}", bench.trips()))
 }
 
+/// Resets these channels, whose faults are mended: each has to take it, and to work again.
+///
+/// # Errors
+/// When one does not.
+pub fn works_again(bench: &mut Lockstep, channels: &[usize]) -> Result<(), Failure> {
+    for &channel in channels {
+        // The estimated temperature may have to fall first.
+        let mut answer = None;
+        for _ in 0..60 {
+            answer = bench.reset(channel);
+            if answer == Some(Answer::Done) {
+                break;
+            }
+            bench.run((bench.rig().rate_hz * 0.5) as u64);
+        }
+        expect(answer == Some(Answer::Done), || format!("reset of channel {channel}: {answer:?}"))?;
+    }
+    for &channel in channels {
+        command(bench, channel, CommandKind::Duty, 0.05, 10.0)?;
+    }
+    bench.run(3);
+    for &channel in channels {
+        let duty = bench.in_force(channel);
+        expect(duty == 0.05, || format!("asked for a duty of 0.05 after the reset, {duty} is in force"))?;
+    }
+    Ok(())
+}
+
 /// What a channel of a twin and its own have in common, as bits: NaN equals NaN.
 fn bits(state: &ChannelState) -> [u64; 7] {
     let ChannelState { length_m, observed_length_m, duty, temperature_c, martensite, .. } = *state;
@@ -232,27 +260,7 @@ impl Twins {
     pub fn recovers(&mut self, hit: &[usize]) -> Result<(), Failure> {
         self.struck.wires().faults().clear_all();
         self.struck.run(5);
-        for &channel in hit {
-            // The estimated temperature may have to fall first.
-            let mut answer = None;
-            for _ in 0..60 {
-                answer = self.struck.reset(channel);
-                if answer == Some(Answer::Done) {
-                    break;
-                }
-                self.struck.run((self.struck.rig().rate_hz * 0.5) as u64);
-            }
-            expect(answer == Some(Answer::Done), || format!("reset of channel {channel}: {answer:?}"))?;
-        }
-        for &channel in hit {
-            command(&mut self.struck, channel, CommandKind::Duty, 0.05, 10.0)?;
-        }
-        self.struck.run(3);
-        for &channel in hit {
-            let duty = self.struck.in_force(channel);
-            expect(duty == 0.05, || format!("asked for a duty of 0.05 after the reset, {duty} is in force"))?;
-        }
-        Ok(())
+        works_again(&mut self.struck, hit)
     }
 }
 

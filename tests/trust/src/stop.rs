@@ -10,7 +10,7 @@ use sinew_rig::FaultKind;
 
 use crate::failure::{Failure, expect};
 use crate::kind::{Group, Kind, Unit, between, whole};
-use crate::lockstep::{CHANNELS, at_rest, command, rig_text};
+use crate::lockstep::{CHANNELS, at_rest, command, rig_text, works_again};
 
 /// Periods from the one in which the contact opens until nothing is put out.
 const AT_ONCE: f64 = 2.0;
@@ -44,24 +44,7 @@ fn recovers(bench: &mut Lockstep) -> Result<(), Failure> {
     bench.reset_emergency_stop();
     bench.run(5);
     expect(power_w(bench) == 0.0, || format!("{} W by its reset alone", power_w(bench)))?;
-    for channel in 0..CHANNELS {
-        let mut answer = None;
-        for _ in 0..60 {
-            answer = bench.reset(channel);
-            if answer == Some(Answer::Done) {
-                break;
-            }
-            bench.run((bench.rig().rate_hz * 0.5) as u64);
-        }
-        expect(answer == Some(Answer::Done), || format!("reset of channel {channel}: {answer:?}"))?;
-        command(bench, channel, CommandKind::Duty, 0.05, 10.0)?;
-    }
-    bench.run(3);
-    for channel in 0..CHANNELS {
-        let duty = bench.in_force(channel);
-        expect(duty == 0.05, || format!("asked for a duty of 0.05 after the reset, {duty} is in force"))?;
-    }
-    Ok(())
+    works_again(bench, &std::array::from_fn::<usize, CHANNELS, _>(|channel| channel))
 }
 
 /// A rig that has one gives nothing before somebody has reset it.

@@ -277,6 +277,5 @@ fn full_power_k_per_s(rig: &Rig) -> f64 {
     let (m, g) = (&model.material, &model.geometry);
     let hot_ohm = m.austenite_resistivity(m.austenite_temperature_c) * g.length_m / g.area_m2();
     let current_a = model.drive.supply_v / (hot_ohm + model.drive.series_ohm());
-    let heat_capacity_j_per_k = m.density_kg_per_m3 * g.area_m2() * g.length_m * m.specific_heat_j_per_kg_k;
-    current_a * current_a * hot_ohm / heat_capacity_j_per_k
+    current_a * current_a * hot_ohm / model.heat_capacity_j_per_k()
 }

@@ -31,8 +31,7 @@ table! {
             Computed("none: **required** with kind `linux` and a signal");
         /// Which level lets outputs be powered: high, or low.
         polarity: Polarity = "polarity", Polarity::KIND, Polarity::DEFAULT;
-        /// So long after the last edge the watchdog relay drops out, with `pulses`: what the simulated one does, and what the
-        /// driver counts on of a real one.
+        /// So long after the last edge the simulated watchdog relay drops out, with `pulses`. Of a real one the driver counts on nothing.
         dropout_s: f64 = "dropout_ms", number(milli("ms"), 1.0, 10_000.0), Number(100.0);
         /// So long after it is switched on the supply stands at the stages: nothing is put out before.
         settle_s: f64 = "settle_ms", number(milli("ms"), 0.0, 10_000.0), Number(50.0);
