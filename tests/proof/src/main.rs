@@ -23,7 +23,7 @@ use clap::{Parser, Subcommand};
 use rayon::prelude::*;
 
 use generator::plan::{self, Seeds, Spec};
-use run::Failure;
+use run::{Failure, Limits};
 use score::Judged;
 
 /// Concealed cases, and how the diagnosis does on them.
@@ -66,6 +66,9 @@ struct Which {
     /// Seconds after which a diagnosis is ended and counts as none
     #[arg(long, global = true, default_value_t = 300)]
     limit: u64,
+    /// Seconds after which no further case is begun; how many those are is said, and they count nowhere
+    #[arg(long, global = true, value_name = "SECONDS")]
+    within: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -106,6 +109,10 @@ impl Which {
     /// What one looks at while building must not be what is scored.
     fn seeds(&self) -> Seeds {
         self.seeds.unwrap_or(if self.is_full() { Seeds::Score } else { Seeds::Dev })
+    }
+
+    fn limits(&self) -> Limits {
+        Limits { case: Duration::from_secs(self.limit), begin: self.within.map(Duration::from_secs) }
     }
 
     fn specs(&self) -> Vec<Spec> {
@@ -166,7 +173,15 @@ fn proof(arguments: &Arguments) -> Result<(), Failure> {
     }
     let temporary = tempfile::tempdir()?;
     let out = arguments.out.as_deref().unwrap_or(temporary.path());
-    let judged = run::run(&specs, out, which.jobs, arguments.resume, Duration::from_secs(which.limit))?;
+    let judged = run::run(&specs, out, which.jobs, arguments.resume, which.limits())?;
+    if judged.len() < specs.len() {
+        eprintln!(
+            "{} of {} cases were not begun within {} s",
+            specs.len() - judged.len(),
+            specs.len(),
+            which.within.unwrap_or(0)
+        );
+    }
     page(arguments, &judged, out)
 }
 

@@ -21,17 +21,30 @@ const LONG_THREADS: usize = 2;
 /// Any error that may cross threads.
 pub type Failure = Box<dyn Error + Send + Sync>;
 
+/// How long it may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// A diagnosis that takes longer is ended, and counts as none.
+    pub case: Duration,
+    /// No case is begun later than this after the first.
+    pub begin: Option<Duration>,
+}
+
 /// Makes and diagnoses every case of `specs` in folders under `out`, `jobs` at once on one thread each; the long ones
-/// afterwards, one at a time on two. A diagnosis that takes longer than `limit` is ended, and counts as none. Every
-/// answer is written at once; with `resume`, what has been reported already is taken as it is.
+/// afterwards, one at a time on two. Every answer is written at once; with `resume`, what has been reported already is
+/// taken as it is.
 ///
 /// # Errors
 /// What kept a case from being made or judged; a diagnosis that fails is a case like any other.
-pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool, limit: Duration) -> Result<Vec<Judged>, Failure> {
+pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool, limits: Limits) -> Result<Vec<Judged>, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build()?;
     let done = Mutex::new(Vec::new());
+    let started = Instant::now();
     let all = |spec: &Spec, threads: usize| -> Result<(), Failure> {
-        let case = judge(spec, &out.join(&spec.name), threads, resume, limit)?;
+        if limits.begin.is_some_and(|begin| started.elapsed() > begin) {
+            return Ok(());
+        }
+        let case = judge(spec, &out.join(&spec.name), threads, resume, limits.case)?;
         let mut done = done.lock().map_err(|_| "another case failed")?;
         done.push(case);
         report(&done, specs.len());
