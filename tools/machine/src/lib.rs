@@ -1,7 +1,7 @@
 //! The test machine: chapter 8 of the thesis as software.
 //!
 //! [`Machine`] is the interface of every testing machine; [`SimulatedMachine`] simulates one. A [`Routine`] is a
-//! state machine over the measurements, made of [`Stage`]s; [`plan`] has the seven of the thesis. [`run()`](run::run)
+//! state machine over the measurements, made of [`Stage`]s; [`plan`] has the seven of the thesis, and one that plays a [`Programme`]. [`run()`](run::run)
 //! runs it on a machine while [`Watch`] checks the limits, and [`record`] makes a recording of it for `simulate`,
 //! `identify` and `diagnose`.
 //!
@@ -31,6 +31,7 @@ pub mod hanging;
 mod machine;
 mod page;
 pub mod plan;
+mod programme;
 pub mod record;
 mod report;
 mod routine;
@@ -43,6 +44,7 @@ mod wave;
 pub use machine::{Heater, Machine, MachineError, Order, Reading, Travel};
 pub use page::{page, picture};
 pub use plan::{Options, RoutineKind};
+pub use programme::{End, NoProgramme, Programme};
 pub use report::{About, Report};
 pub use routine::{Directive, Routine};
 pub use run::{Ending, Ran, Row};

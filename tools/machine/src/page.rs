@@ -74,7 +74,7 @@ fn drawings(run: &Run<'_>) -> (Vec<(Ink, String)>, Vec<Drawing>) {
             drawings.splice(0..0, bode(run, &all));
             (legend, drawings)
         }
-        RoutineKind::PositionRegulation | RoutineKind::PositionTracking => over_time(run),
+        RoutineKind::PositionRegulation | RoutineKind::PositionTracking | RoutineKind::Programme => over_time(run),
     }
 }
 
@@ -247,6 +247,11 @@ fn asked(run: &Run<'_>) -> Markup {
         ("heating", format!("{} of {} {}", o.quantity.word(), list(&o.heating, 1.0), o.quantity.unit())),
         ("chamber", o.chamber_c.map_or("off".into(), |c| format!("{} °C", number(c)))),
     ];
+    if let Some(programme) = &o.programme {
+        rows[0] = ("programme", format!("{}, {} rows", programme.name(), programme.rows()));
+        rows.push(("takes", format!("{} s", number(programme.duration_s()))));
+        return table(rows);
+    }
     match run.kind {
         RoutineKind::DirectStrain => rows.push(("strains", format!("{} %", list(&o.strains, 100.0)))),
         RoutineKind::DirectLoad => rows.push(("loads", format!("{} N", list(&o.loads_n, 1.0)))),
@@ -272,6 +277,10 @@ fn asked(run: &Run<'_>) -> Markup {
         _ => rows.push(("wave", format!("{} of {} Hz", o.shape.word(), list(&o.frequencies_hz, 1.0)))),
     }
     rows.push(("cycles", o.cycles.to_string()));
+    table(rows)
+}
+
+fn table(rows: Vec<(&str, String)>) -> Markup {
     html! {
         section #asked {
             h2 { "Asked for" }

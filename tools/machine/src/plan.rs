@@ -1,4 +1,6 @@
-//! The seven routines of chapter 8: which stages each is made of, and the defaults.
+//! The seven routines of chapter 8, and one that plays a file: which stages each is made of, and the defaults.
+
+use std::sync::Arc;
 
 use sinew_control::{AlgorithmKind, EstimatorKind, Settings};
 use sinew_physics::formulas::cooling_time_s;
@@ -6,6 +8,7 @@ use sinew_physics::{WireModel, cold_length_m, hot_length_m};
 use sinew_rig::Machine as Spec;
 
 use crate::hanging::{Disturbance, Loop, Plant, controlled, playable};
+use crate::programme::{End, Programme};
 use crate::routine::Routine;
 use crate::stage::{Heat, Motion, Part, Stage, Until};
 use crate::wave::{Quantity, Shape, Wave};
@@ -27,11 +30,13 @@ pub enum RoutineKind {
     PositionTracking,
     /// A law lets a hanging mass follow sines of growing frequency.
     TrackingSweep,
+    /// A file says what heats the wire and where its end is.
+    Programme,
 }
 
 impl RoutineKind {
-    /// All seven.
-    pub const ALL: [RoutineKind; 7] = [
+    /// The seven of chapter 8, which need nothing but a wire.
+    pub const OF_THESIS: [RoutineKind; 7] = [
         RoutineKind::DirectStrain,
         RoutineKind::DirectLoad,
         RoutineKind::ConstantForceSweep,
@@ -51,6 +56,7 @@ impl RoutineKind {
             RoutineKind::PositionRegulation => "position-regulation",
             RoutineKind::PositionTracking => "position-tracking",
             RoutineKind::TrackingSweep => "tracking-sweep",
+            RoutineKind::Programme => "programme",
         }
     }
 
@@ -70,6 +76,7 @@ impl RoutineKind {
             }
             RoutineKind::PositionTracking => "a law lets a hanging mass follow a wave: tracking error",
             RoutineKind::TrackingSweep => "a law lets a hanging mass follow ever faster sines: closed-loop bandwidth",
+            RoutineKind::Programme => "play a file, such as the next.csv that a diagnosis proposes",
         }
     }
 
@@ -115,6 +122,8 @@ pub struct Options {
     pub settings: Settings,
     /// The estimator.
     pub estimator: EstimatorKind,
+    /// What is played.
+    pub programme: Option<Arc<Programme>>,
 }
 
 /// Stress of the default load, Pa.
@@ -196,6 +205,7 @@ impl Options {
             law: AlgorithmKind::TimeOptimal,
             settings: Settings { minimum_duty: 0.0, ..Settings::default() },
             estimator: EstimatorKind::Fused,
+            programme: None,
         };
         if !direct {
             options.loads_n = vec![load_n];
@@ -237,6 +247,7 @@ pub fn stages(kind: RoutineKind, model: &WireModel, options: &Options) -> Vec<St
         RoutineKind::ConstantStrainSweep => plan.sweep(Motion::Stay),
         RoutineKind::PositionRegulation => plan.regulation(),
         RoutineKind::PositionTracking | RoutineKind::TrackingSweep => plan.tracking(),
+        RoutineKind::Programme => plan.programme(),
     }
     plan.stages
 }
@@ -244,6 +255,9 @@ pub fn stages(kind: RoutineKind, model: &WireModel, options: &Options) -> Vec<St
 /// The routine, ready to run.
 pub fn routine(kind: RoutineKind, model: &WireModel, spec: &Spec, options: &Options) -> Routine {
     let routine = Routine::new(stages(kind, model, options), model, spec);
+    if let Some(programme) = options.programme.as_ref().filter(|_| kind == RoutineKind::Programme) {
+        return routine.with_programme(Arc::clone(programme));
+    }
     if !kind.is_closed_loop() {
         return routine;
     }
@@ -427,5 +441,21 @@ impl<'a> Plan<'a> {
             let wave = Wave { shape: o.shape, ends: (from_m, to_m), frequency_hz };
             self.periods(Motion::Hang(wave), Heat::Law, frequency_hz, Part::Track { frequency_hz });
         }
+    }
+
+    /// The wire's end is brought to where the programme begins; then it is played.
+    fn programme(&mut self) {
+        let Some(programme) = self.options.programme.clone() else { return };
+        let cold = self.steady(0.0);
+        match programme.end_at(0.0) {
+            End::At(elongation_m) => self.go_to(elongation_m, cold),
+            End::Pulled(newton) => self.take_up(newton),
+        }
+        for stage in &mut self.stages {
+            // a programme is a recording of its own, without the way to where it begins
+            stage.is_recorded = false;
+        }
+        let played = self.prepare(Motion::Follow, Heat::Follow, programme.duration_s());
+        self.push(Stage { part: Part::Programme, ..played });
     }
 }

@@ -1,10 +1,13 @@
 //! A running routine: its stages in turn, as a state machine over readings. No clock, no I/O.
 
+use std::sync::Arc;
+
 use sinew_physics::WireModel;
 use sinew_rig::Machine as Spec;
 
 use crate::hanging::{Disturbance, Hanging, Loop, Plant};
 use crate::machine::{Heater, Order, Reading, Travel, delay_s};
+use crate::programme::{End, Programme};
 use crate::stage::{Heat, Motion, Stage, Until};
 use crate::wave::Quantity;
 
@@ -47,6 +50,7 @@ pub struct Routine {
     /// Stiffness of the wire where it is stiffest, N/m.
     stiffness_n_per_m: f64,
     hanging: Option<Hanging>,
+    programme: Option<Arc<Programme>>,
     at: usize,
     /// Periods in the present stage.
     periods: u64,
@@ -63,6 +67,7 @@ impl Routine {
             spec: *spec,
             stiffness_n_per_m: model.stiffest_n_per_m(),
             hanging: None,
+            programme: None,
             at: 0,
             periods: 0,
             settled_s: 0.0,
@@ -73,6 +78,12 @@ impl Routine {
     /// With a mass on the wire and a law that moves it, for stages that let it hang.
     pub fn with_plant(mut self, model: &WireModel, plant: Plant, disturbances: Vec<Disturbance>, by: &Loop) -> Routine {
         self.hanging = Some(Hanging::new(model, plant, disturbances, by));
+        self
+    }
+
+    /// With a programme, for stages that follow one.
+    pub fn with_programme(mut self, programme: Arc<Programme>) -> Routine {
+        self.programme = Some(programme);
         self
     }
 
@@ -114,6 +125,16 @@ impl Routine {
             Motion::To(position_m, speed_m_s) => (Travel::To { position_m, speed_m_s }, position_m),
             Motion::Pull(speed_m_s) => (Travel::At(speed_m_s), f64::NAN),
             Motion::Force(newton) => (Travel::At(self.servo(newton, reading, dt_s)), newton),
+            Motion::Follow => {
+                // what is commanded now is to be reached at the end of the period
+                match self.programme.as_ref().map(|programme| programme.end_at(now_s + dt_s)) {
+                    Some(End::At(elongation_m)) => {
+                        (Travel::At((elongation_m - reading.position_m) / dt_s), elongation_m)
+                    }
+                    Some(End::Pulled(newton)) => (Travel::At(self.servo(newton, reading, dt_s)), newton),
+                    None => (Travel::At(0.0), f64::NAN),
+                }
+            }
             Motion::Hang(reference) => {
                 // what is commanded now is to be reached at the end of the period
                 let reference_m = reference.at(now_s + dt_s);
@@ -128,8 +149,15 @@ impl Routine {
         };
         let (heater, heat) = match stage.heat {
             Heat::Law => (Heater::Power(law_w), law_w),
+            // the middle of the period, for what changes within it
+            Heat::Follow => match &self.programme {
+                Some(programme) => {
+                    let value = programme.heat_at(now_s + 0.5 * dt_s);
+                    (of(programme.quantity(), value), value)
+                }
+                None => (Heater::Off, 0.0),
+            },
             Heat::Program(quantity, wave) => {
-                // the middle of the period, for what changes within it
                 let value = wave.at(now_s + 0.5 * dt_s);
                 (of(quantity, value), value)
             }

@@ -38,6 +38,8 @@ pub enum Part {
         /// Hz.
         frequency_hz: f64,
     },
+    /// A programme from a file.
+    Programme,
 }
 
 /// What the cross-head does.
@@ -51,6 +53,8 @@ pub enum Motion {
     Pull(f64),
     /// It holds this force, N.
     Force(f64),
+    /// As the routine's programme says.
+    Follow,
     /// It moves as a hanging mass would, whose elongation the routine's law is to bring to this reference, m.
     Hang(Wave),
 }
@@ -77,6 +81,8 @@ pub enum Heat {
     Program(Quantity, Wave),
     /// The routine's law says how much.
     Law,
+    /// As the routine's programme says.
+    Follow,
 }
 
 /// A stretch of a routine.

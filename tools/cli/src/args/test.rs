@@ -43,6 +43,8 @@ pub enum TestRoutine {
     PositionTracking(PositionTracking),
     /// A law lets a hanging mass follow ever faster sines: closed-loop bandwidth.
     TrackingSweep(TrackingSweep),
+    /// Play a file: what heats the wire and where its end is, such as the next.csv that a diagnosis proposes.
+    Programme(Programme),
     /// All that a new wire needs, the fit to it, and how well that foretells routines it was not fitted to.
     Characterise(Characterise),
 }
@@ -57,6 +59,25 @@ pub struct TestList {
     /// As JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `sinew test programme`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew diagnose loops/rig.toml loops/direct-strain.mcap --out answer
+  sinew test programme rig.toml answer/next.csv --out next
+  sinew diagnose loops/rig.toml loops/direct-strain.mcap next/programme.mcap --out both
+
+Columns: time_s; current_a in A or power_w in W, held from row to row; position_m, elongation in m, straight from row
+to row, or force_n in N.")]
+pub struct Programme {
+    /// Rig and output.
+    #[command(flatten)]
+    pub mounted: Mounted,
+    /// What to play: .csv or .csv.gz.
+    #[arg(value_name = "PROGRAMME.csv")]
+    pub programme: PathBuf,
 }
 
 /// What every routine takes.

@@ -1,13 +1,17 @@
 //! `sinew test`: the routines of the test machine, on a simulated one, with their recordings and reports.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use serde::Serialize;
 use sinew_machine::hanging::{DAMPING_NOTE, playable};
 use sinew_machine::plan::{DAMPING, spaced, strokes};
-use sinew_machine::{Options, Report, RoutineKind, analysis, record};
+use sinew_machine::{Options, Programme, Quantity, Report, RoutineKind, analysis, record};
 
 use super::diagnose::{can_become_folder, write_all};
 use super::monitor::signals;
 use super::mounted::{Bench, Done, Task};
+use super::simulate::recording_failure;
 use crate::args::{self, TestRoutine};
 use crate::failure::{Failure, Outcome};
 use crate::output;
@@ -60,7 +64,21 @@ pub fn test(args: &args::Test) -> Outcome {
             cycles(options, args.cycles);
             frequencies(options, args.frequencies.as_ref());
         }),
+        TestRoutine::Programme(args) => {
+            let programme = Arc::new(read_programme(&args.programme)?);
+            routine(RoutineKind::Programme, &args.mounted, &|options, _| {
+                options.programme = Some(Arc::clone(&programme));
+            })
+        }
     }
+}
+
+/// A programme from its file.
+fn read_programme(path: &Path) -> Result<Programme, Failure> {
+    let options = sinew_recording::Options::default();
+    let recording = sinew_recording::read(path, &options).map_err(recording_failure)?;
+    Programme::of(&recording)
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())).hint(error.remedy()))
 }
 
 /// What there is.
@@ -70,12 +88,14 @@ fn list(json: bool) -> Outcome {
         name: &'static str,
         about: &'static str,
     }
-    let all = RoutineKind::ALL.map(|kind| (kind.word(), kind.about()));
+    let all = RoutineKind::OF_THESIS.map(|kind| (kind.word(), kind.about()));
+    let kind = RoutineKind::Programme;
+    let programme = (kind.word(), kind.about());
     let last = (
         "characterise",
         "all that a new wire needs, the fit to it, and how well that foretells what it was not fitted to",
     );
-    let entries = all.into_iter().chain([last]).map(|(name, about)| Entry { name, about });
+    let entries = all.into_iter().chain([programme, last]).map(|(name, about)| Entry { name, about });
     if json {
         return output::print_json(&entries.collect::<Vec<_>>());
     }
@@ -184,7 +204,18 @@ fn hanging(options: &mut Options, typed: &args::Hanging, bench: &Bench) {
 fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
     let (spec, geometry) = (&bench.rig.machine, &bench.wire().model.geometry);
     let refuse = |what: String, hint: String| Err(Failure::input(what).hint(hint));
-    let most_strain = options.strains.iter().copied().fold(0.0, f64::max);
+    let played = options.programme.as_deref();
+    if let Some(programme) = played
+        && programme.quantity() == Quantity::Current
+        && programme.most_heat() > bench.wire().limits.max_current_a
+    {
+        return refuse(
+            format!("{}: a current of {:.3} A is beyond the wire's limit", programme.name(), programme.most_heat()),
+            format!("at most {:.3} A (max_current_a of the channel's limits)", bench.wire().limits.max_current_a),
+        );
+    }
+    let longest = played.map_or(0.0, |programme| programme.longest_m() / geometry.length_m);
+    let most_strain = options.strains.iter().copied().fold(longest, f64::max);
     if most_strain > spec.max_strain {
         let hint = format!("at most {:.3} % (machine.max_strain)", spec.max_strain * 100.0);
         return refuse(format!("a strain of {:.3} % is beyond the machine's limit", most_strain * 100.0), hint);
@@ -193,7 +224,8 @@ fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
         let hint = "a shorter wire, a smaller strain, or machine.travel_mm".into();
         return refuse(format!("a strain of {:.3} % is beyond the cross-head's travel", most_strain * 100.0), hint);
     }
-    let most_n = options.loads_n.iter().copied().chain([options.plant.load_n]).fold(0.0, f64::max);
+    let most_n = options.loads_n.iter().copied().chain([options.plant.load_n]);
+    let most_n = most_n.fold(played.map_or(0.0, Programme::largest_n), f64::max);
     if most_n > spec.max_force_n {
         let hint = format!("at most {} N (machine.max_force_n)", spec.max_force_n);
         return refuse(format!("a load of {most_n} N is beyond the load cell's"), hint);
@@ -208,7 +240,7 @@ fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
         if options.strains.len() < 2 {
             return refuse("--places: takes two or more".into(), "write --places 1,3%".into());
         }
-        if options.quantity != sinew_machine::Quantity::Power {
+        if options.quantity != Quantity::Power {
             return refuse(
                 "--heating: a law sets a power".into(),
                 "write --heating power=4W: the power at duty 1".into(),
@@ -229,9 +261,11 @@ fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
         return refuse(format!("--chamber: {chamber_c} °C is beyond the chamber's range"), hint);
     }
     let most_hz = options.frequencies_hz.iter().copied().fold(0.0, f64::max);
-    if !matches!(kind, RoutineKind::DirectStrain | RoutineKind::DirectLoad | RoutineKind::PositionRegulation)
-        && most_hz > 0.1 * spec.rate_hz
-    {
+    let is_of_frequencies = !matches!(
+        kind,
+        RoutineKind::DirectStrain | RoutineKind::DirectLoad | RoutineKind::PositionRegulation | RoutineKind::Programme
+    );
+    if is_of_frequencies && most_hz > 0.1 * spec.rate_hz {
         let hint = format!("at most {} Hz: a tenth of machine.rate_hz", 0.1 * spec.rate_hz);
         return refuse(format!("a frequency of {most_hz} Hz is too fast for the machine"), hint);
     }

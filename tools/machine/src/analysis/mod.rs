@@ -3,6 +3,7 @@
 mod finding;
 mod line;
 pub mod loops;
+pub mod played;
 mod run;
 pub mod steps;
 pub mod sweep;
@@ -19,5 +20,6 @@ pub fn findings(run: &Run<'_>) -> Vec<Finding> {
         RoutineKind::ConstantForceSweep | RoutineKind::ConstantStrainSweep => sweep::open_loop(run),
         RoutineKind::PositionRegulation => steps::findings(run),
         RoutineKind::PositionTracking | RoutineKind::TrackingSweep => sweep::closed_loop(run),
+        RoutineKind::Programme => played::findings(run),
     }
 }

@@ -1,10 +1,15 @@
 //! The routines on the simulated machine: they report the wire's true parameters.
 
+use std::sync::Arc;
+
 use sinew_machine::analysis::{self, Finding};
 use sinew_machine::hanging::{Disturbance, playable};
 use sinew_machine::plan::{self, holding_power_w};
-use sinew_machine::{Bounded, Ending, Options, Part, Ran, Routine, RoutineKind, SimulatedMachine, Watch, record, run};
+use sinew_machine::{
+    Bounded, Ending, Options, Part, Programme, Ran, Routine, RoutineKind, SimulatedMachine, Watch, record, run,
+};
 use sinew_physics::WireModel;
+use sinew_recording::{Column, Recording};
 use sinew_rig::Rig;
 
 fn rig() -> Rig {
@@ -215,7 +220,7 @@ fn whoever_stops_a_routine_keeps_what_there_is() {
 fn recordings_are_what_the_model_simulates() {
     let rig = rig();
     let mounted = record::rig_in_machine(&rig, 0);
-    for kind in RoutineKind::ALL {
+    for kind in RoutineKind::OF_THESIS {
         let mut o = options(&rig, kind);
         o.frequencies_hz.truncate(2);
         o.cycles = 1;
@@ -227,4 +232,32 @@ fn recordings_are_what_the_model_simulates() {
         let most = if kind.is_closed_loop() { 2.0 } else { 1.15 };
         assert!((0.9..most).contains(&chi), "{}: {chi} {:?}", kind.word(), foretold.misfits);
     }
+}
+
+/// The machine does what a file says, and what it records then is what a model makes of the file.
+#[test]
+fn a_programme_is_played_as_it_stands() {
+    let rig = rig();
+    let model = &rig.channels[0].model;
+    let times: Vec<f64> = (0..2000).map(|i| 0.02 * f64::from(i)).collect();
+    let stairs: Vec<f64> = times.iter().map(|t| [0.02, 0.12, 0.06, 0.14][(t / 5.0) as usize % 4]).collect();
+    let pulled: Vec<f64> = times.iter().map(|t| 4e-3 + 3e-3 * (0.4 * t).sin()).collect();
+    let mut file = Recording::new("next.csv", times).expect("times");
+    file.set(Column::CurrentA, stairs).expect("a current");
+    file.set(Column::PositionM, pulled).expect("a course");
+    let mut o = options(&rig, RoutineKind::Programme);
+    o.programme = Some(Arc::new(Programme::of(&file).expect("a programme")));
+
+    let all = findings(&rig, RoutineKind::Programme, &o);
+    let value = |key: &str| find(&all, key, 0).value.expect(key);
+    // the amplifier takes a moment at each of the seven steps
+    assert!(value("heat_error") < 0.02 * 140.0, "{all:?}");
+    assert!(value("elongation_error") < 0.02, "{all:?}");
+
+    let (ran, _) = run_until(&rig, model, RoutineKind::Programme, &o, f64::INFINITY);
+    assert!((ran.rows.len() as f64 / rig.machine.rate_hz - 40.0).abs() < 0.1, "{} rows", ran.rows.len());
+    let recording = record::recording("programme", &ran.rows).expect("rows");
+    let foretold = sinew_machine::characterise::foretell(&record::rig_in_machine(&rig, 0), 0, &recording);
+    let chi = foretold.expect("inputs").chi;
+    assert!((0.9..1.15).contains(&chi), "{chi}");
 }
