@@ -104,7 +104,7 @@ pub fn identify(
         let fit = &found.fit;
         describe::warn_of_fit(fit, &mut warnings);
         (settings.progress)("intervals", 0.9);
-        let intervals = intervals::intervals(&searched, &found).ok_or_else(Error::lost_fit)?;
+        let intervals = intervals::intervals(&searched, &found, &[]).ok_or_else(Error::lost_fit)?;
         let mut fitted_rig = rig.clone();
         fit.space.apply(&fit.z, &mut fitted_rig)?;
         let stages = Stages {
@@ -231,7 +231,8 @@ impl Found {
         let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
         let progress = settings.progress;
         progress("intervals", 0.0);
-        let intervals = intervals::intervals(searched, &self.chosen).ok_or_else(Error::lost_fit)?;
+        let rivals = if outside.is_some() { Vec::new() } else { selection.rivals(&self.chosen) };
+        let intervals = intervals::intervals(searched, &self.chosen, &rivals).ok_or_else(Error::lost_fit)?;
         let evidence::Found { mut effects, rivals } = if chosen.fit.space.effects.is_empty() || outside.is_some() {
             evidence::Found { effects: evidence::suspects(data, selection), rivals: Vec::new() }
         } else {

@@ -1,5 +1,5 @@
 //! How well a fit knows what it fitted: 90 % intervals from the curvature, widened where what is left is correlated,
-//! and for effects walked out along the profile.
+//! for effects walked out along the profile, and over all models that may as well be the right one.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -18,6 +18,11 @@ const SIMULATION_ERROR: f64 = 2e-4;
 /// Half-width of a 90 % interval, in standard deviations, and the fall of the profile there.
 const Z90: f64 = 1.6449;
 const FALL90: f64 = Z90 * Z90;
+/// What is outside on either side.
+const TAIL: f64 = 0.05;
+/// Halvings in the search for an end, and how many standard deviations away it begins.
+const HALVINGS: usize = 60;
+const FAR: f64 = 6.0;
 
 /// How often derivatives are taken on the profile, beside those there are: it ends less than two standard deviations away.
 const PROFILE_STEPS: usize = 0;
@@ -30,13 +35,85 @@ pub(crate) struct Interval {
     pub(crate) high: f64,
 }
 
+/// Another model that may be the right one, and how probable it is beside the one whose intervals are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rival<'a> {
+    pub(crate) explanation: &'a Explanation,
+    pub(crate) odds: f64,
+}
+
 /// The intervals of all coordinates of a model at the end of its fit on `data`, which may be thinned: they know as much for a
-/// fraction of the work. Those of effects are walked out along the profile. `None` where the model cannot be built.
-pub(crate) fn intervals(data: &Data, found: &Explanation) -> Option<Vec<Interval>> {
+/// fraction of the work. Those of effects are walked out along the profile. What `rivals` have too is where the models say together
+/// (Bayesian model averaging: Hoeting, Madigan, Raftery and Volinsky 1999): that one was chosen is no knowledge. `None` where the
+/// model cannot be built.
+pub(crate) fn intervals(data: &Data, found: &Explanation, rivals: &[Rival<'_>]) -> Option<Vec<Interval>> {
     let fit = &found.fit;
-    let reaches = reaches(&found.judges(data)?, fit, &found.derivatives(data)?);
-    let places = fit.space.coordinates.iter().zip(&fit.z).zip(reaches);
-    Some(places.map(|((c, z), [down, up])| Interval::of(c, *z, z - down, z + up)).collect())
+    let known = found.derivatives(data)?;
+    let reaches = reaches(&found.judges(data)?, fit, &known);
+    let others: Vec<(&Fit, Vec<f64>, f64)> =
+        rivals.iter().map(|rival| (&rival.explanation.fit, rival.explanation.fit.deviations(), rival.odds)).collect();
+    let plain = fit.deviations();
+    let places = fit.space.coordinates.iter().zip(&fit.z).zip(reaches).enumerate();
+    let interval = |(i, ((c, z), [down, up])): (usize, ((&Coordinate, &f64), [f64; 2]))| {
+        let own = Belief { at: *z, down: down / Z90, up: up / Z90, weight: 1.0 };
+        // what widened the one is of the recordings, and widens the others
+        let widened = ((down + up) / (2.0 * Z90 * plain[i])).clamp(1.0, f64::MAX);
+        let mut beliefs = vec![own];
+        beliefs.extend(others.iter().filter_map(|(other, deviations, odds)| {
+            let there = other.space.coordinates.iter().position(|there| there.what.is_the_same(&c.what))?;
+            let (at, of) = (other.z[there], &other.space.coordinates[there]);
+            let deviation = widened * deviations[there] * (of.slope(at) / c.slope(*z)).abs();
+            let at = c.at(of.value(at));
+            (deviation.is_finite() && at.is_finite()).then_some(Belief {
+                at,
+                down: deviation,
+                up: deviation,
+                weight: *odds,
+            })
+        }));
+        if beliefs.len() == 1 {
+            return Interval::of(c, *z, z - down, z + up);
+        }
+        // the best value belongs to the interval, wherever the others are
+        Interval::of(c, *z, quantile(&beliefs, TAIL).min(*z), quantile(&beliefs, 1.0 - TAIL).max(*z))
+    };
+    Some(places.map(interval).collect())
+}
+
+/// What a model says of a coordinate: a normal with a half on either side.
+#[derive(Debug, Clone, Copy)]
+struct Belief {
+    at: f64,
+    /// Standard deviations below and above.
+    down: f64,
+    up: f64,
+    weight: f64,
+}
+
+impl Belief {
+    /// Probability of less than this.
+    fn below(&self, x: f64) -> f64 {
+        let deviation = if x < self.at { self.down } else { self.up };
+        match (x - self.at) / deviation {
+            far if far.is_finite() => 0.5 * (1.0 + libm::erf(far * std::f64::consts::FRAC_1_SQRT_2)),
+            // one that is known exactly
+            _ => f64::from(u8::from(x >= self.at)),
+        }
+    }
+}
+
+/// Where beliefs together put this much below.
+fn quantile(beliefs: &[Belief], share: f64) -> f64 {
+    let all: f64 = beliefs.iter().map(|belief| belief.weight).sum();
+    let below = |x: f64| beliefs.iter().map(|belief| belief.weight * belief.below(x)).sum::<f64>() / all;
+    let low = beliefs.iter().map(|b| b.at - FAR * b.down).fold(f64::INFINITY, f64::min);
+    let high = beliefs.iter().map(|b| b.at + FAR * b.up).fold(f64::NEG_INFINITY, f64::max);
+    let (mut low, mut high) = (low, high);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if below(middle) < share { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
 }
 
 /// How far each coordinate may go down and up.
@@ -155,5 +232,28 @@ impl Spread {
             })
             .unzip();
         Some(Spread { deviations, inflation, covariance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beliefs_together_are_as_wide_as_they_differ() {
+        let belief = |at: f64, weight: f64| Belief { at, down: 1.0, up: 1.0, weight };
+        assert!((quantile(&[belief(0.0, 1.0)], TAIL) + Z90).abs() < 1e-4);
+        // another one far away takes what it is worth of either tail
+        let apart = [belief(0.0, 1.0), belief(30.0, 1.0)];
+        // P(x < q) = 0.05 over both is 0.1 of the first
+        assert!((quantile(&apart, TAIL) + 1.2816).abs() < 1e-3, "{}", quantile(&apart, TAIL));
+        assert!((quantile(&apart, 1.0 - TAIL) - 31.2816).abs() < 1e-3);
+        // and one that is improbable none
+        let one = [belief(0.0, 1.0), belief(30.0, 1e-3)];
+        assert!((quantile(&one, 1.0 - TAIL) - Z90).abs() < 0.02);
+        // halves of their own
+        let skewed = [Belief { at: 1.0, down: 0.5, up: 2.0, weight: 1.0 }];
+        assert!((quantile(&skewed, TAIL) - (1.0 - 0.5 * Z90)).abs() < 1e-4);
+        assert!((quantile(&skewed, 1.0 - TAIL) - (1.0 + 2.0 * Z90)).abs() < 1e-4);
     }
 }

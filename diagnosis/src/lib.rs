@@ -101,3 +101,5 @@ pub use whole_rig::{RIG_SCHEMA, RigDiagnosis, RigOutcome, SharedFinding, SharedT
 
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod valley;

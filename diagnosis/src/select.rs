@@ -11,6 +11,7 @@ use crate::edges;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
 use crate::grade;
+use crate::intervals::Rival;
 use crate::prepare::Searched;
 use crate::screen::{Field, Screened, Sketch, keep_first};
 use crate::space::{Coordinate, Space, What};
@@ -36,6 +37,8 @@ const MOST_EXCHANGES: usize = 2;
 const MOST_ROUNDS: usize = 5;
 /// A search that is not thorough begins nothing new once it has simulated this many rows.
 const MOST_SIMULATED: u64 = 60_000_000;
+/// Models that are less probable than this beside the one that was chosen change no interval.
+const LEAST_ODDS: f64 = 0.01;
 /// Lengths of the windows in which an event may lie, as shares of the longest recording.
 const WINDOWS: [f64; 3] = [0.1, 0.2, 0.35];
 
@@ -91,6 +94,24 @@ impl Selection {
     /// How many effects were compared at first.
     pub(crate) fn tried(&self) -> usize {
         self.rounds.first().map_or(0, |round| round.screened.len())
+    }
+
+    /// The models that were searched and may be the right one instead of `named`, which is one of them, with their odds. One more
+    /// effect is as improbable beforehand as it takes evidence to be taken.
+    pub(crate) fn rivals<'a>(&'a self, named: &Explanation) -> Vec<Rival<'a>> {
+        let log_posterior = |model: &Explanation| model.evidence - TAKEN * model.fit.space.effects.len() as f64;
+        let in_place =
+            self.in_place.iter().flat_map(|place| place.others.iter().map(|(_, other)| other).chain([&place.without]));
+        // the last round was made where the search ended
+        let last = self.rounds.last().into_iter().flat_map(|round| round.refitted.iter().map(|(_, with)| with));
+        let is_named = |model: &Explanation| model.evidence == named.evidence;
+        let all = in_place.chain(last).chain([&self.chosen, &self.reference]).filter(|model| !is_named(model));
+        let odds = |model: &'a Explanation| Rival {
+            explanation: model,
+            odds: (log_posterior(model) - log_posterior(named)).exp(),
+        };
+        // what fits better and was not chosen all the same is refuted by what was kept back
+        all.map(odds).filter(|rival| (LEAST_ODDS..=1.0).contains(&rival.odds)).collect()
     }
 
     /// The rise of the evidence by the best first addition, taken or not.

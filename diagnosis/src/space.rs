@@ -42,6 +42,19 @@ pub(crate) enum What {
     Gain(usize),
 }
 
+impl What {
+    /// Whether another model's coordinate moves the same.
+    pub(crate) fn is_the_same(&self, other: &What) -> bool {
+        match (self, other) {
+            (What::Key(a), What::Key(b)) => a == b,
+            (What::BothModuli, What::BothModuli) => true,
+            (What::Effect(a, p), What::Effect(b, q)) => a.id == b.id && p.key == q.key,
+            (What::Zero(a), What::Zero(b)) | (What::Gain(a), What::Gain(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
 /// One direction a fit can go.
 #[derive(Debug, Clone)]
 pub(crate) struct Coordinate {
