@@ -28,14 +28,17 @@ const SWING_S: f64 = 0.02;
 const LOOK_S: f64 = 0.05;
 /// Longest between two dark periods of a wire that stands where it is not cold, s: each one that shows nothing doubles it.
 const LONGEST_S: f64 = 1.0;
-/// Between two dark periods while the duty is derated, s.
+/// Between two dark periods while the duty is derated, s, and how much full power may heat the wire meanwhile, K.
 const DERATED_S: f64 = 0.1;
+const DERATED_K: f64 = 10.0;
 /// Share of the stroke that is motion, and not noise or the load's swing.
 const MOVED: f64 = 0.01;
 /// Within this share of the stroke from the cold end the wire has nowhere to lengthen to.
 const COLD_END: f64 = 0.15;
-/// Fewest periods between two dark ones: on a slow loop they must not take the length away.
+/// Fewest periods between two dark ones: on a slow loop they must not take the length away. While the duty is derated there is less to be
+/// measured than to be feared.
 const FEWEST_PERIODS: f64 = 20.0;
+const FEWEST_DERATED_PERIODS: f64 = 16.0;
 
 /// Watches the output stage of one channel.
 #[derive(Debug, Clone)]
@@ -62,17 +65,20 @@ pub struct StageWatch {
     look_every_s: f64,
     /// Where the wire was then.
     looked_m: f64,
-    /// How long it was derated since the last dark period, s.
+    /// How long it was derated since the last dark period, s, and how long it may be.
     derated_s: f64,
+    derated_look_s: f64,
 }
 
 impl StageWatch {
-    /// A watch of the stage before a wire that is measured so. `most_a` is the largest current it may carry.
+    /// A watch of the stage before a wire that is measured so. `most_a` is the largest current it may carry, `full_k_per_s` how fast full
+    /// power heats it.
     pub fn new(
         sensor: &LengthSensor,
         nominal_v: f64,
         series_ohm: f64,
         most_a: f64,
+        full_k_per_s: f64,
         stroke: &sinew_control::StrokeRange,
     ) -> StageWatch {
         let config = sensor.config();
@@ -96,6 +102,7 @@ impl StageWatch {
             look_every_s: LOOK_S,
             looked_m: f64::NAN,
             derated_s: 0.0,
+            derated_look_s: DERATED_S.min(DERATED_K / full_k_per_s),
         }
     }
 
@@ -161,7 +168,7 @@ impl StageWatch {
     #[inline]
     fn derated_too_long(&mut self, derated: bool, dt_s: f64) -> bool {
         self.derated_s = if derated { self.derated_s + dt_s } else { 0.0 };
-        let too_long = self.derated_s > DERATED_S.max(FEWEST_PERIODS * dt_s);
+        let too_long = self.derated_s > self.derated_look_s.max(FEWEST_DERATED_PERIODS * dt_s);
         if too_long {
             self.derated_s = 0.0;
         }

@@ -53,6 +53,7 @@ pub enum Witnesses {
 }
 
 /// The rig of a history, drawn from its seed.
+#[derive(Clone)]
 pub struct Plan {
     diameter_mm: f64,
     supply_share: f64,
@@ -83,10 +84,10 @@ pub struct Rigs {
 }
 
 impl Plan {
-    /// From a seed.
-    pub fn of(seed: u64) -> Plan {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut more = Xoshiro256PlusPlus::seed_from_u64(!seed);
+    /// From a seed; another one each time it is drawn again.
+    pub fn of(seed: u64, again: u64) -> Plan {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ (again << 40));
+        let mut more = Xoshiro256PlusPlus::seed_from_u64(!seed ^ (again << 40));
         let (diameter_mm, supply_share) = WIRES[rng.random_range(0..WIRES.len())];
         Plan {
             diameter_mm,

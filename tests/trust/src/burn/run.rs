@@ -72,6 +72,17 @@ impl Outcome {
         self.promised_k().map(|promised_k| self.over_k <= promised_k)
     }
 
+    /// The same in words.
+    pub fn promised(&self) -> Option<&'static str> {
+        let words = match (self.stage, self.is_true) {
+            (Stage::StuckWatched, true) => "10 K + 20 periods",
+            (Stage::StuckWatched, false) => "40 K + 20 periods",
+            (_, true) => "10 K",
+            (_, false) => "40 K",
+        };
+        self.promised_k().map(|_| words)
+    }
+
     /// How far its wire may come beyond the limit, K; `None` where nothing is promised.
     pub fn promised_k(&self) -> Option<f64> {
         let promised_k = if self.is_true { PROMISED_K } else { PROMISED_OFF_K };

@@ -160,9 +160,18 @@ impl Script {
     }
 
     /// By chance, at a rate of the loop in Hz, for a wire that gets hot in so long, s. What happens does so once it is hot: at its limit or in
-    /// a heating edge; in every fourth history from the start.
-    pub fn by_chance(rng: &mut Xoshiro256PlusPlus, rate_hz: f64, warm_s: f64, sticks: Option<bool>) -> Script {
-        let from_s = if rng.random_range(0..4) == 0 { 0.0 } else { warm_s };
+    /// a heating edge; where that is `early`, from the start.
+    pub fn by_chance(
+        rng: &mut Xoshiro256PlusPlus,
+        rate_hz: f64,
+        warm_s: f64,
+        early: bool,
+        sticks: Option<bool>,
+    ) -> Script {
+        let looks_every_s = if rng.random::<bool>() { 0.0 } else { log_between(rng, 0.02, 2.0) };
+        // An operator who looks seldom needs some looks to begin.
+        let warm_s = warm_s + 3.0 * looks_every_s;
+        let from_s = if early { 0.0 } else { warm_s };
         let wanted_s = (warm_s + log_between(rng, 3.0, LENGTH_S.1)).clamp(LENGTH_S.0, LENGTH_S.1);
         let cycles = ((wanted_s * rate_hz) as u64).min((warm_s * rate_hz) as u64 + MOST_CYCLES);
         let seconds = cycles as f64 / rate_hz;
@@ -208,15 +217,15 @@ impl Script {
             }
             let a_second = log_between(rng, 0.03, 3.0);
             for _ in 0..number(rng, a_second, seconds - from_s) {
+                let edge_s = edges[rng.random_range(0..edges.len())].max(from_s);
                 let at_s = if rng.random::<bool>() {
-                    edges[rng.random_range(0..edges.len())] + between(rng, 0.0, 1.2) * warm_s
+                    edge_s + between(rng, 0.0, 1.2) * warm_s
                 } else {
                     between(rng, from_s, seconds)
                 };
-                moments.push(Moment { at_s: at_s.max(from_s), what: what(rng) });
+                moments.push(Moment { at_s, what: what(rng) });
             }
         }
-        let looks_every_s = if rng.random::<bool>() { 0.0 } else { log_between(rng, 0.02, 2.0) };
         let sticks =
             sticks.map(|is_watched| Sticking { at_s: between(rng, 0.9 * warm_s, seconds.max(warm_s)), is_watched });
         let mut script = Script { cycles, looks_every_s, until_heated: false, sticks, moments };
@@ -228,6 +237,13 @@ impl Script {
         let seconds = self.cycles as f64 / rate_hz;
         self.moments.retain(|moment| moment.at_s >= 0.0 && moment.at_s <= seconds);
         self.moments.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+    }
+
+    /// The same without jams of the load.
+    pub fn without_jams(&self) -> Script {
+        let mut script = self.clone();
+        script.moments.retain(|moment| !matches!(moment.what, Happening::Break { kind: FaultKind::Jammed, .. }));
+        script
     }
 
     /// One that is a little different, mostly before `hottest_s`, the moment when its wire was hottest; of a wire that gets hot in `warm_s`.
