@@ -204,14 +204,7 @@ impl Channel {
             slide,
             standstill,
             held: false,
-            stage: StageWatch::new(
-                &sensor,
-                drive.supply_v,
-                series_ohm,
-                max_current_a,
-                full_w / heat_capacity_j_per_k,
-                &stroke,
-            ),
+            stage: StageWatch::new(&sensor, drive.supply_v, series_ohm, max_current_a, &stroke),
             sensor,
             reading: Reading::none(Default::default()),
             observer,
@@ -422,7 +415,8 @@ impl Channel {
                 let (filled, length_m) = (self.guard.heat().filled(), self.motion.length_m);
                 self.held = standstill.is_held(filled, derated, length_m, target_m, tick.dt_s);
             }
-            if self.stage.wants_dark(low, derated, &self.motion, tick.dt_s) {
+            let spare_s = self.guard.heat().spare_s();
+            if self.stage.wants_dark(low, derated, spare_s, &self.motion, tick.dt_s) {
                 self.duty = 0.0;
                 self.flags |= ChannelState::FLAG_DARK;
             }

@@ -117,8 +117,7 @@ impl History {
             again += 1;
         };
         let rate_hz = plan.rate_hz;
-        let (drawn, all) =
-            if History::is_searched(seed) { ((search / DRAWN).max(1), search.max(1)) } else { (1, 1) };
+        let (drawn, all) = if History::is_searched(seed) { ((search / DRAWN).max(1), search.max(1)) } else { (1, 1) };
         let mut hottest: Vec<(Script, Outcome)> = Vec::new();
         let (mut number, mut is_early) = (0, true);
         while number < all {
@@ -275,7 +274,9 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
         Ok(!(args.until_burnt && is_burnt))
     };
     let found = all(args.seed..end, args.search, args.jobs.map_or_else(cores, NonZero::get), each)?;
-    println!("| the driver knows its wire by | beliefs | histories | heated | worst above the limit (periods of full power) | promised | broken (by a jam) | published under the truth |");
+    println!(
+        "| the driver knows its wire by | beliefs | histories | heated | worst above the limit (periods of full power) | promised | broken (by a jam) | published under the truth |"
+    );
     println!("|---|---|--:|--:|--:|--:|--:|--:|");
     for (what, belongs) in groups() {
         for (beliefs, is_true) in [("true", true), ("up to 30 % off", false)] {
@@ -285,7 +286,8 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
                 continue;
             }
             let count = |of: fn(&Found) -> bool| group.iter().filter(|one| of(one)).count();
-            let worst = |of: fn(&Outcome) -> f64| group.iter().map(|one| of(&one.outcome)).fold(f64::NEG_INFINITY, f64::max);
+            let worst =
+                |of: fn(&Outcome) -> f64| group.iter().map(|one| of(&one.outcome)).fold(f64::NEG_INFINITY, f64::max);
             println!(
                 "| {what} | {beliefs} | {} | {:.0} % | {:+.1} K ({:+.1}) | {} | {} ({}) | {:.1} K |",
                 group.len(),
@@ -321,7 +323,9 @@ type Group = (&'static str, fn(&Outcome) -> bool);
 fn groups() -> [Group; 6] {
     [
         ("length and resistance", |one| one.witnesses == Witnesses::LengthAndResistance && one.stage == Stage::Healthy),
-        ("length (an estimator blind to resistance)", |one| one.witnesses == Witnesses::Length && one.stage == Stage::Healthy),
+        ("length (an estimator blind to resistance)", |one| {
+            one.witnesses == Witnesses::Length && one.stage == Stage::Healthy
+        }),
         ("resistance (no taps)", |one| one.witnesses == Witnesses::Resistance && one.stage == Stage::Healthy),
         ("length and resistance; stage stuck on, watched", |one| {
             one.witnesses == Witnesses::LengthAndResistance && one.stage == Stage::StuckWatched

@@ -31,7 +31,8 @@ const WIRES: [(f64, f64); 15] = [
 const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
 // (the default three times out of six)
 const ESTIMATORS: [&str; 6] = ["fused", "fused", "fused", "enthalpy", "luenberger", "luenberger_scheduled"];
-const ALGORITHMS: [&str; 5] = ["time_optimal", "sliding_mode", "pid", "input_output_linearised", "velocity_servo_scheduled"];
+const ALGORITHMS: [&str; 5] =
+    ["time_optimal", "sliding_mode", "pid", "input_output_linearised", "velocity_servo_scheduled"];
 
 /// How a wire is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,7 +98,11 @@ impl Plan {
             estimator: ESTIMATORS[rng.random_range(0..ESTIMATORS.len())],
             is_true: seed.is_multiple_of(2),
             // (the default every second time)
-            algorithm: if more.random::<bool>() { ALGORITHMS[0] } else { ALGORITHMS[more.random_range(0..ALGORITHMS.len())] },
+            algorithm: if more.random::<bool>() {
+                ALGORITHMS[0]
+            } else {
+                ALGORITHMS[more.random_range(0..ALGORITHMS.len())]
+            },
             has_stop: more.random_range(0..4) == 0,
             rng,
         }

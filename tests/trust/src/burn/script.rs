@@ -209,8 +209,7 @@ impl Script {
                 at_s += every_s;
             }
         }
-        let edges: Vec<f64> =
-            moments.iter().filter(|moment| moment.what == HEAT).map(|moment| moment.at_s).collect();
+        let edges: Vec<f64> = moments.iter().filter(|moment| moment.what == HEAT).map(|moment| moment.at_s).collect();
         for what in &KINDS[..KINDS.len() - 1] {
             if rng.random::<bool>() {
                 continue;
@@ -262,7 +261,11 @@ impl Script {
             // What led to the hottest moment began a period or a heating before it.
             let back_s = log_between(rng, 1.0 / rate_hz, (2.0 * warm_s).max(0.5));
             let near_s = |rng: &mut Xoshiro256PlusPlus| {
-                if rng.random_range(0..8) == 0 { between(rng, 0.0, seconds) } else { hottest_s - between(rng, 0.0, back_s) }
+                if rng.random_range(0..8) == 0 {
+                    between(rng, 0.0, seconds)
+                } else {
+                    hottest_s - between(rng, 0.0, back_s)
+                }
             };
             let moments = &mut script.moments;
             let one = nearest(rng, moments, near_s);
@@ -299,9 +302,10 @@ impl Script {
                 (10, _) => {
                     let (other, its_hottest_s) = with;
                     let shift_s = hottest_s - its_hottest_s;
-                    let led = other.moments.iter().filter(|moment| {
-                        (its_hottest_s - back_s.max(warm_s)..=its_hottest_s).contains(&moment.at_s)
-                    });
+                    let led = other
+                        .moments
+                        .iter()
+                        .filter(|moment| (its_hottest_s - back_s.max(warm_s)..=its_hottest_s).contains(&moment.at_s));
                     let led = led.map(|moment| Moment { at_s: moment.at_s + shift_s, ..*moment });
                     moments.extend(led.take(MOST_OF_A_KIND as usize));
                 }
