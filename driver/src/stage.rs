@@ -63,8 +63,9 @@ pub struct StageWatch {
     look_every_s: f64,
     /// Where the wire was then.
     looked_m: f64,
-    /// How long it was derated since the last dark period, s.
+    /// How long it was derated since the last dark period, s, and how long ago.
     derated_s: f64,
+    since_derated_s: f64,
 }
 
 impl StageWatch {
@@ -97,6 +98,7 @@ impl StageWatch {
             look_every_s: LOOK_S,
             looked_m: f64::NAN,
             derated_s: 0.0,
+            since_derated_s: f64::INFINITY,
         }
     }
 
@@ -158,10 +160,12 @@ impl StageWatch {
         self.derated_too_long(derated, spare_s, dt_s) | self.moves_unasked(low, spare_s, motion, dt_s)
     }
 
-    /// The wire has been derated for a while: if that does not help, the stage may be the reason.
+    /// The wire has been derated for a while: if that does not help, the stage may be the reason. One that is told to relax from there is as
+    /// hot until the swing is over and its motion tells.
     #[inline]
     fn derated_too_long(&mut self, derated: bool, spare_s: f64, dt_s: f64) -> bool {
-        self.derated_s = if derated { self.derated_s + dt_s } else { 0.0 };
+        self.since_derated_s = if derated { 0.0 } else { self.since_derated_s + dt_s };
+        self.derated_s = if self.since_derated_s <= SWING_S { self.derated_s + dt_s } else { 0.0 };
         let too_long = self.derated_s > DERATED_S.min(spare_s).max(FEWEST_PERIODS * dt_s);
         if too_long {
             self.derated_s = 0.0;
