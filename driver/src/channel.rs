@@ -415,7 +415,8 @@ impl Channel {
                 let (filled, length_m) = (self.guard.heat().filled(), self.motion.length_m);
                 self.held = standstill.is_held(filled, derated, length_m, target_m, tick.dt_s);
             }
-            if self.stage.wants_dark(low, derated, &self.motion, tick.dt_s) {
+            let spare_s = self.guard.heat().spare_s();
+            if self.stage.wants_dark(low, derated, spare_s, &self.motion, tick.dt_s) {
                 self.duty = 0.0;
                 self.flags |= ChannelState::FLAG_DARK;
             }

@@ -322,6 +322,12 @@ impl Heat {
         self.derating.allowance(self.account_j + given_w * seconds, self.temperature_c() + gained_k)
     }
 
+    /// How long the largest power takes to heat the wire to its limit, without any loss, s; negative or NaN: it may be there.
+    #[inline]
+    pub fn spare_s(&self) -> f64 {
+        (self.budgets.temperature_c - self.temperature_c()) / self.budgets.full_k_per_s
+    }
+
     /// Whether the wire may have so much, W, without being derated.
     #[inline]
     pub fn allows(&self, power_w: f64) -> bool {

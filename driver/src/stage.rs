@@ -28,14 +28,15 @@ const SWING_S: f64 = 0.02;
 const LOOK_S: f64 = 0.05;
 /// Longest between two dark periods of a wire that stands where it is not cold, s: each one that shows nothing doubles it.
 const LONGEST_S: f64 = 1.0;
-/// Between two dark periods while the duty is derated, s.
+/// Between two dark periods while the duty is derated, s. Both are shorter where full power heats the wire beyond its limit in less.
 const DERATED_S: f64 = 0.1;
 /// Share of the stroke that is motion, and not noise or the load's swing.
 const MOVED: f64 = 0.01;
 /// Within this share of the stroke from the cold end the wire has nowhere to lengthen to.
 const COLD_END: f64 = 0.15;
-/// Fewest periods between two dark ones: on a slow loop they must not take the length away.
-const FEWEST_PERIODS: f64 = 20.0;
+/// Fewest periods between two dark ones: on a slow loop they must not take the length away. With the one in which the stage is seen, the one
+/// that confirms it and the one in which the supply goes, fewer than 20.
+const FEWEST_PERIODS: f64 = 16.0;
 
 /// Watches the output stage of one channel.
 #[derive(Debug, Clone)]
@@ -62,8 +63,9 @@ pub struct StageWatch {
     look_every_s: f64,
     /// Where the wire was then.
     looked_m: f64,
-    /// How long it was derated since the last dark period, s.
+    /// How long it was derated since the last dark period, s, and how long ago.
     derated_s: f64,
+    since_derated_s: f64,
 }
 
 impl StageWatch {
@@ -96,6 +98,7 @@ impl StageWatch {
             look_every_s: LOOK_S,
             looked_m: f64::NAN,
             derated_s: 0.0,
+            since_derated_s: f64::INFINITY,
         }
     }
 
@@ -147,21 +150,23 @@ impl StageWatch {
     }
 
     /// Whether the next period is to be dark. `low`: no more than the sensing pulse is asked for; `derated`: the supervisor holds
-    /// the duty down.
+    /// the duty down. `spare_s`: how long a stage that conducts takes to heat the wire beyond its limit.
     #[inline]
-    pub fn wants_dark(&mut self, low: bool, derated: bool, motion: &Motion, dt_s: f64) -> bool {
+    pub fn wants_dark(&mut self, low: bool, derated: bool, spare_s: f64, motion: &Motion, dt_s: f64) -> bool {
         if self.low_ohm.is_some() {
             return false;
         }
         // One dark period: if it shows a current the supervisor keeps the gate closed for a second one.
-        self.derated_too_long(derated, dt_s) | self.moves_unasked(low, motion, dt_s)
+        self.derated_too_long(derated, spare_s, dt_s) | self.moves_unasked(low, spare_s, motion, dt_s)
     }
 
-    /// The wire has been derated for a while: if that does not help, the stage may be the reason.
+    /// The wire has been derated for a while: if that does not help, the stage may be the reason. One that is told to relax from there is as
+    /// hot until the swing is over and its motion tells.
     #[inline]
-    fn derated_too_long(&mut self, derated: bool, dt_s: f64) -> bool {
-        self.derated_s = if derated { self.derated_s + dt_s } else { 0.0 };
-        let too_long = self.derated_s > DERATED_S.max(FEWEST_PERIODS * dt_s);
+    fn derated_too_long(&mut self, derated: bool, spare_s: f64, dt_s: f64) -> bool {
+        self.since_derated_s = if derated { 0.0 } else { self.since_derated_s + dt_s };
+        self.derated_s = if self.since_derated_s <= SWING_S { self.derated_s + dt_s } else { 0.0 };
+        let too_long = self.derated_s > DERATED_S.min(spare_s).max(FEWEST_PERIODS * dt_s);
         if too_long {
             self.derated_s = 0.0;
         }
@@ -170,7 +175,7 @@ impl StageWatch {
 
     /// The wire moves as only heat can move it, or stays where only heat can hold it, and none was asked for.
     #[inline]
-    fn moves_unasked(&mut self, low: bool, motion: &Motion, dt_s: f64) -> bool {
+    fn moves_unasked(&mut self, low: bool, spare_s: f64, motion: &Motion, dt_s: f64) -> bool {
         if !low {
             (self.low_s, self.look_every_s, self.looked_m) = (0.0, LOOK_S, f64::NAN);
             return false;
@@ -190,7 +195,7 @@ impl StageWatch {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
             return true;
         }
-        if self.since_look_s < self.look_every_s.max(FEWEST_PERIODS * dt_s) {
+        if self.since_look_s < self.look_every_s.min(spare_s).max(FEWEST_PERIODS * dt_s) {
             return false;
         }
         (self.looked_m, self.since_look_s) = (length_m, 0.0);

@@ -132,6 +132,44 @@ fn a_stage_that_is_stuck_on_is_cut_off_before_its_wire_is_harmed() {
     }
 }
 
+/// A wire that full power heats by a kelvin and more in a period, hot already when its stage sticks.
+#[test]
+fn a_quick_wire_at_its_limit_is_cut_off_within_twenty_periods_of_full_power() {
+    println!(
+        "| wire, mm | supply, V | when | tries | worst beyond the limit, K | in periods of full power |\n|--:|--:|---|--:|--:|--:|"
+    );
+    for (diameter_mm, supply_v) in [(0.05, 15.0), (0.125, 12.0)] {
+        let rig = wire(diameter_mm, supply_v, "separate_taps", 7);
+        let limit_c = rig.channels[0].limits.max_temperature_c;
+        for (when, relaxes) in [("held at its limit", false), ("told to relax from there", true)] {
+            let (mut worst_k, mut worst_periods) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+            for k in 0..TRIES / 4 {
+                let mut bench = started(&rig);
+                bench.ask(0, Ask::Duty(1.0));
+                bench.run(3000 + 13 * k);
+                if relaxes {
+                    bench.move_to(0, 0.2);
+                    bench.run(3 * k);
+                }
+                bench.backend().faults().set(0, FaultKind::StageOn);
+                let from = bench.period();
+                let temperature_c = |bench: &Lockstep| bench.wires().wire(0).unwrap().temperature_c();
+                let (mut hottest_c, mut last_c, mut gained_k) = (0.0f64, temperature_c(&bench), 0.0f64);
+                while !bench.engine().must_cut() {
+                    bench.step();
+                    let now_c = temperature_c(&bench);
+                    (hottest_c, gained_k, last_c) = (hottest_c.max(now_c), gained_k.max(now_c - last_c), now_c);
+                    assert!(bench.period() < from + 5000, "{diameter_mm} mm, {when}: try {k} not found");
+                }
+                worst_k = worst_k.max(hottest_c - limit_c);
+                worst_periods = worst_periods.max((hottest_c - limit_c) / gained_k);
+            }
+            println!("| {diameter_mm} | {supply_v} | {when} | {} | {worst_k:+.0} | {worst_periods:+.0} |", TRIES / 4);
+            assert!(worst_periods < 20.0, "{diameter_mm} mm, {when}: {worst_periods:.1} periods, {worst_k:.0} K");
+        }
+    }
+}
+
 #[test]
 fn an_over_asked_wire_is_held_at_its_budget_and_never_trips() {
     println!(

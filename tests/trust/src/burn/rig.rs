@@ -31,6 +31,8 @@ const WIRES: [(f64, f64); 15] = [
 const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
 // (the default three times out of six)
 const ESTIMATORS: [&str; 6] = ["fused", "fused", "fused", "enthalpy", "luenberger", "luenberger_scheduled"];
+const ALGORITHMS: [&str; 5] =
+    ["time_optimal", "sliding_mode", "pid", "input_output_linearised", "velocity_servo_scheduled"];
 
 /// How a wire is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +54,7 @@ pub enum Witnesses {
 }
 
 /// The rig of a history, drawn from its seed.
+#[derive(Clone)]
 pub struct Plan {
     diameter_mm: f64,
     supply_share: f64,
@@ -61,13 +64,31 @@ pub struct Plan {
     estimator: &'static str,
     /// Whether the rig file is true.
     pub is_true: bool,
+    algorithm: &'static str,
+    /// Whether an emergency stop is fitted.
+    has_stop: bool,
     rng: Xoshiro256PlusPlus,
 }
 
+/// The rigs of a history.
+pub struct Rigs {
+    /// The one the driver gets.
+    pub believed: Rig,
+    /// Another one of the same wire that it gets now and then.
+    pub other: Rig,
+    /// The one it drives.
+    pub truth: Rig,
+    /// Whether the rig file is true.
+    pub is_true: bool,
+    /// What the driver can know the temperature by.
+    pub witnesses: Witnesses,
+}
+
 impl Plan {
-    /// From a seed.
-    pub fn of(seed: u64) -> Plan {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    /// From a seed; another one each time it is drawn again.
+    pub fn of(seed: u64, again: u64) -> Plan {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ (again << 40));
+        let mut more = Xoshiro256PlusPlus::seed_from_u64(!seed ^ (again << 40));
         let (diameter_mm, supply_share) = WIRES[rng.random_range(0..WIRES.len())];
         Plan {
             diameter_mm,
@@ -76,18 +97,28 @@ impl Plan {
             taps: [Taps::Separate, Taps::Shared, Taps::Separate, Taps::None][rng.random_range(0..4)],
             estimator: ESTIMATORS[rng.random_range(0..ESTIMATORS.len())],
             is_true: seed.is_multiple_of(2),
+            // (the default every second time)
+            algorithm: if more.random::<bool>() {
+                ALGORITHMS[0]
+            } else {
+                ALGORITHMS[more.random_range(0..ALGORITHMS.len())]
+            },
+            has_stop: more.random_range(0..4) == 0,
             rng,
         }
     }
 
     /// What it is, for people.
     pub fn words(&self) -> String {
-        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, .. } = self;
-        format!("{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}")
+        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, algorithm, has_stop, .. } = self;
+        let stop = if *has_stop { ", an emergency stop" } else { "" };
+        format!(
+            "{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}, {algorithm}{stop}"
+        )
     }
 
     /// What the driver can know its temperature by.
-    pub fn witnesses(&self) -> Witnesses {
+    fn witnesses(&self) -> Witnesses {
         match (self.taps, self.estimator) {
             (Taps::None, _) => Witnesses::Resistance,
             (_, "fused") => Witnesses::LengthAndResistance,
@@ -95,15 +126,16 @@ impl Plan {
         }
     }
 
-    fn text(&self, supply_v: f64, estimator: &str) -> String {
+    fn text(&self, supply_v: f64, algorithm: &str, estimator: &str) -> String {
         let (area, taps) = (self.diameter_mm * self.diameter_mm, self.taps);
         format!(
-            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n[backend.enable]\nsignal = \"pulses\"\n\n[[channel]]\nname = \"wire\"\n\
+            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n[backend.enable]\nsignal = \"pulses\"\n\n{}[[channel]]\nname = \"wire\"\n\
              wire = {{ diameter_mm = {:?}, length_mm = 160.0 }}\n{}\
              drive = {{ supply_v = {supply_v:?}, shunt_ohm = {:?}, switch_ohm = 0.02 }}\n\
              load = {{ mass_kg = {:?}, damping_n_s_per_m = {:?}, spring_n_per_m = {:?}, preload_n = {:?} }}\n\
-             control = {{ estimator = \"{}\"{} }}\n{}",
+             control = {{ algorithm = \"{}\", estimator = \"{}\"{} }}\n{}",
             self.rate_hz,
+            if self.has_stop { "[backend.estop]\nfitted = true\n\n" } else { "" },
             self.diameter_mm,
             if taps == Taps::None { "" } else { "taps = { l0_mm = 0.0, ls_mm = 150.0 }\n" },
             0.004 / area,
@@ -111,30 +143,33 @@ impl Plan {
             2000.0 * area,
             10_000.0 * area,
             150.0 * area,
+            algorithm,
             estimator,
             if taps == Taps::None { ", sensing = \"resistance\"" } else { "" },
             if taps == Taps::Shared { "adc = { circuit = \"shared\" }\n" } else { "" },
         )
     }
 
-    /// The rig file the driver gets, another one of the same wire that it gets now and then, and the rig it drives.
+    /// Its rigs.
     ///
     /// # Errors
     /// A rig file that is refused.
-    pub fn rigs(mut self) -> Result<[Rig; 3], Failure> {
+    pub fn rigs(mut self) -> Result<Rigs, Failure> {
         let parse = |text: &str| {
             Rig::parse(text, "burn.toml").map_err(|e| Failure::Unexpected(format!("the rig is refused: {e}\n{text}")))
         };
         // What supply drives the current that the rule allows, through the wire when it is hot.
-        let first = parse(&self.text(10.0, self.estimator))?;
+        let first = parse(&self.text(10.0, self.algorithm, self.estimator))?;
         let (model, limits) = (&first.channels[0].model, &first.channels[0].limits);
         let m = &model.material;
         let hot_ohm =
             m.austenite_resistivity(m.austenite_temperature_c) * model.geometry.length_m / model.geometry.area_m2();
         let supply_v = self.supply_share * limits.continuous_current_a * (hot_ohm + model.drive.series_ohm());
         let supply_v = (supply_v * 100.0).round() / 100.0;
-        let believed = parse(&self.text(supply_v, self.estimator))?;
-        let other = parse(&self.text(supply_v, if self.estimator == "fused" { "fused" } else { "enthalpy" }))?;
+        let believed = parse(&self.text(supply_v, self.algorithm, self.estimator))?;
+        let other_law = if self.algorithm == "pid" { ALGORITHMS[0] } else { "pid" };
+        let other_estimator = if self.estimator == "fused" { "fused" } else { "enthalpy" };
+        let other = parse(&self.text(supply_v, other_law, other_estimator))?;
         let mut truth = believed.clone();
         truth.simulation.seed = self.rng.random::<u32>().into();
         if !self.is_true {
@@ -148,6 +183,6 @@ impl Plan {
                 *value *= between(rng, 1.0 - OFF, 1.0 + OFF);
             }
         }
-        Ok([believed, other, truth])
+        Ok(Rigs { believed, other, truth, is_true: self.is_true, witnesses: self.witnesses() })
     }
 }

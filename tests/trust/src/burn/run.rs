@@ -1,5 +1,7 @@
 //! Carries a script out: the driver's engine on a simulated rig, on a simulated clock. The rig goes on while the driver is dead, its stage keeps
 //! its last duty until its own watchdog acts, and what is judged is the true temperature of the wire, all the time.
+//!
+//! No `sinew_lockstep::Lockstep`: that one's driver is born at rest and never dies, and its wire is not watched while a period is missed.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -7,19 +9,32 @@ use std::io::{BufWriter, Write};
 use sinew_backend::{Backend, Sample};
 use sinew_driver::heat::Recalled;
 use sinew_driver::{Ask, Beat, Engine, Order, SupplySwitch};
-use sinew_ipc::{DriverState, Snapshot};
+use sinew_ipc::{ChannelState, DriverState, Mode, Snapshot};
 use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::{SimulatedRig, World};
 
-use super::rig::{Plan, Witnesses};
+use super::rig::{Rigs, Witnesses};
 use super::script::{Happening, Script, Wish};
 use crate::failure::Failure;
 
 /// How far beyond its limit a wire may come, K: where the rig file is true, and where it is up to 30 % off.
 const PROMISED_K: f64 = 10.0;
 const PROMISED_OFF_K: f64 = 40.0;
+/// And, where its stage has stuck under the eyes of a driver, so many periods of full power more.
+const PROMISED_STUCK_PERIODS: f64 = 20.0;
 /// A history heats its wire if that comes above this share of the rise to its limit.
 const HEATED: f64 = 0.8;
+
+/// What becomes of the power stage in a history.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// It can be switched off.
+    Healthy,
+    /// It sticks, and driver, line and converter live on.
+    StuckWatched,
+    /// It sticks, and whatever else happens.
+    Stuck,
+}
 
 /// What a history came to.
 #[derive(Debug, Clone, Copy)]
@@ -28,16 +43,18 @@ pub struct Outcome {
     pub is_true: bool,
     /// What the driver could know its temperature by.
     pub witnesses: Witnesses,
-    /// Whether its power stage stuck at some moment.
-    pub was_stuck: bool,
+    /// What became of its power stage.
+    pub stage: Stage,
     /// Most the wire was above its limit, K; negative below.
     pub over_k: f64,
-    /// The same in periods of full power, K of one of which a wire without any loss gains.
-    pub over_periods: f64,
+    /// When that was, s.
+    pub hottest_s: f64,
+    /// What a wire without any loss gains in a period of full power, K.
+    pub full_power_k: f64,
     /// Most the published temperature was below the true one, K.
     pub under_k: f64,
-    /// Whether the wire was heated above 80 % of its rise.
-    pub was_heated: bool,
+    /// When the wire came above 80 % of its rise, s; infinite = never.
+    pub heated_s: f64,
     /// Starts of the driver.
     pub starts: u32,
     /// Resets that were taken.
@@ -45,16 +62,37 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether what is promised of such a history was kept; `None` where nothing is.
-    pub fn is_kept(&self) -> Option<bool> {
-        self.excess_k().map(|excess_k| excess_k <= 0.0)
+    /// Whether the wire came above 80 % of its rise.
+    pub fn was_heated(&self) -> bool {
+        self.heated_s.is_finite()
     }
 
-    /// How far the wire came beyond what is promised of such a history, K; `None` where nothing is.
-    pub fn excess_k(&self) -> Option<f64> {
+    /// Whether what is promised of such a history was kept; `None` where nothing is.
+    pub fn is_kept(&self) -> Option<bool> {
+        self.promised_k().map(|promised_k| self.over_k <= promised_k)
+    }
+
+    /// The same in words.
+    pub fn promised(&self) -> Option<&'static str> {
+        let words = match (self.stage, self.is_true) {
+            (Stage::StuckWatched, true) => "10 K + 20 periods",
+            (Stage::StuckWatched, false) => "40 K + 20 periods",
+            (_, true) => "10 K",
+            (_, false) => "40 K",
+        };
+        self.promised_k().map(|_| words)
+    }
+
+    /// How far its wire may come beyond the limit, K; `None` where nothing is promised.
+    pub fn promised_k(&self) -> Option<f64> {
         let promised_k = if self.is_true { PROMISED_K } else { PROMISED_OFF_K };
-        let is_promised = self.witnesses == Witnesses::LengthAndResistance && !self.was_stuck;
-        is_promised.then_some(self.over_k - promised_k)
+        match (self.witnesses, self.stage) {
+            (Witnesses::LengthAndResistance, Stage::Healthy) => Some(promised_k),
+            (Witnesses::LengthAndResistance, Stage::StuckWatched) => {
+                Some(promised_k + PROMISED_STUCK_PERIODS * self.full_power_k)
+            }
+            _ => None,
+        }
     }
 }
 
@@ -77,6 +115,7 @@ struct Record {
 struct Bench {
     wires: SimulatedRig,
     mends: Vec<(FaultKind, f64)>,
+    line_back_s: f64,
     limit_c: f64,
     heated_c: f64,
     outcome: Outcome,
@@ -88,9 +127,14 @@ impl Bench {
     }
 
     fn watch(&mut self) {
-        let true_c = self.true_c();
-        self.outcome.over_k = self.outcome.over_k.max(true_c - self.limit_c);
-        self.outcome.was_heated |= true_c > self.heated_c;
+        let (true_c, outcome) = (self.true_c(), &mut self.outcome);
+        if true_c - self.limit_c > outcome.over_k {
+            outcome.over_k = true_c - self.limit_c;
+            outcome.hottest_s = self.wires.time_s();
+        }
+        if true_c > self.heated_c && !outcome.was_heated() {
+            outcome.heated_s = self.wires.time_s();
+        }
     }
 
     /// Periods without a driver.
@@ -98,12 +142,30 @@ impl Bench {
         for _ in 0..periods {
             self.wires.missed(1);
             self.watch();
+            self.mend();
         }
     }
 
+    fn break_down(&mut self, kind: FaultKind, size: f64, seconds: f64) {
+        self.wires.faults().set_sized(0, kind, size);
+        self.mends.push((kind, self.wires.time_s() + seconds));
+    }
+
+    fn lose_line(&mut self, seconds: f64) {
+        self.break_down(FaultKind::WriteFails, f64::NAN, seconds);
+        self.line_back_s = self.wires.time_s() + seconds;
+        self.wires.faults().set_backend_error(true);
+    }
+
     fn mend(&mut self) {
+        if self.mends.is_empty() {
+            return;
+        }
         let now_s = self.wires.time_s();
         let faults = self.wires.faults();
+        if now_s >= self.line_back_s {
+            faults.set_backend_error(false);
+        }
         self.mends.retain(|(kind, at_s)| {
             let lasts = *at_s > now_s;
             if !lasts {
@@ -112,34 +174,69 @@ impl Bench {
             lasts
         });
     }
+
+    /// The stage sticks; where that is watched nothing else is broken from then on.
+    fn stick(&mut self, is_watched: bool) {
+        if is_watched {
+            self.wires.faults().clear_all();
+            self.mends.clear();
+        }
+        self.wires.faults().set(0, FaultKind::StageOn);
+        self.outcome.stage = if is_watched { Stage::StuckWatched } else { Stage::Stuck };
+    }
 }
 
-/// Carries a script out on the rig of a seed; every cycle into `trace`.
+/// Who sees to it that the wire works: resets what is latched, and asks again for what was wanted last.
+struct Operator {
+    every_s: f64,
+    next_s: f64,
+    wanted: Wish,
+}
+
+impl Operator {
+    /// What he asks for when he looks, and whether he resets the emergency stop.
+    fn look(&mut self, now_s: f64, state: &ChannelState) -> (Option<Wish>, bool) {
+        if now_s < self.next_s {
+            return (None, false);
+        }
+        self.next_s = now_s + self.every_s;
+        let is_stopped = state.flags & ChannelState::FLAG_STOPPED != 0;
+        let is_idle = state.mode() == Mode::Off && self.wanted != Wish::Off;
+        let wish = match state.fault() {
+            Some(_) if state.mode() == Mode::Fault => Some(Wish::Reset),
+            _ => is_idle.then_some(self.wanted),
+        };
+        (wish, is_stopped)
+    }
+}
+
+/// Carries a script out on its rigs; every cycle into `trace`.
 ///
 /// # Errors
 /// A rig file that is refused.
-pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) -> Result<Outcome, Failure> {
-    let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(format!("history {seed}: {error}"));
-    let plan = Plan::of(seed);
-    let (is_true, witnesses) = (plan.is_true, plan.witnesses());
-    let [believed, other, truth] = plan.rigs()?;
-    let mut wires = SimulatedRig::new(&truth).map_err(|e| wrong(&e))?;
+pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>) -> Result<Outcome, Failure> {
+    let wrong = |error: &dyn std::fmt::Display| Failure::Unexpected(format!("a history: {error}"));
+    let Rigs { believed, other, truth, is_true, witnesses } = rigs;
+    let mut wires = SimulatedRig::new(truth).map_err(|e| wrong(&e))?;
     wires.start().map_err(|e| wrong(&e))?;
     let (limit_c, ambient_c) = (believed.channels[0].limits.max_temperature_c, believed.channels[0].model.ambient_c);
     let rate_hz = believed.rate_hz;
+    let periods = |seconds: f64| (seconds * rate_hz) as u64;
     let mut world = Bench {
         wires,
         mends: Vec::new(),
+        line_back_s: 0.0,
         limit_c,
         heated_c: ambient_c + HEATED * (limit_c - ambient_c),
         outcome: Outcome {
-            is_true,
-            witnesses,
-            was_stuck: false,
+            is_true: *is_true,
+            witnesses: *witnesses,
+            stage: Stage::Healthy,
             over_k: f64::NEG_INFINITY,
-            over_periods: f64::NEG_INFINITY,
+            hottest_s: 0.0,
+            full_power_k: full_power_k_per_s(truth) / rate_hz,
             under_k: f64::NEG_INFINITY,
-            was_heated: false,
+            heated_s: f64::INFINITY,
             starts: 0,
             resets: 0,
         },
@@ -150,21 +247,31 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
     let mut record = Some(Record { recalled: rested, at_s: 0.0 });
     let mut next = Some(Start { pause_s: 0.0, remembers: true, other: false });
     let mut moments = script.moments.iter().peekable();
+    let mut sticks = script.sticks;
+    let mut operator = Operator { every_s: script.looks_every_s, next_s: 0.0, wanted: Wish::Off };
     let mut samples = [Sample::NONE];
     let mut tickets = 0;
+    // What the loop's clock has not seen, s.
+    let mut slept_s = 0.0;
 
     while world.wires.time_s() * rate_hz < script.cycles as f64 {
+        if script.until_heated && world.outcome.was_heated() {
+            break;
+        }
         world.mend();
         let now_s = world.wires.time_s();
-        let now_ns = (now_s * 1e9) as u64 + 1_000_000_000;
+        if sticks.is_some_and(|one| one.at_s <= now_s && (!one.is_watched || driver.is_some()))
+            && let Some(sticking) = sticks.take()
+        {
+            world.stick(sticking.is_watched);
+        }
         if let Some(start) = &mut next {
             // Nobody is there for some time; then the next one comes, if its stage can be put to zero.
-            world.pass((std::mem::take(&mut start.pause_s) * rate_hz) as u64 + 1);
-            world.mend();
+            world.pass(periods(std::mem::take(&mut start.pause_s)) + 1);
             if world.wires.start().is_ok() {
-                let rig = if start.other { &other } else { &believed };
+                let rig = if start.other { other } else { believed };
                 let known = record.filter(|_| start.remembers);
-                driver = Some(started(rig, &world.wires, known).map_err(|e| wrong(&e))?);
+                driver = Some(started(rig, &mut world.wires, known).map_err(|e| wrong(&e))?);
                 world.outcome.starts += 1;
                 next = None;
             }
@@ -172,26 +279,31 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
         }
         let Some(alive) = &mut driver else { continue };
 
-        let (mut stalled_s, mut is_killed) = (0.0, None);
+        let (mut stalled_s, mut suspended_s, mut end) = (0.0, 0.0, None);
         let mut wishes = Vec::new();
+        let is_watched = world.outcome.stage == Stage::StuckWatched;
         while let Some(moment) = moments.next_if(|moment| moment.at_s <= now_s) {
             match moment.what {
-                Happening::Kill { pause_s, remembers, other } => is_killed = Some(Start { pause_s, remembers, other }),
-                Happening::Stall(seconds) => stalled_s += seconds,
-                Happening::Break(kind, seconds) => {
-                    world.wires.faults().set(0, kind);
-                    world.mends.push((kind, now_s + seconds));
-                    world.outcome.was_stuck |= kind == FaultKind::StageOn;
-                }
                 Happening::Draught(draught) => world.wires.disturb(0, &World { draught, ..World::CALM }),
-                Happening::Ask(wish) => wishes.push(wish),
+                Happening::Ask(wish, hold_s) => wishes.push((wish, hold_s)),
+                _ if is_watched => {}
+                Happening::Kill { pause_s, in_order, remembers, other } => {
+                    end = Some((in_order, Start { pause_s, remembers, other }));
+                }
+                Happening::Stall(seconds) => stalled_s += seconds,
+                Happening::Suspend(seconds) => suspended_s += seconds,
+                Happening::Break { kind, size, seconds } => world.break_down(kind, size, seconds),
+                Happening::LostLine(seconds) => world.lose_line(seconds),
             }
         }
-        let is_latched = alive.snapshot.channel[0].fault().is_some();
-        if script.is_eager && is_latched {
-            wishes.push(Wish::Reset);
+        if let Some(&(wish, _)) = wishes.iter().rev().find(|(wish, _)| *wish != Wish::Reset) {
+            operator.wanted = wish;
         }
-        for wish in wishes {
+        let state = &alive.snapshot.channel[0];
+        let is_latched = state.mode() == Mode::Fault;
+        let (wish, resets_stop) = operator.look(now_s, state);
+        wishes.extend(wish.map(|wish| (wish, 60.0)));
+        for (wish, hold_s) in wishes {
             let range = alive.engine.channels()[0].stroke_range();
             let ask = match wish {
                 Wish::Off => Ask::Off,
@@ -201,28 +313,45 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
                 Wish::Reset => Ask::Reset,
             };
             tickets += 1;
-            let answer =
-                alive.engine.take(&Order { ticket: tickets, channel: 0, ask, hold_ns: 60_000_000_000 }, now_ns);
+            let order = Order { ticket: tickets, channel: 0, ask, hold_ns: (hold_s * 1e9) as u64 };
+            let answer = alive.engine.take(&order, clock_ns(now_s - slept_s));
             world.outcome.resets += u32::from(ask == Ask::Reset && answer.is_none());
         }
 
         // A cycle, late or not; or the last one.
-        let late = (stalled_s * rate_hz) as u64;
+        let late = periods(stalled_s);
         world.pass(late);
         if late > 0 {
             alive.engine.come_late(late, &mut alive.duty);
+        }
+        if suspended_s > 0.0 {
+            world.pass(periods(suspended_s));
+            slept_s += suspended_s;
+            alive.engine.was_suspended(suspended_s);
+            alive.duty.fill(0.0);
+        }
+        if let Some((true, start)) = end {
+            // Zero, as its end puts it out; `stop` would stop the simulated world as well.
+            let is_confirmed = world.wires.start().is_ok();
+            record = record.filter(|_| is_confirmed);
+            if let Some(record) = &mut record {
+                // As the driver's last record says it.
+                (record.recalled.given_w, record.at_s) = (0.0, world.wires.time_s());
+            }
+            (driver, next) = (None, Some(start));
+            continue;
         }
         let exchanged = world.wires.exchange(&alive.duty, &mut samples);
         world.watch();
         alive.engine.note_outputs(&world.wires);
         alive.engine.clear(&mut world.wires);
-        alive.supply.look(&world.wires, &mut alive.engine, false);
-        if is_killed.is_some() {
-            (driver, next) = (None, is_killed);
+        alive.supply.look(&world.wires, &mut alive.engine, resets_stop);
+        if let Some((_, start)) = end {
+            (driver, next) = (None, Some(start));
             continue;
         }
         let now_s = world.wires.time_s();
-        let beat = Beat { now_ns: (now_s * 1e9) as u64 + 1_000_000_000, missed: late };
+        let beat = Beat { now_ns: clock_ns(now_s - slept_s), missed: late };
         alive.engine.cycle(beat, exchanged, &samples, &mut alive.duty, |_| {});
         alive.supply.switch(&alive.engine, &mut world.wires);
         alive.engine.describe(beat.now_ns, DriverState::Running, &mut alive.snapshot);
@@ -249,8 +378,12 @@ pub fn run(seed: u64, script: &Script, mut trace: Option<&mut BufWriter<File>>) 
             )?;
         }
     }
-    world.outcome.over_periods = world.outcome.over_k / full_power_k_per_s(&truth) * rate_hz;
     Ok(world.outcome)
+}
+
+/// The loop's clock, ns, after so many seconds of it.
+fn clock_ns(seconds: f64) -> u64 {
+    (seconds * 1e9) as u64 + 1_000_000_000
 }
 
 /// How the next driver comes.
@@ -261,14 +394,16 @@ struct Start {
     other: bool,
 }
 
-fn started(rig: &Rig, wires: &SimulatedRig, record: Option<Record>) -> Result<Driver, sinew_driver::Error> {
+fn started(rig: &Rig, wires: &mut SimulatedRig, record: Option<Record>) -> Result<Driver, sinew_driver::Error> {
     let mut engine = Engine::new(rig, None)?;
     engine.bear_silence(wires.silence_s().unwrap_or(f64::NAN));
     if let Some(record) = record {
         let since_s = wires.time_s() - record.at_s;
         engine.recall(0, &Recalled { since_s, ..record.recalled });
     }
-    Ok(Driver { engine, duty: [0.0], snapshot: Box::new(Snapshot::new(1)), supply: SupplySwitch::default() })
+    let mut supply = SupplySwitch::default();
+    supply.begin(wires);
+    Ok(Driver { engine, duty: [0.0], snapshot: Box::new(Snapshot::new(1)), supply })
 }
 
 /// What full power makes of the hot wire without any loss, K/s.

@@ -9,8 +9,12 @@ use sinew_rig::FaultKind;
 
 use crate::kind::{between, whole};
 
-/// Cycles of a history at the most, whatever its rate and length: what is longer is cut.
-const MOST_CYCLES: u64 = 60_000;
+/// Cycles of a history after its wire is hot, at the most, whatever its rate: what is longer is cut.
+const MOST_CYCLES: u64 = 40_000;
+/// How long a history is, s.
+const LENGTH_S: (f64, f64) = (10.0, 120.0);
+/// Things of one kind in a script at the most.
+const MOST_OF_A_KIND: u64 = 300;
 
 /// What a client asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,23 +32,36 @@ pub enum Wish {
 /// Something that happens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Happening {
-    /// The driver is killed between its exchange and the rest of its cycle; the next one comes after so long, s.
+    /// The driver is gone; the next one comes after so long, s.
     Kill {
         /// Until the next one comes.
         pause_s: f64,
-        /// Whether that one finds the record of the output.
+        /// Whether it was stopped in good order; else it was killed between its exchange and the rest of its cycle.
+        in_order: bool,
+        /// Whether the next one finds the record of the output.
         remembers: bool,
         /// Whether it has another rig file.
         other: bool,
     },
     /// The loop is not there for so long, s.
     Stall(f64),
-    /// Something breaks, for so long, s; infinite = for good.
-    Break(FaultKind, f64),
+    /// The machine is suspended for so long, s.
+    Suspend(f64),
+    /// Something breaks.
+    Break {
+        /// What.
+        kind: FaultKind,
+        /// Its size; NaN = the kind's default.
+        size: f64,
+        /// For so long, s.
+        seconds: f64,
+    },
+    /// The line to the outputs is silent for so long, s: nothing is written and nothing is read.
+    LostLine(f64),
     /// A draught of this strength from now on.
     Draught(f64),
-    /// Somebody asks for something.
-    Ask(Wish),
+    /// Somebody asks for something, for so long, s.
+    Ask(Wish, f64),
 }
 
 /// A happening at its time, s.
@@ -56,24 +73,47 @@ pub struct Moment {
     pub what: Happening,
 }
 
+impl fmt::Display for Wish {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Wish::Off => f.write_str("off"),
+            Wish::Stroke(stroke) => write!(f, "stroke {:.0} %", 100.0 * stroke),
+            Wish::Duty(share) => write!(f, "duty {:.0} % of the largest", 100.0 * share),
+            Wish::Reset => f.write_str("reset"),
+        }
+    }
+}
+
 impl fmt::Display for Moment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:9.4} s  ", self.at_s)?;
         match self.what {
-            Happening::Kill { pause_s, remembers, other } => {
+            Happening::Kill { pause_s, in_order, remembers, other } => {
+                let end = if in_order { "stopped" } else { "killed" };
                 let record = if remembers { "its record" } else { "no record" };
                 let file = if other { ", another rig file" } else { "" };
-                write!(f, "killed; the next one after {pause_s:.3} s with {record}{file}")
+                write!(f, "{end}; the next one after {pause_s:.3} s with {record}{file}")
             }
             Happening::Stall(seconds) => write!(f, "the loop is not there for {seconds:.4} s"),
-            Happening::Break(kind, seconds) => write!(f, "{} for {seconds:.3} s", kind.word()),
+            Happening::Suspend(seconds) => write!(f, "suspended for {seconds:.3} s"),
+            Happening::Break { kind, size, seconds } if size.is_nan() => {
+                write!(f, "{} for {seconds:.3} s", kind.word())
+            }
+            Happening::Break { kind, size, seconds } => write!(f, "{} of {size:.2} for {seconds:.3} s", kind.word()),
+            Happening::LostLine(seconds) => write!(f, "no line for {seconds:.3} s"),
             Happening::Draught(strength) => write!(f, "a draught of {strength:.2}"),
-            Happening::Ask(Wish::Off) => f.write_str("off"),
-            Happening::Ask(Wish::Stroke(stroke)) => write!(f, "stroke {:.0} %", 100.0 * stroke),
-            Happening::Ask(Wish::Duty(share)) => write!(f, "duty {:.0} % of the largest", 100.0 * share),
-            Happening::Ask(Wish::Reset) => f.write_str("reset"),
+            Happening::Ask(wish, hold_s) => write!(f, "{wish}, for {hold_s:.2} s"),
         }
     }
+}
+
+/// How a power stage sticks in a history, for good.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sticking {
+    /// When, s.
+    pub at_s: f64,
+    /// Whether driver, line and converter live on from then: nothing but orders and draughts happens any more.
+    pub is_watched: bool,
 }
 
 /// A history's script.
@@ -81,140 +121,297 @@ impl fmt::Display for Moment {
 pub struct Script {
     /// How long it goes on, periods.
     pub cycles: u64,
-    /// Whether somebody resets whatever is latched as fast as allowed.
-    pub is_eager: bool,
+    /// How often the operator looks, s: he resets what is latched, the emergency stop too, and asks again for what was wanted last. 0 = as
+    /// fast as allowed.
+    pub looks_every_s: f64,
+    /// Whether it ends as soon as the wire is hot.
+    pub until_heated: bool,
+    /// Whether its power stage sticks.
+    pub sticks: Option<Sticking>,
     /// What happens, in the order of time.
     pub moments: Vec<Moment>,
 }
 
 /// What breaks by chance.
-const BREAKS: [FaultKind; 6] = [
+const BREAKS: [FaultKind; 9] = [
+    FaultKind::WriteFails,
     FaultKind::WriteFails,
     FaultKind::AdcStuck,
     FaultKind::AdcNan,
     FaultKind::Jammed,
     FaultKind::SupplyDip,
     FaultKind::BackendError,
+    FaultKind::EstopOpen,
+    FaultKind::EstopReset,
 ];
 
 /// What draws a happening.
-type Drawn<'a> = &'a dyn Fn(&mut Xoshiro256PlusPlus) -> Happening;
+type Drawn = fn(&mut Xoshiro256PlusPlus) -> Happening;
+
+/// Everything that may happen.
+const KINDS: [Drawn; 7] = [breaks, lost_line, draught, kill, stall, suspend, asks];
 
 impl Script {
-    /// By chance, at a rate of the loop in Hz. `has_stuck_stage`: at some moment the power stage sticks for good.
-    pub fn by_chance(rng: &mut Xoshiro256PlusPlus, rate_hz: f64, has_stuck_stage: bool) -> Script {
-        let cycles = ((between(rng, 10.0, 120.0) * rate_hz) as u64).min(MOST_CYCLES);
+    /// Nothing but full power, asked for all along: how a wire is heated that nothing happens to.
+    pub fn calm(rate_hz: f64) -> Script {
+        let moments = vec![Moment { at_s: 0.0, what: HEAT }];
+        let cycles = ((LENGTH_S.1 * rate_hz) as u64).min(5 * MOST_CYCLES);
+        Script { cycles, looks_every_s: 0.0, until_heated: true, sticks: None, moments }
+    }
+
+    /// By chance, at a rate of the loop in Hz, for a wire that gets hot in so long, s. What happens does so once it is hot: at its limit or in
+    /// a heating edge; where that is `early`, from the start.
+    pub fn by_chance(
+        rng: &mut Xoshiro256PlusPlus,
+        rate_hz: f64,
+        warm_s: f64,
+        early: bool,
+        sticks: Option<bool>,
+    ) -> Script {
+        let looks_every_s = if rng.random::<bool>() { 0.0 } else { log_between(rng, 0.02, 2.0) };
+        // An operator who looks seldom needs some looks to begin.
+        let warm_s = warm_s + 3.0 * looks_every_s;
+        let from_s = if early { 0.0 } else { warm_s };
+        let wanted_s = (warm_s + log_between(rng, 3.0, LENGTH_S.1)).clamp(LENGTH_S.0, LENGTH_S.1);
+        let cycles = ((wanted_s * rate_hz) as u64).min((warm_s * rate_hz) as u64 + MOST_CYCLES);
         let seconds = cycles as f64 / rate_hz;
-        let is_eager = rng.random::<bool>();
-        let mut script =
-            Script { cycles, is_eager, moments: vec![Moment { at_s: 0.0, what: Happening::Ask(Wish::Duty(1.0)) }] };
-        // How often things happen, a second: from a quiet hour to a day on which nothing works.
-        let (mischief, kills, stalls) = (between(rng, 0.0, 0.5), between(rng, 0.0, 0.5), between(rng, 0.0, 3.0));
-        let forgetful = between(rng, 0.0, 1.0);
-        let kinds: [(f64, Drawn); 6] = [
-            (mischief, &breaks),
-            (0.5 * mischief, &draught),
-            (if is_eager { 20.0 } else { 2.0 }, &asks),
-            (2.0, &|_| Happening::Ask(Wish::Reset)),
-            (stalls, &stall),
-            (kills, &move |rng| kill(rng, forgetful)),
-        ];
-        for (a_second, what) in kinds {
-            let times = (a_second * seconds + rng.random::<f64>()) as u64;
-            for _ in 0..times {
-                script.moments.push(Moment { at_s: between(rng, 0.0, seconds), what: what(rng) });
+        let mut moments = vec![Moment { at_s: 0.0, what: HEAT }];
+        match rng.random_range(0..3) {
+            // It is held at its limit.
+            0 => {}
+            // It is heated again and again.
+            1 => {
+                let mut at_s = warm_s;
+                while at_s < seconds && moments.len() < MOST_OF_A_KIND as usize {
+                    let what = if rng.random::<bool>() { Wish::Off } else { Wish::Stroke(between(rng, 0.0, 0.5)) };
+                    moments.push(Moment { at_s, what: Happening::Ask(what, FOR_LONG_S) });
+                    at_s += between(rng, 0.02, 1.5) * warm_s;
+                    moments.push(Moment { at_s, what: HEAT });
+                    at_s += between(rng, 0.1, 1.5) * warm_s;
+                }
+            }
+            // Everybody wants something else.
+            _ => {
+                let a_second = log_between(rng, 0.2, 20.0);
+                for _ in 0..number(rng, a_second, seconds - warm_s) {
+                    moments.push(Moment { at_s: between(rng, warm_s, seconds), what: asks(rng) });
+                }
             }
         }
-        if has_stuck_stage {
-            let at_s = between(rng, 0.1, 0.9) * seconds;
-            script.moments.push(Moment { at_s, what: Happening::Break(FaultKind::StageOn, f64::INFINITY) });
+        // Clients that ask for the same in a loop.
+        for _ in 0..whole(rng, 0, 2) {
+            let Happening::Ask(wish, _) = asks(rng) else { continue };
+            let wish = if rng.random::<bool>() { Wish::Reset } else { wish };
+            let (every_s, hold_s) = (log_between(rng, 0.02, 2.0), log_between(rng, 0.1, FOR_LONG_S));
+            let mut at_s = between(rng, from_s, seconds);
+            for _ in 0..whole(rng, 2, MOST_OF_A_KIND) {
+                moments.push(Moment { at_s, what: Happening::Ask(wish, hold_s) });
+                at_s += every_s;
+            }
         }
-        script.sort();
+        let edges: Vec<f64> = moments.iter().filter(|moment| moment.what == HEAT).map(|moment| moment.at_s).collect();
+        for what in &KINDS[..KINDS.len() - 1] {
+            if rng.random::<bool>() {
+                continue;
+            }
+            let a_second = log_between(rng, 0.03, 3.0);
+            for _ in 0..number(rng, a_second, seconds - from_s) {
+                let edge_s = edges[rng.random_range(0..edges.len())].max(from_s);
+                let at_s = if rng.random::<bool>() {
+                    edge_s + between(rng, 0.0, 1.2) * warm_s
+                } else {
+                    between(rng, from_s, seconds)
+                };
+                moments.push(Moment { at_s, what: what(rng) });
+            }
+        }
+        let sticks =
+            sticks.map(|is_watched| Sticking { at_s: between(rng, 0.9 * warm_s, seconds.max(warm_s)), is_watched });
+        let mut script = Script { cycles, looks_every_s, until_heated: false, sticks, moments };
+        script.tidy(rate_hz);
         script
     }
 
-    fn sort(&mut self) {
+    fn tidy(&mut self, rate_hz: f64) {
+        let seconds = self.cycles as f64 / rate_hz;
+        self.moments.retain(|moment| moment.at_s >= 0.0 && moment.at_s <= seconds);
         self.moments.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     }
 
-    /// One that is a little different.
-    pub fn varied(&self, rng: &mut Xoshiro256PlusPlus, rate_hz: f64) -> Script {
+    /// The same without jams of the load.
+    pub fn without_jams(&self) -> Script {
+        let mut script = self.clone();
+        script.moments.retain(|moment| !matches!(moment.what, Happening::Break { kind: FaultKind::Jammed, .. }));
+        script
+    }
+
+    /// One that is a little different, mostly before `hottest_s`, the moment when its wire was hottest; of a wire that gets hot in `warm_s`.
+    /// `with`: another script for the same wire, parts of which may be taken over, and when that one was hottest.
+    pub fn varied(
+        &self,
+        rng: &mut Xoshiro256PlusPlus,
+        rate_hz: f64,
+        warm_s: f64,
+        hottest_s: f64,
+        with: (&Script, f64),
+    ) -> Script {
         let mut script = self.clone();
         let seconds = self.cycles as f64 / rate_hz;
-        for _ in 0..whole(rng, 1, 4) {
-            let one = if script.moments.is_empty() { None } else { Some(rng.random_range(0..script.moments.len())) };
-            match (whole(rng, 0, 7), one) {
-                // Another thing, at another time.
-                (0 | 1, _) => {
-                    let what = any(rng);
-                    script.moments.push(Moment { at_s: between(rng, 0.0, seconds), what });
+        for _ in 0..whole(rng, 1, 3) {
+            // What led to the hottest moment began a period or a heating before it.
+            let back_s = log_between(rng, 1.0 / rate_hz, (2.0 * warm_s).max(0.5));
+            let near_s = |rng: &mut Xoshiro256PlusPlus| {
+                if rng.random_range(0..8) == 0 {
+                    between(rng, 0.0, seconds)
+                } else {
+                    hottest_s - between(rng, 0.0, back_s)
                 }
-                // The same again and again, in a rhythm.
-                (2, one) => {
-                    let what = match one {
-                        Some(one) if rng.random::<bool>() => script.moments[one].what,
-                        _ => any(rng),
-                    };
-                    let (every_s, from_s) = (between(rng, 0.01, 1.0), between(rng, 0.0, seconds));
-                    for number in 0..whole(rng, 3, 40) {
-                        script.moments.push(Moment { at_s: from_s + number as f64 * every_s, what });
+            };
+            let moments = &mut script.moments;
+            let one = nearest(rng, moments, near_s);
+            match (whole(rng, 0, 11), one) {
+                // Another thing.
+                (0..=2, _) => moments.push(Moment { at_s: near_s(rng), what: any(rng) }),
+                // What led to it, again and again, in a rhythm.
+                (3, _) => {
+                    let led: Vec<Moment> = (moments.iter())
+                        .filter(|moment| (hottest_s - back_s..=hottest_s).contains(&moment.at_s))
+                        .take(8)
+                        .copied()
+                        .collect();
+                    let every_s = back_s * between(rng, 1.0, 1.5);
+                    for round in 1..=whole(rng, 1, 8) {
+                        let later = |moment: &Moment| Moment { at_s: moment.at_s + round as f64 * every_s, ..*moment };
+                        moments.extend(led.iter().map(later));
+                    }
+                }
+                // One thing in a rhythm.
+                (4, one) => {
+                    let what = one.map_or_else(|| any(rng), |one| moments[one].what);
+                    let (every_s, from_s) = (log_between(rng, 2.0 / rate_hz, 1.0), near_s(rng));
+                    for round in 0..whole(rng, 2, 30) {
+                        moments.push(Moment { at_s: from_s + round as f64 * every_s, what });
                     }
                 }
                 // Full power before it all.
-                (3, Some(one)) => {
-                    let at_s = (script.moments[one].at_s - between(rng, 0.0, 2.0)).max(0.0);
-                    script.moments.push(Moment { at_s, what: Happening::Ask(Wish::Duty(1.0)) });
+                (5, _) => moments.push(Moment { at_s: near_s(rng), what: HEAT }),
+                (6, Some(one)) => drop(moments.remove(one)),
+                (7, Some(one)) => moments[one].at_s += back_s * between(rng, -1.0, 1.0),
+                (8 | 9, Some(one)) => moments[one].what = moments[one].what.stretched(log_between(rng, 0.3, 3.0)),
+                // What led another one to its hottest moment.
+                (10, _) => {
+                    let (other, its_hottest_s) = with;
+                    let shift_s = hottest_s - its_hottest_s;
+                    let led = other
+                        .moments
+                        .iter()
+                        .filter(|moment| (its_hottest_s - back_s.max(warm_s)..=its_hottest_s).contains(&moment.at_s));
+                    let led = led.map(|moment| Moment { at_s: moment.at_s + shift_s, ..*moment });
+                    moments.extend(led.take(MOST_OF_A_KIND as usize));
                 }
-                (4, Some(one)) => drop(script.moments.remove(one)),
-                (5, Some(one)) => script.moments[one].at_s = between(rng, 0.0, seconds),
-                (6, Some(one)) => script.moments[one].what = any(rng),
-                _ => script.is_eager = !script.is_eager,
+                _ => script.looks_every_s = if rng.random::<bool>() { 0.0 } else { log_between(rng, 0.02, 2.0) },
+            }
+            if let Some(sticking) = &mut script.sticks
+                && rng.random_range(0..4) == 0
+            {
+                sticking.at_s = between(rng, 0.0, seconds);
             }
         }
-        script.moments.retain(|moment| moment.at_s <= seconds);
-        script.sort();
+        script.tidy(rate_hz);
         script
     }
 }
 
-fn any(rng: &mut Xoshiro256PlusPlus) -> Happening {
-    match whole(rng, 0, 6) {
-        0 => breaks(rng),
-        1 => draught(rng),
-        2 => kill(rng, 0.5),
-        3 | 4 => stall(rng),
-        _ => asks(rng),
+/// The moment that is nearest to a time.
+fn nearest(
+    rng: &mut Xoshiro256PlusPlus,
+    moments: &[Moment],
+    at_s: impl Fn(&mut Xoshiro256PlusPlus) -> f64,
+) -> Option<usize> {
+    let at_s = at_s(rng);
+    let after = moments.partition_point(|moment| moment.at_s < at_s);
+    (!moments.is_empty()).then(|| after.min(moments.len() - 1))
+}
+
+impl Happening {
+    /// The same so many times as long.
+    fn stretched(self, times: f64) -> Happening {
+        match self {
+            Happening::Kill { pause_s, in_order, remembers, other } => {
+                Happening::Kill { pause_s: (pause_s * times).min(MOST_PAUSE_S), in_order, remembers, other }
+            }
+            Happening::Stall(seconds) => Happening::Stall((seconds * times).min(MOST_STALL_S)),
+            Happening::Suspend(seconds) => Happening::Suspend(seconds * times),
+            Happening::Break { kind, size, seconds } => Happening::Break { kind, size, seconds: seconds * times },
+            Happening::LostLine(seconds) => Happening::LostLine(seconds * times),
+            Happening::Draught(strength) => Happening::Draught((strength * times).min(1.0)),
+            Happening::Ask(wish, hold_s) => Happening::Ask(wish, hold_s * times),
+        }
     }
 }
 
+const FOR_LONG_S: f64 = 60.0;
+const HEAT: Happening = Happening::Ask(Wish::Duty(1.0), FOR_LONG_S);
+const MOST_PAUSE_S: f64 = 60.0;
+const MOST_STALL_S: f64 = 5.0;
+/// The longest silence of the loop that is no fault.
+const UNSEEN_STALL_S: f64 = 0.249;
+
+/// Evenly on a logarithmic scale.
+fn log_between(rng: &mut Xoshiro256PlusPlus, low: f64, high: f64) -> f64 {
+    low * (high / low).powf(rng.random::<f64>())
+}
+
+/// How many things happen in so many seconds, at a rate.
+fn number(rng: &mut Xoshiro256PlusPlus, a_second: f64, seconds: f64) -> u64 {
+    ((a_second * seconds.max(0.0) + rng.random::<f64>()) as u64).min(MOST_OF_A_KIND)
+}
+
+fn any(rng: &mut Xoshiro256PlusPlus) -> Happening {
+    KINDS[rng.random_range(0..KINDS.len())](rng)
+}
+
 fn breaks(rng: &mut Xoshiro256PlusPlus) -> Happening {
-    Happening::Break(BREAKS[rng.random_range(0..BREAKS.len())], between(rng, 0.01, 3.0))
+    let kind = BREAKS[rng.random_range(0..BREAKS.len())];
+    let size = if kind == FaultKind::SupplyDip { between(rng, 0.0, 0.95) } else { f64::NAN };
+    Happening::Break { kind, size, seconds: log_between(rng, 0.01, 5.0) }
+}
+
+fn lost_line(rng: &mut Xoshiro256PlusPlus) -> Happening {
+    Happening::LostLine(log_between(rng, 0.01, 3.0))
 }
 
 fn draught(rng: &mut Xoshiro256PlusPlus) -> Happening {
     Happening::Draught(if rng.random::<bool>() { between(rng, 0.0, 1.0) } else { 0.0 })
 }
 
-fn kill(rng: &mut Xoshiro256PlusPlus, forgetful: f64) -> Happening {
+fn kill(rng: &mut Xoshiro256PlusPlus) -> Happening {
     let pause_s = match whole(rng, 0, 9) {
         0..=4 => between(rng, 0.0, 0.3),
-        5..=8 => between(rng, 0.0, 10.0),
-        _ => between(rng, 0.0, 60.0),
+        5..=8 => between(rng, 0.0, 5.0),
+        _ => between(rng, 0.0, MOST_PAUSE_S),
     };
-    Happening::Kill { pause_s, remembers: rng.random::<f64>() > forgetful, other: rng.random_range(0..4) == 0 }
+    let (remembers, in_order) = (rng.random::<bool>(), rng.random_range(0..4) == 0);
+    Happening::Kill { pause_s, in_order, remembers, other: rng.random_range(0..4) == 0 }
 }
 
 fn stall(rng: &mut Xoshiro256PlusPlus) -> Happening {
-    let longest_s = if rng.random_range(0..10) == 0 { 5.0 } else { 0.249 };
+    let longest_s = if rng.random_range(0..10) == 0 { MOST_STALL_S } else { UNSEEN_STALL_S };
     Happening::Stall(between(rng, 0.001, longest_s))
 }
 
+fn suspend(rng: &mut Xoshiro256PlusPlus) -> Happening {
+    Happening::Suspend(log_between(rng, 0.01, 20.0))
+}
+
 fn asks(rng: &mut Xoshiro256PlusPlus) -> Happening {
-    Happening::Ask(match whole(rng, 0, 5) {
+    let wish = match whole(rng, 0, 6) {
         0 => Wish::Off,
         1 => Wish::Stroke(between(rng, 0.0, 1.0)),
         2 => Wish::Stroke(1.0),
         3 => Wish::Duty(between(rng, 0.0, 1.0)),
+        4 => Wish::Reset,
         _ => Wish::Duty(1.0),
-    })
+    };
+    Happening::Ask(wish, log_between(rng, 0.1, FOR_LONG_S))
 }
