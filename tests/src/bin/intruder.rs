@@ -6,8 +6,8 @@
 //! - `files PATH …`: tries to open each of these, and what is in them, for reading and for writing; exit code 1 when anything opened.
 //! - `rubbish SOCKET SECONDS SEED`: sends rubbish, half-right requests and floods, on connection after connection; says how much.
 //! - `squat FOLDER RIG`: stands at a door with another one's name, until it is killed.
-//! - `litter FOLDER COUNT PREFIX TARGET`: puts so many files, folders, pipes and links to TARGET there, holds locks on whatever of sinew's it can
-//!   open, until it is killed.
+//! - `litter FOLDER COUNT PREFIX TARGET`: puts so many files, folders, pipes and links to TARGET there, and holds locks on whatever of others' and
+//!   of sinew's name it can open, until it is killed.
 //! - `take PATH …`: makes these folders, open to everybody, before somebody else does.
 //! - `chase SECONDS`: watches /dev/shm, and for every file of a run makes others that bear that run's name and could be its next ones.
 
@@ -207,9 +207,12 @@ fn litter(folder: &Path, count: usize, prefix: &str, target: &str) -> usize {
     let mut held = Vec::new();
     loop {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let is_own = |found: std::fs::Metadata| {
+                std::os::unix::fs::MetadataExt::uid(&found) == rustix::process::geteuid().as_raw()
+            };
             let is_theirs = entry.file_name().to_string_lossy().starts_with("sinew")
                 && entry.file_type().is_ok_and(|kind| kind.is_file())
-                && !entry.file_name().to_string_lossy().starts_with(prefix);
+                && !entry.metadata().is_ok_and(is_own);
             if let Some(file) = is_theirs.then(|| File::open(entry.path()).ok()).flatten() {
                 let _ = rustix::fs::flock(&file, rustix::fs::FlockOperation::NonBlockingLockExclusive);
                 println!("opened {}", entry.path().display());
