@@ -138,7 +138,8 @@ impl Engine {
     }
 
     /// What the backend knows of its outputs after an exchange, before the cycle: whether the duty of each is the one that was asked for
-    /// (zero, where the exchange failed), which have failed, and whether they were out of sight. Without a call all are, and none has but the one the exchange names.
+    /// (zero, where the exchange failed), which have failed, and whether they were out of sight. Without a call all are, and none has but the one
+    /// the exchange names.
     #[inline]
     pub fn note_outputs(&mut self, backend: &impl Backend) {
         // Somebody else may have driven them meanwhile.
