@@ -186,6 +186,32 @@ mod tests {
     }
 
     #[test]
+    fn where_somebody_else_has_the_name_a_folder_has_another_one_and_keeps_it() {
+        let shared = tempfile::tempdir().unwrap();
+        let plain = own_folder_among(shared.path(), "sinew", 0o077).unwrap();
+        assert_eq!(plain, shared.path().join(format!("sinew-{}", sys::user_id())));
+        assert_eq!(own_folder_among(shared.path(), "sinew", 0o077).as_ref(), Ok(&plain));
+        fs::remove_dir(&plain).unwrap();
+        // Our own that is open to others, or a link, is said and not passed over.
+        symlink(shared.path(), &plain).unwrap();
+        assert!(own_folder_among(shared.path(), "sinew", 0o077).is_err());
+        fs::remove_file(&plain).unwrap();
+        if sys::user_id() != 0 {
+            return;
+        }
+        for number in 0..50 {
+            let taken =
+                if number == 0 { plain.clone() } else { PathBuf::from(format!("{}-{number:06}", plain.display())) };
+            fs::create_dir(&taken).unwrap();
+            std::os::unix::fs::chown(&taken, Some(64_204), None).unwrap();
+        }
+        let another = own_folder_among(shared.path(), "sinew", 0o077).unwrap();
+        assert_ne!(another, plain);
+        assert_eq!(fs::symlink_metadata(&another).unwrap().uid(), 0);
+        assert_eq!(own_folder_among(shared.path(), "sinew", 0o077), Ok(another));
+    }
+
+    #[test]
     fn a_link_and_a_pipe_are_no_files() {
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));

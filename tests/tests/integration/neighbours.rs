@@ -7,6 +7,7 @@
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -17,6 +18,9 @@ use crate::access::{Bench, COMMANDER, DRIVER, READER, STRANGER, User, both_group
 /// What the hostile account puts into /dev/shm, and into /tmp under the very name of the driver's folder.
 const CROWD: usize = 10_000;
 const NAMESAKES: usize = 1000;
+
+/// The driver's user has one folder in /tmp: one test at a time.
+static FOLDER: Mutex<()> = Mutex::new(());
 
 /// What somebody's program left where anybody may write, gone with the test.
 struct Cleared {
@@ -85,6 +89,7 @@ fn a_crowd_of_foreign_files_under_our_names_stops_nobody_and_is_left_alone() {
     if !can_be_others() {
         return;
     }
+    let _alone = FOLDER.lock().unwrap_or_else(PoisonError::into_inner);
     let bench = Bench::new(&both_groups());
     let _gone = [
         Cleared { folder: "/dev/shm", user: STRANGER },
@@ -168,6 +173,7 @@ fn a_chase_after_the_names_of_a_run_stops_no_start() {
     if !can_be_others() {
         return;
     }
+    let _alone = FOLDER.lock().unwrap_or_else(PoisonError::into_inner);
     let bench = Bench::new(&both_groups());
     let _gone = Cleared { folder: "/dev/shm", user: STRANGER };
     let undisturbed_s = comes_and_goes_s(&bench);
