@@ -123,7 +123,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let result = caught(|| self.cycles(shared, &mut remains));
         // Again: the panic may have come from before the guard in there was set up, and only the last answer counts.
         remains.zero = self.backend.stop();
-        self.memory.end(&self.engine, remains.zero);
+        self.memory.end(&self.engine, &self.backend, remains.zero);
         if let Ok(ending) = result
             && !shared.panicked.load(Ordering::Acquire)
         {
@@ -223,7 +223,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             // Publish.
             stats.cycles += 1;
             (last.cycle, last.monotonic_ns, last.missed) = (stats.cycles, tick.now_ns, stats.missed);
-            memory.keep(engine);
+            memory.keep(engine, backend.0);
             engine.describe(tick.now_ns, DriverState::Running, last);
             outlet.latest(last);
             if !hand_over(published, last, is_real_time, shared) {

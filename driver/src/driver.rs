@@ -31,6 +31,8 @@ use sinew_backend::{Backend, Zero};
 use sinew_realtime as realtime;
 use sinew_realtime::{Held, Mode, RealtimeReport, Wish};
 
+/// Runs that are tried at a start.
+const RUNS: usize = 8;
 /// Events that may be on their way out of it.
 const EVENTS: usize = 8192;
 /// The ring to the publisher holds so much time, s, and at least so many cycles, but no more than so many bytes: on a busy machine an
@@ -118,8 +120,15 @@ struct Services {
 }
 
 impl Services {
-    /// Takes the rig's name and opens the services under it.
+    /// Takes the rig's name and opens the services under it. Where anybody may make files somebody may have taken the name of one: another run
+    /// has others.
     fn open(rig: &Rig, rules: &[ChannelRules], simulated: bool) -> Result<Services, Error> {
+        let is_over = |tried: &Result<_, _>| !matches!(tried, Err(Error::Services(sinew_ipc::Error::Service { .. })));
+        let mut attempts = (1..RUNS).map(|_| Services::open_once(rig, rules, simulated));
+        attempts.find(is_over).unwrap_or_else(|| Services::open_once(rig, rules, simulated))
+    }
+
+    fn open_once(rig: &Rig, rules: &[ChannelRules], simulated: bool) -> Result<Services, Error> {
         let lock = RigLock::acquire(&rig.name)?;
         // with the laws of a catalogue, which a session of it cannot have at hand
         let rig_text = rig.to_toml();
@@ -327,7 +336,7 @@ fn run_loop<B: Backend>(
         let _ = ready.send(Err(error));
         return (Remains::nothing(), None);
     }
-    looping.memory.recall(&mut looping.engine);
+    looping.memory.recall(&mut looping.engine, &looping.backend);
     looping.stats.realtime = bits(&realtime);
     looping.stats.priority = realtime.priority.into();
     looping.stats.cpu = realtime.cpu.map_or(-1, |cpu| cpu as i32);

@@ -125,15 +125,27 @@ impl Engine {
         }
     }
 
+    /// A wire of unknown history to which, before the first cycle, nothing was given for so long, s.
+    pub fn was_unused(&mut self, channel: usize, since_s: f64) {
+        if let Some(channel) = self.channels.get_mut(channel) {
+            channel.guard.heat_mut().was_unused(since_s);
+        }
+    }
+
     /// How long an output can stay as it is with a dead driver, s, where that is not what the rig file's backend says.
     pub fn bear_silence(&mut self, silence_s: f64) {
         self.channels.iter_mut().for_each(|channel| channel.guard.heat_mut().bear_silence(silence_s));
     }
 
     /// What the backend knows of its outputs after an exchange, before the cycle: whether the duty of each is the one that was asked for
-    /// (zero, where the exchange failed), and which have failed. Without a call all are, and none has but the one the exchange names.
+    /// (zero, where the exchange failed), which have failed, and whether they were out of sight. Without a call all are, and none has but the one
+    /// the exchange names.
     #[inline]
     pub fn note_outputs(&mut self, backend: &impl Backend) {
+        // Somebody else may have driven them meanwhile.
+        if let Some(unused_s) = backend.regained() {
+            self.channels.iter_mut().for_each(|channel| channel.guard.heat_mut().was_unused(unused_s));
+        }
         for (index, channel) in self.channels.iter_mut().enumerate() {
             channel.note_output(backend.is_confirmed(index), backend.failure(index));
         }

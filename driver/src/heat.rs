@@ -258,6 +258,13 @@ impl Heat {
         self.remember(cooled_c, (account_j + given_j) * drained);
     }
 
+    /// From now on the wire is one whose history is unknown, but for this: so long, s, nothing was given to it. It was at its limit, and cools
+    /// by its slowest law.
+    pub fn was_unused(&mut self, since_s: f64) {
+        let Budgets { temperature_c, energy_j: account_j, .. } = self.budgets;
+        self.recall(&Recalled { temperature_c, account_j, given_w: 0.0, since_s });
+    }
+
     /// The account of a wire that is as hot as this, °C, and may have been so for long, J.
     fn account_at_j(&self, temperature_c: f64) -> f64 {
         let Budgets { ambient_c, temperature_c: limit_c, energy_j, .. } = self.budgets;
@@ -527,6 +534,24 @@ mod tests {
         assert_eq!(heat.filled(), 0.5);
         heat.remember(f64::NAN, 0.0);
         assert_eq!(heat.temperature_c(), 150.0, "a memory of nothing");
+    }
+
+    #[test]
+    fn a_wire_that_was_not_used_cools_by_its_slowest_law_from_its_limit() {
+        let mut heat = at_rest();
+        heat.was_unused(0.0);
+        assert_eq!((heat.temperature_c(), heat.filled()), (150.0, 1.0));
+        // As one that was watched all along.
+        let mut watched = forgotten();
+        (0..10_000).for_each(|_| watched.pass(&DARK));
+        heat.was_unused(10.0);
+        // (until the output is silent it may have been given what it had)
+        let (known_c, watched_c) = (heat.temperature_c(), watched.temperature_c());
+        assert!((watched_c - 1.0..watched_c + 5.0).contains(&known_c), "{known_c} {watched_c}");
+        heat.was_unused(600.0);
+        assert!(heat.temperature_c() < 30.0 && heat.filled() < 0.01, "{heat:?}");
+        heat.was_unused(f64::NAN);
+        assert_eq!(heat.temperature_c(), 150.0);
     }
 
     #[test]

@@ -3,28 +3,30 @@
 //!
 //! The loop writes it in every cycle, without a system call ([`sinew_page`]), so that it is as old as the driver's last cycle
 //! however that one died. The next driver on the same output begins with it: what the wire had then, what its output can have given
-//! it [in silence](sinew_backend::Backend::silence_s), and what it has lost since by its slowest law. A record that is damaged, from
-//! before the machine started, held by another driver or of an end without a confirmed zero is none: the wire is at its limit.
+//! it [in silence](sinew_backend::Backend::silence_s), and what it has lost since by its slowest law. A record that is damaged, of another
+//! start of the machine, held by another driver or of an end without a confirmed zero is none.
 //!
-//! It lies in memory and not on a disk, so that it is gone with the machine, and what another user does with the same outputs it
-//! does not know.
+//! A record is this user's, and says nothing of what others do with the output. So it carries a mark that the output itself shows as long as nobody
+//! else has used it ([`Backend::past`]): where it shows another one, or none, the record is none either.
+//!
+//! Without a record the wire is at its limit; but where the hardware vouches for how long nothing was put out, it was so then, and has
+//! cooled since. It lies in memory and not on a disk: what was before the machine started is gone, and only the time since then counts.
 
 use std::fs;
 use std::io;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use sinew_backend::clock::boottime_ns;
-use sinew_backend::{Backend, Zero};
-use sinew_page::{Page, is_memory};
+use sinew_backend::{Backend, Past, Unused, Zero};
+use sinew_page::Page;
 
 use crate::engine::Engine;
 use crate::heat::Recalled;
 
 /// Words of a record: which output, which start of the machine, when (ns on CLOCK_BOOTTIME), temperature at worst (°C), account (J),
-/// the most its output gives (W), how its driver ended.
-const WORDS: usize = 7;
-/// Of the last word.
+/// the most its output gives (W), how its driver ended, what the output shows as long as nobody else uses it.
+const WORDS: usize = 8;
+/// How its driver ended.
 const RUNNING: u64 = 1;
 const ENDED: u64 = 2;
 const UNCONFIRMED: u64 = 3;
@@ -72,48 +74,78 @@ impl Memory {
         names.iter().map(|name| name.as_ref().and_then(open)).collect()
     }
 
-    /// Tells the engine what is remembered, right before the first cycle.
-    pub fn recall(&self, engine: &mut Engine) {
+    /// Tells the engine what is remembered, or else known of the outputs, right before the first cycle.
+    pub fn recall(&self, engine: &mut Engine, backend: &impl Backend) {
         let now_ns = boottime_ns();
-        for (channel, kept) in self.pages.iter().enumerate() {
-            let recalled = kept.as_ref().and_then(|kept| kept.read(self.boot, now_ns));
-            if let Some(recalled) = recalled {
-                engine.recall(channel, &recalled);
+        for channel in 0..engine.channels().len() {
+            let kept = self.pages.get(channel).and_then(Option::as_ref);
+            match Known::of(kept, &backend.past(channel), self.boot, now_ns) {
+                Known::Recalled(recalled) => engine.recall(channel, &recalled),
+                Known::Unused(since_s) => engine.was_unused(channel, since_s),
+                Known::Nothing => {}
             }
         }
     }
 
     /// Keeps what is believed after a cycle. No system call, no allocation.
     #[inline]
-    pub fn keep(&mut self, engine: &Engine) {
+    pub fn keep(&mut self, engine: &Engine, backend: &impl Backend) {
         if !self.pages.is_empty() {
-            self.write(engine, RUNNING);
+            self.write(engine, backend, RUNNING);
         }
     }
 
     /// The driver has ended, with its outputs at zero or not.
-    pub fn end(&mut self, engine: &Engine, zero: Zero) {
-        self.write(engine, if zero == Zero::Confirmed { ENDED } else { UNCONFIRMED });
+    pub fn end(&mut self, engine: &Engine, backend: &impl Backend, zero: Zero) {
+        self.write(engine, backend, if zero == Zero::Confirmed { ENDED } else { UNCONFIRMED });
     }
 
     #[inline]
-    fn write(&mut self, engine: &Engine, state: u64) {
+    fn write(&mut self, engine: &Engine, backend: &impl Backend, state: u64) {
         let now_ns = boottime_ns();
-        for (kept, channel) in self.pages.iter_mut().zip(engine.channels()) {
+        for (index, (kept, channel)) in self.pages.iter_mut().zip(engine.channels()).enumerate() {
             let Some(kept) = kept else { continue };
             let heat = channel.heat();
             let [temperature, account, most] =
                 [heat.temperature_c(), heat.account_j(), channel.most_given_w()].map(f64::to_bits);
-            kept.page.write(&[kept.output, self.boot, now_ns, temperature, account, most, state]);
+            let mark = backend.mark(index);
+            kept.page.write(&[kept.output, self.boot, now_ns, temperature, account, most, state, mark]);
+        }
+    }
+}
+
+/// What there is to go by at a start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Known {
+    Recalled(Recalled),
+    /// Nothing was put out for so long, s.
+    Unused(f64),
+    Nothing,
+}
+
+impl Known {
+    fn of(kept: Option<&Kept>, past: &Past, boot: u64, now_ns: u64) -> Known {
+        if let Some(recalled) = kept.and_then(|kept| kept.read(past.mark, boot, now_ns)) {
+            return Known::Recalled(recalled);
+        }
+        match past.unused {
+            Unused::For(seconds) => Known::Unused(seconds),
+            // Whoever of this user's has used it since would have left a record, whatever has become of that.
+            Unused::SinceStartOfMachine(after_s) if kept.is_some_and(|kept| kept.page.is_new()) => {
+                Known::Unused((now_ns as f64 * 1e-9 - after_s).max(0.0))
+            }
+            Unused::SinceStartOfMachine(_) | Unused::Unknown => Known::Nothing,
         }
     }
 }
 
 impl Kept {
-    /// What the record says, if it is one.
-    fn read(&self, boot: u64, now_ns: u64) -> Option<Recalled> {
-        let [output, found_boot, at_ns, temperature, account, most, state] = self.page.read()?;
-        let is_valid = output == self.output && found_boot == boot && at_ns <= now_ns && state != UNCONFIRMED;
+    /// What the record says, if it is one, and nobody else has used the output since.
+    fn read(&self, shown: u64, boot: u64, now_ns: u64) -> Option<Recalled> {
+        let [output, found_boot, at_ns, temperature, account, most, state, mark] = self.page.read()?;
+        let is_ours = mark == shown && mark != 0;
+        let is_valid =
+            is_ours && output == self.output && found_boot == boot && at_ns <= now_ns && state != UNCONFIRMED;
         let since_s = now_ns.saturating_sub(at_ns) as f64 * 1e-9;
         is_valid.then(|| Recalled {
             temperature_c: f64::from_bits(temperature),
@@ -124,18 +156,10 @@ impl Kept {
     }
 }
 
-/// The folder of this user's records, closed to all others: in the runtime folder where that lies in memory, else in `/dev/shm`.
+/// The folder of this user's records, closed to all others. One for all his drivers, whatever their runtime folders: they may use the same
+/// outputs.
 fn folder() -> io::Result<PathBuf> {
-    let runtime = sinew_ipc::runtime_dir().map_err(io::Error::other)?;
-    let path = if is_memory(&runtime) {
-        runtime.join("heat")
-    } else {
-        let user = fs::metadata(&runtime)?.uid();
-        let place = hash(runtime.as_os_str().as_encoded_bytes());
-        PathBuf::from(format!("/dev/shm/sinew-heat-{user}-{place:016x}"))
-    };
-    sinew_ipc::own_folder(&path, 0o077).map_err(|reason| io::Error::other(format!("{}: {reason}", path.display())))?;
-    Ok(path)
+    sinew_ipc::own_folder_among(Path::new("/dev/shm"), "sinew-heat", 0o077).map_err(io::Error::other)
 }
 
 /// Which start of the machine this is.
@@ -146,4 +170,65 @@ fn boot() -> io::Result<u64> {
 /// The same in every build and on every machine: FNV-1a.
 fn hash(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOOT: u64 = 7;
+    const SECOND_NS: u64 = 1_000_000_000;
+    const SHOWN: Past = Past { mark: 5, unused: Unused::Unknown };
+
+    fn kept(folder: &Path, name: &str) -> Kept {
+        Kept { page: Page::open(&folder.join(name)).unwrap(), output: 1 }
+    }
+
+    /// A record of 80 °C and 0.5 J, with 2 W, ten seconds after the machine's start.
+    fn written(kept: &mut Kept, state: u64, mark: u64) {
+        let [temperature, account, most] = [80.0f64, 0.5, 2.0].map(f64::to_bits);
+        kept.page.write(&[1, BOOT, 10 * SECOND_NS, temperature, account, most, state, mark]);
+    }
+
+    #[test]
+    fn a_record_is_believed_as_long_as_nobody_else_has_used_its_output() {
+        let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+        let mut kept = kept(folder.path(), "output");
+        let of = |kept: &Kept, past: Past, boot: u64, now_s: u64| Known::of(Some(kept), &past, boot, now_s * SECOND_NS);
+        assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Nothing, "nothing was written");
+        written(&mut kept, RUNNING, 5);
+        let recalled = Recalled { temperature_c: 80.0, account_j: 0.5, given_w: 2.0, since_s: 10.0 };
+        assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Recalled(recalled));
+        assert_eq!(of(&kept, Past { mark: 6, ..SHOWN }, BOOT, 20), Known::Nothing, "another session");
+        assert_eq!(of(&kept, Past::UNKNOWN, BOOT, 20), Known::Nothing, "an output that does not tell");
+        assert_eq!(of(&kept, SHOWN, BOOT + 1, 20), Known::Nothing, "another start of the machine");
+        assert_eq!(of(&kept, SHOWN, BOOT, 5), Known::Nothing, "of the future");
+        written(&mut kept, ENDED, 5);
+        assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Recalled(Recalled { given_w: 0.0, ..recalled }));
+        written(&mut kept, UNCONFIRMED, 5);
+        assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Nothing, "nobody knows whether it is off");
+        written(&mut kept, ENDED, 0);
+        assert_eq!(of(&kept, Past::UNKNOWN, BOOT, 20), Known::Nothing, "two that do not tell are not the same");
+        // Whoever used it, the hardware says for how long nobody has.
+        let unused = Past { mark: 6, unused: Unused::For(3.0) };
+        assert_eq!(of(&kept, unused, BOOT, 20), Known::Unused(3.0));
+        assert_eq!(Known::of(None, &unused, BOOT, 20 * SECOND_NS), Known::Unused(3.0));
+    }
+
+    #[test]
+    fn across_a_start_of_the_machine_only_the_time_since_then_counts_and_only_without_a_record() {
+        let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+        let since = Past { mark: 0, unused: Unused::SinceStartOfMachine(2.0) };
+        let mut kept = kept(folder.path(), "output");
+        let Known::Unused(since_s) = Known::of(Some(&kept), &since, BOOT, 30 * SECOND_NS) else {
+            panic!("a new record")
+        };
+        assert!((since_s - 28.0).abs() < 1e-9, "{since_s}");
+        assert_eq!(Known::of(Some(&kept), &since, BOOT, SECOND_NS), Known::Unused(0.0));
+        assert_eq!(Known::of(None, &since, BOOT, 30 * SECOND_NS), Known::Nothing, "a record that could not be opened");
+        written(&mut kept, RUNNING, 5);
+        drop(kept);
+        let kept = self::kept(folder.path(), "output");
+        assert_eq!(Known::of(Some(&kept), &since, BOOT, 30 * SECOND_NS), Known::Nothing, "it was used");
+    }
 }

@@ -76,7 +76,7 @@ pub use messages::{
     Reply, Snapshot, field_table_markdown,
 };
 pub use names::{MAX_RIG_NAME, check_rig_name};
-pub use ours::own_folder;
+pub use ours::own_folder_among;
 pub use run::{RigLock, running, runtime_dir};
 pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};
 pub use stream::{Cycle, CycleStream};

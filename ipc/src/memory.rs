@@ -27,10 +27,10 @@ pub(crate) struct Memory {
 impl Memory {
     /// Opens the services of a run, and reads what does not change.
     pub fn open(attachment: Attachment) -> Result<(Memory, Info), Error> {
-        let rig = attachment.rig().to_string();
+        let (rig, key) = (attachment.rig().to_string(), &attachment.key);
         let node = node(&attachment.run, &attachment.run_dir())?;
         let state = node
-            .service_builder(&name("state")?)
+            .service_builder(&name("state", key)?)
             .blackboard_opener::<u64>()
             .open()
             .map_err(full_or_failed("state", &rig))?;
@@ -42,14 +42,14 @@ impl Memory {
         let snapshot = reader.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed("state"))?;
         let stats = reader.entry::<LoopStats>(&KEY_STATS).map_err(failed("state"))?;
         let cycles = node
-            .service_builder(&name("cycles")?)
+            .service_builder(&name("cycles", key)?)
             .publish_subscribe::<[ChannelState]>()
             .user_header::<BatchHeader>()
             .open()
             .map_err(full_or_failed("cycles", &rig))?;
-        let tick = node.service_builder(&name("tick")?).event().open().map_err(full_or_failed("tick", &rig))?;
+        let tick = node.service_builder(&name("tick", key)?).event().open().map_err(full_or_failed("tick", &rig))?;
         let requests = node
-            .service_builder(&name("command")?)
+            .service_builder(&name("command", key)?)
             .request_response::<Command, Reply>()
             .open()
             .map_err(full_or_failed("command", &rig))?

@@ -4,7 +4,9 @@
 //! Everything is reached from an open folder and without following links, so that nobody can put another file in the place of one that was
 //! looked at.
 
+use std::collections::hash_map::RandomState;
 use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::hash::{BuildHasher, Hasher};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
@@ -37,7 +39,7 @@ pub(crate) fn open(path: &Path, create: bool) -> io::Result<File> {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub fn own_folder(path: &Path, closed: u32) -> Result<(), String> {
+pub(crate) fn own_folder(path: &Path, closed: u32) -> Result<(), String> {
     match DirBuilder::new().mode(0o700).create(path) {
         Err(e) if e.kind() != io::ErrorKind::AlreadyExists => return Err(e.to_string()),
         _ => {}
@@ -54,6 +56,37 @@ pub fn own_folder(path: &Path, closed: u32) -> Result<(), String> {
         open if open & 0o022 != 0 => Err("others may write to it".into()),
         _ => Err("others may look into it".into()),
     }
+}
+
+/// A folder of this user's in one where anybody may make some (`/tmp`, `/dev/shm`): `NAME-UID`, made if it is not there. Where somebody else
+/// has that name, it is the first of this user's whose names begin so, or a new one with an end that nobody can know before.
+///
+/// # Errors
+/// What is wrong with this user's own, in words.
+pub fn own_folder_among(shared: &Path, name: &str, closed: u32) -> Result<PathBuf, String> {
+    let name = format!("{name}-{}", sys::user_id());
+    let path = shared.join(&name);
+    let wrong = match own_folder(&path, closed) {
+        Ok(()) => return Ok(path),
+        Err(reason) => format!("{}: {reason}", path.display()),
+    };
+    let is_ours = |path: &Path| fs::symlink_metadata(path).is_ok_and(|found| found.uid() == sys::user_id());
+    if is_ours(&path) || fs::symlink_metadata(&path).is_err() {
+        return Err(wrong);
+    }
+    let begins = format!("{name}-");
+    // Whoever makes one looks again, so that two that come at once agree.
+    for _ in 0..8 {
+        let all = fs::read_dir(shared).into_iter().flatten().flatten();
+        let named = all.filter(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(&begins)));
+        let own = named.map(|entry| entry.path()).filter(|path| is_ours(path) && own_folder(path, closed).is_ok());
+        if let Some(first) = own.min() {
+            return Ok(first);
+        }
+        let end = RandomState::new().build_hasher().finish() & 0xff_ffff;
+        let _ = own_folder(&shared.join(format!("{begins}{end:06x}")), closed);
+    }
+    Err(wrong)
 }
 
 /// The ordinary files of this user's in a folder whose names begin like this.
@@ -150,6 +183,32 @@ mod tests {
         fs::remove_file(run.join("nodes/17/users")).unwrap();
         remove_folder(&run, "sinew_run_", &[]);
         assert!(!run.exists());
+    }
+
+    #[test]
+    fn where_somebody_else_has_the_name_a_folder_has_another_one_and_keeps_it() {
+        let shared = tempfile::tempdir().unwrap();
+        let plain = own_folder_among(shared.path(), "sinew", 0o077).unwrap();
+        assert_eq!(plain, shared.path().join(format!("sinew-{}", sys::user_id())));
+        assert_eq!(own_folder_among(shared.path(), "sinew", 0o077).as_ref(), Ok(&plain));
+        fs::remove_dir(&plain).unwrap();
+        // Our own that is open to others, or a link, is said and not passed over.
+        symlink(shared.path(), &plain).unwrap();
+        assert!(own_folder_among(shared.path(), "sinew", 0o077).is_err());
+        fs::remove_file(&plain).unwrap();
+        if sys::user_id() != 0 {
+            return;
+        }
+        for number in 0..50 {
+            let taken =
+                if number == 0 { plain.clone() } else { PathBuf::from(format!("{}-{number:06}", plain.display())) };
+            fs::create_dir(&taken).unwrap();
+            std::os::unix::fs::chown(&taken, Some(64_204), None).unwrap();
+        }
+        let another = own_folder_among(shared.path(), "sinew", 0o077).unwrap();
+        assert_ne!(another, plain);
+        assert_eq!(fs::symlink_metadata(&another).unwrap().uid(), 0);
+        assert_eq!(own_folder_among(shared.path(), "sinew", 0o077), Ok(another));
     }
 
     #[test]

@@ -1,14 +1,15 @@
 //! One run of a driver, and how others find it: the rig's lock file, the run's own folder, and sweeping up after the dead.
 //!
 //! In the runtime folder (`$SINEW_RUNTIME_DIR`, else `$XDG_RUNTIME_DIR/sinew`, else `/run/user/UID/sinew`, else
-//! `/tmp/sinew-UID`) stand
+//! `/tmp/sinew-UID`, with a random end where somebody else has taken that name) stand
 //!
 //! - `RIG.lock`: held exclusively by the running driver, and read by clients: its process id, protocol and run;
 //! - `RUN/`: everything iceoryx2 keeps in files for this run, the rig file's text (`RUN/rig.toml`), and `RUN/users`, held shared
 //!   by the driver and by each client.
 //!
 //! Each run has a name of its own, which is also in the name of all its shared memory (`/dev/shm/sinew_RUN_…`). So nothing
-//! that a killed driver left can be in the way of the next one: that one uses other names. A run whose `users` nobody
+//! that a killed driver left can be in the way of the next one: that one uses other names. `RUN/users` holds the run's key, which is in
+//! the names of its services, so that nobody else knows what their files will be called. A run whose `users` nobody
 //! holds any more is swept away by whoever comes next. The kernel releases the locks however a process ends.
 
 use crate::error::Error;
@@ -16,7 +17,9 @@ use crate::messages::PROTOCOL;
 use crate::names::check_rig_name;
 use crate::ours::{self, open};
 use crate::sys::{self, Lock};
+use std::collections::hash_map::RandomState;
 use std::fs::{self, DirBuilder, File, Permissions};
+use std::hash::{BuildHasher, Hasher};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -24,8 +27,9 @@ use std::time::{Duration, Instant};
 
 /// Longest runtime folder: a Unix socket's path has 107 bytes, of which a run's name, iceoryx2's prefix, id and suffix take 74.
 const MAX_RUNTIME_DIR: usize = 33;
-/// Letters of a run's name.
+/// Letters of a run's name, and of its key.
 const RUN_LETTERS: usize = 10;
+const KEY_LETTERS: usize = 16;
 /// Where Linux keeps shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Size of what stands in a lock file: always written whole, so that a reader never sees half of it.
@@ -45,7 +49,13 @@ const MAX_RIG_TEXT: u64 = 4 << 20;
 pub fn runtime_dir() -> Result<PathBuf, Error> {
     let path = match std::env::var_os("SINEW_RUNTIME_DIR") {
         Some(path) if !path.is_empty() => PathBuf::from(path),
-        _ => default_runtime_dir(),
+        _ => match default_runtime_dir() {
+            Some(path) => path,
+            None => {
+                let wrong = |reason| Error::RuntimeDir { path: "/tmp".into(), reason };
+                return ours::own_folder_among(Path::new("/tmp"), "sinew", 0o022).map_err(wrong);
+            }
+        },
     };
     let wrong = |reason: String| Error::RuntimeDir { path: path.clone(), reason };
     if !path.is_absolute() {
@@ -60,7 +70,8 @@ pub fn runtime_dir() -> Result<PathBuf, Error> {
     Ok(path)
 }
 
-fn default_runtime_dir() -> PathBuf {
+/// This user's own among those that a login makes; `None` where there is none.
+fn default_runtime_dir() -> Option<PathBuf> {
     let user = sys::user_id();
     let mine = |p: &Path| fs::metadata(p).is_ok_and(|m| m.is_dir() && m.uid() == user);
     let candidates = [std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from), Some(format!("/run/user/{user}").into())];
@@ -70,7 +81,6 @@ fn default_runtime_dir() -> PathBuf {
         .filter(|p| p.is_absolute() && mine(p))
         .map(|p| p.join("sinew"))
         .find(|p| p.as_os_str().len() <= MAX_RUNTIME_DIR)
-        .unwrap_or_else(|| format!("/tmp/sinew-{user}").into())
 }
 
 fn lock_path(dir: &Path, rig: &str) -> PathBuf {
@@ -149,6 +159,7 @@ pub struct RigLock {
     rig: String,
     dir: PathBuf,
     run: String,
+    key: String,
     file: File,
     users: Option<File>,
 }
@@ -191,9 +202,9 @@ impl RigLock {
         };
         Record { pid: std::process::id(), protocol, run: String::new() }.write(&file).map_err(failed)?;
         sweep.all();
-        let (run, users) = create_run(dir)?;
+        let (run, key, users) = create_run(dir)?;
         drop(sweep);
-        Ok(RigLock { rig: rig.into(), dir: dir.into(), run, file, users: Some(users) })
+        Ok(RigLock { rig: rig.into(), dir: dir.into(), run, key, file, users: Some(users) })
     }
 
     /// Name of the rig.
@@ -230,6 +241,10 @@ impl RigLock {
 
     pub(crate) fn run(&self) -> &str {
         &self.run
+    }
+
+    pub(crate) fn key(&self) -> &str {
+        &self.key
     }
 
     /// Tells clients that the services of this run can be opened.
@@ -271,24 +286,26 @@ fn is_the_file_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// A new run's folder, with `users` held. Only while nobody sweeps: see [`Sweep`].
-fn create_run(dir: &Path) -> Result<(String, File), Error> {
+/// A new run's folder and its key, with `users` held. Only while nobody sweeps: see [`Sweep`].
+fn create_run(dir: &Path) -> Result<(String, String, File), Error> {
+    let key = format!("{:0KEY_LETTERS$x}", RandomState::new().build_hasher().finish());
     let mut attempt = 0;
     loop {
         let run = run_name(attempt);
-        match make_run(dir, &run) {
+        match make_run(dir, &run, &key) {
             Err(e) if e.kind() == ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
             Err(e) => return Err(Error::RuntimeDir { path: dir.join(&run), reason: e.to_string() }),
-            Ok(users) => return Ok((run, users)),
+            Ok(users) => return Ok((run, key, users)),
         }
     }
 }
 
 /// Makes the folder of a run of this name, whole from the first moment: one without `users` is somebody else's.
-fn make_run(dir: &Path, run: &str) -> std::io::Result<File> {
+fn make_run(dir: &Path, run: &str, key: &str) -> std::io::Result<File> {
     let new = dir.join(format!("{NEW}{run}"));
     DirBuilder::new().mode(0o700).create(&new)?;
-    let users = open(&new.join(USERS), true)?;
+    let mut users = open(&new.join(USERS), true)?;
+    users.write_all(key.as_bytes())?;
     sys::try_lock(&users, Lock::Shared)?;
     rename_to_new(&new, &dir.join(run)).inspect_err(|_| ours::remove_folder(&new, &prefix(run), &[USERS]))?;
     Ok(users)
@@ -359,6 +376,7 @@ pub(crate) struct Attachment {
     rig: String,
     dir: PathBuf,
     pub(crate) run: String,
+    pub(crate) key: String,
     pub(crate) pid: u32,
     lock: File,
     users: Option<File>,
@@ -401,7 +419,9 @@ impl Attachment {
         if record.run.is_empty() {
             return Ok(None);
         }
-        let Ok(users) = open(&dir.join(&record.run).join(USERS), false) else { return Ok(None) };
+        let Ok(mut users) = open(&dir.join(&record.run).join(USERS), false) else { return Ok(None) };
+        let mut key = [0; KEY_LETTERS];
+        users.read_exact(&mut key).map_err(failed)?;
         if !sys::try_lock(&users, Lock::Shared).map_err(failed)? || !sys::is_locked(&lock).map_err(failed)? {
             // Swept, or its driver ended this instant: look again from the start.
             return Ok(None);
@@ -410,6 +430,7 @@ impl Attachment {
             rig: rig.into(),
             dir: dir.into(),
             run: record.run,
+            key: String::from_utf8_lossy(&key).into_owned(),
             pid: record.pid,
             lock,
             users: Some(users),

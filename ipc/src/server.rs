@@ -109,7 +109,7 @@ impl StateWriter {
         first.monotonic_ns = info.started_ns;
         let service = run
             .node
-            .service_builder(&name(WHAT)?)
+            .service_builder(&name(WHAT, run.lock.key())?)
             .blackboard_creator::<u64>()
             .max_readers(MAX_CLIENTS + 1)
             .max_nodes(MAX_CLIENTS + 1)
@@ -187,7 +187,12 @@ struct BoardFeed {
 impl BoardFeed {
     fn new(board: Board, run: &Run) -> Result<BoardFeed, Error> {
         const WHAT: &str = "state";
-        let service = run.node.service_builder(&name(WHAT)?).blackboard_opener::<u64>().open().map_err(failed(WHAT))?;
+        let service = run
+            .node
+            .service_builder(&name(WHAT, run.lock.key())?)
+            .blackboard_opener::<u64>()
+            .open()
+            .map_err(failed(WHAT))?;
         let reader = service.reader_builder().create().map_err(failed(WHAT))?;
         let snapshot = reader.entry::<Snapshot>(&KEY_SNAPSHOT).map_err(failed(WHAT))?;
         let stats = reader.entry::<LoopStats>(&KEY_STATS).map_err(failed(WHAT))?;
@@ -220,7 +225,7 @@ impl CyclePublisher {
         })?;
         let service = run
             .node
-            .service_builder(&name(WHAT)?)
+            .service_builder(&name(WHAT, run.lock.key())?)
             .publish_subscribe::<[ChannelState]>()
             .user_header::<BatchHeader>()
             .max_publishers(1)
@@ -245,7 +250,7 @@ impl CyclePublisher {
         const TICK: &str = "tick";
         let tick = run
             .node
-            .service_builder(&name(TICK)?)
+            .service_builder(&name(TICK, run.lock.key())?)
             .event()
             .max_listeners(MAX_CLIENTS)
             .max_notifiers(1)
@@ -377,7 +382,7 @@ impl CommandServer {
         const WHAT: &str = "command";
         let port = run
             .node
-            .service_builder(&name(WHAT)?)
+            .service_builder(&name(WHAT, run.lock.key())?)
             .request_response::<Command, Reply>()
             .max_servers(1)
             .max_clients(MAX_CLIENTS)

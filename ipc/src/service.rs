@@ -57,9 +57,10 @@ pub(crate) fn failed<E: Debug>(what: &'static str) -> impl Fn(E) -> Error {
     move |e| Error::Service { what, reason: format!("{e:?}") }
 }
 
-/// The name of a service.
-pub(crate) fn name(text: &'static str) -> Result<ServiceName, Error> {
-    ServiceName::new(text).map_err(failed(text))
+/// The name of a service of the run with this key. The names of its files in `/dev/shm` are made of it, where anybody can see the run's, and
+/// make files: what can be known before they are there is taken.
+pub(crate) fn name(text: &'static str, key: &str) -> Result<ServiceName, Error> {
+    ServiceName::new(&format!("{text}-{key}")).map_err(failed(text))
 }
 
 /// A node of the run's own iceoryx2 instance.

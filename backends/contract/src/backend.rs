@@ -54,6 +54,26 @@ pub trait Backend: Send {
         None
     }
 
+    /// What an output itself, or whoever watches over it, knew of it before this start, whatever this program remembers: called once it is
+    /// started, before the first exchange. [`Past::UNKNOWN`], the default: nothing, and no record of its wire's heat is believed.
+    fn past(&self, channel: usize) -> Past {
+        let _ = channel;
+        Past::UNKNOWN
+    }
+
+    /// What [`Past::mark`] of the output would be, should a start follow now: what a record of its heat carries, so that a later
+    /// start can tell whether it was used since. 0, the default: nobody could tell. Called under the rules of `exchange`.
+    fn mark(&self, channel: usize) -> u64 {
+        let _ = channel;
+        0
+    }
+
+    /// Whether the last exchange has had outputs back that somebody else may have used meanwhile, and for how long nothing was put out
+    /// there, s, at the least. `None`, the default, where they never were out of sight.
+    fn regained(&self) -> Option<f64> {
+        None
+    }
+
     /// Whether all wires are known to be at rest in their air: simulated ones that are new. Of all others, the default, nothing
     /// is known.
     fn is_at_rest(&self) -> bool {
@@ -141,6 +161,20 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
         (**self).output_name(channel)
     }
 
+    fn past(&self, channel: usize) -> Past {
+        (**self).past(channel)
+    }
+
+    #[inline]
+    fn mark(&self, channel: usize) -> u64 {
+        (**self).mark(channel)
+    }
+
+    #[inline]
+    fn regained(&self) -> Option<f64> {
+        (**self).regained()
+    }
+
     fn is_at_rest(&self) -> bool {
         (**self).is_at_rest()
     }
@@ -176,6 +210,32 @@ impl<B: Backend + ?Sized> Backend for Box<B> {
     fn truth(&self, channel: usize) -> Option<Truth> {
         (**self).truth(channel)
     }
+}
+
+/// What is known of an output from before a start, by what is there besides this program and its files.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Past {
+    /// What whoever used it last has left there, see [`Backend::mark`]. A record that carries another number, or 0, is older than
+    /// somebody else's use. 0 = it does not tell.
+    pub mark: u64,
+    /// For how long it was not used, whoever by.
+    pub unused: Unused,
+}
+
+impl Past {
+    /// Nothing.
+    pub const UNKNOWN: Past = Past { mark: 0, unused: Unused::Unknown };
+}
+
+/// For how long nothing was put out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unused {
+    /// That is not known.
+    Unknown,
+    /// For so long at the least, s.
+    For(f64),
+    /// Since this long, s, after the machine was started, unless by this user's own programs, which leave records.
+    SinceStartOfMachine(f64),
 }
 
 /// What the inputs of an emergency stop show. The contact is normally closed: what is broken is open.

@@ -28,6 +28,9 @@
 //! **Silence.** A driver may die with any duty put out. [`Backend::silence_s`] says how long that lasts then; the driver puts no duty out
 //! that would overheat its wire in that time, and refuses a backend that cannot say.
 //!
+//! **Past.** Wires outlive drivers. Where [`Backend::output_name`] names an output, the driver keeps a record of its wire's heat, and believes it
+//! at the next start only if [`Backend::past`] shows the [`Backend::mark`] it carries: else somebody else may have used the output since.
+//!
 //! **Supply.** Where there is a line that switches the supply of all stages (`[backend.enable]`), it is off before the first exchange and
 //! after `stop`, at the backend's end on whichever way, and while it is [cut](Backend::cut). What an emergency stop shows
 //! ([`Backend::stop_inputs`]) is latched by the driver alone.
@@ -93,6 +96,6 @@ pub mod clock;
 pub mod conformance;
 mod error;
 
-pub use backend::{Backend, StopInputs, Truth, Zero, check_exchange};
+pub use backend::{Backend, Past, StopInputs, Truth, Unused, Zero, check_exchange};
 pub use error::{BackendError, ChannelFault};
 pub use sinew_sensing::Sample;

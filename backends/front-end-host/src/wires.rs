@@ -123,6 +123,8 @@ impl Wires {
                 stop: rig.backend.estop.fitted,
             },
             reset: ResetCause::PowerOn,
+            user: 0,
+            unused_ms: 0,
             channels: used as u8,
             channel: ranges,
         };

@@ -118,6 +118,7 @@ pub enum Event {
 /// The configuration in force.
 #[derive(Debug, Clone, Copy)]
 struct Session {
+    number: u32,
     period_ns: u64,
     silence_ns: u64,
     enable: EnableMode,
@@ -165,6 +166,9 @@ pub struct Firmware {
     waiting: bool,
     lost: u16,
     refused: u16,
+    /// Session under which anything was put out last, 0 = none since the start, and since when nothing has been.
+    user: u32,
+    unused_ns: Option<u64>,
 }
 
 impl Firmware {
@@ -199,6 +203,8 @@ impl Firmware {
             waiting: false,
             lost: 0,
             refused: 0,
+            user: 0,
+            unused_ns: None,
         }
     }
 
@@ -218,6 +224,7 @@ impl Firmware {
 
     /// Takes bytes received on the line. After a long pause call [`Firmware::poll`] first.
     pub fn receive(&mut self, bytes: &[u8], now_ns: u64, hardware: &mut impl Hardware) {
+        self.unused_ns.get_or_insert(now_ns);
         self.look_at_stop(now_ns, hardware);
         for byte in bytes {
             let frame = match self.decoder.push(*byte) {
@@ -225,10 +232,7 @@ impl Firmware {
                 Some(body) => body.and_then(frame::decode_on_device),
             };
             match frame {
-                Ok(Frame::Hello { nonce }) => {
-                    self.who.nonce = nonce;
-                    send(&Frame::Identification(self.who), hardware);
-                }
+                Ok(Frame::Hello { nonce }) => self.identify(nonce, now_ns, hardware),
                 Ok(Frame::Configure(wanted)) => self.configure(&wanted, now_ns, hardware),
                 Ok(Frame::Duty(duty)) => self.duty(&duty, now_ns, hardware),
                 Ok(Frame::Off) => self.switch_off(now_ns, hardware),
@@ -242,6 +246,7 @@ impl Firmware {
     /// Does what time asks for; to be called at the time it gives back, or earlier: at once where a pin of the emergency stop changes.
     /// `None`: nothing, until a frame comes.
     pub fn poll(&mut self, now_ns: u64, hardware: &mut impl Hardware) -> Option<u64> {
+        self.unused_ns.get_or_insert(now_ns);
         let session = self.session?;
         self.look_at_stop(now_ns, hardware);
         let silent_ns = self.heard_ns.saturating_add(session.silence_ns.min(self.valid_ns));
@@ -271,6 +276,15 @@ impl Firmware {
     fn end_ns(&self, session: &Session) -> u64 {
         let grace_ns = if self.waiting { 0 } else { session.period_ns / 4 };
         self.begun_ns.saturating_add(session.period_ns).saturating_add(grace_ns)
+    }
+
+    fn identify(&mut self, nonce: u32, now_ns: u64, hardware: &mut impl Hardware) {
+        // A stage that conducts by itself is in use, whoever by.
+        let is_used = self.put_out().iter().any(|duty| *duty > 0) || self.guard.iter().any(|guard| guard.conducts);
+        let unused_ns = if is_used { 0 } else { now_ns.saturating_sub(self.unused_ns.unwrap_or(now_ns)) };
+        let unused_ms = u32::try_from(unused_ns / 1_000_000).unwrap_or(u32::MAX);
+        self.who = Identification { nonce, user: self.user, unused_ms, ..self.who };
+        send(&Frame::Identification(self.who), hardware);
     }
 
     fn configure(&mut self, wanted: &Configure, now_ns: u64, hardware: &mut impl Hardware) {
@@ -305,6 +319,7 @@ impl Firmware {
                 (self.sampled, self.frame) = (true, None);
                 let Configure { enable, uses_stop, channels, .. } = *wanted;
                 self.session = Some(Session {
+                    number: wanted.session,
                     period_ns: period_ns.into(),
                     silence_ns,
                     enable,
@@ -380,6 +395,9 @@ impl Firmware {
         hardware.begin_period(self.put.get(..session.channels).unwrap_or_default(), session.period_ns as u32);
         let on_ns = session.period_ns * u64::from(longest) / u64::from(FULL_DUTY);
         self.begun_ns = now_ns;
+        if longest > 0 {
+            (self.user, self.unused_ns) = (session.number, Some(now_ns.saturating_add(on_ns)));
+        }
         self.sample_ns = now_ns.saturating_add(on_ns.clamp(session.period_ns / 8, session.period_ns / 4 * 3));
         (self.sampled, self.waiting) = (false, false);
         self.frame = self.sequence.filter(|_| framed);
@@ -432,6 +450,7 @@ impl Firmware {
             }
         }
         if self.guard.iter().take(session.channels).any(|guard| guard.conducts) {
+            self.unused_ns = Some(now_ns);
             self.supply(false, hardware);
         }
     }

@@ -58,7 +58,7 @@ pub enum Frame {
 /// What the wires may have. Limits are the narrower of these and the front-end's own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Configure {
-    /// Any number; the answer carries it.
+    /// A random number, not 0, by which the front-end names whoever drove its outputs last; the answer carries it.
     pub session: u32,
     /// Length of a period, ns.
     pub period_ns: u32,
@@ -125,6 +125,10 @@ pub struct Identification {
     pub features: Features,
     /// Why it last started.
     pub reset: ResetCause,
+    /// Session of the configuration under which anything was put out last, since it started; 0 = nothing was.
+    pub user: u32,
+    /// For how long nothing has been put out, ms, at the most since it started; 4294967295 = that or more.
+    pub unused_ms: u32,
     /// How many channels there are.
     pub channels: u8,
     /// Of each of them.
@@ -454,6 +458,8 @@ impl Writer<'_> {
                 self.u16(who.full_code)?;
                 self.bits([who.features.enable, who.features.stop])?;
                 self.u8(who.reset.code())?;
+                self.u32(who.user)?;
+                self.u32(who.unused_ms)?;
                 self.u8(who.channels)?;
                 let ranges = who.channel.get(..usize::from(who.channels)).ok_or(Error::Value)?;
                 ranges.iter().try_for_each(|range| {
@@ -614,6 +620,8 @@ impl Reader<'_> {
             full_code: self.u16()?,
             features: self.features()?,
             reset: self.value()?,
+            user: self.u32()?,
+            unused_ms: self.u32()?,
             channels: self.channels()?,
             channel: [ChannelRange::default(); MAX_CHANNELS],
         };

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use rustix::io::Errno;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Zero, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Past, Sample, StopInputs, Unused, Zero, check_exchange};
 use sinew_rig::LEAST_SILENCE_PERIODS;
 
 use crate::Error;
@@ -32,6 +32,9 @@ pub struct LinuxRig {
     confirmed: Vec<bool>,
     /// What each output is called, whatever the rig file calls its channel.
     names: Vec<String>,
+    /// What was known of each before the last start, and what it shows since.
+    past: Vec<Past>,
+    marks: Vec<u64>,
     /// While it is started.
     mender: Option<Mender<Running>>,
     /// Whether the supply is to stay off.
@@ -74,6 +77,8 @@ struct Running {
     driven: Vec<bool>,
     /// What has failed of each channel alone in the last exchange.
     failed: Vec<Option<ChannelFault>>,
+    /// What was known of each output before it was set up, and what it shows since.
+    witness: (Vec<Past>, Vec<u64>),
     sampler: Sampler,
     supply: Option<Supply>,
     /// Periods until the next beat.
@@ -104,6 +109,8 @@ impl LinuxRig {
             beat_every: beat_every.max(1),
             running: None,
             confirmed: vec![true; settings.channels.len()],
+            past: vec![Past::UNKNOWN; settings.channels.len()],
+            marks: vec![0; settings.channels.len()],
             names,
             mender: None,
             is_cut: false,
@@ -119,7 +126,9 @@ impl LinuxRig {
     pub fn bring_up(&mut self) -> Result<(), Error> {
         let _ = self.stop();
         self.stop.start(&self.settings)?;
-        self.running = Some(Running::open(&self.settings)?);
+        let mut running = Running::open(&self.settings)?;
+        (self.past, self.marks) = std::mem::take(&mut running.witness);
+        self.running = Some(running);
         self.confirmed.fill(true);
         self.is_cut = false;
         let settings = self.settings.clone();
@@ -180,6 +189,42 @@ impl Found {
         }
         let enable = Found::lines(settings)?.enable;
         Ok(Found { outputs, devices, enable })
+    }
+
+    /// What the outputs show now.
+    fn marks(&self) -> Vec<u64> {
+        self.outputs.iter().map(|(chip, number)| pwm::mark(chip, *number).unwrap_or(0)).collect()
+    }
+
+    /// What is known of the outputs before they are set up. An output tells nothing that others may write to.
+    fn past(&self, settings: &Settings, were_exported: &[bool]) -> Vec<Past> {
+        // A watchdog relay drops out while the machine starts, and stays so until somebody gives it edges.
+        let relay = settings.enable.as_ref().filter(|enable| enable.pulses).zip(self.enable.as_ref());
+        let since = match relay {
+            Some((enable, place)) if place.others().is_none() => {
+                Unused::SinceStartOfMachine(enable.dropout.as_secs_f64())
+            }
+            _ => Unused::Unknown,
+        };
+        let outputs = self.outputs.iter().zip(were_exported).zip(self.marks()).zip(&settings.channels);
+        let past = outputs.map(|((((chip, number), was_exported), mark), channel)| {
+            if !was_exported {
+                return Past { mark: 0, unused: since };
+            }
+            match pwm::others(chip, *number) {
+                None => Past { mark, unused: Unused::Unknown },
+                Some(who) => {
+                    tracing::warn!(
+                        "{}: {who} may drive {} too, and nobody could tell: how hot its wire is will not be remembered from one start to the \
+                         next; let this user alone write to it",
+                        channel.name,
+                        channel.pwm
+                    );
+                    Past::UNKNOWN
+                }
+            }
+        });
+        past.collect()
     }
 
     /// The lines that the settings name.
@@ -263,6 +308,8 @@ impl Running {
     fn open(settings: &Settings) -> Result<Running, Error> {
         let found = Found::of(settings)?;
         let period_ns = (1e9 / settings.rate_hz).round() as u64;
+        let were_exported: Vec<bool> =
+            found.outputs.iter().map(|(chip, number)| pwm::is_exported(chip, *number)).collect();
         let exported = found.outputs.iter().map(|(chip, number)| pwm::export(chip, *number));
         let folders: Vec<PathBuf> = exported.collect::<Result<_, Error>>()?;
         // Before anything is changed, the outputs have to be ours.
@@ -271,15 +318,18 @@ impl Running {
         let line = enable.map(|(place, enable)| line::Output::open(place, enable.inversed)).transpose()?;
         let silence = Duration::from_secs_f64(silence_s(settings));
         let guard = Guard::start(&settings.guard, silence, line.as_ref(), &held)?;
+        // A guard of the driver before has put them to zero by now.
+        let past = found.past(settings, &were_exported);
         let supply = line.zip(settings.enable.as_ref()).map(|(line, enable)| Supply::set_up(line, enable.pulses));
         let supply = supply.transpose()?;
         let set_up = folders.iter().zip(&settings.channels);
         let outputs = set_up.map(|(folder, channel)| Output::set_up(folder, period_ns, channel.inversed));
         let outputs: Vec<Output> = outputs.collect::<Result<_, Error>>()?;
+        let witness = (past, found.marks());
         let Settings { sampling, trigger, phase, channels, .. } = settings;
         let sampler = Sampler::open(&found.devices, channels, *sampling, trigger.as_deref(), *phase)?;
         let (driven, failed) = (vec![false; outputs.len()], vec![None; outputs.len()]);
-        Ok(Running { driven, failed, outputs, sampler, supply, beat_in: 0, refresh: 0, guard })
+        Ok(Running { driven, failed, witness, outputs, sampler, supply, beat_in: 0, refresh: 0, guard })
     }
 
     /// The supply for this period, or none.
@@ -478,6 +528,14 @@ impl Backend for LinuxRig {
 
     fn output_name(&self, channel: usize) -> Option<String> {
         self.names.get(channel).cloned()
+    }
+
+    fn past(&self, channel: usize) -> Past {
+        self.past.get(channel).copied().unwrap_or(Past::UNKNOWN)
+    }
+
+    fn mark(&self, channel: usize) -> u64 {
+        self.marks.get(channel).copied().unwrap_or(0)
     }
 
     fn cut(&mut self) -> bool {

@@ -37,6 +37,7 @@ use sinew_realtime as realtime;
 use sinew_realtime::{Held, Mode, Wish};
 
 use crate::Error;
+use crate::alone;
 use crate::line::{NO_LINE, Output};
 use crate::sysfs::Attribute;
 
@@ -297,6 +298,14 @@ fn own(output: &Attribute) -> Result<(), String> {
         match flock(output.file(), FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => return Ok(()),
             Err(Errno::WOULDBLOCK) if since.elapsed() < HANDOVER => thread::sleep(AGAIN),
+            Err(Errno::WOULDBLOCK) if alone::is_locked_by_strangers(output.file()) => {
+                let path = output.path().display();
+                let _ = writeln!(
+                    io::stderr(),
+                    "sinew pwm-guard: a lock on {path} of somebody who may not write to it is passed over"
+                );
+                return Ok(());
+            }
             Err(Errno::WOULDBLOCK) => {
                 return Err(format!("{} belongs to another driver that still runs", output.path().display()));
             }

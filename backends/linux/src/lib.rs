@@ -27,6 +27,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod alone;
 mod backend;
 mod error;
 pub mod guard;

@@ -22,6 +22,7 @@ use gpiocdev_uapi::v2::{self as uapi, LineConfig, LineFlags, LineRequest, LineVa
 use rustix::io::Errno;
 
 use crate::Error;
+use crate::alone;
 use crate::sysfs::{self, Attribute};
 
 /// Who has our lines, as `gpioinfo` says it.
@@ -132,6 +133,14 @@ impl fmt::Display for Place {
 }
 
 impl Place {
+    /// Who besides this user may set the line, in words; `None` where nobody may.
+    pub(crate) fn others(&self) -> Option<String> {
+        match self {
+            Place::Chip(chip, _) => alone::others(&chip.node),
+            Place::File(path) => alone::others(path),
+        }
+    }
+
     /// Who has the line now, and `None` where it is free. Nothing is requested and nothing put out. A file does not tell.
     ///
     /// # Errors

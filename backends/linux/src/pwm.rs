@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use rustix::io::Errno;
 
 use crate::Error;
+use crate::alone;
 use crate::sysfs::{self, Attribute};
 
 /// How long udev may take to hand a fresh export over to its group.
@@ -103,6 +104,33 @@ pub(crate) fn export(chip: &Chip, number: u32) -> Result<PathBuf, Error> {
             Err(_) => thread::sleep(Duration::from_millis(10)),
         }
     }
+}
+
+/// What an output shows as it stands: period, polarity, and whether it is enabled, mixed into one number. Whoever drives it sets them, so that
+/// one who sets them otherwise is noticed. `None` where it is not exported, or not at zero.
+pub(crate) fn mark(chip: &Chip, number: u32) -> Option<u64> {
+    let folder = chip.path.join(format!("pwm{number}"));
+    let whole = |name: &str| sysfs::number::<u64>(&folder.join(name)).ok();
+    if whole("duty_cycle")? != 0 {
+        return None;
+    }
+    let inversed = sysfs::text(&folder.join("polarity")).is_ok_and(|polarity| polarity == "inversed");
+    let all = [whole("period")?, whole("enable")?, u64::from(inversed)];
+    Some(
+        all.into_iter().fold(0x9e37_79b9_7f4a_7c15, |mark: u64, one| (mark ^ one).wrapping_mul(0x0000_0100_0000_01b3))
+            | 1,
+    )
+}
+
+/// Who besides this user may drive an output, in words; `None` where nobody may.
+pub(crate) fn others(chip: &Chip, number: u32) -> Option<String> {
+    let folder = chip.path.join(format!("pwm{number}"));
+    ["duty_cycle", "period", "enable"].into_iter().find_map(|name| alone::others(&folder.join(name)))
+}
+
+/// Whether it is exported.
+pub(crate) fn is_exported(chip: &Chip, number: u32) -> bool {
+    chip.path.join(format!("pwm{number}")).is_dir()
 }
 
 /// An exported output, at zero until it is given a duty.

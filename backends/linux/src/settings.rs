@@ -1,6 +1,7 @@
 //! The backend's configuration: which output and which inputs belong to each channel.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use sinew_rig::{Backend, EnableSignal, LinuxInput, LinuxPhase, LinuxSampling, Polarity, Rig};
 
@@ -43,6 +44,8 @@ pub struct EnableSettings {
     pub pulses: bool,
     /// Whether low lets outputs be powered.
     pub inversed: bool,
+    /// So long after the last edge a watchdog relay has dropped out.
+    pub dropout: Duration,
 }
 
 /// The inputs of an emergency stop.
@@ -137,6 +140,7 @@ impl Settings {
                 line: enable.line.clone().unwrap_or_default(),
                 pulses: enable.signal == EnableSignal::Pulses,
                 inversed: enable.polarity == Polarity::Inversed,
+                dropout: Duration::try_from_secs_f64(enable.dropout_s).unwrap_or(Duration::MAX),
             }),
             stop: stop.fitted.then(|| StopSettings {
                 line: stop.line.clone().unwrap_or_default(),

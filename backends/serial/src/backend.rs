@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 use sinew_backend::clock::now_ns;
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Zero, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Past, Sample, StopInputs, Unused, Zero, check_exchange};
 use sinew_front_end::{
     ChannelFault as DeviceFault, Decoder, Duty, EnableMode, Frame, MAX_BODY, MAX_CHANNELS, MAX_FRAME, NOT_SAMPLED,
     Samples, State, decode, encode,
@@ -59,6 +59,14 @@ pub struct SerialBackend {
     /// Whether the front-end has, for all that was heard of it, what it was last sent; zero after a failure.
     is_confirmed: bool,
     silence_s: f64,
+    /// This driver for the front-end, who had driven its outputs before, and the same by what this one has done since.
+    session: u32,
+    before: u32,
+    user: u32,
+    /// For how long nothing had been put out when the line was had, s; and the same of one that was had back in the last exchange, where somebody
+    /// else may have used it meanwhile.
+    unused_s: f64,
+    regained: Option<f64>,
     /// How long a duty frame is valid, µs.
     valid_us: u32,
     /// Whether there is an enable line, and whether it was cut.
@@ -104,6 +112,11 @@ impl SerialBackend {
             late_ns: (f64::from(plan.period_ns) * LATE) as u64,
             watchdog_periods,
             give_up_periods: watchdog_periods.max((GIVE_UP_S * rig.rate_hz).ceil() as u32),
+            session: plan.session,
+            before: link.user,
+            user: link.user,
+            unused_s: link.unused_s,
+            regained: None,
             valid_us: plan.valid_us(),
             has_enable: plan.enable != EnableMode::None,
             is_cut: false,
@@ -144,6 +157,12 @@ impl SerialBackend {
         if self.link.is_none()
             && let Some(link) = self.keeper.take()
         {
+            if !self.started {
+                (self.before, self.unused_s) = (link.user, link.unused_s);
+            } else if link.user != self.user {
+                self.regained = Some(link.unused_s);
+            }
+            self.user = link.user;
             self.link = Some(link);
             self.decoder = Decoder::new();
             (self.answer, self.state, self.silent) = (None, State::Ready, 0);
@@ -225,6 +244,9 @@ impl SerialBackend {
             Ok(more) => link.port.write(&self.line[..length + more])?,
             Err(_) => false,
         };
+        if frame.duty.iter().any(|duty| *duty > 0) {
+            self.user = self.session;
+        }
         if taken {
             self.clears = 0;
         }
@@ -373,6 +395,7 @@ impl Backend for SerialBackend {
             return self.fail(samples, error);
         }
         samples.fill(Sample::NONE);
+        self.regained = None;
         if !self.has_line() {
             self.look_at_stop();
             return Err(BackendError::Unavailable { os_error: Errno::NODEV.raw_os_error() });
@@ -459,6 +482,19 @@ impl Backend for SerialBackend {
     fn output_name(&self, channel: usize) -> Option<String> {
         let place = self.places.get(channel)?;
         Some(format!("front-end {}/{place}", self.name))
+    }
+
+    /// By the front-end's own witness.
+    fn past(&self, _channel: usize) -> Past {
+        Past { mark: self.before.into(), unused: Unused::For(self.unused_s) }
+    }
+
+    fn mark(&self, _channel: usize) -> u64 {
+        self.user.into()
+    }
+
+    fn regained(&self) -> Option<f64> {
+        self.regained
     }
 
     fn stop(&mut self) -> Zero {

@@ -114,7 +114,8 @@ fn keep(
 }
 
 fn same(one: &Identification, other: &Identification) -> bool {
-    *one == Identification { nonce: one.nonce, reset: one.reset, ..*other }
+    let Identification { nonce, reset, user, unused_ms, .. } = *one;
+    *one == Identification { nonce, reset, user, unused_ms, ..*other }
 }
 
 /// Says something once, however often it is tried in vain.

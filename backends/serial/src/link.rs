@@ -24,6 +24,9 @@ static CONNECTIONS: AtomicU32 = AtomicU32::new(1);
 #[derive(Debug)]
 pub(crate) struct Link {
     pub port: Port,
+    /// Who had driven its outputs last, before this connection, and for how long nobody had, s.
+    pub user: u32,
+    pub unused_s: f64,
 }
 
 /// Opens the line, finds the front-end, checks and configures it.
@@ -37,13 +40,17 @@ pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>),
         _ => None,
     })?;
     let scales = plan.check(&who)?;
-    let configure = Frame::Configure(plan.configure(nonce));
+    let session = plan.session;
+    let configure = Frame::Configure(plan.configure());
     let refusal = ask(plan, &port, &configure, |frame| match frame {
-        Frame::Configured { session, refusal } if *session == nonce => Some(*refusal),
+        Frame::Configured { session: of, refusal } if *of == session => Some(*refusal),
         _ => None,
     })?;
     match refusal {
-        None => Ok((Link { port }, who, scales)),
+        None => {
+            let (user, unused_s) = (who.user, f64::from(who.unused_ms) * 1e-3);
+            Ok((Link { port, user, unused_s }, who, scales))
+        }
         Some(refusal) => {
             let what = match refusal {
                 Refusal::Channels => "that many channels",

@@ -1,5 +1,8 @@
 //! A rig's requirements of a front-end, and the conversion of the front-end's codes.
 
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher, Hasher};
+
 use sinew_front_end::{
     ChannelLimits, Configure, EnableMode, FULL_DUTY, Identification, MAX_CHANNELS, NOT_SAMPLED, RawSample, ResetCause,
 };
@@ -18,6 +21,8 @@ const SAME: f64 = 0.01;
 /// Everything a connection needs to know, made once from the rig file.
 #[derive(Debug, Clone)]
 pub(crate) struct Plan {
+    /// By which the front-end names this driver, see [`Identification::user`]: a random number, not 0.
+    pub session: u32,
     pub port: String,
     pub baud_hz: u32,
     pub period_ns: u32,
@@ -47,6 +52,7 @@ impl Plan {
         let channels: Vec<ChannelPlan> = (0..rig.channels.len()).map(|index| ChannelPlan::of(rig, index)).collect();
         let used = channels.iter().map(|channel| channel.place + 1).max().unwrap_or(0);
         Ok(Plan {
+            session: (RandomState::new().build_hasher().finish() as u32).max(1),
             port: line.port.clone().ok_or(Error::NoPort)?,
             baud_hz: line.baud_hz,
             period_ns: (1e9 / rig.rate_hz).round() as u32,
@@ -63,12 +69,12 @@ impl Plan {
     }
 
     /// The configuration that holds the front-end to it. Channels the rig does not name may have nothing.
-    pub fn configure(&self, session: u32) -> Configure {
+    pub fn configure(&self) -> Configure {
         let mut limits = [ChannelLimits::default(); MAX_CHANNELS];
         for channel in &self.channels {
             limits[channel.place] = channel.limits;
         }
-        let Plan { period_ns, watchdog_periods, enable, uses_stop, used, .. } = *self;
+        let Plan { session, period_ns, watchdog_periods, enable, uses_stop, used, .. } = *self;
         Configure { session, period_ns, watchdog_periods, enable, uses_stop, channels: used, limits }
     }
 

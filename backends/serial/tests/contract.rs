@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use sinew_backend::allocations::CountingAllocator;
 use sinew_backend::conformance::{Bench, suite};
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs};
+use sinew_backend::{Backend, BackendError, ChannelFault, Past, Sample, StopInputs, Unused};
 use sinew_front_end::{ChannelFault as DeviceFault, Decoder, MAX_BODY, encode_hello};
 use sinew_front_end_host::{Host, Options, Order, Spoilt};
 use sinew_rig::{BackendKind, EnableSignal, FaultKind, Rig, SamplingCircuit};
@@ -409,4 +409,82 @@ fn what_does_not_fit_is_refused_with_its_reason() {
     let (_nobody, path) = (tempfile::tempdir(), "/dev/ptmx");
     file.backend.serial.port = Some(path.into());
     assert!(says(&file).contains(path), "{}", says(&file));
+}
+
+/// Exchanges until something is put out and measured, or for a while with nothing.
+fn exchanged(line: &mut Line, backend: &mut SerialBackend, duty: f64) {
+    let mut samples = [Sample::NONE; 4];
+    for period in 0.. {
+        line.pace();
+        let _ = backend.exchange(&[duty; 4], &mut samples);
+        let is_measured = samples.iter().all(|sample| sample.current_a.is_finite() && sample.current_a > 0.0);
+        if if duty > 0.0 { is_measured } else { period == 10 } {
+            return;
+        }
+        assert!(period < PATIENCE, "{samples:?}");
+    }
+}
+
+#[test]
+fn a_front_end_tells_each_driver_who_has_used_it_since() {
+    let mut line = Line::new(SamplingCircuit::SeparateTaps);
+    let mut first = line.backend();
+    first.start().unwrap();
+    let Past { mark, unused: Unused::For(_) } = first.past(0) else { panic!("{:?}", first.past(0)) };
+    assert_eq!(mark, 0, "nobody has, since it started");
+    exchanged(&mut line, &mut first, 0.0);
+    assert_eq!(first.mark(0), 0, "and still nobody has");
+    exchanged(&mut line, &mut first, 0.05);
+    let mark = first.mark(0);
+    assert_ne!(mark, 0);
+    drop(first);
+
+    // One that only looks changes nothing, and says for how long nobody has.
+    std::thread::sleep(Duration::from_millis(300));
+    let connect = |line: &Line| SerialBackend::connect(&line.rig).unwrap_or_else(|error| panic!("{error}"));
+    let mut looks = connect(&line);
+    looks.start().unwrap();
+    assert!(
+        matches!(looks.past(1), Past { mark: found, unused: Unused::For(s) } if found == mark && s >= 0.3),
+        "{:?}",
+        looks.past(1)
+    );
+    exchanged(&mut line, &mut looks, 0.0);
+    assert_eq!(looks.mark(1), mark);
+    drop(looks);
+
+    let mut other = connect(&line);
+    other.start().unwrap();
+    assert_eq!(other.past(0).mark, mark);
+    exchanged(&mut line, &mut other, 0.05);
+    let theirs = other.mark(0);
+    assert!(theirs != mark && theirs != 0 && other.regained().is_none());
+
+    // Unplugged and back, and nobody else was there.
+    let away_and_back = |line: &mut Line, backend: &mut SerialBackend, back: &mut dyn FnMut(&mut Line)| {
+        let mut samples = [Sample::NONE; 4];
+        line.host().order(Order::Disconnect);
+        while backend.exchange(&[0.0; 4], &mut samples).is_ok() {
+            line.pace();
+        }
+        back(line);
+        let mut regained = None;
+        for _ in 0..PATIENCE {
+            line.pace();
+            let exchanged = backend.exchange(&[0.0; 4], &mut samples);
+            regained = regained.or(backend.regained());
+            if exchanged.is_ok() {
+                return regained;
+            }
+        }
+        panic!("it does not come back");
+    };
+    assert_eq!(away_and_back(&mut line, &mut other, &mut |line| line.host().order(Order::Connect)), None);
+    // Another one's place, or one that has restarted, knows nothing of it.
+    let regained = away_and_back(&mut line, &mut other, &mut |line| {
+        line.host = None;
+        line.host = Some(host(&line.rig, &line.folder, [Spoilt::default(); 2]));
+    });
+    assert!(regained.is_some_and(|unused_s| unused_s < 60.0), "{regained:?}");
+    assert_eq!(other.mark(0), 0);
 }

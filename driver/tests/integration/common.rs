@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Truth, Zero, check_exchange};
+use sinew_backend::{Backend, BackendError, ChannelFault, Past, Sample, Truth, Zero, check_exchange};
 use sinew_rig::Rig;
 
 /// A rig of equal wires on bias springs.
@@ -88,6 +88,8 @@ pub struct Fake {
     pub keep: bool,
     /// What its outputs are called, where they are to outlive it.
     pub outlives: Option<String>,
+    /// What its outputs show for a mark of whoever used them last.
+    pub mark: u64,
 }
 
 const SUPPLY_V: f64 = 6.5;
@@ -109,6 +111,7 @@ impl Fake {
             log: Vec::new(),
             keep: false,
             outlives: None,
+            mark: 1,
         }
     }
 
@@ -251,6 +254,14 @@ impl Backend for Fake {
 
     fn is_at_rest(&self) -> bool {
         self.outlives.is_none()
+    }
+
+    fn past(&self, _: usize) -> Past {
+        Past { mark: self.mark, ..Past::UNKNOWN }
+    }
+
+    fn mark(&self, _: usize) -> u64 {
+        self.mark
     }
 
     fn output_name(&self, channel: usize) -> Option<String> {

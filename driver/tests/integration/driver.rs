@@ -265,6 +265,9 @@ fn what_is_known_of_a_wire_outlives_its_driver_and_an_unknown_one_is_at_its_limi
     assert!((unknown_c - limit_c).abs() < 1.0, "{unknown_c}");
     let remembered_c = first_belief_c(&rig, fake());
     assert!(remembered_c < 0.5 * limit_c, "{remembered_c} °C, though it was left cold a moment ago");
+    let mut foreign = fake();
+    foreign.mark = 2;
+    assert!((first_belief_c(&rig, foreign) - limit_c).abs() < 1.0, "somebody else has used it since");
     let mut another = fake();
     another.outlives = Some(format!("{} other", rig.name));
     assert!((first_belief_c(&rig, another) - limit_c).abs() < 1.0, "another output");

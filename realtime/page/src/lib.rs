@@ -47,6 +47,7 @@ pub struct Page<const N: usize> {
     words: NonNull<AtomicU64>,
     /// Number of the copy written last.
     number: u64,
+    is_new: bool,
     _file: File,
 }
 
@@ -82,9 +83,10 @@ impl<const N: usize> Page<N> {
             return Err(io::Error::other("it does not lie in memory, and the loop must not wait for a disk"));
         }
         flock(&file, FlockOperation::NonBlockingLockExclusive)?;
+        let is_new = found.len() == 0;
         file.set_len(Self::BYTES as u64)?;
         let words = Self::map(&file)?;
-        let mut page = Page { words, number: 0, _file: file };
+        let mut page = Page { words, number: 0, is_new, _file: file };
         page.number = page.newest().map_or(0, |(number, _)| number);
         Ok(page)
     }
@@ -103,6 +105,11 @@ impl<const N: usize> Page<N> {
         let offset = (number % 2) as usize * ROOM;
         // SAFETY: both copies lie within the mapping, which is aligned to a page and lives as long as `self`; zeros are valid.
         unsafe { std::slice::from_raw_parts(self.words.as_ptr().add(offset), N + FRAME) }
+    }
+
+    /// Whether there was no such file before.
+    pub fn is_new(&self) -> bool {
+        self.is_new
     }
 
     /// What was written last and is whole; `None` where nothing is.
@@ -170,7 +177,7 @@ mod tests {
         let folder = folder();
         let path = folder.path().join("words");
         let mut page = Page::<3>::open(&path).unwrap();
-        assert_eq!(page.read(), None);
+        assert!(page.is_new() && page.read().is_none());
         for number in 1..100 {
             page.write(&[number, 2 * number, 0]);
             assert_eq!(page.read(), Some([number, 2 * number, 0]));
@@ -178,6 +185,7 @@ mod tests {
         assert_eq!(Page::<3>::open(&path).unwrap_err().kind(), io::ErrorKind::WouldBlock);
         drop(page);
         let mut page = Page::<3>::open(&path).unwrap();
+        assert!(!page.is_new());
         assert_eq!(page.read(), Some([99, 198, 0]));
         page.write(&[1, 1, 1]);
         assert_eq!(page.read(), Some([1, 1, 1]), "newer, though it starts from a file");

@@ -30,6 +30,8 @@ static FRONT_END: LazyLock<Identification> = LazyLock::new(|| {
         full_code: 4095,
         features: Features { enable: true, stop: true },
         reset: ResetCause::Unknown,
+        user: 0,
+        unused_ms: 0,
         channels: CHANNELS as u8,
         channel: [range; MAX_CHANNELS],
     }
@@ -69,7 +71,8 @@ fn again(body: &[u8]) {
 ///
 /// Whatever it is, nothing is put out beyond the limits of hardware and configuration, nothing unless it runs, nothing when no good
 /// frame has come for longer than the front-end and the last frame allow, nothing while the emergency stop it was told to look at was seen
-/// open, and the enable pin is on only where all of that lets something be put out; and what it sends can be read.
+/// open, and the enable pin is on only where all of that lets something be put out; what it sends can be read, and names the session
+/// under which anything was put out last.
 ///
 /// # Panics
 /// Where the firmware breaks a promise.
@@ -237,6 +240,9 @@ struct Stage {
     saw_open: bool,
     is_watching: bool,
     watches: bool,
+    /// Session of the configuration in force, and of the one under which anything was put out last.
+    session: u32,
+    user: u32,
     decoder: Decoder<MAX_BODY>,
 }
 
@@ -252,6 +258,8 @@ impl Stage {
             saw_open: false,
             is_watching: false,
             watches: false,
+            session: 0,
+            user: 0,
             decoder: Decoder::new(),
         }
     }
@@ -261,6 +269,9 @@ impl Hardware for Stage {
     fn begin_period(&mut self, duty: &[u16], period_ns: u32) {
         assert!(period_ns > 0 && duty.len() <= CHANNELS, "{period_ns} ns, {} channels", duty.len());
         duty.clone_into(&mut self.put);
+        if duty.iter().any(|duty| *duty > 0) {
+            self.user = self.session;
+        }
     }
 
     fn off(&mut self) {
@@ -286,11 +297,19 @@ impl Hardware for Stage {
         for &byte in line {
             let Some(body) = self.decoder.push(byte) else { continue };
             match body.and_then(decode) {
-                Ok(Frame::Configured { refusal: None, .. }) => {
+                Ok(Frame::Configured { refusal: None, session }) => {
                     (self.max_duty, self.is_watching) = (self.wanted, self.watches);
+                    self.session = session;
                     self.saw_open &= self.is_watching;
                 }
-                Ok(Frame::Configured { .. } | Frame::Identification(_) | Frame::Samples(_)) => {}
+                Ok(Frame::Identification(who)) => {
+                    assert_eq!(who.user, self.user, "who has used it");
+                    assert!(
+                        who.unused_ms == 0 || self.put.iter().all(|duty| *duty == 0),
+                        "used, and says for how long not"
+                    );
+                }
+                Ok(Frame::Configured { .. } | Frame::Samples(_)) => {}
                 other => panic!("it sent {other:?}"),
             }
             frames += 1;

@@ -6,6 +6,10 @@
 //! - `files PATH …`: tries to open each of these, and what is in them, for reading and for writing; exit code 1 when anything opened.
 //! - `rubbish SOCKET SECONDS SEED`: sends rubbish, half-right requests and floods, on connection after connection; says how much.
 //! - `squat FOLDER RIG`: stands at a door with another one's name, until it is killed.
+//! - `litter FOLDER COUNT PREFIX TARGET`: puts so many files, folders, pipes and links to TARGET there, and holds locks on whatever of others' and
+//!   of sinew's name it can open, until it is killed.
+//! - `take PATH …`: makes these folders, open to everybody, before somebody else does.
+//! - `chase SECONDS`: watches /dev/shm, and for every file of a run makes others that bear that run's name and could be its next ones.
 
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
@@ -34,6 +38,11 @@ fn main() -> ExitCode {
             rubbish(socket, seconds.parse().expect("seconds"), seed.parse().expect("a seed"))
         }
         ["squat", folder, rig] => squat(folder, rig),
+        ["litter", folder, count, prefix, target] => {
+            litter(Path::new(folder), count.parse().expect("a number"), prefix, target)
+        }
+        ["take", ref paths @ ..] => paths.iter().map(|path| take(path)).sum(),
+        ["chase", seconds] => chase(seconds.parse().expect("seconds")),
         _ => panic!("no such task: {words:?}"),
     };
     if succeeded == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
@@ -174,4 +183,81 @@ fn squat(folder: &str, rig: &str) -> usize {
     println!("squatting");
     std::thread::sleep(Duration::from_secs(120));
     1
+}
+
+fn litter(folder: &Path, count: usize, prefix: &str, target: &str) -> usize {
+    let mode = |mode| std::os::unix::fs::PermissionsExt::from_mode(mode);
+    for number in 0..count {
+        let path = folder.join(format!("{prefix}{number:05}.dynamic"));
+        match number % 5 {
+            0 => drop(File::create(&path).and_then(|_| std::fs::set_permissions(&path, mode(0)))),
+            1 => drop(std::fs::write(&path, "rubbish")),
+            2 => drop(std::fs::create_dir(&path).and_then(|()| std::fs::write(path.join("users"), "rubbish"))),
+            3 => drop(std::os::unix::fs::symlink(target, &path)),
+            _ => drop(rustix::fs::mknodat(
+                rustix::fs::CWD,
+                &path,
+                rustix::fs::FileType::Fifo,
+                rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR,
+                0,
+            )),
+        }
+    }
+    println!("littered");
+    let mut held = Vec::new();
+    loop {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let is_own = |found: std::fs::Metadata| {
+                std::os::unix::fs::MetadataExt::uid(&found) == rustix::process::geteuid().as_raw()
+            };
+            let is_theirs = entry.file_name().to_string_lossy().starts_with("sinew")
+                && entry.file_type().is_ok_and(|kind| kind.is_file())
+                && !entry.metadata().is_ok_and(is_own);
+            if let Some(file) = is_theirs.then(|| File::open(entry.path()).ok()).flatten() {
+                let _ = rustix::fs::flock(&file, rustix::fs::FlockOperation::NonBlockingLockExclusive);
+                println!("opened {}", entry.path().display());
+                held.push(file);
+            }
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+fn take(path: &str) -> usize {
+    std::fs::create_dir(path).expect("he is the first");
+    std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o777)).expect("his own");
+    0
+}
+
+fn chase(seconds: f64) -> usize {
+    const ENDS: [&str; 7] =
+        ["dynamic", "data", "connection", "event", "event_mgmt", "blackboard_mgmt", "blackboard_data"];
+    let end = Instant::now() + Duration::from_secs_f64(seconds);
+    // For every run the hashes of its services, which are told by the first file of each, and those of the runs before.
+    let (mut runs, mut hashes) = (std::collections::BTreeSet::new(), std::collections::BTreeSet::new());
+    let mut seen = std::collections::HashSet::new();
+    let mut made = 0;
+    println!("chasing");
+    while Instant::now() < end {
+        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if !seen.insert(name.clone()) {
+                continue;
+            }
+            let parts: Vec<&str> = name.split(['_', '.']).collect();
+            let ["sinew", run, hash, ..] = parts[..] else { continue };
+            runs.insert(run.to_string());
+            let is_new = hashes.insert(hash.to_string());
+            for hash in hashes.iter().filter(|one| !is_new || *one == hash || runs.len() > 1) {
+                for end in ENDS {
+                    let trap = format!("sinew_{run}_{hash}.{end}");
+                    if seen.insert(trap.clone()) && File::create_new(Path::new("/dev/shm").join(trap)).is_ok() {
+                        made += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("made {made}");
+    0
 }

@@ -19,20 +19,20 @@ use tempfile::TempDir;
 
 /// A user without an account, with one group besides his own.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct User {
-    id: u32,
-    group: u32,
+pub(super) struct User {
+    pub id: u32,
+    pub group: u32,
 }
 
 const COMMANDERS: u32 = 64_290;
 const READERS: u32 = 64_291;
-const DRIVER: User = User { id: 64_201, group: 64_299 };
-const COMMANDER: User = User { id: 64_202, group: COMMANDERS };
-const READER: User = User { id: 64_203, group: READERS };
-const STRANGER: User = User { id: 64_204, group: 64_298 };
+pub(super) const DRIVER: User = User { id: 64_201, group: 64_299 };
+pub(super) const COMMANDER: User = User { id: 64_202, group: COMMANDERS };
+pub(super) const READER: User = User { id: 64_203, group: READERS };
+pub(super) const STRANGER: User = User { id: 64_204, group: 64_298 };
 
 /// Whether this test can be other users; says so when not.
-fn can_be_others() -> bool {
+pub(super) fn can_be_others() -> bool {
     let root = fs::metadata("/proc/self").is_ok_and(|meta| std::os::unix::fs::MetadataExt::uid(&meta) == 0);
     let able = root && Command::new("setpriv").arg("--version").output().is_ok();
     if !able {
@@ -42,7 +42,7 @@ fn can_be_others() -> bool {
 }
 
 /// The programs, where everybody may run them.
-fn programs() -> &'static Path {
+pub(super) fn programs() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         let folder = tempfile::Builder::new().prefix("sinew-bin-").tempdir().expect("a temporary folder");
@@ -65,13 +65,13 @@ fn open_to_all(path: &Path) {
 }
 
 /// A rig whose driver runs as a user of its own, with a gate.
-struct Bench {
-    rig: Rig,
+pub(super) struct Bench {
+    pub rig: Rig,
     folder: TempDir,
 }
 
 impl Bench {
-    fn new(access: &str) -> Bench {
+    pub fn new(access: &str) -> Bench {
         let rig = Rig::bench(&["left", "right"], &format!("\n[access]\n{access}\n"));
         open_to_all(rig.path().parent().expect("in a folder"));
         let bench = Bench { rig, folder: tempfile::Builder::new().prefix("sg-").tempdir().expect("a folder") };
@@ -88,20 +88,20 @@ impl Bench {
         bench
     }
 
-    fn gate(&self) -> PathBuf {
+    pub fn gate(&self) -> PathBuf {
         self.folder.path().join("gate")
     }
 
-    fn door(&self) -> String {
+    pub fn door(&self) -> String {
         format!("{}/{}.sock", self.gate().display(), self.rig.name)
     }
 
-    fn own_folder(&self, user: User) -> PathBuf {
+    pub fn own_folder(&self, user: User) -> PathBuf {
         self.folder.path().join(format!("u{}", user.id))
     }
 
     /// A program run by a user, whose runtime folder is his own.
-    fn by(&self, user: User, program: &str) -> Command {
+    pub fn by(&self, user: User, program: &str) -> Command {
         let mut command = Command::new("setpriv");
         command.arg(format!("--reuid={}", user.id)).arg("--regid=64300").arg(format!("--groups={}", user.group));
         command.arg(programs().join(program)).current_dir(self.own_folder(user));
@@ -111,20 +111,20 @@ impl Bench {
     }
 
     #[track_caller]
-    fn ask(&self, user: User, args: &[&str]) -> Finished {
+    pub fn ask(&self, user: User, args: &[&str]) -> Finished {
         Process::start(self.by(user, "sinew").args(args)).finish()
     }
 
     #[track_caller]
-    fn status(&self) -> Value {
+    pub fn status(&self) -> Value {
         self.ask(READER, &["status", "--json", "--rig", &self.rig.name]).expect(0).json()
     }
 
-    fn robot(&self, user: User, task: &[&str]) -> Process {
+    pub fn robot(&self, user: User, task: &[&str]) -> Process {
         Process::start(self.by(user, "sinew-test-robot").arg(&self.rig.name).args(task))
     }
 
-    fn intruder(&self, user: User, task: &[&str]) -> Process {
+    pub fn intruder(&self, user: User, task: &[&str]) -> Process {
         Process::start(self.by(user, "sinew-test-intruder").args(task))
     }
 
@@ -134,7 +134,7 @@ impl Bench {
 
     /// Its driver, running and with its sensors proved.
     #[track_caller]
-    fn drive(&self) -> Process {
+    pub fn drive(&self) -> Process {
         let mut command = self.by(DRIVER, "sinew");
         command.arg("run").arg(self.rig.path()).args(["--no-monitor", "--for", "300", "--report"]).arg(self.report());
         let mut driver = Process::start(&mut command);
@@ -152,7 +152,7 @@ impl Bench {
 
     /// Stops it; its report.
     #[track_caller]
-    fn stop(&self, driver: Process) -> Value {
+    pub fn stop(&self, driver: Process) -> Value {
         driver.signal(libc::SIGTERM);
         driver.finish().expect(0);
         let text = fs::read_to_string(self.report()).expect("a report");
@@ -166,7 +166,7 @@ fn channels(status: &Value) -> &Vec<Value> {
     status["channel"].as_array().expect("channels")
 }
 
-fn both_groups() -> String {
+pub(super) fn both_groups() -> String {
     format!("command_group = \"{COMMANDERS}\"\nread_group = \"{READERS}\"")
 }
 

@@ -1,5 +1,5 @@
-//! `sinew run` on Linux's own outputs and converters, with a simulated kernel behind the files: a driver that is killed, converters
-//! that have nothing new, a bus that hangs. What the files say of the outputs counts, not what the driver believes.
+//! `sinew run` on Linux's own outputs, lines and converters, with a simulated kernel behind the files: a driver that is killed, converters
+//! that have nothing new, a bus that hangs, the supply's line, an emergency stop, a stage that conducts in the dark. What the files say of the outputs counts, not what the driver believes.
 //!
 //! Without FUSE (it takes `/dev/fuse` and root) these tests say so and are skipped.
 
@@ -15,6 +15,10 @@ const RATE_HZ: f64 = 50.0;
 const DUTY: f64 = 0.15;
 /// How often somebody looks who waits for a channel.
 const LOOK: Duration = Duration::from_millis(40);
+/// Lines of the simulated kernel: the supply's, the emergency stop's contact and its button.
+const ENABLE: u32 = 17;
+const STOP: u32 = 27;
+const RESET: u32 = 22;
 /// Longer than the guard bears silence, ms.
 const GUARD_MS: u64 = 200;
 
@@ -51,11 +55,15 @@ impl Drop for Tree {
 
 /// The simulated kernel of a rig; `None`, with a word about it, where there is no FUSE. `slower` than its driver, if that is not 1.
 fn tree(rig: &Rig, slower: f64) -> Option<Tree> {
+    tree_with(rig, slower, &[])
+}
+
+fn tree_with(rig: &Rig, slower: f64, scans: &[&str]) -> Option<Tree> {
     let text = fs::read_to_string(rig.path()).expect("written before");
     let file = rig.file("kernel.toml");
     let rate = |factor: f64| format!("rate_hz = {:?}", RATE_HZ / factor);
     fs::write(&file, text.replace(&rate(1.0), &rate(slower))).expect("the folder is writable");
-    let mut process = Process::start(Command::new(linux_tree()).arg(file).arg(rig.file("root")));
+    let mut process = Process::start_to_be_told(Command::new(linux_tree()).arg(file).arg(rig.file("root")).args(scans));
     let mut there = false;
     wait_until("the files", || {
         there = process.stderr().contains("is shown under");
@@ -105,6 +113,88 @@ fn a_killed_driver_leaves_no_output_on_and_the_next_one_needs_no_hand() {
     drive(&rig, &rig.client());
     driver.stop();
     assert_eq!(put_out(&rig), 0);
+}
+
+/// The level of a line, as its file says it.
+fn level(rig: &Rig, line: u32) -> u64 {
+    let text = fs::read_to_string(rig.file("root").join(format!("sys/class/gpio/gpio{line}/value")));
+    text.expect("exported for good").trim().parse().expect("a level")
+}
+
+/// Presses the button that resets the emergency stop, until its supply is back.
+#[track_caller]
+fn press_the_button(rig: &Rig, tree: &mut Tree, client: &Client) {
+    tree.0.tell("whole 0 estop_reset");
+    std::thread::sleep(4 * LOOK);
+    tree.0.tell("fault 0 estop_reset");
+    wait_until("the emergency stop to be released, and its channel to be reset", || {
+        std::thread::sleep(LOOK);
+        client.reset("wire").is_ok()
+    });
+    tree.0.tell("whole 0 estop_reset");
+    wait_until("the supply", || level(rig, ENABLE) == 1);
+    assert_eq!(client.latest().channels()[0].mode(), Mode::Off, "a reset starts nothing");
+}
+
+fn is_stopped(client: &Client) -> bool {
+    let state = client.latest().channels()[0];
+    state.fault() == Some(Fault::EmergencyStop) && state.duty == 0.0
+}
+
+#[test]
+fn the_supplys_line_and_the_emergency_stop_from_start_to_kill() {
+    let mut rig = bench(RATE_HZ);
+    rig.add(&format!(
+        "\n[backend.enable]\nsignal = \"level\"\nline = \"/sys/class/gpio/gpio{ENABLE}/value\"\n\n[backend.estop]\nfitted = true\n\
+         line = \"/sys/class/gpio/gpio{STOP}/value\"\nreset_line = \"/sys/class/gpio/gpio{RESET}/value\"\n"
+    ));
+    // Converted at any moment, so that a current shows in the dark, too.
+    let text = fs::read_to_string(rig.path()).expect("written before");
+    fs::write(rig.path(), text.replace("phase = \"synchronised\"\ntrigger = \"pwm-on-phase\"\n", "phase = \"free\"\n"))
+        .expect("the folder is writable");
+    let Some(mut tree) = tree_with(&rig, 1.0, &["32"]) else { return };
+    assert_eq!((level(&rig, ENABLE), level(&rig, STOP)), (0, 1));
+
+    // It starts latched: nothing is supplied before somebody has pressed the button.
+    let driver = Driver::start(&rig);
+    let client = rig.client();
+    wait_until("the latch", || is_stopped(&client));
+    assert!(client.reset("wire").is_err());
+    assert_eq!((level(&rig, ENABLE), put_out(&rig)), (0, 0));
+    press_the_button(&rig, &mut tree, &client);
+    drive(&rig, &client);
+    assert_eq!(level(&rig, ENABLE), 1);
+
+    // Pressed: everything off. Released: off all the same, whatever clients ask for.
+    tree.0.tell("fault 0 estop_open");
+    wait_until("the stop", || is_stopped(&client) && put_out(&rig) == 0 && level(&rig, ENABLE) == 0);
+    tree.0.tell("whole 0 estop_open");
+    std::thread::sleep(4 * LOOK);
+    assert!(client.reset("wire").is_err() && client.set_duty("wire", DUTY, LONG).is_err());
+    assert!(is_stopped(&client) && put_out(&rig) == 0 && level(&rig, ENABLE) == 0);
+    press_the_button(&rig, &mut tree, &client);
+    drive(&rig, &client);
+
+    // Killed: the guard takes both, and the next one starts latched.
+    driver.process.kill();
+    wait_until("everything off by the guard", || put_out(&rig) == 0 && level(&rig, ENABLE) == 0);
+    drop(client);
+    let driver = Driver::start(&rig);
+    let client = rig.client();
+    wait_until("the latch", || is_stopped(&client));
+    assert_eq!((level(&rig, ENABLE), put_out(&rig)), (0, 0));
+    press_the_button(&rig, &mut tree, &client);
+    drive(&rig, &client);
+
+    // A stage that conducts while nothing is asked for: seen in the dark, and its supply taken for good.
+    client.off("wire").expect("it may be off");
+    tree.0.tell("fault 0 stage_on");
+    wait_until("the supply taken", || level(&rig, ENABLE) == 0);
+    wait_until("the fault", || client.latest().channels()[0].fault() == Some(Fault::StageOn));
+    assert!(client.reset("wire").is_err(), "nothing but a new start ends it");
+    assert_eq!(put_out(&rig), 0);
+    driver.stop();
+    assert_eq!((level(&rig, ENABLE), put_out(&rig)), (0, 0));
 }
 
 #[test]

@@ -26,6 +26,7 @@ pub mod kind;
 mod linux;
 pub mod lockstep;
 pub mod process;
+pub mod restart;
 pub mod running;
 mod serial;
 pub mod site;

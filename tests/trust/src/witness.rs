@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
-use sinew_backend::{Backend, BackendError, ChannelFault, Sample, StopInputs, Truth, Zero};
+use sinew_backend::{Backend, BackendError, ChannelFault, Past, Sample, StopInputs, Truth, Zero};
 
 use crate::failure::Failure;
 
@@ -120,6 +120,18 @@ impl<B: Backend> Backend for Watched<B> {
 
     fn output_name(&self, channel: usize) -> Option<String> {
         self.backend.output_name(channel)
+    }
+
+    fn past(&self, channel: usize) -> Past {
+        self.backend.past(channel)
+    }
+
+    fn mark(&self, channel: usize) -> u64 {
+        self.backend.mark(channel)
+    }
+
+    fn regained(&self) -> Option<f64> {
+        self.backend.regained()
     }
 
     fn is_at_rest(&self) -> bool {

@@ -28,6 +28,8 @@ fn who(channels: u8) -> Identification {
         full_code: FULL_CODE,
         features: Features { enable: true, stop: true },
         reset: ResetCause::BrownOut,
+        user: 0,
+        unused_ms: 0,
         channels,
         channel: [ChannelRange { voltage_uv: 10_000_000, current_ua: 4_095_000, supply_uv: 20_000_000, limits: WIDE };
             MAX_CHANNELS],
@@ -242,6 +244,63 @@ fn it_says_who_it_is() {
     assert_eq!((found.nonce, found.serial, found.channels, found.max_silence_ns), (77, 42, 3, 200_000_000));
     assert_eq!(found.channel[..3], who(3).channel[..3]);
     assert_eq!(line.firmware.state(), State::Boot);
+}
+
+#[test]
+fn it_says_who_drove_its_outputs_last_and_for_how_long_nobody_has() {
+    let mut line = Line::new(1);
+    let said = |line: &mut Line| {
+        line.give(&Frame::Hello { nonce: 1 });
+        match line.answers()[..] {
+            [Frame::Identification(who)] => (who.user, who.unused_ms),
+            ref other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(said(&mut line), (0, 0), "it has just started");
+    line.now_ns += 3_000_000_000;
+    assert_eq!(said(&mut line), (0, 3000));
+    // A configuration and frames of zeros drive nothing.
+    line.configure(1, PERIOD_NS as u32, 5, WIDE);
+    line.periods(&[0], 10);
+    assert_eq!(said(&mut line), (0, 3010));
+    line.duty(&[PULSE]);
+    assert_eq!(said(&mut line), (9, 0));
+    line.pass(PERIOD_NS);
+    line.answers();
+    line.periods(&[0], 20);
+    assert_eq!(said(&mut line), (9, 20));
+    // Silent, and on until it trips after five periods.
+    line.periods(&[PULSE], 1);
+    line.pass(2_000_000_000);
+    line.answers();
+    let (user, unused_ms) = said(&mut line);
+    assert!(user == 9 && (1990..=2000).contains(&unused_ms), "{unused_ms}");
+    // Somebody else who drives it, and one that is refused.
+    line.configure(2, PERIOD_NS as u32, 5, WIDE);
+    line.give(&Frame::Configure(Configure {
+        session: 10,
+        period_ns: PERIOD_NS as u32,
+        watchdog_periods: 5,
+        enable: EnableMode::None,
+        uses_stop: false,
+        channels: 1,
+        limits: [WIDE; MAX_CHANNELS],
+    }));
+    line.answers();
+    line.periods(&[0], 3);
+    assert_eq!(said(&mut line).0, 9);
+    line.periods(&[PULSE], 1);
+    assert_eq!(said(&mut line).0, 10);
+    // A stage that conducts by itself is in use.
+    line.bench.dark = vec![400];
+    line.periods(&[0], 500);
+    assert_eq!(said(&mut line), (10, 0));
+    line.bench.dark = vec![0];
+    line.periods(&[0], 10);
+    line.give(&Frame::Clear { channel: 0 });
+    line.periods(&[0], 10);
+    let (_, unused_ms) = said(&mut line);
+    assert!((10..=22).contains(&unused_ms), "{unused_ms} ms, though it conducted");
 }
 
 #[test]

@@ -94,10 +94,10 @@ fn frame() -> impl Strategy<Value = Frame> {
         (
             any::<(u32, [u8; 16], [u8; 3], u64, u32, u32, u32, u16)>(),
             features,
-            cause,
+            (cause, any::<[u32; 2]>()),
             places(range, ChannelRange::default())
         )
-            .prop_map(|(given, features, reset, places)| {
+            .prop_map(|(given, features, (reset, [user, unused_ms]), places)| {
                 let (nonce, name, version, serial, min_period_ns, max_period_ns, max_silence_ns, full_code) = given;
                 let (channels, channel) = places;
                 Frame::Identification(Identification {
@@ -111,6 +111,8 @@ fn frame() -> impl Strategy<Value = Frame> {
                     full_code,
                     features,
                     reset,
+                    user,
+                    unused_ms,
                     channels,
                     channel,
                 })
