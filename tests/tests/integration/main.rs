@@ -19,4 +19,6 @@ mod report;
 mod scope;
 mod simulate;
 mod stop;
+mod terminals;
+mod threads;
 mod tune;

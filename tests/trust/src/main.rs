@@ -9,7 +9,7 @@ use sinew_backend::allocations::CountingAllocator;
 use sinew_linux_backend::guard;
 use sinew_trust::failure::Failure;
 use sinew_trust::site::Site;
-use sinew_trust::{burn, clients, drive, kinds, process, soak, table};
+use sinew_trust::{burn, clients, drive, kinds, process, soak, table, terminals};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -46,6 +46,14 @@ enum Command {
         after_help = "Examples:\n  sinew-trust burn\n  sinew-trust burn --histories 10000\n  sinew-trust burn --seed 4711 --histories 1 --verbose"
     )]
     Burn(burn::Args),
+    /// A driver's threads between a signal and its outputs, and nothing else (used by the others).
+    #[command(hide = true)]
+    Chain {
+        /// The rig file.
+        rig: PathBuf,
+        /// Where the times go.
+        stamps: PathBuf,
+    },
     /// Takes all of a core (used by the others).
     #[command(hide = true)]
     Occupy,
@@ -91,6 +99,7 @@ fn main() -> ExitCode {
         Command::Drive(args) => drive::drive(&args).map(|()| true),
         Command::Client { rig, task } => clients::client_main(&rig, &task).map(|()| true),
         Command::Burn(args) => burn::burn(&args),
+        Command::Chain { rig, stamps } => terminals::chain(&rig, &stamps).map(|()| true),
         Command::Occupy => {
             process::occupy();
             Ok(true)
