@@ -29,6 +29,7 @@ use crate::error::Error;
 use crate::inbox::Outbox;
 use crate::orders::{Answer, Ask, Event, Occurrence};
 use crate::report::MAX_FAULTS;
+use crate::supervisor::Cooldown;
 
 /// How often clients are asked for requests while none is under way.
 const IDLE_PERIOD: Duration = Duration::from_millis(1);
@@ -268,7 +269,7 @@ impl Desk {
                 let reply = Reply::refused(w.request.command(), outcome);
                 refuse(shared, w.request, reply);
             }
-            if ended {
+            if ended || sinew_threads::is_struck() {
                 return;
             }
             std::thread::sleep(if waiting.is_empty() { IDLE_PERIOD } else { BUSY_PERIOD });
@@ -328,18 +329,21 @@ impl Desk {
         shared: &Shared,
     ) {
         let Some(w) = waiting.get_mut(&ticket) else { return };
+        let refused = |outcome| Reply { channel, ..Reply::refused(w.request.command(), outcome) };
         let refusal = match answer {
             Answer::Done => None,
-            Answer::Latched(fault) => Some((Outcome::Faulted, Some(fault))),
-            Answer::CauseRemains(fault) => Some((Outcome::CauseRemains, Some(fault))),
-            Answer::Overtaken => Some((Outcome::Overtaken, None)),
+            Answer::Latched(fault) => Some(refused(Outcome::Faulted).because(fault)),
+            Answer::CauseRemains(fault) => Some(refused(Outcome::CauseRemains).because(fault)),
+            Answer::TooHot(fault, Cooldown { longest_s, temperature_c, below_c }) => {
+                Some(refused(Outcome::TooHot).because(fault).until(longest_s, temperature_c, below_c))
+            }
+            Answer::Overtaken => Some(refused(Outcome::Overtaken)),
         };
-        if let Some((outcome, fault)) = refusal
+        // Of several the first; it says which channel.
+        if let Some(refusal) = refusal
             && w.reply.outcome == Outcome::Taken.code()
         {
-            // Of several the first; it says which channel.
-            let reply = Reply { channel, ..Reply::refused(w.request.command(), outcome) };
-            w.reply = fault.map_or(reply, |fault| reply.because(fault));
+            w.reply = refusal;
         }
         w.missing -= 1;
         if w.missing == 0

@@ -13,11 +13,11 @@ use crate::inbox::Inbox;
 use crate::memory::Memory;
 use crate::orders::{Beat, Event};
 use crate::report::Ending;
-use crate::shutdown_notice::caught;
 use crate::suspension::Wakefulness;
 use sinew_backend::allocations;
 use sinew_backend::clock;
 use sinew_backend::{Backend, BackendError, Zero};
+use sinew_threads::{Thread, caught};
 
 /// Where the loop leaves what others are to see. Called in the loop: no allocation, no lock, no system call.
 pub trait Outlet: Send {
@@ -43,8 +43,8 @@ pub(crate) struct Shared {
     pub stop: AtomicBool,
     /// Set when the emergency stop is reset at the terminal; the loop takes it.
     pub reset_stop: AtomicBool,
-    /// Set, before `stop`, when a helper's thread has panicked.
-    pub panicked: AtomicBool,
+    /// Set, before `stop`, when a thread has died without which there is to be no driver.
+    pub failed: AtomicBool,
     /// Set by the loop when it has ended and outputs are zero.
     pub ended: AtomicBool,
     /// Events that did not fit into their ring.
@@ -56,6 +56,14 @@ pub(crate) struct Shared {
     /// Cycles so far, and periods missed: written by the loop alone.
     pub cycles: AtomicU64,
     pub missed: AtomicU64,
+}
+
+impl Shared {
+    /// Ends the loop because of the death of another thread. Takes no lock and waits for nothing.
+    pub fn fail(&self) {
+        self.failed.store(true, Ordering::Release);
+        self.stop.store(true, Ordering::Relaxed);
+    }
 }
 
 /// Everything the loop's thread owns.
@@ -121,15 +129,23 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         let last = Snapshot::new(self.engine.channels().len());
         let mut remains = Remains { stats: self.stats, last, start_ns: clock::now_ns(), ..Remains::nothing() };
         let result = caught(|| self.cycles(shared, &mut remains));
+        if !matches!(result, Ok(Ending::Duration | Ending::Stopped)) {
+            Thread::Loop.has_died();
+        }
         // Again: the panic may have come from before the guard in there was set up, and only the last answer counts.
         remains.zero = self.backend.stop();
         self.memory.end(&self.engine, &self.backend, remains.zero);
         if let Ok(ending) = result
-            && !shared.panicked.load(Ordering::Acquire)
+            && !shared.failed.load(Ordering::Acquire)
         {
             remains.ending = ending;
         }
         remains.last.state = DriverState::Stopped.code();
+        remains.stats.dead = sinew_threads::dead();
+        if self.pace == Pace::RealTime {
+            // When the outputs were zero.
+            remains.last.monotonic_ns = clock::now_ns();
+        }
         for (index, channel) in remains.last.channel.iter_mut().enumerate() {
             channel.duty = 0.0;
             let unconfirmed = remains.zero == Zero::Unconfirmed && !self.backend.is_confirmed(index);
@@ -138,9 +154,14 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
         self.outlet.latest(&remains.last);
         self.outlet.stats(&remains.stats);
         shared.ended.store(true, Ordering::Release);
-        if let Err(words) = result {
+        let died = match result {
+            Ok(Ending::Panicked) => Some("it ended by itself".into()),
+            Ok(_) => None,
+            Err(words) => Some(words),
+        };
+        if let Some(words) = died {
             let outputs = if remains.zero == Zero::Confirmed { "are zero" } else { "may be on" };
-            tracing::error!("the loop panicked; outputs {outputs}: {words}");
+            tracing::error!("the loop has died; outputs {outputs}: {words}");
         }
         remains
     }
@@ -166,6 +187,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
 
         let ending = loop {
             // Tick.
+            if sinew_threads::is_struck() {
+                break Ending::Panicked;
+            }
             let tick = grid.wait(stats, missed);
             if shared.stop.load(Ordering::Relaxed) {
                 // No further cycle will count the periods skipped since the last one.
@@ -234,6 +258,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             shared.missed.store(stats.missed, Ordering::Relaxed);
             if stats.cycles % publish_stats == 1 % publish_stats {
                 stats.refusals = shared.refusals.load(Ordering::Relaxed);
+                stats.dead = sinew_threads::dead();
                 outlet.stats(stats);
             }
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 
 use sinew_ipc::gateway::{Access, Readers};
 use sinew_ipc::{
@@ -25,11 +25,11 @@ use crate::orders::Event;
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
-use crate::shutdown_notice::caught;
 use sinew_backend::allocations;
 use sinew_backend::{Backend, Zero};
 use sinew_realtime as realtime;
 use sinew_realtime::{Held, Mode, RealtimeReport, Wish};
+use sinew_threads::{Start, Thread, caught};
 
 /// Runs that are tried at a start.
 const RUNS: usize = 8;
@@ -66,6 +66,11 @@ impl Stopper {
     /// Asks the loop to end. Returns at once.
     pub fn stop(&self) {
         self.shared.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// The same because of a thread whose death a driver must not outlive: the report will say so. Takes no lock and waits for nothing.
+    pub fn fail(&self) {
+        self.shared.fail();
     }
 
     /// Whether the loop has ended and its outputs were put to zero.
@@ -106,9 +111,9 @@ pub struct DriverHandle {
 
 #[derive(Debug)]
 struct Threads {
-    main: JoinHandle<(Remains, Option<BareLoop>)>,
-    publisher: JoinHandle<()>,
-    desk: JoinHandle<()>,
+    main: JoinHandle<Option<(Remains, Option<BareLoop>)>>,
+    publisher: JoinHandle<Option<()>>,
+    desk: JoinHandle<Option<()>>,
 }
 
 /// The driver's ends of its services to other processes; a private driver has none.
@@ -259,7 +264,7 @@ impl Driver {
         let main = {
             let shared = shared.clone();
             let body = move || run_loop(looping, wish, realtime, floor_s, rate_hz, &shared, &ready);
-            spawn("loop", realtime::LOOP_STACK, body)?
+            Thread::Loop.start().stack(realtime::LOOP_STACK).spawn(body).map_err(Error::Thread)?
         };
         let realtime = match started.recv() {
             Ok(Ok(realtime)) => realtime,
@@ -272,23 +277,29 @@ impl Driver {
         };
 
         let publisher = {
+            let start = helper(Thread::Publisher, &shared);
             let shared = shared.clone();
-            spawn("publisher", 0, move || {
+            start.spawn(move || {
                 realtime::go_first(&wish);
-                guarded(&shared, || publish::publish(publishing, services.cycles, tap, &shared));
+                publish::publish(publishing, services.cycles, tap, &shared);
             })
         };
         let desk = {
+            let start = helper(Thread::Desk, &shared);
             let (shared, fault_log) = (shared.clone(), fault_log.clone());
             let desk = Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out };
-            spawn("desk", 0, move || guarded(&shared, || desk.serve(&shared, &fault_log)))
+            start.spawn(move || {
+                // Whoever switches something off waits for it.
+                realtime::go_first(&wish);
+                desk.serve(&shared, &fault_log);
+            })
         };
         let (publisher, desk) = match (publisher, desk) {
             (Ok(publisher), Ok(desk)) => (publisher, desk),
             (Err(error), _) | (_, Err(error)) => {
                 shared.stop.store(true, Ordering::Relaxed);
                 let _ = main.join();
-                return Err(error);
+                return Err(Error::Thread(error));
             }
         };
         Ok(DriverHandle {
@@ -314,6 +325,7 @@ fn run_loop<B: Backend>(
     shared: &Shared,
     ready: &mpsc::Sender<Result<RealtimeReport, Error>>,
 ) -> (Remains, Option<BareLoop>) {
+    let _said = SaysItEnded(shared);
     realtime::prepare_thread(&wish, &mut realtime);
     let refused: Vec<String> = realtime
         .missing()
@@ -332,7 +344,6 @@ fn run_loop<B: Backend>(
     if let Some(error) = failure {
         // It did not come up, and the error says so.
         let _ = looping.backend.stop();
-        shared.ended.store(true, Ordering::Release);
         let _ = ready.send(Err(error));
         return (Remains::nothing(), None);
     }
@@ -358,22 +369,18 @@ fn bits(realtime: &RealtimeReport) -> u32 {
     rows.iter().filter(|(id, _)| granted(id)).fold(0, |bits, (_, bit)| bits | bit)
 }
 
-fn spawn<T: Send + 'static>(
-    name: &str,
-    stack: usize,
-    body: impl FnOnce() -> T + Send + 'static,
-) -> Result<JoinHandle<T>, Error> {
-    let builder = thread::Builder::new().name(format!("sinew-{name}"));
-    let builder = if stack > 0 { builder.stack_size(stack) } else { builder };
-    builder.spawn(body).map_err(Error::Thread)
+/// A helper that dies takes the driver along in good order: outputs to zero, report. It works until the loop has ended.
+fn helper(thread: Thread, shared: &Arc<Shared>) -> Start {
+    let (over, failed) = (shared.clone(), shared.clone());
+    thread.start().ends_when(move || over.ended.load(Ordering::Acquire)).on_death(move || failed.fail())
 }
 
-/// A helper that panics takes the driver along in good order: outputs to zero, report.
-fn guarded(shared: &Shared, body: impl FnOnce()) {
-    if let Err(words) = caught(body) {
-        shared.panicked.store(true, Ordering::Release);
-        shared.stop.store(true, Ordering::Relaxed);
-        tracing::error!("a thread of the driver panicked; stopping: {words}");
+/// Says that the loop's thread has ended, also where it died beyond all that is caught in there: who waits for its end must not wait for ever.
+struct SaysItEnded<'a>(&'a Shared);
+
+impl Drop for SaysItEnded<'_> {
+    fn drop(&mut self) {
+        self.0.ended.store(true, Ordering::Release);
     }
 }
 
@@ -442,9 +449,9 @@ impl DriverHandle {
 
     fn wait(&mut self) -> (Remains, Option<BareLoop>) {
         let Some(threads) = self.threads.take() else { return (Remains::nothing(), None) };
-        // The loop catches its own panics; should its thread have died nevertheless, the others must not wait for it.
-        let ended = threads.main.join().unwrap_or_else(|_| (Remains::nothing(), None));
-        self.shared.ended.store(true, Ordering::Release);
+        // The loop catches its own panics; should its thread have died nevertheless, what its outputs are is not known.
+        let died = || (Remains { zero: Zero::Unconfirmed, ..Remains::nothing() }, None);
+        let ended = threads.main.join().ok().flatten().unwrap_or_else(died);
         let _ = threads.publisher.join();
         let _ = threads.desk.join();
         ended
@@ -484,6 +491,7 @@ impl DriverHandle {
                 .collect(),
             faults_not_listed: fault_log.not_listed + self.shared.events_lost.load(Ordering::Relaxed),
             leases_lapsed: fault_log.lapsed,
+            threads_died: sinew_threads::rows(sinew_threads::dead()).map(|row| row.name).collect(),
             backend_error: remains.last_error.map(|error| error.to_string()),
             outputs_confirmed_zero: remains.zero == Zero::Confirmed,
             black_boxes: Vec::new(),

@@ -302,7 +302,7 @@ impl Engine {
                     }
                 }
                 return match channel.guard.reset() {
-                    Err(fault) => Some(Answer::CauseRemains(fault)),
+                    Err(fault) => Some(channel.refuse_reset(fault)),
                     Ok(false) => Some(Answer::Done),
                     Ok(true) => {
                         // A repeated reset during proving: the later one gets the result.
@@ -445,7 +445,7 @@ impl Engine {
                 Some(_) => match self.channels[index].guard.reset() {
                     Ok(true) => None,
                     Ok(false) => Some(Answer::Done),
-                    Err(fault) => Some(Answer::CauseRemains(fault)),
+                    Err(fault) => Some(self.channels[index].refuse_reset(fault)),
                 },
             };
             if let Some(answer) = answer
@@ -572,6 +572,14 @@ impl<F: FnMut(Event)> Reports<'_, F> {
 }
 
 impl Channel {
+    /// What a reset is answered that the supervisor does not take.
+    fn refuse_reset(&self, fault: Fault) -> Answer {
+        match self.guard.cooldown().filter(|_| !fault.needs_restart()) {
+            Some(cooldown) => Answer::TooHot(fault, cooldown),
+            None => Answer::CauseRemains(fault),
+        }
+    }
+
     #[inline]
     fn describe(&self, now_ns: u64, state: &mut ChannelState) {
         let latched = self.guard.fault();

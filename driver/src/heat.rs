@@ -83,6 +83,18 @@ impl Cooling {
         ambient_c + self.decayed_k((temperature_c - ambient_c).max(0.0), ambient_c, seconds, false)
     }
 
+    /// How long it takes at the most, s, until a wire that is this hot, °C, is no hotter than `below_c`, in air that is colder than that: the
+    /// slowest law in closed form, with all the latent heat it may release on the way given off at the end of it, where that takes longest.
+    fn longest_s(&self, temperature_c: f64, below_c: f64, ambient_c: f64) -> f64 {
+        if temperature_c <= below_c {
+            return 0.0;
+        }
+        let end_k = below_c - ambient_c;
+        let released_j = self.latent_j * logistic(below_c, self.centre_c, self.width_k);
+        let sensible_s = self.heat_capacity_j_per_k / self.loss_w_per_k * ((temperature_c - ambient_c) / end_k).ln();
+        sensible_s + released_j / (self.loss_w_per_k * end_k)
+    }
+
     /// What is left of an excess over a wire of `estimate_c`, K.
     fn decayed_k(&self, excess_k: f64, estimate_c: f64, seconds: f64, phase_known: bool) -> f64 {
         if phase_known || seconds <= STEP_S {
@@ -302,6 +314,15 @@ impl Heat {
         if self.assumed_c.is_some() { self.temperature_c() - self.budgets.ambient_c } else { self.excess_k }
     }
 
+    /// How long it takes at the most, s, until the wire is no hotter than this, °C, and its account no fuller than that, J, while it gets
+    /// nothing. NaN where that is not known, or never. Constant time.
+    pub fn longest_s(&self, temperature_c: f64, account_j: f64) -> f64 {
+        let cools_s = self.cooling.longest_s(self.temperature_c(), temperature_c, self.budgets.ambient_c);
+        let drains_s = (self.account_j / account_j).ln().max(0.0) / self.derating.leak_per_s();
+        // NaN stays NaN
+        if cools_s < drains_s { drains_s } else { cools_s }
+    }
+
     /// What the account stands at, J.
     #[inline]
     pub fn account_j(&self) -> f64 {
@@ -515,6 +536,26 @@ mod tests {
         }
         assert!((heat.temperature_c() - 45.0).abs() < 1e-9 && heat.filled() < 0.17, "{heat:?}");
         assert!(heat.allows(3.0));
+    }
+
+    #[test]
+    fn it_is_cold_after_the_longest_time_and_not_long_before() {
+        for (below_c, below_j) in [(140.0, 1.0), (140.0, 0.2), (70.0, 1.0)] {
+            let mut heat = forgotten();
+            let longest_s = heat.longest_s(below_c, below_j);
+            let is_there = |heat: &Heat| heat.temperature_c() <= below_c && heat.account_j() <= below_j;
+            let mut took_s = 0.0;
+            while !is_there(&heat) {
+                heat.pass(&DARK);
+                took_s += PERIOD_S;
+                assert!(took_s < longest_s + 0.01, "{below_c} °C, {below_j} J: not in {longest_s} s");
+            }
+            assert!(longest_s < 3.0 * took_s, "{below_c} °C, {below_j} J: {took_s} s, not {longest_s}");
+        }
+        assert_eq!(at_rest().longest_s(140.0, 0.5), 0.0);
+        let mut unknown = at_rest();
+        unknown.pass(&Passed { estimate_c: f64::NAN, ..DARK });
+        assert!(unknown.longest_s(140.0, 0.5).is_nan());
     }
 
     #[test]

@@ -40,7 +40,6 @@ mod program;
 mod publish;
 pub mod report;
 pub mod setup;
-mod shutdown_notice;
 pub mod stage;
 pub mod standstill;
 pub mod supervisor;

@@ -4,6 +4,8 @@
 use sinew_backend::BackendError;
 use sinew_ipc::Fault;
 
+use crate::supervisor::Cooldown;
+
 /// What a client asks of a channel, checked and in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ask {
@@ -40,7 +42,7 @@ impl Order {
 }
 
 /// The loop's answer to an order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer {
     /// It is in force.
     Done,
@@ -48,6 +50,8 @@ pub enum Answer {
     Latched(Fault),
     /// The fault cannot be cleared: its cause is still there.
     CauseRemains(Fault),
+    /// It cannot be cleared yet: the wire has to cool first.
+    TooHot(Fault, Cooldown),
     /// It was not carried out: an `off` that was asked for later has overtaken it.
     Overtaken,
 }
@@ -69,7 +73,7 @@ impl Event {
 }
 
 /// Kinds of [`Event`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Occurrence {
     /// A fault was latched.
     Tripped(Fault),

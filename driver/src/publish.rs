@@ -65,7 +65,7 @@ pub(crate) fn publish(
                 next_ring = now + now.elapsed() * RING_SHARE;
             }
         }
-        if ended {
+        if ended || sinew_threads::is_struck() {
             return;
         }
         std::thread::sleep(PERIOD);

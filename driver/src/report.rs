@@ -54,6 +54,8 @@ pub struct RunReport {
     pub faults_not_listed: u64,
     /// How often the lease of a setpoint ran out.
     pub leases_lapsed: u64,
+    /// Threads of the program that have died, by their names in [`sinew_threads::TABLE`].
+    pub threads_died: Vec<&'static str>,
     /// The backend's last complaint, in its own words.
     pub backend_error: Option<String>,
     /// Whether every output has confirmed zero at the end.
@@ -78,7 +80,8 @@ pub enum Ending {
     Duration,
     /// It was requested.
     Stopped,
-    /// Code of the loop or of one of its helpers panicked; outputs were put to zero.
+    /// The loop or a thread without which there is to be no driver has died, by a panic or by an end nobody had asked for; outputs
+    /// were put to zero.
     Panicked,
 }
 

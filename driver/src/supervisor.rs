@@ -81,6 +81,17 @@ pub enum Permit {
     Power,
 }
 
+/// What a wire has to wait for that is too hot to be reset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cooldown {
+    /// How long at the most while it gets nothing, s; NaN where that is not known.
+    pub longest_s: f64,
+    /// What is believed of its temperature, °C.
+    pub temperature_c: f64,
+    /// What that has to come down to, °C. Where it has, the heat account is too full.
+    pub below_c: f64,
+}
+
 /// What changed in a channel's state in one period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
@@ -177,6 +188,17 @@ impl Guard {
     /// Whether the output stage is known to conduct with its gate closed, so that only its supply can be taken from it.
     pub fn must_cut(&self) -> bool {
         self.latched == Some(Fault::StageOn) && self.state == State::Latched
+    }
+
+    /// What of the wire's heat is in the way of a reset; `None` where nothing is.
+    pub fn cooldown(&self) -> Option<Cooldown> {
+        let budgets = self.heat.budgets();
+        let below_c = budgets.temperature_c - TEMPERATURE_MARGIN_K;
+        let below_j = ENERGY_MARGIN * budgets.energy_j;
+        let temperature_c = self.heat.temperature_c();
+        let is_over = temperature_c <= below_c && self.heat.account_j() <= below_j;
+        let longest_s = self.heat.longest_s(below_c, below_j);
+        (!is_over).then_some(Cooldown { longest_s, temperature_c, below_c })
     }
 
     /// Judges one period. Constant time, no allocation; NaN in the evidence is a fault and not a panic.
@@ -295,11 +317,8 @@ impl Guard {
         if fault.needs_restart() {
             return Err(fault);
         }
-        let budgets = self.heat.budgets();
-        let cool = self.heat.temperature_c() <= budgets.temperature_c - TEMPERATURE_MARGIN_K;
-        let rested = self.heat.account_j() <= ENERGY_MARGIN * budgets.energy_j;
-        // Both, whatever the first cause was: it would trip again in the next period.
-        if !cool || !rested {
+        // Whatever the first cause was: it would trip again in the next period.
+        if self.cooldown().is_some() {
             return Err(fault);
         }
         self.state = State::Proving;

@@ -336,6 +336,9 @@ impl Client {
             Some(Outcome::HoldOutOfRange) => Reason::HoldOutOfRange { low: reply.low, high: reply.high },
             Some(Outcome::Faulted) => Reason::Faulted(fault),
             Some(Outcome::CauseRemains) => Reason::CauseRemains(fault),
+            Some(Outcome::TooHot) => {
+                Reason::TooHot { fault, longest_s: reply.hold_s, temperature_c: reply.value, below_c: reply.high }
+            }
             Some(Outcome::Waiting) => Reason::Waiting,
             Some(Outcome::Unsupported) => Reason::Unsupported,
             Some(Outcome::Busy) => Reason::Busy,

@@ -168,6 +168,17 @@ pub enum Reason {
     Faulted(Fault),
     /// The cause of this fault is still there.
     CauseRemains(Fault),
+    /// The wire has to cool before this fault can be cleared.
+    TooHot {
+        /// The fault.
+        fault: Fault,
+        /// How long that takes at the most, s; NaN where it is not known.
+        longest_s: f64,
+        /// What is believed of its temperature, °C.
+        temperature_c: f64,
+        /// What that has to come down to, °C. Where it has, the heat account has to drain.
+        below_c: f64,
+    },
     /// The channel's sensors have not proved themselves yet.
     Waiting,
     /// This channel cannot do that.
@@ -333,6 +344,13 @@ impl Refusal {
             Reason::CauseRemains(fault) => {
                 format!("{channel} cannot be reset ({}): the cause is still there: {}", fault.flag(), fault.cause())
             }
+            Reason::TooHot { fault, temperature_c, below_c, .. } if *temperature_c <= *below_c => {
+                format!("{channel} cannot be reset yet ({}): its heat account has to drain", fault.flag())
+            }
+            Reason::TooHot { fault, temperature_c, below_c, .. } => format!(
+                "{channel} cannot be reset yet ({}): it is believed at {temperature_c:.0} °C and has to come down to {below_c:.0} °C",
+                fault.flag()
+            ),
             Reason::Waiting => format!("{channel} has not proved its sensors yet"),
             Reason::Unsupported => format!("{channel} cannot do {name}"),
             Reason::Busy => format!("{channel}: the driver is busy with other commands"),
@@ -357,6 +375,11 @@ impl Refusal {
             Reason::OutOfRange { .. } => Fault::SetpointOutOfRange.remedy().into(),
             Reason::HoldOutOfRange { .. } => "choose a hold inside that range; 0 takes the channel's default".into(),
             Reason::Faulted(fault) | Reason::CauseRemains(fault) => fault.remedy().into(),
+            // rounded up, so that it is taken then
+            Reason::TooHot { longest_s, .. } if longest_s.is_finite() => {
+                format!("reset it again in {:.1} s: it has cooled by then", (longest_s * 10.0).ceil() / 10.0)
+            }
+            Reason::TooHot { .. } => "reset it again when it has cooled".into(),
             Reason::Waiting => Fault::NoSample.remedy().into(),
             Reason::Unsupported => "use length, stroke or duty".into(),
             Reason::Busy => "send it again, and less often".into(),
@@ -410,6 +433,21 @@ mod tests {
             let text = Error::Refused(refusal).to_string();
             assert!(text.contains(row.flag) && text.contains(row.cause) && text.contains(row.remedy), "{text}");
         }
+    }
+
+    #[test]
+    fn a_reset_that_comes_too_early_is_told_when() {
+        let said = |longest_s, temperature_c| {
+            let reason = Reason::TooHot { fault: Fault::OverTemperature, longest_s, temperature_c, below_c: 163.0 };
+            Error::Refused(Refusal { channel: "wire".into(), kind: CommandKind::Reset, value: 0.0, reason }).to_string()
+        };
+        assert_eq!(
+            said(3.11, 168.4),
+            "wire cannot be reset yet (over_temperature): it is believed at 168 °C and has to come down to 163 °C; \
+             reset it again in 3.2 s: it has cooled by then"
+        );
+        assert!(said(1.0, 80.0).contains("its heat account has to drain; reset it again in 1.0 s"));
+        assert!(!said(f64::NAN, f64::NAN).contains("NaN s"), "{}", said(f64::NAN, f64::NAN));
     }
 
     #[test]

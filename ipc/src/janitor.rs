@@ -3,15 +3,15 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{self, RecvTimeoutError, Sender, TryRecvError};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
+use sinew_threads::{Thread, caught};
 
 use crate::Error;
 use crate::remains::{Since, entries, half_made, remove_rest, remove_unfinished, unlisted, unmarked};
@@ -28,35 +28,44 @@ const UNLISTED: Duration = Duration::from_secs(60);
 /// The thread. Dropped, it ends, once it is through with the node it is at.
 #[derive(Debug)]
 pub(crate) struct Janitor {
-    stop: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Option<()>>>,
 }
 
 impl Janitor {
     /// Looks from now on for what dead clients of this run have left.
     pub fn start(run: &Arc<Run>) -> Result<Janitor, Error> {
-        let (stop, stopped) = mpsc::channel::<()>();
+        let over = Arc::new(AtomicBool::new(false));
+        let is_over = {
+            let over = over.clone();
+            move || over.load(Ordering::Acquire)
+        };
         let mut rounds = Rounds {
             run: run.clone(),
             half_made: Since::default(),
             unmarked: Since::default(),
             unlisted: Since::default(),
         };
-        let work = move || {
-            while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                rounds.round(|| stopped.try_recv() == Err(TryRecvError::Disconnected));
+        let start = Thread::Janitor.start().ends_when(is_over.clone());
+        let thread = start.spawn(move || {
+            loop {
+                thread::park_timeout(PERIOD);
+                if is_over() || sinew_threads::is_struck() {
+                    return;
+                }
+                rounds.round(&is_over);
             }
-        };
-        let thread = thread::Builder::new().name("sinew-janitor".into()).spawn(work);
+        });
         let thread = thread.map_err(|e| Error::Service { what: "command", reason: format!("no thread: {e}") })?;
-        Ok(Janitor { stop: Some(stop), thread: Some(thread) })
+        Ok(Janitor { over, thread: Some(thread) })
     }
 }
 
 impl Drop for Janitor {
     fn drop(&mut self) {
-        self.stop = None;
+        self.over.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
             let _ = thread.join();
         }
     }
@@ -94,14 +103,14 @@ impl Rounds {
                 remove_unfinished(&home);
                 if dead.details().is_some() {
                     // iceoryx2 panics when a node it took for dead turns out to live; that must not take the driver along.
-                    let _ = catch_unwind(AssertUnwindSafe(|| dead.try_remove_stale_resources()));
+                    let _ = caught(|| dead.try_remove_stale_resources());
                 } else {
                     remove_rest(&nodes, &home, &prefix);
                 }
             }
             if is_over() { CallbackProgression::Stop } else { CallbackProgression::Continue }
         };
-        let all_listed = matches!(catch_unwind(AssertUnwindSafe(|| IpcNode::list(config, each))), Ok(Ok(())));
+        let all_listed = matches!(caught(|| IpcNode::list(config, each)), Ok(Ok(())));
         if !all_listed || is_over() {
             return;
         }

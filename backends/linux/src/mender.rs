@@ -10,6 +10,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use rustix::thread::{CpuSet, sched_setaffinity};
+use sinew_threads::Thread;
 
 use crate::Error;
 
@@ -20,7 +21,7 @@ const LOOK: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub(crate) struct Mender<T> {
     shared: Arc<Shared<T>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Option<()>>>,
 }
 
 #[derive(Debug)]
@@ -34,8 +35,9 @@ impl<T: Send + 'static> Mender<T> {
     /// Starts the thread; `open` is how what was lost is opened anew, and `what` that is.
     pub fn start(what: &'static str, open: impl Fn() -> Result<T, Error> + Send + 'static) -> Result<Mender<T>, Error> {
         let shared = Arc::new(Shared { lost: Mutex::new(None), found: Mutex::new(None), stop: AtomicBool::new(false) });
-        let theirs = shared.clone();
-        let thread = thread::Builder::new().name("sinew-mender".into()).spawn(move || theirs.mend(what, &open));
+        let (theirs, over) = (shared.clone(), shared.clone());
+        let start = Thread::Mender.start().ends_when(move || over.stop.load(Ordering::Acquire));
+        let thread = start.spawn(move || theirs.mend(what, &open));
         let thread = thread.map_err(|error: io::Error| Error::Guard { reason: format!("a thread: {error}") })?;
         Ok(Mender { shared, thread: Some(thread) })
     }
@@ -63,7 +65,7 @@ impl<T> Shared<T> {
         let _ = sched_setaffinity(None, &all);
         let mut missing = false;
         let mut told = String::new();
-        while !self.stop.load(Ordering::Acquire) {
+        while !self.stop.load(Ordering::Acquire) && !sinew_threads::is_struck() {
             thread::park_timeout(LOOK);
             let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take();
             missing |= lost.is_some();

@@ -1,11 +1,13 @@
 //! The backend that returns recorded samples.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample, Zero, check_exchange};
 use sinew_ring::{Consumer, Producer, ring};
+use sinew_threads::Thread;
 
 use crate::source::{Cycle, Cycles, Source};
 
@@ -34,6 +36,8 @@ pub struct ReplayBackend<S: Source> {
     channels: usize,
     /// What the reader leaves for the loop.
     ahead: Option<Consumer<S::Cycle>>,
+    /// Whether the reader has come to the end, or to trouble.
+    is_read: Arc<AtomicBool>,
     /// The first trouble of the reader.
     trouble: Arc<Mutex<Option<S::Error>>>,
     /// The cycle whose period is present or yet to come.
@@ -62,6 +66,7 @@ impl<S: Source> ReplayBackend<S> {
             source,
             channels,
             ahead: None,
+            is_read: Arc::default(),
             trouble: Arc::new(Mutex::new(None)),
             recorded: S::Cycle::new(channels),
             is_there: false,
@@ -90,6 +95,11 @@ impl<S: Source> ReplayBackend<S> {
         }
         let between = at.map_or(0, |at| self.recorded.period().saturating_sub(at + 1));
         Ok(Some((between, &self.recorded)))
+    }
+
+    /// Whether the reader has died: then the recording goes on where [`ReplayBackend::advance`] says that it ends.
+    pub fn has_lost_its_reader(&self) -> bool {
+        self.ahead.as_ref().is_some_and(Consumer::is_alone) && !self.is_read.load(Ordering::Acquire)
     }
 
     /// The reader's error, reported once.
@@ -151,9 +161,24 @@ impl<S: Source> ReplayBackend<S> {
     }
 }
 
-/// Reads a recording ahead of the loop until it ends or the backend is dropped.
-fn read_ahead<C: Cycles>(cycles: C, mut ahead: Producer<C::Cycle>) -> Result<(), C::Error> {
-    cycles.each(&mut |read| {
+/// Keeps a trouble in mind, the first one.
+fn note<E>(trouble: &Mutex<Option<E>>, error: E) {
+    trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+}
+
+/// Reads a recording ahead of the loop until it ends or the backend is dropped. What became of that is known before `ahead` is gone.
+fn read_ahead<C: Cycles>(
+    cycles: C,
+    mut ahead: Producer<C::Cycle>,
+    is_read: &AtomicBool,
+    trouble: &Mutex<Option<C::Error>>,
+) {
+    let mut is_struck = false;
+    let read = cycles.each(&mut |read| {
+        is_struck = sinew_threads::is_struck();
+        if is_struck {
+            return false;
+        }
         while !ahead.put(|cycle| cycle.copy_from(read)) {
             if ahead.is_alone() {
                 return false;
@@ -161,7 +186,11 @@ fn read_ahead<C: Cycles>(cycles: C, mut ahead: Producer<C::Cycle>) -> Result<(),
             thread::sleep(ROOM);
         }
         true
-    })
+    });
+    if let Err(error) = read {
+        note(trouble, error);
+    }
+    is_read.store(!is_struck, Ordering::Release);
 }
 
 impl<S: Source> Backend for ReplayBackend<S> {
@@ -172,9 +201,6 @@ impl<S: Source> Backend for ReplayBackend<S> {
     fn start(&mut self) -> Result<(), BackendError> {
         let _ = self.stop();
         let unavailable = BackendError::Unavailable { os_error: 0 };
-        let note = |trouble: &Mutex<Option<S::Error>>, error: S::Error| {
-            trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-        };
         let cycles = match self.source.cycles() {
             Ok(cycles) => cycles,
             Err(error) => {
@@ -185,11 +211,10 @@ impl<S: Source> Backend for ReplayBackend<S> {
         let (channels, trouble) = (self.channels, self.trouble.clone());
         let room = AHEAD_CYCLES.max(AHEAD_STATES / channels.max(1));
         let (ahead, ahead_out) = ring((0..room).map(|_| S::Cycle::new(channels)));
-        let reader = thread::Builder::new().name("sinew-replay".into()).spawn(move || {
-            if let Err(error) = read_ahead(cycles, ahead) {
-                note(&trouble, error);
-            }
-        });
+        self.is_read = Arc::default();
+        let (is_read, over) = (self.is_read.clone(), self.is_read.clone());
+        let start = Thread::Reader.start().ends_when(move || over.load(Ordering::Acquire));
+        let reader = start.spawn(move || read_ahead(cycles, ahead, &is_read, &trouble));
         if let Err(error) = reader {
             return Err(BackendError::Unavailable { os_error: error.raw_os_error().unwrap_or(0) });
         }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use sinew_front_end::Identification;
 use sinew_ring::{Consumer, Producer, ring};
+use sinew_threads::Thread;
 
 use crate::error::Error;
 use crate::figures::LineFigures;
@@ -25,7 +26,7 @@ pub(crate) struct Keeper {
     good: Consumer<Option<Link>>,
     lost: Producer<Option<Link>>,
     over: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Option<()>>>,
 }
 
 impl Keeper {
@@ -35,9 +36,10 @@ impl Keeper {
         let (lost, take) = ring((0..LINKS).map(|_| None));
         give.push(Some(link));
         let over = Arc::new(AtomicBool::new(false));
-        let watch = over.clone();
-        let thread = thread::Builder::new()
-            .name("sinew-line".into())
+        let (watch, is_over) = (over.clone(), over.clone());
+        let thread = Thread::Line
+            .start()
+            .ends_when(move || is_over.load(Ordering::Relaxed))
             .spawn(move || keep(&plan, &who, give, take, &figures, &watch))
             .map_err(Error::Thread)?;
         Ok(Keeper { good, lost, over, thread: Some(thread) })
@@ -76,7 +78,7 @@ fn keep(
 ) {
     let mut wanted = false;
     let mut said = String::new();
-    while !over.load(Ordering::Relaxed) {
+    while !over.load(Ordering::Relaxed) && !sinew_threads::is_struck() {
         if let Some(Some(link)) = take.take(Option::take) {
             drop(link);
             if !std::mem::replace(&mut wanted, true) {

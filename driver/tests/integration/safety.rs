@@ -2,6 +2,7 @@
 
 use crate::common::{Fake, Mishap, rig};
 use sinew_backend::{Backend, BackendError, ChannelFault, Sample};
+use sinew_driver::supervisor::Cooldown;
 use sinew_driver::{Answer, Ask, Beat, Engine, Error, Event, Occurrence, Order, Program, supervisor};
 use sinew_ipc::{ChannelState, CommandKind, DriverState, Fault, Mode, Snapshot};
 use sinew_rig::{Estimator, Rig};
@@ -351,10 +352,21 @@ fn too_much_heat_is_off_where_derating_comes_too_late_and_needs_to_cool() {
     assert!(matches!(fault, Some(Fault::EnergyBudget | Fault::OverTemperature)), "{fault:?}");
     // Right away a reset is refused, whatever the sample looks like.
     assert_eq!(bench.mode(0), Mode::Fault);
-    assert!(matches!(bench.reset(0), Answer::CauseRemains(_)));
-    // Seconds later it has cooled.
-    bench.run(20_000);
-    assert_eq!(bench.reset(0), Answer::Done);
+    let Answer::TooHot(named, cooldown) = bench.reset(0) else { panic!("it is too hot") };
+    assert_eq!(Some(named), fault);
+    let Cooldown { longest_s, temperature_c, below_c } = cooldown;
+    assert!((temperature_c - bench.state.channel[0].temperature_c).abs() < 0.1, "{cooldown:?}");
+    assert!(below_c < 200.0 && longest_s > 0.1 && longest_s < 20.0, "{cooldown:?}");
+    // It is refused for a while, and taken when that was said, at the latest.
+    let (periods, mut taken) = ((longest_s * RATE_HZ).ceil() as u64, None);
+    for period in 1..=periods {
+        bench.run(1);
+        if let Answer::Done = bench.reset(0) {
+            taken = Some(period);
+            break;
+        }
+    }
+    assert!(taken.is_some_and(|taken| 4 * taken > periods), "after {taken:?} of {periods} periods");
 }
 
 /// Chapter 9's estimators are tens of kelvins off while a wire moves: the supervisor has a temperature of its own.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use sinew_threads::Thread;
+
 /// What stands in the way.
 #[derive(Debug)]
 pub enum Error {
@@ -23,6 +25,8 @@ pub enum Error {
     },
     /// The driver does not take the rig.
     Driver(sinew_driver::Error),
+    /// A thread has died before the end of the recording.
+    Died(Thread),
 }
 
 impl fmt::Display for Error {
@@ -34,6 +38,7 @@ impl fmt::Display for Error {
                 write!(f, "the recording has {expected} channels, but the rig has {found}")
             }
             Error::Driver(error) => error.fmt(f),
+            Error::Died(thread) => write!(f, "the thread that {} has died", thread.row().does),
         }
     }
 }

@@ -6,6 +6,7 @@ use sinew_driver::{Ask, Beat, Engine, Event, Order, Program};
 use sinew_ipc::{ChannelState, CommandKind, CycleHeader, DriverState, Fault, Mode, Snapshot};
 use sinew_replay_backend::{ReplayBackend, Source};
 use sinew_rig::Rig;
+use sinew_threads::Thread;
 
 use crate::compare::Comparison;
 use crate::error::Error;
@@ -89,7 +90,10 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
     /// # Errors
     /// Where the recording cannot be read on.
     pub fn cycle(&mut self, tell: impl FnMut(Event)) -> Result<Option<(&[ChannelState], &Snapshot)>, Error> {
-        let Some((between, cycle)) = self.backend.advance()? else { return Ok(None) };
+        let Some(between) = self.backend.advance()?.map(|(between, _)| between) else {
+            return if self.backend.has_lost_its_reader() { Err(Error::Died(Thread::Reader)) } else { Ok(None) };
+        };
+        let cycle = self.backend.recorded();
         let head = cycle.0.header;
         // The driver also passed the periods missed before its first cycle to its channels.
         let missed = if head.cycle == 1 { head.missed } else { between };

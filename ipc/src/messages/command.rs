@@ -131,6 +131,8 @@ pub enum Outcome {
     NotPermitted = 12,
     /// Not carried out: an `off` that was asked for later has overtaken it.
     Overtaken = 13,
+    /// The fault cannot be cleared yet: the wire has to cool first.
+    TooHot = 14,
 }
 
 impl Outcome {
@@ -156,6 +158,7 @@ impl Outcome {
             11 => Outcome::Stopping,
             12 => Outcome::NotPermitted,
             13 => Outcome::Overtaken,
+            14 => Outcome::TooHot,
             _ => return None,
         })
     }
@@ -176,13 +179,14 @@ pub struct Reply {
     pub channel: u32,
     /// Unused, 0.
     pub reserved: u32,
-    /// The value as taken, in the command's unit.
+    /// The value as taken, in the command's unit; for [`Outcome::TooHot`] the temperature that is believed of the wire, °C.
     pub value: f64,
     /// Smallest value or hold that would have been taken; NaN where it does not matter.
     pub low: f64,
-    /// Largest value or hold that would have been taken; NaN where it does not matter.
+    /// Largest value or hold that would have been taken; NaN where it does not matter. For [`Outcome::TooHot`] the temperature the wire has to
+    /// come down to, °C.
     pub high: f64,
-    /// The lease as granted, s; 0 where there is none.
+    /// The lease as granted, s; 0 where there is none. For [`Outcome::TooHot`] how long that takes at the most, s; NaN where it is not known.
     pub hold_s: f64,
 }
 
@@ -212,6 +216,12 @@ impl Reply {
         Reply { low, high, ..self }
     }
 
+    /// With how long it takes at the most until it would be taken, s, what is believed of the wire's temperature, °C, and what that has to come
+    /// down to, °C.
+    pub fn until(self, longest_s: f64, temperature_c: f64, below_c: f64) -> Reply {
+        Reply { hold_s: longest_s, value: temperature_c, high: below_c, ..self }
+    }
+
     /// With the fault in the way.
     pub fn because(self, fault: Fault) -> Reply {
         Reply { fault: fault.code(), ..self }
@@ -236,6 +246,6 @@ mod tests {
             assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
         }
         assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);
-        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 14);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 15);
     }
 }

@@ -35,8 +35,8 @@ pub struct LoopStats {
     pub priority: u32,
     /// Processor the loop is pinned to, −1 without.
     pub cpu: i32,
-    /// Unused, 0.
-    pub reserved: u32,
+    /// Threads of the driver that have died, without which it goes on: see [`LoopStats::dead_threads`].
+    pub dead: u32,
 }
 
 impl LoopStats {
@@ -63,6 +63,11 @@ impl LoopStats {
         (LoopStats::RT_LATENCY, "cpu_dma_latency held"),
     ];
 
+    /// The threads of the driver that have died, with what is lost by that; none unless something is wrong.
+    pub fn dead_threads(&self) -> impl Iterator<Item = &'static sinew_threads::Row> {
+        sinew_threads::rows(self.dead)
+    }
+
     /// Before the first cycle.
     pub const fn new() -> LoopStats {
         LoopStats {
@@ -79,7 +84,7 @@ impl LoopStats {
             realtime: 0,
             priority: 0,
             cpu: -1,
-            reserved: 0,
+            dead: 0,
         }
     }
 }

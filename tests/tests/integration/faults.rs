@@ -56,7 +56,9 @@ fn refused(result: Result<sinew_ipc::Reply, Error>) -> Reason {
 fn reset_when_possible(client: &Client, channel: &str) {
     wait_until("the reset to be accepted", || match client.reset(channel) {
         Ok(_) => true,
-        Err(Error::Refused(refusal)) if matches!(refusal.reason, Reason::CauseRemains(_)) => false,
+        Err(Error::Refused(refusal)) if matches!(refusal.reason, Reason::CauseRemains(_) | Reason::TooHot { .. }) => {
+            false
+        }
         Err(error) => panic!("{error}"),
     });
 }

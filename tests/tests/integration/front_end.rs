@@ -20,7 +20,7 @@ const TIMEOUT: u32 = 5;
 /// How often somebody looks who waits for a channel.
 const LOOK: Duration = Duration::from_millis(40);
 
-fn bench(names: &[&str]) -> Rig {
+pub fn bench(names: &[&str]) -> Rig {
     let mut rig = Rig::named(|name| format!("[rig]\nname = \"{name}\"\nrate_hz = {RATE_HZ:?}\n"));
     for name in names {
         rig.add(&Rig::wire(name));
@@ -34,11 +34,11 @@ fn bench(names: &[&str]) -> Rig {
 }
 
 /// A front-end process for a rig's wires, once its line is there.
-struct FrontEnd(Process);
+pub struct FrontEnd(pub Process);
 
 impl FrontEnd {
     #[track_caller]
-    fn start(rig: &Rig, more: &[&str]) -> FrontEnd {
+    pub fn start(rig: &Rig, more: &[&str]) -> FrontEnd {
         let mut command = Command::new(front_end());
         command.arg(rig.path()).arg("--link").arg(rig.file("front-end")).args(["--for", "300"]).args(more);
         let mut process = Process::start_to_be_told(&mut command);
@@ -47,7 +47,7 @@ impl FrontEnd {
     }
 
     /// What it has told so far; the last line may be half written.
-    fn events(&self) -> Vec<Value> {
+    pub fn events(&self) -> Vec<Value> {
         self.0.stdout().lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
@@ -64,7 +64,7 @@ impl FrontEnd {
 
     /// Waits until it is told to go off, as the last thing it says.
     #[track_caller]
-    fn is_told_off(&self) {
+    pub fn is_told_off(&self) {
         wait_until("outputs off by the driver", || {
             let last = self.events().into_iter().rfind(|event| event["event"] == "off" || event["event"] == "running");
             last.is_some_and(|last| last["event"] == "off")
@@ -78,7 +78,7 @@ fn state(client: &Client) -> ChannelState {
 
 /// Gets a wire driven and measured, with a reset wherever one is needed: front-ends that are processes are late on busy machines.
 #[track_caller]
-fn drive(client: &Client, name: &str) {
+pub fn drive(client: &Client, name: &str) {
     wait_until("the wire to be driven", || {
         let state = state(client);
         match state.mode() {

@@ -11,7 +11,7 @@ use sinew_ipc::{Client, Fault, Mode};
 use sinew_tests::{Driver, PATIENCE, Process, Rig, linux_tree, wait_until};
 
 const LONG: Duration = Duration::from_secs(120);
-const RATE_HZ: f64 = 50.0;
+pub const RATE_HZ: f64 = 50.0;
 const DUTY: f64 = 0.15;
 /// How often somebody looks who waits for a channel.
 const LOOK: Duration = Duration::from_millis(40);
@@ -23,7 +23,7 @@ const RESET: u32 = 22;
 const GUARD_MS: u64 = 200;
 
 /// A rig of one wire whose files lie in a folder of the test's own.
-fn bench(rate_hz: f64) -> Rig {
+pub fn bench(rate_hz: f64) -> Rig {
     let mut rig = Rig::named(|name| format!("[rig]\nname = \"{name}\"\nrate_hz = {rate_hz:?}\n"));
     let root = rig.file("root");
     fs::create_dir(&root).expect("the folder is writable");
@@ -41,7 +41,7 @@ fn bench(rate_hz: f64) -> Rig {
 }
 
 /// A simulated kernel in a process of its own, told to end in the end: killed, it would leave its mount behind.
-struct Tree(Process);
+pub struct Tree(Process);
 
 impl Drop for Tree {
     fn drop(&mut self) {
@@ -54,7 +54,7 @@ impl Drop for Tree {
 }
 
 /// The simulated kernel of a rig; `None`, with a word about it, where there is no FUSE. `slower` than its driver, if that is not 1.
-fn tree(rig: &Rig, slower: f64) -> Option<Tree> {
+pub fn tree(rig: &Rig, slower: f64) -> Option<Tree> {
     tree_with(rig, slower, &[])
 }
 
@@ -77,7 +77,7 @@ fn tree_with(rig: &Rig, slower: f64, scans: &[&str]) -> Option<Tree> {
 }
 
 /// What the files say is put out, ns of each period; 0 before anybody has exported the output.
-fn put_out(rig: &Rig) -> u64 {
+pub fn put_out(rig: &Rig) -> u64 {
     let folder = rig.file("root").join("sys/class/pwm/pwmchip0/pwm0");
     let number = |file: &str| fs::read_to_string(folder.join(file)).ok()?.trim().parse::<u64>().ok();
     number("duty_cycle").unwrap_or(0) * number("enable").unwrap_or(0)
@@ -85,7 +85,7 @@ fn put_out(rig: &Rig) -> u64 {
 
 /// Gets the wire heated and measured, with a reset wherever one is needed: the kernel is a process here, late on a busy machine.
 #[track_caller]
-fn drive(rig: &Rig, client: &Client) {
+pub fn drive(rig: &Rig, client: &Client) {
     wait_until("the wire to be driven", || {
         let state = client.latest().channels()[0];
         match state.mode() {

@@ -21,4 +21,6 @@ mod restart;
 mod scope;
 mod simulate;
 mod stop;
+mod terminals;
+mod threads;
 mod tune;

@@ -398,3 +398,45 @@ fn what_cannot_be_recorded_is_refused_before_anything_is_written() {
     }
     driver.stop();
 }
+
+/// On a disk that is really small, in a mount namespace of the test's own: it is said before the floor is reached, and the recording ends
+/// above it with a whole file. Takes root.
+#[test]
+fn a_recording_ends_at_the_floor_of_a_small_disk_and_says_so_before() {
+    const DISK_KB: u64 = 6_000;
+    const FLOOR_KB: u64 = 2_000;
+    /// What the end of a file takes: its last chunk and its summary.
+    const ENDING_KB: u64 = 1_000;
+    let wires: Vec<String> = (0..8).map(|number| format!("wire{number}")).collect();
+    let rig = Rig::bench(&wires.iter().map(String::as_str).collect::<Vec<_>>(), "");
+    let (driver, client) = Driver::ready(&rig);
+    let (disk, copy) = (rig.file("disk"), rig.file("copy.mcap"));
+    fs::create_dir(&disk).unwrap();
+    let script = format!(
+        "mount -t tmpfs -o size={DISK_KB}k tmpfs \"$1\" || exit 99\n\
+         \"$0\" record \"$1/session.mcap\" --rig \"$3\" --keep-free {FLOOR_KB}kB --compression none --for 120\n\
+         code=$?; stat -f -c 'free %a %S' \"$1\"; cp \"$1/session.mcap\" \"$2\"; exit $code"
+    );
+    let mut command = Command::new("unshare");
+    command.args(["-m", "sh", "-c", &script]).arg(sinew()).arg(&disk).arg(&copy).arg(&rig.name);
+    let ended = Process::start(&mut command).finish();
+    if ended.code == Some(99) || ended.stderr.contains("unshare:") {
+        eprintln!("skipped: no file system may be mounted here: {}", ended.stderr.trim());
+        return;
+    }
+    let ended = ended.expect(1);
+    let said = |word: &str| ended.stderr.find(word).unwrap_or_else(|| panic!("{word:?} is not said: {ended:?}"));
+    let warned = said("are free on its disk, and the recording ends when it is less than 2.0 MB");
+    assert!(warned < said("error: "), "{ended:?}");
+    said("less than the 2.0 MB that stay free");
+    said("nothing is lost");
+    let free = ended.stdout.lines().find_map(|line| line.strip_prefix("free ")).expect("what is free");
+    let free: Vec<u64> = free.split(' ').map(|number| number.parse().unwrap()).collect();
+    let free_kb = free[0] * free[1] / 1000;
+    assert!(free_kb > FLOOR_KB - ENDING_KB && free_kb < FLOOR_KB, "{free_kb} kB are free: {ended:?}");
+    assert_whole(&copy);
+    // The driver has not noticed.
+    let cycle = client.latest().cycle;
+    wait_until("cycles", || client.latest().cycle > cycle + 20);
+    driver.stop();
+}

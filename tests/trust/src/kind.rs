@@ -92,7 +92,8 @@ pub struct Trials {
     /// What went wrong, and in which try.
     pub failures: Vec<(usize, String)>,
     seed: u64,
-    within: f64,
+    /// What is promised, in the kind's unit.
+    pub within: f64,
 }
 
 impl Trials {

@@ -33,6 +33,7 @@ pub mod site;
 pub mod soak;
 mod stop;
 pub mod table;
+pub mod terminals;
 pub mod witness;
 
 use kind::Kind;
@@ -44,6 +45,7 @@ pub fn kinds() -> Vec<Kind> {
     kinds.extend(budgets::kinds());
     kinds.extend(commands::kinds());
     kinds.extend(process::kinds());
+    kinds.extend(terminals::kinds());
     kinds.extend(disk::kinds());
     kinds.extend(clients::kinds());
     kinds.extend(serial::kinds());

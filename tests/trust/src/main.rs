@@ -9,7 +9,7 @@ use sinew_backend::allocations::CountingAllocator;
 use sinew_linux_backend::guard;
 use sinew_trust::failure::Failure;
 use sinew_trust::site::Site;
-use sinew_trust::{burn, clients, drive, kinds, process, restart, soak, table};
+use sinew_trust::{burn, clients, drive, kinds, process, restart, soak, table, terminals};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -48,6 +48,14 @@ enum Command {
     Burn(burn::Args),
     /// Drivers that are killed and started again: whether the same demand gets the same duty three seconds later.
     Restart,
+    /// A driver's threads between a signal and its outputs, and nothing else (used by the others).
+    #[command(hide = true)]
+    Chain {
+        /// The rig file.
+        rig: PathBuf,
+        /// Where the times go.
+        stamps: PathBuf,
+    },
     /// Takes all of a core (used by the others).
     #[command(hide = true)]
     Occupy,
@@ -94,6 +102,7 @@ fn main() -> ExitCode {
         Command::Client { rig, task } => clients::client_main(&rig, &task).map(|()| true),
         Command::Burn(args) => burn::burn(&args),
         Command::Restart => restart::restart(),
+        Command::Chain { rig, stamps } => terminals::chain(&rig, &stamps).map(|()| true),
         Command::Occupy => {
             process::occupy();
             Ok(true)

@@ -38,11 +38,13 @@ mod written;
 
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use sinew_driver::Tap;
 use sinew_recorder::layout;
 use sinew_rig::Rig;
+use sinew_threads::Thread;
 
 pub use error::Error;
 pub use place::{Place, folder};
@@ -59,6 +61,7 @@ pub struct BlackBox {
     written: Arc<Mutex<Written>>,
     /// Disconnected when the writer has ended.
     ended: Receiver<()>,
+    thread: JoinHandle<Option<()>>,
 }
 
 impl BlackBox {
@@ -71,24 +74,34 @@ impl BlackBox {
         let written = Arc::new(Mutex::new(Written::default()));
         let (jobs, work) = mpsc::channel();
         let (ends, ended) = mpsc::channel::<()>();
-        let keeper = Keeper::new(&rig.black_box, rig.channels.len(), jobs);
+        let open = Arc::new(());
+        let fed = Arc::downgrade(&open);
+        let keeper = Keeper::new(&rig.black_box, rig.channels.len(), jobs, open);
         let writer = Writer::new(rig, layout, place, simulated, written.clone());
-        std::thread::Builder::new()
-            .name("sinew-blackbox".into())
+        let thread = Thread::BlackBox
+            .start()
+            .ends_when(move || fed.strong_count() == 0)
             .spawn(move || {
                 // dropped at the end, however that comes
                 let _ends = ends;
                 writer.run(&work);
             })
             .map_err(Error::Thread)?;
-        Ok((BlackBox { written, ended }, Box::new(keeper)))
+        Ok((BlackBox { written, ended, thread }, Box::new(keeper)))
     }
 
     /// Waits until everything is written; the driver has ended. A disk that does not answer is not waited for longer than half a minute.
     pub fn finish(self) -> Written {
-        if let Err(mpsc::RecvTimeoutError::Timeout) = self.ended.recv_timeout(PATIENCE) {
+        let BlackBox { written, ended, thread } = self;
+        let is_given_up = ended.recv_timeout(PATIENCE) == Err(mpsc::RecvTimeoutError::Timeout);
+        let has_died = !is_given_up && !thread.join().is_ok_and(|worked| worked.is_some());
+        let mut written = written.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if is_given_up {
             tracing::warn!("the last black box is still being written after {} s and is given up", PATIENCE.as_secs());
         }
-        self.written.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        if has_died {
+            written.failure = Some("the thread that writes black boxes has died: there were none from then on".into());
+        }
+        written
     }
 }

@@ -21,6 +21,8 @@ pub(crate) struct Job {
 /// Keeps the last seconds. Dropped by the publisher when the loop has ended.
 #[derive(Debug)]
 pub(crate) struct Keeper {
+    /// Gone before `jobs`: the writer's end is in order only then.
+    _open: Arc<()>,
     history: History,
     watch: Watch,
     now_ns: u64,
@@ -28,9 +30,10 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    pub(crate) fn new(wish: &sinew_rig::BlackBox, channels: usize, jobs: Sender<Job>) -> Keeper {
+    pub(crate) fn new(wish: &sinew_rig::BlackBox, channels: usize, jobs: Sender<Job>, open: Arc<()>) -> Keeper {
         let ns = |seconds: f64| (seconds * 1e9) as u64;
         Keeper {
+            _open: open,
             history: History::new(channels, wish.memory_bytes),
             watch: Watch::new(channels, ns(wish.before_s), ns(wish.after_s)),
             now_ns: 0,
@@ -40,7 +43,7 @@ impl Keeper {
 
     fn hand_over(&mut self, due: Due, cut_short: bool) {
         let blocks = self.history.since(due.from_ns);
-        // The writer is only gone when it has panicked, which is said by the panic.
+        // The writer is only gone when it has died, which is published.
         let _ = self.jobs.send(Job { due, blocks, cut_short });
     }
 }

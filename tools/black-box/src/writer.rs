@@ -2,8 +2,9 @@
 
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use sinew_ipc::Fault;
 use sinew_recorder::{FaultEvents, unix_ns};
@@ -15,6 +16,9 @@ use crate::error::Error;
 use crate::place::Place;
 use crate::tap::Job;
 use crate::written::Written;
+
+/// How often it looks whether it is to go on.
+const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) struct Writer {
     about: About,
@@ -50,7 +54,12 @@ impl Writer {
 
     /// Writes what is due until there will be no more.
     pub(crate) fn run(mut self, work: &Receiver<Job>) {
-        for job in work {
+        while !sinew_threads::is_struck() {
+            let job = match work.recv_timeout(LOOK) {
+                Ok(job) => job,
+                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
             let cause = self.cause(&job);
             match self.write(&job) {
                 Ok(path) => {

@@ -1,32 +1,178 @@
 //! Words for people: warnings of the driver's ordinary threads, and what the commands print.
 //!
-//! While a driver runs no words may stand between a signal or a command and its outputs: a terminal that is stopped, or a pipe nobody
-//! reads, must not make anybody wait. Then what does not fit is dropped and counted. Otherwise words wait for their reader, as
-//! everywhere.
+//! Where a driver, a recording or a live view runs, no words may stand between a signal or a command and what it is for: a terminal that is
+//! stopped, or a pipe nobody reads, must not make anybody wait. There they go through a [bounded queue](Queue), which a thread of its own
+//! empties, and what finds no room is dropped and counted. Other commands write as commands do, and wait for their reader.
 
 use std::io::{self, Write};
-use std::os::fd::{AsFd, BorrowedFd};
-use std::sync::atomic::{AtomicI32, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::panic;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use sinew_threads::Thread;
 
-/// A pipe that has room has room for so many bytes (PIPE_BUF), and a write of no more does not wait.
-const AT_ONCE: usize = 4096;
-/// How many bytes are kept back while the screen is up; the oldest go first.
+use crate::failure::Failure;
+
+/// How many bytes wait for a terminal, or are kept back while the screen is up.
 const MOST_HELD: usize = 256 << 10;
-/// How long words are waited for once outputs are zero, ms.
-const PARTING_MS: i32 = 1000;
-const FOR_EVER: i32 = -1;
+/// How long words that are left at the end are waited for while nobody takes any.
+const PARTING: Duration = Duration::from_secs(1);
+/// How often it is looked whether somebody has asked for the end meanwhile.
+const LOOK: Duration = Duration::from_millis(20);
 
-/// How long words may wait for room, ms.
-static PATIENCE_MS: AtomicI32 = AtomicI32::new(FOR_EVER);
-/// What was dropped since that was last said.
-static DROPPED: AtomicU64 = AtomicU64::new(0);
+/// Whether words go through the queues.
+static QUEUED: AtomicBool = AtomicBool::new(false);
+/// Set once somebody has asked this process to end.
+static ASKED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+/// Set once what is left to be said is not to keep the process from ending.
+static PARTS: AtomicBool = AtomicBool::new(false);
 /// What came while the screen was up; `None` while it is not.
 static HELD_BACK: Mutex<Option<Vec<u8>>> = Mutex::new(None);
+static OUT: Queue = Queue::new();
+static ERR: Queue = Queue::new();
 
-/// Sets up logging of warnings and errors.
+/// Where words go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stream {
+    /// Results.
+    Out,
+    /// Everything else.
+    Err,
+}
+
+/// Words on their way to a stream.
+struct Queue {
+    content: Mutex<Content>,
+    changed: Condvar,
+}
+
+struct Content {
+    words: Vec<u8>,
+    /// Bytes that found no room since that was last said.
+    dropped: u64,
+    /// Bytes written so far.
+    written: u64,
+    /// What was taken out of it is being written.
+    is_writing: bool,
+    /// Somebody writes what is put in.
+    is_emptied: bool,
+    /// The stream cannot be written to, as one whose reader is gone.
+    broken: Option<io::ErrorKind>,
+}
+
+impl Queue {
+    const fn new() -> Queue {
+        let content =
+            Content { words: Vec::new(), dropped: 0, written: 0, is_writing: false, is_emptied: false, broken: None };
+        Queue { content: Mutex::new(content), changed: Condvar::new() }
+    }
+
+    fn content(&self) -> MutexGuard<'_, Content> {
+        self.content.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts words in, whole, or drops them; they wait for room only where that is so at the end.
+    fn put(&self, bytes: &[u8]) -> io::Result<()> {
+        let mut content = self.content();
+        if PARTS.load(Ordering::Relaxed) {
+            content = self.while_it_goes_on(content, |content| content.words.len() + bytes.len() > MOST_HELD);
+        }
+        if let Some(kind) = content.broken {
+            return Err(kind.into());
+        }
+        let has_room = content.words.is_empty() || content.words.len() + bytes.len() <= MOST_HELD;
+        match content.is_emptied && has_room {
+            true => content.words.extend_from_slice(bytes),
+            false => content.dropped += bytes.len() as u64,
+        }
+        drop(content);
+        self.changed.notify_all();
+        Ok(())
+    }
+
+    /// Waits while this is so and words are written or nobody has asked for the end.
+    fn while_it_goes_on<'a>(
+        &'a self,
+        mut content: MutexGuard<'a, Content>,
+        is_so: impl Fn(&Content) -> bool,
+    ) -> MutexGuard<'a, Content> {
+        let (mut written, mut since) = (content.written, Instant::now());
+        while content.is_emptied && content.broken.is_none() && is_so(&content) {
+            if content.written != written {
+                (written, since) = (content.written, Instant::now());
+            } else if since.elapsed() >= PARTING && (PARTS.load(Ordering::Relaxed) || is_asked()) {
+                break;
+            }
+            content = self.changed.wait_timeout(content, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        content
+    }
+
+    /// Waits until everything is written, but for [`PARTING`] at the most while nobody takes any of it.
+    fn settle(&self) {
+        drop(self.while_it_goes_on(self.content(), |content| content.is_writing || !content.words.is_empty()));
+    }
+
+    /// Writes what is put in from now on.
+    fn empty_into(&self, mut stream: impl Write) {
+        let mut content = self.content();
+        loop {
+            while content.words.is_empty() && content.dropped == 0 {
+                if sinew_threads::is_struck() {
+                    return;
+                }
+                content = self.changed.wait_timeout(content, 10 * LOOK).unwrap_or_else(PoisonError::into_inner).0;
+            }
+            let mut words = std::mem::take(&mut content.words);
+            let dropped = std::mem::take(&mut content.dropped);
+            if dropped > 0 {
+                // Behind what found room before it.
+                words.extend_from_slice(format!("({dropped} bytes of messages found no room here)\n").as_bytes());
+            }
+            content.is_writing = true;
+            drop(content);
+            // Piece by piece, so that it shows whether anybody takes them.
+            for piece in words.chunks(4096) {
+                let done = stream.write_all(piece).and_then(|()| stream.flush());
+                let mut content = self.content();
+                match done {
+                    Ok(()) => content.written += piece.len() as u64,
+                    Err(error) => content.broken = Some(error.kind()),
+                }
+                drop(content);
+                self.changed.notify_all();
+            }
+            content = self.content();
+            content.is_writing = false;
+            self.changed.notify_all();
+        }
+    }
+
+    /// Starts the thread that empties it, once.
+    fn start(&'static self, stream: impl Write + Send + 'static) -> io::Result<()> {
+        if std::mem::replace(&mut self.content().is_emptied, true) {
+            return Ok(());
+        }
+        let body = move || {
+            let _gone = NobodyEmpties(self);
+            self.empty_into(stream);
+        };
+        Thread::Words.start().ends_when(|| false).spawn(body).map(drop)
+    }
+}
+
+/// Says that nobody writes what is put in any more.
+struct NobodyEmpties(&'static Queue);
+
+impl Drop for NobodyEmpties {
+    fn drop(&mut self) {
+        self.0.content().is_emptied = false;
+        self.0.changed.notify_all();
+    }
+}
+
+/// Sets up logging of warnings and errors, of panics among them.
 pub fn start() {
     tracing_subscriber::fmt()
         .with_max_level(tracing::Level::WARN)
@@ -35,16 +181,61 @@ pub fn start() {
         .with_target(false)
         .without_time()
         .init();
+    let before = panic::take_hook();
+    panic::set_hook(Box::new(move |info| match QUEUED.load(Ordering::Relaxed) {
+        true => drop(Writer.write(format!("{info}\n").as_bytes())),
+        false => before(info),
+    }));
 }
 
-/// From now on no words wait: a driver runs.
-pub fn never_wait() {
-    PATIENCE_MS.store(0, Ordering::Relaxed);
+/// From now on no words wait. Nor does the terminal stop this process: one in the background that writes to it (`stty tostop`) or reads from it
+/// would be, and a driver that stands still leaves its wires as they are. What it writes is shown, what it reads an error.
+///
+/// # Errors
+/// No thread is to be had.
+pub fn never_wait() -> Result<(), Failure> {
+    let failed = |error: io::Error| Failure::own(format!("no thread to write messages: {error}"));
+    OUT.start(io::stdout()).map_err(failed)?;
+    ERR.start(io::stderr()).map_err(failed)?;
+    for signal in [libc::SIGTTOU, libc::SIGTTIN] {
+        // SAFETY: takes plain numbers; nothing here handles these signals.
+        unsafe { libc::signal(signal, libc::SIG_IGN) };
+    }
+    QUEUED.store(true, Ordering::Relaxed);
+    Ok(())
+}
+
+/// Set by the signals that ask this process to end.
+pub fn asked() -> &'static Arc<AtomicBool> {
+    &ASKED
+}
+
+fn is_asked() -> bool {
+    ASKED.load(Ordering::Relaxed)
 }
 
 /// The driver's outputs are zero: words may wait for a moment, but not keep the process from ending.
 pub fn part() {
-    PATIENCE_MS.store(PARTING_MS, Ordering::Relaxed);
+    PARTS.store(true, Ordering::Relaxed);
+}
+
+/// Waits for what is left to be written.
+pub fn finish() {
+    if QUEUED.load(Ordering::Relaxed) {
+        OUT.settle();
+        ERR.settle();
+    }
+}
+
+/// Whether all words for stdout have been taken.
+pub fn is_through() -> bool {
+    let content = OUT.content();
+    content.words.is_empty() && !content.is_writing
+}
+
+/// Whether nobody can read stdout any more.
+pub fn is_gone() -> bool {
+    OUT.content().broken.is_some()
 }
 
 /// Keeps messages back until the guard is dropped, then prints them.
@@ -58,49 +249,33 @@ pub struct HoldBack;
 
 impl Drop for HoldBack {
     fn drop(&mut self) {
+        // Behind what takes the screen away.
+        part();
+        finish();
         let held = HELD_BACK.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let _ = put(&mut io::stderr(), &held.unwrap_or_default());
+        say(&held.unwrap_or_default());
     }
 }
 
-/// Writes to stderr.
+/// Writes to stderr. Where nobody listens any more nothing is lost.
 pub fn say(bytes: &[u8]) {
-    // One at a time: between the look whether there is room and the write nobody else may take it.
-    let _alone = HELD_BACK.lock().unwrap_or_else(PoisonError::into_inner);
-    let _ = put(&mut io::stderr(), bytes);
+    let _ = put(Stream::Err, bytes);
 }
 
-/// Writes everything, or as much as there is room for where nothing waits; whether that was everything.
+/// Writes everything.
 ///
 /// # Errors
-/// The stream's own.
-pub fn put<S: Write + AsFd>(stream: &mut S, bytes: &[u8]) -> io::Result<bool> {
-    let patience_ms = PATIENCE_MS.load(Ordering::Relaxed);
-    if patience_ms == FOR_EVER {
-        return stream.write_all(bytes).map(|()| true);
-    }
-    let missing = DROPPED.load(Ordering::Relaxed);
-    if missing > 0 && has_room(stream.as_fd(), patience_ms) {
-        DROPPED.fetch_sub(missing, Ordering::Relaxed);
-        stream.write_all(format!("({missing} bytes of messages found no room here)\n").as_bytes())?;
-    }
-    for (number, part) in bytes.chunks(AT_ONCE).enumerate() {
-        if !has_room(stream.as_fd(), patience_ms) {
-            let left = bytes.len() - number * AT_ONCE;
-            DROPPED.fetch_add(left as u64, Ordering::Relaxed);
-            return Ok(false);
+/// The stream's own; where words are queued, that of earlier ones.
+pub fn put(stream: Stream, bytes: &[u8]) -> io::Result<()> {
+    match (QUEUED.load(Ordering::Relaxed), stream) {
+        (true, Stream::Out) => OUT.put(bytes),
+        (true, Stream::Err) => ERR.put(bytes),
+        (false, Stream::Out) => {
+            let mut stdout = io::stdout().lock();
+            stdout.write_all(bytes).and_then(|()| stdout.flush())
         }
-        stream.write_all(part)?;
+        (false, Stream::Err) => io::stderr().write_all(bytes),
     }
-    Ok(true)
-}
-
-/// Whether a write of [`AT_ONCE`] bytes would not wait, or would fail at once.
-fn has_room(stream: BorrowedFd<'_>, patience_ms: i32) -> bool {
-    let mut streams = [PollFd::new(&stream, PollFlags::OUT)];
-    let timeout =
-        Timespec { tv_sec: i64::from(patience_ms / 1000), tv_nsec: i64::from(patience_ms % 1000) * 1_000_000 };
-    matches!(poll(&mut streams, Some(&timeout)), Ok(1..))
 }
 
 struct Writer;
@@ -113,10 +288,10 @@ impl Write for Writer {
                 let over = held.len().saturating_sub(MOST_HELD);
                 if over > 0 {
                     held.drain(..over);
-                    DROPPED.fetch_add(over as u64, Ordering::Relaxed);
+                    ERR.content().dropped += over as u64;
                 }
             }
-            None => drop(put(&mut io::stderr(), bytes)?),
+            None => put(Stream::Err, bytes)?,
         }
         Ok(bytes.len())
     }

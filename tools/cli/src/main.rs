@@ -63,11 +63,13 @@ fn main() -> ExitCode {
             BenchWhat::Control(args) => commands::bench_control::bench_control(args),
         },
     };
-    match outcome {
+    let code = match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             output::note(&failure);
             ExitCode::from(failure.code())
         }
-    }
+    };
+    log::finish();
+    code
 }

@@ -1,14 +1,14 @@
 //! Results to stdout, everything else to stderr.
 
 use std::fmt;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
 use serde::Serialize;
 
 use crate::failure::{Failure, Outcome};
-use crate::log;
+use crate::log::{self, Stream};
 
 /// Prints to stdout. A reader that has gone away (`| head`) has what it wanted.
 pub fn print(text: impl fmt::Display) -> Outcome {
@@ -17,7 +17,7 @@ pub fn print(text: impl fmt::Display) -> Outcome {
 
 /// Prints to stdout; false when its reader has gone away.
 pub fn try_print(text: impl fmt::Display) -> Result<bool, Failure> {
-    match log::put(&mut io::stdout().lock(), text.to_string().as_bytes()).and_then(|_| io::stdout().flush()) {
+    match log::put(Stream::Out, text.to_string().as_bytes()) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
         Err(error) => Err(Failure::own(format!("stdout: {error}"))),

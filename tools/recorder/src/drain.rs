@@ -37,6 +37,9 @@ pub(crate) fn drain(
     let mut block = Block::default();
     let mut last = Head::default();
     let ended = loop {
+        if sinew_threads::is_struck() {
+            return;
+        }
         let found = loop {
             match stream.next() {
                 Ok(Some(cycle)) if end_ns.is_some_and(|end| cycle.header.monotonic_ns > end) => {
@@ -78,6 +81,7 @@ pub(crate) fn drain(
         }
     };
     inlet.send(Item::End(ended, last));
+    shared.drained.store(true, Ordering::Release);
 }
 
 fn hand_on(block: &mut Block, inlet: &Inlet, shared: &Shared) {

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use sinew_threads::Thread;
+
 use crate::size;
 
 /// Every way a recording can fail.
@@ -51,8 +53,10 @@ pub enum Error {
     Driver(sinew_ipc::Error),
     /// A file could not be written.
     File(sinew_recording::Error),
-    /// A thread could not be started, or died.
+    /// A thread could not be started.
     Thread(io::Error),
+    /// A thread has died.
+    Died(Thread),
 }
 
 impl Error {
@@ -71,6 +75,8 @@ impl Error {
             }
             Error::Driver(error) => error.remedy(),
             Error::File(error) => error.hint(),
+            Error::Died(Thread::Writer) => "`sinew recording recover FILE.mcap` brings back what is in it; please report this".into(),
+            Error::Died(_) => "record anew, and please report this".into(),
             Error::Thread(_) => "check the limits on threads and memory (`ulimit -a`)".into(),
         }
     }
@@ -82,7 +88,7 @@ impl Error {
             Error::TooFewKept { .. } | Error::TooLittleKept { .. } | Error::OneFile => true,
             Error::Driver(error) => error.is_bad_input(),
             Error::File(error) => error.is_bad_input(),
-            Error::Floor { .. } | Error::Thread(_) => false,
+            Error::Floor { .. } | Error::Thread(_) | Error::Died(_) => false,
         }
     }
 }
@@ -104,6 +110,7 @@ impl fmt::Display for Error {
             Error::Driver(error) => error.fmt(f),
             Error::File(error) => f.write_str(&error.message()),
             Error::Thread(error) => write!(f, "a thread failed: {error}"),
+            Error::Died(thread) => write!(f, "the thread that {} has died", thread.row().does),
         }
     }
 }

@@ -9,6 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use sinew_ipc::{ChannelState, Client, monotonic_ns};
 use sinew_recording::session::{About, Ended, Gap, Layout};
 use sinew_recording::{Error as RecordingError, What};
+use sinew_threads::Thread;
 
 use crate::blocks::{Outlet, buffer};
 use crate::drain::drain;
@@ -80,8 +81,8 @@ pub struct Report {
 #[derive(Debug)]
 pub struct Recorder {
     shared: Arc<Shared>,
-    drain: Option<JoinHandle<()>>,
-    writer: Option<JoinHandle<Written>>,
+    drain: Option<JoinHandle<Option<()>>>,
+    writer: Option<JoinHandle<Option<Written>>>,
 }
 
 impl Recorder {
@@ -126,8 +127,10 @@ impl Recorder {
         let (ready, opened) = std::sync::mpsc::channel();
         let length_ns = options.duration_s.map(|seconds| (seconds * 1e9) as u64);
         let writer = {
+            let over = shared.clone();
             let shared = shared.clone();
-            spawn("writer", move || write(&options, about, layout, &shared, &outlet, &ready))?
+            let start = Thread::Writer.start().ends_when(move || over.is_written.load(Ordering::Acquire));
+            start.spawn(move || write(&options, about, layout, &shared, &outlet, &ready)).map_err(Error::Thread)?
         };
         // The first file is open, or it is known why not.
         match opened.recv() {
@@ -139,8 +142,11 @@ impl Recorder {
             Err(_) => return Err(Error::Thread(std::io::Error::other("the writer died while it started"))),
         }
         let drain = {
+            let over = shared.clone();
             let shared = shared.clone();
-            spawn("recorder", move || drain(&client, stream, &inlet, &shared, from_ns, length_ns))?
+            let start = Thread::Recorder.start().ends_when(move || over.drained.load(Ordering::Acquire));
+            let body = move || drain(&client, stream, &inlet, &shared, from_ns, length_ns);
+            start.spawn(body).map_err(Error::Thread)?
         };
         Ok(Recorder { shared, drain: Some(drain), writer: Some(writer) })
     }
@@ -178,10 +184,12 @@ impl Recorder {
 
     /// Waits until it has ended (it does not ask for that), and tells what came of it.
     pub fn join(mut self) -> Report {
-        let written = self.wait();
+        let (is_drained, written) = self.wait();
         let failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let failure = failure.or((!is_drained).then_some(Error::Died(Thread::Recorder)));
         let written = written.unwrap_or_else(|| Written {
-            failure: Some(Error::Thread(std::io::Error::other("the writer panicked"))),
+            files: vec![self.shared.file.lock().unwrap_or_else(PoisonError::into_inner).clone()],
+            failure: Some(Error::Died(Thread::Writer)),
             ..Written::default()
         });
         let (first, last) = (written.first.unwrap_or_default(), written.last.unwrap_or_default());
@@ -207,12 +215,11 @@ impl Recorder {
         }
     }
 
-    fn wait(&mut self) -> Option<Written> {
-        if let Some(drain) = self.drain.take() {
-            // a panic there is found by the writer, which then ends
-            let _ = drain.join();
-        }
-        self.writer.take().and_then(|writer| writer.join().ok())
+    /// Waits for both threads: whether the one that reads has done so to its end, and what the other has written.
+    fn wait(&mut self) -> (bool, Option<Written>) {
+        // its death is found by the writer, which then ends
+        let is_drained = self.drain.take().is_some_and(|drain| drain.join().is_ok_and(|done| done.is_some()));
+        (is_drained, self.writer.take().and_then(|writer| writer.join().ok().flatten()))
     }
 }
 
@@ -236,9 +243,12 @@ fn write(
     match Writer::new(options, about, layout, shared, &free_bytes) {
         Ok(writer) => {
             let _ = ready.send(Ok(()));
-            writer.run(outlet)
+            let written = writer.run(outlet);
+            shared.is_written.store(written.ended.is_some(), Ordering::Release);
+            written
         }
         Err(error) => {
+            shared.is_written.store(true, Ordering::Release);
             let _ = ready.send(Err(error));
             Written::default()
         }
@@ -253,10 +263,6 @@ impl Drop for SaysItEnded<'_> {
         self.0.stop.store(true, Ordering::Relaxed);
         self.0.ended.store(true, Ordering::Release);
     }
-}
-
-fn spawn<T: Send + 'static>(name: &str, body: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>, Error> {
-    std::thread::Builder::new().name(format!("sinew-{name}")).spawn(body).map_err(Error::Thread)
 }
 
 /// Time of day, ns since 1970, at a moment of the monotonic clock, ns.

@@ -48,6 +48,10 @@ pub(crate) struct Written {
 pub(crate) struct Shared {
     pub(crate) stop: AtomicBool,
     pub(crate) ended: AtomicBool,
+    /// Set by the thread that writes when there is no more to be written, or nothing can be.
+    pub(crate) is_written: AtomicBool,
+    /// Set by the thread that reads the stream when it has said why it ends.
+    pub(crate) drained: AtomicBool,
     pub(crate) received: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) lost_in_stream: AtomicU64,

@@ -116,6 +116,9 @@ impl<'a> Writer<'a> {
     /// Writes what comes out of the buffer until it says that this is all.
     pub(crate) fn run(mut self, outlet: &Outlet) -> Written {
         loop {
+            if sinew_threads::is_struck() {
+                return self.written;
+            }
             let done = match outlet.next(IDLE) {
                 None => self.on(|part, _| part.session.cut().map_err(Error::from)),
                 Some(Item::Figures(figures)) => self.on(|part, _| Ok(part.session.loop_stats(&figures)?)),

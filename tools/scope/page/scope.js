@@ -156,7 +156,7 @@ function status(now) {
   const before = page.status;
   page.status = now;
   state(now.driver, { running: "running", starting: "" }[now.driver] ?? "bad");
-  banner(BANNERS[now.driver] ?? "");
+  banner(BANNERS[now.driver] ?? (now.dead ?? []).join(" "));
   traffic(now.traffic);
   if (now.driver === "gone") { page.held.clear(); card(); return; }
   const us = (v) => (v >= 1000 ? (v / 1000).toFixed(1) + " ms" : v.toFixed(0) + " µs");

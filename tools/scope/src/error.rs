@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use sinew_threads::Thread;
+
 /// Why there is no scope.
 #[derive(Debug)]
 pub enum Error {
@@ -19,6 +21,8 @@ pub enum Error {
         /// In the system's words.
         reason: String,
     },
+    /// A thread has died without which the pages would show a past that looks like the present.
+    Died(Thread),
     /// No thread, or no event loop.
     System {
         /// In the system's words.
@@ -32,6 +36,7 @@ impl fmt::Display for Error {
             Error::Driver(error) => write!(f, "{}", error.message()),
             Error::Port { port, reason } => write!(f, "port {port} of 127.0.0.1 cannot be had: {reason}"),
             Error::Random { reason } => write!(f, "no random bits for the token: {reason}"),
+            Error::Died(thread) => write!(f, "the thread that {} has died", thread.row().does),
             Error::System { reason } => write!(f, "the server cannot be started: {reason}"),
         }
     }

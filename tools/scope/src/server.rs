@@ -13,6 +13,7 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use sinew_ipc::{Client, CycleStream};
+use sinew_threads::Thread;
 
 use crate::access::{AccessControl, Token};
 use crate::door::{Door, Line};
@@ -74,20 +75,20 @@ impl Scope {
     /// Serves until `stop` says so. A recording that runs is ended in order.
     ///
     /// # Errors
-    /// [`Error::System`] when there is no thread or event loop to be had.
+    /// [`Error::System`] when there is no thread or event loop to be had, [`Error::Died`] when the one that watches has died.
     pub fn serve(self, stop: impl Fn() -> bool) -> Result<(), Error> {
         let system = |e: std::io::Error| Error::System { reason: e.to_string() };
         let Scope { shared, listener, stream, .. } = self;
         let watcher = {
-            let shared = shared.clone();
-            let thread = std::thread::Builder::new().name("scope-watch".into());
-            thread.spawn(move || watch(&shared, stream)).map_err(system)?
+            let (over, shared) = (shared.clone(), shared.clone());
+            let start = Thread::Watcher.start().ends_when(move || over.stop.load(Ordering::Relaxed));
+            start.spawn(move || watch(&shared, stream)).map_err(system)?
         };
         let served = tokio::runtime::Builder::new_current_thread().enable_all().build().and_then(|runtime| {
             let served = runtime.block_on(async {
                 tokio::select! {
                     served = answer(listener, shared.clone()) => served,
-                    () = async { while !stop() { tokio::time::sleep(NOTICE).await } } => Ok(()),
+                    () = async { while !stop() && !watcher.is_finished() { tokio::time::sleep(NOTICE).await } } => Ok(()),
                 }
             });
             // a command that still waits for its answer is not waited for
@@ -95,10 +96,11 @@ impl Scope {
             served
         });
         shared.stop.store(true, Ordering::Relaxed);
-        let _ = watcher.join();
+        let is_watched = watcher.join().is_ok_and(|watched| watched.is_some());
         // a running recording is completed; without one there is nothing to report
         let _ = shared.recorder.lock().unwrap_or_else(PoisonError::into_inner).stop();
-        served.map_err(system)
+        served.map_err(system)?;
+        if is_watched { Ok(()) } else { Err(Error::Died(Thread::Watcher)) }
     }
 }
 

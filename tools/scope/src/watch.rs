@@ -29,6 +29,8 @@ struct Status {
     uptime_s: f64,
     rate_hz: f64,
     missed: u64,
+    /// What is lost with threads of the driver that have died.
+    dead: Vec<String>,
     lost: u64,
     lateness_us: Quantiles,
     cycle_us: Quantiles,
@@ -69,7 +71,7 @@ impl Quantiles {
 /// Watches until the scope is to stop; `stream` is that of the driver the view was made with.
 pub fn watch(shared: &Shared, mut stream: CycleStream) {
     let stopping = || shared.stop.load(Ordering::Relaxed);
-    while !stopping() {
+    while !stopping() && !sinew_threads::is_struck() {
         let client = shared.view().client.clone();
         if let Some(client) = client {
             follow(shared, &client, &mut stream);
@@ -84,7 +86,7 @@ pub fn watch(shared: &Shared, mut stream: CycleStream) {
             let traffic = shared.traffic.figures();
             view.status = json(&serde_json::json!({ "kind": "status", "driver": "gone", "traffic": traffic }));
         }
-        while !stopping() {
+        while !stopping() && !sinew_threads::is_struck() {
             std::thread::sleep(RETRY);
             let options = ClientOptions { connect: Duration::ZERO, ..ClientOptions::default() };
             let found =
@@ -102,7 +104,7 @@ pub fn watch(shared: &Shared, mut stream: CycleStream) {
 fn follow(shared: &Shared, client: &Client, stream: &mut CycleStream) {
     let mut looked: Option<Instant> = None;
     let mut rate = Rate::new();
-    while !shared.stop.load(Ordering::Relaxed) {
+    while !shared.stop.load(Ordering::Relaxed) && !sinew_threads::is_struck() {
         // all available cycles are read at once, so that the lock is taken once a batch
         let waited = match stream.next_within(Duration::from_millis(20)) {
             Ok(Some(cycle)) => {
@@ -173,6 +175,10 @@ fn status(shared: &Shared, client: &Client, stream: &CycleStream, rate: &mut Rat
         uptime_s: snapshot.monotonic_ns.saturating_sub(client.info().started_ns) as f64 * 1e-9,
         rate_hz: rate.of(&snapshot),
         missed: snapshot.missed,
+        dead: stats
+            .dead_threads()
+            .map(|row| format!("The thread that {} has died: {}.", row.does, row.words))
+            .collect(),
         lost: stream.lost(),
         lateness_us: Quantiles::of(&stats.lateness),
         cycle_us: Quantiles::of(&stats.cycle_time),

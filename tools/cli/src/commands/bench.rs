@@ -17,6 +17,7 @@ use super::monitor::signals;
 use super::run::driver_failure;
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::log;
 use crate::output;
 use crate::screen::view::micros;
 
@@ -71,6 +72,7 @@ struct Bin {
 pub fn bench_loop(args: &args::BenchLoop) -> Outcome {
     let rig = rig(args.channels, args.rate_hz)?;
     let asked = signals()?;
+    log::never_wait()?;
     let parts = parts(&rig)?;
     output::note(format_args!("a bare timer loop for {0} s, then the driver for {0} s …", args.duration_s));
     let backend = SimulatedRig::new(&rig).map_err(Failure::own)?;
@@ -88,6 +90,7 @@ pub fn bench_loop(args: &args::BenchLoop) -> Outcome {
     }
     driver.stop();
     let run = driver.join();
+    log::part();
     // what was written last stays readable after the driver's end
     let looped = client.loop_stats();
     let report = Report {

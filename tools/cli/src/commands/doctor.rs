@@ -6,14 +6,17 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
+use std::time::Duration;
 
 use serde::Serialize;
 use sinew_driver::baseline;
 use sinew_driver::report::BareLoop;
 use sinew_driver::wish_of;
+use sinew_ipc::{Client, ClientOptions};
 use sinew_realtime as realtime;
 use sinew_realtime::Wish;
 use sinew_rig::{RealtimeMode, Rig};
+use sinew_threads::Row;
 
 use super::check::{Check, Verdict, check};
 use super::{admission, attached, load_rig};
@@ -54,6 +57,7 @@ pub fn doctor(args: &args::Doctor) -> Outcome {
     checks.push(runtime_folder());
     checks.extend(admission::admission(&rig));
     checks.push(drivable(&rig));
+    checks.extend(threads(&rig));
     checks.extend(attached::attached(&rig));
     let watched = baseline::bare_loop_with(&wish, rig.rate_hz, WATCH_S);
     checks.push(punctuality(&rig, &watched));
@@ -202,6 +206,22 @@ fn drivable(rig: &Rig) -> Check {
             check(id, wanted, found, Some((Verdict::Lacking, cost, error.to_string())))
         }
     }
+}
+
+/// Whether all threads of a driver of this rig live, where one runs.
+fn threads(rig: &Rig) -> Option<Check> {
+    let options = ClientOptions { connect: Duration::ZERO, ..ClientOptions::default() };
+    let client = Client::connect_with(&rig.name, options).ok()?;
+    let dead: Vec<_> = client.loop_stats().dead_threads().collect();
+    let (id, wanted) = ("thread", "all threads of the running driver live");
+    if dead.is_empty() {
+        return Some(check(id, wanted, "yes".into(), None));
+    }
+    let list = |of: fn(&Row) -> &'static str| dead.iter().map(|row| of(row)).collect::<Vec<_>>().join("; ");
+    let found = format!("died: {}", list(|row| row.name));
+    let cost = list(|row| row.words);
+    let remedy = format!("sinew stop --rig {}   (and start it again)", rig.name);
+    Some(check(id, wanted, found, Some((Verdict::Lacking, &cost, remedy))))
 }
 
 /// What a bare timer loop at the rig's rate has to put up with.

@@ -194,6 +194,7 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
             lateness_us: Quantiles::of(&stats.lateness),
             cycle_us: Quantiles::of(&stats.cycle_time),
             allocations: stats.allocations,
+            dead: stats.dead_threads().collect(),
             realtime: LoopStats::REALTIME.map(|(bit, name)| (name, stats.realtime & bit != 0)).to_vec(),
         },
     }

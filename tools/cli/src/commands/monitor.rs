@@ -11,6 +11,7 @@ use sinew_ipc::DriverHealth;
 use super::live::{self, Live};
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::log;
 use crate::output;
 use crate::screen::terminal;
 
@@ -18,6 +19,7 @@ use crate::screen::terminal;
 pub fn monitor(args: &args::Monitor) -> Outcome {
     let mut live = Live::new(live::connect(&args.target)?);
     let asked = signals()?;
+    log::never_wait()?;
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let over = || asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end);
     if has_screen() {
@@ -52,12 +54,6 @@ fn in_foreground() -> bool {
     unsafe { libc::tcgetpgrp(libc::STDOUT_FILENO) == libc::getpgrp() }
 }
 
-/// A process in the background that writes to a terminal may be stopped for it (`stty tostop`): not this one. What it writes is shown.
-pub fn never_stopped_by_the_terminal() {
-    // SAFETY: takes plain numbers; nothing here handles that signal.
-    unsafe { libc::signal(libc::SIGTTOU, libc::SIG_IGN) };
-}
-
 /// Waits a second, then prints a line (to stderr if stdout is wanted for something else); whether to go on.
 pub fn lines(live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Result<bool, Failure> {
     let next = Instant::now() + Duration::from_secs(1);
@@ -66,6 +62,9 @@ pub fn lines(live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Re
             return Ok(false);
         }
         std::thread::sleep(Duration::from_millis(20));
+    }
+    if sinew_threads::is_struck() {
+        return Ok(false);
     }
     let line = live.look().plain_line();
     if stdout_taken {
@@ -80,7 +79,7 @@ pub const ENDING: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
 /// Set once somebody asks this process to end.
 pub fn signals() -> Result<Arc<AtomicBool>, Failure> {
-    let asked = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(log::asked());
     for signal in ENDING {
         signal_hook::flag::register(signal, Arc::clone(&asked))
             .map_err(|error| Failure::own(format!("signal {signal} cannot be handled: {error}")))?;

@@ -1,6 +1,6 @@
 //! `sinew record`: every cycle of a running driver into a file.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -15,6 +15,7 @@ use super::live;
 use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::log;
 use crate::output;
 
 pub use sinew_recorder::size;
@@ -26,12 +27,16 @@ const LOST: u8 = 3;
 /// Gaps that are listed one by one for a person.
 const GAPS_SHOWN: usize = 10;
 
+/// Takes away the line that changes.
+const CLEAR: &[u8] = b"\r\x1b[2K";
+
 /// Runs the command.
 pub fn record(args: &args::Record) -> Outcome {
     output::has_place(&args.file)?;
     let client = live::connect(&args.target)?;
     let (rig, channels, rate_hz) = (client.info().rig.to_string(), client.channels().len(), client.info().rate_hz);
     let asked = signals()?;
+    log::never_wait()?;
     // A file that may not grow any further (`ulimit -f`) is an error, reported like a full disk, not a sudden end.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
@@ -74,17 +79,17 @@ fn watch(recorder: &Recorder, over: &dyn Fn() -> bool) {
     while recorder.is_running() && !over() {
         let warnings = recorder.warnings();
         if shows && !warnings.is_empty() {
-            let _ = write!(io::stderr(), "\r\x1b[2K");
+            log::say(CLEAR);
         }
         warnings.iter().for_each(warn);
         if shows && Instant::now() >= next {
             next += Duration::from_millis(500);
-            let _ = write!(io::stderr(), "\r\x1b[2K{}", line(&recorder.live()));
+            log::say(&[CLEAR, line(&recorder.live()).as_bytes()].concat());
         }
         std::thread::sleep(Duration::from_millis(20));
     }
     if shows {
-        let _ = write!(io::stderr(), "\r\x1b[2K");
+        log::say(CLEAR);
     }
 }
 

@@ -200,6 +200,7 @@ fn replay_failure(error: Error) -> Failure {
         Error::Lacks { .. } => Failure::input(error).hint("`sinew record` writes recordings that can be replayed"),
         Error::Channels { .. } => Failure::input(error)
             .hint("give the rig file it was recorded with, changed or not; without one, its own is taken"),
+        Error::Died(_) => Failure::own(error).hint("replay it again, and please report this"),
         Error::Driver(_) => Failure::input(error).hint("docs/rig.md has what a driver needs of a rig"),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::Read;
+use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::sync::Arc;
@@ -12,13 +12,16 @@ use std::time::Duration;
 use signal_hook::consts::{SIGTSTP, SIGXFSZ};
 use sinew_black_box::{BlackBox, Place};
 use sinew_driver::report::Ending;
-use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Stopper, Tap};
+use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Stopper, Tap, wish_of};
 use sinew_ipc::Client;
+use sinew_realtime as realtime;
+use sinew_realtime::Wish;
 use sinew_rig::Rig;
+use sinew_threads::{Comes, Thread};
 
 use super::live::{self, Live};
 use super::load_rig_with;
-use super::monitor::{ENDING, has_screen, lines, never_stopped_by_the_terminal};
+use super::monitor::{ENDING, has_screen, lines};
 use crate::args;
 use crate::backend::{self, Chosen};
 use crate::failure::{Failure, Outcome};
@@ -30,6 +33,8 @@ use crate::screen::view::micros;
 /// How long a run may take to say what it came to, once its outputs are zero and somebody has asked for its end.
 const PARTING: Duration = Duration::from_secs(20);
 const LOOK: Duration = Duration::from_millis(1);
+/// How long a signal is listened for without a break.
+const HEARING: Duration = Duration::from_millis(200);
 /// Time of one step of the built-in hexapod, s.
 const STEP_S: f64 = 6.0;
 
@@ -54,11 +59,13 @@ pub fn run(args: &args::Run) -> Outcome {
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
     let (black_box, tap) = black_box(&rig, simulated).unzip();
-    never_stopped_by_the_terminal();
+    log::never_wait()?;
     let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
-    log::never_wait();
-    stop_when_asked(asked, driver.stopper())?;
-    let shown = show(args, &rig, &wires, &driver, &|| !driver.is_running());
+    stop_when_asked(asked, driver.stopper(), wish_of(&rig))?;
+    let stopper = driver.stopper();
+    // A panic stops the driver before the terminal is put back, which nobody may be reading.
+    let main = Thread::Main.start().on_death(move || stopper.fail());
+    let shown = main.run(|| show(args, &rig, &wires, &driver, &|| !driver.is_running())).unwrap_or(Ok(()));
     driver.stop();
     let mut report = driver.join();
     log::part();
@@ -89,10 +96,8 @@ pub fn run(args: &args::Run) -> Outcome {
         return Err(Failure::own("not every output has confirmed zero: a wire may still be heated").hint(remedy));
     }
     match report.ended {
-        Ending::Panicked => {
-            Err(Failure::own("the driver panicked; outputs are at zero")
-                .hint("please report it, with what stands above"))
-        }
+        Ending::Panicked => Err(Failure::own(format!("{}; outputs are at zero", deaths(&report)))
+            .hint("please report it, with what stands above")),
         Ending::Duration | Ending::Stopped => Ok(()),
     }
 }
@@ -112,11 +117,22 @@ fn signal_line() -> Result<UnixStream, Failure> {
 
 /// Ends the driver at the first signal, on a thread of its own: the one that shows it may be waiting for a terminal that nobody reads. Where
 /// it goes on doing so the process ends without it.
-fn stop_when_asked(mut heard: UnixStream, stopper: Stopper) -> Outcome {
+fn stop_when_asked(mut heard: UnixStream, stopper: Stopper, wish: Wish) -> Outcome {
+    let failed = |error: io::Error| Failure::own(format!("no thread to listen for signals: {error}"));
+    heard.set_read_timeout(Some(HEARING)).map_err(failed)?;
+    let deaf = stopper.clone();
     let listen = move || {
-        // a line that is gone has nothing more to say
-        if heard.read_exact(&mut [0]).is_err() {
-            return;
+        realtime::go_first(&wish);
+        loop {
+            match heard.read(&mut [0]) {
+                Ok(1..) => break,
+                Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted) => {}
+                // a line that is gone has nothing more to say
+                Ok(_) | Err(_) => return,
+            }
+            if sinew_threads::is_struck() {
+                return;
+            }
         }
         stopper.stop();
         while !stopper.has_ended() {
@@ -125,8 +141,8 @@ fn stop_when_asked(mut heard: UnixStream, stopper: Stopper) -> Outcome {
         thread::sleep(PARTING);
         std::process::exit(1);
     };
-    let thread = thread::Builder::new().name("sinew-signals".into()).spawn(listen);
-    thread.map(drop).map_err(|error| Failure::own(format!("no thread to listen for signals: {error}")))
+    let start = Thread::Signals.start().ends_when(|| false).on_death(move || deaf.fail());
+    start.spawn(listen).map(drop).map_err(failed)
 }
 
 /// The black box the rig file asks for, and the tap that fills it. A driver without one is better than none: what is wrong is a
@@ -158,6 +174,8 @@ fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &
         let quiet = log::hold_back();
         let reset_stop = || driver.reset_emergency_stop();
         let shown = terminal::show(&mut live, "stop", over, Some(&reset_stop));
+        // The terminal may take its time for what was kept back.
+        driver.stop();
         drop(quiet);
         return shown;
     }
@@ -173,6 +191,14 @@ fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &
     let quiet = args.report.as_deref() == Some(Path::new("-"));
     while lines(&mut live, over, quiet)? {}
     Ok(())
+}
+
+/// Which threads the driver has ended for.
+fn deaths(report: &RunReport) -> String {
+    let died =
+        sinew_threads::TABLE.iter().filter(|row| row.comes == Comes::End && report.threads_died.contains(&row.name));
+    let who: Vec<String> = died.map(|row| format!("the thread that {} has died", row.does)).collect();
+    if who.is_empty() { "the driver has died".into() } else { who.join(", ") }
 }
 
 /// Why there is no driver, with what to do about it.
@@ -209,6 +235,9 @@ fn summary(report: &RunReport) -> String {
             let (p50, p99, p999, max) = (micros(q.p50), micros(q.p99), micros(q.p999), micros(q.max));
             let _ = writeln!(text, "  {what:<9} p50 {p50}  p99 {p99}  p999 {p999}  max {max} µs");
         }
+    }
+    for row in sinew_threads::TABLE.iter().filter(|row| report.threads_died.contains(&row.name)) {
+        let _ = writeln!(text, "  thread    {} has died", row.name);
     }
     if let Some(count @ 1..) = report.allocations_in_loop {
         let _ = writeln!(text, "  {count} allocations in the loop, expected none");

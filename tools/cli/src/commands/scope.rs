@@ -9,6 +9,7 @@ use super::live;
 use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::log;
 use crate::output;
 
 /// Runs the command.
@@ -22,6 +23,7 @@ pub fn scope(args: &args::Scope) -> Outcome {
     let options = Options { rig, port: args.port, record_dir: args.record_dir.clone(), commands: !args.no_commands };
     let scope = Scope::open(options).map_err(failure)?;
     let asked = signals()?;
+    log::never_wait()?;
     output::print(format_args!("{}\n", scope.url(!args.no_commands)))?;
     if !args.no_commands {
         output::note(format_args!("to watch only: {}", scope.url(false)));
@@ -38,6 +40,7 @@ fn failure(error: Error) -> Failure {
     match error {
         Error::Driver(error) => live::failure(error),
         Error::Port { .. } => Failure::input(&error).hint("choose another with --port, or leave it out for a free one"),
+        Error::Died(_) => Failure::own(error).hint("start it again, and please report this"),
         Error::Random { .. } | Error::System { .. } => Failure::own(error),
     }
 }

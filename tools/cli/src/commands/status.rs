@@ -28,6 +28,7 @@ struct Status<'a> {
     lateness_us: Quantiles,
     cycle_us: Quantiles,
     allocations_in_loop: u64,
+    threads_died: Vec<&'static str>,
     rt: serde_json::Map<String, serde_json::Value>,
     channel: Vec<Channel<'a>>,
 }
@@ -105,6 +106,7 @@ fn of(view: &View) -> Status<'_> {
         lateness_us: view.timing.lateness_us,
         cycle_us: view.timing.cycle_us,
         allocations_in_loop: view.timing.allocations,
+        threads_died: view.timing.dead.iter().map(|row| row.name).collect(),
         rt: rt.collect(),
         channel: channel.collect(),
     }
@@ -128,6 +130,9 @@ fn text(view: &View) -> String {
     );
     if let Some(stands) = view.stands_still() {
         let _ = writeln!(text, "{stands}\n");
+    }
+    if let Some(lacks) = view.lacks() {
+        let _ = writeln!(text, "{lacks}\n");
     }
     let width = view.channels.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(7);
     let _ = writeln!(

@@ -432,7 +432,12 @@ fn draw_timing(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
     let label = |text: &'static str| Span::styled(text, palette.label());
     let q = t.lateness_us;
     let missed = if t.missed > 0 { palette.warning() } else { Style::new() };
-    let mut spans = vec![
+    let mut spans = Vec::new();
+    if !t.dead.is_empty() {
+        // Before everything that may be cut off.
+        spans.push(Span::styled(format!(" died: {} ", view.dead_names()), palette.warning()));
+    }
+    spans.extend([
         label(" loop "),
         Span::raw(format!("{} Hz", number(t.rate_hz, 0, 0))),
         label("  missed "),
@@ -442,7 +447,7 @@ fn draw_timing(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
         label("  cycle "),
         Span::raw(format!("{}/{}", micros(t.cycle_us.p50), micros(t.cycle_us.max))),
         label("  rt"),
-    ];
+    ]);
     let granted = t.realtime.iter().filter(|(_, granted)| *granted).count();
     let style = if granted < t.realtime.len() { palette.warning() } else { Style::new() };
     spans.push(Span::styled(format!(" {granted}/{}", t.realtime.len()), style));

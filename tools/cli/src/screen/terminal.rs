@@ -1,10 +1,20 @@
 //! Sets up the terminal, shows the screen until the user quits or the driver ends, and restores the terminal in any case.
 
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use ratatui::Terminal;
+use ratatui::backend::CrosstermBackend;
+use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
+use ratatui::crossterm::terminal::{EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode};
+use ratatui::crossterm::{Command, QueueableCommand};
 use sinew_ipc::Mode;
+use sinew_threads::Thread;
 
 use super::app::{Action, App, Message};
 use super::draw::draw;
@@ -12,6 +22,7 @@ use super::style::Palette;
 use super::view::Row;
 use crate::commands::live::Live;
 use crate::failure::{Failure, Outcome};
+use crate::log::{self, Stream};
 use crate::setpoint::Setpoint;
 
 /// From one picture to the next.
@@ -39,13 +50,39 @@ fn mark(row: &Row) -> (Mode, u64) {
     (row.state.mode(), row.state.target_m.to_bits())
 }
 
-/// Restores the terminal when it goes out of scope, also by a panic in this thread; ratatui's hook does it before the
-/// message of any panic is printed.
+/// Restores the terminal when it goes out of scope, also by a panic in this thread; messages are kept back until then. ratatui's own way would
+/// let whatever thread panics wait for the terminal.
 struct Restore;
 
 impl Drop for Restore {
     fn drop(&mut self) {
-        let _ = ratatui::try_restore();
+        let _ = disable_raw_mode();
+        order(LeaveAlternateScreen);
+        order(Show);
+    }
+}
+
+/// Tells the terminal something.
+fn order(command: impl Command) {
+    let mut words = Picture::default();
+    let _ = words.queue(command).and_then(|words| words.flush());
+}
+
+/// What is drawn, on its way to the terminal: whoever draws does not wait for it.
+#[derive(Default)]
+struct Picture(Vec<u8>);
+
+impl Write for Picture {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        // A terminal that is gone is found where there is something to be done about it.
+        let _ = log::put(Stream::Out, &self.0);
+        self.0.clear();
+        Ok(())
     }
 }
 
@@ -57,11 +94,15 @@ pub fn show(
     over: &dyn Fn() -> bool,
     reset_stop: Option<&dyn Fn()>,
 ) -> Outcome {
-    let restore = Restore;
-    let mut terminal = ratatui::try_init().map_err(|error| {
+    let unusable = |error: io::Error| {
         Failure::own(format!("the terminal cannot be used: {error}")).hint("pipe the output to get plain lines")
-    })?;
-    let events = events();
+    };
+    let restore = Restore;
+    enable_raw_mode().map_err(unusable)?;
+    order(EnterAlternateScreen);
+    let mut terminal = Terminal::new(CrosstermBackend::new(Picture::default())).map_err(unusable)?;
+    let (keys, events) = events().map_err(unusable)?;
+    let mut lost_keys = false;
     let palette = Palette::from_environment();
     let mut app = App::new(quit_word);
     app.resets_stop = reset_stop.is_some();
@@ -91,9 +132,10 @@ pub fn show(
             }
         }
         app.held = held.iter().map(|held| held.channel).collect();
-        let drawn = terminal.draw(|frame| draw(frame, &app, palette));
+        // While the terminal has not taken the last picture there is no use in another one.
+        let drawn = !log::is_through() || terminal.draw(|frame| draw(frame, &app, palette)).is_ok();
         // a closed terminal ends the screen without an error
-        if drawn.is_err() || over() || live.ended().is_some() {
+        if !drawn || log::is_gone() || over() || live.ended().is_some() || sinew_threads::is_struck() {
             break;
         }
         let mut action = Action::None;
@@ -103,7 +145,10 @@ pub fn show(
                 Ok(Event::Key(key)) if key.kind != KeyEventKind::Release => action = app.key(key, now_s),
                 Ok(Event::Resize(..)) | Err(RecvTimeoutError::Timeout) => break,
                 Ok(_) => {}
-                Err(RecvTimeoutError::Disconnected) => action = Action::Quit,
+                Err(RecvTimeoutError::Disconnected) => {
+                    lost_keys = true;
+                    action = Action::Quit;
+                }
             }
         }
         match action {
@@ -150,31 +195,46 @@ pub fn show(
             });
         }
     }
+    drop(terminal);
     drop(restore);
-    if terminal.show_cursor().is_err() {
-        // the terminal is gone; dropped, it would complain to a stderr that is gone as well
-        std::mem::forget(terminal);
-    }
     if live.ended().is_none() {
         for held in held {
             let _ = live.set(held.channel, Setpoint::Off, RELEASE);
         }
+    }
+    if lost_keys && !keys.join().is_ok_and(|read| read.is_some()) {
+        return Err(Failure::own(format!("the thread that {} has died", Thread::Keys.row().does))
+            .hint("please report it, with what stands above"));
     }
     Ok(())
 }
 
 /// Keys and resizes, read by a thread of their own: on a terminal that has gone away crossterm's reader never comes back, and
 /// the screen must not wait for it.
-fn events() -> Receiver<Event> {
+fn events() -> io::Result<(JoinHandle<Option<()>>, Receiver<Event>)> {
     let (sender, receiver) = mpsc::channel();
-    std::thread::spawn(move || {
-        while let Ok(event) = event::read() {
-            if sender.send(event).is_err() {
-                break;
+    let is_over = Arc::new(AtomicBool::new(false));
+    let over = is_over.clone();
+    let start = Thread::Keys.start().ends_when(move || over.load(Ordering::Relaxed));
+    let keys = start.spawn(move || {
+        while !sinew_threads::is_struck() {
+            let read = match event::poll(FRAME) {
+                Ok(true) => event::read().map(Some),
+                other => other.map(|_| None),
+            };
+            let goes_on = match read {
+                Ok(Some(event)) => sender.send(event).is_ok(),
+                Ok(None) => true,
+                // a terminal that is gone
+                Err(_) => false,
+            };
+            if !goes_on {
+                is_over.store(true, Ordering::Relaxed);
+                return;
             }
         }
-    });
-    receiver
+    })?;
+    Ok((keys, receiver))
 }
 
 fn say(app: &mut App, answer: Result<String, String>, now_s: f64) {

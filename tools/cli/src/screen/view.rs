@@ -56,6 +56,8 @@ pub struct Timing {
     pub cycle_us: Quantiles,
     /// Calls to the allocator inside the loop.
     pub allocations: u64,
+    /// Threads of the driver that have died, without which it goes on.
+    pub dead: Vec<&'static sinew_threads::Row>,
     /// Each means of real time and whether the machine granted it.
     pub realtime: Vec<(&'static str, bool)>,
 }
@@ -108,6 +110,18 @@ impl View {
         })
     }
 
+    /// Threads of the driver that have died, by their names.
+    pub fn dead_names(&self) -> String {
+        self.timing.dead.iter().map(|row| row.name).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What is lost with threads of the driver that have died, where any have.
+    pub fn lacks(&self) -> Option<String> {
+        let lost = |row: &&sinew_threads::Row| format!("the thread that {} has died: {}", row.does, row.words);
+        let lost: Vec<String> = self.timing.dead.iter().map(lost).collect();
+        (!lost.is_empty()).then(|| lost.join("\n"))
+    }
+
     /// One line of plain text: what is printed once a second where there is no screen.
     pub fn plain_line(&self) -> String {
         if let Some(stands) = self.stands_still() {
@@ -122,8 +136,12 @@ impl View {
             .filter_map(|row| row.fault.map(|fault| format!("{}: {}", row.name, fault.flag)))
             .collect();
         let faults = if faults.is_empty() { "none".to_string() } else { faults.join(", ") };
+        let dead = match self.dead_names() {
+            names if names.is_empty() => String::new(),
+            names => format!("  threads died: {names}"),
+        };
         format!(
-            "{:.1} s  cycle {}  missed {}  late p50 {} p99 {} max {} µs  stroke % {}  faults {faults}",
+            "{:.1} s  cycle {}  missed {}  late p50 {} p99 {} max {} µs  stroke % {}  faults {faults}{dead}",
             self.uptime_s,
             self.cycle,
             t.missed,
@@ -226,6 +244,7 @@ pub mod tests {
                 lateness_us: Quantiles { p50: 7.2, p99: 61.0, p999: 143.0, max: 1830.0 },
                 cycle_us: Quantiles { p50: 14.1, p99: 22.0, p999: 40.0, max: 212.0 },
                 allocations: 0,
+                dead: Vec::new(),
                 realtime: vec![
                     ("SCHED_FIFO", true),
                     ("memory locked", true),
