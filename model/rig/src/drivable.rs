@@ -9,8 +9,9 @@ use crate::tables::{BackendKind, MAX_DRIVEN_RATE_HZ, MIN_DRIVEN_RATE_HZ, Rig, of
 use crate::tree::{self, Node, Tree};
 use crate::value::wrong_number;
 
-/// How long the stage of a simulated rig keeps its duty when nobody sends it another, s.
-const SIMULATED_SILENCE_S: f64 = 0.1;
+/// How long the stage of a simulated rig keeps its duty when nobody sends it another, s: longer than a loop is late on an ordinary
+/// machine, and not much longer than a front-end's watchdog, or thin wires would be heated far more slowly than they will be there.
+const SIMULATED_SILENCE_S: f64 = 0.02;
 /// Periods of silence that whatever watches over outputs bears at least, whatever the rig file says: a loop that is late now and then
 /// must not lose them.
 pub const LEAST_SILENCE_PERIODS: f64 = 4.0;
