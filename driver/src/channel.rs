@@ -12,7 +12,7 @@ use sinew_sensing::{Health, LengthSensor, Motion, MotionObserver, Reading, Sampl
 
 use crate::budget::Budgets;
 use crate::error::Error;
-use crate::heat::{ColdWitness, Cooling, Heat, Passed};
+use crate::heat::{ColdWitness, Cooling, Heat, Passed, Recalled};
 use crate::orders::Ask;
 use crate::setup::{Ends, estimator, observer_of, sensor, settings, slide_watch};
 use crate::stage::StageWatch;
@@ -230,6 +230,16 @@ impl Channel {
             settled_m: SETTLED_STROKE * stroke.stroke_m().abs(),
             stroke,
         })
+    }
+
+    /// What a record of its output says of the wire, before the first cycle. The estimators begin where it says, and not at the air's
+    /// temperature: what they lack there would be held against the wire by its slowest law, for tens of seconds for a thick one.
+    pub fn recall(&mut self, recalled: &Recalled) {
+        if self.guard.heat_mut().recall(recalled) {
+            let temperature_c = self.guard.heat().temperature_c();
+            self.estimator.begin_at(temperature_c);
+            self.protector.iter_mut().for_each(|protector| protector.begin_at(temperature_c));
+        }
     }
 
     /// One cycle: the sample of the period just past in, the duty for the next period out (in `Channel::duty`).

@@ -121,7 +121,7 @@ impl Engine {
     /// What a record of an output says of its wire, before the first cycle.
     pub fn recall(&mut self, channel: usize, recalled: &Recalled) {
         if let Some(channel) = self.channels.get_mut(channel) {
-            channel.guard.heat_mut().recall(recalled);
+            channel.recall(recalled);
         }
     }
 

@@ -256,11 +256,12 @@ impl Heat {
     }
 
     /// From now on the wire is one of which a record says this: what its output gave it in silence without any loss, and then no more than
-    /// it surely loses.
-    pub fn recall(&mut self, recalled: &Recalled) {
+    /// it surely loses. Whether it is one that can be: else the history is unknown.
+    pub fn recall(&mut self, recalled: &Recalled) -> bool {
         let &Recalled { temperature_c, account_j, given_w, since_s } = recalled;
         if !(temperature_c.is_finite() && account_j.is_finite() && given_w.is_finite() && since_s >= 0.0) {
-            return self.forget();
+            self.forget();
+            return false;
         }
         let silence_s = (self.budgets.silence_s + 2.0 * self.budgets.period_s).min(since_s);
         let given_j = given_w.max(0.0) * silence_s;
@@ -268,6 +269,7 @@ impl Heat {
         let cooled_c = self.cooling.cooled_c(hottest_c, self.budgets.ambient_c, since_s - silence_s);
         let drained = (-self.derating.leak_per_s() * (since_s - silence_s)).exp();
         self.remember(cooled_c, (account_j + given_j) * drained);
+        true
     }
 
     /// From now on the wire is one whose history is unknown, but for this: so long, s, nothing was given to it. It was at its limit, and cools

@@ -18,10 +18,10 @@ use crate::names::check_rig_name;
 use crate::ours::{self, open};
 use crate::sys::{self, Lock};
 use std::collections::hash_map::RandomState;
-use std::fs::{self, DirBuilder, File, Permissions};
+use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::hash::{BuildHasher, Hasher};
-use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -223,14 +223,13 @@ impl RigLock {
     }
 
     /// Takes every right of other users to the shared memory of this run away. iceoryx2 0.10 gives them one: to its counter of nodes, the
-    /// first thing it makes, and it only.
+    /// first thing it makes, and it only. Before its first client comes.
     ///
     /// # Errors
     /// [`Error::RuntimeDir`].
     pub(crate) fn close_to_others(&self) -> Result<(), Error> {
         for path in shared_memory(&self.run) {
-            fs::set_permissions(&path, Permissions::from_mode(0o600))
-                .map_err(|e| Error::RuntimeDir { path, reason: e.to_string() })?;
+            replace_by_own(&path).map_err(|e| Error::RuntimeDir { path, reason: e.to_string() })?;
         }
         Ok(())
     }
@@ -253,6 +252,19 @@ impl RigLock {
             .write(&self.file)
             .map_err(|e| Error::RuntimeDir { path: lock_path(&self.dir, &self.rig), reason: e.to_string() })
     }
+}
+
+/// Puts a copy that nobody else can open in the place of a file that others could. Rights that are taken away close no file that is open:
+/// what somebody has opened meanwhile is nobody's now.
+fn replace_by_own(path: &Path) -> io::Result<()> {
+    if fs::symlink_metadata(path)?.mode() & 0o077 == 0 {
+        return Ok(());
+    }
+    let content = fs::read(path)?;
+    let mut copy = path.as_os_str().to_owned();
+    copy.push(".own");
+    OpenOptions::new().write(true).create_new(true).mode(0o600).open(&copy)?.write_all(&content)?;
+    fs::rename(&copy, path)
 }
 
 impl Drop for RigLock {

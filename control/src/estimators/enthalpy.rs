@@ -90,7 +90,12 @@ impl EnthalpyObserver {
 
     /// Back to the start.
     pub fn reset(&mut self) {
-        (self.temperature, self.fraction) = (self.start.temperature_c, self.start.martensite);
+        self.begin_at(self.start.temperature_c);
+    }
+
+    /// Back to the start, for a wire that is known to be as hot as this, °C.
+    pub fn begin_at(&mut self, temperature_c: f64) {
+        (self.temperature, self.fraction) = (temperature_c, self.start.martensite);
         self.hottest = self.temperature;
         self.seen = false;
         (self.velocity, self.variance, self.loss_scale) = (0.0, 0.0, 1.0);

@@ -268,15 +268,19 @@ impl FusedEstimator {
 
     /// Back to the start.
     pub fn reset(&mut self) {
+        self.begin_at(self.start.temperature_c);
+    }
+
+    /// Back to the start, for a wire that is known to be as hot as this, °C.
+    pub fn begin_at(&mut self, temperature_c: f64) {
         let m = &self.map;
-        let temperature = self.start.temperature_c;
-        self.heat = Heat::new(temperature, m);
+        self.heat = Heat::new(temperature_c, m);
         let stress = m.stress(m.strain * m.length, 0.0);
         self.fraction = self.start.martensite.clamp(0.0, 1.0);
-        let x = m.elongation(self.fraction, stress, temperature);
+        let x = m.elongation(self.fraction, stress, temperature_c);
         let spread = 0.3 * m.strain * m.length;
         self.motion = Motion { x, model: 0.0, bias: 0.0, xx: spread * spread, xb: 0.0, bb: 0.0 };
-        (self.rate, self.hottest, self.full_power) = (0.0, temperature, m.full_power);
+        (self.rate, self.hottest, self.full_power) = (0.0, temperature_c, m.full_power);
         self.strain = 1.0;
         (self.astray, self.variance, self.seen) = (0.0, (0.01 * spread).powi(2), false);
     }

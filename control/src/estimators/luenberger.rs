@@ -155,7 +155,12 @@ impl LuenbergerObserver {
 
     /// Back to the start.
     pub fn reset(&mut self) {
-        (self.temperature, self.martensite) = (self.start.temperature_c, self.start.martensite);
+        self.begin_at(self.start.temperature_c);
+    }
+
+    /// Back to the start, for a wire that is known to be as hot as this, °C.
+    pub fn begin_at(&mut self, temperature_c: f64) {
+        (self.temperature, self.martensite) = (temperature_c, self.start.martensite);
         self.hottest = self.temperature;
         (self.velocity, self.rate, self.seen) = (0.0, 0.0, false);
         self.full_power = self.map.full_power;

@@ -85,6 +85,13 @@ macro_rules! estimators {
                     $(StateEstimator::$Type(estimator) => estimator.reset(),)+
                 }
             }
+
+            /// Back to the start, for a wire that is known to be as hot as this, °C.
+            pub fn begin_at(&mut self, temperature_c: f64) {
+                match self {
+                    $(StateEstimator::$Type(estimator) => estimator.begin_at(temperature_c),)+
+                }
+            }
         }
     };
 }

@@ -204,8 +204,18 @@ fn litter(folder: &Path, count: usize, prefix: &str, target: &str) -> usize {
         }
     }
     println!("littered");
-    let mut held = Vec::new();
+    let mut held: Vec<(std::path::PathBuf, File, Instant)> = Vec::new();
+    let inode =
+        |found: std::io::Result<std::fs::Metadata>| found.ok().map(|it| std::os::unix::fs::MetadataExt::ino(&it));
     loop {
+        // What was opened while it was being made is worth something only if it stays what others use.
+        held.retain(|(path, file, since)| {
+            let is_used = inode(std::fs::metadata(path)) == inode(file.metadata());
+            if is_used && since.elapsed() > Duration::from_secs(1) {
+                println!("holds {}", path.display());
+            }
+            is_used
+        });
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             let is_own = |found: std::fs::Metadata| {
                 std::os::unix::fs::MetadataExt::uid(&found) == rustix::process::geteuid().as_raw()
@@ -215,8 +225,7 @@ fn litter(folder: &Path, count: usize, prefix: &str, target: &str) -> usize {
                 && !entry.metadata().is_ok_and(is_own);
             if let Some(file) = is_theirs.then(|| File::open(entry.path()).ok()).flatten() {
                 let _ = rustix::fs::flock(&file, rustix::fs::FlockOperation::NonBlockingLockExclusive);
-                println!("opened {}", entry.path().display());
-                held.push(file);
+                held.push((entry.path(), file, Instant::now()));
             }
         }
         std::thread::sleep(Duration::from_millis(50));

@@ -160,7 +160,7 @@ fn a_crowd_of_foreign_files_under_our_names_stops_nobody_and_is_left_alone() {
     driver.finish().expect(0);
     assert_eq!(own(), 0, "nothing is left of it");
     for crowd in crowds {
-        assert!(!crowd.stdout().contains("opened"), "{}", crowd.stdout());
+        assert!(!crowd.stdout().contains("holds"), "{}", crowd.stdout());
         crowd.kill();
     }
     assert_eq!(count(), before, "foreign files are touched");

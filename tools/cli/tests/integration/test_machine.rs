@@ -28,7 +28,23 @@ fn all_routines_are_listed_and_have_help() {
         let help = scratch.sinew(["test", name, "--help"]).done();
         assert!(help.contains("Examples:") && help.contains(&format!("sinew test {name}")), "{help}");
     }
-    assert_eq!(listed.as_array().map(Vec::len), Some(8));
+    assert_eq!(listed.as_array().map(Vec::len), Some(9));
+}
+
+#[test]
+fn a_file_is_played_and_what_is_none_is_refused_in_words() {
+    let scratch = scratch();
+    let rows: String =
+        (0..200).map(|i| format!("{},{},{}\n", f64::from(i) * 0.05, 0.1 * f64::from(i % 2), 1e-3)).collect();
+    scratch.file("next.csv", &format!("time_s,current_a,position_m\n{rows}"));
+    let args = ["test", "programme", "rig.toml", "next.csv", "--out", "next", "--json"];
+    let report: serde_json::Value = serde_json::from_str(&scratch.sinew(args).done()).expect("JSON");
+    assert_eq!((&report["routine"], &report["partial"]), (&"programme".into(), &false.into()));
+    assert!(scratch.path("next/programme.mcap").is_file());
+    scratch.file("duty.csv", "time_s,duty\n0,0.1\n1,0.2\n2,0.1\n");
+    scratch.sinew(["test", "programme", "rig.toml", "duty.csv"]).refused(&["a driver switches", "sinew record"]);
+    scratch.file("far.csv", "time_s,current_a,position_m\n0,0,0\n1,0,0.5\n2,0,0\n");
+    scratch.sinew(["test", "programme", "rig.toml", "far.csv"]).refused(&["machine's limit", "max_strain"]);
 }
 
 #[test]
