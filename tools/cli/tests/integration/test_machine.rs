@@ -36,7 +36,7 @@ fn a_file_is_played_and_what_is_none_is_refused_in_words() {
     let scratch = scratch();
     let rows: String =
         (0..200).map(|i| format!("{},{},{}\n", f64::from(i) * 0.05, 0.1 * f64::from(i % 2), 1e-3)).collect();
-    scratch.file("next.csv", &format!("time_s,current_a,position_m\n{rows}"));
+    scratch.file("next.csv", format!("time_s,current_a,position_m\n{rows}"));
     let args = ["test", "programme", "rig.toml", "next.csv", "--out", "next", "--json"];
     let report: serde_json::Value = serde_json::from_str(&scratch.sinew(args).done()).expect("JSON");
     assert_eq!((&report["routine"], &report["partial"]), (&"programme".into(), &false.into()));
