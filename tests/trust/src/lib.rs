@@ -25,6 +25,7 @@ pub mod failure;
 pub mod kind;
 mod linux;
 pub mod lockstep;
+mod mortal;
 pub mod process;
 pub mod restart;
 pub mod running;

@@ -6,13 +6,12 @@
 //! length a wire of shape memory may be on one branch of its loop or the other.
 
 use sinew_backend::{Backend, Sample};
-use sinew_driver::heat::Recalled;
-use sinew_driver::{Answer, Ask, Beat, Engine, Order, SupplySwitch};
-use sinew_ipc::{DriverState, Snapshot};
+use sinew_driver::{Answer, Ask, Beat, Order};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 
 use crate::failure::Failure;
+use crate::mortal::{Mortal, Record, clock_ns};
 
 /// The wires: diameter in mm and supply in V, as in the table of derating in docs/supervisor.md.
 const WIRES: [(f64, f64); 4] = [(0.05, 15.0), (0.125, 6.0), (0.125, 12.0), (0.3, 3.0)];
@@ -80,11 +79,8 @@ const MOMENTS: [Moment; 9] = [
 struct Bench {
     rig: Rig,
     wires: SimulatedRig,
-    engine: Engine,
-    supply: SupplySwitch,
-    duty: [f64; 1],
-    snapshot: Box<Snapshot>,
-    record: Option<(Recalled, f64)>,
+    driver: Mortal,
+    record: Option<Record>,
     tickets: u64,
     hottest_c: f64,
     /// Duties by time, s.
@@ -109,15 +105,10 @@ impl Bench {
         rig.simulation.seed = seed;
         let mut wires = SimulatedRig::new(&rig).map_err(|e| Failure::Unexpected(e.to_string()))?;
         wires.start().map_err(|e| Failure::Unexpected(e.to_string()))?;
-        let ambient_c = rig.channels[0].model.ambient_c;
-        let rested = Recalled { temperature_c: ambient_c, account_j: 0.0, given_w: 0.0, since_s: 0.0 };
         Ok(Bench {
-            engine: started(&rig, &wires, Some((rested, 0.0)))?,
+            driver: started(&rig, &mut wires, Some(Record::rested(&rig)))?,
             rig,
             wires,
-            supply: SupplySwitch::default(),
-            duty: [0.0],
-            snapshot: Box::new(Snapshot::new(1)),
             record: None,
             tickets: 0,
             hottest_c: f64::NEG_INFINITY,
@@ -130,31 +121,23 @@ impl Bench {
     }
 
     fn now_ns(&self) -> u64 {
-        (self.wires.time_s() * 1e9) as u64 + 1_000_000_000
+        clock_ns(self.wires.time_s())
     }
 
     fn cycle(&mut self) {
         let mut samples = [Sample::NONE];
-        let exchanged = self.wires.exchange(&self.duty, &mut samples);
+        let exchanged = self.wires.exchange(&self.driver.duty, &mut samples);
         self.watch();
-        self.engine.note_outputs(&self.wires);
-        self.engine.clear(&mut self.wires);
-        self.supply.look(&self.wires, &mut self.engine, false);
+        self.driver.look(&mut self.wires, false);
         let beat = Beat { now_ns: self.now_ns(), missed: 0 };
-        self.engine.cycle(beat, exchanged, &samples, &mut self.duty, |_| {});
-        self.supply.switch(&self.engine, &mut self.wires);
-        self.engine.describe(beat.now_ns, DriverState::Running, &mut self.snapshot);
-        let channel = &self.engine.channels()[0];
-        let (temperature_c, account_j) = (channel.heat().temperature_c(), channel.heat().account_j());
-        let recalled = Recalled { temperature_c, account_j, given_w: channel.most_given_w(), since_s: 0.0 };
-        self.record = Some((recalled, self.wires.time_s()));
-        self.duties.push((self.wires.time_s(), self.snapshot.channel[0].duty));
+        self.record = Some(self.driver.cycle(&mut self.wires, beat, exchanged, &samples));
+        self.duties.push((self.wires.time_s(), self.driver.snapshot.channel[0].duty));
     }
 
     fn run_s(&mut self, seconds: f64) -> Result<(), Failure> {
         for _ in 0..(seconds * RATE_HZ) as u64 {
             self.cycle();
-            if let Some(fault) = self.snapshot.channel[0].fault() {
+            if let Some(fault) = self.driver.snapshot.channel[0].fault() {
                 return Err(Failure::Unexpected(format!("{} after {:.2} s", fault.flag(), self.wires.time_s())));
             }
         }
@@ -163,7 +146,7 @@ impl Bench {
 
     /// Makes the demand; when it was taken, s.
     fn demand(&mut self, demand: Demand) -> Result<f64, Failure> {
-        let channel = &self.engine.channels()[0];
+        let channel = &self.driver.engine.channels()[0];
         self.ask(match demand {
             Demand::Stroke(share) => Ask::Length(channel.stroke_range().length_m(share)),
             Demand::Full => Ask::Duty(self.rig.channels[0].limits.max_duty),
@@ -174,7 +157,7 @@ impl Bench {
         self.tickets += 1;
         let order = Order { ticket: self.tickets, channel: 0, ask, hold_ns: 1_000_000_000_000 };
         let at_ns = self.now_ns();
-        match self.engine.take(&order, at_ns) {
+        match self.driver.engine.take(&order, at_ns) {
             Some(Answer::Done) => Ok(self.wires.time_s()),
             other => Err(Failure::Unexpected(format!("a demand is not taken: {other:?}"))),
         }
@@ -187,8 +170,7 @@ impl Bench {
             self.watch();
         }
         self.wires.start().map_err(|e| Failure::Unexpected(e.to_string()))?;
-        self.engine = started(&self.rig, &self.wires, self.record.filter(|_| moment.remembers))?;
-        (self.duty, self.supply) = ([0.0], SupplySwitch::default());
+        self.driver = started(&self.rig, &mut self.wires, self.record.filter(|_| moment.remembers))?;
         Ok(())
     }
 
@@ -203,13 +185,8 @@ impl Bench {
     }
 }
 
-fn started(rig: &Rig, wires: &SimulatedRig, record: Option<(Recalled, f64)>) -> Result<Engine, Failure> {
-    let mut engine = Engine::new(rig, None).map_err(|e| Failure::Unexpected(e.to_string()))?;
-    engine.bear_silence(wires.silence_s().unwrap_or(f64::NAN));
-    if let Some((recalled, at_s)) = record {
-        engine.recall(0, &Recalled { since_s: wires.time_s() - at_s, ..recalled });
-    }
-    Ok(engine)
+fn started(rig: &Rig, wires: &mut SimulatedRig, record: Option<Record>) -> Result<Mortal, Failure> {
+    Mortal::started(rig, wires, record).map_err(|e| Failure::Unexpected(e.to_string()))
 }
 
 /// The duty three seconds after the demand was made again, and how hot the wire was above its limit at the most, K.

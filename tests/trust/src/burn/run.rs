@@ -1,21 +1,19 @@
 //! Carries a script out: the driver's engine on a simulated rig, on a simulated clock. The rig goes on while the driver is dead, its stage keeps
 //! its last duty until its own watchdog acts, and what is judged is the true temperature of the wire, all the time.
-//!
-//! No `sinew_lockstep::Lockstep`: that one's driver is born at rest and never dies, and its wire is not watched while a period is missed.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
 use sinew_backend::{Backend, Sample};
-use sinew_driver::heat::Recalled;
-use sinew_driver::{Ask, Beat, Engine, Order, SupplySwitch};
-use sinew_ipc::{ChannelState, DriverState, Mode, Snapshot};
+use sinew_driver::{Ask, Beat, Order};
+use sinew_ipc::{ChannelState, Mode};
 use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::{SimulatedRig, World};
 
 use super::rig::{Rigs, Witnesses};
 use super::script::{Happening, Script, Wish};
 use crate::failure::Failure;
+use crate::mortal::{Mortal, Record, clock_ns};
 
 /// How far beyond its limit a wire may come, K: where the rig file is true, and where it is up to 30 % off.
 const PROMISED_K: f64 = 10.0;
@@ -94,21 +92,6 @@ impl Outcome {
             _ => None,
         }
     }
-}
-
-/// The driver while it lives.
-struct Driver {
-    engine: Engine,
-    duty: [f64; 1],
-    snapshot: Box<Snapshot>,
-    supply: SupplySwitch,
-}
-
-/// A record of the output as the driver keeps it.
-#[derive(Clone, Copy)]
-struct Record {
-    recalled: Recalled,
-    at_s: f64,
 }
 
 /// The world of a history.
@@ -241,10 +224,9 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             resets: 0,
         },
     };
-    let mut driver: Option<Driver> = None;
+    let mut driver: Option<Mortal> = None;
     // It begins with a wire that has rested, of which the record of its output knows.
-    let rested = Recalled { temperature_c: ambient_c, account_j: 0.0, given_w: 0.0, since_s: 0.0 };
-    let mut record = Some(Record { recalled: rested, at_s: 0.0 });
+    let mut record = Some(Record::rested(believed));
     let mut next = Some(Start { pause_s: 0.0, remembers: true, other: false });
     let mut moments = script.moments.iter().peekable();
     let mut sticks = script.sticks;
@@ -271,7 +253,7 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             if world.wires.start().is_ok() {
                 let rig = if start.other { other } else { believed };
                 let known = record.filter(|_| start.remembers);
-                driver = Some(started(rig, &mut world.wires, known).map_err(|e| wrong(&e))?);
+                driver = Some(Mortal::started(rig, &mut world.wires, known).map_err(|e| wrong(&e))?);
                 world.outcome.starts += 1;
                 next = None;
             }
@@ -336,29 +318,21 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             record = record.filter(|_| is_confirmed);
             if let Some(record) = &mut record {
                 // As the driver's last record says it.
-                (record.recalled.given_w, record.at_s) = (0.0, world.wires.time_s());
+                record.end(world.wires.time_s());
             }
             (driver, next) = (None, Some(start));
             continue;
         }
         let exchanged = world.wires.exchange(&alive.duty, &mut samples);
         world.watch();
-        alive.engine.note_outputs(&world.wires);
-        alive.engine.clear(&mut world.wires);
-        alive.supply.look(&world.wires, &mut alive.engine, resets_stop);
+        alive.look(&mut world.wires, resets_stop);
         if let Some((_, start)) = end {
             (driver, next) = (None, Some(start));
             continue;
         }
         let now_s = world.wires.time_s();
         let beat = Beat { now_ns: clock_ns(now_s - slept_s), missed: late };
-        alive.engine.cycle(beat, exchanged, &samples, &mut alive.duty, |_| {});
-        alive.supply.switch(&alive.engine, &mut world.wires);
-        alive.engine.describe(beat.now_ns, DriverState::Running, &mut alive.snapshot);
-        let channel = &alive.engine.channels()[0];
-        let (temperature_c, account_j) = (channel.heat().temperature_c(), channel.heat().account_j());
-        let recalled = Recalled { temperature_c, account_j, given_w: channel.most_given_w(), since_s: 0.0 };
-        record = Some(Record { recalled, at_s: now_s });
+        record = Some(alive.cycle(&mut world.wires, beat, exchanged, &samples));
         let state = &alive.snapshot.channel[0];
         world.outcome.under_k = world.outcome.under_k.max(world.true_c() - state.temperature_c);
         if let Some(trace) = &mut trace {
@@ -368,7 +342,7 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
                 "{now_s:.4},{:.2},{:.2},{:.2},{:.4},{:.4},{:?},{},{},{}",
                 world.true_c(),
                 state.temperature_c,
-                channel.heat().excess_k(),
+                alive.engine.channels()[0].heat().excess_k(),
                 world.wires.truth(0).map_or(f64::NAN, |truth| truth.duty),
                 state.duty,
                 state.mode(),
@@ -381,29 +355,12 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
     Ok(world.outcome)
 }
 
-/// The loop's clock, ns, after so many seconds of it.
-fn clock_ns(seconds: f64) -> u64 {
-    (seconds * 1e9) as u64 + 1_000_000_000
-}
-
 /// How the next driver comes.
 #[derive(Debug, Clone, Copy)]
 struct Start {
     pause_s: f64,
     remembers: bool,
     other: bool,
-}
-
-fn started(rig: &Rig, wires: &mut SimulatedRig, record: Option<Record>) -> Result<Driver, sinew_driver::Error> {
-    let mut engine = Engine::new(rig, None)?;
-    engine.bear_silence(wires.silence_s().unwrap_or(f64::NAN));
-    if let Some(record) = record {
-        let since_s = wires.time_s() - record.at_s;
-        engine.recall(0, &Recalled { since_s, ..record.recalled });
-    }
-    let mut supply = SupplySwitch::default();
-    supply.begin(wires);
-    Ok(Driver { engine, duty: [0.0], snapshot: Box::new(Snapshot::new(1)), supply })
 }
 
 /// What full power makes of the hot wire without any loss, K/s.
