@@ -43,7 +43,10 @@ fn sources() -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// SHA-256 over names and contents of the generators' sources.
-fn generators() -> Result<String, Failure> {
+///
+/// # Errors
+/// Those of the file system.
+pub fn generators() -> Result<String, Failure> {
     let mut hash = Sha256::new();
     for path in sources()? {
         hash.update(path.to_string_lossy().as_bytes());

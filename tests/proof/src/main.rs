@@ -37,7 +37,7 @@ struct Arguments {
     /// Keep every case's files here; a temporary folder otherwise
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Take what an earlier run into the same folder has diagnosed already
+    /// Take what an earlier run into the same folder has made or diagnosed already
     #[arg(long, requires = "out")]
     resume: bool,
     /// Page to write; docs/proof.md for a full scoring run, none otherwise
@@ -152,9 +152,7 @@ fn generate(which: &Which, out: &Path) -> Result<(), Failure> {
     let done = AtomicUsize::new(0);
     pool.install(|| {
         specs.par_iter().with_max_len(1).try_for_each(|spec| {
-            let case = made::make(spec);
-            case.write(&out.join(&spec.name))?;
-            let a = &case.answer;
+            let a = made::write(spec, &out.join(&spec.name))?;
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);
             eprintln!("{done}/{} {} {}: {}, level {:.2}", specs.len(), a.name, a.group, a.kind, a.level);
             Ok(())

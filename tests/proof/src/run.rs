@@ -9,9 +9,8 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::generator::case::Answer;
 use crate::generator::plan::Spec;
-use crate::made::make;
+use crate::made;
 use crate::reported::Reported;
 use crate::score::{CRASHED, Judged, figures, judged};
 
@@ -31,8 +30,8 @@ pub struct Limits {
 }
 
 /// Makes and diagnoses every case of `specs` in folders under `out`, `jobs` at once on one thread each; the long ones
-/// afterwards, one at a time on two. Every answer is written at once; with `resume`, what has been reported already is
-/// taken as it is.
+/// afterwards, one at a time on two. Every answer is written at once; with `resume`, what has been made or reported
+/// already is taken as it is.
 ///
 /// # Errors
 /// What kept a case from being made or judged; a diagnosis that fails is a case like any other.
@@ -64,8 +63,8 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Durati
     if resume && let Some(case) = reported(spec, folder)? {
         return Ok(case);
     }
-    let case = make(spec);
-    case.write(folder)?;
+    let before = if resume { made::found(spec, folder)? } else { None };
+    let answer = before.map_or_else(|| made::write(spec, folder), Ok)?;
     if said_file.exists() {
         fs::remove_file(&said_file)?;
     }
@@ -78,20 +77,16 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Durati
             none
         }
     };
-    Ok(judged(spec, case.answer, reported))
+    Ok(judged(spec, answer, reported))
 }
 
 /// What an earlier run reported on this very case.
 fn reported(spec: &Spec, folder: &Path) -> Result<Option<Judged>, Failure> {
     let said = folder.join("said.json");
-    if !said.exists() {
-        return Ok(None);
+    match made::found(spec, folder)? {
+        Some(answer) if said.exists() => Ok(Some(judged(spec, answer, serde_json::from_slice(&fs::read(said)?)?))),
+        _ => Ok(None),
     }
-    let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
-    if answer.seed != spec.seed || answer.generator != 1 + u8::from(spec.second) {
-        return Ok(None);
-    }
-    Ok(Some(judged(spec, answer, serde_json::from_slice(&fs::read(said)?)?)))
 }
 
 /// What earlier runs left in folders under `out`, of these cases.
