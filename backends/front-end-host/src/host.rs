@@ -296,6 +296,9 @@ impl Device<'_> {
             due_ns = line_ns.chain(next_ns).min().unwrap_or(u64::MAX);
             self.sleep(due_ns, now)?;
         }
+        if let Some(truth) = &mut self.truth {
+            truth.finish()?;
+        }
         Ok(self.figures)
     }
 

@@ -10,7 +10,7 @@ use std::thread;
 
 use clap::Parser;
 use sinew_front_end::{ChannelFault, MAX_CHANNELS};
-use sinew_front_end_host::{Options, Order, Spoilt, run};
+use sinew_front_end_host::{Options, Order, Spoilt, Told, run};
 use sinew_realtime::{Mode, Wish, prepare_process, prepare_thread};
 use sinew_rig::{FaultKind, Rig};
 
@@ -122,15 +122,21 @@ fn main() -> ExitCode {
         held
     });
     let put: Arc<[AtomicU16]> = (0..MAX_CHANNELS).map(|_| AtomicU16::new(0)).collect();
-    let mut stdout = io::stdout();
-    let ended = run(&rig, &options, &orders, put, &mut |told| {
-        // A closed output is no reason to stop.
-        if let Ok(line) = serde_json::to_string(&told) {
-            let _ = writeln!(stdout, "{line}");
+    // Words have a thread of their own: whoever reads them must not make the firmware late.
+    let (tell, told) = mpsc::channel::<Told>();
+    let words = thread::spawn(move || {
+        let mut stdout = io::stdout();
+        for told in told {
+            // A closed output is no reason to stop.
+            if let Ok(line) = serde_json::to_string(&told) {
+                let _ = writeln!(stdout, "{line}");
+            }
+            let _ = stdout.flush();
         }
-        let _ = stdout.flush();
     });
-    drop(held);
+    let ended = run(&rig, &options, &orders, put, &mut |told| drop(tell.send(told)));
+    drop((tell, held));
+    let _ = words.join();
     match ended {
         Ok(_) => ExitCode::SUCCESS,
         Err(error) => {

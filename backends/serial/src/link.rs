@@ -1,6 +1,7 @@
 //! Identifies the front-end on a line and configures it.
 
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -16,6 +17,9 @@ use crate::port::Port;
 /// How long a front-end may take to answer, all in all, and after how long it is asked again.
 const PATIENCE: Duration = Duration::from_millis(1000);
 const ASK_AGAIN: Duration = Duration::from_millis(100);
+/// How long a line may be another process's before that is an error, and after how long it is tried again.
+const LET_GO: Duration = Duration::from_millis(500);
+const TRY_AGAIN: Duration = Duration::from_millis(10);
 
 /// Tells the questions of one connection from those of another.
 static CONNECTIONS: AtomicU32 = AtomicU32::new(1);
@@ -31,7 +35,7 @@ pub(crate) struct Link {
 
 /// Opens the line, finds the front-end, checks and configures it.
 pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>), Error> {
-    let port = Port::open(&plan.port, plan.baud_hz)?;
+    let port = open(plan)?;
     // Whatever the previous state, all outputs are off during the identification.
     put(plan, &port, &Frame::Off)?;
     let nonce = std::process::id().rotate_left(16).wrapping_add(CONNECTIONS.fetch_add(1, Ordering::Relaxed));
@@ -60,6 +64,18 @@ pub(crate) fn connect(plan: &Plan) -> Result<(Link, Identification, Vec<Scale>),
             };
             let reason = format!("refuses {what}");
             Err(Error::Unfit { port: plan.port.clone(), front_end: name(&who), reason })
+        }
+    }
+}
+
+/// Opens the line. A driver that was killed holds its own for a while yet: its memory is locked, and the kernel takes that
+/// apart first.
+fn open(plan: &Plan) -> Result<Port, Error> {
+    let began = Instant::now();
+    loop {
+        match Port::open(&plan.port, plan.baud_hz) {
+            Err(Error::Taken { .. }) if began.elapsed() < LET_GO => thread::sleep(TRY_AGAIN),
+            opened => return opened,
         }
     }
 }

@@ -402,7 +402,14 @@ fn what_does_not_fit_is_refused_with_its_reason() {
         "its outputs are the same however it started"
     );
     assert!(matches!(SerialBackend::connect(&rig), Err(Error::Taken { .. })), "one driver a line");
-    drop(taken);
+    let dying = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(100));
+        drop(taken);
+    });
+    let next = SerialBackend::connect(&rig);
+    assert!(next.is_ok(), "a killed driver may hold its line a moment longer: {:?}", next.err());
+    dying.join().expect("the line was let go");
+    drop(next);
     let mut file = rig.clone();
     file.backend.serial.port = Some("/dev/null".into());
     assert_eq!(says(&file), "/dev/null is no serial line");
