@@ -26,9 +26,9 @@ use crate::heat::Recalled;
 /// Words of a record: which output, which start of the machine, when (ns on CLOCK_BOOTTIME), temperature at worst (°C), account (J),
 /// the most its output gives (W), how its driver ended, what the output shows as long as nobody else uses it.
 const WORDS: usize = 8;
-/// How its driver ended.
-const RUNNING: u64 = 1;
-const ENDED: u64 = 2;
+/// How its driver ended: its outputs went to zero, by itself or by its silence.
+const WENT_OUT: u64 = 1;
+/// Not every output confirmed zero.
 const UNCONFIRMED: u64 = 3;
 
 /// The records of a driver's outputs; none for those that nothing outlives, or that cannot be kept.
@@ -36,6 +36,8 @@ const UNCONFIRMED: u64 = 3;
 pub(crate) struct Memory {
     pages: Vec<Option<Kept>>,
     boot: u64,
+    /// When the last cycle was kept, or what was known before the first one, ns on CLOCK_BOOTTIME.
+    kept_ns: u64,
 }
 
 #[derive(Debug)]
@@ -52,7 +54,7 @@ impl Memory {
             return Memory::default();
         }
         match folder().and_then(|folder| Ok((Memory::open(&folder, &names), boot()?))) {
-            Ok((pages, boot)) => Memory { pages, boot },
+            Ok((pages, boot)) => Memory { pages, boot, kept_ns: 0 },
             Err(error) => {
                 tracing::warn!(
                     "how hot the wires are cannot be remembered beyond this run ({error}); the next one takes them to be at their limit"
@@ -75,8 +77,9 @@ impl Memory {
     }
 
     /// Tells the engine what is remembered, or else known of the outputs, right before the first cycle.
-    pub fn recall(&self, engine: &mut Engine, backend: &impl Backend) {
+    pub fn recall(&mut self, engine: &mut Engine, backend: &impl Backend) {
         let now_ns = boottime_ns();
+        self.kept_ns = now_ns;
         for channel in 0..engine.channels().len() {
             let kept = self.pages.get(channel).and_then(Option::as_ref);
             match Known::of(kept, &backend.past(channel), self.boot, now_ns) {
@@ -91,25 +94,26 @@ impl Memory {
     #[inline]
     pub fn keep(&mut self, engine: &Engine, backend: &impl Backend) {
         if !self.pages.is_empty() {
-            self.write(engine, backend, RUNNING);
+            self.kept_ns = boottime_ns();
+            self.write(engine, backend, WENT_OUT);
         }
     }
 
-    /// The driver has ended, with its outputs at zero or not.
+    /// The driver has ended, with its outputs at zero or not. What is kept is as old as its last cycle: it may have been away since, its
+    /// outputs as they were.
     pub fn end(&mut self, engine: &Engine, backend: &impl Backend, zero: Zero) {
-        self.write(engine, backend, if zero == Zero::Confirmed { ENDED } else { UNCONFIRMED });
+        self.write(engine, backend, if zero == Zero::Confirmed { WENT_OUT } else { UNCONFIRMED });
     }
 
     #[inline]
     fn write(&mut self, engine: &Engine, backend: &impl Backend, state: u64) {
-        let now_ns = boottime_ns();
         for (index, (kept, channel)) in self.pages.iter_mut().zip(engine.channels()).enumerate() {
             let Some(kept) = kept else { continue };
             let heat = channel.heat();
             let [temperature, account, most] =
                 [heat.temperature_c(), heat.account_j(), channel.most_given_w()].map(f64::to_bits);
             let mark = backend.mark(index);
-            kept.page.write(&[kept.output, self.boot, now_ns, temperature, account, most, state, mark]);
+            kept.page.write(&[kept.output, self.boot, self.kept_ns, temperature, account, most, state, mark]);
         }
     }
 }
@@ -150,7 +154,7 @@ impl Kept {
         is_valid.then(|| Recalled {
             temperature_c: f64::from_bits(temperature),
             account_j: f64::from_bits(account),
-            given_w: if state == ENDED { 0.0 } else { f64::from_bits(most) },
+            given_w: f64::from_bits(most),
             since_s,
         })
     }
@@ -174,7 +178,32 @@ fn hash(bytes: &[u8]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use sinew_backend::{BackendError, Sample};
+    use sinew_rig::Rig;
+
     use super::*;
+
+    struct Mute;
+
+    impl Backend for Mute {
+        fn channels(&self) -> usize {
+            1
+        }
+        fn start(&mut self) -> Result<(), BackendError> {
+            Ok(())
+        }
+        fn exchange(&mut self, _: &[f64], _: &mut [Sample]) -> Result<(), BackendError> {
+            Ok(())
+        }
+        fn silence_s(&self) -> Option<f64> {
+            Some(0.1)
+        }
+        fn stop(&mut self) -> Zero {
+            Zero::Confirmed
+        }
+    }
 
     const BOOT: u64 = 7;
     const SECOND_NS: u64 = 1_000_000_000;
@@ -196,23 +225,41 @@ mod tests {
         let mut kept = kept(folder.path(), "output");
         let of = |kept: &Kept, past: Past, boot: u64, now_s: u64| Known::of(Some(kept), &past, boot, now_s * SECOND_NS);
         assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Nothing, "nothing was written");
-        written(&mut kept, RUNNING, 5);
+        written(&mut kept, WENT_OUT, 5);
         let recalled = Recalled { temperature_c: 80.0, account_j: 0.5, given_w: 2.0, since_s: 10.0 };
         assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Recalled(recalled));
         assert_eq!(of(&kept, Past { mark: 6, ..SHOWN }, BOOT, 20), Known::Nothing, "another session");
         assert_eq!(of(&kept, Past::UNKNOWN, BOOT, 20), Known::Nothing, "an output that does not tell");
         assert_eq!(of(&kept, SHOWN, BOOT + 1, 20), Known::Nothing, "another start of the machine");
         assert_eq!(of(&kept, SHOWN, BOOT, 5), Known::Nothing, "of the future");
-        written(&mut kept, ENDED, 5);
-        assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Recalled(Recalled { given_w: 0.0, ..recalled }));
         written(&mut kept, UNCONFIRMED, 5);
         assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Nothing, "nobody knows whether it is off");
-        written(&mut kept, ENDED, 0);
+        written(&mut kept, WENT_OUT, 0);
         assert_eq!(of(&kept, Past::UNKNOWN, BOOT, 20), Known::Nothing, "two that do not tell are not the same");
         // Whoever used it, the hardware says for how long nobody has.
         let unused = Past { mark: 6, unused: Unused::For(3.0) };
         assert_eq!(of(&kept, unused, BOOT, 20), Known::Unused(3.0));
         assert_eq!(Known::of(None, &unused, BOOT, 20 * SECOND_NS), Known::Unused(3.0));
+    }
+
+    #[test]
+    fn an_end_in_order_is_remembered_as_of_the_last_cycle() {
+        let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+        let engine = Engine::new(&Rig::hexapod(), None).unwrap();
+        let mut memory = Memory { pages: vec![Some(kept(folder.path(), "output"))], boot: BOOT, kept_ns: 0 };
+        memory.keep(&engine, &Mute);
+        let last_ns = memory.kept_ns;
+        std::thread::sleep(Duration::from_millis(20));
+        memory.end(&engine, &Mute, Zero::Confirmed);
+        let [_, _, at_ns, .., state, _] = memory.pages[0].as_ref().unwrap().page.read().unwrap();
+        assert_eq!(
+            (at_ns, state),
+            (last_ns, WENT_OUT),
+            "a driver that is away before it ends heats as one that is killed"
+        );
+        memory.end(&engine, &Mute, Zero::Unconfirmed);
+        let [.., state, _] = memory.pages[0].as_ref().unwrap().page.read().unwrap();
+        assert_eq!(state, UNCONFIRMED);
     }
 
     #[test]
@@ -226,7 +273,7 @@ mod tests {
         assert!((since_s - 28.0).abs() < 1e-9, "{since_s}");
         assert_eq!(Known::of(Some(&kept), &since, BOOT, SECOND_NS), Known::Unused(0.0));
         assert_eq!(Known::of(None, &since, BOOT, 30 * SECOND_NS), Known::Nothing, "a record that could not be opened");
-        written(&mut kept, RUNNING, 5);
+        written(&mut kept, WENT_OUT, 5);
         drop(kept);
         let kept = self::kept(folder.path(), "output");
         assert_eq!(Known::of(Some(&kept), &since, BOOT, 30 * SECOND_NS), Known::Nothing, "it was used");

@@ -243,7 +243,8 @@ fn first_belief_c(rig: &Rig, fake: Fake) -> f64 {
     eventually("measured", || {
         let state = client.latest().channels()[0];
         most_c = most_c.max(state.temperature_c);
-        state.length_m.is_finite() && state.temperature_c < 60.0
+        // What is believed of this backend's wire, which is no real one, settles at 55 to 64 °C, as its noise falls.
+        state.length_m.is_finite() && state.temperature_c < 70.0
     });
     drop(client);
     handle.stop();
