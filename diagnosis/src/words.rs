@@ -155,12 +155,21 @@ fn of_grade(effects: &[FoundEffect], suspected: bool) -> impl Iterator<Item = &F
 pub(crate) fn what_is_left(remains: &Remains, curves: Option<&FoundEffect>) -> String {
     let chi = number(remains.chi);
     let of_curves = curves.map_or_else(String::new, |curves| {
-        let before = number(curves.evidence.holdout_chi_before);
+        let before = curves.evidence.holdout_chi_before;
+        let error = if remains.chi < before {
+            format!("with the rig file's the error stays at {}, with theirs it is {chi}", number(before))
+        } else {
+            // the likelihood counts an error that lasts once, chi every sample of it
+            format!(
+                "they explain the course of what is kept back better, though not its size: the error is {chi} with them and {} \
+                 with the rig file's",
+                number(before)
+            )
+        };
         let share = curves.parameters.get("hysteron_share").filter(|share| share.low > 0.0);
         let inside = share.map_or_else(String::new, |share| format!(", and {}", inside_them(share)));
         format!(
-            " The transformation curves have a shape of their own ({}){inside}: with the rig file's the error stays at \
-             {before}, with theirs it is {chi}.",
+            " The transformation curves have a shape of their own ({}){inside}: {error}.",
             curves.grade.says()
         )
     });
