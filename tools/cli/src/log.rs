@@ -300,3 +300,69 @@ impl Write for Writer {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::thread;
+
+    use super::*;
+
+    /// A stream that takes a piece only when it is let.
+    struct Gate {
+        open: Receiver<()>,
+        taken: Sender<Vec<u8>>,
+    }
+
+    impl Write for Gate {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.open.recv().map_err(|_| io::ErrorKind::BrokenPipe)?;
+            let _ = self.taken.send(bytes.to_vec());
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn nobody_waits_for_a_stream_nobody_reads_and_what_found_no_room_is_counted_behind_what_did() {
+        let queue: &'static Queue = Box::leak(Box::new(Queue::new()));
+        let ((open, is_open), (taken, words)) = (channel(), channel());
+        queue.content().is_emptied = true;
+        thread::spawn(move || queue.empty_into(Gate { open: is_open, taken }));
+        let piece = vec![b'.'; 4096];
+        let began = Instant::now();
+        for _ in 0..200 {
+            assert!(queue.put(&piece).is_ok());
+        }
+        assert!(began.elapsed() < PARTING, "{:?}", began.elapsed());
+        let held = queue.content().words.len();
+        assert!((MOST_HELD - 4096..=MOST_HELD).contains(&held), "{held}");
+
+        // The reader is back: everything that had room, in order, then how much had none.
+        let mut read = Vec::new();
+        while !read.ends_with(b"here)\n") {
+            open.send(()).expect("it is being emptied");
+            read.extend(words.recv_timeout(Duration::from_secs(10)).expect("words"));
+        }
+        let said = String::from_utf8_lossy(&read);
+        let said = said.trim_start_matches('.');
+        let dropped: usize = said
+            .strip_prefix('(')
+            .and_then(|said| said.strip_suffix(" bytes of messages found no room here)\n"))
+            .and_then(|count| count.parse().ok())
+            .expect(said);
+        let dots = read.iter().filter(|byte| **byte == b'.').count();
+        assert_eq!(dots + dropped, 200 * piece.len());
+
+        // It is gone: whoever writes is told, and does not wait.
+        drop(open);
+        let _ = queue.put(b"more");
+        while queue.content().broken.is_none() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(queue.put(b"more").unwrap_err().kind(), io::ErrorKind::BrokenPipe);
+    }
+}
