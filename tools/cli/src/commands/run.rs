@@ -102,17 +102,37 @@ pub fn run(args: &args::Run) -> Outcome {
     }
 }
 
-/// The end of a line that every signal to end writes to: whoever reads it needs nobody else to notice.
+/// The signals that end a driver. One that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
+fn ending() -> impl Iterator<Item = i32> {
+    ENDING.into_iter().chain([SIGTSTP])
+}
+
+/// The end of a line that every signal to end writes to: whoever reads it needs nobody else to notice. From now on no thread but the
+/// one that listens is interrupted by them: the kernel would choose the first, which may wait long for a processor.
 fn signal_line() -> Result<UnixStream, Failure> {
     let (heard, told) =
         UnixStream::pair().map_err(|error| Failure::own(format!("signals cannot be listened for: {error}")))?;
-    // A driver that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
-    for signal in ENDING.into_iter().chain([SIGTSTP]) {
+    for signal in ending() {
         told.try_clone()
             .and_then(|told| signal_hook::low_level::pipe::register(signal, told))
             .map_err(|error| Failure::own(format!("signal {signal} cannot be handled: {error}")))?;
     }
+    mask(libc::SIG_BLOCK).map_err(|error| Failure::own(format!("signals cannot be kept for one thread: {error}")))?;
     Ok(heard)
+}
+
+/// Keeps the signals to end from this thread and those it starts (`SIG_BLOCK`), or lets them through (`SIG_UNBLOCK`).
+fn mask(how: i32) -> io::Result<()> {
+    // SAFETY: the set is this function's own and initialised by sigemptyset before it is used; nothing is asked back.
+    let refused = unsafe {
+        let mut set: libc::sigset_t = std::mem::zeroed();
+        libc::sigemptyset(&mut set);
+        for signal in ending() {
+            libc::sigaddset(&mut set, signal);
+        }
+        libc::pthread_sigmask(how, &set, std::ptr::null_mut())
+    };
+    if refused == 0 { Ok(()) } else { Err(io::Error::from_raw_os_error(refused)) }
 }
 
 /// Ends the driver at the first signal, on a thread of its own: the one that shows it may be waiting for a terminal that nobody reads. Where
@@ -123,6 +143,9 @@ fn stop_when_asked(mut heard: UnixStream, stopper: Stopper, wish: Wish) -> Outco
     let deaf = stopper.clone();
     let listen = move || {
         realtime::go_first(&wish);
+        if mask(libc::SIG_UNBLOCK).is_err() {
+            return;
+        }
         loop {
             match heard.read(&mut [0]) {
                 Ok(1..) => break,
