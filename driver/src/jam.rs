@@ -101,7 +101,7 @@ impl JamWatch {
         let stands = (length_m - self.from_m).abs() < self.standing_m && length_m > self.contracted_m;
         // What is held stays so until it moves, or could not be hotter than its curve any more.
         self.is_held = self.is_held && stands && most_c > heating_curve_c;
-        if !self.is_held && !(stands && excess_k > 0.0) {
+        if !(self.is_held || (stands && excess_k > 0.0)) {
             (self.from_m, self.moved_m) = (length_m, 0.0);
             return false;
         }
