@@ -44,6 +44,15 @@ impl Sensor {
     }
 }
 
+/// A row of thinned data.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    /// Of how many samples it is the mean.
+    pub(crate) samples: usize,
+    /// How long the pieces are that it may be simulated in, s: 0 for those the wire takes by itself.
+    pub(crate) piece_s: f64,
+}
+
 /// One recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Run {
@@ -62,8 +71,8 @@ pub(crate) struct Run {
     pub(crate) block: Vec<usize>,
     /// All of it is kept back.
     pub(crate) held_out: bool,
-    /// The simulation may take pieces as long as this, s: 0 for those the wire takes by itself.
-    pub(crate) longest_piece_s: f64,
+    /// By row: the simulation may take pieces as long as this, s. 0, or empty, for those the wire takes by itself.
+    pub(crate) longest_pieces_s: Vec<f64>,
     /// By row, where rows are means of several: how long before its end they are on the whole, as a share of its
     /// length. Empty where every row is one sample.
     pub(crate) early: Vec<f64>,
@@ -216,8 +225,8 @@ impl Data {
 
     /// The same with rows made one, by recording as many as `groups` says in turn, `most` of them at most: as much is known of
     /// what moves slowly, for a fraction of the work.
-    pub(crate) fn thinned(&self, groups: &[Vec<usize>], most: usize, drive: DriveKind) -> Data {
-        let runs = self.runs.iter().zip(groups).map(|(run, groups)| run.thinned(groups, drive)).collect();
+    pub(crate) fn thinned(&self, rows: &[Vec<Row>], most: usize, drive: DriveKind) -> Data {
+        let runs = self.runs.iter().zip(rows).map(|(run, rows)| run.thinned(rows, drive)).collect();
         let sensors = self
             .sensors
             .iter()
@@ -234,13 +243,6 @@ impl Data {
     pub(crate) fn among(&self, exact: &Data, around: &[Vec<Surroundings>]) -> Data {
         let runs = self.runs.iter().zip(&exact.runs).zip(around);
         Data { runs: runs.map(|((run, exact), around)| run.among(&exact.time_s, around)).collect(), ..self.clone() }
-    }
-
-    /// The same, simulated in pieces as long as `longest_s`.
-    pub(crate) fn in_pieces(&self, longest_s: f64) -> Data {
-        let mut data = self.clone();
-        data.runs.iter_mut().for_each(|run| run.longest_piece_s = longest_s);
-        data
     }
 
     /// The same with nothing kept back: for a last fit of everything that may be fitted.
@@ -300,7 +302,7 @@ impl Run {
             part,
             block,
             held_out: *held_out,
-            longest_piece_s: 0.0,
+            longest_pieces_s: Vec::new(),
             early: Vec::new(),
             samples: Vec::new(),
             lacking: Vec::new(),
@@ -321,8 +323,8 @@ impl Run {
         groups
     }
 
-    /// The same with so many rows made one in turn.
-    fn thinned(&self, groups: &[usize], drive: DriveKind) -> Run {
+    /// The same with so many rows made one in turn, each simulated in pieces of its own length.
+    fn thinned(&self, rows: &[Row], drive: DriveKind) -> Run {
         let mut thin = Run {
             time_s: Vec::new(),
             inputs: Vec::new(),
@@ -330,12 +332,13 @@ impl Run {
             part: Vec::new(),
             block: Vec::new(),
             early: Vec::new(),
-            samples: groups.to_vec(),
+            samples: rows.iter().map(|row| row.samples).collect(),
+            longest_pieces_s: rows.iter().map(|row| row.piece_s).collect(),
             around: Vec::new(),
             ..self.clone()
         };
         let mut first = 0;
-        for &count in groups {
+        for &Row { samples: count, .. } in rows {
             let group = first..first + count;
             let last = group.end - 1;
             let span_s: f64 = self.inputs[group.clone()].iter().map(|(_, dt_s)| dt_s).sum();
@@ -406,8 +409,9 @@ impl Run {
         })
     }
 
-    /// Lets a wire know what is beside it in a row.
-    pub(crate) fn warm(&self, row: usize, wire: &mut Wire) {
+    /// Lets a wire know of a row how long its pieces may be and what is beside it.
+    pub(crate) fn prepare(&self, row: usize, wire: &mut Wire) {
+        wire.take_long_pieces(self.longest_pieces_s.get(row).copied().unwrap_or(0.0));
         if let Some(around) = self.around.get(row) {
             around.warm(wire);
         }

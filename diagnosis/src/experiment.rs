@@ -289,7 +289,7 @@ fn recorded(data: &Data, first: &Run, name: &str, drive: &dyn Fn(f64) -> f64) ->
         part: vec![Part::Fitted; count],
         block: vec![0; count],
         held_out: false,
-        longest_piece_s: first.longest_piece_s,
+        longest_pieces_s: vec![first.longest_pieces_s.iter().copied().fold(0.0, f64::max); count],
         early: Vec::new(),
         samples: Vec::new(),
         lacking: Vec::new(),

@@ -65,13 +65,13 @@ impl Explanation {
     /// parameters to stay near: there what is missing shows before anything has made up for it.
     pub(crate) fn from_belief(data: &Data, space: &Space, start: &[f64], turns: Turns) -> Option<[Explanation; 2]> {
         let mut z = start.to_vec();
+        let mut left = residuals::plain_at(data, space, &z)?;
         let mut near = None;
         let mut known = None;
         for share in SHARES {
             let discrepancy = Discrepancy::of_range(data, share, MEMORY_S);
-            let left = residuals::plain_at(data, space, &z)?;
             let effort = Effort { iterations: ON_THE_WAY - usize::from(known.is_some()), negligible: ROUGHLY };
-            let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
+            let fit = refit(data, space, &z, &discrepancy, &mut left, effort, &mut known)?;
             z.clone_from(&fit.z);
             if share == NEAR {
                 near = Explanation::new(data, fit, discrepancy, &left, known.clone());
@@ -119,8 +119,7 @@ impl Explanation {
             // the first one goes by derivatives taken as often as it likes, the others by what is known, and once more
             let iterations = if round == 0 { turns.iterations } else { 1 };
             let effort = Effort { iterations, negligible: turns.negligible };
-            let fit = fit::fit_from(&discrepancy.whitened(data, &left), space, &z, effort, &mut known)?;
-            left = residuals::plain_at(data, space, &fit.z)?;
+            let fit = refit(data, space, &z, &discrepancy, &mut left, effort, &mut known)?;
             discrepancy = discrepancy.refitted(data, &left);
             z.clone_from(&fit.z);
             let found = Explanation::new(data, fit, discrepancy.clone(), &left, known.clone())?;
@@ -137,11 +136,10 @@ impl Explanation {
 
     /// Another model from `start`, a few steps, with the same error: evidence that can be compared while the error is held.
     pub(crate) fn of_another(&self, data: &Data, space: &Space, start: &[f64]) -> Option<Explanation> {
-        let left = residuals::plain_at(data, space, start)?;
+        let mut left = residuals::plain_at(data, space, start)?;
         let effort = Effort { iterations: ON_THE_WAY, negligible: ROUGHLY };
         let mut known = None;
-        let fit = fit::fit_from(&self.discrepancy.whitened(data, &left), space, start, effort, &mut known)?;
-        let left = residuals::plain_at(data, space, &fit.z)?;
+        let fit = refit(data, space, start, &self.discrepancy, &mut left, effort, &mut known)?;
         Explanation::new(data, fit, self.discrepancy.clone(), &left, known)
     }
 
@@ -224,6 +222,23 @@ impl Explanation {
     pub(crate) fn judges(&self, data: &Data) -> Option<Data> {
         Some(self.discrepancy.whitened(data, &residuals::plain_at(data, &self.fit.space, &self.fit.z)?))
     }
+}
+
+/// Fits from `start`, where so much is `left` of everything, not whitened, judged by an error like `discrepancy`; leaves what is left at
+/// the end, and derivatives as [`fit::fit_from`] does.
+fn refit(
+    data: &Data,
+    space: &Space,
+    start: &[f64],
+    discrepancy: &Discrepancy,
+    left: &mut Residuals,
+    effort: Effort,
+    known: &mut Option<Known>,
+) -> Option<Fit> {
+    let mut fitted = Some(residuals::without_held_out(data, left));
+    let fit = fit::fit_from(&discrepancy.whitened(data, left), space, start, &mut fitted, effort, known)?;
+    *left = residuals::with_held_out(data, space, &fit.z, fitted?)?;
+    Some(fit)
 }
 
 /// ln |H| of a positive matrix, directions that nothing holds left out.

@@ -89,10 +89,15 @@ impl Place {
     /// `None` where the model cannot be built.
     fn new(data: &Data, space: &Space, z: Vec<f64>) -> Option<Place> {
         let left = residuals::fitted_at(data, space, &z)?;
+        Some(Place::with(data, space, z, left))
+    }
+
+    /// Where so much is `left`, not whitened.
+    fn with(data: &Data, space: &Space, z: Vec<f64>, left: Residuals) -> Place {
         let residuals = data.white(&left);
         let score = residuals::score(data, &residuals);
         let objective = score.fitted + space.resistance(&z);
-        Some(Place { z, left, residuals, score, objective })
+        Place { z, left, residuals, score, objective }
     }
 }
 
@@ -292,10 +297,11 @@ impl Walk<'_> {
 
 /// Fits from `start`. `None` where the start itself is impossible.
 pub(crate) fn fit(data: &Data, space: &Space, start: &[f64], effort: Effort) -> Option<Fit> {
-    fit_from(data, space, start, effort, &mut None)
+    fit_from(data, space, start, &mut None, effort, &mut None)
 }
 
-/// Fits from `start`, by derivatives that are known from somewhere near as long as they lead on; leaves those it ended with.
+/// Fits from `start`, by derivatives that are known from somewhere near as long as they lead on; leaves those it ended with. What
+/// is `left` of what is fitted, not whitened, may be known at the start, and is at the end.
 ///
 /// Levenberg–Marquardt, its steps bent along with the valley (geodesic acceleration, Transtrum and Sethna 2012): where
 /// parameters make up for each other the valley is narrow and winds, and straight steps crawl along it.
@@ -303,12 +309,16 @@ pub(crate) fn fit_from(
     data: &Data,
     space: &Space,
     start: &[f64],
+    left: &mut Option<Residuals>,
     effort: Effort,
     known: &mut Option<Known>,
 ) -> Option<Fit> {
     let n = space.len();
-    let start: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
-    let here = Place::new(data, space, start)?;
+    let inside: Vec<f64> = space.coordinates.iter().zip(start).map(|(c, z)| z.clamp(c.low, c.high)).collect();
+    let here = match left.take() {
+        Some(left) if inside == start => Place::with(data, space, inside, left),
+        _ => Place::new(data, space, inside)?,
+    };
     let mut walk = Walk { data, space, effort, here, damping: 1e-3, slow: 0 };
     let mut taken = 0;
     if known.is_none() {
@@ -343,7 +353,8 @@ pub(crate) fn fit_from(
             }
         }
     }
-    let Place { z, score, objective, .. } = walk.here;
+    let Place { z, left: at_end, score, objective, .. } = walk.here;
+    *left = Some(at_end);
     Some(Fit { space: space.clone(), z, score, objective, information: slope.information, converged })
 }
 

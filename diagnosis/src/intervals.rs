@@ -166,7 +166,7 @@ fn profile(data: &Data, fit: &Fit, known: &Known, spread: &Spread, i: usize, gue
     let c = &mut space.coordinates[i];
     (c.low, c.high) = (z[i], z[i]);
     let known = &mut Some(known.clone());
-    let refitted = fit::fit_from(data, &space, &z, Effort::iterations(PROFILE_STEPS), known)?;
+    let refitted = fit::fit_from(data, &space, &z, &mut None, Effort::iterations(PROFILE_STEPS), known)?;
     let fall = refitted.objective - fit.objective;
     if fall <= 0.0 {
         return Some(guess.abs() * 2.0);

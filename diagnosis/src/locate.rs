@@ -245,7 +245,7 @@ impl<'a> Baseline<'a> {
                 base.knots.push(row);
                 base.wires.push(wire.clone());
             }
-            r.warm(row, &mut wire);
+            r.prepare(row, &mut wire);
             wire.step(&inputs, dt_s);
             let seen = wire.outputs();
             for (sensor, values) in data.sensors.iter().zip(&mut base.outputs) {
@@ -294,7 +294,7 @@ impl<'a> Baseline<'a> {
                 for (row, (inputs, dt_s)) in self.seen.inputs_of(model).enumerate().skip(first) {
                     let time_s = run.time_s[row];
                     wire.set_unknown(kind.unknown(natural * weight(time_s + 0.5 * dt_s)));
-                    self.seen.warm(row, &mut wire);
+                    self.seen.prepare(row, &mut wire);
                     wire.step(&inputs, dt_s);
                     let seen = wire.outputs();
                     let mut largest = 0.0f64;

@@ -7,7 +7,7 @@ use sinew_physics::{DriveKind, Surroundings};
 use sinew_recording::{Column, Recording};
 use sinew_rig::{PositionZero, Rig};
 
-use crate::data::{Data, Part, Source};
+use crate::data::{Data, Part, Row, Run, Source};
 use crate::error::{Broken, Error, Trouble};
 use crate::gates;
 use crate::noise::{self, Noise};
@@ -77,17 +77,24 @@ impl Prepared {
     }
 }
 
-/// How long a row of thinned data may be, and the pieces that a search may simulate in, longest first, s.
+/// How long a row of thinned data may be, and the pieces that it is simulated in, s; halved to less than the last, the wire
+/// takes its own.
 const LONG_ROW_S: f64 = 0.04;
-const LONG_PIECES_S: [f64; 3] = [0.02, 0.01, 0.005];
+const LONG_PIECE_S: f64 = 0.02;
+const SHORT_PIECE_S: f64 = 0.005;
 
 /// As long as what they lack, which is known at one place and taken into account, is less than this share of any
 /// sensor's noise, RMS: then it hardly changes from place to place.
 const UNNOTICED: f64 = 0.5;
-/// How often rows that lack much are halved; where that makes hardly more of them, by this share, those that lack half as
+/// How often rows that lack much are halved; where that makes hardly more pieces, by this share, those that lack half as
 /// much are next.
-const HALVINGS: usize = 12;
+const HALVINGS: usize = 16;
 const HARDLY: f64 = 0.03;
+
+/// A piece halved, s: 0 where the wire takes its own.
+fn half_as_long(piece_s: f64) -> f64 {
+    if piece_s > SHORT_PIECE_S { 0.5 * piece_s } else { 0.0 }
+}
 
 /// The data as a search simulates them, and those they are made from.
 #[derive(Debug, Clone)]
@@ -109,44 +116,55 @@ impl Searched {
             exact.runs.iter().map(|run| run.duration_s() / run.time_s.len() as f64).fold(f64::INFINITY, f64::min);
         let most = (LONG_ROW_S / row_s + 0.01).floor().max(1.0) as usize;
         let Some(there) = Searched::outputs(exact, space, &rest) else { return whole };
-        for piece_s in LONG_PIECES_S {
-            let mut groups: Vec<Vec<usize>> = exact.runs.iter().map(|run| run.groups(most)).collect();
-            let mut much = UNNOTICED;
-            for _ in 0..=HALVINGS {
-                let data = if most > 1 { exact.thinned(&groups, most, drive) } else { exact.clone() };
-                let searched = Searched { data: data.in_pieces(piece_s), exact: exact.clone() };
-                let Some(lacking) = searched.lacking_to(&there, space, &rest) else { break };
-                if searched.is_unnoticed(&lacking) {
-                    return searched.with(lacking);
-                }
-                let count = |groups: &[Vec<usize>]| groups.iter().map(Vec::len).sum::<usize>() as f64;
-                let halved = searched.halved(&groups, &lacking, much);
-                if count(&halved) < (1.0 + HARDLY) * count(&groups) {
-                    much *= 0.5;
-                }
-                groups = halved;
+        let long = |samples: usize| Row { samples, piece_s: LONG_PIECE_S };
+        let mut rows: Vec<Vec<Row>> =
+            exact.runs.iter().map(|run| run.groups(most).into_iter().map(long).collect()).collect();
+        let mut much = UNNOTICED;
+        for _ in 0..=HALVINGS {
+            let searched = Searched { data: exact.thinned(&rows, most, drive), exact: exact.clone() };
+            let Some(lacking) = searched.lacking_to(&there, space, &rest) else { break };
+            if searched.is_unnoticed(&lacking) {
+                return searched.with(lacking);
             }
+            let halved = searched.halved(&rows, &lacking, much);
+            if searched.pieces(&halved) < (1.0 + HARDLY) * searched.pieces(&rows) {
+                much *= 0.5;
+            }
+            rows = halved;
         }
         whole
     }
 
-    /// Rows halved before and where they begin to lack more than `much`, in units of noise.
-    fn halved(&self, groups: &[Vec<usize>], lacking: &Lacking, much: f64) -> Vec<Vec<usize>> {
-        let halved = |(groups, lacking): (&Vec<usize>, &Vec<Vec<f64>>)| {
+    /// Rows halved, and their pieces, before and where they begin to lack more than `much`, in units of noise.
+    fn halved(&self, rows: &[Vec<Row>], lacking: &Lacking, much: f64) -> Vec<Vec<Row>> {
+        let halved = |(rows, lacking): (&Vec<Row>, &Vec<Vec<f64>>)| {
             let begins = |row: usize| {
-                row < groups.len()
+                row < rows.len()
                     && self.data.sensors.iter().zip(lacking).any(|(sensor, lacking)| {
                         let before = if row == 0 { 0.0 } else { lacking[row - 1] };
                         (lacking[row] - before).abs() > much * sensor.noise
                     })
             };
-            let parts = |(row, count): (usize, &usize)| {
-                let half = if begins(row) || begins(row + 1) { count / 2 } else { 0 };
-                [half, count - half].into_iter().filter(|count| *count > 0)
+            let parts = |(row, whole): (usize, &Row)| {
+                let is_halved = begins(row) || begins(row + 1);
+                let piece_s = if is_halved { half_as_long(whole.piece_s) } else { whole.piece_s };
+                let half = if is_halved { whole.samples / 2 } else { 0 };
+                let parts = [half, whole.samples - half].into_iter().filter(|samples| *samples > 0);
+                parts.map(move |samples| Row { samples, piece_s })
             };
-            groups.iter().enumerate().flat_map(parts).collect()
+            rows.iter().enumerate().flat_map(parts).collect()
         };
-        groups.iter().zip(lacking).map(halved).collect()
+        rows.iter().zip(lacking).map(halved).collect()
+    }
+
+    /// How many pieces a simulation in such rows takes, about.
+    fn pieces(&self, rows: &[Vec<Row>]) -> f64 {
+        let of_run = |(run, rows): (&Run, &Vec<Row>)| {
+            let row_s = run.duration_s() / run.time_s.len() as f64;
+            let pieces = |row: &Row| (row.samples as f64 * row_s / row.piece_s.max(0.5 * SHORT_PIECE_S)).ceil();
+            rows.iter().map(pieces).sum::<f64>()
+        };
+        self.exact.runs.iter().zip(rows).map(of_run).sum()
     }
 
     /// The same among other wires, which do this by recording and row.

@@ -25,6 +25,24 @@ pub(crate) fn plain_at(data: &Data, space: &Space, z: &[f64]) -> Option<Residual
     of(data, space, z, |_| true)
 }
 
+/// Those of `whole` in what a search simulates.
+pub(crate) fn without_held_out(data: &Data, whole: &Residuals) -> Residuals {
+    let of_run = |(run, whole): (&Run, &Vec<Vec<f32>>)| {
+        if run.held_out { vec![Vec::new(); data.sensors.len()] } else { whole.clone() }
+    };
+    data.runs.iter().zip(whole).map(of_run).collect()
+}
+
+/// Those of a search at `z`, with what is kept back as a whole.
+pub(crate) fn with_held_out(data: &Data, space: &Space, z: &[f64], fitted: Residuals) -> Option<Residuals> {
+    if !data.runs.iter().any(|run| run.held_out) {
+        return Some(fitted);
+    }
+    let held_out = of(data, space, z, |run| run.held_out)?;
+    let by_run = data.runs.iter().zip(fitted.into_iter().zip(held_out));
+    Some(by_run.map(|(run, (fitted, held_out))| if run.held_out { held_out } else { fitted }).collect())
+}
+
 fn of(data: &Data, space: &Space, z: &[f64], wanted: impl Fn(&Run) -> bool) -> Option<Residuals> {
     let model = space.model(z)?;
     (0..data.runs.len())

@@ -42,16 +42,14 @@ pub(crate) fn states(model: &WireModel, run: &Run) -> Option<Vec<State>> {
 /// The wire as a recording starts.
 pub(crate) fn wire(model: &WireModel, run: &Run) -> Option<Wire> {
     let (first, _) = run.inputs_of(model).next()?;
-    let mut wire = Wire::with_inputs(model, &first).ok()?;
-    wire.take_long_pieces(run.longest_piece_s);
-    Some(wire)
+    Wire::with_inputs(model, &first).ok()
 }
 
 fn simulate(model: &WireModel, run: &Run, sensors: &[Sensor], mut see: impl FnMut(&Wire)) -> Option<Vec<Vec<f64>>> {
     let mut wire = wire(model, run)?;
     let mut outputs: Vec<Vec<f64>> = sensors.iter().map(|_| Vec::with_capacity(run.inputs.len())).collect();
     for (row, (inputs, dt_s)) in run.inputs_of(model).enumerate() {
-        run.warm(row, &mut wire);
+        run.prepare(row, &mut wire);
         wire.step(&inputs, dt_s);
         let seen = wire.outputs();
         for (sensor, values) in sensors.iter().zip(&mut outputs) {
@@ -103,7 +101,7 @@ mod tests {
             part: vec![Part::Fitted; 2],
             block: vec![0; 2],
             held_out: false,
-            longest_piece_s: 0.0,
+            longest_pieces_s: Vec::new(),
             early: Vec::new(),
             samples: Vec::new(),
             lacking: Vec::new(),

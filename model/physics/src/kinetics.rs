@@ -243,14 +243,17 @@ impl Hysteresis {
     }
 
     fn lower_point(&self, theta: f64) -> Point {
-        let cooling = self.cooling.at(theta - self.cooling_shift);
         if self.tails_cross {
-            let heating = self.heating.at(theta);
-            if heating.fraction.is_hotter_than(&cooling.fraction) {
-                return heating;
-            }
+            return self.lower_beside(&self.heating.at(theta), theta);
         }
-        cooling
+        self.cooling.at(theta - self.cooling_shift)
+    }
+
+    /// The same where the tails may cross, beside the heating curve at ϑ.
+    #[inline(always)]
+    fn lower_beside(&self, heating: &Point, theta: f64) -> Point {
+        let cooling = self.cooling.at(theta - self.cooling_shift);
+        if heating.fraction.is_hotter_than(&cooling.fraction) { *heating } else { cooling }
     }
 
     /// `fraction` clipped into the outer curves at ϑ.
@@ -315,7 +318,7 @@ impl Hysteresis {
             Direction::Cooling => {
                 let g = self.cooling.at(reversal_theta).fraction;
                 if g.austenite > 0.0 {
-                    // above 1 only where the tails cross; there g_A holds ξ, see `inside_far_curve`
+                    // above 1 only where the tails cross; there g_A holds ξ, see `on_branch`
                     ((at.austenite / g.austenite).min(1.0), (at.change_from(&g) / g.austenite).max(0.0))
                 } else {
                     (1.0, 0.0)
@@ -334,62 +337,73 @@ impl Hysteresis {
         }
     }
 
-    /// The mixture and its slope at ϑ on `branch`: the inner curve, or the outer one once that has been met.
+    /// The mixture and its slope at ϑ on `branch`: the inner curve, or the outer one once that has been met. Where tails of
+    /// unequal curves cross, the far curve holds an inner branch that would leave the loop there.
     pub(crate) fn on_branch(&self, branch: &Branch, theta: f64) -> Point {
-        let since = self.seen(branch.direction, theta) - branch.reversal_theta;
-        let slowed = branch.reversal_theta + self.inner_share * since;
-        let (inner, outer) = match branch.direction {
+        match branch.direction {
             Direction::Heating => {
-                let outer = self.heating.at(theta);
+                let upper = self.heating.at(theta);
                 if branch.rest == 0.0 {
                     // on the outer curve already (ξ_M = 1): it is below the slower inner curve from here on
-                    (outer, outer)
-                } else {
-                    let g = self.heating.at(slowed);
-                    let fraction = Fraction {
-                        martensite: branch.scale * g.fraction.martensite,
-                        austenite: branch.rest + branch.scale * g.fraction.austenite,
-                    };
-                    (Point { fraction, slope: self.inner_share * branch.scale * g.slope, outer: false }, outer)
+                    return upper;
                 }
+                let inner = self.inner(branch, theta);
+                if upper.fraction.is_hotter_than(&inner.fraction) {
+                    return upper;
+                }
+                if !self.tails_cross {
+                    return inner;
+                }
+                let lower = self.lower_beside(&upper, theta);
+                if inner.fraction.is_hotter_than(&lower.fraction) { lower.held() } else { inner }
             }
             Direction::Cooling => {
-                let outer = self.lower_point(theta);
+                let upper = self.tails_cross.then(|| self.heating.at(theta));
+                let lower = match &upper {
+                    Some(upper) => self.lower_beside(upper, theta),
+                    None => self.lower_point(theta),
+                };
                 if branch.rest == 0.0 {
-                    (outer, outer)
-                } else {
-                    let g = self.cooling.at(slowed);
-                    let fraction = Fraction {
-                        martensite: branch.rest + branch.scale * g.fraction.martensite,
-                        austenite: branch.scale * g.fraction.austenite,
-                    };
-                    (Point { fraction, slope: self.inner_share * branch.scale * g.slope, outer: false }, outer)
+                    return lower;
+                }
+                let inner = self.inner(branch, theta);
+                if inner.fraction.is_hotter_than(&lower.fraction) {
+                    return lower;
+                }
+                match upper {
+                    Some(upper) if upper.fraction.is_hotter_than(&inner.fraction) => upper.held(),
+                    _ => inner,
                 }
             }
-        };
-        let met = match branch.direction {
-            Direction::Heating => outer.fraction.is_hotter_than(&inner.fraction),
-            Direction::Cooling => inner.fraction.is_hotter_than(&outer.fraction),
-        };
-        let point = if met { outer } else { inner };
-        if self.tails_cross { self.inside_far_curve(branch.direction, theta, point) } else { point }
+        }
     }
 
-    /// Unequal curves can lead an inner branch out through the far side of the loop, in the tails: hold it there.
-    #[cold]
-    fn inside_far_curve(&self, direction: Direction, theta: f64, point: Point) -> Point {
-        let (beyond, far) = match direction {
+    /// The inner curve of `branch`, whatever the outer ones say.
+    #[inline(always)]
+    fn inner(&self, branch: &Branch, theta: f64) -> Point {
+        let since = self.seen(branch.direction, theta) - branch.reversal_theta;
+        let slowed = branch.reversal_theta + self.inner_share * since;
+        let Branch { scale, rest, .. } = *branch;
+        let (g, fraction) = match branch.direction {
             Direction::Heating => {
-                let lower = self.lower_point(theta);
-                (point.fraction.is_hotter_than(&lower.fraction), lower)
+                let g = self.heating.at(slowed);
+                let Fraction { martensite, austenite } = g.fraction;
+                (g, Fraction { martensite: scale * martensite, austenite: rest + scale * austenite })
             }
             Direction::Cooling => {
-                let upper = self.heating.at(theta);
-                (upper.fraction.is_hotter_than(&point.fraction), upper)
+                let g = self.cooling.at(slowed);
+                let Fraction { martensite, austenite } = g.fraction;
+                (g, Fraction { martensite: rest + scale * martensite, austenite: scale * austenite })
             }
         };
-        // held by the far curve, not met by the near one: the inner branch goes on
-        if beyond { Point { outer: false, ..far } } else { point }
+        Point { fraction, slope: self.inner_share * scale * g.slope, outer: false }
+    }
+}
+
+impl Point {
+    /// Held by the far curve, not met by the near one: the inner branch goes on.
+    fn held(self) -> Point {
+        Point { outer: false, ..self }
     }
 }
 

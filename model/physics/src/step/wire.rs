@@ -58,6 +58,8 @@ pub struct Wire {
     /// Time since the start, s.
     elapsed: f64,
     energy: EnergyBalance,
+    /// Pieces may be as long as this where the load alone asks for shorter ones, s.
+    long_piece: f64,
     /// Mass of the load where that is jammed now, kg.
     free_mass_kg: Option<f64>,
 }
@@ -98,6 +100,7 @@ impl Wire {
             started: state,
             elapsed: 0.0,
             energy: EnergyBalance::default(),
+            long_piece: 0.0,
             free_mass_kg: None,
         };
         wire.current = wire.balance.reference.current(first, state.resistance);
@@ -152,10 +155,10 @@ impl Wire {
     }
 
     /// Takes pieces up to `longest_s` from now on, where the load's own oscillation asks for shorter ones. As stable, and
-    /// several times as fast; what oscillates faster than that is damped instead of followed. For searches, which end
-    /// with a simulation in the wire's own pieces.
+    /// several times as fast; what oscillates faster than that is damped instead of followed. At 0 the wire takes its own
+    /// pieces again, which are never longer than these. For searches, which end with a simulation in the wire's own pieces.
     pub fn take_long_pieces(&mut self, longest_s: f64) {
-        self.balance.reference.longest_piece = self.balance.reference.longest_piece.max(longest_s);
+        self.long_piece = longest_s;
     }
 
     /// Sets the temperature of the wire beside this one, in °C, for `thermal.neighbour`; it holds until it is set again.
@@ -173,7 +176,8 @@ impl Wire {
         if !(dt_s >= SHORTEST_STEP_S && dt_s.is_finite()) {
             return;
         }
-        let pieces = (dt_s / self.balance.reference.longest_piece - 1e-9).ceil().max(1.0);
+        let longest = self.balance.reference.longest_piece.max(self.long_piece);
+        let pieces = (dt_s / longest - 1e-9).ceil().max(1.0);
         let h = dt_s / pieces;
         let imposed_rate = (inputs.imposed - self.imposed) / dt_s;
         let temperature_rate = match self.balance.reference.drive {
