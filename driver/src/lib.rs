@@ -24,7 +24,6 @@
 pub mod baseline;
 pub mod budget;
 pub mod channel;
-pub mod cold;
 pub mod commands;
 mod cycles;
 mod driver;
@@ -34,7 +33,6 @@ mod error;
 mod grid;
 pub mod heat;
 mod inbox;
-pub mod jam;
 pub mod joint;
 mod memory;
 mod orders;
