@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use crate::failure::Failure;
 use crate::generator::plan::{Seeds, plan, table};
-use crate::run::Failure;
 use crate::second::mechanisms::NOVEL;
 
 /// The committed file, in the crate's folder.

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use crate::failure::Failure;
 use crate::frozen;
 use crate::generator::case::{self, Answer, Case};
 use crate::generator::plan::Spec;
-use crate::run::Failure;
 use crate::second;
 
 /// Hash of the generators that made the case.

@@ -3,6 +3,7 @@
 
 mod diagnose_case;
 mod document;
+mod failure;
 mod frozen;
 mod generator;
 mod holdout;
@@ -22,8 +23,9 @@ use std::time::Duration;
 use clap::{Parser, Subcommand};
 use rayon::prelude::*;
 
+use failure::Failure;
 use generator::plan::{self, Seeds, Spec};
-use run::{Failure, Limits};
+use run::Limits;
 use score::Judged;
 
 /// Concealed cases, and how the diagnosis does on them.

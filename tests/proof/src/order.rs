@@ -10,8 +10,8 @@ use sinew_recording::Recording;
 use sinew_rig::Rig;
 
 use crate::diagnose_case::read;
+use crate::failure::Failure;
 use crate::holdout;
-use crate::run::Failure;
 
 /// Two answers are the same if their shares differ by no more than this, either way.
 const SHARE_BAND: f64 = 0.1;

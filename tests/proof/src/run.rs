@@ -1,6 +1,5 @@
 //! Runs the cases: each made in a folder, diagnosed by a process of its own, judged from what that left behind.
 
-use std::error::Error;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use crate::failure::Failure;
 use crate::generator::plan::Spec;
 use crate::made;
 use crate::reported::Reported;
@@ -16,9 +16,6 @@ use crate::score::{CRASHED, Judged, figures, judged};
 
 /// Cores of the long cases, which are timed.
 const LONG_THREADS: usize = 2;
-
-/// Any error that may cross threads.
-pub type Failure = Box<dyn Error + Send + Sync>;
 
 /// How long it may take.
 #[derive(Debug, Clone, Copy)]
