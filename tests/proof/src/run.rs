@@ -9,11 +9,14 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::generator::case::Answer;
 use crate::generator::plan::Spec;
 use crate::made;
 use crate::reported::Reported;
 use crate::score::{CRASHED, Judged, figures, judged};
 
+/// What the diagnosis of a case said, in its folder.
+const SAID: &str = "said.json";
 /// Cores of the long cases, which are timed.
 const LONG_THREADS: usize = 2;
 
@@ -56,12 +59,13 @@ pub fn run(specs: &[Spec], out: &Path, jobs: usize, resume: bool, limits: Limits
 }
 
 fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Duration) -> Result<Judged, Failure> {
-    let said_file = folder.join("said.json");
-    if resume && let Some(case) = reported(spec, folder)? {
-        return Ok(case);
-    }
+    let said_file = folder.join(SAID);
     let before = if resume { made::found(spec, folder)? } else { None };
-    let answer = before.map_or_else(|| made::write(spec, folder), Ok)?;
+    let answer = match before {
+        Some(answer) if said_file.exists() => return reported(spec, answer, &said_file),
+        Some(answer) => answer,
+        None => made::write(spec, folder)?,
+    };
     if said_file.exists() {
         fs::remove_file(&said_file)?;
     }
@@ -77,13 +81,9 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Durati
     Ok(judged(spec, answer, reported))
 }
 
-/// What an earlier run reported on this very case.
-fn reported(spec: &Spec, folder: &Path) -> Result<Option<Judged>, Failure> {
-    let said = folder.join("said.json");
-    match made::found(spec, folder)? {
-        Some(answer) if said.exists() => Ok(Some(judged(spec, answer, serde_json::from_slice(&fs::read(said)?)?))),
-        _ => Ok(None),
-    }
+/// The judgement on what an earlier run reported.
+fn reported(spec: &Spec, answer: Answer, said_file: &Path) -> Result<Judged, Failure> {
+    Ok(judged(spec, answer, serde_json::from_slice(&fs::read(said_file)?)?))
 }
 
 /// What earlier runs left in folders under `out`, of these cases.
@@ -91,7 +91,13 @@ fn reported(spec: &Spec, folder: &Path) -> Result<Option<Judged>, Failure> {
 /// # Errors
 /// A file that is there and cannot be read.
 pub fn left_behind(specs: &[Spec], out: &Path) -> Result<Vec<Judged>, Failure> {
-    let all: Result<Vec<_>, Failure> = specs.iter().map(|spec| reported(spec, &out.join(&spec.name))).collect();
+    let left = |spec: &Spec| {
+        let folder = out.join(&spec.name);
+        let said_file = folder.join(SAID);
+        let answer = made::found(spec, &folder)?.filter(|_| said_file.exists());
+        answer.map(|answer| reported(spec, answer, &said_file)).transpose()
+    };
+    let all: Result<Vec<_>, Failure> = specs.iter().map(left).collect();
     Ok(all?.into_iter().flatten().collect())
 }
 
