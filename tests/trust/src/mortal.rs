@@ -23,11 +23,6 @@ impl Record {
         let temperature_c = rig.channels[0].model.ambient_c;
         Record { recalled: Recalled { temperature_c, account_j: 0.0, given_w: 0.0, since_s: 0.0 }, at_s: 0.0 }
     }
-
-    /// Its driver has ended in good order, with its output at zero.
-    pub fn end(&mut self, at_s: f64) {
-        (self.recalled.given_w, self.at_s) = (0.0, at_s);
-    }
 }
 
 /// The driver while it lives. A period of it is an exchange, then [`Mortal::look`], then [`Mortal::cycle`].

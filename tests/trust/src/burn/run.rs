@@ -315,11 +315,8 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
         if let Some((true, start)) = end {
             // Zero, as its end puts it out; `stop` would stop the simulated world as well.
             let is_confirmed = world.wires.start().is_ok();
+            // What is kept is as old as the last cycle, as the driver's own.
             record = record.filter(|_| is_confirmed);
-            if let Some(record) = &mut record {
-                // As the driver's last record says it.
-                record.end(world.wires.time_s());
-            }
             (driver, next) = (None, Some(start));
             continue;
         }
