@@ -11,8 +11,10 @@ use sinew_rig::{Rig, Sensing};
 use sinew_sensing::{Health, LengthSensor, Motion, MotionObserver, Reading, Sample, SlideWatch};
 
 use crate::budget::Budgets;
+use crate::cold::ColdWitness;
 use crate::error::Error;
-use crate::heat::{ColdWitness, Cooling, Heat, Passed, Recalled};
+use crate::heat::{Cooling, Heat, Passed, Recalled};
+use crate::jam::JamWatch;
 use crate::orders::Ask;
 use crate::setup::{Ends, estimator, observer_of, sensor, settings, slide_watch};
 use crate::stage::StageWatch;
@@ -176,6 +178,7 @@ impl Channel {
         // Where something else than its own load can hold it, standstill proves nothing.
         let slide = slide_watch(channel, model, &stroke);
         let standstill = slide.is_some().then(|| Standstill::new(&stroke));
+        let jam = slide.is_some().then(|| JamWatch::of(model, &stroke)).flatten();
         let noise_a = sensor.config().converter.current_sigma_a();
         let drive = &model.drive;
         let series_ohm = drive.series_ohm();
@@ -215,7 +218,7 @@ impl Channel {
             protector: (!estimator.is_protective()).then(|| EnthalpyObserver::new(model)),
             cold: ColdWitness::of(model, &stroke).filter(|_| channel.control.sensing == Sensing::Dual),
             estimate: Estimate::UNKNOWN,
-            guard: Guard::new(max_current_a, Heat::at_rest(budgets, Cooling::of(model))),
+            guard: Guard::new(max_current_a, Heat::at_rest(budgets, Cooling::of(model)).watched_for_jams(jam)),
             target: Target::Idle,
             source: Source::Nobody,
             lapsed: false,
@@ -303,6 +306,7 @@ impl Channel {
             martensite: protective.martensite,
             is_measured: self.reading.length_m.is_finite(),
             cooling_curve_c: protective.cooling_curve_c,
+            length_m: self.motion.length_m,
             cold_c: self.cold.as_ref().and_then(|cold| cold.bound_c(&self.reading)),
         };
         let (permit, change) = self.guard.judge(&Evidence {

@@ -1,6 +1,6 @@
 //! What is believed of a wire's heat: its temperature at worst and its heat account, through starts, gaps and silences.
 //!
-//! What is not known is assumed to be the worst. Four things make up the belief:
+//! What is not known is assumed to be the worst. Five things make up the belief:
 //!
 //! - **The estimate** of a protective estimator: what power, length and resistance say of the wire since they have been watched.
 //! - **The heat that was surely put in**: what power alone leaves in the wire under the [most loss](MOST_LOSS) that is believed. Where the load is
@@ -10,18 +10,19 @@
 //!   its limit. Of two equal wires that get the same power the hotter one comes down to the other, so the excess decays by
 //!   the loss to the air: by the [slowest](SLOWEST_LOSS) that is believed, and more slowly while the wire may have latent
 //!   heat to release that the estimate does not know of.
+//! - **What nobody sees**: while a wire is not measured, or is [jammed](crate::jam), it is no colder than one that cools by the slowest law
+//!   (with the latent heat it may release), however the estimate goes on. That of an unmeasured wire ends with the next measurements.
 //! - **The account**: the thermal image by current and resistance alone (see [`crate::budget`]), integrated exactly however
 //!   long the gap.
 //!
-//! A witness ends an excess early: length and resistance that both say a cold wire ([`ColdWitness`]). Where they disagree, the worst
+//! A witness ends an excess early: length and resistance that both say a cold wire ([`ColdWitness`](crate::cold::ColdWitness)). Where they disagree, the worst
 //! case stays.
 
-use sinew_control::StrokeRange;
 use sinew_physics::WireModel;
-use sinew_physics::formulas::{WORKING_EXCESS_K, logistic, logit, relaxed, resistance_ohm};
-use sinew_sensing::Reading;
+use sinew_physics::formulas::{WORKING_EXCESS_K, logistic, relaxed};
 
 use crate::budget::{Allowance, Budgets, Derating};
+use crate::jam::{JamWatch, Stand};
 
 /// Share of the loss to the air that a wire surely has: beliefs may be 30 % off.
 pub const SLOWEST_LOSS: f64 = 0.7;
@@ -34,6 +35,8 @@ const NO_EXCESS_K: f64 = 0.5;
 /// An excess is gone through in steps no longer than that, s, and for no longer than that.
 const STEP_S: f64 = 0.025;
 const LONGEST_S: f64 = 600.0;
+/// Time in which an estimator finds back to a wire that is measured again, s.
+const FINDS_BACK_S: f64 = 0.1;
 /// A memory that says so much less, K, than a measured phase allows that is surely not at its cold end, is wrong.
 const CONTRADICTED_K: f64 = 20.0;
 const SURELY_INSIDE: f64 = 0.9;
@@ -73,6 +76,19 @@ impl Cooling {
         self.loss_w_per_k / (self.heat_capacity_j_per_k + latent_j_per_k)
     }
 
+    /// Temperature, °C, at the most, of a wire that was this hot, after so long at this power, W: with the least loss, the latent heat that it
+    /// may release as it cools, and none that it takes up.
+    fn at_most_c(&self, temperature_c: f64, power_w: f64, ambient_c: f64, seconds: f64) -> f64 {
+        let Cooling { heat_capacity_j_per_k, loss_w_per_k, latent_j, centre_c, width_k } = *self;
+        let seconds = seconds.min(LONGEST_S);
+        let steps = (seconds / STEP_S).ceil().max(1.0);
+        (0..steps as u32).fold(temperature_c, |now_c, _| {
+            let heat_w = power_w - loss_w_per_k * (now_c - ambient_c);
+            let xi = if heat_w < 0.0 { logistic(now_c, centre_c, width_k) } else { 0.0 };
+            now_c + heat_w * seconds / steps / (heat_capacity_j_per_k + latent_j * xi * (1.0 - xi) / width_k)
+        })
+    }
+
     /// Share of its heat that it loses in a second at the most, 1/s: by its fastest law.
     fn most_leak_per_s(&self) -> f64 {
         MOST_LOSS / SLOWEST_LOSS * self.loss_w_per_k / self.heat_capacity_j_per_k
@@ -109,53 +125,6 @@ impl Cooling {
     }
 }
 
-/// What length and resistance say together of a wire that lies at its cold end.
-#[derive(Debug, Clone, Copy)]
-pub struct ColdWitness {
-    /// No shorter is a cold wire, m.
-    least_length_m: f64,
-    /// Resistance of a cold wire per length, Ω/m.
-    ohm_per_m: f64,
-    /// No wire that shows both is hotter, °C.
-    bound_c: f64,
-}
-
-impl ColdWitness {
-    /// Share of the stroke from the cold end within which a wire counts as long, and how far its resistance may be off.
-    const LONG: f64 = 0.05;
-    const TOLERANCE: f64 = 0.02;
-    /// The resistance must tell austenite from martensite by so many times that.
-    const DISTINCT: f64 = 3.0;
-
-    /// The witness of a wire with taps; `None` where its resistance cannot tell a hot one from a cold one.
-    pub fn of(model: &WireModel, stroke: &StrokeRange) -> Option<ColdWitness> {
-        model.taps?;
-        let (m, ambient_c) = (&model.material, model.ambient_c);
-        let cold = m.martensite_resistivity(ambient_c);
-        // The heating curve (eq. 20) at the phase of the longest that is not quite cold, without the load's shift.
-        let by_length_c = m.austenite_temperature_c + logit(1.0 - Self::LONG) / m.heating_steepness_per_k;
-        let hot = m.austenite_resistivity(m.austenite_temperature_c);
-        if (hot / cold - 1.0).abs() < Self::DISTINCT * Self::TOLERANCE {
-            return None;
-        }
-        let per_k = m.martensite_resistivity(ambient_c + 1.0) / cold - 1.0;
-        let by_resistance_c = ambient_c + if per_k > 0.0 { Self::TOLERANCE / per_k } else { f64::INFINITY };
-        Some(ColdWitness {
-            least_length_m: stroke.length_m(Self::LONG),
-            ohm_per_m: resistance_ohm(cold, 1.0, model.geometry.area_m2()),
-            bound_c: by_length_c.min(by_resistance_c).max(ambient_c),
-        })
-    }
-
-    /// The temperature the wire cannot be above, °C, where a reading shows it cold; `None` where it does not.
-    #[inline]
-    pub fn bound_c(&self, reading: &Reading) -> Option<f64> {
-        let is_long = reading.length_m >= self.least_length_m;
-        let off = reading.resistance_ohm / (self.ohm_per_m * reading.length_m) - 1.0;
-        (reading.health.is_ok() && is_long && off.abs() <= Self::TOLERANCE).then_some(self.bound_c)
-    }
-}
-
 /// What a period adds to the belief.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passed {
@@ -171,6 +140,8 @@ pub struct Passed {
     pub is_measured: bool,
     /// Temperature of the cooling curve at that phase, °C: a measured wire is not colder.
     pub cooling_curve_c: f64,
+    /// Observed length, m; NaN where there is none.
+    pub length_m: f64,
     /// The temperature it cannot be above, °C, where the witnesses see a cold wire.
     pub cold_c: Option<f64>,
 }
@@ -203,6 +174,10 @@ pub struct Heat {
     estimate_c: f64,
     martensite: f64,
     excess_k: f64,
+    /// How much hotter it may be because it is not measured, K.
+    unseen_k: f64,
+    /// Where the load says when the wire has to move: whether it does.
+    jam: Option<JamWatch>,
     /// Heat beyond the air's temperature that is surely in the wire, besides what turned it austenite, J.
     surely_j: f64,
     /// Temperature that was assumed, until the first estimate makes an excess of it, °C.
@@ -225,11 +200,18 @@ impl Heat {
             estimate_c: f64::NAN,
             martensite: f64::NAN,
             excess_k: 0.0,
+            unseen_k: 0.0,
+            jam: None,
             surely_j: 0.0,
             assumed_c: Some(budgets.ambient_c),
             unconfirmed_memory: 0,
             agreeing: 0,
         }
+    }
+
+    /// The same, whose load says when it has to move.
+    pub fn watched_for_jams(self, jam: Option<JamWatch>) -> Heat {
+        Heat { jam, ..self }
     }
 
     /// An output can stay as it is for so long, s.
@@ -303,11 +285,14 @@ impl Heat {
     pub fn temperature_c(&self) -> f64 {
         match self.assumed_c {
             Some(assumed_c) => assumed_c,
-            None if self.excess_k > 0.0 => {
-                let limit_c = self.budgets.temperature_c;
-                self.estimate_c.max((self.estimate_c + self.excess_k).min(limit_c))
+            None => {
+                let added_k = self.excess_k.max(self.unseen_k);
+                if added_k > 0.0 {
+                    self.estimate_c.max((self.estimate_c + added_k).min(self.budgets.temperature_c))
+                } else {
+                    self.estimate_c
+                }
             }
-            None => self.estimate_c,
         }
     }
 
@@ -369,6 +354,7 @@ impl Heat {
     pub fn pass(&mut self, passed: &Passed) {
         let &Passed { power_w, dt_s, estimate_c, martensite, is_measured, .. } = passed;
         let before = std::mem::replace(&mut self.martensite, martensite);
+        let before_c = self.temperature_c();
         // Nothing here cools a wire below its air, and one whose length says that it is partly austenite is no colder than its cooling
         // curve; NaN stays NaN.
         let is_inside = is_measured && martensite < SURELY_INSIDE;
@@ -401,6 +387,31 @@ impl Heat {
                 self.excess_k += self.cooling.latent_j * taken_up / self.cooling.heat_capacity_j_per_k;
             }
             self.decay(passed);
+        }
+        if assumed.is_none() {
+            self.add_unseen(passed, before_c, surely_c);
+        }
+    }
+
+    /// What may be beyond the estimate because nothing shows it: `before_c` is what was believed before, `surely_c` what power leaves at the
+    /// least.
+    fn add_unseen(&mut self, passed: &Passed, before_c: f64, surely_c: f64) {
+        let &Passed { power_w, dt_s, is_measured, martensite, length_m, .. } = passed;
+        let length_m = if is_measured { length_m } else { f64::NAN };
+        let stand = Stand { least_c: surely_c, most_c: before_c, martensite, length_m, dt_s };
+        let is_held = self.jam.as_mut().is_some_and(|jam| jam.is_held(&stand));
+        if is_measured && !is_held {
+            let left_k = self.unseen_k * FINDS_BACK_S / (FINDS_BACK_S + dt_s.max(0.0));
+            self.unseen_k = if left_k < NO_EXCESS_K { 0.0 } else { left_k };
+            return;
+        }
+        let most_c = self.cooling.at_most_c(before_c, power_w, self.budgets.ambient_c, dt_s);
+        let added_k = most_c - self.estimate_c;
+        // NaN adds nothing: an unknown estimate allows nothing anyway.
+        if is_held {
+            self.excess_k = self.excess_k.max(added_k);
+        } else {
+            self.unseen_k = added_k.max(0.0);
         }
     }
 
@@ -488,6 +499,7 @@ mod tests {
         martensite: 1.0,
         is_measured: false,
         cooling_curve_c: 25.0,
+        length_m: f64::NAN,
         cold_c: None,
     };
 
@@ -595,6 +607,28 @@ mod tests {
         assert!(heat.temperature_c() < 30.0 && heat.filled() < 0.01, "{heat:?}");
         heat.was_unused(f64::NAN);
         assert_eq!(heat.temperature_c(), 150.0);
+    }
+
+    /// An estimate that falls at once to the air's temperature, or one that goes on cooling by the wire's own law with its heat balance.
+    #[test]
+    fn a_wire_nobody_sees_is_no_colder_than_its_slowest_law_and_one_that_is_seen_is() {
+        let hot = Passed { estimate_c: 120.0, is_measured: true, ..DARK };
+        let mut heat = at_rest();
+        (0..100).for_each(|_| heat.pass(&hot));
+        assert_eq!(heat.temperature_c(), 120.0);
+        // A tenth of a second: of 95 K of excess it loses e^(−0.1 s · 0.0056/0.015 s) at the least.
+        (0..100).for_each(|_| heat.pass(&DARK));
+        let slowest_c = EXAMPLE.at_most_c(120.0, 0.0, 25.0, 0.1);
+        assert!((heat.temperature_c() - slowest_c).abs() < 0.1, "{} {slowest_c}", heat.temperature_c());
+        assert!((115.0..119.0).contains(&slowest_c), "{slowest_c}");
+        // As hot in one gap.
+        let mut gap = at_rest();
+        gap.pass(&hot);
+        gap.pass(&Passed { dt_s: 0.1, ..DARK });
+        assert!((gap.temperature_c() - slowest_c).abs() < 0.1, "{} {slowest_c}", gap.temperature_c());
+        // And it is over half a second after it is seen again.
+        (0..500).for_each(|_| heat.pass(&Passed { estimate_c: 60.0, is_measured: true, ..DARK }));
+        assert!(heat.temperature_c() < 61.0, "{}", heat.temperature_c());
     }
 
     #[test]

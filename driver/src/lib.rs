@@ -24,6 +24,7 @@
 pub mod baseline;
 pub mod budget;
 pub mod channel;
+pub mod cold;
 pub mod commands;
 mod cycles;
 mod driver;
@@ -33,6 +34,7 @@ mod error;
 mod grid;
 pub mod heat;
 mod inbox;
+pub mod jam;
 pub mod joint;
 mod memory;
 mod orders;

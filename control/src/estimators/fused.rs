@@ -46,9 +46,12 @@ const CURVE_MODEL: f64 = 0.35;
 const STANDING: f64 = 0.14;
 /// Share of the latent heat that is not as the model has it.
 const LATENT_MODEL: f64 = 0.05;
-/// Drift of the heat filter's states, per √s.
+/// Share of a change of temperature that is not as the model has it, where the curves say nothing of it: heat capacity is none of the filter's
+/// states. Without it a wire that heats and cools quicker than believed is taken for one of another resistivity, and is tens of kelvins hotter.
+const CAPACITY_MODEL: f64 = 0.2;
+/// Drift of the heat filter's states, per √s. What changes a resistivity takes days.
 const DRIFT: Spread =
-    Spread { temperature_k: 0.3, loss: 0.15, resistivities: 5e-4, curves_widths: 0.03, latent_heat: 0.01 };
+    Spread { temperature_k: 0.3, loss: 0.15, resistivities: 1.6e-4, curves_widths: 0.03, latent_heat: 0.01 };
 /// Their spread at the start.
 const AT_START: Spread =
     Spread { temperature_k: 6.0, loss: 0.3, resistivities: 0.01, curves_widths: 1.2, latent_heat: 0.2 };
@@ -394,9 +397,11 @@ impl FusedEstimator {
         let released = release * change;
         let rise = heat * dt * m.per_heat_capacity + self.heat.state[LATENT] * released;
         self.heat.state[T] += rise;
-        let latent = LATENT_MODEL * release * change;
         let mut noise = DRIFT.of_states(m).map(|rate| rate * rate * dt);
-        noise[T] += latent.abs() * LATENT_MODEL * release * (MODEL_TIME_S / dt.max(1e-6)).min(100.0) * change.abs();
+        // within the loop the curves say how hot it is
+        let beyond = 1.0 - inside(fraction).min(inside(1.0 - fraction));
+        let (latent, stored) = (LATENT_MODEL * release * change, beyond * CAPACITY_MODEL * rise);
+        noise[T] += (latent * latent + stored * stored) * (MODEL_TIME_S / dt.max(1e-6)).min(100.0);
         let per_kelvin = m.loss * dt * m.per_heat_capacity;
         self.heat.predict(1.0 - self.heat.state[LOSS] * per_kelvin, -loss * dt * m.per_heat_capacity, released, &noise);
     }
