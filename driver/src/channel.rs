@@ -437,6 +437,11 @@ impl Channel {
         }
     }
 
+    /// Another duty goes out than the one that was decided.
+    pub(crate) fn was_given(&mut self, duty: f64) {
+        self.duty = duty;
+    }
+
     /// The exchange at hand comes late: its duty was decided before so many seconds under the one before it.
     pub(crate) fn come_late(&mut self, seconds: f64) {
         let allowed_w = self.guard.heat().allowance_after(self.applied_duty * self.on_power_w, seconds).power_w;

@@ -118,6 +118,13 @@ impl Engine {
         }
     }
 
+    /// Another duty than the last cycle decided on went out for a channel, 0 ..= 1: that of the recording it is replayed from.
+    pub fn was_given(&mut self, channel: usize, duty: f64) {
+        if let Some(channel) = self.channels.get_mut(channel) {
+            channel.was_given(duty);
+        }
+    }
+
     /// What a record of an output says of its wire, before the first cycle.
     pub fn recall(&mut self, channel: usize, recalled: &Recalled) {
         if let Some(channel) = self.channels.get_mut(channel) {

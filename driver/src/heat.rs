@@ -151,7 +151,7 @@ pub struct Passed {
 pub struct Recalled {
     /// Temperature at worst then, °C.
     pub temperature_c: f64,
-    /// The account then, J.
+    /// The account then, J; NaN where only the temperature is known.
     pub account_j: f64,
     /// The most its output can have given it since, until it fell silent, W.
     pub given_w: f64,
@@ -241,7 +241,7 @@ impl Heat {
     /// it surely loses. Whether it is one that can be: else the history is unknown.
     pub fn recall(&mut self, recalled: &Recalled) -> bool {
         let &Recalled { temperature_c, account_j, given_w, since_s } = recalled;
-        if !(temperature_c.is_finite() && account_j.is_finite() && given_w.is_finite() && since_s >= 0.0) {
+        if !(temperature_c.is_finite() && given_w.is_finite() && since_s >= 0.0) {
             self.forget();
             return false;
         }

@@ -150,6 +150,7 @@ impl Kept {
         let is_ours = mark == shown && mark != 0;
         let is_valid =
             is_ours && output == self.output && found_boot == boot && at_ns <= now_ns && state != UNCONFIRMED;
+        let is_valid = is_valid && f64::from_bits(account).is_finite();
         let since_s = now_ns.saturating_sub(at_ns) as f64 * 1e-9;
         is_valid.then(|| Recalled {
             temperature_c: f64::from_bits(temperature),

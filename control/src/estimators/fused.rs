@@ -51,7 +51,7 @@ const LATENT_MODEL: f64 = 0.05;
 const CAPACITY_MODEL: f64 = 0.2;
 /// Drift of the heat filter's states, per √s. What changes a resistivity takes days.
 const DRIFT: Spread =
-    Spread { temperature_k: 0.3, loss: 0.15, resistivities: 1.6e-4, curves_widths: 0.03, latent_heat: 0.01 };
+    Spread { temperature_k: 0.3, loss: 0.15, resistivities: 3e-4, curves_widths: 0.03, latent_heat: 0.01 };
 /// Their spread at the start.
 const AT_START: Spread =
     Spread { temperature_k: 6.0, loss: 0.3, resistivities: 0.01, curves_widths: 1.2, latent_heat: 0.2 };

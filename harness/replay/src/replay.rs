@@ -2,6 +2,7 @@
 
 use sinew_backend::{Backend, BackendError, Sample};
 use sinew_control::StrokeRange;
+use sinew_driver::heat::Recalled;
 use sinew_driver::{Ask, Beat, Engine, Event, Order, Program};
 use sinew_ipc::{ChannelState, CommandKind, CycleHeader, DriverState, Fault, Mode, Snapshot};
 use sinew_replay_backend::{ReplayBackend, Source};
@@ -113,6 +114,9 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
                 self.engine.remember(channel, state.temperature_c, f64::NAN);
             }
         }
+        if self.before.is_none() && head.cycle > 1 {
+            self.begin_later();
+        }
         // No sample shows a suspended machine; its fault does.
         let slept = self.backend.recorded().0.channels.iter().any(|state| state.fault == Fault::Suspended.code());
         if slept && !self.slept {
@@ -126,6 +130,11 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
         self.engine.describe(head.monotonic_ns, DriverState::Running, &mut self.now);
         let recorded = &self.backend.recorded().0.channels;
         self.comparison.add(&head, recorded, self.now.channels());
+        // What went out then is what heats these wires, whatever was decided now.
+        for (channel, state) in recorded.iter().enumerate() {
+            self.engine.was_given(channel, state.duty);
+            self.duty[channel] = state.duty;
+        }
         self.before = Some(head);
         Ok(Some((recorded, &self.now)))
     }
@@ -138,6 +147,14 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
     /// How completely the recording says what the driver was in, so far.
     pub fn completeness(&self) -> Completeness {
         self.complete
+    }
+
+    /// The estimators begin at the temperatures that were published then, as after a restart.
+    fn begin_later(&mut self) {
+        for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {
+            let temperature_c = state.temperature_c;
+            self.engine.recall(channel, &Recalled { temperature_c, account_j: f64::NAN, given_w: 0.0, since_s: 0.0 });
+        }
     }
 
     fn keep_count(&mut self, head: &CycleHeader) {
