@@ -37,6 +37,8 @@ const COLD_END: f64 = 0.15;
 /// Fewest periods between two dark ones: on a slow loop they must not take the length away. With the one in which the stage is seen, the one
 /// that confirms it and the one in which the supply goes, fewer than 20.
 const FEWEST_PERIODS: f64 = 16.0;
+/// Fewest periods in which a wire is watched before it is said to move or to stand.
+const WATCHED_PERIODS: f64 = 4.0;
 
 /// Watches the output stage of one channel.
 #[derive(Debug, Clone)]
@@ -63,6 +65,8 @@ pub struct StageWatch {
     look_every_s: f64,
     /// Where the wire was then.
     looked_m: f64,
+    /// Since the last dark period, s, whatever was asked for meanwhile: orders by turns hide no stage.
+    since_dark_s: f64,
     /// How long it was derated since the last dark period, s, and how long ago.
     derated_s: f64,
     since_derated_s: f64,
@@ -97,6 +101,7 @@ impl StageWatch {
             since_look_s: 0.0,
             look_every_s: LOOK_S,
             looked_m: f64::NAN,
+            since_dark_s: f64::INFINITY,
             derated_s: 0.0,
             since_derated_s: f64::INFINITY,
         }
@@ -156,8 +161,13 @@ impl StageWatch {
         if self.low_ohm.is_some() {
             return false;
         }
+        self.since_dark_s += dt_s;
         // One dark period: if it shows a current the supervisor keeps the gate closed for a second one.
-        self.derated_too_long(derated, spare_s, dt_s) | self.moves_unasked(low, spare_s, motion, dt_s)
+        let wants = self.derated_too_long(derated, spare_s, dt_s) | self.moves_unasked(low, spare_s, motion, dt_s);
+        if wants {
+            self.since_dark_s = 0.0;
+        }
+        wants
     }
 
     /// The wire has been derated for a while: if that does not help, the stage may be the reason. One that is told to relax from there is as
@@ -189,13 +199,16 @@ impl StageWatch {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
         }
         self.since_look_s += dt_s;
+        if self.since_dark_s < FEWEST_PERIODS * dt_s {
+            return false;
+        }
         let moved_m = length_m - self.looked_m;
         let shortens = moved_m < -MOVED * self.stroke_m;
-        if shortens && self.since_look_s > FEWEST_PERIODS * dt_s {
+        if shortens && self.since_look_s > WATCHED_PERIODS * dt_s {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
             return true;
         }
-        if self.since_look_s < self.look_every_s.min(spare_s).max(FEWEST_PERIODS * dt_s) {
+        if self.since_look_s < self.look_every_s.min(spare_s).max(WATCHED_PERIODS * dt_s) {
             return false;
         }
         (self.looked_m, self.since_look_s) = (length_m, 0.0);

@@ -2,7 +2,7 @@
 
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
-use sinew_rig::Rig;
+use sinew_rig::{BackendKind, Rig};
 
 use crate::failure::Failure;
 use crate::kind::between;
@@ -28,6 +28,8 @@ const WIRES: [(f64, f64); 15] = [
     (0.375, 2.0),
     (0.5, 2.0),
 ];
+/// A stage with a quick watchdog, and one as slow as the guard of Linux's outputs.
+const KEEPS_MS: [u32; 2] = [20, 100];
 const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
 // (the default three times out of six)
 const ESTIMATORS: [&str; 6] = ["fused", "fused", "fused", "enthalpy", "luenberger", "luenberger_scheduled"];
@@ -67,6 +69,8 @@ pub struct Plan {
     algorithm: &'static str,
     /// Whether an emergency stop is fitted.
     has_stop: bool,
+    /// How long its stage keeps its duty in silence, ms; at least four periods.
+    keeps_ms: u32,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -104,16 +108,17 @@ impl Plan {
                 ALGORITHMS[more.random_range(0..ALGORITHMS.len())]
             },
             has_stop: more.random_range(0..4) == 0,
+            keeps_ms: KEEPS_MS[more.random_range(0..KEEPS_MS.len())],
             rng,
         }
     }
 
     /// What it is, for people.
     pub fn words(&self) -> String {
-        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, algorithm, has_stop, .. } = self;
+        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, algorithm, has_stop, keeps_ms, .. } = self;
         let stop = if *has_stop { ", an emergency stop" } else { "" };
         format!(
-            "{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}, {algorithm}{stop}"
+            "{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}, {algorithm}, a stage that keeps its duty for {keeps_ms} ms{stop}"
         )
     }
 
@@ -171,6 +176,8 @@ impl Plan {
         let other_estimator = if self.estimator == "fused" { "fused" } else { "enthalpy" };
         let other = parse(&self.text(supply_v, other_law, other_estimator))?;
         let mut truth = believed.clone();
+        // What stands before these wires keeps their duty for as long as this guard would.
+        (truth.backend.kind, truth.backend.linux.guard_ms) = (BackendKind::Linux, self.keeps_ms);
         truth.simulation.seed = self.rng.random::<u32>().into();
         if !self.is_true {
             let material = &mut truth.channels[0].model.material;
