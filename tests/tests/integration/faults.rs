@@ -193,7 +193,12 @@ fn off_until_reset(rig: &Rig, client: &Client, names: &[&str], to_s: f64) {
     for (name, state) in names.iter().zip(state.channels()).take(BROKEN.len()) {
         assert_eq!((state.mode(), state.duty), (Mode::Fault, 0.0), "{name}: {state:?}");
     }
-    rig.ask(&["reset", "open"]).expect(0);
+    let all = rig.ask(&["reset", "--all"]);
+    let cleared = all.expect(0);
+    for (name, ..) in BROKEN {
+        assert!(cleared.stdout.lines().any(|line| line.starts_with(&format!("{name}: "))), "{cleared:?}");
+    }
+    assert_eq!(rig.ask(&["reset", "--all"]).expect(0).stdout, "no channel has a fault\n");
     for (name, ..) in BROKEN {
         client.reset(name).unwrap_or_else(|e| panic!("{name}: {e}"));
         let state = client.latest().channels()[client.channel(name).unwrap()];

@@ -47,7 +47,7 @@ pub enum Command {
     Scope(Scope),
     /// Command one channel.
     Set(Set),
-    /// Clear a channel's latched fault.
+    /// Clear the latched faults of channels.
     Reset(Reset),
     /// Stop the running driver: outputs to zero, then it reports and ends.
     Stop(Stop),
@@ -182,14 +182,19 @@ pub struct Set {
 /// `sinew reset`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
+Examples:
   sinew reset front_left_femur
+  sinew reset front_left_femur front_left_tibia
+  sinew reset --all
 
 A fault stays latched until it is reset, and is only cleared once its cause is gone.")]
 pub struct Reset {
-    /// Name of the channel.
-    #[arg(value_name = "CHANNEL")]
-    pub channel: String,
+    /// Names of the channels.
+    #[arg(value_name = "CHANNEL", required_unless_present = "all")]
+    pub channels: Vec<String>,
+    /// Every channel that has a fault.
+    #[arg(long, conflicts_with = "channels")]
+    pub all: bool,
     /// Which driver.
     #[command(flatten)]
     pub target: Target,

@@ -54,16 +54,31 @@ fn taken(client: &Client, channel: usize, setpoint: Setpoint, reply: &Reply) -> 
     format!("{}: {setpoint}{length}{hold}\n", info.name)
 }
 
-/// Runs `sinew reset`.
+/// Runs `sinew reset`. One that is refused does not keep the others from theirs; why the first was is the error.
 pub fn reset(args: &args::Reset) -> Outcome {
     let client = live::connect(&args.target)?;
-    let channel = channel(&client, &args.channel)?;
-    let before = client.latest().channels().get(channel).and_then(|state| state.fault());
-    client.command(channel as u32, CommandKind::Reset, 0.0, Duration::ZERO).map_err(live::failure)?;
-    output::print(match before {
-        Some(fault) => format!("{}: {} cleared\n", args.channel, fault.flag()),
-        None => format!("{}: had no fault\n", args.channel),
-    })
+    let faults: Vec<_> = client.latest().channels().iter().map(|state| state.fault()).collect();
+    let channels = if args.all {
+        (0..faults.len()).filter(|channel| faults[*channel].is_some()).collect()
+    } else {
+        args.channels.iter().map(|name| channel(&client, name)).collect::<Result<Vec<_>, _>>()?
+    };
+    if channels.is_empty() {
+        return output::print("no channel has a fault\n");
+    }
+    let mut refused = None;
+    for channel in channels {
+        let name = &client.channels()[channel].name;
+        match (client.command(channel as u32, CommandKind::Reset, 0.0, Duration::ZERO), faults[channel]) {
+            (Ok(_), Some(fault)) => output::print(format!("{name}: {} cleared\n", fault.flag()))?,
+            (Ok(_), None) => output::print(format!("{name}: had no fault\n"))?,
+            (Err(error), _) => {
+                output::print(format!("{name}: not reset\n"))?;
+                refused.get_or_insert(live::failure(error));
+            }
+        }
+    }
+    refused.map_or(Ok(()), Err)
 }
 
 /// Runs `sinew stop`: done when the driver is gone.
