@@ -16,7 +16,7 @@
 //! | 1–2 | swings: coxae contract, tibiae reach out | ... |
 //! | 2–4 | sets down: femora relax | ... all the four seconds |
 
-use sinew_ipc::{Client, Error, FaultChange};
+use sinew_ipc::{Client, CommandKind, Error, FaultChange, Wanted};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,8 +24,8 @@ use std::time::{Duration, Instant};
 
 /// Half a gait cycle, s: one tripod's step.
 const STEP_S: f64 = 4.0;
-/// How often setpoints are sent. Often enough for a smooth ramp, seldom enough for 18 commands in between.
-const TICK: Duration = Duration::from_millis(100);
+/// How often setpoints are sent, all of them in one request: often enough for a smooth ramp.
+const TICK: Duration = Duration::from_millis(20);
 /// How long each setpoint holds: if this program hangs or dies, the wires go off this much later.
 const LEASE: Duration = Duration::from_millis(500);
 
@@ -86,10 +86,11 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// One leg: its three wires, by the names they have in the rig file.
+/// One leg.
 struct Leg {
-    /// Coxa, femur, tibia.
+    /// Coxa, femur, tibia: their wires, by the names they have in the rig file, and by the numbers these have in the driver.
     wires: [String; 3],
+    channels: [u32; 3],
     /// Which of the two tripods it belongs to.
     tripod: usize,
 }
@@ -99,10 +100,11 @@ fn legs(client: &Client) -> Result<Vec<Leg>, Error> {
     for (row, place) in ["front", "middle", "rear"].into_iter().enumerate() {
         for (column, side) in ["left", "right"].into_iter().enumerate() {
             let wires = ["coxa", "femur", "tibia"].map(|joint| format!("{place}_{side}_{joint}"));
-            for wire in &wires {
-                client.channel(wire)?;
+            let mut channels = [0; 3];
+            for (channel, wire) in channels.iter_mut().zip(&wires) {
+                *channel = client.channel(wire)? as u32;
             }
-            legs.push(Leg { wires, tripod: (row + column) % 2 });
+            legs.push(Leg { wires, channels, tripod: (row + column) % 2 });
         }
     }
     Ok(legs)
@@ -136,7 +138,7 @@ fn phase(t_s: f64) -> String {
 fn walk(client: &Client, legs: &[Leg], end: Option<Duration>, interrupted: &AtomicBool) -> Result<(), Error> {
     let mut stream = client.stream()?;
     let mut faults = client.faults();
-    let mut refused = BTreeSet::new();
+    let (mut pose, mut refused) = (Vec::new(), BTreeSet::new());
     let start = Instant::now();
     let mut next = start;
     let mut next_line = Duration::from_secs(1);
@@ -146,21 +148,14 @@ fn walk(client: &Client, legs: &[Leg], end: Option<Duration>, interrupted: &Atom
     while !interrupted.load(Ordering::Relaxed) && end.is_none_or(|end| start.elapsed() < end) {
         let t_s = start.elapsed().as_secs_f64();
 
-        // Command every wire. A channel the driver refuses is told about once; the others walk on.
+        // Command every wire, all in the same cycle.
+        pose.clear();
         for leg in legs {
             let strokes = strokes(t_s + STEP_S * leg.tripod as f64);
-            for (wire, stroke) in leg.wires.iter().zip(strokes) {
-                match client.set_stroke(wire, stroke, LEASE) {
-                    Ok(_) => drop(refused.remove(wire)),
-                    Err(e @ Error::Refused(_)) => {
-                        if refused.insert(wire.clone()) {
-                            eprintln!("{e}");
-                        }
-                    }
-                    Err(e) => return Err(e),
-                }
-            }
+            let wanted = |(channel, value)| Wanted { channel, kind: CommandKind::Stroke, value };
+            pose.extend(leg.channels.into_iter().zip(strokes).map(wanted));
         }
+        send(client, &mut pose, &mut refused)?;
 
         // See what became of it: every cycle since the last look, not only the latest.
         while let Some(cycle) = stream.next()? {
@@ -190,4 +185,26 @@ fn walk(client: &Client, legs: &[Leg], end: Option<Duration>, interrupted: &Atom
         std::thread::sleep(next.saturating_duration_since(Instant::now()));
     }
     Ok(())
+}
+
+/// Sends a pose. Wires the driver refuses are told about once, and left out; the others walk on.
+fn send(client: &Client, pose: &mut Vec<Wanted>, refused: &mut BTreeSet<String>) -> Result<(), Error> {
+    let Err(error) = client.set_many(pose, LEASE) else {
+        refused.clear();
+        return Ok(());
+    };
+    let Error::RefusedTogether(refusals) = &error else { return Err(error) };
+    let is_refused = |name: &str| refusals.iter().any(|refusal| refusal.channel == name);
+    pose.retain(|wanted| !is_refused(client.channels()[wanted.channel as usize].name.as_str()));
+    refused.retain(|name| is_refused(name));
+    for refusal in refusals {
+        if refused.insert(refusal.channel.clone()) {
+            eprintln!("{}; {}", refusal.message(), refusal.remedy());
+        }
+    }
+    match client.set_many(pose, LEASE) {
+        // None is left, or one more has failed meanwhile: the next pose comes soon.
+        Ok(_) | Err(Error::Channels { .. } | Error::RefusedTogether(_)) => Ok(()),
+        Err(error) => Err(error),
+    }
 }

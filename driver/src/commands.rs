@@ -11,6 +11,8 @@
 //!   from 0 (which is the sensing pulse) to `max_duty`; forces only against a spring, where they mean a length.
 //! - `off` holds until the next command unless it has a hold time. `off`, `reset` and `stop` may address all channels.
 //! - `stop` is answered at once, and before all others; every other request waits for the loop.
+//! - Setpoints and `off` for several channels in one request are taken by all or by none, from the same cycle on and with one lease, the shortest
+//!   of those they would be granted alone.
 //! - `off` overtakes: what was asked of its channel before it and still waits is not carried out, nor is what was answered *busy*.
 
 use std::collections::HashMap;
@@ -27,14 +29,15 @@ use sinew_ring::Consumer;
 use crate::cycles::Shared;
 use crate::error::Error;
 use crate::inbox::Outbox;
-use crate::orders::{Answer, Ask, Event, Occurrence};
+use crate::orders::{Answer, Ask, Event, Occurrence, Told};
 use crate::report::MAX_FAULTS;
 use crate::supervisor::Cooldown;
 
-/// How often clients are asked for requests while none is under way.
+/// How often everything is looked after while no request is under way: clients of the gateway, events of the loop, the end. The own user's
+/// clients ring.
 const IDLE_PERIOD: Duration = Duration::from_millis(1);
 /// How often the loop's answers are looked for while a request is under way.
-const BUSY_PERIOD: Duration = Duration::from_micros(200);
+const BUSY_PERIOD: Duration = Duration::from_micros(50);
 /// Requests taken in one round.
 const REQUESTS_A_ROUND: usize = 256;
 /// How long the loop may take to answer, besides the time a channel may take to prove itself.
@@ -216,10 +219,10 @@ impl FaultLog {
 /// A request the loop has not answered yet.
 struct Waiting {
     request: Request,
-    /// Answers still missing: more than one when it is meant for all channels.
+    /// Answers still missing: more than one where it is for several channels.
     missing: usize,
-    /// The answer so far.
-    reply: Reply,
+    /// The answers so far, one for each of its commands.
+    replies: Vec<Reply>,
     until: Instant,
 }
 
@@ -229,7 +232,7 @@ pub(crate) struct Desk {
     pub rules: Vec<ChannelRules>,
     pub names: Vec<String>,
     pub outbox: Outbox,
-    pub events: Consumer<Event>,
+    pub events: Consumer<Told>,
 }
 
 impl Desk {
@@ -241,9 +244,9 @@ impl Desk {
             let ended = shared.ended.load(Ordering::Acquire);
             let stopping = ended || shared.stop.load(Ordering::Relaxed);
 
-            while let Some(event) = self.events.pop() {
+            while let Some(Told { cycle, event }) = self.events.pop() {
                 if let Occurrence::Answered { ticket, answer } = event.what {
-                    self.answered(&mut waiting, ticket, event.channel, answer, shared);
+                    self.answered(&mut waiting, ticket, event.channel, cycle, answer, shared);
                 } else {
                     fault_log.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
                 }
@@ -251,7 +254,7 @@ impl Desk {
             // A limited batch: a flood of requests does not delay the handling of the loop's answers.
             let mut requests: Vec<Request> =
                 (0..REQUESTS_A_ROUND).map_while(|_| self.port.as_mut()?.receive()).collect();
-            requests.sort_by_key(|request| request.command().kind() != Some(CommandKind::Stop));
+            requests.sort_by_key(|request| !is_stop(request));
             for request in requests {
                 let stopping = stopping || shared.stop.load(Ordering::Relaxed);
                 self.take(request, stopping, &mut waiting, shared);
@@ -266,57 +269,102 @@ impl Desk {
                 }
                 let Some(w) = waiting.remove(&ticket) else { continue };
                 let outcome = if ended { Outcome::Stopping } else { Outcome::Busy };
-                let reply = Reply::refused(w.request.command(), outcome);
-                refuse(shared, w.request, reply);
+                refuse_all(shared, w.request, |command| Reply::refused(command, outcome));
             }
             if ended || sinew_threads::is_struck() {
                 return;
             }
-            std::thread::sleep(if waiting.is_empty() { IDLE_PERIOD } else { BUSY_PERIOD });
+            match &self.port {
+                _ if !waiting.is_empty() => std::thread::sleep(BUSY_PERIOD),
+                Some(port) => port.wait(IDLE_PERIOD),
+                None => std::thread::sleep(IDLE_PERIOD),
+            }
         }
     }
 
     fn take(&mut self, request: Request, stopping: bool, waiting: &mut HashMap<u64, Waiting>, shared: &Shared) {
-        let command = *request.command();
         if !request.is_permitted() {
-            return refuse(shared, request, Reply::refused(&command, Outcome::NotPermitted));
+            return refuse_all(shared, request, |command| Reply::refused(command, Outcome::NotPermitted));
         }
-        if command.kind() == Some(CommandKind::Stop) {
+        if is_stop(&request) {
+            let command = request.commands()[0];
             tracing::info!(client = command.client >> 32, "stop asked for");
             shared.stop.store(true, Ordering::Relaxed);
-            return request.reply(Reply::taken(&command, 0.0));
+            return request.reply(vec![Reply::taken(&command, 0.0)]);
         }
         if stopping {
-            let reply = Reply::refused(&command, Outcome::Stopping).because(Fault::Stopping);
-            return refuse(shared, request, reply);
+            let stopping = |command: &Command| Reply::refused(command, Outcome::Stopping).because(Fault::Stopping);
+            return refuse_all(shared, request, stopping);
         }
+        let judged = match request.commands() {
+            [command] => self.judge(command).map_err(|reply| vec![reply]),
+            several => self.judge_together(several),
+        };
+        let Checked { orders, hold_s } = match judged {
+            Ok(checked) => checked,
+            Err(replies) => return refuse(shared, request, replies),
+        };
+        let missing = orders.len();
+        let is_off = orders.iter().all(|(_, ask, _)| *ask == Ask::Off);
+        let sent = match request.commands() {
+            [_] => self.outbox.send(orders.into_iter(), is_off),
+            _ if is_off => self.outbox.send(orders.into_iter(), true),
+            _ => self.outbox.send_together(&orders),
+        };
+        let Some(ticket) = sent else {
+            return refuse_all(shared, request, |command| Reply::refused(command, Outcome::Busy));
+        };
+        let replies = request.commands().iter().map(|command| Reply::taken(command, hold_s)).collect();
+        waiting.insert(ticket, Waiting { request, missing, replies, until: Instant::now() + PATIENCE });
+    }
+
+    /// Checks the command of a request that has one; it may be for all channels, and is taken by all or by none then.
+    fn judge(&self, command: &Command) -> Result<Checked, Reply> {
         let for_all =
             command.channel == ALL_CHANNELS && matches!(command.kind(), Some(CommandKind::Off | CommandKind::Reset));
         let channels = match command.channel as usize {
             _ if for_all => 0..self.rules.len(),
             channel if channel < self.rules.len() => channel..channel + 1,
-            _ => return refuse(shared, request, Reply::refused(&command, Outcome::UnknownChannel)),
+            _ => return Err(Reply::refused(command, Outcome::UnknownChannel)),
         };
-        // All are checked before the first is on its way: a command for all is taken by all or by none.
-        let mut hold_s = f64::INFINITY;
-        let mut orders = Vec::with_capacity(channels.len());
+        let mut checked = Checked::nothing();
         for channel in channels {
-            match self.rules[channel].check(&command) {
-                Ok((ask, granted_s)) => {
-                    hold_s = hold_s.min(granted_s);
-                    let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
-                    orders.push((channel, ask, hold_ns));
-                }
-                Err(reply) => return refuse(shared, request, Reply { channel: channel as u32, ..reply }),
-            }
+            let granted = self.rules[channel].check(command);
+            checked.add(channel, granted.map_err(|reply| Reply { channel: channel as u32, ..reply })?);
         }
-        let missing = orders.len();
-        let is_off = command.kind() == Some(CommandKind::Off);
-        let Some(ticket) = self.outbox.send(orders.into_iter(), is_off) else {
-            return refuse(shared, request, Reply::refused(&command, Outcome::Busy));
+        Ok(checked)
+    }
+
+    /// Checks the commands of a request that has several: each on its own, and all of them together.
+    fn judge_together(&self, commands: &[Command]) -> Result<Checked, Vec<Reply>> {
+        let mut checked = Checked::nothing();
+        let mut is_named = vec![false; self.rules.len()];
+        let mut check = |command: &Command| {
+            let channel = command.channel as usize;
+            let Some(is_named) = is_named.get_mut(channel) else {
+                return Err(Reply::refused(command, Outcome::UnknownChannel));
+            };
+            let is_alone = matches!(command.kind(), Some(CommandKind::Reset | CommandKind::Stop));
+            if is_alone || std::mem::replace(is_named, true) {
+                return Err(Reply::refused(command, Outcome::NotTogether));
+            }
+            Ok((channel, self.rules[channel].check(command)?))
         };
-        let reply = Reply::taken(&command, hold_s);
-        waiting.insert(ticket, Waiting { request, missing, reply, until: Instant::now() + PATIENCE });
+        let verdicts: Vec<_> = commands.iter().map(&mut check).collect();
+        if verdicts.iter().any(Result::is_err) {
+            let refused = |(command, verdict): (&Command, &Result<_, Reply>)| match verdict {
+                Ok(_) => Reply::refused(command, Outcome::WithOthers),
+                Err(reply) => *reply,
+            };
+            return Err(commands.iter().zip(&verdicts).map(refused).collect());
+        }
+        verdicts.into_iter().flatten().for_each(|(channel, granted)| checked.add(channel, granted));
+        // One lease for all: the shortest, of those that have any.
+        let hold_ns = checked.orders.iter().map(|(_, _, hold_ns)| *hold_ns).min().unwrap_or(u64::MAX);
+        for (_, ask, hold) in &mut checked.orders {
+            *hold = if *ask == Ask::Off { *hold } else { hold_ns };
+        }
+        Ok(checked)
     }
 
     /// Takes in an answer of the loop; the last one of a request is sent to whoever asked.
@@ -325,11 +373,19 @@ impl Desk {
         waiting: &mut HashMap<u64, Waiting>,
         ticket: u64,
         channel: u32,
+        cycle: u64,
         answer: Answer,
         shared: &Shared,
     ) {
         let Some(w) = waiting.get_mut(&ticket) else { return };
-        let refused = |outcome| Reply { channel, ..Reply::refused(w.request.command(), outcome) };
+        let commands = w.request.commands();
+        // The only one, which may be for all channels, or the one for this channel.
+        let place = match commands {
+            [_] => Some(0),
+            several => several.iter().position(|command| command.channel == channel),
+        };
+        let Some(place) = place else { return };
+        let refused = |outcome| Reply { channel, ..Reply::refused(&commands[place], outcome) };
         let refusal = match answer {
             Answer::Done => None,
             Answer::Latched(fault) => Some(refused(Outcome::Faulted).because(fault)),
@@ -338,30 +394,67 @@ impl Desk {
                 Some(refused(Outcome::TooHot).because(fault).until(longest_s, temperature_c, below_c))
             }
             Answer::Overtaken => Some(refused(Outcome::Overtaken)),
+            Answer::WithOthers => Some(refused(Outcome::WithOthers)),
         };
-        // Of several the first; it says which channel.
-        if let Some(refusal) = refusal
-            && w.reply.outcome == Outcome::Taken.code()
-        {
-            w.reply = refusal;
+        let reply = &mut w.replies[place];
+        match refusal {
+            None if is_taken(reply) => *reply = reply.in_cycle(cycle),
+            // Of several for one command the first; it says which channel.
+            Some(refusal) if is_taken(reply) => *reply = refusal,
+            _ => {}
         }
         w.missing -= 1;
         if w.missing == 0
             && let Some(w) = waiting.remove(&ticket)
         {
             self.outbox.end(ticket);
-            if w.reply.outcome == Outcome::Taken.code() {
-                w.request.reply(w.reply);
+            if w.replies.iter().all(is_taken) {
+                w.request.reply(w.replies);
             } else {
-                refuse(shared, w.request, w.reply);
+                refuse(shared, w.request, w.replies);
             }
         }
     }
 }
 
-fn refuse(shared: &Shared, request: Request, reply: Reply) {
+/// What a request asks of the loop, and the lease that is granted, s: the shortest of several, 0 where there is none.
+struct Checked {
+    orders: Vec<(usize, Ask, u64)>,
+    hold_s: f64,
+}
+
+impl Checked {
+    fn nothing() -> Checked {
+        Checked { orders: Vec::new(), hold_s: 0.0 }
+    }
+
+    fn add(&mut self, channel: usize, (ask, granted_s): (Ask, f64)) {
+        // What holds until the next command has no lease.
+        if granted_s > 0.0 {
+            self.hold_s = if self.hold_s > 0.0 { self.hold_s.min(granted_s) } else { granted_s };
+        }
+        let hold_ns = if granted_s > 0.0 { (granted_s * 1e9) as u64 } else { u64::MAX };
+        self.orders.push((channel, ask, hold_ns));
+    }
+}
+
+/// Whether it asks for a stop, and for nothing else.
+fn is_stop(request: &Request) -> bool {
+    matches!(request.commands(), [command] if command.kind() == Some(CommandKind::Stop))
+}
+
+fn is_taken(reply: &Reply) -> bool {
+    reply.outcome == Outcome::Taken.code()
+}
+
+fn refuse(shared: &Shared, request: Request, replies: Vec<Reply>) {
     shared.refusals.fetch_add(1, Ordering::Relaxed);
-    request.reply(reply);
+    request.reply(replies);
+}
+
+fn refuse_all(shared: &Shared, request: Request, reply: impl FnMut(&Command) -> Reply) {
+    let replies = request.commands().iter().map(reply).collect();
+    refuse(shared, request, replies);
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::engine::Engine;
 use crate::grid::{Grid, Missed, Pace};
 use crate::inbox::Inbox;
 use crate::memory::Memory;
-use crate::orders::{Beat, Event};
+use crate::orders::{Beat, Event, Told};
 use crate::report::Ending;
 use crate::suspension::Wakefulness;
 use sinew_backend::allocations;
@@ -74,7 +74,7 @@ pub(crate) struct Cycles<B, O> {
     /// What outlives it.
     pub memory: Memory,
     pub orders: Inbox,
-    pub events: Producer<Event>,
+    pub events: Producer<Told>,
     /// Every cycle, for the publisher.
     pub published: Producer<HeldCycle>,
     pub period_ns: u64,
@@ -233,8 +233,9 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             supply.look(backend.0, engine, was_reset);
 
             // Sense, supervise, control.
+            let cycle = stats.cycles + 1;
             let mut tell = |event: Event| {
-                if !events.push(event) {
+                if !events.push(Told { cycle, event }) {
                     shared.events_lost.fetch_add(1, Ordering::Relaxed);
                 }
             };

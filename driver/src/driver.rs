@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::grid::Pace;
 use crate::inbox::way_in;
 use crate::memory::Memory;
-use crate::orders::Event;
+use crate::orders::Told;
 use crate::program::Program;
 use crate::publish::{self, Tap};
 use crate::report::{self, BareLoop, ChannelReport, FaultRecord, Quantiles, RunReport};
@@ -240,7 +240,7 @@ impl Driver {
         let fitting = RING_BYTES / (channels * size_of::<ChannelState>());
         let room = ((RING_S * rig.rate_hz) as usize).min(fitting).max(RING_CYCLES);
         let (outbox, orders) = way_in();
-        let (events, events_out) = ring(vec![Event::NONE; EVENTS]);
+        let (events, events_out) = ring(vec![Told::NONE; EVENTS]);
         let (published, publishing) = ring((0..room).map(|_| HeldCycle::new(channels)));
         let shared = Arc::new(Shared::default());
         let fault_log = Arc::new(Mutex::new(FaultLog::default()));

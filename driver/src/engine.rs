@@ -28,7 +28,7 @@ pub struct Engine {
     /// Channels whose hardware was asked to forget a fault: how many periods more it may take.
     clearing: Vec<u32>,
     /// The ticket of the last `off` each channel has taken: what was asked for before it is not carried out.
-    last_off: Vec<u64>,
+    overtook: Vec<u64>,
     program: Option<Program>,
     punctuality: Punctuality,
     /// How long the machine was suspended since the last cycle, s.
@@ -87,7 +87,7 @@ impl Engine {
             joints,
             places,
             resets: vec![None; channels.len()],
-            last_off: vec![0; channels.len()],
+            overtook: vec![0; channels.len()],
             clearing: vec![0; channels.len()],
             channels,
             program,
@@ -208,10 +208,51 @@ impl Engine {
         self.channels.get(channel).is_some_and(Channel::has_order)
     }
 
-    /// Whether an `off` that was asked for later than this order has been taken already. A reset is not overtaken: it moves nothing.
+    /// Whether an `off`, or an order for several channels, that was asked for later than this order has been taken already. A reset is not
+    /// overtaken: it moves nothing.
     #[inline]
     pub fn is_overtaken(&self, order: &Order) -> bool {
-        order.ask != Ask::Reset && self.last_off.get(order.channel).is_some_and(|last| order.ticket < *last)
+        order.ask != Ask::Reset && self.overtook.get(order.channel).is_some_and(|last| order.ticket < *last)
+    }
+
+    /// What was asked of this channel before it, and of the other end of its joint, is overtaken by this order.
+    fn overtake(&mut self, order: &Order) {
+        for channel in self.partner(order.channel).into_iter().chain([order.channel]) {
+            self.overtook[channel] = self.overtook[channel].max(order.ticket);
+        }
+    }
+
+    /// Why a setpoint or an `off` would not be taken now.
+    #[inline]
+    fn objection(&self, order: &Order) -> Option<Answer> {
+        if self.is_overtaken(order) {
+            return Some(Answer::Overtaken);
+        }
+        if order.ask == Ask::Off {
+            // A faulted channel is off already.
+            return None;
+        }
+        let fault = |channel: usize| self.channels[channel].guard.fault();
+        let moves = matches!(order.ask, Ask::Length(_) | Ask::Force(_) | Ask::Tension(_));
+        let of_joint = || self.partner(order.channel).filter(|_| moves).and_then(fault);
+        fault(order.channel).or_else(of_joint).map(Answer::Latched)
+    }
+
+    /// Takes setpoints for several channels before a cycle at `now_ns`, all or none; `tell` hears the answer to each.
+    #[inline]
+    pub fn take_together(&mut self, orders: &[Order], now_ns: u64, mut tell: impl FnMut(&Order, Answer)) {
+        if orders.iter().any(|order| self.objection(order).is_some()) {
+            for order in orders {
+                tell(order, self.objection(order).unwrap_or(Answer::WithOthers));
+            }
+            return;
+        }
+        for order in orders {
+            self.overtake(order);
+            if let Some(answer) = self.take(order, now_ns) {
+                tell(order, answer);
+            }
+        }
     }
 
     /// Whether an output stage conducts with its gate closed, an emergency stop is latched, or all channels are, so that the supply has to, or
@@ -257,13 +298,13 @@ impl Engine {
         let partner = self.partner(order.channel);
         if order.ask == Ask::Off {
             // One end of a joint moves the other.
-            for channel in partner.into_iter().chain([order.channel]) {
-                self.last_off[channel] = self.last_off[channel].max(order.ticket);
-            }
+            self.overtake(order);
         }
         let (is_failing, is_whole) =
             (self.is_failing(order.channel), self.exchanged.is_err_and(|error| error.channel().is_none()));
         let partners_fault = partner.and_then(|partner| self.channels[partner].guard.fault());
+        // A faulted channel is off already; requesting `off` is not an error.
+        let objection = if order.ask == Ask::Reset { None } else { self.objection(order) };
         let channel = &mut self.channels[order.channel];
         let target = match order.ask {
             Ask::Length(length_m) => Target::Length(length_m),
@@ -319,13 +360,11 @@ impl Engine {
                 };
             }
         };
-        if let Some(fault) = channel.guard.fault() {
-            // A faulted channel is off already; requesting `off` is not an error.
-            return Some(if order.ask == Ask::Off { Answer::Done } else { Answer::Latched(fault) });
+        if objection.is_some() {
+            return objection;
         }
-        let moves = matches!(target, Target::Length(_) | Target::Force(_));
-        if let Some(fault) = partners_fault.filter(|_| moves) {
-            return Some(Answer::Latched(fault));
+        if channel.guard.fault().is_some() {
+            return Some(Answer::Done);
         }
         let source = Source::Client { until_ns: now_ns.saturating_add(order.hold_ns) };
         channel.obey(target, source);

@@ -2,6 +2,8 @@
 //!
 //! - **What switches off overtakes.** An `off` goes by a lane of its own, which the loop empties first; what was asked of its channel before
 //!   it and still waits is answered *overtaken* and not carried out.
+//! - **What is asked together runs together.** Setpoints for several channels are one piece in a lane of their own, of which the loop takes one
+//!   in a cycle, all or none; it overtakes what still waits for its channels.
 //! - **A refused order never runs.** A request that waits for too long (for a loop that is held up) is answered *busy* only after it was
 //!   taken back; what cannot be taken back any more has begun, and its answer is waited for. Both sides change one word of a request by
 //!   one compare-and-swap: no lock, and nobody waits.
@@ -14,20 +16,37 @@ use sinew_ring::{Consumer, Producer, ring};
 use crate::engine::Engine;
 use crate::orders::{Ask, Event, Occurrence, Order};
 
-/// Orders that may be on their way, in each lane.
+/// Orders that may be on their way, in each lane; and requests for several channels.
 const ORDERS: usize = 512;
+const TOGETHERS: usize = 16;
 /// Requests that may be under way.
-const REQUESTS: usize = 2 * ORDERS;
+const REQUESTS: usize = 2 * ORDERS + TOGETHERS;
 /// Most orders taken in one cycle: a flood of commands is spread over cycles instead of making one late. Of those that switch off as many
 /// as there can be channels.
 const ORDERS_A_CYCLE: usize = 8;
 const OFFS_A_CYCLE: usize = sinew_ipc::MAX_CHANNELS;
+
+/// Orders of one request for several channels.
+#[derive(Debug, Clone)]
+struct Together {
+    orders: [Order; sinew_ipc::MAX_CHANNELS],
+    count: usize,
+}
+
+impl Together {
+    const NONE: Together = Together { orders: [Order::NONE; sinew_ipc::MAX_CHANNELS], count: 0 };
+
+    fn orders(&self) -> &[Order] {
+        &self.orders[..self.count]
+    }
+}
 
 /// The desk's end.
 #[derive(Debug)]
 pub(crate) struct Outbox {
     orders: Producer<Order>,
     offs: Producer<Order>,
+    togethers: Producer<Together>,
     tickets: Arc<Tickets>,
     last: u64,
 }
@@ -37,6 +56,7 @@ pub(crate) struct Outbox {
 pub(crate) struct Inbox {
     orders: Consumer<Order>,
     offs: Consumer<Order>,
+    togethers: Consumer<Together>,
     tickets: Arc<Tickets>,
 }
 
@@ -44,9 +64,11 @@ pub(crate) struct Inbox {
 pub(crate) fn way_in() -> (Outbox, Inbox) {
     let (give, orders) = ring([Order::NONE; ORDERS]);
     let (give_off, offs) = ring([Order::NONE; ORDERS]);
+    let (give_together, togethers) = ring(vec![Together::NONE; TOGETHERS]);
     let tickets = Arc::new(Tickets::new(REQUESTS));
-    let outbox = Outbox { orders: give, offs: give_off, tickets: tickets.clone(), last: 0 };
-    (outbox, Inbox { orders, offs, tickets })
+    let outbox =
+        Outbox { orders: give, offs: give_off, togethers: give_together, tickets: tickets.clone(), last: 0 };
+    (outbox, Inbox { orders, offs, togethers, tickets })
 }
 
 impl Outbox {
@@ -62,6 +84,23 @@ impl Outbox {
             // There is room: looked at above, and this is the only producer.
             lane.push(Order { ticket, channel, ask, hold_ns });
         }
+        Some(ticket)
+    }
+
+    /// Sends setpoints on their way that are to be in force from the same cycle on or not at all; their ticket. `None`: there is no room, or
+    /// there are more than there can be channels.
+    pub fn send_together(&mut self, orders: &[(usize, Ask, u64)]) -> Option<u64> {
+        if self.togethers.free() == 0 || orders.len() > sinew_ipc::MAX_CHANNELS {
+            return None;
+        }
+        let ticket = self.tickets.issue(self.last)?;
+        self.last = ticket;
+        self.togethers.put(|together| {
+            together.count = orders.len();
+            for (place, &(channel, ask, hold_ns)) in together.orders.iter_mut().zip(orders) {
+                *place = Order { ticket, channel, ask, hold_ns };
+            }
+        });
         Some(ticket)
     }
 
@@ -85,6 +124,7 @@ impl Inbox {
             let Some(order) = self.offs.pop() else { break };
             taken += self.take(&order, engine, now_ns, tell);
         }
+        taken += self.take_together(engine, now_ns, tell);
         for _ in 0..ORDERS_A_CYCLE {
             // A second one for the same channel waits for the next cycle: a recording has room for one.
             let waits = |order: &Order| engine.has_order(order.channel) && !engine.is_overtaken(order);
@@ -95,6 +135,32 @@ impl Inbox {
             taken += self.take(&order, engine, now_ns, tell);
         }
         taken
+    }
+
+    /// One request for several channels.
+    #[inline]
+    fn take_together(&mut self, engine: &mut Engine, now_ns: u64, tell: &mut impl FnMut(Event)) -> u64 {
+        // As with the others: one order a cycle for each channel.
+        let waits = |together: &Together| {
+            let waits = |order: &Order| engine.has_order(order.channel) && !engine.is_overtaken(order);
+            together.orders().iter().any(waits)
+        };
+        if self.togethers.peek(waits) != Some(false) {
+            return 0;
+        }
+        let tickets = &self.tickets;
+        let taken = self.togethers.take(|together| {
+            let orders = together.orders();
+            if !orders.first().is_some_and(|order| tickets.begin(order.ticket)) {
+                return 0;
+            }
+            engine.take_together(orders, now_ns, |order, answer| {
+                let what = Occurrence::Answered { ticket: order.ticket, answer };
+                tell(Event { at_ns: now_ns, channel: order.channel as u32, what });
+            });
+            orders.len() as u64
+        });
+        taken.unwrap_or(0)
     }
 
     #[inline]
@@ -165,7 +231,9 @@ impl Tickets {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::channel::Target;
     use crate::orders::{Answer, Beat};
+    use sinew_backend::{BackendError, ChannelFault};
     use sinew_rig::Rig;
 
     fn engine() -> Engine {
@@ -211,6 +279,40 @@ mod tests {
         let of = |ticket: &u64| answers.iter().find(|(found, _)| found == ticket).map(|(_, answer)| *answer);
         assert!(before.iter().all(|ticket| of(ticket) == Some(Answer::Overtaken)), "{answers:?}");
         assert_eq!((of(&other), of(&after)), (Some(Answer::Done), Some(Answer::Done)), "asked for later");
+    }
+
+    #[test]
+    fn what_is_asked_together_runs_in_one_cycle_or_not_at_all() {
+        let (mut outbox, mut inbox) = way_in();
+        let mut engine = engine();
+        let duty = |share: f64| [(0, Ask::Duty(share), u64::MAX), (1, Ask::Duty(share), u64::MAX)];
+        let alone = |channel| [(channel, Ask::Duty(0.9), u64::MAX)].into_iter();
+        let wanted = |engine: &Engine| [0, 1].map(|channel: usize| engine.channels()[channel].target);
+
+        let before = outbox.send(alone(1), false).unwrap();
+        let both = outbox.send_together(&duty(0.3)).unwrap();
+        let done = [(both, Answer::Done), (both, Answer::Done), (before, Answer::Overtaken)];
+        assert_eq!(cycle(&mut inbox, &mut engine, 0), done, "what waited for one of its channels is overtaken");
+        assert_eq!(wanted(&engine), [Target::Duty(0.3); 2]);
+
+        // one of them is in no state for it
+        let samples = [sinew_sensing::Sample::NONE; 2];
+        let broken = Err(BackendError::Channel { channel: 1, fault: ChannelFault::Stage });
+        engine.cycle(Beat { now_ns: 1, missed: 0 }, broken, &samples, &mut [0.0; 2], |_| {});
+        let refused = outbox.send_together(&duty(0.5)).unwrap();
+        let latched = Answer::Latched(sinew_ipc::Fault::Backend);
+        assert_eq!(cycle(&mut inbox, &mut engine, 1), [(refused, Answer::WithOthers), (refused, latched)]);
+        assert_eq!(wanted(&engine)[0], Target::Duty(0.3), "nothing of it was carried out");
+
+        // overtaken by an off, and taken back
+        let late = outbox.send_together(&duty(0.6)).unwrap();
+        let off = outbox.send([(0, Ask::Off, u64::MAX)].into_iter(), true).unwrap();
+        let gone = outbox.send_together(&duty(0.7)).unwrap();
+        assert!(outbox.take_back(gone));
+        let mut answers = cycle(&mut inbox, &mut engine, 2);
+        answers.extend(cycle(&mut inbox, &mut engine, 3));
+        assert_eq!(answers, [(off, Answer::Done), (late, Answer::Overtaken), (late, latched)]);
+        assert_eq!(wanted(&engine)[0], Target::Idle);
     }
 
     #[test]

@@ -52,8 +52,10 @@ pub enum Answer {
     CauseRemains(Fault),
     /// It cannot be cleared yet: the wire has to cool first.
     TooHot(Fault, Cooldown),
-    /// It was not carried out: an `off` that was asked for later has overtaken it.
+    /// It was not carried out: an `off`, or an order for several channels, that was asked for later has overtaken it.
     Overtaken,
+    /// It was not carried out: another one of the same request was refused.
+    WithOthers,
 }
 
 /// An event in the loop, reported to the outside.
@@ -67,9 +69,16 @@ pub struct Event {
     pub what: Occurrence,
 }
 
-impl Event {
+/// An event on its way out of the loop, with the number of the cycle it happened in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Told {
+    pub cycle: u64,
+    pub event: Event,
+}
+
+impl Told {
     /// What an empty place in the ring holds; nobody gets to see it.
-    pub(crate) const NONE: Event = Event { at_ns: 0, channel: 0, what: Occurrence::Proved };
+    pub const NONE: Told = Told { cycle: 0, event: Event { at_ns: 0, channel: 0, what: Occurrence::Proved } };
 }
 
 /// Kinds of [`Event`].

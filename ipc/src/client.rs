@@ -10,8 +10,8 @@
 use crate::link::{Link, Waiter};
 use crate::stream::CycleStream;
 use crate::{
-    ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, Outcome, Reason,
-    Refusal, Reply, Snapshot,
+    ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, MAX_CHANNELS, Outcome,
+    Reason, Refusal, Reply, Snapshot,
 };
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, TryLockError};
@@ -48,6 +48,26 @@ pub enum DriverHealth {
     Stopped,
     /// It ended without stopping.
     Died,
+}
+
+/// One setpoint of several, see [`Client::set_many`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    /// Number of the channel.
+    pub channel: u32,
+    /// What is asked for: a length, a stroke, a duty, a force, or off.
+    pub kind: CommandKind,
+    /// Value in SI units; 0 for off.
+    pub value: f64,
+}
+
+/// What became of a request for several channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Taken {
+    /// Number of the cycle from which on all of it is in force.
+    pub cycle: u64,
+    /// The lease as granted, s; 0 where there is none.
+    pub hold_s: f64,
 }
 
 /// A connection to a running driver.
@@ -302,26 +322,72 @@ impl Client {
     /// # Errors
     /// As [`Client::set_length`].
     pub fn command(&self, channel: u32, kind: CommandKind, value: f64, hold: Duration) -> Result<Reply, Error> {
-        let command = Command {
+        let replies = self.ask(&[Wanted { channel, kind, value }], hold)?;
+        // as many as were asked for
+        let reply = replies[0];
+        match self.refusal(&Wanted { channel, kind, value }, &reply) {
+            None => Ok(reply),
+            Some(refusal) => Err(Error::Refused(refusal)),
+        }
+    }
+
+    /// Setpoints for several channels in one request: all of them are in force from the same cycle on, or none is. They hold for `hold` unless
+    /// renewed ([`Duration::ZERO`]: the shortest of the channels' defaults); an `off` among setpoints holds until the next command.
+    ///
+    /// ```no_run
+    /// use sinew_ipc::{Client, CommandKind, Wanted};
+    /// use std::time::Duration;
+    ///
+    /// let client = Client::connect("hexapod")?;
+    /// let pose: Vec<Wanted> =
+    ///     (0..18).map(|channel| Wanted { channel, kind: CommandKind::Stroke, value: 0.4 }).collect();
+    /// let taken = client.set_many(&pose, Duration::from_millis(200))?;
+    /// println!("in force from cycle {} on", taken.cycle);
+    /// # Ok::<(), sinew_ipc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Channels`] for none and for more than [`MAX_CHANNELS`]; [`Error::RefusedTogether`] with every channel's own reason;
+    /// [`Error::DriverGone`], [`Error::NoAnswer`].
+    pub fn set_many(&self, wanted: &[Wanted], hold: Duration) -> Result<Taken, Error> {
+        if !(1..=MAX_CHANNELS).contains(&wanted.len()) {
+            return Err(Error::Channels { found: wanted.len() });
+        }
+        let replies = self.ask(wanted, hold)?;
+        let refused: Vec<Refusal> =
+            wanted.iter().zip(&replies).filter_map(|(wanted, reply)| self.refusal(wanted, reply)).collect();
+        match refused.is_empty() {
+            true => Ok(Taken { cycle: replies[0].cycle, hold_s: replies[0].hold_s }),
+            // What only goes with the others is no reason of its own.
+            false => Err(Error::RefusedTogether(
+                refused.into_iter().filter(|refusal| refusal.reason != Reason::WithOthers).collect(),
+            )),
+        }
+    }
+
+    fn ask(&self, wanted: &[Wanted], hold: Duration) -> Result<Vec<Reply>, Error> {
+        let sequence = self.sequence.fetch_add(1, Ordering::Relaxed);
+        // An `off` beside setpoints does not run out with them.
+        let is_mixed = wanted.iter().any(|wanted| wanted.kind != CommandKind::Off);
+        let command = |&Wanted { channel, kind, value }: &Wanted| Command {
             client: self.number,
-            sequence: self.sequence.fetch_add(1, Ordering::Relaxed),
+            sequence,
             channel,
             kind: kind.code(),
             value,
-            hold_s: hold.as_secs_f64(),
+            hold_s: if is_mixed && kind == CommandKind::Off { 0.0 } else { hold.as_secs_f64() },
         };
-        let reply = self.link.ask(command, self.options.answer)?;
-        match self.reason(&reply, kind) {
-            None => Ok(reply),
-            Some(reason) => {
-                let channel = match self.channels().get(channel as usize) {
-                    Some(info) => info.name.to_string(),
-                    None if channel == ALL_CHANNELS => "all channels".into(),
-                    None => format!("number {channel}"),
-                };
-                Err(Error::Refused(Refusal { channel, kind, value, reason }))
-            }
-        }
+        self.link.ask(&wanted.iter().map(command).collect::<Vec<_>>(), self.options.answer)
+    }
+
+    fn refusal(&self, &Wanted { channel, kind, value }: &Wanted, reply: &Reply) -> Option<Refusal> {
+        let reason = self.reason(reply, kind)?;
+        let channel = match self.channels().get(channel as usize) {
+            Some(info) => info.name.to_string(),
+            None if channel == ALL_CHANNELS => "all channels".into(),
+            None => format!("number {channel}"),
+        };
+        Some(Refusal { channel, kind, value, reason })
     }
 
     fn reason(&self, reply: &Reply, kind: CommandKind) -> Option<Reason> {
@@ -344,6 +410,8 @@ impl Client {
             Some(Outcome::Busy) => Reason::Busy,
             Some(Outcome::Stopping) => Reason::Stopping,
             Some(Outcome::Overtaken) => Reason::Overtaken,
+            Some(Outcome::WithOthers) => Reason::WithOthers,
+            Some(Outcome::NotTogether) => Reason::NotTogether,
             Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.group_for(kind) },
             None => Reason::Unknown(reply.outcome),
         })

@@ -72,6 +72,8 @@ pub enum Error {
     },
     /// The driver refused a command.
     Refused(Refusal),
+    /// The driver refused a request for several channels, for these reasons; it has carried out none of it.
+    RefusedTogether(Vec<Refusal>),
     /// The driver did not answer in time.
     NoAnswer {
         /// The rig's name.
@@ -187,8 +189,12 @@ pub enum Reason {
     Busy,
     /// The driver is stopping.
     Stopping,
-    /// An `off` that was asked for later has overtaken it.
+    /// An `off`, or a request for several channels, that was asked for later has overtaken it.
     Overtaken,
+    /// Another setpoint of the same request was refused.
+    WithOthers,
+    /// The request names the channel twice, or asks beside others for what is asked for alone.
+    NotTogether,
     /// Who asks may look but not command: that may members of this group (empty: the driver's own user alone).
     NotPermitted {
         /// The group.
@@ -227,6 +233,7 @@ impl Error {
                 None => format!("there are: {}", known.join(", ")),
             },
             Error::Refused(refusal) => refusal.remedy(),
+            Error::RefusedTogether(refusals) => refusals.first().map(Refusal::remedy).unwrap_or_default(),
             Error::NoAnswer { .. } => {
                 "the driver runs but does not answer: see `sinew status` for overruns, and `sinew doctor`".into()
             }
@@ -260,15 +267,8 @@ impl Error {
         match self {
             Error::RigName { .. } | Error::Name { .. } | Error::Channels { .. } | Error::UnknownChannel { .. } => true,
             Error::UnknownGroup { .. } => true,
-            Error::Refused(refusal) => matches!(
-                refusal.reason,
-                Reason::UnknownChannel
-                    | Reason::UnknownCommand
-                    | Reason::NotFinite
-                    | Reason::OutOfRange { .. }
-                    | Reason::HoldOutOfRange { .. }
-                    | Reason::Unsupported
-            ),
+            Error::Refused(refusal) => refusal.is_bad_input(),
+            Error::RefusedTogether(refusals) => refusals.iter().any(Refusal::is_bad_input),
             _ => false,
         }
     }
@@ -298,6 +298,10 @@ impl Error {
             }
             Error::UnknownChannel { name, .. } => format!("there is no channel {name:?}"),
             Error::Refused(refusal) => refusal.message(),
+            Error::RefusedTogether(refusals) => {
+                let reasons: Vec<String> = refusals.iter().map(Refusal::message).collect();
+                format!("{}; nothing of the request was carried out", reasons.join("; "))
+            }
             Error::NoAnswer { rig, waited } => {
                 format!("the driver for rig {rig:?} has not answered for {:.1} s", waited.as_secs_f64())
             }
@@ -328,6 +332,20 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 impl Refusal {
+    /// Whether the request itself is the mistake.
+    fn is_bad_input(&self) -> bool {
+        matches!(
+            self.reason,
+            Reason::UnknownChannel
+                | Reason::UnknownCommand
+                | Reason::NotFinite
+                | Reason::OutOfRange { .. }
+                | Reason::HoldOutOfRange { .. }
+                | Reason::Unsupported
+                | Reason::NotTogether
+        )
+    }
+
     /// What is wrong, without the remedy.
     pub fn message(&self) -> String {
         let Refusal { channel, kind, value, reason } = self;
@@ -355,7 +373,9 @@ impl Refusal {
             Reason::Unsupported => format!("{channel} cannot do {name}"),
             Reason::Busy => format!("{channel}: the driver is busy with other commands"),
             Reason::Stopping => format!("{channel}: {}", Fault::Stopping.cause()),
-            Reason::Overtaken => format!("{channel}: {name} was overtaken by a later `off` and not carried out"),
+            Reason::Overtaken => format!("{channel}: {name} was overtaken by a later request and not carried out"),
+            Reason::WithOthers => format!("{channel}: {name} was refused together with others"),
+            Reason::NotTogether => format!("{channel}: stands twice in the request, or {name} has to be asked for alone"),
             Reason::NotPermitted { group } if *group == Name::EMPTY => {
                 format!("{channel}: commands are taken from the driver's own user alone")
             }
@@ -385,6 +405,8 @@ impl Refusal {
             Reason::Busy => "send it again, and less often".into(),
             Reason::Stopping => Fault::Stopping.remedy().into(),
             Reason::Overtaken => "ask for it again, if the wire is to be powered after all".into(),
+            Reason::WithOthers => "mend what the others were refused for".into(),
+            Reason::NotTogether => "name each channel once, and ask for a reset or a stop alone".into(),
             Reason::NotPermitted { group } if group == Name::EMPTY => {
                 "name a command_group in [access] of the rig file".into()
             }

@@ -65,7 +65,7 @@ mod service;
 mod stream;
 mod sys;
 
-pub use client::{Client, ClientOptions, DriverHealth, FaultChange, FaultWatch};
+pub use client::{Client, ClientOptions, DriverHealth, FaultChange, FaultWatch, Taken, Wanted};
 pub use error::{Error, Reason, Refusal};
 pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
 pub use histogram::Histogram;

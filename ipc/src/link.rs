@@ -71,11 +71,11 @@ impl Link {
         }
     }
 
-    /// Sends a command and waits for its reply.
-    pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, Error> {
+    /// Sends the commands of one request, 1 to [`MAX_CHANNELS`](crate::MAX_CHANNELS), and waits for the replies, as many.
+    pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         match self {
-            Link::Memory(memory) => memory.ask(command, patience),
-            Link::Gateway(connection) => connection.ask(command, patience),
+            Link::Memory(memory) => memory.ask(commands, patience),
+            Link::Gateway(connection) => connection.ask(commands, patience),
         }
     }
 

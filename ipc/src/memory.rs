@@ -3,14 +3,21 @@
 use crate::run::Attachment;
 use crate::service::{
     BatchSubscriber, Entry, Ipc, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_CLIENTS, MAX_STREAMS, Requests,
-    StateReader, TickListener, failed, name, node,
+    StateReader, TickListener, TickNotifier, failed, name, node,
 };
-use crate::{BatchHeader, ChannelState, Command, DriverState, Error, Info, LoopStats, PROTOCOL, Reply, Snapshot};
+use crate::{
+    BatchHeader, ChannelState, Command, DriverState, Error, Info, LoopStats, MAX_CHANNELS, PROTOCOL, Reply, Snapshot,
+};
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
+
+/// How often the answer is looked for: at first, as long as a loop of some hundred Hz takes, and then.
+const QUICK: Duration = Duration::from_millis(5);
+const SHORT_PAUSE: Duration = Duration::from_micros(50);
+const LONG_PAUSE: Duration = Duration::from_micros(500);
 
 /// A connection over shared memory. Fields are dropped in this order: the node behind every port, the hold on the run's files last.
 pub(crate) struct Memory {
@@ -18,6 +25,8 @@ pub(crate) struct Memory {
     snapshot: Entry<Snapshot>,
     _reader: StateReader,
     requests: Requests,
+    /// Wakes the driver's desk.
+    bell: TickNotifier,
     cycles: publish_subscribe::PortFactory<Ipc, [ChannelState], BatchHeader>,
     tick: event::PortFactory<Ipc>,
     _node: IpcNode,
@@ -50,13 +59,22 @@ impl Memory {
         let tick = node.service_builder(&name("tick", key)?).event().open().map_err(full_or_failed("tick", &rig))?;
         let requests = node
             .service_builder(&name("command", key)?)
-            .request_response::<Command, Reply>()
+            .request_response::<[Command], [Reply]>()
             .open()
             .map_err(full_or_failed("command", &rig))?
             .client_builder()
+            .initial_max_slice_len(MAX_CHANNELS)
             .create()
             .map_err(full_or_failed("command", &rig))?;
-        let memory = Memory { stats, snapshot, _reader: reader, requests, cycles, tick, _node: node, attachment };
+        let bell = node
+            .service_builder(&name("bell", key)?)
+            .event()
+            .open()
+            .map_err(full_or_failed("bell", &rig))?
+            .notifier_builder()
+            .create()
+            .map_err(full_or_failed("bell", &rig))?;
+        let memory = Memory { stats, snapshot, _reader: reader, requests, bell, cycles, tick, _node: node, attachment };
         Ok((memory, info))
     }
 
@@ -107,32 +125,39 @@ impl Memory {
         self.tick.listener_builder().create().map_err(full_or_failed("tick", self.rig()))
     }
 
-    /// Sends a command and waits for its reply.
-    pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, Error> {
+    /// Sends the commands of one request and waits for the replies, as many.
+    pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         self.check()?;
         let started = Instant::now();
+        let sequence = commands.first().map_or(0, |command| command.sequence);
         let no_answer = |waited| match self.check() {
             Err(gone) => gone,
             Ok(()) => Error::NoAnswer { rig: self.rig().into(), waited },
         };
         // All requests this client may have unanswered can be taken, by other threads: theirs will be answered soon.
         let pending = loop {
-            match self.requests.send_copy(command) {
+            let sent = match self.requests.loan_slice_uninit(commands.len()) {
+                Ok(request) => request.write_from_slice(commands).send().map_err(failed("command")),
+                Err(e) => Err(failed("command")(e)),
+            };
+            match sent {
                 Ok(pending) => break pending,
                 Err(e) if started.elapsed() >= patience => {
                     self.check()?;
-                    return Err(failed("command")(e));
+                    return Err(e);
                 }
                 Err(_) => std::thread::sleep(Duration::from_micros(500)),
             }
         };
-        let mut pause = Duration::from_micros(50);
+        // A desk that nobody wakes looks by itself, a little later.
+        let _ = self.bell.notify();
         let mut next_check = Duration::from_millis(20);
         loop {
-            if let Ok(Some(reply)) = pending.receive()
-                && reply.sequence == command.sequence
+            if let Ok(Some(replies)) = pending.receive()
+                && replies.len() == commands.len()
+                && replies[0].sequence == sequence
             {
-                return Ok(*reply);
+                return Ok(replies.to_vec());
             }
             let waited = started.elapsed();
             if waited >= patience {
@@ -142,8 +167,7 @@ impl Memory {
                 self.check()?;
                 next_check = waited + Duration::from_millis(20);
             }
-            std::thread::sleep(pause);
-            pause = (pause * 2).min(Duration::from_micros(500));
+            std::thread::sleep(if waited < QUICK { SHORT_PAUSE } else { LONG_PAUSE });
         }
     }
 }

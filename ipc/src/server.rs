@@ -5,13 +5,14 @@
 
 use crate::gateway::{self, Access, Board, Endpoint, Listener};
 use crate::janitor::Janitor;
+use crate::memory::listen;
 use crate::service::{
     ActiveRequest, BatchPublisher, Entry, EntryMut, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_ACTIVE_REQUESTS,
-    MAX_CLIENTS, MAX_STREAMS, Replies, Run, StatePort, StateReader, TickNotifier, failed, name, node,
+    MAX_CLIENTS, MAX_STREAMS, Replies, Run, StatePort, StateReader, TickListener, TickNotifier, failed, name, node,
 };
 use crate::{
-    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, Outcome, PROTOCOL, Reply,
-    RigLock, Snapshot,
+    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Outcome, PROTOCOL,
+    Reply, RigLock, Snapshot,
 };
 use iceoryx2::prelude::*;
 use std::sync::Arc;
@@ -369,9 +370,10 @@ fn slots(rate_hz: f64, channels: usize, memory: usize) -> Option<usize> {
     (fitting >= FEWEST_SLOTS).then(|| two_seconds.clamp(FEWEST_SLOTS, 1024).min(fitting))
 }
 
-/// Receives commands and sends replies. For an ordinary thread, which calls it some hundred times a second.
+/// Receives requests and sends replies. For an ordinary thread, which looks after them some hundred times a second at least.
 pub struct CommandServer {
     port: Replies,
+    bell: TickListener,
     listener: Option<Listener>,
     _janitor: Janitor,
     run: Arc<Run>,
@@ -383,7 +385,7 @@ impl CommandServer {
         let port = run
             .node
             .service_builder(&name(WHAT, run.lock.key())?)
-            .request_response::<Command, Reply>()
+            .request_response::<[Command], [Reply]>()
             .max_servers(1)
             .max_clients(MAX_CLIENTS)
             .max_nodes(MAX_CLIENTS + 1)
@@ -396,41 +398,70 @@ impl CommandServer {
             .create()
             .map_err(failed(WHAT))?
             .server_builder()
+            .initial_max_slice_len(MAX_CHANNELS)
             .create()
             .map_err(failed(WHAT))?;
-        Ok(CommandServer { port, listener: None, _janitor: Janitor::start(run)?, run: run.clone() })
+        const BELL: &str = "bell";
+        let bell = run
+            .node
+            .service_builder(&name(BELL, run.lock.key())?)
+            .event()
+            .max_listeners(1)
+            .max_notifiers(MAX_CLIENTS)
+            .max_nodes(MAX_CLIENTS + 1)
+            .event_id_max_value(0)
+            .create()
+            .map_err(failed(BELL))?
+            .listener_builder()
+            .create()
+            .map_err(failed(BELL))?;
+        Ok(CommandServer { port, bell, listener: None, _janitor: Janitor::start(run)?, run: run.clone() })
     }
 
-    /// The next command that waits, if any: the own user's first, then those that come through the gateway.
+    /// Sleeps until one of the own user's clients has asked something, up to `timeout`. Others are not heard: look after them now and then.
+    pub fn wait(&self, timeout: Duration) {
+        if listen(&self.bell, timeout).is_err() {
+            // A bell that is broken: nobody hears anything, and looks all the same.
+            std::thread::sleep(timeout);
+        }
+    }
+
+    /// The next request that waits, if any: the own user's first, then those that come through the gateway.
     pub fn receive(&mut self) -> Option<Request> {
         // A client that died while it was connecting may leave a connection that cannot be opened: its trouble only.
-        if let Ok(Some(request)) = self.port.receive() {
-            return Some(Request { command: *request.payload(), way: Way::Memory(Box::new(request)) });
+        while let Ok(Some(request)) = self.port.receive() {
+            // A copy: who sent it may still write into what he sent.
+            let commands = request.payload().iter().take(MAX_CHANNELS + 1).copied().collect::<Vec<_>>();
+            if (1..=MAX_CHANNELS).contains(&commands.len()) {
+                return Some(Request { commands, way: Way::Memory(Box::new(request)) });
+            }
         }
-        let (command, answer) = self.listener.as_mut()?.receive()?;
-        Some(Request { command, way: Way::Gateway(answer) })
+        let (commands, answer) = self.listener.as_mut()?.receive()?;
+        Some(Request { commands, way: Way::Gateway(answer) })
     }
 
-    /// Answers every command that waits by `decide`. Returns how many were answered.
+    /// Answers every request that waits by `decide`, command by command. Returns how many were answered.
     pub fn serve(&mut self, mut decide: impl FnMut(&Command) -> Reply) -> usize {
         let mut answered = 0;
         while answered < REQUESTS_PER_CALL
             && let Some(request) = self.receive()
         {
-            let reply = match request.is_permitted() {
-                true => decide(request.command()),
-                false => Reply::refused(request.command(), Outcome::NotPermitted),
-            };
-            request.reply(reply);
+            let is_permitted = request.is_permitted();
+            let replies = request.commands.iter().map(|command| match is_permitted {
+                true => decide(command),
+                false => Reply::refused(command, Outcome::NotPermitted),
+            });
+            let replies = replies.collect();
+            request.reply(replies);
             answered += 1;
         }
         answered
     }
 }
 
-/// One command, waiting for its answer. Dropping it without one lets its client wait until its patience ends.
+/// One request, waiting for its answer. Dropping it without one lets its client wait until its patience ends.
 pub struct Request {
-    command: Command,
+    commands: Vec<Command>,
     way: Way,
 }
 
@@ -441,25 +472,31 @@ enum Way {
 }
 
 impl Request {
-    /// What is asked for.
-    pub fn command(&self) -> &Command {
-        &self.command
+    /// What is asked for: 1 to [`MAX_CHANNELS`] commands.
+    pub fn commands(&self) -> &[Command] {
+        &self.commands
     }
 
     /// Whether whoever asks may ask for that; else the answer is [`Outcome::NotPermitted`].
     pub fn is_permitted(&self) -> bool {
         match &self.way {
             Way::Memory(_) => true,
-            Way::Gateway(answer) => answer.may_ask(self.command.kind()),
+            Way::Gateway(answer) => self.commands.iter().all(|command| answer.may_ask(command.kind())),
         }
     }
 
-    /// Answers it. A client that has gone meanwhile is nobody's loss.
-    pub fn reply(self, mut reply: Reply) {
-        reply.sequence = self.command.sequence;
+    /// Answers it, with a reply for each command. A client that has gone meanwhile is nobody's loss.
+    pub fn reply(self, mut replies: Vec<Reply>) {
+        for (reply, command) in replies.iter_mut().zip(&self.commands) {
+            reply.sequence = command.sequence;
+        }
         match self.way {
-            Way::Memory(request) => drop(request.send_copy(reply)),
-            Way::Gateway(answer) => answer.send_reply(&reply),
+            Way::Memory(request) => {
+                if let Ok(answer) = request.loan_slice_uninit(replies.len()) {
+                    let _ = answer.write_from_slice(&replies).send();
+                }
+            }
+            Way::Gateway(answer) => answer.send_replies(&replies),
         }
     }
 }

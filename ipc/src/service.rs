@@ -1,4 +1,4 @@
-//! How this crate uses iceoryx2: an instance of its own for each run of a driver, and the four services in it.
+//! How this crate uses iceoryx2: an instance of its own for each run of a driver, and the five services in it.
 //!
 //! Every run has its own prefix and root folder (see [`crate::run`]), so rigs and tests never see each other's nodes, looking
 //! for dead ones stays cheap, and nothing left by a killed process can be in the way of another run. Dead clients are
@@ -30,9 +30,9 @@ pub(crate) type BatchSubscriber = Subscriber<Ipc, [ChannelState], BatchHeader>;
 pub(crate) type Batch = iceoryx2::sample::Sample<Ipc, [ChannelState], BatchHeader>;
 pub(crate) type TickNotifier = Notifier<Ipc>;
 pub(crate) type TickListener = Listener<Ipc>;
-pub(crate) type Requests = RequestPort<Ipc, Command, (), Reply, ()>;
-pub(crate) type Replies = ReplyPort<Ipc, Command, (), Reply, ()>;
-pub(crate) type ActiveRequest = iceoryx2::active_request::ActiveRequest<Ipc, Command, (), Reply, ()>;
+pub(crate) type Requests = RequestPort<Ipc, [Command], (), [Reply], ()>;
+pub(crate) type Replies = ReplyPort<Ipc, [Command], (), [Reply], ()>;
+pub(crate) type ActiveRequest = iceoryx2::active_request::ActiveRequest<Ipc, [Command], (), [Reply], ()>;
 
 /// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
 pub(crate) struct Run {
@@ -49,7 +49,7 @@ pub(crate) const KEY_STATS: u64 = 2;
 pub(crate) const MAX_CLIENTS: usize = 256;
 /// Streams that may be read at once.
 pub(crate) const MAX_STREAMS: usize = 64;
-/// Commands one client may have unanswered.
+/// Requests one client may have unanswered.
 pub(crate) const MAX_ACTIVE_REQUESTS: usize = 16;
 
 /// Wraps an error of iceoryx2.

@@ -2,7 +2,7 @@
 
 use super::board::BoardReader;
 use super::endpoint::{self, Found};
-use super::messages::{Admission, CommandRequest, GREETING, Greeting, REQUEST};
+use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST_ANSWER, replies};
 use crate::{Command, CommandKind, DriverState, Error, Info, Name, Outcome, PROTOCOL, Reply, monotonic_ns};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -13,7 +13,7 @@ use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use zerocopy::{FromBytes, FromZeros, IntoBytes};
+use zerocopy::FromBytes;
 
 /// Answers that may wait for threads which have not looked yet; older ones are nobody's any more.
 const KEPT_ANSWERS: usize = 64;
@@ -29,7 +29,7 @@ pub(crate) struct Connection {
     command_group: Name,
     stop_group: Name,
     /// Answers read by one thread for another.
-    answers: Mutex<Vec<Reply>>,
+    answers: Mutex<Vec<Vec<Reply>>>,
 }
 
 impl Connection {
@@ -128,15 +128,17 @@ impl Connection {
         Err(Error::DriverGone { rig: self.rig.clone(), pid: self.pid, stopped })
     }
 
-    /// Sends a command and waits for its reply.
-    pub fn ask(&self, command: Command, patience: Duration) -> Result<Reply, Error> {
+    /// Sends the commands of one request and waits for the replies, as many.
+    pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         self.check()?;
         let started = Instant::now();
         let until_ns = monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX));
-        let ask = CommandRequest { magic: REQUEST, until_ns, command };
+        let ask = CommandRequest::bytes(until_ns, commands);
+        let sequence = commands.first().map_or(0, |command| command.sequence);
+        let stops = commands.iter().any(|command| command.kind() == Some(CommandKind::Stop));
         let no_answer = || Error::NoAnswer { rig: self.rig.clone(), waited: started.elapsed() };
         loop {
-            match send(&self.socket, ask.as_bytes(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+            match send(&self.socket, &ask, SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
                 Ok(_) => break,
                 Err(Errno::AGAIN | Errno::INTR) if started.elapsed() < patience => {
                     std::thread::sleep(Duration::from_micros(500));
@@ -150,11 +152,11 @@ impl Connection {
         }
         let mut pause = Duration::from_micros(50);
         loop {
-            if let Some(reply) = self.answer(command.sequence) {
-                if reply.outcome == Outcome::Taken.code() && command.kind() != Some(CommandKind::Stop) {
+            if let Some(replies) = self.answer(sequence).filter(|replies| replies.len() == commands.len()) {
+                if replies[0].outcome == Outcome::Taken.code() && !stops {
                     self.catch_up(patience.saturating_sub(started.elapsed()));
                 }
-                return Ok(reply);
+                return Ok(replies);
             }
             self.check()?;
             if started.elapsed() >= patience {
@@ -184,16 +186,15 @@ impl Connection {
     }
 
     /// The answer to the request of this number, if it has come. What has come for other threads is kept for them.
-    fn answer(&self, sequence: u64) -> Option<Reply> {
+    fn answer(&self, sequence: u64) -> Option<Vec<Reply>> {
         let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut reply = Reply::new_zeroed();
-        while let Ok((_, length)) = recv(&self.socket, reply.as_mut_bytes(), RecvFlags::DONTWAIT) {
-            if length != size_of::<Reply>() {
-                break;
-            }
-            answers.push(reply);
+        // One byte more than the largest there is, to notice what is larger.
+        let mut bytes = [0; LARGEST_ANSWER + 1];
+        while let Ok((_, length)) = recv(&self.socket, &mut bytes[..], RecvFlags::DONTWAIT) {
+            let Some(answer) = replies(&bytes[..length.min(bytes.len())]) else { break };
+            answers.push(answer);
         }
-        let found = answers.iter().position(|reply| reply.sequence == sequence).map(|at| answers.remove(at));
+        let found = answers.iter().position(|answer| answer[0].sequence == sequence).map(|at| answers.remove(at));
         let excess = answers.len().saturating_sub(KEPT_ANSWERS);
         answers.drain(..excess);
         found

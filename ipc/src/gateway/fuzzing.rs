@@ -4,7 +4,7 @@ use super::board::{self, Board};
 use super::connection::{self, Connection};
 use super::endpoint::{self, Endpoint, Found};
 use super::listener::{Answer, Listener};
-use super::messages::{Admission, CommandRequest, GREETING, Greeting, REQUEST};
+use super::messages::{Admission, CommandRequest, GREETING, Greeting};
 use super::pages::Written;
 use super::{Access, Readers};
 use crate::link::Link;
@@ -61,9 +61,9 @@ impl TestListener {
     }
 
     /// The next request; looks around once where none is left.
-    pub fn receive(&mut self) -> Option<(Command, PendingReply)> {
-        let (command, answer) = self.listener.receive()?;
-        Some((command, PendingReply(answer)))
+    pub fn receive(&mut self) -> Option<(Vec<Command>, PendingReply)> {
+        let (commands, answer) = self.listener.receive()?;
+        Some((commands, PendingReply(answer)))
     }
 
     /// How many are inside.
@@ -77,14 +77,14 @@ pub struct PendingReply(Answer);
 
 impl PendingReply {
     /// Answers it.
-    pub fn send_reply(self, reply: &Reply) {
-        self.0.send_reply(reply);
+    pub fn send_replies(self, replies: &[Reply]) {
+        self.0.send_replies(replies);
     }
 }
 
 /// The bytes of a request.
-pub fn request(until_ns: u64, command: Command) -> Vec<u8> {
-    CommandRequest { magic: REQUEST, until_ns, command }.as_bytes().to_vec()
+pub fn request(until_ns: u64, commands: &[Command]) -> Vec<u8> {
+    CommandRequest::bytes(until_ns, commands)
 }
 
 /// Whether these bytes are a request, whatever it asks for.

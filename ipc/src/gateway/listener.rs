@@ -5,7 +5,7 @@
 
 use super::access::{Access, Role};
 use super::endpoint::Endpoint;
-use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST};
+use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST_REQUEST};
 use super::peer::Peer;
 use super::{MAX_GATEWAY_CLIENTS, MAX_GATEWAY_CLIENTS_OF_A_USER};
 use crate::{Command, CommandKind, Error, Outcome, PROTOCOL, Reply};
@@ -42,9 +42,9 @@ struct Session {
 }
 
 impl Session {
-    fn send_reply(&self, reply: &Reply) {
-        // What does not fit into the socket has not been fetched for hundreds of answers.
-        if send(&self.socket, reply.as_bytes(), AT_ONCE) != Ok(size_of::<Reply>()) {
+    fn send_replies(&self, replies: &[Reply]) {
+        // What does not fit into the socket has not been fetched for dozens of answers.
+        if send(&self.socket, replies.as_bytes(), AT_ONCE) != Ok(size_of_val(replies)) {
             self.leaving.store(true, Ordering::Relaxed);
         }
     }
@@ -66,9 +66,9 @@ impl Answer {
         }
     }
 
-    /// Sends the reply. A client that has gone meanwhile is nobody's loss.
-    pub fn send_reply(self, reply: &Reply) {
-        self.session.send_reply(reply);
+    /// Sends the replies, one for each command. A client that has gone meanwhile is nobody's loss.
+    pub fn send_replies(self, replies: &[Reply]) {
+        self.session.send_replies(replies);
     }
 }
 
@@ -87,7 +87,7 @@ pub(crate) struct Listener {
     sessions: Vec<Arc<Session>>,
     /// Whom to begin with in the next round, so that nobody comes first always.
     first: usize,
-    asks: VecDeque<(Command, Answer)>,
+    asks: VecDeque<(Vec<Command>, Answer)>,
 }
 
 impl Listener {
@@ -111,7 +111,7 @@ impl Listener {
     }
 
     /// The next request, if there is one. Makes a round when none is left from the last one.
-    pub fn receive(&mut self) -> Option<(Command, Answer)> {
+    pub fn receive(&mut self) -> Option<(Vec<Command>, Answer)> {
         if self.asks.is_empty() {
             self.round();
         }
@@ -164,7 +164,7 @@ impl Listener {
     /// Reads a client's requests; false when he has to go.
     fn read_requests(&mut self, session: &Arc<Session>) -> bool {
         // One byte more than the largest there is, to notice what is larger.
-        let mut bytes = [0; LARGEST + 1];
+        let mut bytes = [0; LARGEST_REQUEST + 1];
         for _ in 0..REQUESTS_A_ROUND {
             let length = match recv(&session.socket, &mut bytes[..], RecvFlags::DONTWAIT) {
                 // A message of nothing looks like the end of the connection, and is no request either.
@@ -173,16 +173,18 @@ impl Listener {
                 Err(Errno::AGAIN | Errno::INTR) => return true,
                 Err(_) => return false,
             };
-            let Some(ask) = CommandRequest::of(&bytes[..length]) else { return false };
+            let Some(mut ask) = CommandRequest::of(&bytes[..length]) else { return false };
             // Who it is says the kernel, not he.
-            let client = u64::from(session.peer.pid) << 32 | ask.command.client & 0xffff_ffff;
-            let command = Command { client, ..ask.command };
+            for command in &mut ask.commands {
+                command.client = u64::from(session.peer.pid) << 32 | command.client & 0xffff_ffff;
+            }
             session.unanswered.fetch_add(1, Ordering::Relaxed);
             let answer = Answer { session: session.clone() };
             if crate::monotonic_ns() > ask.until_ns || session.unanswered.load(Ordering::Relaxed) > MAX_UNANSWERED {
-                answer.send_reply(&Reply::refused(&command, Outcome::Busy));
+                let busy = |command| Reply::refused(command, Outcome::Busy);
+                answer.send_replies(&ask.commands.iter().map(busy).collect::<Vec<_>>());
             } else {
-                self.asks.push_back((command, answer));
+                self.asks.push_back((ask.commands, answer));
             }
         }
         true
@@ -242,7 +244,7 @@ mod tests {
     use super::super::board::Board;
     use super::super::connection::Connection;
     use super::super::endpoint::{self, Found};
-    use super::super::messages::{CommandRequest, REQUEST};
+    use super::super::messages::CommandRequest;
     use super::*;
     use crate::{ChannelInfo, CommandKind, Info};
     use std::time::{Duration, Instant};
@@ -282,10 +284,16 @@ mod tests {
         }
     }
 
-    fn ask(sequence: u64) -> CommandRequest {
-        let command =
-            Command { client: 7, sequence, channel: 0, kind: CommandKind::Off.code(), value: 0.0, hold_s: 0.0 };
-        CommandRequest { magic: REQUEST, until_ns: u64::MAX, command }
+    fn command(sequence: u64) -> Command {
+        Command { client: 7, sequence, channel: 0, kind: CommandKind::Off.code(), value: 0.0, hold_s: 0.0 }
+    }
+
+    fn ask(sequence: u64) -> Vec<u8> {
+        CommandRequest::bytes(u64::MAX, &[command(sequence)])
+    }
+
+    fn taken(commands: &[Command], hold_s: f64) -> Vec<Reply> {
+        commands.iter().map(|command| Reply::taken(command, hold_s)).collect()
     }
 
     #[test]
@@ -299,16 +307,19 @@ mod tests {
         gate.board.push(header, &states);
         assert_eq!(connection.board.head(), 1);
         std::thread::scope(|scope| {
-            let asked = scope.spawn(|| connection.ask(ask(3).command, Duration::from_secs(20)));
-            let (command, answer) = loop {
+            let asked = scope.spawn(|| connection.ask(&[command(3), Command { channel: 1, ..command(3) }], Duration::from_secs(20)));
+            let (commands, answer) = loop {
                 if let Some(found) = gate.listener.receive() {
                     break found;
                 }
             };
-            assert_eq!(command.client, u64::from(std::process::id()) << 32 | 7, "who it is says the kernel");
-            assert!(answer.may_ask(command.kind()));
-            answer.send_reply(&Reply::taken(&command, 1.5));
-            assert_eq!(asked.join().unwrap().unwrap().hold_s, 1.5);
+            for command in &commands {
+                assert_eq!(command.client, u64::from(std::process::id()) << 32 | 7, "who it is says the kernel");
+                assert!(answer.may_ask(command.kind()));
+            }
+            answer.send_replies(&taken(&commands, 1.5));
+            let replies = asked.join().unwrap().unwrap();
+            assert_eq!(replies.iter().map(|reply| (reply.channel, reply.hold_s)).collect::<Vec<_>>(), [(0, 1.5), (1, 1.5)]);
         });
         drop(gate);
         assert!(!connection.driver_lives());
@@ -320,11 +331,10 @@ mod tests {
         let mut gate = Gateway::open();
         let good = gate.connection();
         let right = ask(1);
-        let mut other_magic = right;
-        other_magic.magic ^= 1;
-        let right = right.as_bytes();
-        let (longer, huge) = ([right, &[0]].concat(), vec![0xa5; 100_000]);
-        let rubbish: [&[u8]; 6] = [b"GET / HTTP/1.1\r\n", &right[..55], &longer, &huge, other_magic.as_bytes(), b""];
+        let mut other_magic = right.clone();
+        other_magic[0] ^= 1;
+        let (longer, huge) = ([&right[..], &[0]].concat(), vec![0xa5; 100_000]);
+        let rubbish: [&[u8]; 6] = [b"GET / HTTP/1.1\r\n", &right[..55], &longer, &huge, &other_magic, b""];
         for bytes in rubbish {
             let socket = gate.connect();
             assert_eq!(gate.listener.sessions.len(), 2);
@@ -335,11 +345,10 @@ mod tests {
         }
         // Any bits in the right frame are a request; the desk judges them.
         let socket = gate.connect();
-        let mut wild = ask(5);
-        wild.command = Command::from_bytes(&[0xff; 40]).unwrap();
-        send(&socket, wild.as_bytes(), AT_ONCE).unwrap();
-        let (command, _) = gate.listener.receive().expect("a request");
-        assert!(command.value.is_nan() && command.kind().is_none());
+        let wild = CommandRequest::bytes(u64::MAX, &[Command::from_bytes(&[0xff; 40]).unwrap()]);
+        send(&socket, &wild, AT_ONCE).unwrap();
+        let (commands, _) = gate.listener.receive().expect("a request");
+        assert!(commands[0].value.is_nan() && commands[0].kind().is_none());
         assert!(good.driver_lives());
     }
 
@@ -359,7 +368,7 @@ mod tests {
         assert_eq!(there("sinew-attached"), 1);
         for round in 0..40 {
             // Descriptors on a request, as many as a message takes, and on rubbish.
-            for (bytes, is_request) in [(ask(round).as_bytes().to_vec(), true), (vec![0xa5; 56], false)] {
+            for (bytes, is_request) in [(ask(round), true), (vec![0xa5; 56], false)] {
                 let socket = gate.connect();
                 let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(253))];
                 let mut beside = SendAncillaryBuffer::new(&mut space);
@@ -376,10 +385,10 @@ mod tests {
             // Half of the connection shut, either half, with a request on its way.
             for how in [rustix::net::Shutdown::Read, rustix::net::Shutdown::Write, rustix::net::Shutdown::Both] {
                 let socket = gate.connect();
-                send(&socket, ask(round).as_bytes(), AT_ONCE).unwrap();
+                send(&socket, &ask(round), AT_ONCE).unwrap();
                 rustix::net::shutdown(&socket, how).unwrap();
-                while let Some((command, answer)) = gate.listener.receive() {
-                    answer.send_reply(&Reply::taken(&command, 0.0));
+                while let Some((commands, answer)) = gate.listener.receive() {
+                    answer.send_replies(&taken(&commands, 0.0));
                 }
                 drop(socket);
                 gate.listener.round();
@@ -401,21 +410,21 @@ mod tests {
         let mut gate = Gateway::open();
         let socket = gate.connect();
         // Requests without end, and nobody fetches an answer.
-        let (mut taken, mut sequence) = (Vec::new(), 0);
+        let (mut waiting, mut sequence) = (Vec::new(), 0);
         let started = Instant::now();
         while !gate.listener.sessions.is_empty() {
             sequence += 1;
-            let _ = send(&socket, ask(sequence).as_bytes(), AT_ONCE);
+            let _ = send(&socket, &ask(sequence), AT_ONCE);
             while let Some(found) = gate.listener.asks.pop_front() {
-                taken.push(found);
+                waiting.push(found);
             }
             gate.listener.round();
             assert!(started.elapsed() < Duration::from_secs(30), "he is never shown out");
         }
-        assert!(taken.len() <= MAX_UNANSWERED, "{} at once", taken.len());
+        assert!(waiting.len() <= MAX_UNANSWERED, "{} at once", waiting.len());
         // He is gone; answering him is no trouble.
-        for (command, answer) in taken {
-            answer.send_reply(&Reply::taken(&command, 0.0));
+        for (commands, answer) in waiting {
+            answer.send_replies(&taken(&commands, 0.0));
         }
     }
 
@@ -423,7 +432,7 @@ mod tests {
     fn a_request_nobody_waits_for_any_more_is_not_carried_out() {
         let mut gate = Gateway::open();
         let socket = gate.connect();
-        send(&socket, CommandRequest { until_ns: 1, ..ask(1) }.as_bytes(), AT_ONCE).unwrap();
+        send(&socket, &CommandRequest::bytes(1, &[command(1)]), AT_ONCE).unwrap();
         assert!(gate.listener.receive().is_none(), "too late");
         send(&socket, ask(2).as_bytes(), AT_ONCE).unwrap();
         drop(socket);

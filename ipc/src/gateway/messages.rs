@@ -1,7 +1,7 @@
-//! What travels over the socket. Every message has a fixed size and one datagram (SOCK_SEQPACKET), so there is nothing to parse and
-//! nothing that could come in halves.
+//! What travels over the socket. Every message is one datagram (SOCK_SEQPACKET) of a fixed size, or of a fixed head and a number of equal parts,
+//! so there is nothing to parse and nothing that could come in halves.
 
-use crate::{Command, Name, Reply};
+use crate::{Command, MAX_CHANNELS, Name, Reply};
 use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Opens what the driver says first.
@@ -60,30 +60,53 @@ impl Admission {
     }
 }
 
-/// A client's request.
+/// The head of a client's request; its commands follow, 1 to [`MAX_CHANNELS`].
 #[derive(Debug, Clone, Copy, PartialEq, IntoBytes, FromBytes, Immutable)]
 #[repr(C)]
-pub(crate) struct CommandRequest {
+struct RequestHead {
     /// [`REQUEST`].
-    pub magic: u64,
-    /// Not to be carried out after this time (CLOCK_MONOTONIC, ns): nobody waits for the answer any more.
-    pub until_ns: u64,
-    /// What is asked for.
-    pub command: Command,
+    magic: u64,
+    /// See [`CommandRequest::until_ns`].
+    until_ns: u64,
 }
 
-/// Largest message either side sends, bytes.
-pub(crate) const LARGEST: usize = {
-    let (a, b, c) = (size_of::<Greeting>(), size_of::<CommandRequest>(), size_of::<Reply>());
-    let larger = if a > b { a } else { b };
-    if larger > c { larger } else { c }
-};
+/// A client's request.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CommandRequest {
+    /// Not to be carried out after this time (CLOCK_MONOTONIC, ns): nobody waits for the answer any more.
+    pub until_ns: u64,
+    /// What is asked for, 1 to [`MAX_CHANNELS`].
+    pub commands: Vec<Command>,
+}
+
+/// Largest request, and largest answer, bytes.
+pub(crate) const LARGEST_REQUEST: usize = size_of::<RequestHead>() + MAX_CHANNELS * size_of::<Command>();
+pub(crate) const LARGEST_ANSWER: usize = MAX_CHANNELS * size_of::<Reply>();
 
 impl CommandRequest {
+    /// As a datagram.
+    pub fn bytes(until_ns: u64, commands: &[Command]) -> Vec<u8> {
+        [RequestHead { magic: REQUEST, until_ns }.as_bytes(), commands.as_bytes()].concat()
+    }
+
     /// The request in a datagram; `None` where it is anything else. Its contents may be any bits: the desk judges those.
     pub fn of(bytes: &[u8]) -> Option<CommandRequest> {
-        CommandRequest::read_from_bytes(bytes).ok().filter(|ask| ask.magic == REQUEST)
+        let (head, rest) = RequestHead::read_from_prefix(bytes).ok().filter(|(head, _)| head.magic == REQUEST)?;
+        let commands = all(rest)?;
+        Some(CommandRequest { until_ns: head.until_ns, commands })
     }
+}
+
+/// The replies in a datagram; `None` where it is anything else.
+pub(crate) fn replies(bytes: &[u8]) -> Option<Vec<Reply>> {
+    all(bytes)
+}
+
+/// 1 to [`MAX_CHANNELS`] equal parts and nothing else.
+fn all<T: FromBytes>(bytes: &[u8]) -> Option<Vec<T>> {
+    let parts = bytes.chunks_exact(size_of::<T>());
+    let fits = parts.remainder().is_empty() && (1..=MAX_CHANNELS).contains(&parts.len());
+    if fits { parts.map(|part| T::read_from_bytes(part).ok()).collect() } else { None }
 }
 
 #[cfg(test)]
@@ -92,7 +115,8 @@ mod tests {
 
     #[test]
     fn layouts_are_fixed() {
-        assert_eq!((size_of::<Greeting>(), size_of::<CommandRequest>(), LARGEST), (216, 56, 216));
+        assert_eq!((size_of::<Greeting>(), size_of::<RequestHead>()), (216, 16));
+        assert_eq!((LARGEST_REQUEST, LARGEST_ANSWER), (2576, 4096));
         for code in 0..9 {
             assert!(Admission::from_code(code).is_none_or(|verdict| verdict as u32 == code));
         }
@@ -101,13 +125,27 @@ mod tests {
     #[test]
     fn a_request_is_taken_as_a_whole_or_not_at_all() {
         let command = Command { client: 1, sequence: 2, channel: 3, kind: 4, value: 5.0, hold_s: 6.0 };
-        let ask = CommandRequest { magic: REQUEST, until_ns: 7, command };
-        assert_eq!(CommandRequest::of(ask.as_bytes()), Some(ask));
-        let mut longer = ask.as_bytes().to_vec();
-        longer.push(0);
-        assert_eq!(CommandRequest::of(&longer), None);
-        assert_eq!(CommandRequest::of(&ask.as_bytes()[..55]), None);
-        assert_eq!(CommandRequest::of(CommandRequest { magic: GREETING, ..ask }.as_bytes()), None);
+        for count in [1, 2, MAX_CHANNELS] {
+            let commands = vec![command; count];
+            let bytes = CommandRequest::bytes(7, &commands);
+            assert_eq!(CommandRequest::of(&bytes), Some(CommandRequest { until_ns: 7, commands }));
+            assert_eq!(CommandRequest::of(&[&bytes[..], &[0]].concat()), None);
+            assert_eq!(CommandRequest::of(&bytes[..bytes.len() - 1]), None);
+        }
+        assert_eq!(CommandRequest::of(&CommandRequest::bytes(7, &[command; MAX_CHANNELS + 1])), None);
+        assert_eq!(CommandRequest::of(&CommandRequest::bytes(7, &[])), None);
+        let mut other = CommandRequest::bytes(7, &[command]);
+        other[..8].copy_from_slice(&GREETING.to_le_bytes());
+        assert_eq!(CommandRequest::of(&other), None);
         assert_eq!(CommandRequest::of(&[]), None);
+    }
+
+    #[test]
+    fn an_answer_has_as_many_replies_as_it_has_bytes_for() {
+        let command = Command { client: 1, sequence: 2, channel: 3, kind: 4, value: 5.0, hold_s: 6.0 };
+        let reply = Reply { low: 0.0, high: 0.0, ..Reply::taken(&command, 1.0) };
+        assert_eq!(replies([reply; 3].as_bytes()), Some(vec![reply; 3]));
+        assert_eq!(replies(&[reply; 3].as_bytes()[1..]), None);
+        assert_eq!(replies(&[]), None);
     }
 }

@@ -67,7 +67,8 @@ impl CommandKind {
     }
 }
 
-/// One request of a client.
+/// What is asked of one channel. A request of a client is one of these, or up to [`MAX_CHANNELS`](crate::MAX_CHANNELS) setpoints, each for another
+/// channel and with the same `sequence`: all of them are carried out in one cycle, or none.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[type_name("sinew_ipc::messages::Command")]
 #[repr(C)]
@@ -133,6 +134,10 @@ pub enum Outcome {
     Overtaken = 13,
     /// The fault cannot be cleared yet: the wire has to cool first.
     TooHot = 14,
+    /// Not carried out because another one of the same request was refused.
+    WithOthers = 15,
+    /// The request names the channel twice, or asks beside others for what is asked for alone (a reset, a stop).
+    NotTogether = 16,
 }
 
 impl Outcome {
@@ -159,12 +164,14 @@ impl Outcome {
             12 => Outcome::NotPermitted,
             13 => Outcome::Overtaken,
             14 => Outcome::TooHot,
+            15 => Outcome::WithOthers,
+            16 => Outcome::NotTogether,
             _ => return None,
         })
     }
 }
 
-/// The driver's answer to a [`Command`].
+/// The driver's answer to a [`Command`]. A request gets as many as it has commands, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[type_name("sinew_ipc::messages::Reply")]
 #[repr(C)]
@@ -188,6 +195,8 @@ pub struct Reply {
     pub high: f64,
     /// The lease as granted, s; 0 where there is none. For [`Outcome::TooHot`] how long that takes at the most, s; NaN where it is not known.
     pub hold_s: f64,
+    /// Number of the cycle in which the loop took it; 0 where it did not.
+    pub cycle: u64,
 }
 
 impl Reply {
@@ -203,7 +212,13 @@ impl Reply {
             low: f64::NAN,
             high: f64::NAN,
             hold_s,
+            cycle: 0,
         }
+    }
+
+    /// Taken in this cycle.
+    pub fn in_cycle(self, cycle: u64) -> Reply {
+        Reply { cycle, ..self }
     }
 
     /// The command was refused.
@@ -236,7 +251,7 @@ mod tests {
     fn layouts_are_fixed() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
         assert_eq!(size_of::<Command>(), 40);
-        assert_eq!(size_of::<Reply>(), 56);
+        assert_eq!(size_of::<Reply>(), 64);
     }
 
     #[test]
@@ -246,6 +261,6 @@ mod tests {
             assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
         }
         assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);
-        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 15);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 17);
     }
 }

@@ -13,7 +13,7 @@ use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Version of the messages. Every change of a layout or of a meaning raises it; a client of another version is told so when it
 /// connects.
-pub const PROTOCOL: u32 = 3;
+pub const PROTOCOL: u32 = 4;
 
 /// What a field is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -270,9 +270,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_channel_is_laid_out_as_in_protocol_3() {
+    fn a_channel_is_laid_out_as_in_protocol_3_and_4() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
-        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (3, 168));
+        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (4, 168));
     }
 
     #[test]

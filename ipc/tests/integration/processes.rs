@@ -391,8 +391,8 @@ fn a_client_that_dies_before_its_reply_is_nobodys_loss() {
         });
         asker.kill();
         let request = request.unwrap();
-        let reply = decide(request.command());
-        request.reply(reply);
+        let replies = request.commands().iter().map(decide).collect();
+        request.reply(replies);
     }
     let client = patient(&rig);
     std::thread::scope(|scope| {

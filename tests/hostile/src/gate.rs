@@ -58,16 +58,20 @@ impl Bench {
     fn good_is_served(&mut self) {
         self.sequence += 1;
         let command = off(self.sequence);
-        let sent = send(&self.good, &fuzzing::request(u64::MAX, command), AT_ONCE);
+        let sent = send(&self.good, &fuzzing::request(u64::MAX, &[command]), AT_ONCE);
         assert!(sent.is_ok(), "who behaves was shown out: {sent:?}");
         let found = (0..LOOKS).find_map(|_| self.listener.receive());
         let Some((asked, answer)) = found else { panic!("his request is not heard") };
-        assert_eq!(asked.sequence, self.sequence);
-        answer.send_reply(&Reply::taken(&asked, 0.25));
+        assert_eq!(asked.iter().map(|command| command.sequence).collect::<Vec<_>>(), [self.sequence]);
+        answer.send_replies(&taken(&asked));
         let mut bytes = [0; WELCOME_BYTES + 1];
         let answered = std::iter::from_fn(|| recv(&self.good, &mut bytes[..], RecvFlags::DONTWAIT).ok());
         assert!(answered.map(|(length, _)| length).last() == Some(REPLY_BYTES), "he is not answered");
     }
+}
+
+fn taken(commands: &[Command]) -> Vec<Reply> {
+    commands.iter().map(|command| Reply::taken(command, 0.25)).collect()
 }
 
 fn off(sequence: u64) -> Command {
@@ -109,7 +113,7 @@ pub fn gate(bytes: &[u8]) {
         let Run { waiting, visitors, .. } = run;
         drop(visitors);
         // An answer for somebody who has gone is nobody's loss.
-        waiting.into_iter().for_each(|(_, command, answer)| answer.send_reply(&Reply::taken(&command, 0.0)));
+        waiting.into_iter().for_each(|(_, commands, answer)| answer.send_replies(&taken(&commands)));
         let emptied = (0..LOOKS).any(|_| {
             bench.listener.receive();
             bench.listener.clients() == 1
@@ -128,7 +132,7 @@ struct Run<'a> {
     asked: BTreeMap<u64, usize>,
     /// The last one heard of each visitor.
     heard: BTreeMap<usize, u64>,
-    waiting: Vec<(usize, Command, PendingReply)>,
+    waiting: Vec<(usize, Vec<Command>, PendingReply)>,
 }
 
 impl Run<'_> {
@@ -175,9 +179,10 @@ impl Run<'_> {
             }
             6 => {
                 if let Some(visitor) = self.visitors.get(which) {
-                    let mut bytes = [0; WELCOME_BYTES + 1];
+                    let mut bytes = [0; MAX_CHANNELS * REPLY_BYTES + 1];
                     while let Ok((length @ 1.., _)) = recv(&visitor.socket, &mut bytes[..], RecvFlags::DONTWAIT) {
-                        assert!([WELCOME_BYTES, REPLY_BYTES].contains(&length), "the porter says {length} bytes");
+                        let is_answer = length % REPLY_BYTES == 0 && length / REPLY_BYTES <= MAX_CHANNELS;
+                        assert!(length == WELCOME_BYTES || is_answer, "the porter says {length} bytes");
                     }
                 }
             }
@@ -186,8 +191,8 @@ impl Run<'_> {
                     self.hear();
                 }
                 if step & 0x80 != 0 {
-                    for (_, command, answer) in self.waiting.drain(..) {
-                        answer.send_reply(&Reply::taken(&command, 0.0));
+                    for (_, commands, answer) in self.waiting.drain(..) {
+                        answer.send_replies(&taken(&commands));
                     }
                 }
             }
@@ -199,7 +204,8 @@ impl Run<'_> {
         self.bench.sequence += 1;
         let sequence = self.bench.sequence;
         let any = |script: &mut Script| f64::from_bits(script.u64());
-        let command = match script.byte() {
+        let what = script.byte();
+        let command = match what {
             0..128 => off(sequence),
             _ => Command {
                 client: script.u64(),
@@ -210,7 +216,9 @@ impl Run<'_> {
                 hold_s: any(script),
             },
         };
-        (sequence, fuzzing::request(if late { 1 } else { u64::MAX }, command))
+        // one, or as many as a request takes at the most
+        let commands = vec![command; if what % 4 == 0 { 1 + usize::from(script.byte()) % MAX_CHANNELS } else { 1 }];
+        (sequence, fuzzing::request(if late { 1 } else { u64::MAX }, &commands))
     }
 
     /// Sends it, if he can. `request`: its number, where it is one that may be heard.
@@ -234,14 +242,16 @@ impl Run<'_> {
 
     /// What comes to the desk.
     fn hear(&mut self) {
-        let Some((command, answer)) = self.bench.listener.receive() else { return };
+        let Some((commands, answer)) = self.bench.listener.receive() else { return };
+        let command = commands[0];
+        assert!(commands.iter().all(|other| (other.client, other.sequence) == (command.client, command.sequence)));
         assert_eq!(command.client >> 32, u64::from(std::process::id()), "under another's number");
         let Some(whose) = self.asked.remove(&command.sequence) else {
             panic!("nobody asked for it, or not any more, or twice: {command:?}");
         };
         let before = self.heard.insert(whose, command.sequence);
         assert!(before < Some(command.sequence), "out of order: {command:?} after {before:?}");
-        self.waiting.push((whose, command, answer));
+        self.waiting.push((whose, commands, answer));
         let his = self.waiting.iter().filter(|(number, ..)| *number == whose).count();
         assert!(his <= MAX_UNANSWERED, "{his} of one visitor are waiting");
     }

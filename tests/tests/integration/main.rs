@@ -23,4 +23,5 @@ mod simulate;
 mod stop;
 mod terminals;
 mod threads;
+mod together;
 mod tune;

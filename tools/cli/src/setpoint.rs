@@ -1,4 +1,4 @@
-//! The syntax of a setpoint on the command line: `length=164mm`, `stroke=40%`, `duty=0.1`, `force=2N`, `off`.
+//! The syntax of a setpoint on the command line: `length=164mm`, `stroke=40%`, `stroke=6mm`, `duty=0.1`, `force=2N`, `off`.
 
 use std::fmt;
 
@@ -9,6 +9,8 @@ pub enum Setpoint {
     Length(f64),
     /// Share of the stroke, 0 = cold, 1 = hot.
     Stroke(f64),
+    /// Way from the cold end of the stroke, m.
+    Way(f64),
     /// Duty, 0..1.
     Duty(f64),
     /// Wire tension, N.
@@ -26,16 +28,17 @@ pub struct SetpointError {
     pub hint: String,
 }
 
-/// One kind of quantity: its name, the units it may carry with their factor to SI, and an example.
+/// One kind of quantity: its name, the units it may carry with their factor to SI, and an example. One that has two kinds of units stands twice.
 struct Quantity {
     name: &'static str,
     units: &'static [(&'static str, f64)],
     example: &'static str,
 }
 
-const QUANTITIES: [Quantity; 4] = [
+const QUANTITIES: [Quantity; 5] = [
     Quantity { name: "length", units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], example: "length=164mm" },
     Quantity { name: "stroke", units: &[("%", 1e-2)], example: "stroke=40%" },
+    Quantity { name: "stroke", units: &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], example: "stroke=6mm" },
     Quantity { name: "duty", units: &[("", 1.0), ("%", 1e-2)], example: "duty=0.1" },
     Quantity { name: "force", units: &[("N", 1.0), ("mN", 1e-3)], example: "force=2N" },
 ];
@@ -57,7 +60,8 @@ impl Setpoint {
             return fail(format!("`{text}` is not a setpoint"), FORMS.into());
         };
         let (name, value) = (name.trim(), value.trim());
-        let Some(quantity) = QUANTITIES.iter().find(|q| q.name == name) else {
+        let named = || QUANTITIES.iter().filter(|quantity| quantity.name == name);
+        let Some(quantity) = named().next() else {
             return fail(format!("unknown quantity `{name}` in `{text}`"), FORMS.into());
         };
         let split = value
@@ -75,9 +79,9 @@ impl Setpoint {
         if !number.is_finite() {
             return fail(format!("`{value}` is not a finite number"), format!("as in {}", quantity.example));
         }
-        let Some((_, factor)) = quantity.units.iter().find(|(known, _)| *known == unit) else {
-            let known: Vec<&str> =
-                quantity.units.iter().map(|(u, _)| if u.is_empty() { "no unit" } else { *u }).collect();
+        let Some((_, factor)) = named().flat_map(|quantity| quantity.units).find(|(known, _)| *known == unit) else {
+            let units = named().flat_map(|quantity| quantity.units);
+            let known: Vec<&str> = units.map(|(u, _)| if u.is_empty() { "no unit" } else { *u }).collect();
             let known = match known.split_last() {
                 Some((last, [])) => (*last).to_string(),
                 Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
@@ -93,7 +97,8 @@ impl Setpoint {
         let within = |low: f64, high: f64| value >= low && value <= high;
         match name {
             "length" if within(1e-3, 100.0) => Ok(Setpoint::Length(value)),
-            "stroke" if within(0.0, 1.0) => Ok(Setpoint::Stroke(value)),
+            "stroke" if unit != "%" && within(0.0, 100.0) => Ok(Setpoint::Way(value)),
+            "stroke" if unit == "%" && within(0.0, 1.0) => Ok(Setpoint::Stroke(value)),
             "duty" if within(0.0, 1.0) => Ok(Setpoint::Duty(value)),
             "force" if within(0.0, 1e5) => Ok(Setpoint::Force(value)),
             "length" => fail(format!("`{text}`: no wire has that length"), "length is 1 mm to 100 m".into()),
@@ -141,6 +146,7 @@ impl fmt::Display for Setpoint {
         match self {
             Setpoint::Length(m) => write!(f, "length {:.2} mm", m * 1e3),
             Setpoint::Stroke(share) => write!(f, "stroke {:.1} %", share * 100.0),
+            Setpoint::Way(m) => write!(f, "stroke {:.2} mm", m * 1e3),
             Setpoint::Duty(duty) => write!(f, "duty {duty:.3}"),
             Setpoint::Force(n) => write!(f, "force {n:.2} N"),
             Setpoint::Off => f.write_str("off"),
@@ -155,7 +161,7 @@ mod tests {
     fn near(a: Setpoint, b: Setpoint) -> bool {
         use Setpoint::*;
         match (a, b) {
-            (Length(a), Length(b)) | (Stroke(a), Stroke(b)) | (Duty(a), Duty(b)) | (Force(a), Force(b)) => {
+            (Length(a), Length(b)) | (Way(a), Way(b)) | (Stroke(a), Stroke(b)) | (Duty(a), Duty(b)) | (Force(a), Force(b)) => {
                 (a - b).abs() < 1e-12
             }
             (a, b) => a == b,
@@ -172,6 +178,8 @@ mod tests {
             ("length = 155 mm", Setpoint::Length(0.155)),
             ("stroke=40%", Setpoint::Stroke(0.4)),
             ("stroke=0%", Setpoint::Stroke(0.0)),
+            ("stroke=6mm", Setpoint::Way(0.006)),
+            ("stroke=0.6 cm", Setpoint::Way(0.006)),
             ("duty=0.1", Setpoint::Duty(0.1)),
             ("duty=10%", Setpoint::Duty(0.1)),
             ("force=1.5N", Setpoint::Force(1.5)),
@@ -188,7 +196,8 @@ mod tests {
         for (text, message, hint) in [
             ("length=155", "lacks its unit", "mm, cm or m"),
             ("length=155in", "`in` is not a unit of length", "mm, cm or m"),
-            ("stroke=40mm", "`mm` is not a unit of stroke", "stroke is given in %"),
+            ("stroke=40in", "`in` is not a unit of stroke", "stroke is given in %, mm, cm or m"),
+            ("stroke=-3mm", "outside the stroke", "0 % is cold"),
             ("force=2kg", "`kg` is not a unit of force", "N or mN"),
             ("duty=0.1V", "`V` is not a unit of duty", "no unit or %"),
             ("length=1,5cm", "is not a number", "decimal point is `.`"),

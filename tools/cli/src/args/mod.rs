@@ -45,7 +45,7 @@ pub enum Command {
     Monitor(Monitor),
     /// The running driver as a live page for a browser of this machine.
     Scope(Scope),
-    /// Command one channel.
+    /// Command channels: one, or several in the same cycle.
     Set(Set),
     /// Clear the latched faults of channels.
     Reset(Reset),
@@ -160,17 +160,16 @@ Examples:
   sinew set front_left_femur duty=0.1 --hold 2
   sinew set front_left_femur force=2N
   sinew set front_left_femur off
+  sinew set front_left_femur stroke=40% front_left_tibia stroke=6mm
 
-Units: length in mm, cm or m; stroke in % (0 % cold and long, 100 % hot and short); duty 0..1 or %; force in N or mN.
+Units: length in mm, cm or m; stroke in % (0 % cold and long, 100 % hot and short) or, from the cold end, in mm, cm or m; duty 0..1 or %; force in N or mN.
+Several channels are commanded in the same cycle, all or none. Names and setpoints take turns, so that a channel may be called anything.
 Without --hold a setpoint holds for 10 s; then the channel goes back to what the driver does by itself.
 `off` stays until the next command unless --hold is given.")]
 pub struct Set {
-    /// Name of the channel.
-    #[arg(value_name = "CHANNEL")]
-    pub channel: String,
-    /// length=164mm, stroke=40%, duty=0.1, force=2N or off.
-    #[arg(value_name = "SETPOINT")]
-    pub setpoint: String,
+    /// Name of a channel and its setpoint: length=164mm, stroke=40%, duty=0.1, force=2N or off; then those of the next.
+    #[arg(value_names = ["CHANNEL", "SETPOINT"], num_args = 2.., required = true)]
+    pub wanted: Vec<String>,
     /// How long it holds without being renewed.
     #[arg(long = "hold", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub hold_s: Option<f64>,

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use sinew_driver::report::Quantiles;
-use sinew_ipc::{ChannelState, Client, CommandKind, DriverHealth, Error, Fault, LoopStats, Reason, Refusal, Snapshot};
+use sinew_ipc::{ChannelInfo, ChannelState, Client, CommandKind, DriverHealth, Error, Fault, LoopStats, Reason, Refusal, Snapshot};
 use sinew_sensing::Health;
 
 use super::list;
@@ -37,7 +37,21 @@ pub fn failure(error: Error) -> Failure {
 
 /// An error in words and what to do about it: refused values and ranges in the units they are typed in.
 fn words(error: &Error) -> (String, String) {
-    let Error::Refused(refusal) = error else { return (error.message(), error.remedy()) };
+    match error {
+        Error::Refused(refusal) => words_of(refusal),
+        Error::RefusedTogether(refusals) => {
+            let (messages, remedies): (Vec<_>, Vec<_>) = refusals.iter().map(words_of).unzip();
+            let message = match messages.as_slice() {
+                [only] => only.clone(),
+                several => format!("{}; nothing was carried out", several.join("; ")),
+            };
+            (message, remedies.into_iter().next().unwrap_or_default())
+        }
+        _ => (error.message(), error.remedy()),
+    }
+}
+
+fn words_of(refusal: &Refusal) -> (String, String) {
     let Refusal { channel, kind, value, reason } = refusal;
     let (unit, factor, decimals) = match kind {
         CommandKind::Length => (" mm", 1e3, 2),
@@ -63,7 +77,7 @@ fn words(error: &Error) -> (String, String) {
             format!("{channel}: that hold is outside {low} to {high} s"),
             format!("choose --hold from {low} to {high}; maximum_hold_s in [channel.limits] bounds it"),
         ),
-        _ => (refusal.message(), error.remedy()),
+        _ => (refusal.message(), refusal.remedy()),
     }
 }
 
@@ -75,11 +89,15 @@ fn sentence(error: &Error) -> String {
     }
 }
 
-/// A setpoint as the driver takes it: kind and value in SI.
-pub fn command(setpoint: Setpoint) -> (CommandKind, f64) {
+/// A setpoint for a channel as the driver takes it: kind and value in SI.
+pub fn command(setpoint: Setpoint, channel: &ChannelInfo) -> (CommandKind, f64) {
     match setpoint {
         Setpoint::Length(m) => (CommandKind::Length, m),
         Setpoint::Stroke(share) => (CommandKind::Stroke, share),
+        Setpoint::Way(m) => {
+            let shortens = (channel.hot_length_m - channel.cold_length_m).signum();
+            (CommandKind::Length, channel.cold_length_m + shortens * m)
+        }
         Setpoint::Duty(duty) => (CommandKind::Duty, duty),
         Setpoint::Force(n) => (CommandKind::Force, n),
         Setpoint::Off => (CommandKind::Off, 0.0),
@@ -126,7 +144,7 @@ impl Live {
 
     /// Commands a channel for so long; says what was taken, or why not and what to do.
     pub fn set(&self, channel: usize, setpoint: Setpoint, hold: Duration) -> Result<String, String> {
-        let (kind, value) = command(setpoint);
+        let (kind, value) = command(setpoint, &self.client.channels()[channel]);
         match self.client.command(channel as u32, kind, value, hold) {
             Ok(_) => Ok(format!("{}: {setpoint}", self.name(channel))),
             Err(error) => Err(sentence(&error)),

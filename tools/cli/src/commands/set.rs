@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use sinew_ipc::{Client, CommandKind, DriverHealth, Error, Reason, Reply};
+use sinew_ipc::{ChannelInfo, Client, CommandKind, DriverHealth, Error, Reason, Refusal, Taken, Wanted};
 
 use super::{live, unknown_channel};
 use crate::args;
@@ -17,40 +17,66 @@ const STOP_PATIENCE: Duration = Duration::from_secs(5);
 
 /// Runs `sinew set`.
 pub fn set(args: &args::Set) -> Outcome {
-    let setpoint = Setpoint::parse(&args.setpoint).map_err(|e| Failure::input(e.message).hint(e.hint))?;
+    let (pairs, rest) = args.wanted.as_chunks();
+    if let [alone] = rest {
+        return Err(Failure::input(format!("`{alone}` has no setpoint"))
+            .hint("a setpoint follows every channel: sinew set left stroke=40% right off"));
+    }
+    let mut setpoints = Vec::new();
+    for [name, setpoint] in pairs {
+        let setpoint = Setpoint::parse(setpoint).map_err(|e| Failure::input(e.message).hint(e.hint))?;
+        setpoints.push((name, setpoint));
+    }
     let client = live::connect(&args.target)?;
-    let channel = channel(&client, &args.channel)?;
-    let (kind, value) = live::command(setpoint);
-    let ask = |hold_s: f64| client.command(channel as u32, kind, value, Duration::from_secs_f64(hold_s));
-    let asked = match (setpoint, args.hold_s) {
-        (_, Some(hold_s)) => ask(hold_s),
+    let mut wanted = Vec::new();
+    for (name, setpoint) in &setpoints {
+        let channel = channel(&client, name)?;
+        let (kind, value) = live::command(*setpoint, &client.channels()[channel]);
+        wanted.push(Wanted { channel: channel as u32, kind, value });
+    }
+    let ask = |hold_s: f64| client.set_many(&wanted, Duration::from_secs_f64(hold_s));
+    let asked = match args.hold_s {
+        Some(hold_s) => ask(hold_s),
         // off holds until the next command
-        (Setpoint::Off, None) => ask(0.0),
-        (_, None) => match ask(DEFAULT_HOLD_S) {
-            // this channel does not let anybody hold it that long: then as long as it does
-            Err(Error::Refused(refusal)) => match refusal.reason {
-                Reason::HoldOutOfRange { high, .. } => ask(high),
-                _ => Err(Error::Refused(refusal)),
+        None if setpoints.iter().all(|(_, setpoint)| *setpoint == Setpoint::Off) => ask(0.0),
+        None => match ask(DEFAULT_HOLD_S) {
+            // these channels do not let anybody hold them that long: then as long as all of them do
+            Err(Error::RefusedTogether(refusals)) => match longest_hold_s(&refusals) {
+                Some(hold_s) => ask(hold_s),
+                None => Err(Error::RefusedTogether(refusals)),
             },
             other => other,
         },
     };
-    let reply = asked.map_err(live::failure)?;
-    output::print(taken(&client, channel, setpoint, &reply))
+    let Taken { hold_s, .. } = asked.map_err(live::failure)?;
+    let is_mixed = setpoints.iter().any(|(_, setpoint)| *setpoint != Setpoint::Off);
+    for (wanted, (_, setpoint)) in wanted.iter().zip(&setpoints) {
+        // An `off` beside setpoints does not run out with them.
+        let hold_s = if is_mixed && *setpoint == Setpoint::Off { 0.0 } else { hold_s };
+        output::print(taken(&client.channels()[wanted.channel as usize], *setpoint, hold_s))?;
+    }
+    Ok(())
+}
+
+/// The longest hold that all of these would have taken, s; `None` where one was refused for something else.
+fn longest_hold_s(refusals: &[Refusal]) -> Option<f64> {
+    let highs = refusals.iter().map(|refusal| match refusal.reason {
+        Reason::HoldOutOfRange { high, .. } => Some(high),
+        _ => None,
+    });
+    highs.reduce(|a, b| a?.min(b?).into()).flatten()
 }
 
 /// What was taken, in the words it was asked in, with the length it means.
-fn taken(client: &Client, channel: usize, setpoint: Setpoint, reply: &Reply) -> String {
-    let info = &client.channels()[channel];
+fn taken(info: &ChannelInfo, setpoint: Setpoint, hold_s: f64) -> String {
+    let share = |m: f64| format!(" ({:.1} % of the stroke)", info.stroke_at_length(m) * 100.0);
     let length = match setpoint {
         Setpoint::Stroke(share) => format!(" ({:.2} mm)", info.length_at_stroke(share) * 1e3),
-        Setpoint::Length(m) => format!(" ({:.1} % of the stroke)", info.stroke_at_length(m) * 100.0),
+        Setpoint::Length(m) => share(m),
+        Setpoint::Way(_) => share(live::command(setpoint, info).1),
         _ => String::new(),
     };
-    let hold = match reply.hold_s {
-        hold_s if hold_s.is_finite() && hold_s > 0.0 => format!(" for {hold_s} s"),
-        _ => String::new(),
-    };
+    let hold = if hold_s > 0.0 { format!(" for {hold_s} s") } else { String::new() };
     format!("{}: {setpoint}{length}{hold}\n", info.name)
 }
 

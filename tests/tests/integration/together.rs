@@ -1,0 +1,106 @@
+//! Setpoints for several channels in one request: in force from the same cycle on, or not at all.
+
+use std::time::Duration;
+
+use sinew_ipc::{ChannelState, Client, CommandKind, Error, Mode, Reason, Wanted};
+use sinew_tests::{Driver, Rig, wait_for};
+
+const LONG: Duration = Duration::from_secs(120);
+
+fn stroke(channel: u32, value: f64) -> Wanted {
+    Wanted { channel, kind: CommandKind::Stroke, value }
+}
+
+/// The cycles from this one on, up to `last`, channel by channel.
+fn cycles(client: &Client, from: u64, last: u64, mut stream: sinew_ipc::CycleStream) -> Vec<(u64, Vec<ChannelState>)> {
+    let mut found = Vec::new();
+    wait_for("the cycle it took force in", || {
+        while let Some(cycle) = stream.next().unwrap() {
+            if cycle.header.cycle >= from {
+                found.push((cycle.header.cycle, cycle.channels.to_vec()));
+            }
+        }
+        (found.last()?.0 >= last).then_some(())
+    });
+    assert_eq!(stream.lost(), 0, "{}", client.channels().len());
+    found
+}
+
+#[test]
+fn several_channels_obey_from_the_cycle_on_that_the_answer_names() {
+    let rig = Rig::bench(&["a", "b", "c"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let stream = client.stream().unwrap();
+    let from = client.latest().cycle + 1;
+    let duty = Wanted { channel: 2, kind: CommandKind::Duty, value: 0.05 };
+    let taken = client.set_many(&[stroke(1, 0.4), duty, stroke(0, 0.2)], LONG).unwrap();
+    assert_eq!(taken.hold_s, 120.0);
+    assert!(taken.cycle >= from, "{taken:?}");
+    for (number, channels) in cycles(&client, from, taken.cycle, stream) {
+        let modes: Vec<Mode> = channels.iter().map(ChannelState::mode).collect();
+        let expected =
+            if number < taken.cycle { [Mode::Off; 3] } else { [Mode::Length, Mode::Length, Mode::Duty] };
+        assert_eq!(modes, expected, "cycle {number}, taken {taken:?}");
+        assert_eq!(channels[0].order().is_some(), number == taken.cycle, "a recording has it in that cycle");
+        if number == taken.cycle {
+            assert!(channels.iter().all(|state| (state.lease_s - 120.0).abs() < 1e-6), "one lease: {channels:?}");
+        }
+    }
+    // An off beside setpoints does not run out with them.
+    let off = Wanted { channel: 2, kind: CommandKind::Off, value: 0.0 };
+    client.set_many(&[stroke(0, 0.3), off], LONG).unwrap();
+    let state = client.latest();
+    assert_eq!((state.channels()[0].mode(), state.channels()[2].mode()), (Mode::Length, Mode::Off));
+    driver.stop();
+}
+
+#[test]
+fn where_one_is_refused_none_is_carried_out_and_each_says_why() {
+    let rig = Rig::bench(&["a", "b", "c"], "");
+    let (driver, client) = Driver::ready(&rig);
+    client.set_stroke("c", 0.1, LONG).unwrap();
+    let before = client.latest().channels()[2].target_m;
+    let refused = |wanted: &[Wanted]| match client.set_many(wanted, LONG) {
+        Err(Error::RefusedTogether(refusals)) => {
+            refusals.into_iter().map(|refusal| (refusal.channel, refusal.reason)).collect::<Vec<_>>()
+        }
+        other => panic!("{other:?}"),
+    };
+    let range = Reason::OutOfRange { low: 0.0, high: 1.0 };
+    let found = refused(&[stroke(0, 0.4), stroke(1, 1.4), stroke(2, 0.5), stroke(7, 0.1)]);
+    assert_eq!(found, [("b".into(), range), ("number 7".into(), Reason::UnknownChannel)]);
+    assert_eq!(refused(&[stroke(0, 0.4), stroke(0, 0.5)]), [("a".into(), Reason::NotTogether)]);
+    let reset = Wanted { channel: 1, kind: CommandKind::Reset, value: 0.0 };
+    assert_eq!(refused(&[stroke(0, 0.4), reset]), [("b".into(), Reason::NotTogether)]);
+    let found = refused(&[stroke(0, 0.4), stroke(1, f64::NAN)]);
+    assert_eq!(found, [("b".into(), Reason::NotFinite)]);
+    assert!(matches!(client.set_many(&[], LONG), Err(Error::Channels { found: 0 })));
+    assert!(matches!(client.set_many(&[stroke(0, 0.1); 65], LONG), Err(Error::Channels { found: 65 })));
+    let state = client.latest();
+    assert_eq!((state.channels()[0].mode(), state.channels()[2].target_m), (Mode::Off, before), "nothing of it");
+    driver.stop();
+}
+
+#[test]
+fn the_command_line_takes_turns_of_names_and_setpoints() {
+    // Whatever they are called.
+    let rig = Rig::bench(&["stroke", "off", "duty"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let said = rig.ask(&["set", "stroke", "stroke=40%", "off", "stroke=2mm", "duty", "duty=0.1"]).expect(0).stdout;
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 3, "{said}");
+    assert!(lines[0].starts_with("stroke: stroke 40.0 % (") && lines[0].ends_with("for 10 s"), "{said}");
+    let state = client.latest();
+    let [a, b, c] = [0, 1, 2].map(|channel| (state.channels()[channel], client.channels()[channel]));
+    assert!((a.0.target_m - a.1.length_at_stroke(0.4)).abs() < 1e-9);
+    assert!((b.0.target_m - (b.1.cold_length_m - 0.002)).abs() < 1e-9, "{b:?}");
+    assert_eq!((c.0.mode(), c.0.duty), (Mode::Duty, 0.1));
+    rig.ask(&["set", "stroke", "off", "off", "off"]).expect(0);
+    let modes: Vec<Mode> = client.latest().channels().iter().map(ChannelState::mode).collect();
+    assert_eq!(modes, [Mode::Off, Mode::Off, Mode::Duty]);
+
+    rig.ask(&["set", "stroke", "stroke=40%", "off"]).refused(&["off", "setpoint"]);
+    rig.ask(&["set", "stroke", "stroke=40%", "off", "length=900mm"]).refused(&["off", "900"]);
+    assert_eq!(client.latest().channels()[0].mode(), Mode::Off, "all or none");
+    driver.stop();
+}
