@@ -36,8 +36,11 @@ use crate::supervisor::Cooldown;
 /// How often everything is looked after while no request is under way: clients of the gateway, events of the loop, the end. The own user's
 /// clients ring.
 const IDLE_PERIOD: Duration = Duration::from_millis(1);
-/// How often the loop's answers are looked for while a request is under way.
+/// How often the loop's answers are looked for while a request is new, and while one waits for longer than a cycle takes: for a channel that
+/// proves itself, or a loop that is held up.
 const BUSY_PERIOD: Duration = Duration::from_micros(50);
+const WAITING_PERIOD: Duration = Duration::from_micros(500);
+const NEW: Duration = Duration::from_millis(5);
 /// Requests taken in one round.
 const REQUESTS_A_ROUND: usize = 256;
 /// How long the loop may take to answer, besides the time a channel may take to prove itself.
@@ -223,7 +226,7 @@ struct Waiting {
     missing: usize,
     /// The answers so far, one for each of its commands.
     replies: Vec<Reply>,
-    until: Instant,
+    since: Instant,
 }
 
 /// Where requests come in and answers go out.
@@ -261,7 +264,7 @@ impl Desk {
             }
             let now = Instant::now();
             let over: Vec<u64> =
-                waiting.iter().filter(|(_, w)| ended || now >= w.until).map(|(ticket, _)| *ticket).collect();
+                waiting.iter().filter(|(_, w)| ended || now - w.since >= PATIENCE).map(|(ticket, _)| *ticket).collect();
             for ticket in over {
                 // One that has begun is answered by what comes of it.
                 if !self.outbox.take_back(ticket) && !ended {
@@ -275,8 +278,8 @@ impl Desk {
                 return;
             }
             match &self.port {
-                _ if !waiting.is_empty() => std::thread::sleep(BUSY_PERIOD),
-                Some(port) => port.wait(IDLE_PERIOD),
+                _ if waiting.values().any(|w| now - w.since < NEW) => std::thread::sleep(BUSY_PERIOD),
+                Some(port) => port.wait(if waiting.is_empty() { IDLE_PERIOD } else { WAITING_PERIOD }),
                 None => std::thread::sleep(IDLE_PERIOD),
             }
         }
@@ -315,7 +318,7 @@ impl Desk {
             return refuse_all(shared, request, |command| Reply::refused(command, Outcome::Busy));
         };
         let replies = request.commands().iter().map(|command| Reply::taken(command, hold_s)).collect();
-        waiting.insert(ticket, Waiting { request, missing, replies, until: Instant::now() + PATIENCE });
+        waiting.insert(ticket, Waiting { request, missing, replies, since: Instant::now() });
     }
 
     /// Checks the command of a request that has one; it may be for all channels, and is taken by all or by none then.

@@ -66,8 +66,7 @@ pub(crate) fn way_in() -> (Outbox, Inbox) {
     let (give_off, offs) = ring([Order::NONE; ORDERS]);
     let (give_together, togethers) = ring(vec![Together::NONE; TOGETHERS]);
     let tickets = Arc::new(Tickets::new(REQUESTS));
-    let outbox =
-        Outbox { orders: give, offs: give_off, togethers: give_together, tickets: tickets.clone(), last: 0 };
+    let outbox = Outbox { orders: give, offs: give_off, togethers: give_together, tickets: tickets.clone(), last: 0 };
     (outbox, Inbox { orders, offs, togethers, tickets })
 }
 

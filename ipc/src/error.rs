@@ -375,7 +375,10 @@ impl Refusal {
             Reason::Stopping => format!("{channel}: {}", Fault::Stopping.cause()),
             Reason::Overtaken => format!("{channel}: {name} was overtaken by a later request and not carried out"),
             Reason::WithOthers => format!("{channel}: {name} was refused together with others"),
-            Reason::NotTogether => format!("{channel}: stands twice in the request, or {name} has to be asked for alone"),
+            Reason::NotTogether if matches!(kind, CommandKind::Reset | CommandKind::Stop) => {
+                format!("{channel}: {name} has to be asked for alone")
+            }
+            Reason::NotTogether => format!("{channel} stands twice in the request"),
             Reason::NotPermitted { group } if *group == Name::EMPTY => {
                 format!("{channel}: commands are taken from the driver's own user alone")
             }

@@ -11,8 +11,8 @@ use crate::service::{
     MAX_CLIENTS, MAX_STREAMS, Replies, Run, StatePort, StateReader, TickListener, TickNotifier, failed, name, node,
 };
 use crate::{
-    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Outcome, PROTOCOL,
-    Reply, RigLock, Snapshot,
+    BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Outcome,
+    PROTOCOL, Reply, RigLock, Snapshot,
 };
 use iceoryx2::prelude::*;
 use std::sync::Arc;

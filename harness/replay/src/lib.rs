@@ -6,8 +6,9 @@
 //! # Limits: open loop
 //! With the same program and rig file and a recording from the driver's first cycle on, the output is bit for bit the
 //! same. After a change of rig, algorithm or program, that change causes the differences. But a recorded wire does not respond:
-//! it behaves as it was heated in the recording, whatever the new duty. Sensing, estimates, faults and the law's first output are
-//! those of the change; how the wire would have moved only a simulation shows.
+//! it behaves as it was heated in the recording, whatever the new duty. So the duty that went out then takes the place of the one that was decided
+//! now, after each cycle. Sensing, estimates, faults and the law's output at each moment are those of the change; how the wire would have
+//! moved only a simulation shows.
 //!
 //! ```no_run
 //! use sinew_recording::session::Session;

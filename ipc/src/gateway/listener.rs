@@ -307,7 +307,8 @@ mod tests {
         gate.board.push(header, &states);
         assert_eq!(connection.board.head(), 1);
         std::thread::scope(|scope| {
-            let asked = scope.spawn(|| connection.ask(&[command(3), Command { channel: 1, ..command(3) }], Duration::from_secs(20)));
+            let asked = scope
+                .spawn(|| connection.ask(&[command(3), Command { channel: 1, ..command(3) }], Duration::from_secs(20)));
             let (commands, answer) = loop {
                 if let Some(found) = gate.listener.receive() {
                     break found;
@@ -319,7 +320,10 @@ mod tests {
             }
             answer.send_replies(&taken(&commands, 1.5));
             let replies = asked.join().unwrap().unwrap();
-            assert_eq!(replies.iter().map(|reply| (reply.channel, reply.hold_s)).collect::<Vec<_>>(), [(0, 1.5), (1, 1.5)]);
+            assert_eq!(
+                replies.iter().map(|reply| (reply.channel, reply.hold_s)).collect::<Vec<_>>(),
+                [(0, 1.5), (1, 1.5)]
+            );
         });
         drop(gate);
         assert!(!connection.driver_lives());

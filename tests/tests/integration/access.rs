@@ -212,7 +212,10 @@ fn members_command_readers_look_and_strangers_are_told_why_not() {
     let refused = bench.ask(COMMANDER, &["set", "left", "stroke=130%"]);
     assert!(refused.stderr.contains("outside"), "judged like everybody's: {refused:?}");
     bench.ask(COMMANDER, &["set", "left", "off", "right", "stroke=30%"]).expect(0);
-    assert_eq!((&channels(&bench.status())[0]["mode"], &channels(&bench.status())[1]["mode"]), (&"off".into(), &"length".into()));
+    assert_eq!(
+        (&channels(&bench.status())[0]["mode"], &channels(&bench.status())[1]["mode"]),
+        (&"off".into(), &"length".into())
+    );
     bench.ask(COMMANDER, &["set", "right", "off"]).expect(0);
     // Every cycle, and what was acknowledged is in force.
     let said = bench.robot(COMMANDER, &["work", "right", "500"]).finish().expect(0).stdout;

@@ -38,8 +38,7 @@ fn several_channels_obey_from_the_cycle_on_that_the_answer_names() {
     assert!(taken.cycle >= from, "{taken:?}");
     for (number, channels) in cycles(&client, from, taken.cycle, stream) {
         let modes: Vec<Mode> = channels.iter().map(ChannelState::mode).collect();
-        let expected =
-            if number < taken.cycle { [Mode::Off; 3] } else { [Mode::Length, Mode::Length, Mode::Duty] };
+        let expected = if number < taken.cycle { [Mode::Off; 3] } else { [Mode::Length, Mode::Length, Mode::Duty] };
         assert_eq!(modes, expected, "cycle {number}, taken {taken:?}");
         assert_eq!(channels[0].order().is_some(), number == taken.cycle, "a recording has it in that cycle");
         if number == taken.cycle {
@@ -102,5 +101,37 @@ fn the_command_line_takes_turns_of_names_and_setpoints() {
     rig.ask(&["set", "stroke", "stroke=40%", "off"]).refused(&["off", "setpoint"]);
     rig.ask(&["set", "stroke", "stroke=40%", "off", "length=900mm"]).refused(&["off", "900"]);
     assert_eq!(client.latest().channels()[0].mode(), Mode::Off, "all or none");
+    driver.stop();
+}
+
+#[test]
+fn a_file_is_played_row_by_row_and_leaves_its_channels_off() {
+    let rig = Rig::bench(&["a", "b"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let file = rig.file("wave.csv");
+    std::fs::write(&file, "time_s,b,a\n0,10%,\n0.4,duty=0.05,20%\n1.2,,off\n").unwrap();
+    let path = file.to_str().unwrap();
+    let mut stream = client.stream().unwrap();
+    // Leases of a tenth of a second: they are renewed.
+    let said = rig.ask(&["play", path, "--hold", "0.1", "--times", "2"]).expect(0).stdout;
+    assert!(said.starts_with("played 6 rows"), "{said}");
+    let mut modes: Vec<[Mode; 2]> = Vec::new();
+    while let Some(cycle) = stream.next().unwrap() {
+        let now = [cycle.channels[0].mode(), cycle.channels[1].mode()];
+        if modes.last() != Some(&now) {
+            modes.push(now);
+        }
+    }
+    let once = [[Mode::Off, Mode::Length], [Mode::Length, Mode::Duty], [Mode::Off, Mode::Duty]];
+    let all = [&[[Mode::Off; 2]], &once[..], &once[..], &[[Mode::Off; 2]]].concat();
+    assert_eq!(modes, all, "in between no lease ran out");
+
+    std::fs::write(&file, "time_s,a\n0,10%\n1,140%\n").unwrap();
+    rig.ask(&["play", path]).refused(&["wave.csv:3", "140"]);
+    std::fs::write(&file, "time_s,elbow\n0,10%\n").unwrap();
+    rig.ask(&["play", path]).refused(&["elbow", "wave.csv"]);
+    std::fs::write(&file, "time_s,a\n0,10%\n0.1,length=900mm\n").unwrap();
+    rig.ask(&["play", path]).refused(&["a: length", "900"]);
+    assert_eq!(client.latest().channels()[0].mode(), Mode::Off, "what it began it ended");
     driver.stop();
 }

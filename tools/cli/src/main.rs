@@ -41,6 +41,7 @@ fn main() -> ExitCode {
         Command::Monitor(args) => commands::monitor::monitor(args),
         Command::Scope(args) => commands::scope::scope(args),
         Command::Set(args) => commands::set::set(args),
+        Command::Play(args) => commands::play::play(args),
         Command::Reset(args) => commands::set::reset(args),
         Command::Stop(args) => commands::set::stop(args),
         Command::Record(args) => commands::record::record(args),

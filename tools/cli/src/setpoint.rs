@@ -161,9 +161,11 @@ mod tests {
     fn near(a: Setpoint, b: Setpoint) -> bool {
         use Setpoint::*;
         match (a, b) {
-            (Length(a), Length(b)) | (Way(a), Way(b)) | (Stroke(a), Stroke(b)) | (Duty(a), Duty(b)) | (Force(a), Force(b)) => {
-                (a - b).abs() < 1e-12
-            }
+            (Length(a), Length(b))
+            | (Way(a), Way(b))
+            | (Stroke(a), Stroke(b))
+            | (Duty(a), Duty(b))
+            | (Force(a), Force(b)) => (a - b).abs() < 1e-12,
             (a, b) => a == b,
         }
     }

@@ -47,6 +47,8 @@ pub enum Command {
     Scope(Scope),
     /// Command channels: one, or several in the same cycle.
     Set(Set),
+    /// Play setpoints from a CSV file, all channels in the same cycle.
+    Play(Play),
     /// Clear the latched faults of channels.
     Reset(Reset),
     /// Stop the running driver: outputs to zero, then it reports and ends.
@@ -173,6 +175,38 @@ pub struct Set {
     /// How long it holds without being renewed.
     #[arg(long = "hold", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub hold_s: Option<f64>,
+    /// Which driver.
+    #[command(flatten)]
+    pub target: Target,
+}
+
+/// `sinew play`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew play wave.csv
+  sinew play wave.csv --speed 0.5 --times 10
+  sinew play wave.csv --rig hexapod --keep
+
+The file: a first line `time_s,left,right` with the channels' names, then rows such as `0,10%,off`, `0.5,164mm,` or `2,,duty=0.1`. A cell is a setpoint
+as in the monitor, a bare number the stroke in %, an empty one leaves its channel as it is. All of a row is in force from the same cycle on.
+Setpoints are leases of --hold seconds, renewed while the file is played; at its end, and after Ctrl-C, its channels are off.")]
+pub struct Play {
+    /// The CSV file.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// How much faster than written.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = test::positive, allow_negative_numbers = true)]
+    pub speed: f64,
+    /// How often.
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub times: u32,
+    /// How long each setpoint holds without being renewed.
+    #[arg(long = "hold", value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds, allow_negative_numbers = true)]
+    pub hold_s: f64,
+    /// Leave the last setpoints until their lease runs out, instead of switching off.
+    #[arg(long)]
+    pub keep: bool,
     /// Which driver.
     #[command(flatten)]
     pub target: Target,

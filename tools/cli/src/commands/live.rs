@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use sinew_driver::report::Quantiles;
-use sinew_ipc::{ChannelInfo, ChannelState, Client, CommandKind, DriverHealth, Error, Fault, LoopStats, Reason, Refusal, Snapshot};
+use sinew_ipc::{
+    ChannelInfo, ChannelState, Client, CommandKind, DriverHealth, Error, Fault, LoopStats, Reason, Refusal, Snapshot,
+};
 use sinew_sensing::Health;
 
 use super::list;
@@ -94,10 +96,7 @@ pub fn command(setpoint: Setpoint, channel: &ChannelInfo) -> (CommandKind, f64) 
     match setpoint {
         Setpoint::Length(m) => (CommandKind::Length, m),
         Setpoint::Stroke(share) => (CommandKind::Stroke, share),
-        Setpoint::Way(m) => {
-            let shortens = (channel.hot_length_m - channel.cold_length_m).signum();
-            (CommandKind::Length, channel.cold_length_m + shortens * m)
-        }
+        Setpoint::Way(m) => (CommandKind::Stroke, m / (channel.cold_length_m - channel.hot_length_m).abs()),
         Setpoint::Duty(duty) => (CommandKind::Duty, duty),
         Setpoint::Force(n) => (CommandKind::Force, n),
         Setpoint::Off => (CommandKind::Off, 0.0),

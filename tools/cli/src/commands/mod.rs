@@ -16,6 +16,7 @@ pub mod import;
 pub mod live;
 pub mod monitor;
 mod mounted;
+pub mod play;
 pub mod plot;
 pub mod record;
 pub mod recording;

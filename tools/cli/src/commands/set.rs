@@ -73,7 +73,7 @@ fn taken(info: &ChannelInfo, setpoint: Setpoint, hold_s: f64) -> String {
     let length = match setpoint {
         Setpoint::Stroke(share) => format!(" ({:.2} mm)", info.length_at_stroke(share) * 1e3),
         Setpoint::Length(m) => share(m),
-        Setpoint::Way(_) => share(live::command(setpoint, info).1),
+        Setpoint::Way(_) => format!(" ({:.1} % of the stroke)", live::command(setpoint, info).1 * 100.0),
         _ => String::new(),
     };
     let hold = if hold_s > 0.0 { format!(" for {hold_s} s") } else { String::new() };
