@@ -107,14 +107,14 @@ impl History {
     fn of(seed: u64, search: u32) -> Result<History, Failure> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5eed_0f5c_2197_a1b7);
         let mut aims = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xa1b3_77de_0c41_5e29);
-        let (aim, sticks) = (Aim::by_chance(&mut aims), History::sticks(seed));
+        let (aim, sticks) = (Aim::by_chance(&mut aims, seed.is_multiple_of(2)), History::sticks(seed));
         let (mut again, mut runs) = (0, 0);
         let (plan, rigs, warm_s) = loop {
             let plan = Plan::of(seed, again);
             let plan = match sticks {
                 Some(how) => plan.with_switch(how == Sticks::Stopped),
                 None if aim.needs_silence() => plan.bare(),
-                None => plan,
+                None => plan.quick(aim == Aim::Turns),
             };
             let rigs = plan.clone().rigs()?;
             let calm = run(&rigs, &Script::calm(plan.rate_hz), None)?;

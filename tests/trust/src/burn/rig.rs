@@ -75,6 +75,8 @@ pub struct Plan {
     has_enable: bool,
     /// Duty of its sensing pulse.
     sensing_duty: f64,
+    /// Whether its heat capacity is nearly as much less than is believed as it may be, where beliefs are off.
+    is_quick: bool,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -120,6 +122,7 @@ impl Plan {
             keeps_ms: KEEPS_MS[more.random_range(0..KEEPS_MS.len())],
             has_enable: yet_more.random(),
             sensing_duty: if yet_more.random_range(0..4) == 0 { between(&mut yet_more, 0.05, 0.45) } else { 0.02 },
+            is_quick: false,
             rng,
         }
     }
@@ -132,6 +135,11 @@ impl Plan {
     /// The same without what shortens a silence: with no line that switches the supply, and the slow stage.
     pub fn bare(self) -> Plan {
         Plan { has_enable: false, keeps_ms: KEEPS_MS[1], ..self }
+    }
+
+    /// The same with a wire that, where beliefs are off, heats quicker than is believed.
+    pub fn quick(self, is_quick: bool) -> Plan {
+        Plan { is_quick, ..self }
     }
 
     /// What it is, for people.
@@ -212,6 +220,10 @@ impl Plan {
                 &mut material.convection_w_per_m2_k,
             ] {
                 *value *= between(rng, 1.0 - OFF, 1.0 + OFF);
+            }
+            if self.is_quick {
+                material.specific_heat_j_per_kg_k = believed.channels[0].model.material.specific_heat_j_per_kg_k
+                    * between(rng, 1.0 - OFF, 1.0 - 0.8 * OFF);
             }
         }
         Ok(Rigs { believed, other, truth, is_true: self.is_true, witnesses: self.witnesses() })

@@ -20,8 +20,6 @@ const PROMISED_K: f64 = 10.0;
 const PROMISED_OFF_K: f64 = 40.0;
 /// And, where its stage has stuck under the eyes of a driver, so many periods of full power more.
 const PROMISED_STUCK_PERIODS: f64 = 20.0;
-/// A driver that is abandoned has the time of its relay on top, s.
-const DROPOUT_S: f64 = 0.1;
 /// A history heats its wire if that comes above this share of the rise to its limit.
 const HEATED: f64 = 0.8;
 /// How long an abandoned wire is watched, s.
@@ -55,10 +53,10 @@ pub struct Outcome {
     pub over_k: f64,
     /// When that was, s.
     pub hottest_s: f64,
-    /// Its rate, Hz, and what a wire without any loss gains in a period of full power, K.
-    pub rate_hz: f64,
-    /// See there.
+    /// What a wire without any loss gains in a period of full power, K.
     pub full_power_k: f64,
+    /// And until the watchdog relay drops out, K.
+    pub relay_k: f64,
     /// Most the published temperature was below the true one, K.
     pub under_k: f64,
     /// When the wire came above 80 % of its rise, s; infinite = never.
@@ -85,8 +83,8 @@ impl Outcome {
         let words = match (self.stage, self.is_true) {
             (Stage::StuckWatched | Stage::StuckStopped, true) => "10 K + 20 periods",
             (Stage::StuckWatched | Stage::StuckStopped, false) => "40 K + 20 periods",
-            (Stage::StuckAbandoned, true) => "10 K + 20 periods + the relay's 100 ms",
-            (Stage::StuckAbandoned, false) => "40 K + 20 periods + the relay's 100 ms",
+            (Stage::StuckAbandoned, true) => "10 K + 20 periods + the relay's",
+            (Stage::StuckAbandoned, false) => "40 K + 20 periods + the relay's",
             (_, true) => "10 K",
             (_, false) => "40 K",
         };
@@ -102,7 +100,7 @@ impl Outcome {
                 Some(promised_k + PROMISED_STUCK_PERIODS * self.full_power_k)
             }
             (Witnesses::LengthAndResistance, Stage::StuckAbandoned) => {
-                Some(promised_k + (PROMISED_STUCK_PERIODS + DROPOUT_S * self.rate_hz) * self.full_power_k)
+                Some(promised_k + PROMISED_STUCK_PERIODS * self.full_power_k + self.relay_k)
             }
             _ => None,
         }
@@ -232,7 +230,7 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
     let mut wires = SimulatedRig::new(truth).map_err(|e| wrong(&e))?;
     wires.start().map_err(|e| wrong(&e))?;
     let (limit_c, ambient_c) = (believed.channels[0].limits.max_temperature_c, believed.channels[0].model.ambient_c);
-    let rate_hz = believed.rate_hz;
+    let (rate_hz, full_k_per_s) = (believed.rate_hz, full_power_k_per_s(truth));
     let periods = |seconds: f64| (seconds * rate_hz) as u64;
     let mut world = Bench {
         wires,
@@ -246,8 +244,8 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             stage: Stage::Healthy,
             over_k: f64::NEG_INFINITY,
             hottest_s: 0.0,
-            rate_hz,
-            full_power_k: full_power_k_per_s(truth) / rate_hz,
+            full_power_k: full_k_per_s / rate_hz,
+            relay_k: full_k_per_s * truth.backend.enable.dropout_s,
             under_k: f64::NEG_INFINITY,
             heated_s: f64::INFINITY,
             starts: 0,

@@ -153,10 +153,11 @@ pub enum Aim {
 }
 
 impl Aim {
-    /// By chance.
-    pub fn by_chance(rng: &mut Xoshiro256PlusPlus) -> Aim {
-        if let Some(aim) = std::env::var("AIM").ok().and_then(|aim| aim.parse::<usize>().ok()) { return [Aim::Kills, Aim::Stalls, Aim::Writes, Aim::Jams, Aim::Turns, Aim::Nothing][aim]; }
-        [Aim::Kills, Aim::Stalls, Aim::Writes, Aim::Jams, Aim::Turns, Aim::Nothing][rng.random_range(0..6)]
+    /// By chance. Nobody jams a wire at the worst moment whose beliefs are off: a slow jam of one that loses 30 % less than is believed is
+    /// seen by nothing, and goes 40 % further above the air than the power tells.
+    pub fn by_chance(rng: &mut Xoshiro256PlusPlus, is_true: bool) -> Aim {
+        let aim = [Aim::Kills, Aim::Stalls, Aim::Writes, Aim::Jams, Aim::Turns, Aim::Nothing][rng.random_range(0..6)];
+        if aim == Aim::Jams && !is_true { Aim::Turns } else { aim }
     }
 
     /// Whether it needs outputs that stand for long in silence, and a supply that nobody switches.
@@ -333,8 +334,8 @@ impl Script {
         let share = between(rng, 0.0, 0.9);
         let what = match aim {
             Aim::Kills => Strike::Kill(between(rng, 0.0, 0.2)).under_load(share, 0.0),
-            Aim::Stalls => Strike::Stall(log_between(rng, 0.01, UNSEEN_STALL_S)).under_load(share, 0.0),
-            Aim::Writes => Strike::WriteFails(log_between(rng, 0.005, 0.3)).under_load(share, 0.0),
+            Aim::Stalls => Strike::Stall(between(rng, 0.05, UNSEEN_STALL_S)).under_load(share, 0.0),
+            Aim::Writes => Strike::WriteFails(log_between(rng, 0.03, 0.3)).under_load(share, 0.0),
             Aim::Jams => Happening::Break { kind: FaultKind::Jammed, size: f64::NAN, seconds: 0.0 },
             Aim::Turns | Aim::Nothing => HEAT,
         };
