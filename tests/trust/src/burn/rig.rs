@@ -28,6 +28,8 @@ const WIRES: [(f64, f64); 15] = [
     (0.375, 2.0),
     (0.5, 2.0),
 ];
+/// The default's sensing pulse.
+const SENSING_DUTY: f64 = 0.02;
 /// A stage with a quick watchdog, and one as slow as the guard of Linux's outputs.
 const KEEPS_MS: [u32; 2] = [20, 100];
 const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
@@ -121,7 +123,7 @@ impl Plan {
             has_stop: more.random_range(0..4) == 0,
             keeps_ms: KEEPS_MS[more.random_range(0..KEEPS_MS.len())],
             has_enable: yet_more.random(),
-            sensing_duty: if yet_more.random_range(0..4) == 0 { between(&mut yet_more, 0.05, 0.45) } else { 0.02 },
+            sensing_duty: if yet_more.random_range(0..4) == 0 { between(&mut yet_more, 0.05, 0.45) } else { SENSING_DUTY },
             is_quick: false,
             rng,
         }
@@ -132,9 +134,9 @@ impl Plan {
         Plan { has_enable: true, has_stop: self.has_stop || needs_stop, ..self }
     }
 
-    /// The same without what shortens a silence: with no line that switches the supply, and the slow stage.
+    /// The same without what shortens a silence: with no line that switches the supply, the slow stage, and the default's sensing pulse.
     pub fn bare(self) -> Plan {
-        Plan { has_enable: false, keeps_ms: KEEPS_MS[1], ..self }
+        Plan { has_enable: false, keeps_ms: KEEPS_MS[1], sensing_duty: SENSING_DUTY, ..self }
     }
 
     /// The same with a wire that, where beliefs are off, heats quicker than is believed.
