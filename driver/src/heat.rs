@@ -35,7 +35,7 @@ const NO_EXCESS_K: f64 = 0.5;
 /// An excess is gone through in steps no longer than that, s, and for no longer than that.
 const STEP_S: f64 = 0.025;
 const LONGEST_S: f64 = 600.0;
-/// Time in which an estimator finds back to a wire that is measured again, s: of periods that are measured. A gap is one measurement.
+/// Time in which an estimator finds back to a wire that is measured again, s.
 const FINDS_BACK_S: f64 = 0.1;
 /// A memory that says so much less, K, than a measured phase allows that is surely not at its cold end, is wrong.
 const CONTRADICTED_K: f64 = 20.0;
@@ -401,8 +401,7 @@ impl Heat {
         let stand = Stand { least_c: surely_c, most_c: before_c, martensite, length_m, dt_s };
         let is_held = self.jam.as_mut().is_some_and(|jam| jam.is_held(&stand));
         if is_measured && !is_held {
-            let measured_s = dt_s.max(0.0).min(self.budgets.period_s);
-            let left_k = self.unseen_k * FINDS_BACK_S / (FINDS_BACK_S + measured_s);
+            let left_k = self.unseen_k * FINDS_BACK_S / (FINDS_BACK_S + dt_s.max(0.0));
             self.unseen_k = if left_k < NO_EXCESS_K { 0.0 } else { left_k };
             return;
         }
@@ -535,23 +534,6 @@ mod tests {
         }
         assert!(least_k > -1.0 && most_k < 3.0, "between {least_k} and {most_k} K above it");
         assert!(heat.temperature_c() < 30.0, "and it comes down: {}", heat.temperature_c());
-    }
-
-    #[test]
-    fn one_measurement_after_a_gap_is_no_more_than_one() {
-        let mut heat = at_rest();
-        heat.pass(&DARK);
-        // Heated unseen, by an estimate that takes it all for latent heat.
-        for period in 1..=100 {
-            heat.pass(&Passed { power_w: 3.0, martensite: 1.0 - 0.005 * f64::from(period), ..DARK });
-        }
-        let before_c = heat.temperature_c();
-        assert!(before_c > 40.0, "{before_c}");
-        let measured = Passed { martensite: 0.5, is_measured: true, ..DARK };
-        heat.pass(&Passed { dt_s: 0.1, ..measured });
-        assert!(heat.temperature_c() > before_c - 1.0, "{} after {before_c}", heat.temperature_c());
-        (0..1000).for_each(|_| heat.pass(&measured));
-        assert_eq!(heat.temperature_c(), 25.0);
     }
 
     #[test]
