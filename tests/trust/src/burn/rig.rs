@@ -123,7 +123,11 @@ impl Plan {
             has_stop: more.random_range(0..4) == 0,
             keeps_ms: KEEPS_MS[more.random_range(0..KEEPS_MS.len())],
             has_enable: yet_more.random(),
-            sensing_duty: if yet_more.random_range(0..4) == 0 { between(&mut yet_more, 0.05, 0.45) } else { SENSING_DUTY },
+            sensing_duty: if yet_more.random_range(0..4) == 0 {
+                between(&mut yet_more, 0.05, 0.45)
+            } else {
+                SENSING_DUTY
+            },
             is_quick: false,
             rng,
         }

@@ -297,8 +297,7 @@ impl Script {
                 moments.push(Moment { at_s, what: what(rng) });
             }
         }
-        let sticks =
-            sticks.map(|how| Sticking { at_s: between(rng, 0.9 * warm_s, seconds.max(warm_s)), how });
+        let sticks = sticks.map(|how| Sticking { at_s: between(rng, 0.9 * warm_s, seconds.max(warm_s)), how });
         let mut script = Script { cycles, looks_every_s, until_heated: false, sticks, moments };
         script.tidy(rate_hz);
         script
