@@ -5,8 +5,8 @@
 //! when the wire is hot. Half of the scripts are searched for: several are drawn, and the hotter ones varied again and again before their
 //! hottest moment. One that burns its wire is cut down to what it takes.
 //!
-//! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off. All rigs have a watchdog relay before their
-//! stages, which matters where a stage is stuck: a dead driver cannot cut it off.
+//! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off. All rigs whose stage sticks have
+//! a watchdog relay before it: a dead driver cannot cut it off. Most of the others are struck by one thing at the worst moment ([`Aim`]).
 
 mod rig;
 mod run;
