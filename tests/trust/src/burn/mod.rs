@@ -6,7 +6,7 @@
 //! hottest moment. One that burns its wire is cut down to what it takes.
 //!
 //! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off. All rigs whose stage sticks have
-//! a watchdog relay before it: a dead driver cannot cut it off. Most of the others are struck by one thing at the worst moment ([`Aim`]).
+//! a watchdog relay before it: a dead driver cannot cut it off. Most of the others are struck by one thing at the worst moment (`script.rs`).
 
 mod rig;
 mod run;
