@@ -5,8 +5,8 @@
 //! when the wire is hot. Half of the scripts are searched for: several are drawn, and the hotter ones varied again and again before their
 //! hottest moment. One that burns its wire is cut down to what it takes.
 //!
-//! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off. All rigs have a watchdog relay before their
-//! stages, which matters where a stage is stuck: a dead driver cannot cut it off.
+//! Histories come from a seed. Every second one tells the driver a rig file that is up to 30 % off. All rigs whose stage sticks have
+//! a watchdog relay before it: a dead driver cannot cut it off. Most of the others are struck by one thing at the worst moment (`script.rs`).
 
 mod rig;
 mod run;
@@ -28,7 +28,7 @@ use rand::{RngExt, SeedableRng};
 use crate::failure::Failure;
 use rig::{Plan, Rigs, Witnesses};
 use run::{Outcome, Stage, run};
-use script::Script;
+use script::{Aim, Script, Sticks};
 
 /// Runs that cutting a script down may take.
 const SHRINKING_RUNS: u32 = 400;
@@ -93,20 +93,29 @@ impl History {
         (seed / 2 + seed / 20).is_multiple_of(2)
     }
 
-    /// Whether its power stage sticks at some moment, and whether a driver that lives on watches that.
-    fn sticks(seed: u64) -> Option<bool> {
-        match seed % 20 {
-            7 | 8 => Some(true),
-            17 | 18 => Some(false),
+    /// Whether its power stage sticks at some moment, and what of the rest is left then.
+    fn sticks(seed: u64) -> Option<Sticks> {
+        match (seed % 20, seed / 20 % 3) {
+            (7 | 8, _) => Some(Sticks::Watched),
+            (17 | 18, 0) => Some(Sticks::Anyhow),
+            (17 | 18, 1) => Some(Sticks::Stopped),
+            (17 | 18, _) => Some(Sticks::Abandoned),
             _ => None,
         }
     }
 
     fn of(seed: u64, search: u32) -> Result<History, Failure> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5eed_0f5c_2197_a1b7);
+        let mut aims = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xa1b3_77de_0c41_5e29);
+        let (aim, sticks) = (Aim::by_chance(&mut aims, seed.is_multiple_of(2)), History::sticks(seed));
         let (mut again, mut runs) = (0, 0);
         let (plan, rigs, warm_s) = loop {
             let plan = Plan::of(seed, again);
+            let plan = match sticks {
+                Some(how) => plan.with_switch(how == Sticks::Stopped),
+                None if aim.needs_silence() => plan.bare(),
+                None => plan.quick(aim == Aim::Turns),
+            };
             let rigs = plan.clone().rigs()?;
             let calm = run(&rigs, &Script::calm(plan.rate_hz), None)?;
             runs += 1;
@@ -123,7 +132,7 @@ impl History {
         while number < all {
             let script = if number < drawn {
                 let early = is_early && rng.random_range(0..4) == 0;
-                Script::by_chance(&mut rng, rate_hz, warm_s, early, History::sticks(seed))
+                Script::by_chance(&mut rng, rate_hz, warm_s, early, sticks).aimed(&mut aims, aim, rate_hz, warm_s)
             } else {
                 let place = rng.random_range(0..2 * hottest.len());
                 let (script, outcome) = &hottest[if place < hottest.len() { place } else { 0 }];
@@ -320,7 +329,7 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
 type Group = (&'static str, fn(&Outcome) -> bool);
 
 /// The rows of the table.
-fn groups() -> [Group; 6] {
+fn groups() -> [Group; 8] {
     [
         ("length and resistance", |one| one.witnesses == Witnesses::LengthAndResistance && one.stage == Stage::Healthy),
         ("length (an estimator blind to resistance)", |one| {
@@ -330,8 +339,14 @@ fn groups() -> [Group; 6] {
         ("length and resistance; stage stuck on, watched", |one| {
             one.witnesses == Witnesses::LengthAndResistance && one.stage == Stage::StuckWatched
         }),
-        ("one of them; stage stuck on, watched", |one| {
-            one.witnesses != Witnesses::LengthAndResistance && one.stage == Stage::StuckWatched
+        ("length and resistance; stage stuck on, converter silent, emergency stop pressed", |one| {
+            one.witnesses == Witnesses::LengthAndResistance && one.stage == Stage::StuckStopped
+        }),
+        ("length and resistance; stage stuck on, driver killed at that", |one| {
+            one.witnesses == Witnesses::LengthAndResistance && one.stage == Stage::StuckAbandoned
+        }),
+        ("one of them; stage stuck on, any of these three", |one| {
+            one.witnesses != Witnesses::LengthAndResistance && !matches!(one.stage, Stage::Healthy | Stage::Stuck)
         }),
         ("any; stage stuck on, and anything else", |one| one.stage == Stage::Stuck),
     ]
@@ -359,6 +374,6 @@ mod tests {
         let heated = count(Outcome::was_heated);
         assert!(100 * heated >= 97 * found.len(), "{heated}");
         let (starts, resets) = (count(|one| one.starts > 3), count(|one| one.resets > 3));
-        assert!(starts > 40 && resets > 100, "{starts} {resets}");
+        assert!(starts > 30 && resets > 100, "{starts} {resets}");
     }
 }

@@ -28,6 +28,8 @@ const WIRES: [(f64, f64); 15] = [
     (0.375, 2.0),
     (0.5, 2.0),
 ];
+/// The default's sensing pulse.
+const SENSING_DUTY: f64 = 0.02;
 /// A stage with a quick watchdog, and one as slow as the guard of Linux's outputs.
 const KEEPS_MS: [u32; 2] = [20, 100];
 const RATES_HZ: [f64; 6] = [50.0, 100.0, 250.0, 500.0, 1000.0, 5000.0];
@@ -71,6 +73,12 @@ pub struct Plan {
     has_stop: bool,
     /// How long its stage keeps its duty in silence, ms; at least four periods.
     keeps_ms: u32,
+    /// Whether a line switches the supply.
+    has_enable: bool,
+    /// Duty of its sensing pulse.
+    sensing_duty: f64,
+    /// Whether its heat capacity is nearly as much less than is believed as it may be, where beliefs are off.
+    is_quick: bool,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -93,13 +101,18 @@ impl Plan {
     pub fn of(seed: u64, again: u64) -> Plan {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ (again << 40));
         let mut more = Xoshiro256PlusPlus::seed_from_u64(!seed ^ (again << 40));
+        let mut yet_more = Xoshiro256PlusPlus::seed_from_u64(seed.rotate_left(32) ^ (again << 40));
         let (diameter_mm, supply_share) = WIRES[rng.random_range(0..WIRES.len())];
+        let rate_hz = RATES_HZ[rng.random_range(0..RATES_HZ.len())];
+        let taps = [Taps::Separate, Taps::Shared, Taps::Separate, Taps::None][rng.random_range(0..4)];
+        let estimator = ESTIMATORS[rng.random_range(0..ESTIMATORS.len())];
         Plan {
             diameter_mm,
             supply_share,
-            rate_hz: RATES_HZ[rng.random_range(0..RATES_HZ.len())],
-            taps: [Taps::Separate, Taps::Shared, Taps::Separate, Taps::None][rng.random_range(0..4)],
-            estimator: ESTIMATORS[rng.random_range(0..ESTIMATORS.len())],
+            rate_hz,
+            // Something is promised where there are both witnesses, so that every second rig without gets them.
+            taps: if taps == Taps::None && yet_more.random() { Taps::Separate } else { taps },
+            estimator: if yet_more.random() { ESTIMATORS[0] } else { estimator },
             is_true: seed.is_multiple_of(2),
             // (the default every second time)
             algorithm: if more.random::<bool>() {
@@ -109,16 +122,39 @@ impl Plan {
             },
             has_stop: more.random_range(0..4) == 0,
             keeps_ms: KEEPS_MS[more.random_range(0..KEEPS_MS.len())],
+            has_enable: yet_more.random(),
+            sensing_duty: if yet_more.random_range(0..4) == 0 {
+                between(&mut yet_more, 0.05, 0.45)
+            } else {
+                SENSING_DUTY
+            },
+            is_quick: false,
             rng,
         }
     }
 
+    /// The same with a line that switches the supply, and where it is needed with an emergency stop.
+    pub fn with_switch(self, needs_stop: bool) -> Plan {
+        Plan { has_enable: true, has_stop: self.has_stop || needs_stop, ..self }
+    }
+
+    /// The same without what shortens a silence: with no line that switches the supply, the slow stage, and the default's sensing pulse.
+    pub fn bare(self) -> Plan {
+        Plan { has_enable: false, keeps_ms: KEEPS_MS[1], sensing_duty: SENSING_DUTY, ..self }
+    }
+
+    /// The same with a wire that, where beliefs are off, heats quicker than is believed.
+    pub fn quick(self, is_quick: bool) -> Plan {
+        Plan { is_quick, ..self }
+    }
+
     /// What it is, for people.
     pub fn words(&self) -> String {
-        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, algorithm, has_stop, keeps_ms, .. } = self;
-        let stop = if *has_stop { ", an emergency stop" } else { "" };
+        let Plan { diameter_mm, supply_share, rate_hz, taps, estimator, algorithm, keeps_ms, sensing_duty, .. } = self;
+        let stop = if self.has_stop { ", an emergency stop" } else { "" };
+        let enable = if self.has_enable { "" } else { ", no enable line" };
         format!(
-            "{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}, {algorithm}, a stage that keeps its duty for {keeps_ms} ms{stop}"
+            "{diameter_mm} mm, {supply_share} times the rule's current, {rate_hz} Hz, {taps:?} taps, {estimator}, {algorithm}, pulses of {sensing_duty:.2}, a stage that keeps its duty for {keeps_ms} ms{stop}{enable}"
         )
     }
 
@@ -134,12 +170,13 @@ impl Plan {
     fn text(&self, supply_v: f64, algorithm: &str, estimator: &str) -> String {
         let (area, taps) = (self.diameter_mm * self.diameter_mm, self.taps);
         format!(
-            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n[backend.enable]\nsignal = \"pulses\"\n\n{}[[channel]]\nname = \"wire\"\n\
+            "[rig]\nname = \"burn\"\nrate_hz = {:?}\n\n{}{}[[channel]]\nname = \"wire\"\n\
              wire = {{ diameter_mm = {:?}, length_mm = 160.0 }}\n{}\
              drive = {{ supply_v = {supply_v:?}, shunt_ohm = {:?}, switch_ohm = 0.02 }}\n\
              load = {{ mass_kg = {:?}, damping_n_s_per_m = {:?}, spring_n_per_m = {:?}, preload_n = {:?} }}\n\
-             control = {{ algorithm = \"{}\", estimator = \"{}\"{} }}\n{}",
+             control = {{ algorithm = \"{}\", estimator = \"{}\", sensing_duty = {:?}{} }}\n{}",
             self.rate_hz,
+            if self.has_enable { "[backend.enable]\nsignal = \"pulses\"\n\n" } else { "" },
             if self.has_stop { "[backend.estop]\nfitted = true\n\n" } else { "" },
             self.diameter_mm,
             if taps == Taps::None { "" } else { "taps = { l0_mm = 0.0, ls_mm = 150.0 }\n" },
@@ -150,6 +187,7 @@ impl Plan {
             150.0 * area,
             algorithm,
             estimator,
+            self.sensing_duty,
             if taps == Taps::None { ", sensing = \"resistance\"" } else { "" },
             if taps == Taps::Shared { "adc = { circuit = \"shared\" }\n" } else { "" },
         )
@@ -188,6 +226,10 @@ impl Plan {
                 &mut material.convection_w_per_m2_k,
             ] {
                 *value *= between(rng, 1.0 - OFF, 1.0 + OFF);
+            }
+            if self.is_quick {
+                material.specific_heat_j_per_kg_k = believed.channels[0].model.material.specific_heat_j_per_kg_k
+                    * between(rng, 1.0 - OFF, 1.0 - 0.8 * OFF);
             }
         }
         Ok(Rigs { believed, other, truth, is_true: self.is_true, witnesses: self.witnesses() })

@@ -11,7 +11,7 @@ use sinew_rig::{FaultKind, Rig};
 use sinew_sim_backend::{SimulatedRig, World};
 
 use super::rig::{Rigs, Witnesses};
-use super::script::{Happening, Script, Wish};
+use super::script::{Happening, Script, Sticks, Strike, Wish};
 use crate::failure::Failure;
 use crate::mortal::{Mortal, Record, clock_ns};
 
@@ -22,6 +22,8 @@ const PROMISED_OFF_K: f64 = 40.0;
 const PROMISED_STUCK_PERIODS: f64 = 20.0;
 /// A history heats its wire if that comes above this share of the rise to its limit.
 const HEATED: f64 = 0.8;
+/// How long an abandoned wire is watched, s.
+const ABANDONED_S: f64 = 10.0;
 
 /// What becomes of the power stage in a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +32,10 @@ pub enum Stage {
     Healthy,
     /// It sticks, and driver, line and converter live on.
     StuckWatched,
+    /// It sticks, the converter shows nothing, and the emergency stop is pressed.
+    StuckStopped,
+    /// It sticks, and the driver is killed at that: the watchdog relay is left.
+    StuckAbandoned,
     /// It sticks, and whatever else happens.
     Stuck,
 }
@@ -49,6 +55,8 @@ pub struct Outcome {
     pub hottest_s: f64,
     /// What a wire without any loss gains in a period of full power, K.
     pub full_power_k: f64,
+    /// And until the watchdog relay drops out, K.
+    pub relay_k: f64,
     /// Most the published temperature was below the true one, K.
     pub under_k: f64,
     /// When the wire came above 80 % of its rise, s; infinite = never.
@@ -73,8 +81,10 @@ impl Outcome {
     /// The same in words.
     pub fn promised(&self) -> Option<&'static str> {
         let words = match (self.stage, self.is_true) {
-            (Stage::StuckWatched, true) => "10 K + 20 periods",
-            (Stage::StuckWatched, false) => "40 K + 20 periods",
+            (Stage::StuckWatched | Stage::StuckStopped, true) => "10 K + 20 periods",
+            (Stage::StuckWatched | Stage::StuckStopped, false) => "40 K + 20 periods",
+            (Stage::StuckAbandoned, true) => "10 K + 20 periods + the relay's",
+            (Stage::StuckAbandoned, false) => "40 K + 20 periods + the relay's",
             (_, true) => "10 K",
             (_, false) => "40 K",
         };
@@ -86,8 +96,11 @@ impl Outcome {
         let promised_k = if self.is_true { PROMISED_K } else { PROMISED_OFF_K };
         match (self.witnesses, self.stage) {
             (Witnesses::LengthAndResistance, Stage::Healthy) => Some(promised_k),
-            (Witnesses::LengthAndResistance, Stage::StuckWatched) => {
+            (Witnesses::LengthAndResistance, Stage::StuckWatched | Stage::StuckStopped) => {
                 Some(promised_k + PROMISED_STUCK_PERIODS * self.full_power_k)
+            }
+            (Witnesses::LengthAndResistance, Stage::StuckAbandoned) => {
+                Some(promised_k + PROMISED_STUCK_PERIODS * self.full_power_k + self.relay_k)
             }
             _ => None,
         }
@@ -134,6 +147,10 @@ impl Bench {
         self.mends.push((kind, self.wires.time_s() + seconds));
     }
 
+    fn is_broken(&self, kind: FaultKind) -> bool {
+        self.mends.iter().any(|(broken, _)| *broken == kind)
+    }
+
     fn lose_line(&mut self, seconds: f64) {
         self.break_down(FaultKind::WriteFails, f64::NAN, seconds);
         self.line_back_s = self.wires.time_s() + seconds;
@@ -158,14 +175,24 @@ impl Bench {
         });
     }
 
-    /// The stage sticks; where that is watched nothing else is broken from then on.
-    fn stick(&mut self, is_watched: bool) {
-        if is_watched {
-            self.wires.faults().clear_all();
+    /// The stage sticks; nothing else is broken from then on but what belongs to that.
+    fn stick(&mut self, how: Sticks) {
+        let faults = self.wires.faults();
+        if how != Sticks::Anyhow {
+            faults.clear_all();
             self.mends.clear();
         }
-        self.wires.faults().set(0, FaultKind::StageOn);
-        self.outcome.stage = if is_watched { Stage::StuckWatched } else { Stage::Stuck };
+        faults.set(0, FaultKind::StageOn);
+        if how == Sticks::Stopped {
+            faults.set(0, FaultKind::AdcNan);
+            faults.set(0, FaultKind::EstopOpen);
+        }
+        self.outcome.stage = match how {
+            Sticks::Watched => Stage::StuckWatched,
+            Sticks::Stopped => Stage::StuckStopped,
+            Sticks::Abandoned => Stage::StuckAbandoned,
+            Sticks::Anyhow => Stage::Stuck,
+        };
     }
 }
 
@@ -203,7 +230,7 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
     let mut wires = SimulatedRig::new(truth).map_err(|e| wrong(&e))?;
     wires.start().map_err(|e| wrong(&e))?;
     let (limit_c, ambient_c) = (believed.channels[0].limits.max_temperature_c, believed.channels[0].model.ambient_c);
-    let rate_hz = believed.rate_hz;
+    let (rate_hz, full_k_per_s) = (believed.rate_hz, full_power_k_per_s(truth));
     let periods = |seconds: f64| (seconds * rate_hz) as u64;
     let mut world = Bench {
         wires,
@@ -217,7 +244,8 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             stage: Stage::Healthy,
             over_k: f64::NEG_INFINITY,
             hottest_s: 0.0,
-            full_power_k: full_power_k_per_s(truth) / rate_hz,
+            full_power_k: full_k_per_s / rate_hz,
+            relay_k: full_k_per_s * truth.backend.enable.dropout_s,
             under_k: f64::NEG_INFINITY,
             heated_s: f64::INFINITY,
             starts: 0,
@@ -235,6 +263,10 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
     let mut tickets = 0;
     // What the loop's clock has not seen, s.
     let mut slept_s = 0.0;
+    let max_duty = believed.channels[0].limits.max_duty;
+    let mut loads: Vec<Load> = Vec::new();
+    // The duty that its stage took last.
+    let mut given = 0.0;
 
     while world.wires.time_s() * rate_hz < script.cycles as f64 {
         if script.until_heated && world.outcome.was_heated() {
@@ -242,10 +274,14 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
         }
         world.mend();
         let now_s = world.wires.time_s();
-        if sticks.is_some_and(|one| one.at_s <= now_s && (!one.is_watched || driver.is_some()))
+        if sticks.is_some_and(|one| one.at_s <= now_s && (one.how == Sticks::Anyhow || driver.is_some()))
             && let Some(sticking) = sticks.take()
         {
-            world.stick(sticking.is_watched);
+            world.stick(sticking.how);
+            if sticking.how == Sticks::Abandoned {
+                world.pass(periods(ABANDONED_S));
+                break;
+            }
         }
         if let Some(start) = &mut next {
             // Nobody is there for some time; then the next one comes, if its stage can be put to zero.
@@ -263,12 +299,12 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
 
         let (mut stalled_s, mut suspended_s, mut end) = (0.0, 0.0, None);
         let mut wishes = Vec::new();
-        let is_watched = world.outcome.stage == Stage::StuckWatched;
+        let is_left_alone = matches!(world.outcome.stage, Stage::StuckWatched | Stage::StuckStopped);
         while let Some(moment) = moments.next_if(|moment| moment.at_s <= now_s) {
             match moment.what {
                 Happening::Draught(draught) => world.wires.disturb(0, &World { draught, ..World::CALM }),
                 Happening::Ask(wish, hold_s) => wishes.push((wish, hold_s)),
-                _ if is_watched => {}
+                _ if is_left_alone => {}
                 Happening::Kill { pause_s, in_order, remembers, other } => {
                     end = Some((in_order, Start { pause_s, remembers, other }));
                 }
@@ -276,6 +312,22 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
                 Happening::Suspend(seconds) => suspended_s += seconds,
                 Happening::Break { kind, size, seconds } => world.break_down(kind, size, seconds),
                 Happening::LostLine(seconds) => world.lose_line(seconds),
+                Happening::UnderLoad { strike, share, seconds } => {
+                    loads.push(Load { strike, least_duty: share * max_duty, until_s: now_s + seconds });
+                }
+            }
+        }
+        loads.retain(|load| now_s < load.until_s && !is_left_alone);
+        for load in &loads {
+            match load.strike {
+                Strike::Kill(pause_s) if alive.duty[0] > load.least_duty => {
+                    end = Some((false, Start { pause_s, remembers: true, other: false }));
+                }
+                Strike::Stall(seconds) if given > load.least_duty => stalled_s += seconds,
+                Strike::WriteFails(seconds) if given > load.least_duty && !world.is_broken(FaultKind::WriteFails) => {
+                    world.break_down(FaultKind::WriteFails, f64::NAN, seconds);
+                }
+                _ => {}
             }
         }
         if let Some(&(wish, _)) = wishes.iter().rev().find(|(wish, _)| *wish != Wish::Reset) {
@@ -321,6 +373,9 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             continue;
         }
         let exchanged = world.wires.exchange(&alive.duty, &mut samples);
+        if world.wires.is_confirmed(0) {
+            given = alive.duty[0];
+        }
         world.watch();
         alive.look(&mut world.wires, resets_stop);
         if let Some((_, start)) = end {
@@ -350,6 +405,13 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
         }
     }
     Ok(world.outcome)
+}
+
+/// What strikes above a duty, until then, s.
+struct Load {
+    strike: Strike,
+    least_duty: f64,
+    until_s: f64,
 }
 
 /// How the next driver comes.

@@ -29,6 +29,17 @@ pub enum Wish {
     Reset,
 }
 
+/// What a load brings about: the current of a wire that is heated disturbs the machine that drives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Strike {
+    /// The driver is killed as soon as it puts that much out: its machine browns out. The next one comes after so long, s, with its record.
+    Kill(f64),
+    /// The loop is not there for so long, s, while that much is in force.
+    Stall(f64),
+    /// The stage takes no other duty for so long, s.
+    WriteFails(f64),
+}
+
 /// Something that happens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Happening {
@@ -62,6 +73,15 @@ pub enum Happening {
     Draught(f64),
     /// Somebody asks for something, for so long, s.
     Ask(Wish, f64),
+    /// For so long, s, this strikes whenever a duty above a share of the largest is given.
+    UnderLoad {
+        /// What.
+        strike: Strike,
+        /// Of the largest duty.
+        share: f64,
+        /// For so long, s.
+        seconds: f64,
+    },
 }
 
 /// A happening at its time, s.
@@ -103,7 +123,46 @@ impl fmt::Display for Moment {
             Happening::LostLine(seconds) => write!(f, "no line for {seconds:.3} s"),
             Happening::Draught(strength) => write!(f, "a draught of {strength:.2}"),
             Happening::Ask(wish, hold_s) => write!(f, "{wish}, for {hold_s:.2} s"),
+            Happening::UnderLoad { strike, share, seconds } => {
+                write!(f, "for {seconds:.2} s, whenever more than {:.0} % is given: ", 100.0 * share)?;
+                match strike {
+                    Strike::Kill(pause_s) => write!(f, "killed; the next one after {pause_s:.3} s with its record"),
+                    Strike::Stall(seconds) => write!(f, "the loop is not there for {seconds:.4} s"),
+                    Strike::WriteFails(seconds) => write!(f, "no other duty is taken for {seconds:.3} s"),
+                }
+            }
         }
+    }
+}
+
+/// What a script is made to meet while its wire is being heated, besides what happens by chance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Aim {
+    /// Kills as soon as power is given.
+    Kills,
+    /// Stalls while power is given.
+    Stalls,
+    /// A stage that takes no other duty while power is given.
+    Writes,
+    /// A load that jams.
+    Jams,
+    /// A client that wants everything and nothing by turns.
+    Turns,
+    /// Nothing more.
+    Nothing,
+}
+
+impl Aim {
+    /// By chance. Nobody jams a wire at the worst moment whose beliefs are off: a slow jam of one that loses 30 % less than is believed is
+    /// seen by nothing, and goes 40 % further above the air than the power tells.
+    pub fn by_chance(rng: &mut Xoshiro256PlusPlus, is_true: bool) -> Aim {
+        let aim = [Aim::Kills, Aim::Stalls, Aim::Writes, Aim::Jams, Aim::Turns, Aim::Nothing][rng.random_range(0..6)];
+        if aim == Aim::Jams && !is_true { Aim::Turns } else { aim }
+    }
+
+    /// Whether it needs outputs that stand for long in silence, and a supply that nobody switches.
+    pub fn needs_silence(self) -> bool {
+        matches!(self, Aim::Kills | Aim::Stalls | Aim::Writes)
     }
 }
 
@@ -112,8 +171,21 @@ impl fmt::Display for Moment {
 pub struct Sticking {
     /// When, s.
     pub at_s: f64,
-    /// Whether driver, line and converter live on from then: nothing but orders and draughts happens any more.
-    pub is_watched: bool,
+    /// And what is left of the rest.
+    pub how: Sticks,
+}
+
+/// What is left of driver, line and converter once a stage sticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sticks {
+    /// They live on: nothing but orders and draughts happens any more.
+    Watched,
+    /// The converter shows nothing any more, and somebody presses the emergency stop.
+    Stopped,
+    /// The driver is killed at that, and nobody starts another.
+    Abandoned,
+    /// Whatever else happens goes on happening.
+    Anyhow,
 }
 
 /// A history's script.
@@ -166,7 +238,7 @@ impl Script {
         rate_hz: f64,
         warm_s: f64,
         early: bool,
-        sticks: Option<bool>,
+        sticks: Option<Sticks>,
     ) -> Script {
         let looks_every_s = if rng.random::<bool>() { 0.0 } else { log_between(rng, 0.02, 2.0) };
         // An operator who looks seldom needs some looks to begin.
@@ -225,11 +297,61 @@ impl Script {
                 moments.push(Moment { at_s, what: what(rng) });
             }
         }
-        let sticks =
-            sticks.map(|is_watched| Sticking { at_s: between(rng, 0.9 * warm_s, seconds.max(warm_s)), is_watched });
+        let sticks = sticks.map(|how| Sticking { at_s: between(rng, 0.9 * warm_s, seconds.max(warm_s)), how });
         let mut script = Script { cycles, looks_every_s, until_heated: false, sticks, moments };
         script.tidy(rate_hz);
         script
+    }
+
+    /// The same with what it aims at, for a wire that gets hot in so long, s.
+    pub fn aimed(mut self, rng: &mut Xoshiro256PlusPlus, aim: Aim, rate_hz: f64, warm_s: f64) -> Script {
+        let seconds = self.cycles as f64 / rate_hz;
+        if let Some(sticking) = self.sticks {
+            // All is well until then, and nothing but the sensing pulse is asked for any more.
+            if rng.random::<bool>() {
+                let from_s = sticking.at_s - log_between(rng, 1.0 / rate_hz, 1.0);
+                self.moments.retain(|moment| match moment.what {
+                    Happening::Ask(..) => moment.at_s < from_s,
+                    Happening::Draught(_) => true,
+                    _ => false,
+                });
+                self.moments.push(Moment { at_s: from_s, what: Happening::Ask(Wish::Off, FOR_LONG_S) });
+            }
+            self.tidy(rate_hz);
+            return self;
+        }
+        if aim == Aim::Nothing {
+            return self;
+        }
+        // Mostly nothing else happens.
+        if rng.random_range(0..4) > 0 {
+            self.moments.clear();
+        }
+        if rng.random_range(0..4) > 0 {
+            self.looks_every_s = 0.0;
+        }
+        let share = between(rng, 0.0, 0.9);
+        let what = match aim {
+            Aim::Kills => Strike::Kill(between(rng, 0.0, 0.2)).under_load(share, 0.0),
+            Aim::Stalls => Strike::Stall(between(rng, 0.05, UNSEEN_STALL_S)).under_load(share, 0.0),
+            Aim::Writes => Strike::WriteFails(log_between(rng, 0.03, 0.3)).under_load(share, 0.0),
+            Aim::Jams => Happening::Break { kind: FaultKind::Jammed, size: f64::NAN, seconds: 0.0 },
+            Aim::Turns | Aim::Nothing => HEAT,
+        };
+        // It is heated again and again, and each time that happens at another moment.
+        let mut at_s = 0.0;
+        while at_s < seconds && self.moments.len() < MOST_OF_A_KIND as usize {
+            self.moments.push(Moment { at_s, what: HEAT });
+            let lasts_s = warm_s * log_between(rng, 0.1, 10.0);
+            let from_s = at_s + between(rng, 0.0, 1.5) * warm_s;
+            self.moments.push(Moment { at_s: from_s, what: what.lasting(lasts_s) });
+            at_s = from_s + if aim == Aim::Turns { between(rng, 0.0, 0.5) * warm_s } else { lasts_s };
+            let wish = if rng.random::<bool>() { Wish::Off } else { Wish::Stroke(between(rng, 0.0, 1.0)) };
+            self.moments.push(Moment { at_s, what: Happening::Ask(wish, FOR_LONG_S) });
+            at_s += between(rng, 0.02, 1.0) * warm_s;
+        }
+        self.tidy(rate_hz);
+        self
     }
 
     fn tidy(&mut self, rate_hz: f64) {
@@ -333,7 +455,22 @@ fn nearest(
     (!moments.is_empty()).then(|| after.min(moments.len() - 1))
 }
 
+impl Strike {
+    fn under_load(self, share: f64, seconds: f64) -> Happening {
+        Happening::UnderLoad { strike: self, share, seconds }
+    }
+}
+
 impl Happening {
+    /// The same for so long, s, where it lasts.
+    fn lasting(self, seconds: f64) -> Happening {
+        match self {
+            Happening::Break { kind, size, .. } => Happening::Break { kind, size, seconds },
+            Happening::UnderLoad { strike, share, .. } => Happening::UnderLoad { strike, share, seconds },
+            other => other,
+        }
+    }
+
     /// The same so many times as long.
     fn stretched(self, times: f64) -> Happening {
         match self {
@@ -346,6 +483,14 @@ impl Happening {
             Happening::LostLine(seconds) => Happening::LostLine(seconds * times),
             Happening::Draught(strength) => Happening::Draught((strength * times).min(1.0)),
             Happening::Ask(wish, hold_s) => Happening::Ask(wish, hold_s * times),
+            Happening::UnderLoad { strike, share, seconds } => {
+                let strike = match strike {
+                    Strike::Kill(pause_s) => Strike::Kill((pause_s * times).min(MOST_PAUSE_S)),
+                    Strike::Stall(seconds) => Strike::Stall((seconds * times).min(MOST_STALL_S)),
+                    Strike::WriteFails(seconds) => Strike::WriteFails(seconds * times),
+                };
+                Happening::UnderLoad { strike, share, seconds }
+            }
         }
     }
 }
