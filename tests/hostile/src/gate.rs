@@ -217,7 +217,8 @@ impl Run<'_> {
             },
         };
         // one, or as many as a request takes at the most
-        let commands = vec![command; if what % 4 == 0 { 1 + usize::from(script.byte()) % MAX_CHANNELS } else { 1 }];
+        let commands =
+            vec![command; if what.is_multiple_of(4) { 1 + usize::from(script.byte()) % MAX_CHANNELS } else { 1 }];
         (sequence, fuzzing::request(if late { 1 } else { u64::MAX }, &commands))
     }
 
