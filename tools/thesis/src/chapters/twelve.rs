@@ -1,0 +1,1 @@
+pub(crate) fn rows() -> Vec<crate::row::Row> { Vec::new() }
