@@ -184,7 +184,8 @@ fn balance() -> Vec<Row> {
         figure(59, "a wire in air of 100 °C, stretched and released", "The air evens it out; released, it cools below the air.")
             .code(THERMAL, "pub fn loss_w_per_k")
             .agrees(|_, found| {
-                let legs = [0.0, 700.0, 700.0, 700.0, 700.0, 0.0, 0.0, 0.0, 0.0];
+                // the tail of the transformation goes on for half a minute
+                let legs = [0.0, 700.0, 700.0, 700.0, 700.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
                 let (way, _, _) = stretched(Material::default(), 100.0, &legs, 3.0)?;
                 found.above("warmest over the air", "K", 5.0, largest(&way.temperature_c) - 100.0);
                 found.below("coldest, released", "K", -5.0, least(&way.temperature_c) - 100.0);
@@ -208,7 +209,10 @@ fn latent_heat(_: &crate::lab::Lab, found: &mut Found) -> crate::row::Computed {
     };
     let power_w = 0.5;
     let run = |latent: f64| -> Result<(Vec<f64>, Vec<f64>), Box<dyn Error>> {
-        let model = WireModel { material: Material { latent_heat_j_per_kg: latent, ..material }, ambient_c: 20.0, ..hanging() };
+        // a common mass takes no work of transformation either
+        let transformation_strain = if latent > 0.0 { material.transformation_strain } else { 0.0 };
+        let material = Material { latent_heat_j_per_kg: latent, transformation_strain, ..material };
+        let model = WireModel { material, ambient_c: 20.0, ..hanging() };
         let mut wire = Wire::new(&model)?;
         let mut way = (Vec::new(), Vec::new());
         for k in 0..15_000 {
