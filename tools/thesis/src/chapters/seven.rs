@@ -175,6 +175,9 @@ fn sweep(load_gf: f64) -> Result<[Vec<f64>; 4], Box<dyn Error>> {
     Ok(seen)
 }
 
+/// What the thesis' own measurement could tell from no error: its deviation, 0.154 mm of a stroke of 8.2 mm, %.
+const TELLABLE_PERCENT: f64 = 100.0 * 0.154 / 8.2;
+
 const LOADS_GF: [f64; 3] = [100.0, 200.0, 300.0];
 
 fn experiment() -> Vec<Row> {
@@ -191,13 +194,17 @@ fn experiment() -> Vec<Row> {
             Ok(())
         }),
         figure(76, "length by resistance", "A line through resistance leaves a standard deviation of 9.95 % of the stroke, and turns back at the ends.").code(SENSING, "by resistance and one straight line").differs(
-            "the model's wire turns back less at its ends than the measured one: it has no twinned martensite and no R-phase, to which the thesis puts the error \
-             of the cold wire. Resistance alone is still several times worse than two taps",
+            "the nomenclature's martensite gains 0.2 % of resistivity a kelvin, so that warming the cold wire, which hardly moves it, changes its resistance several \
+             times as much as transforming it does: the line of the model's wire is worse than that of the measured one",
             |lab, found| {
                 let s = summary(lab)?;
                 found.near("deviation by resistance, of the stroke", "%", THESIS.resistance_percent, 0.2 * THESIS.resistance_percent, s.resistance_percent);
                 found.proof();
-                found.between("the same", "%", 3.0, 20.0, s.resistance_percent);
+                let m = sensing::believed(THEIRS, 200.0).material;
+                let warming = 160.0 * (m.martensite_resistivity(70.0) - m.martensite_resistivity(25.0));
+                let transforming = 160.0 * m.austenite_resistivity(80.0) - 168.1 * m.martensite_resistivity(80.0);
+                found.between("resistance gained from 25 to 70 °C, cold, over that of the transformation at 80 °C", "1", 3.0, 10.0, (warming / transforming).abs());
+                found.above("deviation by resistance over that by two taps", "1", 3.0, s.resistance_percent / s.dual_percent);
                 for (i, load_gf) in LOADS_GF.into_iter().enumerate() {
                     let [_, _, elongation, resistance] = sweep(load_gf)?;
                     found.legend(Ink::Series(i as u8), &format!("{load_gf} gf"));
@@ -224,10 +231,12 @@ fn experiment() -> Vec<Row> {
             let mut run = Run::new("thesis_3w", Chosen::law("pi"))?;
             for to in [0.6, 0.3] {
                 let step = run.step(to);
-                let late = run.step(to);
-                let settled = step.settle_2_percent_s.or(late.settle_2_percent_s.map(|s| s + step.watched_s));
-                found.below(&format!("settled within 2 % at a stroke of {to}"), "s", 5.0, settled.unwrap_or(f64::NAN));
-                found.nothing("mean error then, of the stroke", "%", 0.5, 100.0 * late.mean);
+                let mut late = step;
+                for _ in 0..3 {
+                    late = run.step(to);
+                }
+                found.below(&format!("settled within 2 % at a stroke of {to}"), "s", 5.0, step.settle_2_percent_s.unwrap_or(f64::NAN));
+                found.nothing("mean error nine seconds later, of the stroke", "%", TELLABLE_PERCENT, 100.0 * late.mean);
             }
             let trace = run.trace;
             found.legend(Ink::Measured, "reference");
@@ -238,10 +247,10 @@ fn experiment() -> Vec<Row> {
             Ok(())
         }),
         figure(79, "PI on resistance", "By resistance an error stays, at every load.").code("model/rig/src/tables/control.rs", "resistance").agrees(|_, found| {
-            by_sensing(found, "resistance", |found, what, error| found.above(what, "%", 1.0, error))
+            by_sensing(found, "resistance", |found, what, error| found.above(what, "%", TELLABLE_PERCENT, error))
         }),
         figure(80, "PI on the dual measurement", "By two taps none stays.").code("sensing/src/length.rs", "pub struct LengthSensor").agrees(|_, found| {
-            by_sensing(found, "dual", |found, what, error| found.below(what, "%", 1.0, error))
+            by_sensing(found, "dual", |found, what, error| found.below(what, "%", TELLABLE_PERCENT, error))
         }),
     ]
 }
@@ -251,7 +260,9 @@ fn by_sensing(found: &mut Found, sensing: &'static str, want: fn(&mut Found, &st
     for (i, (plant, load)) in [("load_100gf", "100 gf"), ("figure", "200 gf"), ("load_300gf", "300 gf")].into_iter().enumerate() {
         let mut run = Run::new(plant, Chosen { law: "pi", estimator: None, sensing: Some(sensing) })?;
         let errors = [0.6, 0.3].map(|to| {
-            run.step(to);
+            for _ in 0..3 {
+                run.step(to);
+            }
             100.0 * run.step(to).mean.abs()
         });
         want(found, &format!("larger mean error at two positions, {load}, of the stroke"), largest(&errors));
