@@ -6,7 +6,14 @@ fn main() {
     for done in &book.done {
         println!("{} {} — {}\n    {}", done.row.chapter, done.row.place, done.row.title, done.verdict);
         for c in &done.found.checks {
-            println!("      {} {}{}: {}  [{}]", if c.holds() { "ok " } else { "NO " }, if c.proof { "(proof) " } else { "" }, c.what, c.found, c.demand());
+            println!(
+                "      {} {}{}: {}  [{}]",
+                if c.holds() { "ok " } else { "NO " },
+                if c.proof { "(proof) " } else { "" },
+                c.what,
+                c.found,
+                c.demand()
+            );
         }
     }
     println!("{}", summary(&book));

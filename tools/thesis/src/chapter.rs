@@ -164,8 +164,9 @@ mod tests {
         }
         assert_eq!(Chapter::named("a"), Some(Chapter::A));
         assert_eq!(Chapter::named("1"), None);
-        assert_eq!([1, 2, 3, 4, 11, 12, 21].map(|n| Place::Displayed(n).to_string().replace("displayed, ", "")), [
-            "1st", "2nd", "3rd", "4th", "11th", "12th", "21st"
-        ]);
+        assert_eq!(
+            [1, 2, 3, 4, 11, 12, 21].map(|n| Place::Displayed(n).to_string().replace("displayed, ", "")),
+            ["1st", "2nd", "3rd", "4th", "11th", "12th", "21st"]
+        );
     }
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::book::{Book, apart};
+use crate::found::{Check, Wanted};
 use crate::row::{Done, Verdict};
 
 fn cell(text: &str) -> String {
@@ -11,9 +12,12 @@ fn cell(text: &str) -> String {
 
 /// What came out of a row, in one line.
 fn numbers(done: &Done) -> String {
-    let one = |check: &crate::found::Check| {
+    let one = |check: &Check| {
         let mark = if check.holds() { "" } else { "**" };
-        format!("{}: {mark}{}{mark} ({})", check.what, check.value(), check.demand())
+        // what is left of nothing is rounding, another on every machine
+        let is_nothing = matches!(check.wanted, Wanted::Near { value: 0.0, .. }) && check.holds();
+        let value = if is_nothing { "nothing".into() } else { check.value() };
+        format!("{}: {mark}{value}{mark} ({})", check.what, check.demand())
     };
     done.found.checks.iter().map(one).collect::<Vec<_>>().join("; ")
 }
@@ -35,7 +39,10 @@ pub fn markdown(book: &Book) -> String {
     for chapter in &book.chapters {
         let name = chapter.to_string();
         let _ = writeln!(out, "\n## {}{}: {}\n", name[..1].to_uppercase(), &name[1..], chapter.about());
-        let _ = writeln!(out, "| place | what it is | in the code | the thesis states | what comes out (what is wanted) | verdict |");
+        let _ = writeln!(
+            out,
+            "| place | what it is | in the code | the thesis states | what comes out (what is wanted) | verdict |"
+        );
         let _ = writeln!(out, "|---|---|---|---|---|---|");
         for done in book.of(*chapter) {
             let row = &done.row;
@@ -53,7 +60,11 @@ pub fn markdown(book: &Book) -> String {
         }
         let apart: Vec<String> = apart(*chapter).iter().map(|one| format!("{} ({})", one.place, one.shows)).collect();
         if !apart.is_empty() {
-            let _ = writeln!(out, "\nPhotographs, drawings and diagrams, in which nothing could agree: {}.", apart.join(", "));
+            let _ = writeln!(
+                out,
+                "\nPhotographs, drawings and diagrams, in which nothing could agree: {}.",
+                apart.join(", ")
+            );
         }
     }
     out

@@ -11,9 +11,11 @@ use crate::row::{Done, Verdict};
 /// The page: `index.html`, with the command that made it.
 pub fn page(book: &Book, command: &str) -> String {
     let mut sections = vec![Section::unlisted(answer(book))];
-    sections.extend(book.chapters.iter().map(|chapter| {
-        Section::new(chapter.anchor(), chapter.word(), self::chapter(book, *chapter))
-    }));
+    sections.extend(
+        book.chapters
+            .iter()
+            .map(|chapter| Section::new(chapter.anchor(), chapter.word(), self::chapter(book, *chapter))),
+    );
     sections.push(Section::new("again", "Reproduce", again(command)));
     Sheet {
         title: "sinew thesis".into(),

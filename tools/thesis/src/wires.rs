@@ -40,12 +40,7 @@ pub(crate) fn hanging() -> WireModel {
 pub(crate) fn table_10() -> WireModel {
     WireModel {
         geometry: Geometry { diameter_m: 0.1e-3, length_m: 0.233 },
-        load: Load::SpringMassDamper {
-            mass_kg: 0.13,
-            damping_n_s_per_m: 0.915,
-            spring_n_per_m: 18.0,
-            preload_n: 1.2,
-        },
+        load: Load::SpringMassDamper { mass_kg: 0.13, damping_n_s_per_m: 0.915, spring_n_per_m: 18.0, preload_n: 1.2 },
         ..hanging()
     }
 }

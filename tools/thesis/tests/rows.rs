@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use sinew_thesis::{Book, Chapter, Place, Verdict, apart, rows, run};
+use sinew_thesis::{Book, Chapter, How, Place, Verdict, apart, markdown, rows, run};
 
 static BOOK: LazyLock<Book> = LazyLock::new(|| run(&Chapter::ALL, &|_| ()));
 
@@ -84,14 +84,20 @@ fn appendix_a_comes_out() {
 
 #[test]
 fn the_code_that_rows_name_is_there() {
+    let mut wrong = Vec::new();
     for row in Chapter::ALL.into_iter().flat_map(rows) {
         for code in &row.code {
             let text = std::fs::read_to_string(checkout().join(code.file)).unwrap_or_default();
-            assert!(text.contains(code.item), "{}, {}: no {:?} in {}", row.chapter, row.place, code.item, code.file);
+            if !text.contains(code.item) {
+                wrong.push(format!("{}, {}: no {:?} in {}", row.chapter, row.place, code.item, code.file));
+            }
         }
-        let computed = !matches!(row.how, sinew_thesis::How::NotGiven(_) | sinew_thesis::How::NotBuilt(_));
-        assert!(!computed || !row.code.is_empty(), "{}, {} names no code", row.chapter, row.place);
+        let computed = !matches!(row.how, How::NotGiven(_) | How::NotBuilt(_));
+        if computed && row.code.is_empty() {
+            wrong.push(format!("{}, {} names no code", row.chapter, row.place));
+        }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 /// The places of the thesis by chapter: numbered equations, how many are displayed without a number, figures, tables.
@@ -138,4 +144,47 @@ fn every_place_of_the_thesis_is_there_once() {
         wrong.extend(found.keys().map(|place| format!("{chapter}: there is no {place}")));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A text as its words and its numbers: digits with a point among them are numbers.
+fn parts(text: &str) -> (String, Vec<f64>) {
+    let (mut words, mut numbers, mut digits) = (String::new(), Vec::new(), String::new());
+    for c in text.chars().chain(['\n']) {
+        if c.is_ascii_digit() || (c == '.' && !digits.is_empty()) {
+            digits.push(c);
+            continue;
+        }
+        match digits.parse() {
+            Ok(number) => {
+                numbers.push(number);
+                words.push('#');
+            }
+            Err(_) => words.push_str(&digits),
+        }
+        digits.clear();
+        words.push(c);
+    }
+    (words, numbers)
+}
+
+/// Docs/thesis.md has what the code says: the same words, and numbers to 2 %.
+#[test]
+fn the_page_has_these_rows() {
+    let path = checkout().join("docs/thesis.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (begin, end) = ("<!-- rows -->\n", "<!-- /rows -->");
+    let start = page.find(begin).unwrap() + begin.len();
+    let stop = start + page[start..].find(end).unwrap();
+    let table = markdown(&BOOK);
+    if std::env::var_os("SINEW_BLESS").is_some() {
+        std::fs::write(&path, format!("{}{table}{}", &page[..start], &page[stop..])).unwrap();
+        return;
+    }
+    for (written, said) in page[start..stop].lines().zip(table.lines()) {
+        let ((words, numbers), (wanted, computed)) = (parts(written), parts(said));
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 0.02 * b.abs();
+        let same = words == wanted && numbers.iter().zip(&computed).all(near);
+        assert!(same, "docs/thesis.md: another row; run with SINEW_BLESS=1\n{written}\n{said}");
+    }
+    assert_eq!(page[start..stop].lines().count(), table.lines().count(), "docs/thesis.md; run with SINEW_BLESS=1");
 }

@@ -50,16 +50,10 @@ pub(crate) fn figures(chapter: Chapter) -> &'static [(u8, &'static str)] {
             (71, "braided rope"),
         ],
         Chapter::Seven => &[(72, "diagram of the measurement"), (73, "the machine"), (74, "the sliding probe")],
-        Chapter::Eight => &[
-            (81, "drawing of the machine"),
-            (82, "layout of the machine"),
-            (86, "coil spring"),
-        ],
-        Chapter::Nine => &[
-            (90, "diagram of wire and plant"),
-            (91, "equivalent diagram of wire and plant"),
-            (95, "the rig"),
-        ],
+        Chapter::Eight => &[(81, "drawing of the machine"), (82, "layout of the machine"), (86, "coil spring")],
+        Chapter::Nine => {
+            &[(90, "diagram of wire and plant"), (91, "equivalent diagram of wire and plant"), (95, "the rig")]
+        }
         Chapter::Ten => &[(99, "diagram of wire and plant")],
         Chapter::Eleven => &[],
         Chapter::Twelve => &[

@@ -57,7 +57,13 @@ fn closed_forms(_: &Lab, found: &mut Found) -> Computed {
     let (ad, bd) = discretise(&one(-2.0), &one(3.0), 0.1)?;
     found.near("A_d, e^(−2 Δt)", "1", (-0.2f64).exp(), 1e-12, ad[0]);
     found.near("B_d, A⁻¹(A_d − I) B", "1", 1.5 * (1.0 - (-0.2f64).exp()), 1e-12, bd[0]);
-    found.near("Q_d of Q = 5", "1", 5.0 * (1.0 - (-0.4f64).exp()) / 4.0, 1e-12, discretise_noise(&one(-2.0), &one(5.0), 0.1)?[0]);
+    found.near(
+        "Q_d of Q = 5",
+        "1",
+        5.0 * (1.0 - (-0.4f64).exp()) / 4.0,
+        1e-12,
+        discretise_noise(&one(-2.0), &one(5.0), 0.1)?[0],
+    );
     found.near("R_d of R = 0.3", "1", 3.0, 1e-12, discretise_measurement_noise(&one(0.3), 0.1)?[0]);
     Ok(())
 }
@@ -68,7 +74,12 @@ fn short_steps(_: &Lab, found: &mut Found) -> Computed {
     let dt = 1e-4;
     let (ad, bd) = discretise(&a, &b, dt)?;
     let q = DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 1.0]);
-    found.below("A_d − (I + A Δt), of A Δt", "1", 1e-3, (ad - DMatrix::identity(2, 2) - &a * dt).norm() / (&a * dt).norm());
+    found.below(
+        "A_d − (I + A Δt), of A Δt",
+        "1",
+        1e-3,
+        (ad - DMatrix::identity(2, 2) - &a * dt).norm() / (&a * dt).norm(),
+    );
     found.below("B_d − B Δt, of B Δt", "1", 1e-3, (bd - &b * dt).norm() / (&b * dt).norm());
     found.below("Q_d − Q Δt, of Q Δt", "1", 1e-3, (discretise_noise(&a, &q, dt)? - &q * dt).norm() / (&q * dt).norm());
     Ok(())
@@ -114,19 +125,39 @@ fn derivatives(_: &Lab, found: &mut Found) -> Computed {
 
 fn reached(_: &Lab, found: &mut Found) -> Computed {
     let (a, b, _) = plant();
-    found.nothing("[B, A B] as stated", "1", 0.0, (controllability(&a, &b)? - DMatrix::from_columns(&[b.column(0), (&a * &b).column(0)])).norm());
+    found.nothing(
+        "[B, A B] as stated",
+        "1",
+        0.0,
+        (controllability(&a, &b)? - DMatrix::from_columns(&[b.column(0), (&a * &b).column(0)])).norm(),
+    );
     found.equal("its rank", "1", 2.0, controllability_rank(&a, &b)? as f64);
     let hidden = DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, -2.0]);
-    found.equal("rank where a mode is not driven", "1", 1.0, controllability_rank(&hidden, &DMatrix::from_row_slice(2, 1, &[1.0, 0.0]))? as f64);
+    found.equal(
+        "rank where a mode is not driven",
+        "1",
+        1.0,
+        controllability_rank(&hidden, &DMatrix::from_row_slice(2, 1, &[1.0, 0.0]))? as f64,
+    );
     Ok(())
 }
 
 fn seen(_: &Lab, found: &mut Found) -> Computed {
     let (a, _, c) = plant();
-    found.nothing("[C; C A] as stated", "1", 0.0, (observability(&a, &c)? - DMatrix::from_rows(&[c.row(0), (&c * &a).row(0)])).norm());
+    found.nothing(
+        "[C; C A] as stated",
+        "1",
+        0.0,
+        (observability(&a, &c)? - DMatrix::from_rows(&[c.row(0), (&c * &a).row(0)])).norm(),
+    );
     found.equal("its rank", "1", 2.0, observability_rank(&a, &c)? as f64);
     let hidden = DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, -2.0]);
-    found.equal("rank where a mode does not show", "1", 1.0, observability_rank(&hidden, &DMatrix::from_row_slice(1, 2, &[1.0, 0.0]))? as f64);
+    found.equal(
+        "rank where a mode does not show",
+        "1",
+        1.0,
+        observability_rank(&hidden, &DMatrix::from_row_slice(1, 2, &[1.0, 0.0]))? as f64,
+    );
     Ok(())
 }
 
@@ -198,7 +229,12 @@ pub(crate) fn rows() -> Vec<Row> {
         ("the usual model", "Without D and with v as it is.", (CONVERT, "pub fn discretise"), sampled),
         ("its noise", "Normal, with covariances Q_c and R_c.", (CONVERT, "pub fn discretise_noise"), closed_forms),
         ("the sampled model", "The state steps to the next sample.", (CONVERT, "pub fn discretise"), sampled),
-        ("from continuous to sampled", "A_d, B_d, Q_d, R_d by exponentials and their integrals.", (CONVERT, "pub fn discretise_noise"), closed_forms),
+        (
+            "from continuous to sampled",
+            "A_d, B_d, Q_d, R_d by exponentials and their integrals.",
+            (CONVERT, "pub fn discretise_noise"),
+            closed_forms,
+        ),
         ("A_d of a short step", "I + A Δt.", (CONVERT, "pub fn discretise"), short_steps),
         ("B_d of a short step", "B Δt.", (CONVERT, "pub fn discretise"), short_steps),
         ("Q_d of a short step", "B_w Q B_wᵀ Δt.", (CONVERT, "pub fn discretise_noise"), short_steps),
@@ -216,20 +252,45 @@ pub(crate) fn rows() -> Vec<Row> {
         ("its measurement", "y = H δx + v.", (DERIVE, "pub fn jacobian"), linearisation),
         ("F and G", "Matrices of partial derivatives.", (DERIVE, "pub fn jacobian"), linearisation),
         ("G_w and H", "The same.", (DERIVE, "pub fn jacobian"), linearisation),
-        ("a function of several", "Of which one partial derivative is wanted.", (DERIVE, "pub fn derivative"), derivatives),
-        ("a derivative by a difference", "Of two values a little apart; too little apart it loses its digits.", (DERIVE, "pub fn derivative"), derivatives),
-        ("a derivative by a complex step", "The imaginary part over a step that can be as small as one likes.", (DERIVE, "pub fn derivative"), derivatives),
+        (
+            "a function of several",
+            "Of which one partial derivative is wanted.",
+            (DERIVE, "pub fn derivative"),
+            derivatives,
+        ),
+        (
+            "a derivative by a difference",
+            "Of two values a little apart; too little apart it loses its digits.",
+            (DERIVE, "pub fn derivative"),
+            derivatives,
+        ),
+        (
+            "a derivative by a complex step",
+            "The imaginary part over a step that can be as small as one likes.",
+            (DERIVE, "pub fn derivative"),
+            derivatives,
+        ),
         ("controllability", "[B AB … Aⁿ⁻¹B] has full rank.", (RANK, "pub fn controllability"), reached),
         ("state feedback", "u = −K x̂.", (PLACE, "pub fn place"), fed_back),
         ("the loop it makes", "ẋ = (A − B K) x, with poles where they are wanted.", (PLACE, "pub fn place"), fed_back),
         ("the error to be driven to zero", "e = r − y.", (SERVO, "pub fn augment"), robust),
         ("the error as a state", "z = (e, ẋ).", (SERVO, "pub fn augment"), robust),
         ("the differentiated system", "In ẋ, u̇, ẇ, v̇.", (SERVO, "pub fn augment"), robust),
-        ("the servo's system", "ż = [0 −C; 0 A] z + [0; B] u̇: no error stays of what is constant.", (SERVO, "pub fn augment"), robust),
+        (
+            "the servo's system",
+            "ż = [0 −C; 0 A] z + [0; B] u̇: no error stays of what is constant.",
+            (SERVO, "pub fn augment"),
+            robust,
+        ),
         ("observability", "[C; CA; …] has full rank.", (RANK, "pub fn observability"), seen),
         ("the estimator", "A model corrected by L (y − ŷ).", (PLACE, "pub fn place_observer"), observer_error),
         ("how its error decays", "ė = (A − L C) e.", (PLACE, "pub fn place_observer"), observer_error),
-        ("prediction and correction", "Sampled, an estimate is a weighted mean of prediction and measurement; by known noise the weight is the Kalman filter's.", (RICCATI, "pub fn dlqe"), filtered),
+        (
+            "prediction and correction",
+            "Sampled, an estimate is a weighted mean of prediction and measurement; by known noise the weight is the Kalman filter's.",
+            (RICCATI, "pub fn dlqe"),
+            filtered,
+        ),
         ("feedback of the estimate", "ẋ = A x − B K x + B K e.", (PLACE, "pub fn place_observer"), separated),
         ("once the error is gone", "ẋ = (A − B K) x.", (PLACE, "pub fn place"), fed_back),
         ("state and error together", "z = (x, e).", (PLACE, "pub fn place_observer"), separated),

@@ -70,14 +70,14 @@ pub(crate) fn rows() -> Vec<Row> {
                         let time = (f64::from(k) * STEP_S - 5.0).max(0.0) % 30.0;
                         let share = if time < 15.0 { time / 15.0 } else { 2.0 - time / 15.0 };
                         wire.step(&inputs(0.012 * share), STEP_S);
-                        if k > 50_000 {
+                        if k > 35_000 {
                             x.push(12.0 * share);
                             force.push(wire.tension_n());
                         }
                     }
-                    // of the last way back, the share on which it pulls
-                    let pulls = force.iter().filter(|n| **n > 0.01).count();
-                    tight.push(pulls as f64 / force.len() as f64);
+                    // of the second way back, the share on which it pulls
+                    let back = &force[15_000..];
+                    tight.push(back.iter().filter(|n| **n > 0.01).count() as f64 / back.len() as f64);
                     found.legend(Ink::Series(i as u8), &format!("{power_w} W"));
                     found.line(("Displacement, mm", "1"), ("Load", "N"), Ink::Series(i as u8), (x, force));
                 }

@@ -3,10 +3,13 @@
 use std::error::Error;
 
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Coupling, Demand, EstimatorKind, LpvModel, Observation, Settings, StateEstimator,
+    Algorithm, AlgorithmKind, Controller, Coupling, Demand, EstimatorKind, LpvModel, Observation, Settings,
+    StateEstimator,
 };
-use sinew_physics::formulas::{current_a, heating_power_w, resistance_ohm, sliding_surface, sliding_surface_first_order};
 use sinew_physics::Geometry;
+use sinew_physics::formulas::{
+    current_a, heating_power_w, resistance_ohm, sliding_surface, sliding_surface_first_order,
+};
 use sinew_plot::Ink;
 use sinew_state_space::convert::discretise;
 use sinew_state_space::{Complex, DMatrix, eigenvalues};
@@ -122,44 +125,75 @@ fn reaching(_: &Lab, found: &mut Found) -> Computed {
 
 fn review() -> Vec<Row> {
     vec![
-        displayed(1, "a surface of order n − 1", "σ = (s + λ)^(n−1): for a third-order plant ë + 2λė + λ²e.").code(SURFACES, "pub fn sliding_surface").agrees(|_, found| {
-            // (s + λ)² by its action on e^rt, at r = −3 and λ = 10
-            let (r, lambda) = (-3.0f64, 10.0f64);
-            found.equal("(s + λ)² on e^−3t", "1/s²", (r + lambda).powi(2), sliding_surface(1.0, r, r * r, lambda));
-            found.nothing("and on e^−λt", "1/s²", 1e-9, sliding_surface(1.0, -lambda, lambda * lambda, lambda));
-            Ok(())
-        }),
-        displayed(2, "the switch", "One end of the effort on either side of the surface.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(reaching),
-        displayed(3, "the switch by sign", "u = −U sign(σ).").code(SURFACES, "pub fn sliding_surface_first_order").agrees(reaching),
-        displayed(4, "the example", "ẍ − 2ζω ẋ + ω² x = u with ω = 1 and ζ = 70 %: unstable.").code("control/state-space/src/spectrum.rs", "pub fn eigenvalues").agrees(|_, found| {
-            for pole in eigenvalues(&example().0)? {
-                found.near("real part of a pole", "1/s", 0.7, 1e-9, pole.re);
-                found.near("its distance from the origin", "1/s", 1.0, 1e-9, pole.norm());
-            }
-            Ok(())
-        }),
-        displayed(5, "its surface", "σ = ẋ + λx.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(on_the_surface),
-        displayed(6, "its motion on the surface", "ẋ = −λx.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(on_the_surface),
-        displayed(7, "plants with an input", "ẋ = f(x) + g(x) u + η.").code("control/state-space/src/convert.rs", "pub fn discretise").agrees(reaching),
-        displayed(8, "the equivalent effort", "What makes σ̇ vanish.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(on_the_surface),
-        equation(67, "reachability", "σ σ̇ < 0.").code("control/src/reach.rs", "The surface is reachable (eq. 67)").agrees(reaching),
-        displayed(9, "low and high part", "Of the switched effort the low part alone moves the plant.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(on_the_surface),
-        displayed(10, "reachability of a switch", "U has to exceed the equivalent effort and what is unknown.").code("control/src/reach.rs", "The surface is reachable (eq. 67)").agrees(|_, found| {
-            // from x = 1 at rest the equivalent effort is 1, and largest while it is reached
-            let (strong, weak) = (slide(1.0, 8.0, 3.0)?, slide(1.0, 0.9, 3.0)?);
-            found.below("|x| at the end, U = 8", "1", 0.1, strong.x.last().copied().unwrap_or(f64::NAN).abs());
-            found.above("|x| at the end, U = 0.9, less than the equivalent effort", "1", 1.0, weak.x.last().copied().unwrap_or(f64::NAN).abs());
-            Ok(())
-        }),
-        displayed(11, "the example on its surface", "0 = λẋ − (k/m) x − (b/m) ẋ + u_eq.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(on_the_surface),
-        displayed(12, "the example's equivalent effort", "u_eq = (b/m − λ) ẋ + (k/m) x.").code(SURFACES, "pub fn sliding_surface_first_order").agrees(|_, found| {
-            // b/m = −2ζω, k/m = ω²
-            let seen = slide(1.0, 8.0, 2.0)?;
-            let i = 10_000;
-            let stated = (-2.0 * ZETA - LAMBDA) * seen.velocity[i] + seen.x[i];
-            found.near("low part of the switched effort, on the surface", "1", stated, 0.2, seen.low[i]);
-            Ok(())
-        }),
+        displayed(1, "a surface of order n − 1", "σ = (s + λ)^(n−1): for a third-order plant ë + 2λė + λ²e.")
+            .code(SURFACES, "pub fn sliding_surface")
+            .agrees(|_, found| {
+                // (s + λ)² by its action on e^rt, at r = −3 and λ = 10
+                let (r, lambda) = (-3.0f64, 10.0f64);
+                found.equal("(s + λ)² on e^−3t", "1/s²", (r + lambda).powi(2), sliding_surface(1.0, r, r * r, lambda));
+                found.nothing("and on e^−λt", "1/s²", 1e-9, sliding_surface(1.0, -lambda, lambda * lambda, lambda));
+                Ok(())
+            }),
+        displayed(2, "the switch", "One end of the effort on either side of the surface.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(reaching),
+        displayed(3, "the switch by sign", "u = −U sign(σ).")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(reaching),
+        displayed(4, "the example", "ẍ − 2ζω ẋ + ω² x = u with ω = 1 and ζ = 70 %: unstable.")
+            .code("control/state-space/src/spectrum.rs", "pub fn eigenvalues")
+            .agrees(|_, found| {
+                for pole in eigenvalues(&example().0)? {
+                    found.near("real part of a pole", "1/s", 0.7, 1e-9, pole.re);
+                    found.near("its distance from the origin", "1/s", 1.0, 1e-9, pole.norm());
+                }
+                Ok(())
+            }),
+        displayed(5, "its surface", "σ = ẋ + λx.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(on_the_surface),
+        displayed(6, "its motion on the surface", "ẋ = −λx.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(on_the_surface),
+        displayed(7, "plants with an input", "ẋ = f(x) + g(x) u + η.")
+            .code("control/state-space/src/convert.rs", "pub fn discretise")
+            .agrees(reaching),
+        displayed(8, "the equivalent effort", "What makes σ̇ vanish.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(on_the_surface),
+        equation(67, "reachability", "σ σ̇ < 0.")
+            .code("control/src/reach.rs", "The surface is reachable (eq. 67)")
+            .agrees(reaching),
+        displayed(9, "low and high part", "Of the switched effort the low part alone moves the plant.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(on_the_surface),
+        displayed(10, "reachability of a switch", "U has to exceed the equivalent effort and what is unknown.")
+            .code("control/src/reach.rs", "The surface is reachable (eq. 67)")
+            .agrees(|_, found| {
+                // from x = 1 at rest the equivalent effort is 1, and largest while it is reached
+                let (strong, weak) = (slide(1.0, 8.0, 3.0)?, slide(1.0, 0.9, 3.0)?);
+                found.below("|x| at the end, U = 8", "1", 0.1, strong.x.last().copied().unwrap_or(f64::NAN).abs());
+                found.above(
+                    "|x| at the end, U = 0.9, less than the equivalent effort",
+                    "1",
+                    1.0,
+                    weak.x.last().copied().unwrap_or(f64::NAN).abs(),
+                );
+                Ok(())
+            }),
+        displayed(11, "the example on its surface", "0 = λẋ − (k/m) x − (b/m) ẋ + u_eq.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(on_the_surface),
+        displayed(12, "the example's equivalent effort", "u_eq = (b/m − λ) ẋ + (k/m) x.")
+            .code(SURFACES, "pub fn sliding_surface_first_order")
+            .agrees(|_, found| {
+                // b/m = −2ζω, k/m = ω²
+                let seen = slide(1.0, 8.0, 2.0)?;
+                let i = 10_000;
+                let stated = (-2.0 * ZETA - LAMBDA) * seen.velocity[i] + seen.x[i];
+                found.near("low part of the switched effort, on the surface", "1", stated, 0.2, seen.low[i]);
+                Ok(())
+            }),
     ]
 }
 
@@ -295,7 +329,12 @@ fn draw_example(found: &mut Found, seen: &Example) {
     found.line(TIME, effort, Ink::Measured, (seen.time_s.clone(), seen.switched.clone()));
     found.line(TIME, effort, Ink::Series(1), (seen.time_s.clone(), seen.low.clone()));
     found.line(TIME, effort, Ink::Series(2), (seen.time_s.clone(), seen.equivalent.clone()));
-    found.line(("Position, in the phase plane", "1"), ("Velocity", "1"), Ink::Series(0), (seen.x.clone(), seen.velocity.clone()));
+    found.line(
+        ("Position, in the phase plane", "1"),
+        ("Velocity", "1"),
+        Ink::Series(0),
+        (seen.x.clone(), seen.velocity.clone()),
+    );
 }
 
 fn draw_steps(found: &mut Found, trace: Trace) {

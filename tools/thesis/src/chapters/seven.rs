@@ -4,7 +4,8 @@ use std::error::Error;
 
 use sinew_bench::sensing::{self, Heating, Place as Taps_, Summary, THESIS};
 use sinew_physics::formulas::{
-    STANDARD_GRAVITY_M_S2, dual_variance, mixture, phase_resistivity, resistance_ohm, resistivity_ohm_m, share_between_taps,
+    STANDARD_GRAVITY_M_S2, dual_variance, mixture, phase_resistivity, resistance_ohm, resistivity_ohm_m,
+    share_between_taps,
 };
 use sinew_physics::{Drive, DriveKind, Hysteresis, Inputs, Material, Taps, Wire, WireModel};
 use sinew_plot::Ink;
@@ -41,7 +42,8 @@ pub(crate) fn rows() -> Vec<Row> {
 fn under_stress(change: impl Fn(&mut WireModel)) -> Result<f64, Box<dyn Error>> {
     let mut model = in_a_furnace(Material::default(), 0.0);
     change(&mut model);
-    let inputs = |mpa: f64| Inputs { drive: 160.0, imposed: mpa * MPA * model.geometry.area_m2(), ..model.rest_inputs() };
+    let inputs =
+        |mpa: f64| Inputs { drive: 160.0, imposed: mpa * MPA * model.geometry.area_m2(), ..model.rest_inputs() };
     let mut wire = Wire::with_inputs(&model, &inputs(200.0))?;
     wire.step(&inputs(200.0), STEP_S);
     Ok(wire.resistance_ohm())
@@ -49,42 +51,79 @@ fn under_stress(change: impl Fn(&mut WireModel)) -> Result<f64, Box<dyn Error>> 
 
 fn resistance() -> Vec<Row> {
     vec![
-        equation(36, "resistivity of the mixture", "ρ = (1−ξ) ρ_A + ξ ρ_M.").code(ELECTRICAL, "pub fn mixture").agrees(|_, found| {
-            found.equal("ξ = 0.3", "µΩ cm", 0.7 * 86.5 + 0.3 * 75.0, mixture(0.7, 0.3, 86.5, 75.0));
-            Ok(())
-        }),
-        equation(37, "resistivity by temperature", "Each phase's rises by its α with the temperature over T_0: 0.05 and 0.15 µΩ cm/K.").code(ELECTRICAL, "pub fn phase_resistivity").agrees(|_, found| {
+        equation(36, "resistivity of the mixture", "ρ = (1−ξ) ρ_A + ξ ρ_M.").code(ELECTRICAL, "pub fn mixture").agrees(
+            |_, found| {
+                found.equal("ξ = 0.3", "µΩ cm", 0.7 * 86.5 + 0.3 * 75.0, mixture(0.7, 0.3, 86.5, 75.0));
+                Ok(())
+            },
+        ),
+        equation(
+            37,
+            "resistivity by temperature",
+            "Each phase's rises by its α with the temperature over T_0: 0.05 and 0.15 µΩ cm/K.",
+        )
+        .code(ELECTRICAL, "pub fn phase_resistivity")
+        .agrees(|_, found| {
             let m = Material::default();
             found.equal("austenite, 60 K over T_0", "µΩ cm", 86.5 + 0.05 * 60.0, m.austenite_resistivity(80.0) * 1e8);
             found.equal("martensite, 60 K over T_0", "µΩ cm", 75.0 + 0.15 * 60.0, m.martensite_resistivity(80.0) * 1e8);
             found.equal("the formula", "µΩ cm", 75.0 + 0.15 * 60.0, phase_resistivity(75.0, 0.15, 60.0));
             Ok(())
         }),
-        equation(38, "resistivity by stress", "Novák adds β σ to each phase's; no β is given.").code(EFFECTS, "electrical.resistivity_stress").agrees(|_, found| {
-            // the effect's β is relative to ρ
-            let plain = under_stress(|_| ())?;
-            let with = under_stress(|model| model.effects.electrical.resistivity_stress.austenite_per_pa = 1e-10)?;
-            found.near("resistance at 200 MPa over that without, β = 10⁻¹⁰/Pa of ρ", "1", 1.0 + 1e-10 * 200e6, 1e-9, with / plain);
-            Ok(())
-        }),
+        equation(38, "resistivity by stress", "Novák adds β σ to each phase's; no β is given.")
+            .code(EFFECTS, "electrical.resistivity_stress")
+            .agrees(|_, found| {
+                // the effect's β is relative to ρ
+                let plain = under_stress(|_| ())?;
+                let with = under_stress(|model| model.effects.electrical.resistivity_stress.austenite_per_pa = 1e-10)?;
+                found.near(
+                    "resistance at 200 MPa over that without, β = 10⁻¹⁰/Pa of ρ",
+                    "1",
+                    1.0 + 1e-10 * 200e6,
+                    1e-9,
+                    with / plain,
+                );
+                Ok(())
+            }),
         equation(39, "resistance", "R = ρ L/A.").code(ELECTRICAL, "pub fn resistance_ohm").agrees(|_, found| {
-            found.equal("80 µΩ cm, 160 mm, 0.0123 mm²", "Ω", 80e-8 * 0.16 / 1.23e-8, resistance_ohm(80e-8, 0.16, 1.23e-8));
+            found.equal(
+                "80 µΩ cm, 160 mm, 0.0123 mm²",
+                "Ω",
+                80e-8 * 0.16 / 1.23e-8,
+                resistance_ohm(80e-8, 0.16, 1.23e-8),
+            );
             Ok(())
         }),
-        equation(40, "length by strain", "L = l_0 (1 + ε), so that strain alone raises the resistance.").code("model/physics/src/step/balance.rs", "R = ρL/A_c (eq. 36, 37, 39)").agrees(|_, found| {
-            let model = in_a_furnace(Material::default(), 0.0);
-            let g = model.geometry;
-            let strain = 200e6 / 75e9 + 0.55e6 * 140.0 / 75e9;
-            let rho = model.material.austenite_resistivity(160.0);
-            found.near("resistance at 200 MPa and 160 °C", "Ω", rho * g.length_m * (1.0 + strain) / g.area_m2(), 1e-6, under_stress(|_| ())?);
-            Ok(())
-        }),
-        equation(41, "cross-section by stress", "A = π r_0² (1 − ν σ/E)².").code(EFFECTS, "electrical.poisson_area").agrees(|_, found| {
-            let with = under_stress(|model| model.effects.electrical.poisson_area.ratio = 0.33)?;
-            let narrower = 1.0 - 0.33 * 200.0 / 75e3;
-            found.near("resistance over that of a wire that keeps its section", "1", 1.0 / (narrower * narrower), 1e-6, with / under_stress(|_| ())?);
-            Ok(())
-        }),
+        equation(40, "length by strain", "L = l_0 (1 + ε), so that strain alone raises the resistance.")
+            .code("model/physics/src/step/balance.rs", "R = ρL/A_c (eq. 36, 37, 39)")
+            .agrees(|_, found| {
+                let model = in_a_furnace(Material::default(), 0.0);
+                let g = model.geometry;
+                let strain = 200e6 / 75e9 + 0.55e6 * 140.0 / 75e9;
+                let rho = model.material.austenite_resistivity(160.0);
+                found.near(
+                    "resistance at 200 MPa and 160 °C",
+                    "Ω",
+                    rho * g.length_m * (1.0 + strain) / g.area_m2(),
+                    1e-6,
+                    under_stress(|_| ())?,
+                );
+                Ok(())
+            }),
+        equation(41, "cross-section by stress", "A = π r_0² (1 − ν σ/E)².")
+            .code(EFFECTS, "electrical.poisson_area")
+            .agrees(|_, found| {
+                let with = under_stress(|model| model.effects.electrical.poisson_area.ratio = 0.33)?;
+                let narrower = 1.0 - 0.33 * 200.0 / 75e3;
+                found.near(
+                    "resistance over that of a wire that keeps its section",
+                    "1",
+                    1.0 / (narrower * narrower),
+                    1e-6,
+                    with / under_stress(|_| ())?,
+                );
+                Ok(())
+            }),
     ]
 }
 
@@ -107,40 +146,92 @@ const LONG: Taps = Taps { l0_m: 0.0, ls_m: 0.150 };
 
 fn lengths() -> Vec<Row> {
     vec![
-        equation(42, "length by three voltages", "L = l_0 + l_s (V_3 − V_1)/(V_2 − V_1), whatever phase, stress and temperature.").code(ELECTRICAL, "pub fn share_between_taps").agrees(|_, found| {
+        equation(
+            42,
+            "length by three voltages",
+            "L = l_0 + l_s (V_3 − V_1)/(V_2 − V_1), whatever phase, stress and temperature.",
+        )
+        .code(ELECTRICAL, "pub fn share_between_taps")
+        .agrees(|_, found| {
             let (model, wire) = tapped(THEIRS)?;
             let o = wire.outputs();
             let length = THEIRS.length_m(share_between_taps(o.v1_v, o.v2_v, o.v3_v));
-            found.near("measured less true length, half transformed", "mm", 0.0, 1e-9, 1e3 * (length - model.geometry.length_m - wire.position_m()));
+            found.near(
+                "measured less true length, half transformed",
+                "mm",
+                0.0,
+                1e-9,
+                1e3 * (length - model.geometry.length_m - wire.position_m()),
+            );
             Ok(())
         }),
-        equation(43, "length by two voltages", "With l_0 = 0 it is l_s V_3/V_2.").code(ELECTRICAL, "pub fn length_m").agrees(|_, found| {
-            let (model, wire) = tapped(LONG)?;
-            let o = wire.outputs();
-            let length = model.geometry.length_m + wire.position_m();
-            found.near("l_s V_3/V_2", "mm", 1e3 * length, 1e-9, 1e3 * LONG.ls_m * o.v3_v / o.v2_v);
-            found.near("the formula", "mm", 1e3 * length, 1e-9, 1e3 * LONG.length_m(share_between_taps(o.v1_v, o.v2_v, o.v3_v)));
-            Ok(())
-        }),
-        equation(44, "resistivity by two voltages", "ρ = (A/l_s)(V_2 − V_1)/I.").code(ELECTRICAL, "pub fn resistivity_ohm_m").agrees(|_, found| {
-            let (model, wire) = tapped(THEIRS)?;
-            let o = wire.outputs();
-            let area = model.geometry.area_m2();
-            let rho = resistivity_ohm_m((o.v2_v - o.v1_v) / o.current_a, THEIRS.ls_m, area);
-            let m = &model.material;
-            let stated = mixture(1.0 - wire.martensite(), wire.martensite(), m.austenite_resistivity(wire.temperature_c()), m.martensite_resistivity(wire.temperature_c()));
-            found.near("resistivity, half transformed", "µΩ cm", stated * 1e8, 1e-6, rho * 1e8);
-            Ok(())
-        }),
-        Row::new(Seven, Table(6), "the wire of the experiment", "160 mm hot, 168.1 mm cold, 0.125 mm, 12.6 mg, A_f = 90 °C.").code("tools/bench/src/sensing/sweep.rs", "pub fn believed").agrees(|_, found| {
+        equation(43, "length by two voltages", "With l_0 = 0 it is l_s V_3/V_2.")
+            .code(ELECTRICAL, "pub fn length_m")
+            .agrees(|_, found| {
+                let (model, wire) = tapped(LONG)?;
+                let o = wire.outputs();
+                let length = model.geometry.length_m + wire.position_m();
+                found.near("l_s V_3/V_2", "mm", 1e3 * length, 1e-9, 1e3 * LONG.ls_m * o.v3_v / o.v2_v);
+                found.near(
+                    "the formula",
+                    "mm",
+                    1e3 * length,
+                    1e-9,
+                    1e3 * LONG.length_m(share_between_taps(o.v1_v, o.v2_v, o.v3_v)),
+                );
+                Ok(())
+            }),
+        equation(44, "resistivity by two voltages", "ρ = (A/l_s)(V_2 − V_1)/I.")
+            .code(ELECTRICAL, "pub fn resistivity_ohm_m")
+            .agrees(|_, found| {
+                let (model, wire) = tapped(THEIRS)?;
+                let o = wire.outputs();
+                let area = model.geometry.area_m2();
+                let rho = resistivity_ohm_m((o.v2_v - o.v1_v) / o.current_a, THEIRS.ls_m, area);
+                let m = &model.material;
+                let stated = mixture(
+                    1.0 - wire.martensite(),
+                    wire.martensite(),
+                    m.austenite_resistivity(wire.temperature_c()),
+                    m.martensite_resistivity(wire.temperature_c()),
+                );
+                found.near("resistivity, half transformed", "µΩ cm", stated * 1e8, 1e-6, rho * 1e8);
+                Ok(())
+            }),
+        Row::new(
+            Seven,
+            Table(6),
+            "the wire of the experiment",
+            "160 mm hot, 168.1 mm cold, 0.125 mm, 12.6 mg, A_f = 90 °C.",
+        )
+        .code("tools/bench/src/sensing/sweep.rs", "pub fn believed")
+        .agrees(|_, found| {
             let model = sensing::believed(THEIRS, 200.0);
             found.near("mass", "mg", 12.6, 0.1, 1e6 * model.geometry.mass_kg(&model.material));
             found.equal("hot length", "mm", 160.0, 1e3 * model.geometry.length_m);
-            found.equal("cold length, unloaded", "mm", 168.1, 1e3 * model.geometry.length_m * (1.0 + model.material.transformation_strain));
-            found.near("martensite left at A_f", "1", 0.01, 1e-9, Hysteresis::new(&model.material).upper(90.0).martensite);
+            found.equal(
+                "cold length, unloaded",
+                "mm",
+                168.1,
+                1e3 * model.geometry.length_m * (1.0 + model.material.transformation_strain),
+            );
+            found.near(
+                "martensite left at A_f",
+                "1",
+                0.01,
+                1e-9,
+                Hysteresis::new(&model.material).upper(90.0).martensite,
+            );
             Ok(())
         }),
-        Row::new(Seven, Table(7), "where the taps were", "L = 160 mm, l_s = 55 mm, l_0 = 91 mm; the text would rather have l_0 = 0 and l_s near L.").code("tools/bench/src/sensing/sweep.rs", "Table 7: l_0 = 91 mm, l_s = 55 mm").agrees(|_, found| {
+        Row::new(
+            Seven,
+            Table(7),
+            "where the taps were",
+            "L = 160 mm, l_s = 55 mm, l_0 = 91 mm; the text would rather have l_0 = 0 and l_s near L.",
+        )
+        .code("tools/bench/src/sensing/sweep.rs", "Table 7: l_0 = 91 mm, l_s = 55 mm")
+        .agrees(|_, found| {
             found.equal("second tap", "mm", 146.0, 1e3 * THEIRS.second_m());
             // deviation of a length, in volts' worth: l_s/(V_2 − V_1) is the same for both
             let share = |taps: Taps| (0.165 - taps.l0_m) / taps.ls_m;
@@ -168,7 +259,8 @@ fn sweep(load_gf: f64) -> Result<[Vec<f64>; 4], Box<dyn Error>> {
         let share = f64::from(k) / 8000.0;
         let current = 0.04 + 0.21 * if share < 0.5 { 2.0 * share } else { 2.0 - 2.0 * share };
         wire.step(&Inputs { drive: current, ..model.rest_inputs() }, 5.0 * STEP_S);
-        for (of, value) in seen.iter_mut().zip([share * 40.0, current, 1e3 * wire.position_m(), wire.resistance_ohm()]) {
+        for (of, value) in seen.iter_mut().zip([share * 40.0, current, 1e3 * wire.position_m(), wire.resistance_ohm()])
+        {
             of.push(value);
         }
     }
@@ -257,7 +349,9 @@ fn experiment() -> Vec<Row> {
 
 /// PI under three loads by a way of sensing: the mean error at two positions, once it has settled.
 fn by_sensing(found: &mut Found, sensing: &'static str, want: fn(&mut Found, &str, f64)) -> crate::row::Computed {
-    for (i, (plant, load)) in [("load_100gf", "100 gf"), ("figure", "200 gf"), ("load_300gf", "300 gf")].into_iter().enumerate() {
+    for (i, (plant, load)) in
+        [("load_100gf", "100 gf"), ("figure", "200 gf"), ("load_300gf", "300 gf")].into_iter().enumerate()
+    {
         let mut run = Run::new(plant, Chosen { law: "pi", estimator: None, sensing: Some(sensing) })?;
         let errors = [0.6, 0.3].map(|to| {
             for _ in 0..3 {

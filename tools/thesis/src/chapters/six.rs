@@ -66,7 +66,11 @@ fn insulated(material: Material) -> Material {
 }
 
 /// Heat a loop leaves in a wire (sensible, latent), and the areas ∮ A L σ ε_L dξ and ∮ A L σ dε, J.
-fn insulated_loop(material: Material, ambient_c: f64, to_mpa: f64) -> Result<([f64; 2], [f64; 2], Way), Box<dyn Error>> {
+fn insulated_loop(
+    material: Material,
+    ambient_c: f64,
+    to_mpa: f64,
+) -> Result<([f64; 2], [f64; 2], Way), Box<dyn Error>> {
     let (way, energy, model) = stretched(insulated(material), ambient_c, &[0.0, to_mpa, 0.0], 4.0)?;
     let volume = model.geometry.volume_m3();
     let areas = [way.work_pa(&way.martensite) * model.material.transformation_strain, way.work_pa(&way.strain)];
@@ -224,14 +228,22 @@ fn latent_heat(_: &crate::lab::Lab, found: &mut Found) -> crate::row::Computed {
     };
     let (with, without) = (run(24_200.0)?, run(0.0)?);
     let end_c = 20.0 + power_w / hanging().loss_w_per_k(60.0);
-    let reaches = |way: &(Vec<f64>, Vec<f64>), c: f64| way.1.iter().position(|t| *t > c).map_or(f64::NAN, |i| i as f64 * STEP_S);
+    let reaches =
+        |way: &(Vec<f64>, Vec<f64>), c: f64| way.1.iter().position(|t| *t > c).map_or(f64::NAN, |i| i as f64 * STEP_S);
     let model = hanging();
-    let constants = reaches(&without, relaxed(20.0, end_c, 1.0)) * model.loss_w_per_k(60.0) / model.heat_capacity_j_per_k();
+    let constants =
+        reaches(&without, relaxed(20.0, end_c, 1.0)) * model.loss_w_per_k(60.0) / model.heat_capacity_j_per_k();
     found.near("common mass: 63 % of the way after, in time constants", "1", 1.0, 0.02, constants);
     found.near("both end at", "°C", end_c, 0.1, with.1[14_999]);
     found.near("both end at", "°C", end_c, 0.1, without.1[14_999]);
     let later = hanging().latent_heat_j() / (power_w - hanging().loss_w_per_k(60.0) * 30.0);
-    found.near("the wire reaches 62 °C later by", "s", later, 0.25 * later, reaches(&with, 62.0) - reaches(&without, 62.0));
+    found.near(
+        "the wire reaches 62 °C later by",
+        "s",
+        later,
+        0.25 * later,
+        reaches(&with, 62.0) - reaches(&without, 62.0),
+    );
     found.legend(Ink::Series(0), "common mass");
     found.legend(Ink::Series(1), "with phase change");
     found.line(TIME, TEMPERATURE, Ink::Series(0), without);
@@ -255,13 +267,7 @@ fn plain() -> Material {
 
 /// How fast an insulated wire warms by a source, in K/s, simulated: next to no length or stress changes its resistance.
 fn warming(drive: Drive, input: f64, geometry: Geometry) -> Result<f64, Box<dyn Error>> {
-    let model = WireModel {
-        geometry,
-        material: plain(),
-        drive,
-        load: Load::ImposedForce,
-        ..hanging()
-    };
+    let model = WireModel { geometry, material: plain(), drive, load: Load::ImposedForce, ..hanging() };
     let mut wire = Wire::new(&model)?;
     let start = wire.temperature_c();
     wire.step(&Inputs { drive: input, ..model.rest_inputs() }, STEP_S);
@@ -472,4 +478,3 @@ fn to_the_air() -> Vec<Row> {
             .not_given("the controller, its gains and the air's motion"),
     ]
 }
-

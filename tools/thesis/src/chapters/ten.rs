@@ -415,7 +415,8 @@ fn gains(_: &Lab, found: &mut Found) -> Computed {
     let gains = slopes.iter().map(|slope| Ok(servo(*slope)?.0)).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     let of = |i: usize| -> Vec<f64> { gains.iter().map(|k| k[i]).collect() };
     let within = |i: usize| -> f64 {
-        let active: Vec<f64> = slopes.iter().zip(of(i)).filter(|(slope, _)| **slope <= -0.05).map(|(_, k)| k.abs()).collect();
+        let active: Vec<f64> =
+            slopes.iter().zip(of(i)).filter(|(slope, _)| **slope <= -0.05).map(|(_, k)| k.abs()).collect();
         largest(&active) / least(&active)
     };
     let steepest = -slopes[slopes.len() - 1] / 0.05;
