@@ -380,7 +380,7 @@ fn figures() -> Vec<Row> {
                 Ok(())
             }),
         figure(109, "a wire to the middle of its stroke", "On 3 W the surface is reached, and the power is nearly the equivalent one.")
-            .code(SLIDING, "pub struct")
+            .code(SLIDING, "pub struct SlidingMode")
             .agrees(|_, found| {
                 let mut run = Run::new("thesis_3w", Chosen::law("sliding_mode"))?;
                 let step = run.step(0.5);
@@ -390,7 +390,7 @@ fn figures() -> Vec<Row> {
                 Ok(())
             }),
         figure(110, "two positions on 3 W", "Settled near 1 s, heating and cooling, without overshoot.")
-            .code(SLIDING, "pub struct")
+            .code(SLIDING, "pub struct SlidingMode")
             .agrees(|_, found| {
                 let mut run = Run::new("thesis_3w", Chosen::law("sliding_mode"))?;
                 let [up, down] = [0.7, 0.35].map(|to| run.step(to));
@@ -402,7 +402,7 @@ fn figures() -> Vec<Row> {
                 Ok(())
             }),
         figure(111, "the same on 1 W", "The surface is reached late, after a second.")
-            .code(SLIDING, "pub struct")
+            .code(SLIDING, "pub struct SlidingMode")
             .agrees(|_, found| {
                 let (mut strong, mut weak) =
                     (Run::new("thesis_3w", Chosen::law("sliding_mode"))?, Run::new("thesis_1w", Chosen::law("sliding_mode"))?);

@@ -319,7 +319,7 @@ fn experiment() -> Vec<Row> {
                 Ok(())
             },
         ),
-        figure(78, "PI on the true length, 200 gf", "Settled in less than five seconds at each position, without a steady error.").code("control/src/laws/pid.rs", "pub struct").agrees(|_, found| {
+        figure(78, "PI on the true length, 200 gf", "Settled in less than five seconds at each position, without a steady error.").code("control/src/laws/pid.rs", "pub struct Pid {").agrees(|_, found| {
             let mut run = Run::new("thesis_3w", Chosen::law("pi"))?;
             for to in [0.6, 0.3] {
                 let step = run.step(to);

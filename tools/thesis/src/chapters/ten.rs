@@ -354,7 +354,7 @@ fn velocity() -> Vec<Row> {
                 Ok(())
             }),
         equation(65, "the servo, integrated", "The law needs ∫e and the state: nothing is differentiated, and no error stays.")
-            .code(SERVO, "which is eq. 65 where K is constant")
+            .code(SERVO, "is eq. 65 where K is constant")
             .code(SERVO, "pub struct VelocityServo")
             .agrees(|_, found| {
                 let (error, _) = held("velocity_servo")?;

@@ -271,7 +271,7 @@ fn methods() -> Vec<Row> {
             Ok(())
         }),
         displayed(4, "shortest wire", "L = E/(2.2 D²).").not_built("method A: the length from the energy that is needed"),
-        displayed(5, "radius of a lever", "r = 0.04 L_arm/(n δ) = 0.04 L_min/δ, with n L_arm = L_min.").code(SIZING, "wire.stroke_m() / angle").differs(
+        displayed(5, "radius of a lever", "r = 0.04 L_arm/(n δ) = 0.04 L_min/δ, with n L_arm = L_min.").code(SIZING, ".stroke_m() / angle_rad").differs(
             "the two are n² apart; each of n wires of length L_arm moves by 0.04 L_arm, so that r = 0.04 L_arm/δ, which both are for one wire",
             |_, found| {
                 let radius = |wires| 1e3 * turned(Some(wires)).radius_m.unwrap_or(f64::NAN);
