@@ -287,7 +287,8 @@ pub(crate) fn rows() -> Vec<Row> {
         ("how its error decays", "ė = (A − L C) e.", (PLACE, "pub fn place_observer"), observer_error),
         (
             "prediction and correction",
-            "Sampled, an estimate is a weighted mean of prediction and measurement; by known noise the weight is the Kalman filter's.",
+            "Sampled, an estimate is a weighted mean of prediction and \
+                measurement; by known noise the weight is the Kalman filter's.",
             (RICCATI, "pub fn dlqe"),
             filtered,
         ),

@@ -270,7 +270,8 @@ fn wire() -> Vec<Row> {
             Ok(())
         }),
         model(14, "its thermal mass", "Q = m c_p − m ΔH ∂ξ/∂T, as in eq. 50.").differs(
-            "as in eq. 50: the work of transformation is missing, at the rig's 153 MPa a twenty-fifth of the latent heat",
+            "as in eq. 50: the work of transformation is missing, at the rig's \
+                153 MPa a twenty-fifth of the latent heat",
             |_, found| {
                 let (model, form, _) = rig()?;
                 let stated = model.heat_capacity_j_per_k() - model.latent_heat_j() * SLOPE_PER_K;
@@ -288,31 +289,51 @@ fn wire() -> Vec<Row> {
             found.equal("ξ̇ over Ṫ", "1/K", SLOPE_PER_K, form.b[2] / form.b[3]);
             Ok(())
         }),
-        equation(68, "the motion by temperature", "Differentiated, Ṫ drives the motion by K_SMA L ε_L ∂ξ/∂T.").code(LPV, "pub fn velocity_form").agrees(motion),
-        equation(69, "the motion by power", "The same with Ṫ by P − h A_s (T − T_∞).").code(LPV, "pub fn martensite_form").agrees(|_, found| {
-            let (_, form, _) = rig()?;
-            let jerk = (&form.c * &form.a * &form.a * &form.b)[(0, 0)];
-            found.equal("x⃛ by P, times Q", "m/(s² K)", terms()?.2, jerk / form.b[3]);
-            Ok(())
-        }),
-        displayed(17, "the wire's surface", "σ = ẍ + 2λẋ + λ²x, critically damped; the text has λ = −10.")
-            .code(SURFACES, "pub fn sliding_surface")
-            .differs("−10 is where its poles are; in the surface as printed λ has to be + 10, or the wire would run away on it", |_, found| {
-                let root = |lambda: f64| -> Result<f64, Box<dyn Error>> {
-                    // the companion of the surface, from its own coefficients
-                    let (c0, c1) = (sliding_surface(1.0, 0.0, 0.0, lambda), sliding_surface(0.0, 1.0, 0.0, lambda));
-                    let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -c0, -c1]);
-                    Ok(largest(&eigenvalues(&a)?.iter().map(|pole| pole.re).collect::<Vec<_>>()))
-                };
-                found.near("pole of the surface with λ = −10", "1/s", -10.0, 0.01, root(-10.0)?);
-                found.proof();
-                found.near("pole of the surface with λ = 10", "1/s", -10.0, 0.01, root(10.0)?);
+        equation(68, "the motion by temperature", "Differentiated, Ṫ drives the motion by K_SMA L ε_L ∂ξ/∂T.")
+            .code(LPV, "pub fn velocity_form")
+            .agrees(motion),
+        equation(69, "the motion by power", "The same with Ṫ by P − h A_s (T − T_∞).")
+            .code(LPV, "pub fn martensite_form")
+            .agrees(|_, found| {
+                let (_, form, _) = rig()?;
+                let jerk = (&form.c * &form.a * &form.a * &form.b)[(0, 0)];
+                found.equal("x⃛ by P, times Q", "m/(s² K)", terms()?.2, jerk / form.b[3]);
                 Ok(())
             }),
-        displayed(18, "staying on it", "σ̇ = 0 is x⃛ + 2λẍ + λ²ẋ = 0.").code(SLIDING, "With the equivalent control that keeps σ = 0 (eq. 70)").agrees(equivalent_power),
-        displayed(19, "the temperature's rate on it", "(K_SMA L ε_L/M)(∂ξ/∂T) Ṫ = (B/M − 2λ) ẍ + ((K + K_SMA)/M − λ²) ẋ.").code(SLIDING, "(eq. 70)").agrees(equivalent_power),
-        displayed(20, "the power on it, implicit", "The same with Ṫ by P_eq.").code(SLIDING, "(eq. 70)").agrees(equivalent_power),
-        equation(70, "the equivalent power", "P_eq is that over (K_SMA L ε_L/(M Q)) ∂ξ/∂T, and the heat loss.").code(SLIDING, "With the equivalent control that keeps σ = 0 (eq. 70)").agrees(equivalent_power),
+        displayed(17, "the wire's surface", "σ = ẍ + 2λẋ + λ²x, critically damped; the text has λ = −10.")
+            .code(SURFACES, "pub fn sliding_surface")
+            .differs(
+                "−10 is where its poles are; in the surface as printed λ has to be + \
+                    10, or the wire would run away on it",
+                |_, found| {
+                    let root = |lambda: f64| -> Result<f64, Box<dyn Error>> {
+                        // the companion of the surface, from its own coefficients
+                        let (c0, c1) = (sliding_surface(1.0, 0.0, 0.0, lambda), sliding_surface(0.0, 1.0, 0.0, lambda));
+                        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -c0, -c1]);
+                        Ok(largest(&eigenvalues(&a)?.iter().map(|pole| pole.re).collect::<Vec<_>>()))
+                    };
+                    found.near("pole of the surface with λ = −10", "1/s", -10.0, 0.01, root(-10.0)?);
+                    found.proof();
+                    found.near("pole of the surface with λ = 10", "1/s", -10.0, 0.01, root(10.0)?);
+                    Ok(())
+                },
+            ),
+        displayed(18, "staying on it", "σ̇ = 0 is x⃛ + 2λẍ + λ²ẋ = 0.")
+            .code(SLIDING, "With the equivalent control that keeps σ = 0 (eq. 70)")
+            .agrees(equivalent_power),
+        displayed(
+            19,
+            "the temperature's rate on it",
+            "(K_SMA L ε_L/M)(∂ξ/∂T) Ṫ = (B/M − 2λ) ẍ + ((K + K_SMA)/M − λ²) ẋ.",
+        )
+        .code(SLIDING, "(eq. 70)")
+        .agrees(equivalent_power),
+        displayed(20, "the power on it, implicit", "The same with Ṫ by P_eq.")
+            .code(SLIDING, "(eq. 70)")
+            .agrees(equivalent_power),
+        equation(70, "the equivalent power", "P_eq is that over (K_SMA L ε_L/(M Q)) ∂ξ/∂T, and the heat loss.")
+            .code(SLIDING, "With the equivalent control that keeps σ = 0 (eq. 70)")
+            .agrees(equivalent_power),
         displayed(21, "the wire's switch", "Full power on one side of the surface, none on the other.")
             .code("control/src/laws/mod.rs", "\"sliding_mode_plain\"")
             .agrees(switched),
@@ -348,9 +369,17 @@ fn draw_steps(found: &mut Found, trace: Trace) {
 
 fn figures() -> Vec<Row> {
     vec![
-        figure(107, "the example under a switch of 8", "From x = 0 and ẋ = 0 the surface is reached in about 0.2 s and the origin in about 2 s.")
-            .code(SURFACES, "pub fn sliding_surface_first_order")
-            .differs("from (0, 0) there is nothing to reach; from x = 1 at rest both times come out", |_, found| {
+        figure(
+            107,
+            "the example under a switch of 8",
+            "From x = 0 and ẋ = 0 the surface is reached in about 0.2 s and the \
+                origin in about 2 s.",
+        )
+        .code(SURFACES, "pub fn sliding_surface_first_order")
+        .differs(
+            "from (0, 0) there is nothing to reach; from x = 1 at rest both times \
+                come out",
+            |_, found| {
                 let printed = slide(0.0, 8.0, 3.0)?;
                 found.above("farthest from the origin, from the printed start", "1", 0.1, largest(&printed.x));
                 found.proof();
@@ -359,43 +388,60 @@ fn figures() -> Vec<Row> {
                 found.below("|x| after 2 s", "1", 0.05, seen.x[20_000].abs());
                 draw_example(found, &seen);
                 Ok(())
-            }),
-        figure(108, "the example under a switch of 2.8", "Barely enough: there is a long delay before the surface is reached.")
-            .code(SURFACES, "pub fn sliding_surface_first_order")
-            .agrees(|_, found| {
-                // the least effort that brings x = 1 back, by bisection
-                let (mut little, mut enough) = (0.5, 8.0);
-                for _ in 0..12 {
-                    let most = 0.5 * (little + enough);
-                    let end = slide(1.0, most, 12.0)?.x.last().copied().unwrap_or(f64::NAN);
-                    if end.abs() < 0.1 { enough = most } else { little = most }
-                }
-                found.between("least effort that brings x = 1 back, of 2.8", "1", 0.8, 1.0, enough / 2.8);
-                // since when it stays on the surface
-                let kept = |seen: &Example| seen.surface.iter().rposition(|s| s.abs() > 0.02).map_or(0.0, |i| seen.time_s[i]);
-                let [strong, weak] = [slide(1.0, 8.0, 8.0)?, slide(1.0, 2.8, 8.0)?];
-                found.above("on the surface for good later than with 8, times", "1", 3.0, kept(&weak) / kept(&strong));
-                found.below("|x| at the end", "1", 0.05, weak.x.last().copied().unwrap_or(f64::NAN).abs());
-                draw_example(found, &weak);
-                Ok(())
-            }),
-        figure(109, "a wire to the middle of its stroke", "On 3 W the surface is reached, and the power is nearly the equivalent one.")
-            .code(SLIDING, "pub struct SlidingMode")
-            .agrees(|_, found| {
-                let mut run = Run::new("thesis_3w", Chosen::law("sliding_mode"))?;
-                let step = run.step(0.5);
-                found.between("settled within 2 %", "s", 0.3, 1.5, step.settle_2_percent_s.unwrap_or(f64::NAN));
-                found.nothing("mean error at the end, of the stroke", "%", 0.5, 100.0 * step.mean);
-                draw_steps(found, run.trace);
-                Ok(())
-            }),
+            },
+        ),
+        figure(
+            108,
+            "the example under a switch of 2.8",
+            "Barely enough: there is a long delay before the surface is reached.",
+        )
+        .code(SURFACES, "pub fn sliding_surface_first_order")
+        .agrees(|_, found| {
+            // the least effort that brings x = 1 back, by bisection
+            let (mut little, mut enough) = (0.5, 8.0);
+            for _ in 0..12 {
+                let most = 0.5 * (little + enough);
+                let end = slide(1.0, most, 12.0)?.x.last().copied().unwrap_or(f64::NAN);
+                if end.abs() < 0.1 { enough = most } else { little = most }
+            }
+            found.between("least effort that brings x = 1 back, of 2.8", "1", 0.8, 1.0, enough / 2.8);
+            // since when it stays on the surface
+            let kept =
+                |seen: &Example| seen.surface.iter().rposition(|s| s.abs() > 0.02).map_or(0.0, |i| seen.time_s[i]);
+            let [strong, weak] = [slide(1.0, 8.0, 8.0)?, slide(1.0, 2.8, 8.0)?];
+            found.above("on the surface for good later than with 8, times", "1", 3.0, kept(&weak) / kept(&strong));
+            found.below("|x| at the end", "1", 0.05, weak.x.last().copied().unwrap_or(f64::NAN).abs());
+            draw_example(found, &weak);
+            Ok(())
+        }),
+        figure(
+            109,
+            "a wire to the middle of its stroke",
+            "On 3 W the surface is reached, and the power is nearly the \
+                equivalent one.",
+        )
+        .code(SLIDING, "pub struct SlidingMode")
+        .agrees(|_, found| {
+            let mut run = Run::new("thesis_3w", Chosen::law("sliding_mode"))?;
+            let step = run.step(0.5);
+            found.between("settled within 2 %", "s", 0.3, 1.5, step.settle_2_percent_s.unwrap_or(f64::NAN));
+            found.nothing("mean error at the end, of the stroke", "%", 0.5, 100.0 * step.mean);
+            draw_steps(found, run.trace);
+            Ok(())
+        }),
         figure(110, "two positions on 3 W", "Settled near 1 s, heating and cooling, without overshoot.")
             .code(SLIDING, "pub struct SlidingMode")
             .agrees(|_, found| {
                 let mut run = Run::new("thesis_3w", Chosen::law("sliding_mode"))?;
                 let [up, down] = [0.7, 0.35].map(|to| run.step(to));
                 for (what, step) in [("heating", up), ("cooling", down)] {
-                    found.between(&format!("settled within 2 %, {what}"), "s", 0.5, 1.5, step.settle_2_percent_s.unwrap_or(f64::NAN));
+                    found.between(
+                        &format!("settled within 2 %, {what}"),
+                        "s",
+                        0.5,
+                        1.5,
+                        step.settle_2_percent_s.unwrap_or(f64::NAN),
+                    );
                     found.below(&format!("overshoot, {what}, of the stroke"), "%", 0.5, 100.0 * step.overshoot);
                 }
                 draw_steps(found, run.trace);
@@ -404,8 +450,10 @@ fn figures() -> Vec<Row> {
         figure(111, "the same on 1 W", "The surface is reached late, after a second.")
             .code(SLIDING, "pub struct SlidingMode")
             .agrees(|_, found| {
-                let (mut strong, mut weak) =
-                    (Run::new("thesis_3w", Chosen::law("sliding_mode"))?, Run::new("thesis_1w", Chosen::law("sliding_mode"))?);
+                let (mut strong, mut weak) = (
+                    Run::new("thesis_3w", Chosen::law("sliding_mode"))?,
+                    Run::new("thesis_1w", Chosen::law("sliding_mode"))?,
+                );
                 let (strong, first) = (strong.step(0.7), weak.step(0.7));
                 let late = |step: &sinew_bench::Step| step.surface_s.unwrap_or(f64::NAN);
                 found.above("surface reached later than on 3 W, times", "1", 2.0, late(&first) / late(&strong));
@@ -413,9 +461,17 @@ fn figures() -> Vec<Row> {
                 draw_steps(found, weak.trace);
                 Ok(())
             }),
-        figure(112, "the rig under a second-order surface", "On 6 V, near 1 W at most, at 200 Hz: no overshoot and hardly an error. The measured curve is a picture without numbers.")
-            .code("tools/bench/src/plant.rs", "\"thesis_noisy\"")
-            .differs("6 V over the rig's wire are 1.4 to 1.6 W by its resistance, not 1 W; the motion is as said", |_, found| {
+        figure(
+            112,
+            "the rig under a second-order surface",
+            "On 6 V, near 1 W at most, at 200 Hz: no overshoot and hardly an \
+                error. The measured curve is a picture without numbers.",
+        )
+        .code("tools/bench/src/plant.rs", "\"thesis_noisy\"")
+        .differs(
+            "6 V over the rig's wire are 1.4 to 1.6 W by its resistance, not 1 W; \
+                the motion is as said",
+            |_, found| {
                 let g = Geometry { diameter_m: 0.1e-3, length_m: 0.233 };
                 let power = |resistivity: f64| {
                     let ohm = resistance_ohm(resistivity, g.length_m, g.area_m2());
@@ -431,7 +487,8 @@ fn figures() -> Vec<Row> {
                 found.nothing("mean error at the end, of the stroke", "%", 1.0, 100.0 * step.mean);
                 draw_steps(found, run.trace);
                 Ok(())
-            }),
+            },
+        ),
         figure(113, "a first-order surface", "It ends in oscillation about the reference.")
             .code("control/src/laws/mod.rs", "\"sliding_mode_first_order\"")
             .agrees(|_, found| {

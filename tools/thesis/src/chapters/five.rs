@@ -12,7 +12,8 @@ pub(crate) fn rows() -> Vec<Row> {
             Five,
             Table(4),
             "the alloy beside muscle",
-            "NiTi: 6450 kg/m³, 1.178 kJ/kg and 7600 kJ/m³ of work, 4713 W/kg and 30 400 kW/m³, 4 Hz.",
+            "NiTi: 6450 kg/m³, 1.178 kJ/kg and 7600 kJ/m³ of work, 4713 W/kg and \
+                30 400 kW/m³, 4 Hz.",
         )
         .code("model/physics/src/params.rs", "density_kg_per_m3: 6450.0")
         .agrees(|_, found| {
@@ -27,15 +28,20 @@ pub(crate) fn rows() -> Vec<Row> {
             Five,
             Figure(51),
             "mechanisms compared",
-            "Simplicity, strength and speed of sixteen devices; straight wires are near the middle.",
+            "Simplicity, strength and speed of sixteen devices; straight wires \
+                are near the middle.",
         )
         .not_built("mechanisms as loads of the simulation, and their trade-offs as a table"),
         Row::new(
             Five,
             Table(5),
             "control in the literature",
-            "Accuracy and bandwidth of some thirty schemes, as far as they were reported.",
+            "Accuracy and bandwidth of some thirty schemes, as far as they were \
+                reported.",
         )
-        .not_built("the rivals of the table as laws of the bench: Prandtl–Ishlinskii, H∞, fuzzy, neural and others"),
+        .not_built(
+            "the rivals of the table as laws of the bench: Prandtl–Ishlinskii, \
+            H∞, fuzzy, neural and others",
+        ),
     ]
 }

@@ -14,19 +14,37 @@ pub(crate) fn rows() -> Vec<Row> {
         figure(
             29,
             "annealing temperature",
-            "Transformation temperature rises with it and recovery stress falls; of others.",
+            "Transformation temperature rises with it and recovery stress falls; \
+                of others.",
         )
         .not_given("the points: the picture is from the literature"),
         figure(30, "annealing temperature and time", "Both lower plateau stress and strength; of others.")
             .not_given("the surfaces: the picture is from the literature"),
-        figure(31, "two-way training", "It is done after some 30 cycles, and lowers the transition temperature.")
-            .not_built("training and break-in over the first cycles, and an account of them per wire"),
-        figure(32, "fatigue by strain", "Life falls with strain, and with how much of the transformation is used.")
-            .not_built("functional and structural fatigue by stress, strain and temperature amplitude"),
+        figure(
+            31,
+            "two-way training",
+            "It is done after some 30 cycles, and lowers the transition \
+            temperature.",
+        )
+        .not_built(
+            "training and break-in over the first cycles, and an account of them \
+                per wire",
+        ),
+        figure(
+            32,
+            "fatigue by strain",
+            "Life falls with strain, and with how much of the transformation is \
+            used.",
+        )
+        .not_built(
+            "functional and structural fatigue by stress, strain and temperature \
+                amplitude",
+        ),
         figure(
             33,
             "bending",
-            "Beyond 1 % of strain in the outer fibre life is short: bend to no less than 50 diameters.",
+            "Beyond 1 % of strain in the outer fibre life is short: bend to no \
+                less than 50 diameters.",
         )
         .code("control/src/rules.rs", "pub fn bend_radius_m")
         .agrees(|_, found| {

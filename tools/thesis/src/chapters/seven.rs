@@ -60,7 +60,8 @@ fn resistance() -> Vec<Row> {
         equation(
             37,
             "resistivity by temperature",
-            "Each phase's rises by its α with the temperature over T_0: 0.05 and 0.15 µΩ cm/K.",
+            "Each phase's rises by its α with the temperature over T_0: 0.05 and \
+                0.15 µΩ cm/K.",
         )
         .code(ELECTRICAL, "pub fn phase_resistivity")
         .agrees(|_, found| {
@@ -149,7 +150,8 @@ fn lengths() -> Vec<Row> {
         equation(
             42,
             "length by three voltages",
-            "L = l_0 + l_s (V_3 − V_1)/(V_2 − V_1), whatever phase, stress and temperature.",
+            "L = l_0 + l_s (V_3 − V_1)/(V_2 − V_1), whatever phase, stress and \
+                temperature.",
         )
         .code(ELECTRICAL, "pub fn share_between_taps")
         .agrees(|_, found| {
@@ -228,7 +230,8 @@ fn lengths() -> Vec<Row> {
             Seven,
             Table(7),
             "where the taps were",
-            "L = 160 mm, l_s = 55 mm, l_0 = 91 mm; the text would rather have l_0 = 0 and l_s near L.",
+            "L = 160 mm, l_s = 55 mm, l_0 = 91 mm; the text would rather have l_0 \
+                = 0 and l_s near L.",
         )
         .code("tools/bench/src/sensing/sweep.rs", "Table 7: l_0 = 91 mm, l_s = 55 mm")
         .agrees(|_, found| {
@@ -274,10 +277,23 @@ const LOADS_GF: [f64; 3] = [100.0, 200.0, 300.0];
 
 fn experiment() -> Vec<Row> {
     vec![
-        figure(75, "what drove the experiment", "40 to 250 mA and back in 40 s, under 300, 200 and 100 gf, which are about 240, 160 and 80 MPa.").code(SENSING, "**The drive** is the thesis' current").agrees(|_, found| {
+        figure(
+            75,
+            "what drove the experiment",
+            "40 to 250 mA and back in 40 s, under 300, 200 and 100 gf, which are \
+            about 240, 160 and 80 MPa.",
+        )
+        .code(SENSING, "**The drive** is the thesis' current")
+        .agrees(|_, found| {
             for (i, load_gf) in LOADS_GF.into_iter().enumerate() {
                 let area = hanging().geometry.area_m2();
-                found.near(&format!("stress of {load_gf} gf"), "MPa", [80.0, 160.0, 240.0][i], 1.0, load_gf * 1e-3 * STANDARD_GRAVITY_M_S2 / area / MPA);
+                found.near(
+                    &format!("stress of {load_gf} gf"),
+                    "MPa",
+                    [80.0, 160.0, 240.0][i],
+                    1.0,
+                    load_gf * 1e-3 * STANDARD_GRAVITY_M_S2 / area / MPA,
+                );
                 let [time, current, elongation, _] = sweep(load_gf)?;
                 found.legend(Ink::Series(i as u8), &format!("{load_gf} gf"));
                 found.line(TIME, ("Current", "A"), Ink::Series(i as u8), (time.clone(), current));
@@ -285,41 +301,96 @@ fn experiment() -> Vec<Row> {
             }
             Ok(())
         }),
-        figure(76, "length by resistance", "A line through resistance leaves a standard deviation of 9.95 % of the stroke, and turns back at the ends.").code(SENSING, "by resistance and one straight line").differs(
-            "the nomenclature's martensite gains 0.2 % of resistivity a kelvin, so that warming the cold wire, which hardly moves it, changes its resistance several \
-             times as much as transforming it does: the line of the model's wire is worse than that of the measured one",
+        figure(
+            76,
+            "length by resistance",
+            "A line through resistance leaves a standard deviation of 9.95 % of \
+            the stroke, and turns back at the ends.",
+        )
+        .code(SENSING, "by resistance and one straight line")
+        .differs(
+            "the nomenclature's martensite gains 0.2 % of resistivity a kelvin, \
+                so that warming the cold wire, which hardly moves it, changes its \
+                resistance several times as much as transforming it does: the line \
+                of the model's wire is worse than that of the measured one",
             |lab, found| {
                 let s = summary(lab)?;
-                found.near("deviation by resistance, of the stroke", "%", THESIS.resistance_percent, 0.2 * THESIS.resistance_percent, s.resistance_percent);
+                found.near(
+                    "deviation by resistance, of the stroke",
+                    "%",
+                    THESIS.resistance_percent,
+                    0.2 * THESIS.resistance_percent,
+                    s.resistance_percent,
+                );
                 found.proof();
                 let m = sensing::believed(THEIRS, 200.0).material;
                 let warming = 160.0 * (m.martensite_resistivity(70.0) - m.martensite_resistivity(25.0));
                 let transforming = 160.0 * m.austenite_resistivity(80.0) - 168.1 * m.martensite_resistivity(80.0);
-                found.between("resistance gained from 25 to 70 °C, cold, over that of the transformation at 80 °C", "1", 3.0, 10.0, (warming / transforming).abs());
-                found.above("deviation by resistance over that by two taps", "1", 3.0, s.resistance_percent / s.dual_percent);
+                found.between(
+                    "resistance gained from 25 to 70 °C, cold, over that of the \
+                    transformation at 80 °C",
+                    "1",
+                    3.0,
+                    10.0,
+                    (warming / transforming).abs(),
+                );
+                found.above(
+                    "deviation by resistance over that by two taps",
+                    "1",
+                    3.0,
+                    s.resistance_percent / s.dual_percent,
+                );
                 for (i, load_gf) in LOADS_GF.into_iter().enumerate() {
                     let [_, _, elongation, resistance] = sweep(load_gf)?;
                     found.legend(Ink::Series(i as u8), &format!("{load_gf} gf"));
-                    found.line(("Elongation, mm", "1"), ("Resistance", "Ω"), Ink::Series(i as u8), (elongation, resistance));
+                    found.line(
+                        ("Elongation, mm", "1"),
+                        ("Resistance", "Ω"),
+                        Ink::Series(i as u8),
+                        (elongation, resistance),
+                    );
                 }
                 Ok(())
             },
         ),
-        figure(77, "length by two taps", "Straight, with a standard deviation of 0.154 mm, 1.7 % of a stroke of 8.2 mm, mostly within 0.5 mm.").code(SENSING, "by\n//! the dual measurement (eq. 42)").differs(
-            "noise of a step of the named part is more than the thesis found, so its voltages were averaged or the steps smaller than they are given; the noise that \
-             would give its figure is a stated share of it",
+        figure(
+            77,
+            "length by two taps",
+            "Straight, with a standard deviation of 0.154 mm, 1.7 % of a stroke \
+            of 8.2 mm, mostly within 0.5 mm.",
+        )
+        .code(SENSING, "by\n//! the dual measurement (eq. 42)")
+        .differs(
+            "noise of a step of the named part is more than the thesis found, so \
+                its voltages were averaged or the steps smaller than they are given; \
+                the noise that would give its figure is a stated share of it",
             |lab, found| {
                 let s = summary(lab)?;
                 found.near("deviation by two taps", "mm", THESIS.dual_mm, 0.2 * THESIS.dual_mm, s.dual_mm);
                 found.proof();
                 let noises = &lab.sensing()?.noises;
-                let of = |name: &str| noises.iter().find(|noise| noise.name == name).map_or(f64::NAN, |noise| noise.voltage_v);
+                let of = |name: &str| {
+                    noises.iter().find(|noise| noise.name == name).map_or(f64::NAN, |noise| noise.voltage_v)
+                };
                 let implied = of("implied") / of("part");
-                found.near("deviation over the thesis', over what the noises are to each other", "1", 1.0, 0.1, s.dual_mm / THESIS.dual_mm * implied);
+                found.near(
+                    "deviation over the thesis', over what the noises are to each other",
+                    "1",
+                    1.0,
+                    0.1,
+                    s.dual_mm / THESIS.dual_mm * implied,
+                );
                 Ok(())
             },
         ),
-        figure(78, "PI on the true length, 200 gf", "Settled in less than five seconds at each position, without a steady error.").code("control/src/laws/pid.rs", "pub struct Pid {").agrees(|_, found| {
+        figure(
+            78,
+            "PI on the true length, 200 gf",
+            "Settled in less than five seconds at each position, without a steady \
+            error.",
+        )
+        .code("control/src/laws/pid.rs", "pub struct Pid {")
+        .agrees(|_, found| {
             let mut run = Run::new("thesis_3w", Chosen::law("pi"))?;
             for to in [0.6, 0.3] {
                 let step = run.step(to);
@@ -327,7 +398,12 @@ fn experiment() -> Vec<Row> {
                 for _ in 0..3 {
                     late = run.step(to);
                 }
-                found.below(&format!("settled within 2 % at a stroke of {to}"), "s", 5.0, step.settle_2_percent_s.unwrap_or(f64::NAN));
+                found.below(
+                    &format!("settled within 2 % at a stroke of {to}"),
+                    "s",
+                    5.0,
+                    step.settle_2_percent_s.unwrap_or(f64::NAN),
+                );
                 found.nothing("mean error nine seconds later, of the stroke", "%", TELLABLE_PERCENT, 100.0 * late.mean);
             }
             let trace = run.trace;
@@ -338,12 +414,16 @@ fn experiment() -> Vec<Row> {
             found.line(TIME, stroke, Ink::Series(0), (trace.time_s, trace.stroke));
             Ok(())
         }),
-        figure(79, "PI on resistance", "By resistance an error stays, at every load.").code("model/rig/src/tables/control.rs", "resistance").agrees(|_, found| {
-            by_sensing(found, "resistance", |found, what, error| found.above(what, "%", TELLABLE_PERCENT, error))
-        }),
-        figure(80, "PI on the dual measurement", "By two taps none stays.").code("sensing/src/length.rs", "pub struct LengthSensor").agrees(|_, found| {
-            by_sensing(found, "dual", |found, what, error| found.below(what, "%", TELLABLE_PERCENT, error))
-        }),
+        figure(79, "PI on resistance", "By resistance an error stays, at every load.")
+            .code("model/rig/src/tables/control.rs", "resistance")
+            .agrees(|_, found| {
+                by_sensing(found, "resistance", |found, what, error| found.above(what, "%", TELLABLE_PERCENT, error))
+            }),
+        figure(80, "PI on the dual measurement", "By two taps none stays.")
+            .code("sensing/src/length.rs", "pub struct LengthSensor")
+            .agrees(|_, found| {
+                by_sensing(found, "dual", |found, what, error| found.below(what, "%", TELLABLE_PERCENT, error))
+            }),
     ]
 }
 

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use sinew_bench::Step;
 use sinew_control::{Coupling, LpvModel, StateSpace};
-use sinew_physics::{DriveKind, Inputs, Load, Material, Wire, WireModel};
+use sinew_physics::{Inputs, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
 use sinew_state_space::derive::jacobian;
 use sinew_state_space::rank::{controllability_rank, observability_rank};
@@ -98,47 +98,80 @@ fn third_derivative(_: &Lab, found: &mut Found) -> Computed {
 
 fn input_output() -> Vec<Row> {
     vec![
-        equation(55, "the length, differentiated", "Three times differentiated, the length has ẋ, ẍ and ξ̇ in it, and the power behind ξ̇.").code(LINEARISED, "eq. 55").agrees(third_derivative),
-        equation(56, "the phase by power", "ξ̇ = (∂ξ/∂T)(P − h A_s (T − T_∞))/Q.").code(LPV, "pub fn martensite_form").agrees(|_, found| {
-            let (model, form, _) = rig()?;
-            let q = 1.0 / form.b[3];
-            found.equal("ξ̇ by P, times Q", "1/K", SLOPE_PER_K, form.b[2] * q);
-            found.equal("ξ̇ by T, times −Q/(h A_s)", "1/K", SLOPE_PER_K, -form.a[(2, 3)] * q / model.constant_loss_w_per_k());
-            Ok(())
-        }),
-        equation(57, "the length by power", "Eq. 55 with eq. 56: the power enters x⃛ by K_SMA L ε_L (∂ξ/∂T)/(M Q).").code(LINEARISED, "Differentiated until the power appears").agrees(|_, found| {
-            let (_, form, stiffness) = rig()?;
-            let stated = shares(stiffness).1 * SLOPE_PER_K * form.b[3];
-            found.equal("x⃛ by P", "m/(s³ W)", stated, jerk(&form));
-            Ok(())
-        }),
+        equation(
+            55,
+            "the length, differentiated",
+            "Three times differentiated, the length has ẋ, ẍ and ξ̇ in it, and \
+                the power behind ξ̇.",
+        )
+        .code(LINEARISED, "eq. 55")
+        .agrees(third_derivative),
+        equation(56, "the phase by power", "ξ̇ = (∂ξ/∂T)(P − h A_s (T − T_∞))/Q.")
+            .code(LPV, "pub fn martensite_form")
+            .agrees(|_, found| {
+                let (model, form, _) = rig()?;
+                let q = 1.0 / form.b[3];
+                found.equal("ξ̇ by P, times Q", "1/K", SLOPE_PER_K, form.b[2] * q);
+                found.equal(
+                    "ξ̇ by T, times −Q/(h A_s)",
+                    "1/K",
+                    SLOPE_PER_K,
+                    -form.a[(2, 3)] * q / model.constant_loss_w_per_k(),
+                );
+                Ok(())
+            }),
+        equation(57, "the length by power", "Eq. 55 with eq. 56: the power enters x⃛ by K_SMA L ε_L (∂ξ/∂T)/(M Q).")
+            .code(LINEARISED, "Differentiated until the power appears")
+            .agrees(|_, found| {
+                let (_, form, stiffness) = rig()?;
+                let stated = shares(stiffness).1 * SLOPE_PER_K * form.b[3];
+                found.equal("x⃛ by P", "m/(s³ W)", stated, jerk(&form));
+                Ok(())
+            }),
         equation(58, "the law that cancels", "P = α u + h A (T − T_∞), α = Q (K_SMA + K)/(K_SMA e_L ∂ξ/∂T).")
             .code(LINEARISED, "P = α u + β")
-            .differs("e_L has to be the length L ε_L for eq. 57 to become eq. 59, while the chapter before uses it for the strain", |_, found| {
-                let (printed, total) = linearised(0.233)?;
-                found.near("x⃛ by u, times M/(K + K_SMA), e_L = ε_L", "1", 1.0, 0.01, jerk(&printed) / total);
-                found.proof();
-                let (meant, total) = linearised(1.0)?;
-                found.near("the same, e_L = L ε_L", "1", 1.0, 1e-9, jerk(&meant) / total);
-                Ok(())
-            }),
-        equation(59, "what is left", "An integrator times the load's own second order: (K + K_SMA)/(M s³ + B s² + (K + K_SMA) s).")
-            .code(LINEARISED, "leaves 1/s times the load's own modes (eq. 59)")
-            .agrees(|_, found| {
-                let (form, total) = linearised(1.0)?;
-                let poles = poles(&form.a)?;
-                let half = 0.5 * DAMPING_N_S_PER_M / MASS_KG;
-                found.nothing("integrator", "1/s", 1e-3, poles[0].norm());
-                // the fourth state, the difference of phase and temperature, is not driven
-                found.nothing("what the input does not reach", "1/s", 1e-3, poles[1].norm());
-                found.near("damping of the load's pair", "1/s", -half, 1e-6, poles[2].re);
-                found.near("frequency of the load's pair", "1/s", (total - half * half).sqrt(), 1e-6, poles[2].im.abs());
-                found.equal("x⃛ by u", "1/s³", total, jerk(&form));
-                Ok(())
-            }),
-        displayed(1, "the hidden dynamics", "Left to itself the temperature obeys Ṫ = P_ss/(m c_p) − h A (T + T_∞)/(m c_p).")
-            .code("model/physics/src/formulas/thermal.rs", "pub fn relaxed")
-            .differs("the loss is to the air, T − T_∞: with the printed sign a wire without power would cool to −25 °C in air of 25 °C", |_, found| {
+            .differs(
+                "e_L has to be the length L ε_L for eq. 57 to become eq. 59, while \
+                    the chapter before uses it for the strain",
+                |_, found| {
+                    let (printed, total) = linearised(0.233)?;
+                    found.near("x⃛ by u, times M/(K + K_SMA), e_L = ε_L", "1", 1.0, 0.01, jerk(&printed) / total);
+                    found.proof();
+                    let (meant, total) = linearised(1.0)?;
+                    found.near("the same, e_L = L ε_L", "1", 1.0, 1e-9, jerk(&meant) / total);
+                    Ok(())
+                },
+            ),
+        equation(
+            59,
+            "what is left",
+            "An integrator times the load's own second order: (K + K_SMA)/(M s³ + \
+                B s² + (K + K_SMA) s).",
+        )
+        .code(LINEARISED, "leaves 1/s times the load's own modes (eq. 59)")
+        .agrees(|_, found| {
+            let (form, total) = linearised(1.0)?;
+            let poles = poles(&form.a)?;
+            let half = 0.5 * DAMPING_N_S_PER_M / MASS_KG;
+            found.nothing("integrator", "1/s", 1e-3, poles[0].norm());
+            // the fourth state, the difference of phase and temperature, is not driven
+            found.nothing("what the input does not reach", "1/s", 1e-3, poles[1].norm());
+            found.near("damping of the load's pair", "1/s", -half, 1e-6, poles[2].re);
+            found.near("frequency of the load's pair", "1/s", (total - half * half).sqrt(), 1e-6, poles[2].im.abs());
+            found.equal("x⃛ by u", "1/s³", total, jerk(&form));
+            Ok(())
+        }),
+        displayed(
+            1,
+            "the hidden dynamics",
+            "Left to itself the temperature obeys Ṫ = P_ss/(m c_p) − h A (T + \
+                T_∞)/(m c_p).",
+        )
+        .code("model/physics/src/formulas/thermal.rs", "pub fn relaxed")
+        .differs(
+            "the loss is to the air, T − T_∞: with the printed sign a wire \
+                without power would cool to −25 °C in air of 25 °C",
+            |_, found| {
                 let model = hanging();
                 let mut wire = Wire::new(&model)?;
                 for _ in 0..30_000 {
@@ -149,62 +182,89 @@ fn input_output() -> Vec<Row> {
                 found.proof();
                 found.near("the same with T − T_∞", "°C", over + 25.0, 0.1, wire.temperature_c());
                 Ok(())
-            }),
-        figure(100, "root locus of the proportional loop", "The loop is stable as long as the gain is not too high; a slope that is wrong moves along the locus.")
-            .code(LINEARISED, "pub struct InputOutputLinearised")
-            .agrees(|_, found| {
-                let (form, _) = linearised(1.0)?;
-                let closed = |gain: f64| -> Result<Vec<Complex<f64>>, Box<dyn Error>> {
-                    // the state that is not reached stays at 0, and does not count
-                    Ok(poles(&(&form.a - &form.b * &form.c * gain))?)
-                };
-                let fastest = |gain: f64| -> Result<f64, Box<dyn Error>> {
-                    Ok(largest(&closed(gain)?.iter().filter(|pole| pole.norm() > 1e-3).map(|pole| pole.re).collect::<Vec<_>>()))
-                };
-                // M s³ + B s² + K' s + K' g: stable for g below B/M
-                let limit = DAMPING_N_S_PER_M / MASS_KG;
-                found.below("largest real part, gain 0.9 B/M", "1/s", 0.0, fastest(0.9 * limit)?);
-                found.above("largest real part, gain 1.1 B/M", "1/s", 0.0, fastest(1.1 * limit)?);
-                let (mut x, mut y) = (Vec::new(), Vec::new());
-                for i in 0..200 {
-                    for pole in closed(0.01 * 1.045f64.powi(i))? {
-                        x.push(pole.re);
-                        y.push(pole.im);
-                        // points, no line between poles of different branches
-                        x.push(f64::NAN);
-                        y.push(f64::NAN);
-                    }
+            },
+        ),
+        figure(
+            100,
+            "root locus of the proportional loop",
+            "The loop is stable as long as the gain is not too high; a slope that \
+                is wrong moves along the locus.",
+        )
+        .code(LINEARISED, "pub struct InputOutputLinearised")
+        .agrees(|_, found| {
+            let (form, _) = linearised(1.0)?;
+            let closed = |gain: f64| -> Result<Vec<Complex<f64>>, Box<dyn Error>> {
+                // the state that is not reached stays at 0, and does not count
+                Ok(poles(&(&form.a - &form.b * &form.c * gain))?)
+            };
+            let fastest = |gain: f64| -> Result<f64, Box<dyn Error>> {
+                Ok(largest(
+                    &closed(gain)?.iter().filter(|pole| pole.norm() > 1e-3).map(|pole| pole.re).collect::<Vec<_>>(),
+                ))
+            };
+            // M s³ + B s² + K' s + K' g: stable for g below B/M
+            let limit = DAMPING_N_S_PER_M / MASS_KG;
+            found.below("largest real part, gain 0.9 B/M", "1/s", 0.0, fastest(0.9 * limit)?);
+            found.above("largest real part, gain 1.1 B/M", "1/s", 0.0, fastest(1.1 * limit)?);
+            let (mut x, mut y) = (Vec::new(), Vec::new());
+            for i in 0..200 {
+                for pole in closed(0.01 * 1.045f64.powi(i))? {
+                    x.push(pole.re);
+                    y.push(pole.im);
+                    // points, no line between poles of different branches
+                    x.push(f64::NAN);
+                    y.push(f64::NAN);
                 }
-                found.line(("Real part, 1/s", "1"), ("Imaginary part, 1/s", "1"), Ink::Series(0), (x, y));
-                Ok(())
-            }),
-        figure(101, "linearised with estimated coefficients", "Far from the transformation the inversion asks for too much, and the wire does not come to rest.")
-            .code("control/src/wire_map.rs", "LEAST_SLOPE")
-            .agrees(|_, found| {
-                let (steps, trace) = steps("thesis_3w", "input_output_linearised")?;
-                found.above("what is left of motion, of the stroke", "± %", 0.5, 100.0 * largest(&steps.map(|step| step.cycle)));
-                draw_steps(found, trace);
-                Ok(())
-            }),
-        figure(102, "linearised with a constant slope", "With −0.05/K throughout it does as well: what counts is that the heat loss is fed forward.")
-            .code(LINEARISED, "CONSTANT_SLOPE_PER_K")
-            .agrees(|_, found| {
-                let middle = |steps: [Step; 3]| {
-                    let mut rms = steps.map(|step| 100.0 * step.rms);
-                    rms.sort_by(f64::total_cmp);
-                    rms[1]
-                };
-                let whole = middle(steps("thesis_3w", "input_output_linearised")?.0);
-                let (constant, trace) = steps("thesis_3w", "input_output_linearised_constant")?;
-                let constant = middle(constant);
-                let blind = middle(steps("thesis_no_feedforward", "input_output_linearised")?.0);
-                found.below("error with the slope constant less that of the whole law, over what the loss not fed forward adds", "1", 0.5, {
-                    (constant - whole) / (blind - whole)
-                });
-                found.above("what the loss not fed forward adds to the error, of the stroke", "%", 1.0, blind - whole);
-                draw_steps(found, trace);
-                Ok(())
-            }),
+            }
+            found.line(("Real part, 1/s", "1"), ("Imaginary part, 1/s", "1"), Ink::Series(0), (x, y));
+            Ok(())
+        }),
+        figure(
+            101,
+            "linearised with estimated coefficients",
+            "Far from the transformation the inversion asks for too much, and the \
+                wire does not come to rest.",
+        )
+        .code("control/src/wire_map.rs", "LEAST_SLOPE")
+        .agrees(|_, found| {
+            let (steps, trace) = steps("thesis_3w", "input_output_linearised")?;
+            found.above(
+                "what is left of motion, of the stroke",
+                "± %",
+                0.5,
+                100.0 * largest(&steps.map(|step| step.cycle)),
+            );
+            draw_steps(found, trace);
+            Ok(())
+        }),
+        figure(
+            102,
+            "linearised with a constant slope",
+            "With −0.05/K throughout it does as well: what counts is that the \
+                heat loss is fed forward.",
+        )
+        .code(LINEARISED, "CONSTANT_SLOPE_PER_K")
+        .agrees(|_, found| {
+            let middle = |steps: [Step; 3]| {
+                let mut rms = steps.map(|step| 100.0 * step.rms);
+                rms.sort_by(f64::total_cmp);
+                rms[1]
+            };
+            let whole = middle(steps("thesis_3w", "input_output_linearised")?.0);
+            let (constant, trace) = steps("thesis_3w", "input_output_linearised_constant")?;
+            let constant = middle(constant);
+            let blind = middle(steps("thesis_no_feedforward", "input_output_linearised")?.0);
+            found.below(
+                "error with the slope constant less that of the whole law, over what \
+                    the loss not fed forward adds",
+                "1",
+                0.5,
+                { (constant - whole) / (blind - whole) },
+            );
+            found.above("what the loss not fed forward adds to the error, of the stroke", "%", 1.0, blind - whole);
+            draw_steps(found, trace);
+            Ok(())
+        }),
     ]
 }
 
@@ -271,7 +331,6 @@ fn servo(slope: f64) -> Result<(DMatrix<f64>, DMatrix<f64>), Box<dyn Error>> {
 fn second_rate() -> Result<[f64; 3], Box<dyn Error>> {
     let material = Material { transformation_strain: 0.0, outer_loop_weight: 1.0, ..Material::default() };
     let model = WireModel { material, load: Load::ImposedForce, ..hanging() };
-    debug_assert_eq!(model.drive.kind, DriveKind::Power);
     let mut wire = Wire::new(&model)?;
     let mut seen = Vec::new();
     let mut at = 0;
@@ -295,29 +354,57 @@ fn second_rate() -> Result<[f64; 3], Box<dyn Error>> {
 
 fn velocity() -> Vec<Row> {
     vec![
-        displayed(2, "a nonlinear system", "ẋ = F(x, u), y = G(x, u).").code(DERIVE, "pub fn jacobian").agrees(linearisation),
-        displayed(3, "its Taylor series", "δẋ = A δx + B δu, δy = C δx + D δu.").code(DERIVE, "pub fn jacobian").agrees(linearisation),
-        displayed(4, "its matrices at a point", "The gradients of F and G at an equilibrium.").code(DERIVE, "pub fn jacobian").agrees(linearisation),
-        displayed(5, "deviations", "δx and δu are counted from the point.").code(DERIVE, "pub fn jacobian").agrees(linearisation),
-        displayed(6, "velocities of the state", "ẍ = A ẋ + B u̇: differentiated once, without approximation.").code(LPV, "pub fn velocity_form").agrees(differentiated),
-        displayed(7, "velocities of the output", "ẏ = C ẋ + D u̇.").code(LPV, "pub fn velocity_form").agrees(|_, found| {
-            let form = velocities(SLOPE_PER_K)?;
-            found.equal("ẏ by ẋ", "1", 1.0, form.c[(0, 0)]);
-            found.nothing("ẏ by Ṗ", "1", 0.0, form.d[(0, 0)]);
-            Ok(())
-        }),
-        displayed(8, "their matrices", "The gradients of F and G wherever the state is.").code(DERIVE, "pub fn jacobian").agrees(linearisation),
-        equation(60, "the motion, differentiated", "x⃛ has K_SMA L ε_L ξ̇/M in it.").code(LPV, "pub fn velocity_form").agrees(third_derivative),
-        equation(61, "the same by temperature", "x⃛ has K_SMA L ε_L (∂ξ/∂T) Ṫ/M in it.").code(LPV, "pub fn velocity_form").agrees(differentiated),
+        displayed(2, "a nonlinear system", "ẋ = F(x, u), y = G(x, u).")
+            .code(DERIVE, "pub fn jacobian")
+            .agrees(linearisation),
+        displayed(3, "its Taylor series", "δẋ = A δx + B δu, δy = C δx + D δu.")
+            .code(DERIVE, "pub fn jacobian")
+            .agrees(linearisation),
+        displayed(4, "its matrices at a point", "The gradients of F and G at an equilibrium.")
+            .code(DERIVE, "pub fn jacobian")
+            .agrees(linearisation),
+        displayed(5, "deviations", "δx and δu are counted from the point.")
+            .code(DERIVE, "pub fn jacobian")
+            .agrees(linearisation),
+        displayed(6, "velocities of the state", "ẍ = A ẋ + B u̇: differentiated once, without approximation.")
+            .code(LPV, "pub fn velocity_form")
+            .agrees(differentiated),
+        displayed(7, "velocities of the output", "ẏ = C ẋ + D u̇.").code(LPV, "pub fn velocity_form").agrees(
+            |_, found| {
+                let form = velocities(SLOPE_PER_K)?;
+                found.equal("ẏ by ẋ", "1", 1.0, form.c[(0, 0)]);
+                found.nothing("ẏ by Ṗ", "1", 0.0, form.d[(0, 0)]);
+                Ok(())
+            },
+        ),
+        displayed(8, "their matrices", "The gradients of F and G wherever the state is.")
+            .code(DERIVE, "pub fn jacobian")
+            .agrees(linearisation),
+        equation(60, "the motion, differentiated", "x⃛ has K_SMA L ε_L ξ̇/M in it.")
+            .code(LPV, "pub fn velocity_form")
+            .agrees(third_derivative),
+        equation(61, "the same by temperature", "x⃛ has K_SMA L ε_L (∂ξ/∂T) Ṫ/M in it.")
+            .code(LPV, "pub fn velocity_form")
+            .agrees(differentiated),
         equation(62, "the heat balance, differentiated", "T̈ = (Ṗ − h A_s Ṫ)/Q.")
             .code(LPV, "no form knows the term −(Q̇/Q)Ṫ")
-            .differs("Q changes with the slope, and its change adds −(Q̇/Q) Ṫ, which is larger than what eq. 62 has", |_, found| {
-                let [second, printed, whole] = second_rate()?;
-                found.near("T̈ a third of the way through, simulated", "K/s²", printed, 0.05 * printed.abs(), second);
-                found.proof();
-                found.near("the same with −(Q̇/Q) Ṫ", "K/s²", whole, 0.05 * whole.abs(), second);
-                Ok(())
-            }),
+            .differs(
+                "Q changes with the slope, and its change adds −(Q̇/Q) Ṫ, which is \
+                    larger than what eq. 62 has",
+                |_, found| {
+                    let [second, printed, whole] = second_rate()?;
+                    found.near(
+                        "T̈ a third of the way through, simulated",
+                        "K/s²",
+                        printed,
+                        0.05 * printed.abs(),
+                        second,
+                    );
+                    found.proof();
+                    found.near("the same with −(Q̇/Q) Ṫ", "K/s²", whole, 0.05 * whole.abs(), second);
+                    Ok(())
+                },
+            ),
         equation(63, "the state space in velocities", "States ẋ, ẍ, Ṫ; controllable and observable.")
             .code(LPV, "pub fn velocity_form")
             .agrees(|lab, found| {
@@ -327,45 +414,65 @@ fn velocity() -> Vec<Row> {
                 found.equal("rank of observability", "1", 3.0, observability_rank(&form.a, &form.c)? as f64);
                 Ok(())
             }),
-        displayed(9, "the error as a state", "z is the error above the velocities.").code("control/state-space/src/servo.rs", "pub fn augment").agrees(augmented),
-        equation(64, "the servo's system", "The error's rate is −ẋ; below it stands eq. 63.").code("control/state-space/src/servo.rs", "pub fn augment").agrees(augmented),
-        figure(103, "symmetric root locus", "At Q = diag(25·10⁴, 0, 0, 0), R = 1 one pair stays near the load's poles, the others are near the heat transfer's; the loop is underdamped.")
-            .code("control/state-space/src/riccati.rs", "pub fn lqr")
-            .agrees(|_, found| {
-                let (_, closed) = servo(SLOPE_PER_K)?;
-                let poles = poles(&closed)?;
-                let plant = self::poles(&velocities(SLOPE_PER_K)?.a)?;
-                found.near("pair over the load's own", "1", 1.0, 0.05, poles[3].norm() / plant[2].norm());
-                found.below("largest real part", "1/s", 0.0, largest(&poles.iter().map(|p| p.re).collect::<Vec<_>>()));
-                found.above("the slow pair is underdamped: imaginary part", "1/s", 0.1, poles[0].im.abs());
-                let (mut x, mut y) = (Vec::new(), Vec::new());
-                for i in -20..60 {
-                    let plant = velocities(SLOPE_PER_K)?;
-                    let (a, b) = augment(&plant.a, &plant.b, &plant.c)?;
-                    let mut q = DMatrix::zeros(4, 4);
-                    q[(0, 0)] = 25e4 * 1.3f64.powi(i);
-                    let k = lqr(&a, &b, &q, &DMatrix::identity(1, 1))?;
-                    for pole in self::poles(&(a - b * k))? {
-                        x.extend([pole.re, f64::NAN]);
-                        y.extend([pole.im, f64::NAN]);
-                    }
+        displayed(9, "the error as a state", "z is the error above the velocities.")
+            .code("control/state-space/src/servo.rs", "pub fn augment")
+            .agrees(augmented),
+        equation(64, "the servo's system", "The error's rate is −ẋ; below it stands eq. 63.")
+            .code("control/state-space/src/servo.rs", "pub fn augment")
+            .agrees(augmented),
+        figure(
+            103,
+            "symmetric root locus",
+            "At Q = diag(25·10⁴, 0, 0, 0), R = 1 one pair stays near the load's \
+                poles, the others are near the heat transfer's; the loop is \
+                underdamped.",
+        )
+        .code("control/state-space/src/riccati.rs", "pub fn lqr")
+        .agrees(|_, found| {
+            let (_, closed) = servo(SLOPE_PER_K)?;
+            let poles = poles(&closed)?;
+            let plant = self::poles(&velocities(SLOPE_PER_K)?.a)?;
+            found.near("pair over the load's own", "1", 1.0, 0.05, poles[3].norm() / plant[2].norm());
+            found.below("largest real part", "1/s", 0.0, largest(&poles.iter().map(|p| p.re).collect::<Vec<_>>()));
+            found.above("the slow pair is underdamped: imaginary part", "1/s", 0.1, poles[0].im.abs());
+            let (mut x, mut y) = (Vec::new(), Vec::new());
+            for i in -20..60 {
+                let plant = velocities(SLOPE_PER_K)?;
+                let (a, b) = augment(&plant.a, &plant.b, &plant.c)?;
+                let mut q = DMatrix::zeros(4, 4);
+                q[(0, 0)] = 25e4 * 1.3f64.powi(i);
+                let k = lqr(&a, &b, &q, &DMatrix::identity(1, 1))?;
+                for pole in self::poles(&(a - b * k))? {
+                    x.extend([pole.re, f64::NAN]);
+                    y.extend([pole.im, f64::NAN]);
                 }
-                found.line(("Real part, 1/s", "1"), ("Imaginary part, 1/s", "1"), Ink::Series(0), (x, y));
-                Ok(())
-            }),
-        equation(65, "the servo, integrated", "The law needs ∫e and the state: nothing is differentiated, and no error stays.")
-            .code(SERVO, "is eq. 65 where K is constant")
-            .code(SERVO, "pub struct VelocityServo")
-            .agrees(|_, found| {
-                let (error, _) = held("velocity_servo")?;
-                found.nothing("mean error after twelve seconds, of the stroke", "%", 1.0, error);
-                let first = 100.0 * Run::new("thesis_3w", Chosen::law("velocity_servo"))?.step(0.4).mean;
-                found.below("the same over that after three", "1", 0.25, (error / first).abs());
-                Ok(())
-            }),
-        figure(104, "gains over the slope", "Within the transformation, ∂ξ/∂T < −0.05/K, all gains are nearly constant but that on Ṫ, which goes with ∂ξ/∂T.")
-            .code(SERVO, "fn gains(")
-            .agrees(gains),
+            }
+            found.line(("Real part, 1/s", "1"), ("Imaginary part, 1/s", "1"), Ink::Series(0), (x, y));
+            Ok(())
+        }),
+        equation(
+            65,
+            "the servo, integrated",
+            "The law needs ∫e and the state: nothing is differentiated, and no \
+                error stays.",
+        )
+        .code(SERVO, "is eq. 65 where K is constant")
+        .code(SERVO, "pub struct VelocityServo")
+        .agrees(|_, found| {
+            let (error, _) = held("velocity_servo")?;
+            found.nothing("mean error after twelve seconds, of the stroke", "%", 1.0, error);
+            let first = 100.0 * Run::new("thesis_3w", Chosen::law("velocity_servo"))?.step(0.4).mean;
+            found.below("the same over that after three", "1", 0.25, (error / first).abs());
+            Ok(())
+        }),
+        figure(
+            104,
+            "gains over the slope",
+            "Within the transformation, ∂ξ/∂T < −0.05/K, all gains are nearly \
+                constant but that on Ṫ, which goes with ∂ξ/∂T.",
+        )
+        .code(SERVO, "fn gains(")
+        .agrees(gains),
         figure(105, "the servo with scheduled gains", "Mediocre until the transformation begins, then quickly there.")
             .code("control/src/laws/mod.rs", "velocity_servo_scheduled")
             .agrees(|_, found| {
@@ -384,18 +491,27 @@ fn velocity() -> Vec<Row> {
                 draw_steps(found, run.trace);
                 Ok(())
             }),
-        equation(66, "the length by power", "X/P = 1/(Q s + h A_s) · (∂ξ/∂T) K_SMA L ε_L/(M s² + B s + K + K_SMA).").code(LPV, "pub fn velocity_form").agrees(|_, found| {
-            let (model, _, stiffness) = rig()?;
-            let form = velocities(SLOPE_PER_K)?;
-            let inverse = form.a.clone().try_inverse().ok_or("no inverse")?;
-            let still = -(&form.c * inverse * &form.b)[(0, 0)];
-            let stated = SLOPE_PER_K * stiffness * 0.233 * 0.04 / ((18.0 + stiffness) * model.constant_loss_w_per_k());
-            found.near("length by power, at rest", "m/W", stated, 1e-9 * stated.abs(), still);
-            let poles = poles(&form.a)?;
-            found.equal("thermal pole", "1/s", -model.constant_loss_w_per_k() * form.b[2], poles[0].re);
-            found.near("frequency of the load, squared", "1/s²", shares(stiffness).0, 1e-6 * shares(stiffness).0, poles[2].norm_sqr());
-            Ok(())
-        }),
+        equation(66, "the length by power", "X/P = 1/(Q s + h A_s) · (∂ξ/∂T) K_SMA L ε_L/(M s² + B s + K + K_SMA).")
+            .code(LPV, "pub fn velocity_form")
+            .agrees(|_, found| {
+                let (model, _, stiffness) = rig()?;
+                let form = velocities(SLOPE_PER_K)?;
+                let inverse = form.a.clone().try_inverse().ok_or("no inverse")?;
+                let still = -(&form.c * inverse * &form.b)[(0, 0)];
+                let stated =
+                    SLOPE_PER_K * stiffness * 0.233 * 0.04 / ((18.0 + stiffness) * model.constant_loss_w_per_k());
+                found.near("length by power, at rest", "m/W", stated, 1e-9 * stated.abs(), still);
+                let poles = poles(&form.a)?;
+                found.equal("thermal pole", "1/s", -model.constant_loss_w_per_k() * form.b[2], poles[0].re);
+                found.near(
+                    "frequency of the load, squared",
+                    "1/s²",
+                    shares(stiffness).0,
+                    1e-6 * shares(stiffness).0,
+                    poles[2].norm_sqr(),
+                );
+                Ok(())
+            }),
     ]
 }
 
