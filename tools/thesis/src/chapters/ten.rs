@@ -259,7 +259,7 @@ fn input_output() -> Vec<Row> {
                     the loss not fed forward adds",
                 "1",
                 0.5,
-                { (constant - whole) / (blind - whole) },
+                (constant - whole) / (blind - whole),
             );
             found.above("what the loss not fed forward adds to the error, of the stroke", "%", 1.0, blind - whole);
             draw_steps(found, trace);

@@ -178,7 +178,7 @@ pub(super) fn continuity() -> Vec<Row> {
         .code(KEPT, "pub struct KeptHistory")
         .agrees(|_, found| {
             let seen = kept(20.0);
-            let turned = at(&seen.0[..=TURNED], &seen.1[..=TURNED], 50.0);
+            let turned = seen.1[TURNED];
             let stated = turned / (1.0 + (9.21 / 40.0 * (90.0 - 70.0f64)).exp());
             found.near("ξ at 90 °C, heated from 50 °C", "1", stated, 1e-3, at(&seen.0[TURNED + 1..3 * HEATING_STEPS], &seen.1[TURNED + 1..3 * HEATING_STEPS], 90.0));
             let begins = turned / (1.0 + (9.21 / 40.0 * (50.0 - 70.0f64)).exp());
