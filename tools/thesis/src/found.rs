@@ -1,9 +1,13 @@
 //! What comes out of a row: numbers beside what is wanted of them, and pictures.
 
+use std::error::Error;
 use std::fmt;
 
 use sinew_plot::quantity::{number, shown_unit};
 use sinew_plot::{Drawing, Ink};
+
+/// What computing gives, or why it does not.
+pub type Tried<T> = Result<T, Box<dyn Error>>;
 
 /// What is wanted of a number. Written down in the source before the row is run.
 #[derive(Debug, Clone, Copy, PartialEq)]

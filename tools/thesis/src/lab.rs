@@ -1,12 +1,11 @@
 //! Runs that take longer than a row should: a driver with one law on a plant of the control bench, and chapter 7's experiment, which
 //! several rows look at and which is made once.
 
-use std::error::Error;
-
 use sinew_bench::{Choice, Disturbed, Moment, Plant, Session, Step, disturb, idle, sensing, step};
 use sinew_sim_backend::World;
 
 use crate::chapter::Chapter;
+use crate::found::Tried;
 
 /// Seed of every run here: chance as little as any.
 const SEED: u64 = 90_001;
@@ -38,7 +37,7 @@ impl Lab {
     }
 
     /// Chapter 7's experiment.
-    pub(crate) fn sensing(&self) -> Result<&sensing::Report, Box<dyn Error>> {
+    pub(crate) fn sensing(&self) -> Tried<&sensing::Report> {
         self.sensing.as_ref().ok_or_else(|| "chapter 7's experiment was not run".into())
     }
 }
@@ -107,7 +106,7 @@ pub(crate) struct Run {
 
 impl Run {
     /// A plant by name under what is chosen, cold and at rest.
-    pub fn new(plant: &str, chosen: Chosen) -> Result<Run, Box<dyn Error>> {
+    pub fn new(plant: &str, chosen: Chosen) -> Tried<Run> {
         let plant = Plant::named(plant).ok_or_else(|| format!("there is no plant {plant}"))?;
         let choice = Choice::default().with(Some(chosen.law), chosen.estimator, chosen.sensing);
         let believed = plant.believed(&choice, SEED)?;

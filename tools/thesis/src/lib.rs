@@ -30,7 +30,7 @@ mod wires;
 
 pub use book::{Apart, Book, apart, rows, run};
 pub use chapter::{Chapter, Place};
-pub use found::{Check, Found, Picture, Wanted};
+pub use found::{Check, Found, Picture, Tried, Wanted};
 pub use lab::Lab;
 pub use markdown::markdown;
 pub use page::page;

@@ -1,14 +1,13 @@
 //! A row of the book: where the thesis has it, where the code has it, what is stated, and how it is judged.
 
-use std::error::Error;
 use std::fmt;
 
 use crate::chapter::{Chapter, Place};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::Lab;
 
 /// How computing a row ends.
-pub type Computed = Result<(), Box<dyn Error>>;
+pub type Computed = Tried<()>;
 
 /// Computes what a row compares, by the project's own code.
 pub type Compute = fn(&Lab, &mut Found) -> Computed;
@@ -198,6 +197,12 @@ fn judge(how: How, ran: Computed, found: &Found) -> Verdict {
 mod tests {
     use super::*;
 
+    /// A row that finds this number where 1 ± 0.1 is stated.
+    fn near_one<const HUNDREDTHS: u32>(_: &Lab, found: &mut Found) -> Computed {
+        found.near("x", "1", 1.0, 0.1, f64::from(HUNDREDTHS) / 100.0);
+        Ok(())
+    }
+
     fn verdict(row: impl FnOnce(Row) -> Row) -> Verdict {
         let blank = Row::new(Chapter::Two, Place::Displayed(1), "", "");
         row(blank).run(&Lab::empty()).verdict
@@ -205,11 +210,14 @@ mod tests {
 
     #[test]
     fn a_row_agrees_only_where_a_number_does() {
-        assert_eq!(verdict(|row| row.agrees(|_, found| Ok(found.near("x", "1", 1.0, 0.1, 1.05)))), Verdict::Agrees);
+        assert_eq!(verdict(|row| row.agrees(near_one::<105>)), Verdict::Agrees);
         for compute in [
             (|_, _| Ok(())) as Compute,
-            |_, found| Ok(found.near("x", "1", 1.0, 0.1, 1.2)),
-            |_, found| Ok(found.near("x", "1", 1.0, 0.1, f64::NAN)),
+            near_one::<120>,
+            |_, found| {
+                found.near("x", "1", 1.0, 0.1, f64::NAN);
+                Ok(())
+            },
             |_, found| {
                 found.near("x", "1", 1.0, 0.1, 1.0);
                 Err("it broke".into())
@@ -236,6 +244,6 @@ mod tests {
             Ok(())
         };
         assert!(matches!(differs(unproven), Verdict::Unexplained(_)));
-        assert!(matches!(differs(|_, found| Ok(found.near("x", "1", 1.0, 0.1, 1.0))), Verdict::Unexplained(_)));
+        assert!(matches!(differs(near_one::<100>), Verdict::Unexplained(_)));
     }
 }

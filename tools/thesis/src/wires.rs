@@ -1,11 +1,11 @@
 //! The wires of the rows, and ways through them: stress and temperature imposed, strain imposed, stress on a wire in air.
 
-use std::error::Error;
-
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{
     Drive, DriveKind, Effects, EnergyBalance, Geometry, Initial, Inputs, Kinetics, Load, Material, Wire, WireModel,
 };
+
+use crate::found::Tried;
 
 /// 1 MPa, in Pa.
 pub(crate) const MPA: f64 = 1e6;
@@ -117,7 +117,7 @@ fn follow<const N: usize>(
     corners: &[[f64; N]],
     steps: usize,
     inputs: impl Fn(&WireModel, &[f64; N]) -> Inputs,
-) -> Result<(Way, EnergyBalance), Box<dyn Error>> {
+) -> Tried<(Way, EnergyBalance)> {
     let first = corners.first().ok_or("a way without corners")?;
     let mut wire = Wire::with_inputs(model, &inputs(model, first))?;
     let mut way = Way::default();
@@ -143,7 +143,7 @@ fn follow<const N: usize>(
 }
 
 /// Along corners of temperature (°C) and stress (MPa), both imposed, with so many steps from one to the next.
-pub(crate) fn imposed(model: &WireModel, corners: &[[f64; 2]], steps: usize) -> Result<Way, Box<dyn Error>> {
+pub(crate) fn imposed(model: &WireModel, corners: &[[f64; 2]], steps: usize) -> Tried<Way> {
     let inputs = |model: &WireModel, [temperature_c, mpa]: &[f64; 2]| Inputs {
         drive: *temperature_c,
         imposed: mpa * MPA * model.geometry.area_m2(),
@@ -158,7 +158,7 @@ pub(crate) fn stretched(
     ambient_c: f64,
     corners_mpa: &[f64],
     leg_s: f64,
-) -> Result<(Way, EnergyBalance, WireModel), Box<dyn Error>> {
+) -> Tried<(Way, EnergyBalance, WireModel)> {
     let model = WireModel {
         material,
         load: Load::ImposedForce,

@@ -1,7 +1,5 @@
 //! Appendix A: control and estimation reviewed. Its equations carry no numbers.
 
-use std::error::Error;
-
 use sinew_state_space::convert::{discretise, discretise_measurement_noise, discretise_noise, exponential};
 use sinew_state_space::derive::derivative;
 use sinew_state_space::place::{place, place_observer};
@@ -14,7 +12,7 @@ use super::nine::observer_error;
 use super::ten::linearisation;
 use crate::chapter::Chapter::A;
 use crate::chapter::Place::Displayed;
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::Lab;
 use crate::row::{Computed, Row};
 
@@ -162,7 +160,7 @@ fn seen(_: &Lab, found: &mut Found) -> Computed {
 }
 
 /// Largest distance of a wanted pole to the nearest that is there.
-fn off(a: &DMatrix<f64>, wanted: &[Complex<f64>]) -> Result<f64, Box<dyn Error>> {
+fn off(a: &DMatrix<f64>, wanted: &[Complex<f64>]) -> Tried<f64> {
     let got = eigenvalues(a)?;
     let nearest = |pole: &Complex<f64>| got.iter().map(|p| (p - pole).norm()).fold(f64::INFINITY, f64::min);
     Ok(wanted.iter().map(nearest).fold(0.0, f64::max))

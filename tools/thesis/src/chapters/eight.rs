@@ -2,10 +2,11 @@
 
 use sinew_physics::{Geometry, Inputs, Load, Wire, WireModel};
 use sinew_plot::Ink;
-use sinew_rig::Rig;
+use sinew_rig::{Machine, Rig};
 
 use crate::chapter::Chapter::Eight;
 use crate::chapter::Place::{Figure, Table};
+use crate::found::Tried;
 use crate::row::Row;
 use crate::wires::{MPA, STEP_S, hanging, largest};
 
@@ -15,7 +16,7 @@ const MACHINE: &str = "model/rig/src/tables/machine.rs";
 const RIG: &str = "[rig]\nname = \"machine\"\nrate_hz = 80.0\n\n[machine]\n\n[[channel]]\nname = \"wire\"\n\n[channel.wire]\ndiameter_mm = 0.25\n\
                    length_mm = 300.0\n\n[channel.drive]\nkind = \"current\"\n\n[channel.load]\nkind = \"imposed_position\"\n";
 
-fn machine() -> Result<sinew_rig::Machine, Box<dyn std::error::Error>> {
+fn machine() -> Tried<Machine> {
     Ok(Rig::parse(RIG, "the book's own rig")?.machine)
 }
 

@@ -1,7 +1,5 @@
 //! Chapter 11: sliding mode on limited power.
 
-use std::error::Error;
-
 use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Coupling, Demand, EstimatorKind, LpvModel, Observation, Settings,
     StateEstimator,
@@ -17,7 +15,7 @@ use sinew_state_space::{Complex, DMatrix, eigenvalues};
 use super::nine::{SLOPE_PER_K, middle, rig, simplified};
 use crate::chapter::Chapter::Eleven;
 use crate::chapter::Place::{Displayed, Equation, Figure};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::{Chosen, Lab, Run, Trace};
 use crate::row::{Computed, Row};
 use crate::wires::{hanging, largest, table_10};
@@ -72,7 +70,7 @@ struct Example {
     reached_s: Option<f64>,
 }
 
-fn slide(start: f64, most: f64, seconds: f64) -> Result<Example, Box<dyn Error>> {
+fn slide(start: f64, most: f64, seconds: f64) -> Tried<Example> {
     let (a, b) = example();
     let (ad, bd) = discretise(&a, &b, DEMO_STEP_S)?;
     let mut z = DMatrix::from_row_slice(2, 1, &[start, 0.0]);
@@ -198,7 +196,7 @@ fn review() -> Vec<Row> {
 }
 
 /// (K + K_SMA)/M, B/M, and what Ṫ pushes with: K_SMA L ε_L (∂ξ/∂T)/M.
-fn terms() -> Result<(f64, f64, f64), Box<dyn Error>> {
+fn terms() -> Tried<(f64, f64, f64)> {
     let (_, _, stiffness) = rig()?;
     Ok(((18.0 + stiffness) / 0.13, 0.915 / 0.13, stiffness * 0.233 * 0.04 * SLOPE_PER_K / 0.13))
 }
@@ -306,7 +304,7 @@ fn wire() -> Vec<Row> {
                 "−10 is where its poles are; in the surface as printed λ has to be + \
                     10, or the wire would run away on it",
                 |_, found| {
-                    let root = |lambda: f64| -> Result<f64, Box<dyn Error>> {
+                    let root = |lambda: f64| -> Tried<f64> {
                         // the companion of the surface, from its own coefficients
                         let (c0, c1) = (sliding_surface(1.0, 0.0, 0.0, lambda), sliding_surface(0.0, 1.0, 0.0, lambda));
                         let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -c0, -c1]);
@@ -492,7 +490,7 @@ fn figures() -> Vec<Row> {
         figure(113, "a first-order surface", "It ends in oscillation about the reference.")
             .code("control/src/laws/mod.rs", "\"sliding_mode_first_order\"")
             .agrees(|_, found| {
-                let left = |law: &'static str| -> Result<(f64, Trace), Box<dyn Error>> {
+                let left = |law: &'static str| -> Tried<(f64, Trace)> {
                     let mut run = Run::new("thesis_3w", Chosen::law(law))?;
                     Ok((100.0 * run.step(0.5).cycle, run.trace))
                 };

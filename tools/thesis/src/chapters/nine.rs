@@ -1,7 +1,5 @@
 //! Chapter 9: the linear model with varying parameters, and its estimators.
 
-use std::error::Error;
-
 use sinew_bench::{Choice, Plant};
 use sinew_control::{Coupling, LpvModel, OperatingPoint, StateSpace};
 use sinew_physics::{Hysteresis, Inputs, Load, Material, Wire, WireModel};
@@ -12,7 +10,7 @@ use sinew_state_space::{Complex, DMatrix, convert, eigenvalues};
 
 use crate::chapter::Chapter::Nine;
 use crate::chapter::Place::{Displayed, Equation, Figure, Table};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::{Chosen, Lab, Run, Trace};
 use crate::row::{Computed, Row};
 use crate::wires::{MPA, STEP_S, hanging, in_a_furnace, largest, table_10};
@@ -59,7 +57,7 @@ pub(crate) fn middle(model: &WireModel) -> OperatingPoint {
 }
 
 /// Table 10's rig as the chapter has it, its linear model with ξ as a state, and its K_SMA in N/m.
-pub(crate) fn rig() -> Result<(WireModel, StateSpace, f64), Box<dyn Error>> {
+pub(crate) fn rig() -> Tried<(WireModel, StateSpace, f64)> {
     let model = simplified(table_10());
     let form = LpvModel::new(&model, Coupling::Thermal)?.martensite_form(&middle(&model), SLOPE_PER_K);
     let stiffness = model.geometry.stiffness_n_per_m(75e9);
@@ -67,7 +65,7 @@ pub(crate) fn rig() -> Result<(WireModel, StateSpace, f64), Box<dyn Error>> {
 }
 
 /// A held wire that cools from austenite: how its stress changes over how its phase does, MPa.
-fn held_stress_per_martensite() -> Result<f64, Box<dyn Error>> {
+fn held_stress_per_martensite() -> Tried<f64> {
     let model = WireModel { load: Load::ImposedPosition, ..simplified(in_a_furnace(Material::default(), 0.0)) };
     let imposed = 600.0 * MPA / 75e9 * model.geometry.length_m;
     let inputs = |drive: f64| Inputs { drive, imposed, ..model.rest_inputs() };
@@ -263,7 +261,7 @@ fn review() -> Vec<Row> {
 }
 
 /// The rate of the phase along a heating by constant power, and its parts by temperature and by stress, 1/s.
-fn phase_rates(model: &WireModel, power_w: f64) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), Box<dyn Error>> {
+fn phase_rates(model: &WireModel, power_w: f64) -> Tried<(Vec<f64>, Vec<f64>, Vec<f64>)> {
     let mut wire = Wire::new(model)?;
     let (mut total, mut by_temperature, mut by_stress) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..2500 {
@@ -375,7 +373,7 @@ fn linear() -> Vec<Row> {
 }
 
 /// Table 10's rig in units in which its states are of a size, an observer with poles beyond ten times its own thermal one, and those.
-fn observer() -> Result<(DMatrix<f64>, Vec<Complex<f64>>, StateSpace), Box<dyn Error>> {
+fn observer() -> Tried<(DMatrix<f64>, Vec<Complex<f64>>, StateSpace)> {
     let (_, form, _) = rig()?;
     let poles: Vec<Complex<f64>> = [-8.0, -12.0, -16.0, -20.0].map(|re| Complex::new(re, 0.0)).to_vec();
     Ok((place_observer(&form.a, &form.c, &poles)?, poles, form))
@@ -414,7 +412,7 @@ pub(crate) fn observer_error(_: &Lab, found: &mut Found) -> Computed {
 }
 
 /// PI on chapter 11's plant with one of chapter 9's observers: RMS errors of phase and temperature over steps, and the way.
-fn observed(estimator: &'static str) -> Result<(f64, f64, Trace), Box<dyn Error>> {
+fn observed(estimator: &'static str) -> Tried<(f64, f64, Trace)> {
     let mut run = Run::new("thesis_3w", Chosen { estimator: Some(estimator), ..Chosen::law("pi") })?;
     let steps = [0.4, 0.8, 0.4].map(|to| run.step(to));
     let mean = |of: fn(&sinew_bench::Step) -> f64| (steps.iter().map(|s| of(s).powi(2)).sum::<f64>() / 3.0).sqrt();

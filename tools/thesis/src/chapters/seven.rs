@@ -1,7 +1,5 @@
 //! Chapter 7: the dual measurement.
 
-use std::error::Error;
-
 use sinew_bench::sensing::{self, Heating, Place as Taps_, Summary, THESIS};
 use sinew_physics::formulas::{
     STANDARD_GRAVITY_M_S2, dual_variance, mixture, phase_resistivity, resistance_ohm, resistivity_ohm_m,
@@ -12,7 +10,7 @@ use sinew_plot::Ink;
 
 use crate::chapter::Chapter::Seven;
 use crate::chapter::Place::{Equation, Figure, Table};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::{Chosen, Lab, Run};
 use crate::row::Row;
 use crate::wires::{MPA, STEP_S, hanging, in_a_furnace, largest};
@@ -39,7 +37,7 @@ pub(crate) fn rows() -> Vec<Row> {
 }
 
 /// Resistance of an austenite wire at 160 °C under 200 MPa.
-fn under_stress(change: impl Fn(&mut WireModel)) -> Result<f64, Box<dyn Error>> {
+fn under_stress(change: impl Fn(&mut WireModel)) -> Tried<f64> {
     let mut model = in_a_furnace(Material::default(), 0.0);
     change(&mut model);
     let inputs =
@@ -129,7 +127,7 @@ fn resistance() -> Vec<Row> {
 }
 
 /// A wire that hangs at taps, heated half way, and its voltages.
-fn tapped(taps: Taps) -> Result<(WireModel, Wire), Box<dyn Error>> {
+fn tapped(taps: Taps) -> Tried<(WireModel, Wire)> {
     let model = WireModel {
         taps: Some(taps),
         drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
@@ -246,14 +244,14 @@ fn lengths() -> Vec<Row> {
 }
 
 /// Chapter 7's own arrangement with the noise of its own part.
-fn summary(lab: &Lab) -> Result<Summary, Box<dyn Error>> {
+fn summary(lab: &Lab) -> Tried<Summary> {
     let all = &lab.sensing()?.summary;
     let own = |s: &&Summary| s.taps == Taps_::Thesis && s.heating == Heating::Current && s.noise == "part";
     all.iter().find(own).copied().ok_or_else(|| "no such arrangement".into())
 }
 
 /// The slow sweep of current under a load, gf: time, current, elongation in mm, resistance; table 6's wire.
-fn sweep(load_gf: f64) -> Result<[Vec<f64>; 4], Box<dyn Error>> {
+fn sweep(load_gf: f64) -> Tried<[Vec<f64>; 4]> {
     let believed = sensing::believed(THEIRS, load_gf);
     let model = WireModel { drive: Drive { kind: DriveKind::Current, ..believed.drive }, ..believed };
     let mut wire = Wire::new(&model)?;

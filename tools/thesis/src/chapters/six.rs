@@ -1,7 +1,5 @@
 //! Chapter 6: heat and heating circuits.
 
-use std::error::Error;
-
 use sinew_control::{Coupling, LpvModel, OperatingPoint, WireRules};
 use sinew_physics::formulas::{cooling_time_s, current_a, heating_power_w, relaxed, resistance_ohm};
 use sinew_physics::{Convection, Drive, DriveKind, Geometry, Inputs, Kinetics, Load, Material, Wire, WireModel};
@@ -9,7 +7,7 @@ use sinew_plot::Ink;
 
 use crate::chapter::Chapter::Six;
 use crate::chapter::Place::{Displayed, Equation, Figure};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::row::Row;
 use crate::wires::{BY_POWER, STEP_S, Way, by, hanging, largest, least, stretched};
 
@@ -46,7 +44,7 @@ pub(crate) fn rows() -> Vec<Row> {
 }
 
 /// A hanging wire heated with 1 W through its transformation, with its energy.
-fn heated() -> Result<(WireModel, Wire, f64), Box<dyn Error>> {
+fn heated() -> Tried<(WireModel, Wire, f64)> {
     let model = hanging();
     let mut wire = Wire::new(&model)?;
     let (mut strain_work, mut before) = (0.0, (wire.stress_pa(), wire.martensite()));
@@ -66,11 +64,7 @@ fn insulated(material: Material) -> Material {
 }
 
 /// Heat a loop leaves in a wire (sensible, latent), and the areas ∮ A L σ ε_L dξ and ∮ A L σ dε, J.
-fn insulated_loop(
-    material: Material,
-    ambient_c: f64,
-    to_mpa: f64,
-) -> Result<([f64; 2], [f64; 2], Way), Box<dyn Error>> {
+fn insulated_loop(material: Material, ambient_c: f64, to_mpa: f64) -> Tried<([f64; 2], [f64; 2], Way)> {
     let (way, energy, model) = stretched(insulated(material), ambient_c, &[0.0, to_mpa, 0.0], 4.0)?;
     let volume = model.geometry.volume_m3();
     let areas = [way.work_pa(&way.martensite) * model.material.transformation_strain, way.work_pa(&way.strain)];
@@ -270,7 +264,7 @@ fn latent_heat(_: &crate::lab::Lab, found: &mut Found) -> crate::row::Computed {
         ..Material::default()
     };
     let power_w = 0.5;
-    let run = |latent: f64| -> Result<(Vec<f64>, Vec<f64>), Box<dyn Error>> {
+    let run = |latent: f64| -> Tried<(Vec<f64>, Vec<f64>)> {
         // a common mass takes no work of transformation either
         let transformation_strain = if latent > 0.0 { material.transformation_strain } else { 0.0 };
         let material = Material { latent_heat_j_per_kg: latent, transformation_strain, ..material };
@@ -324,7 +318,7 @@ fn plain() -> Material {
 }
 
 /// How fast an insulated wire warms by a source, in K/s, simulated: next to no length or stress changes its resistance.
-fn warming(drive: Drive, input: f64, geometry: Geometry) -> Result<f64, Box<dyn Error>> {
+fn warming(drive: Drive, input: f64, geometry: Geometry) -> Tried<f64> {
     let model = WireModel { geometry, material: plain(), drive, load: Load::ImposedForce, ..hanging() };
     let mut wire = Wire::new(&model)?;
     let start = wire.temperature_c();

@@ -1,7 +1,5 @@
 //! Chapter 10: linearising controllers.
 
-use std::error::Error;
-
 use sinew_bench::Step;
 use sinew_control::{Coupling, LpvModel, StateSpace};
 use sinew_physics::{Inputs, Load, Material, Wire, WireModel};
@@ -15,7 +13,7 @@ use sinew_state_space::{Complex, DMatrix, DVector, eigenvalues};
 use super::nine::{SLOPE_PER_K, middle, rig, simplified};
 use crate::chapter::Chapter::Ten;
 use crate::chapter::Place::{Displayed, Equation, Figure};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::{Chosen, Lab, Run, Trace};
 use crate::row::{Computed, Row};
 use crate::wires::{STEP_S, hanging, largest, least, table_10};
@@ -55,13 +53,13 @@ fn shares(stiffness: f64) -> (f64, f64) {
 }
 
 /// Chapter 10's system: differentiated once, at a slope.
-fn velocities(slope: f64) -> Result<StateSpace, Box<dyn Error>> {
+fn velocities(slope: f64) -> Tried<StateSpace> {
     let model = simplified(table_10());
     Ok(LpvModel::new(&model, Coupling::Thermal)?.velocity_form(&middle(&model), slope))
 }
 
 /// The wire of chapter 9's form under P = α u + β with β the loss and α times a factor: its system from u to x.
-fn linearised(factor: f64) -> Result<(StateSpace, f64), Box<dyn Error>> {
+fn linearised(factor: f64) -> Tried<(StateSpace, f64)> {
     let (_, form, stiffness) = rig()?;
     let (total, push) = shares(stiffness);
     let q = 1.0 / form.b[3];
@@ -81,7 +79,7 @@ fn jerk(form: &StateSpace) -> f64 {
 }
 
 /// The poles of a matrix, nearest to the origin first.
-fn poles(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Box<dyn Error>> {
+fn poles(a: &DMatrix<f64>) -> Tried<Vec<Complex<f64>>> {
     let mut poles = eigenvalues(a)?;
     poles.sort_by(|x, y| x.norm().total_cmp(&y.norm()));
     Ok(poles)
@@ -193,11 +191,11 @@ fn input_output() -> Vec<Row> {
         .code(LINEARISED, "pub struct InputOutputLinearised")
         .agrees(|_, found| {
             let (form, _) = linearised(1.0)?;
-            let closed = |gain: f64| -> Result<Vec<Complex<f64>>, Box<dyn Error>> {
+            let closed = |gain: f64| -> Tried<Vec<Complex<f64>>> {
                 // the state that is not reached stays at 0, and does not count
-                Ok(poles(&(&form.a - &form.b * &form.c * gain))?)
+                poles(&(&form.a - &form.b * &form.c * gain))
             };
-            let fastest = |gain: f64| -> Result<f64, Box<dyn Error>> {
+            let fastest = |gain: f64| -> Tried<f64> {
                 Ok(largest(
                     &closed(gain)?.iter().filter(|pole| pole.norm() > 1e-3).map(|pole| pole.re).collect::<Vec<_>>(),
                 ))
@@ -269,14 +267,14 @@ fn input_output() -> Vec<Row> {
 }
 
 /// Steps to 40, 80 and 40 % on a plant of chapter 11, and the way.
-fn steps(plant: &str, law: &'static str) -> Result<([Step; 3], Trace), Box<dyn Error>> {
+fn steps(plant: &str, law: &'static str) -> Tried<([Step; 3], Trace)> {
     let mut run = Run::new(plant, Chosen::law(law))?;
     let steps = [0.4, 0.8, 0.4].map(|to| run.step(to));
     Ok((steps, run.trace))
 }
 
 /// Held at 40 % for twelve seconds: the mean error at the end, % of the stroke, and the way.
-fn held(law: &'static str) -> Result<(f64, Trace), Box<dyn Error>> {
+fn held(law: &'static str) -> Tried<(f64, Trace)> {
     let mut run = Run::new("thesis_3w", Chosen::law(law))?;
     let steps = [0.4; 4].map(|to| run.step(to));
     Ok((100.0 * steps[3].mean, run.trace))
@@ -316,7 +314,7 @@ fn differentiated(_: &Lab, found: &mut Found) -> Computed {
 }
 
 /// Gains of the regulator of the figures, Q = diag(25·10⁴, 0, 0, 0) and R = 1, at a slope, and the closed loop.
-fn servo(slope: f64) -> Result<(DMatrix<f64>, DMatrix<f64>), Box<dyn Error>> {
+fn servo(slope: f64) -> Tried<(DMatrix<f64>, DMatrix<f64>)> {
     let plant = velocities(slope)?;
     let (a, b) = augment(&plant.a, &plant.b, &plant.c)?;
     let mut q = DMatrix::zeros(4, 4);
@@ -328,7 +326,7 @@ fn servo(slope: f64) -> Result<(DMatrix<f64>, DMatrix<f64>), Box<dyn Error>> {
 
 /// How fast the rate of a temperature changes under constant power, K/s², and what eq. 62 and eq. 62 with the change of Q say of it,
 /// a third of the way through the transformation.
-fn second_rate() -> Result<[f64; 3], Box<dyn Error>> {
+fn second_rate() -> Tried<[f64; 3]> {
     let material = Material { transformation_strain: 0.0, outer_loop_weight: 1.0, ..Material::default() };
     let model = WireModel { material, load: Load::ImposedForce, ..hanging() };
     let mut wire = Wire::new(&model)?;
@@ -528,7 +526,7 @@ fn augmented(_: &Lab, found: &mut Found) -> Computed {
 
 fn gains(_: &Lab, found: &mut Found) -> Computed {
     let slopes: Vec<f64> = (2..=31).map(|i| -0.0025 * f64::from(i)).collect();
-    let gains = slopes.iter().map(|slope| Ok(servo(*slope)?.0)).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+    let gains = slopes.iter().map(|slope| Ok(servo(*slope)?.0)).collect::<Tried<Vec<_>>>()?;
     let of = |i: usize| -> Vec<f64> { gains.iter().map(|k| k[i]).collect() };
     let within = |i: usize| -> f64 {
         let active: Vec<f64> =

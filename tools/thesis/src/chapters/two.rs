@@ -1,7 +1,5 @@
 //! Chapter 2: how the alloy behaves, and rules to design by.
 
-use std::error::Error;
-
 use sinew_bench::sensing;
 use sinew_control::{Candidate, Motion, Requirement, WireRules, candidates};
 use sinew_physics::{Convection, Hysteresis, Material, Taps};
@@ -9,7 +7,7 @@ use sinew_plot::Ink;
 
 use crate::chapter::Chapter::Two;
 use crate::chapter::Place::{Displayed, Figure, Rule, Table};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::row::{Computed, Row};
 use crate::wires::{Way, hanging, imposed, in_a_furnace, largest};
 
@@ -64,7 +62,7 @@ const L: f64 = 160.0;
 const A: f64 = std::f64::consts::FRAC_PI_4 * D * D;
 
 /// A cold wire under one stress heated to another's, and back.
-fn actuated(cold_mpa: f64, hot_mpa: f64) -> Result<(f64, Way), Box<dyn Error>> {
+fn actuated(cold_mpa: f64, hot_mpa: f64) -> Tried<(f64, Way)> {
     let corners = [[20.0, cold_mpa], [160.0, hot_mpa], [20.0, cold_mpa]];
     let way = imposed(&in_a_furnace(Material::default(), 1.0), &corners, 1500)?;
     Ok((way.strain[0] - way.strain[1500], way))
@@ -142,7 +140,7 @@ fn behaviour() -> Vec<Row> {
                     wants it, and meets it at half, where it is steepest; the inner law \
                     alone gives the first half",
             |_, found| {
-                let peak = |weight: f64| -> Result<(f64, Way), Box<dyn Error>> {
+                let peak = |weight: f64| -> Tried<(f64, Way)> {
                     let material = Material { outer_loop_weight: weight, ..Material::default() };
                     let corners = [[20.0, 0.0], [140.0, 0.0], [67.0, 0.0], [140.0, 0.0]];
                     let way = imposed(&in_a_furnace(material, 1.0), &corners, 3000)?;

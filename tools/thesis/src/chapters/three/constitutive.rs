@@ -1,7 +1,5 @@
 //! The constitutive model: strain, mixing, thermal expansion, and when it transforms.
 
-use std::error::Error;
-
 use sinew_physics::formulas::compliance;
 use sinew_physics::{Material, Mixing};
 use sinew_plot::Ink;
@@ -10,6 +8,7 @@ use super::shared::{
     BALANCE, FORMULAS, KINETICS, LOOP_MPA, MECHANICAL, PARAMS, STRAIN, TEMPERATURE, displayed, draw_loops, equation,
     figure, moved, strained, superelastic, whole_strain,
 };
+use crate::found::Tried;
 use crate::row::Row;
 use crate::wires::{MPA, at, imposed, in_a_furnace, largest, least};
 
@@ -177,7 +176,7 @@ fn elastic(mixing: Mixing) -> Material {
 }
 
 /// Stress over strain of a wire half of which is martensite, in GPa.
-fn half_modulus_gpa(mixing: Mixing) -> Result<f64, Box<dyn Error>> {
+fn half_modulus_gpa(mixing: Mixing) -> Tried<f64> {
     let way = imposed(&in_a_furnace(elastic(mixing), 0.5), &[[80.0, 0.0], [80.0, 300.0]], 100)?;
     Ok(way.stress_mpa[100] * 1e-3 / way.strain[100])
 }
@@ -190,7 +189,7 @@ fn averaged() -> Material {
 }
 
 /// ∂ε/∂ξ in the middle of the transformation on loading: what strain and stress change by, less what is elastic.
-fn strain_per_martensite(material: Material) -> Result<(f64, f64), Box<dyn Error>> {
+fn strain_per_martensite(material: Material) -> Tried<(f64, f64)> {
     let way = superelastic(Material { thermoelastic_pa_per_k: 0.0, ..material }, LOOP_MPA)?;
     let loading = 0..2000;
     let i = loading.clone().find(|&i| way.martensite[i] > 0.5).ok_or("it does not transform")?;

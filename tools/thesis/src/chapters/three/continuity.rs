@@ -1,7 +1,5 @@
 //! The model that is chosen, and how it is kept without gaps where its direction changes.
 
-use std::error::Error;
-
 use sinew_physics::formulas::compliance;
 use sinew_physics::{Hysteresis, Inputs, KeptHistory, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
@@ -10,7 +8,7 @@ use super::shared::{
     BALANCE, KINETICS, LOOP_C, LOOP_MPA, MARTENSITE, MECHANICAL, PARAMS, REFERENCE, STRAIN, STRESS, TEMPERATURE, TIME,
     displayed, draw_loops, equation, figure, whole_strain,
 };
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::row::Row;
 use crate::wires::{MPA, STEP_S, Way, at, imposed, in_a_furnace, largest, least};
 
@@ -67,7 +65,7 @@ pub(super) fn summary() -> Vec<Row> {
         )
         .code("model/physics/src/step/wire.rs", "pub fn step")
         .agrees(|_, found| {
-            let left = |temperature_c: f64| -> Result<f64, Box<dyn Error>> {
+            let left = |temperature_c: f64| -> Tried<f64> {
                 let corners = [[temperature_c, 0.0], [temperature_c, LOOP_MPA], [temperature_c, 0.0]];
                 let way = imposed(&in_a_furnace(Material::default(), 0.0), &corners, 1000)?;
                 Ok(way.strain[2000])
@@ -125,7 +123,7 @@ fn of_the_figures(weight: f64) -> Material {
 }
 
 /// Heated to half, cooled by so much, heated through and cooled again; at zero stress.
-fn notched(weight: f64, drop_k: f64) -> Result<Way, Box<dyn Error>> {
+fn notched(weight: f64, drop_k: f64) -> Tried<Way> {
     let corners = [[20.0, 0.0], [70.0, 0.0], [70.0 - drop_k, 0.0], [120.0, 0.0], [20.0, 0.0]];
     imposed(&in_a_furnace(of_the_figures(weight), 1.0), &corners, 1000)
 }
@@ -276,13 +274,13 @@ pub(super) fn continuity() -> Vec<Row> {
                     instead, which is the same to first order and has a closed form \
                     between two reversals",
                 |_, found| {
-                    let after = |weight: f64, kelvin: f64| -> Result<f64, Box<dyn Error>> {
+                    let after = |weight: f64, kelvin: f64| -> Tried<f64> {
                         let material = Material { outer_loop_weight: weight, ..Material::default() };
                         let way = imposed(&in_a_furnace(material, 0.5), &[[85.0, 0.0], [85.0 + kelvin, 0.0]], 100)?;
                         Ok(0.5 - way.martensite[100])
                     };
                     let share =
-                        |kelvin: f64| -> Result<f64, Box<dyn Error>> { Ok(after(0.8, kelvin)? / after(0.0, kelvin)?) };
+                        |kelvin: f64| -> Tried<f64> { Ok(after(0.8, kelvin)? / after(0.0, kelvin)?) };
                     found.near(
                         "motion over the inner loop's, 6 K after a reversal, α = 0.8",
                         "1",

@@ -1,13 +1,11 @@
 //! What the rows of chapter 3 share: places, axes, superelastic loops.
 
-use std::error::Error;
-
 use sinew_physics::Material;
 use sinew_plot::Ink;
 
 use crate::chapter::Chapter::Three;
 use crate::chapter::Place::{Displayed, Equation, Figure};
-use crate::found::Found;
+use crate::found::{Found, Tried};
 use crate::lab::Lab;
 use crate::row::{Computed, Row};
 use crate::wires::{Way, imposed, in_a_furnace};
@@ -43,12 +41,12 @@ pub(super) fn figure(number: u8, title: &'static str, states: &'static str) -> R
 }
 
 /// A superelastic loop from austenite and back.
-pub(super) fn superelastic(material: Material, to_mpa: f64) -> Result<Way, Box<dyn Error>> {
+pub(super) fn superelastic(material: Material, to_mpa: f64) -> Tried<Way> {
     imposed(&in_a_furnace(material, 0.0), &[[LOOP_C, 0.0], [LOOP_C, to_mpa], [LOOP_C, 0.0]], 2000)
 }
 
 /// A wire half of which is martensite at 80 °C under 200 MPa, whose phase stress does not move: its strain.
-pub(super) fn strained(material: Material) -> Result<f64, Box<dyn Error>> {
+pub(super) fn strained(material: Material) -> Tried<f64> {
     let material = Material { stress_shift_k_per_pa: 0.0, ..material };
     let way = imposed(&in_a_furnace(material, 0.5), &[[80.0, 0.0], [80.0, 200.0]], 100)?;
     Ok(way.strain[100])
@@ -70,7 +68,7 @@ pub(super) fn draw_loops<const N: usize>(found: &mut Found, ways: [(&str, Way); 
 }
 
 /// What the martensite does as temperature and stress change a little, on the branches alone.
-pub(super) fn moved(kelvin: f64, mpa: f64) -> Result<f64, Box<dyn Error>> {
+pub(super) fn moved(kelvin: f64, mpa: f64) -> Tried<f64> {
     let material = Material { outer_loop_weight: 0.0, ..Material::default() };
     let way = imposed(&in_a_furnace(material, 0.5), &[[105.0, 200.0], [105.0 + kelvin, 200.0 + mpa]], 100)?;
     Ok(way.martensite[100] - way.martensite[0])
