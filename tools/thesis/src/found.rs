@@ -9,7 +9,7 @@ use sinew_plot::{Drawing, Ink};
 /// What computing gives, or why it does not.
 pub type Tried<T> = Result<T, Box<dyn Error>>;
 
-/// What is wanted of a number. Written down in the source before the row is run.
+/// What is wanted of a number: it stands in the row's source, and nothing moves it as the row is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wanted {
     /// This value, or as near to it as this.

@@ -35,7 +35,7 @@ fn answer(book: &Book) -> Markup {
             h1 { (agree + differ) " of " (book.done.len()) " rows agree, or differ with a proven reason" }
             p.lead {
                 "A row for each equation, each table and each simulated or measured figure: what the thesis states, in our words, "
-                "and what the project's own code computes. Tolerances stand in the source, written before the run. A row that \
+                "and what the project's own code computes. Tolerances stand in the source of each row. A row that \
                  differs says why and proves it; what is not there yet says so and is counted."
             }
             div.scroll {
