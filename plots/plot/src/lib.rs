@@ -28,6 +28,7 @@
 mod axis;
 mod canvas;
 mod chart;
+mod drawing;
 mod field;
 mod heat;
 mod ink;
@@ -38,6 +39,7 @@ mod sheet;
 pub mod web;
 
 pub use axis::{Axis, extent};
+pub use drawing::{Drawing, Trace};
 pub use field::Field;
 pub use heat::{Heat, heat_scale};
 pub use ink::Ink;

@@ -63,6 +63,7 @@ fn main() -> ExitCode {
             BenchWhat::Loop(args) => commands::bench::bench_loop(args),
             BenchWhat::Control(args) => commands::bench_control::bench_control(args),
         },
+        Command::Thesis(args) => commands::thesis::thesis(args),
     };
     let code = match outcome {
         Ok(()) => ExitCode::SUCCESS,

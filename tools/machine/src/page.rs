@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use sinew_plot::quantity::{fixed, number, shown_unit};
-use sinew_plot::{Axis, Ink, Line, Panels, Plot, Section, Sheet, TWO_IN_A_ROW};
+use sinew_plot::{Drawing, Ink, Panels, Section, Sheet, TWO_IN_A_ROW, Trace};
 
 use crate::analysis::loops::level_name;
 use crate::analysis::sweep::{Response, responses};
@@ -11,58 +11,6 @@ use crate::plan::RoutineKind;
 use crate::report::{Report, value};
 use crate::run::Row;
 use crate::stage::Part;
-
-/// Size of a plot, px.
-const SIZE: (f64, f64) = (460.0, 280.0);
-/// Most points of a line.
-const POINTS: usize = 3000;
-
-/// Numbers over numbers, to be drawn as a line.
-struct Trace {
-    ink: Ink,
-    x: Vec<f64>,
-    y: Vec<f64>,
-}
-
-/// A plot before its lines are borrowed.
-struct Drawing {
-    /// What is on the vertical axis, and its unit.
-    name: &'static str,
-    unit: &'static str,
-    /// The same of the horizontal one.
-    x: (&'static str, &'static str),
-    decades: (bool, bool),
-    traces: Vec<Trace>,
-}
-
-impl Drawing {
-    /// The plot and its caption: the name with the unit the axis has chosen.
-    fn plot(&self) -> (String, Plot<'_>) {
-        let all = |pick: fn(&Trace) -> &Vec<f64>| self.traces.iter().flat_map(move |t| pick(t).iter().copied());
-        let axis = |name: &str, unit: &str, decades: bool, pick: fn(&Trace) -> &Vec<f64>| {
-            let values = || all(pick).filter(|v| v.is_finite());
-            let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
-            match decades {
-                true => Axis::decades(name, unit, 0.8 * low, 1.25 * high),
-                false => Axis::around(name, unit, values()),
-            }
-        };
-        let y = axis(self.name, self.unit, self.decades.1, |t| &t.y);
-        let caption = y.title();
-        let plot = Plot {
-            title: self.name.into(),
-            size: SIZE,
-            x: axis(self.x.0, self.x.1, self.decades.0, |t| &t.x),
-            y,
-            names_x: true,
-            bands: Vec::new(),
-            noise: None,
-            lines: self.traces.iter().map(|t| Line { x: &t.x, y: &t.y, ink: t.ink }).collect(),
-            points: POINTS,
-        };
-        (caption, plot)
-    }
-}
 
 /// The drawings of a run and what their inks stand for.
 fn drawings(run: &Run<'_>) -> (Vec<(Ink, String)>, Vec<Drawing>) {

@@ -5,6 +5,7 @@ mod exchange;
 mod look;
 mod recording;
 mod test;
+mod thesis;
 
 use std::path::PathBuf;
 
@@ -15,6 +16,7 @@ pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
 pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};
 pub use test::*;
+pub use thesis::Thesis;
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
@@ -81,6 +83,8 @@ pub enum Command {
     Doctor(Doctor),
     /// Measure this machine beside a bare timer loop.
     Bench(Bench),
+    /// The thesis page by page: what it states beside what this program computes.
+    Thesis(Thesis),
 }
 
 /// `sinew run`.

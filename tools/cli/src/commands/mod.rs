@@ -27,6 +27,7 @@ pub mod set;
 pub mod simulate;
 pub mod status;
 pub mod test;
+pub mod thesis;
 pub mod tune;
 pub mod whole_rig;
 

@@ -8,4 +8,5 @@ mod run;
 mod simulate;
 mod support;
 mod test_machine;
+mod thesis;
 mod usage;
