@@ -401,7 +401,9 @@ impl Heat {
         let stand = Stand { least_c: surely_c, most_c: before_c, martensite, length_m, dt_s };
         let is_held = self.jam.as_mut().is_some_and(|jam| jam.is_held(&stand));
         if is_measured && !is_held {
-            let left_k = self.unseen_k * FINDS_BACK_S / (FINDS_BACK_S + dt_s.max(0.0));
+            // A gap before one measurement is no time in which it was measured.
+            let measured_s = if dt_s > 0.0 { dt_s.min(self.budgets.period_s) } else { 0.0 };
+            let left_k = self.unseen_k * FINDS_BACK_S / (FINDS_BACK_S + measured_s);
             self.unseen_k = if left_k < NO_EXCESS_K { 0.0 } else { left_k };
             return;
         }
@@ -626,6 +628,10 @@ mod tests {
         gap.pass(&hot);
         gap.pass(&Passed { dt_s: 0.1, ..DARK });
         assert!((gap.temperature_c() - slowest_c).abs() < 0.1, "{} {slowest_c}", gap.temperature_c());
+        // One measurement after a gap is one measurement.
+        let mut stalled = heat.clone();
+        stalled.pass(&Passed { dt_s: 0.24, estimate_c: 60.0, is_measured: true, ..DARK });
+        assert!(stalled.temperature_c() > slowest_c - 2.0, "{}", stalled.temperature_c());
         // And it is over half a second after it is seen again.
         (0..500).for_each(|_| heat.pass(&Passed { estimate_c: 60.0, is_measured: true, ..DARK }));
         assert!(heat.temperature_c() < 61.0, "{}", heat.temperature_c());

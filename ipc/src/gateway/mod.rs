@@ -5,8 +5,8 @@
 //!
 //! - the **endpoint** is a Unix socket `RIG.sock` in the gateway's folder ([`gateway_dir`]). The kernel says who connects (user,
 //!   groups); the [`Access`] of the rig decides what he may do;
-//! - the **listener** accepts connections, keeps a **session** for each, reads their commands and sends the replies. Commands are
-//!   messages of fixed size and are judged by the same thread as everybody's;
+//! - the **listener** accepts connections, keeps a **session** for each, reads their requests and sends the replies. Requests are
+//!   messages of equal parts, at most 64, and are judged by the same thread as everybody's;
 //! - the **board** is shared memory with the latest state and the last two seconds of cycles. It is sealed before it is handed
 //!   out: the kernel refuses every way of writing to it but the driver's own mapping;
 //! - the **connection** is the client's side of all that.
