@@ -32,7 +32,7 @@ fn setpoints_are_judged_before_a_driver_is_looked_for() {
     let set = |setpoint: &'static str| scratch.sinew(["set", "wire", setpoint]);
     set("length=155").refused(&["lacks its unit", "mm, cm or m"]);
     set("length=155in").refused(&["`in` is not a unit of length", "mm, cm or m"]);
-    set("stroke=40mm").refused(&["`mm` is not a unit of stroke", "stroke=40%"]);
+    set("stroke=40in").refused(&["`in` is not a unit of stroke", "stroke=40%"]);
     set("stroke=140%").refused(&["outside the stroke"]);
     set("force=2kg").refused(&["`kg`", "N or mN"]);
     set("speed=1").refused(&["unknown quantity `speed`"]);
