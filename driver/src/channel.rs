@@ -239,10 +239,15 @@ impl Channel {
     /// temperature: what they lack there would be held against the wire by its slowest law, for tens of seconds for a thick one.
     pub fn recall(&mut self, recalled: &Recalled) {
         if self.guard.heat_mut().recall(recalled) {
-            let temperature_c = self.guard.heat().temperature_c();
-            self.estimator.begin_at(temperature_c);
-            self.protector.iter_mut().for_each(|protector| protector.begin_at(temperature_c));
+            self.begin_at(self.guard.heat().temperature_c());
         }
+    }
+
+    /// The estimators forget what they know of the wire, but that it is as hot as this, °C.
+    #[inline]
+    fn begin_at(&mut self, temperature_c: f64) {
+        self.estimator.begin_at(temperature_c);
+        self.protector.iter_mut().for_each(|protector| protector.begin_at(temperature_c));
     }
 
     /// One cycle: the sample of the period just past in, the duty for the next period out (in `Channel::duty`).
@@ -319,6 +324,10 @@ impl Channel {
         if let Some(Change::Tripped(_)) = change {
             self.forget_target();
             self.held = false;
+        }
+        // What the estimator has learned of the wire from a held load (a loss to explain that it does not shorten) would outlast it.
+        if self.guard.heat().is_jammed() {
+            self.begin_at(self.guard.heat().temperature_c());
         }
         (permit, change)
     }

@@ -13,7 +13,7 @@ use sinew_physics::{Load, WireModel};
 /// So much hotter than its curve, K, a wire has to be: what is not known of curve and air's temperature.
 const MARGIN_K: f64 = 10.0;
 /// Share of the stroke that a free wire would have moved by then, and within which one stands.
-const EXPECTED: f64 = 0.2;
+const EXPECTED: f64 = 0.1;
 const STANDING: f64 = 0.05;
 /// A phase this near to its end is taken for that, where its logarithm is.
 const EDGE: f64 = 0.01;

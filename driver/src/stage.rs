@@ -37,7 +37,7 @@ const COLD_END: f64 = 0.15;
 /// Fewest periods between two dark ones: on a slow loop they must not take the length away. With the one in which the stage is seen, the one
 /// that confirms it and the one in which the supply goes, fewer than 20.
 const FEWEST_PERIODS: f64 = 16.0;
-/// Fewest periods in which a wire is watched before it is said to move or to stand.
+/// Fewest periods in which a wire is watched before it is said to stand.
 const WATCHED_PERIODS: f64 = 4.0;
 
 /// Watches the output stage of one channel.
@@ -204,7 +204,7 @@ impl StageWatch {
         }
         let moved_m = length_m - self.looked_m;
         let shortens = moved_m < -MOVED * self.stroke_m;
-        if shortens && self.since_look_s > WATCHED_PERIODS * dt_s {
+        if shortens && self.since_look_s > FEWEST_PERIODS * dt_s {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
             return true;
         }

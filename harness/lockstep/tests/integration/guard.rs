@@ -286,6 +286,40 @@ fn a_jammed_load_is_found_when_its_wire_is_heated_against_it() {
     assert!(worst_s < 4.0 && hottest_c < limit_c + 15.0);
 }
 
+/// A thick wire at full power whose load is held half way, and let go. Held, it looks like one in a draught: what was learned of that was
+/// believed for seconds after.
+#[test]
+fn what_was_learned_from_a_held_load_does_not_outlast_it() {
+    for circuit in CIRCUITS {
+        let mut under_k: f64 = 0.0;
+        for k in 0..20 {
+            let mut bench = started(&wire(0.375, 7.0, circuit, k));
+            bench.ask(0, Ask::Duty(1.0));
+            // from 10 to 70 % of its way
+            let way = 0.1 + 0.03 * k as f64;
+            let range = bench.engine().channels()[0].stroke_range();
+            let is_there = |bench: &Lockstep| bench.state(0).observed_length_m <= range.length_m(way);
+            while !is_there(&bench) && bench.time_s() < 10.0 {
+                bench.run(10);
+            }
+            assert!(bench.time_s() < 10.0, "it never comes to {way}");
+            bench.backend().faults().set(0, FaultKind::Jammed);
+            bench.run_s(0.6);
+            bench.backend().faults().clear_all();
+            let from_s = bench.time_s();
+            while bench.time_s() < from_s + 4.0 {
+                bench.run(10);
+                let true_c = bench.wires().wire(0).map_or(f64::NAN, |wire| wire.temperature_c());
+                if bench.time_s() > from_s + 0.5 {
+                    under_k = under_k.max(true_c - bench.state(0).temperature_c);
+                }
+            }
+        }
+        println!("{circuit}: published up to {under_k:.1} K under the truth after a jam");
+        assert!(under_k < 20.0, "{circuit}: {under_k} K");
+    }
+}
+
 #[test]
 fn a_converter_that_freezes_is_never_taken_for_a_stage_that_is_stuck_on() {
     for circuit in CIRCUITS {

@@ -27,5 +27,8 @@ fn a_chapter_becomes_a_page_that_stands_alone() {
     assert!(summary.contains("chapter 3") && summary.contains("appendix A") && summary.contains("not yet built"));
     let page = std::fs::read_to_string(scratch.path("book/index.html")).unwrap();
     assert!(page.starts_with("<!DOCTYPE html>") && page.contains("<svg") && page.contains("thesis a 3"));
-    assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("http:") && !page.contains("https:"), "it fetches nothing");
+    assert!(
+        !page.contains("<script") && !page.contains("src=") && !page.contains("http:") && !page.contains("https:"),
+        "it fetches nothing"
+    );
 }
