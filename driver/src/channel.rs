@@ -314,6 +314,7 @@ impl Channel {
             length_m: self.motion.length_m,
             cold_c: self.cold.as_ref().and_then(|cold| cold.bound_c(&self.reading)),
         };
+        let was_jammed = self.guard.heat().is_jammed();
         let (permit, change) = self.guard.judge(&Evidence {
             driven,
             health: self.reading.health,
@@ -325,8 +326,8 @@ impl Channel {
             self.forget_target();
             self.held = false;
         }
-        // What the estimator has learned of the wire from a held load (a loss to explain that it does not shorten) would outlast it.
-        if self.guard.heat().is_jammed() {
+        // What the estimators have learned of the wire from a held load (a loss to explain that it does not shorten) would outlast it.
+        if was_jammed && !self.guard.heat().is_jammed() {
             self.begin_at(self.guard.heat().temperature_c());
         }
         (permit, change)

@@ -316,7 +316,8 @@ fn what_was_learned_from_a_held_load_does_not_outlast_it() {
             }
         }
         println!("{circuit}: published up to {under_k:.1} K under the truth after a jam");
-        assert!(under_k < 20.0, "{circuit}: {under_k} K");
+        // 40 K where it is believed on
+        assert!(under_k < 30.0, "{circuit}: {under_k} K");
     }
 }
 
