@@ -109,7 +109,7 @@ fn a_file_is_played_row_by_row_and_leaves_its_channels_off() {
     let rig = Rig::bench(&["a", "b"], "");
     let (driver, client) = Driver::ready(&rig);
     let file = rig.file("wave.csv");
-    std::fs::write(&file, "time_s,b,a\n0,10%,\n0.4,duty=0.05,20%\n1.2,,off\n").unwrap();
+    std::fs::write(&file, "time_s,b,a\n0,10%,\n0.25,duty=0.05,20%\n0.6,,off\n").unwrap();
     let path = file.to_str().unwrap();
     let mut stream = client.stream().unwrap();
     // Leases of a tenth of a second: they are renewed.
