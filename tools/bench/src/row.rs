@@ -160,7 +160,8 @@ pub struct Trace {
 const TRACE_HZ: f64 = 100.0;
 
 impl Trace {
-    fn see(&mut self, moment: &Moment, reference: f64, error: f64, time_s: f64, period_s: f64) {
+    /// Takes a cycle in, of which some are kept: `reference` and `error` as strokes, its time, s, and the period of the loop, s.
+    pub fn see(&mut self, moment: &Moment, reference: f64, error: f64, time_s: f64, period_s: f64) {
         self.cycles += 1;
         if !self.cycles.is_multiple_of((1.0 / TRACE_HZ / period_s).round().max(1.0) as u64) {
             return;

@@ -1,7 +1,7 @@
 //! Runs that take longer than a row should: a driver with one law on a plant of the control bench, and chapter 7's experiment, which
 //! several rows look at and which is made once.
 
-use sinew_bench::{Choice, Disturbed, Moment, Plant, Session, Step, disturb, idle, sensing, step};
+use sinew_bench::{Choice, Disturbed, Plant, Session, Step, Trace, disturb, idle, sensing, step};
 use sinew_sim_backend::World;
 
 use crate::chapter::Chapter;
@@ -14,8 +14,6 @@ const IDLE_S: f64 = 0.5;
 /// A draught takes half as much heat again, and lasts so long, s.
 const DRAUGHT: f64 = 0.5;
 const DRAUGHT_S: f64 = 3.0;
-/// Points of a trace a second.
-const TRACE_HZ: f64 = 100.0;
 
 /// What the rows of some chapters share.
 #[derive(Debug, Default)]
@@ -42,41 +40,6 @@ impl Lab {
     }
 }
 
-/// A wire over time under a driver, with what the driver believes of it.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Trace {
-    /// s.
-    pub time_s: Vec<f64>,
-    /// Reference as a stroke, 0 cold and long, 1 hot and short.
-    pub reference: Vec<f64>,
-    /// True length as a stroke.
-    pub stroke: Vec<f64>,
-    /// True temperature, °C.
-    pub temperature_c: Vec<f64>,
-    /// Estimated temperature, °C.
-    pub estimated_c: Vec<f64>,
-    /// True martensite fraction.
-    pub martensite: Vec<f64>,
-    /// Estimated martensite fraction.
-    pub estimated_martensite: Vec<f64>,
-    /// Duty.
-    pub duty: Vec<f64>,
-}
-
-impl Trace {
-    fn see(&mut self, moment: &Moment, reference: f64, error: f64) {
-        self.time_s.push(moment.time_s);
-        self.reference.push(reference);
-        // longer is less stroke
-        self.stroke.push(reference - error);
-        self.temperature_c.push(moment.truth.temperature_c);
-        self.estimated_c.push(moment.estimate.temperature_c);
-        self.martensite.push(moment.truth.martensite);
-        self.estimated_martensite.push(moment.estimate.martensite);
-        self.duty.push(moment.duty);
-    }
-}
-
 /// What is chosen in the rig file, beyond what a fresh one has.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Chosen {
@@ -99,7 +62,7 @@ impl Chosen {
 pub(crate) struct Run {
     session: Session,
     watch_s: f64,
-    every: usize,
+    period_s: f64,
     /// What was seen so far.
     pub trace: Trace,
 }
@@ -112,30 +75,23 @@ impl Run {
         let believed = plant.believed(&choice, SEED)?;
         let mut session = Session::new(&believed, &plant.truth(&believed))?;
         idle(&mut session, IDLE_S);
-        let every = (plant.rate_hz / TRACE_HZ).round().max(1.0) as usize;
-        Ok(Run { session, watch_s: plant.watch_s, every, trace: Trace::default() })
+        Ok(Run { session, watch_s: plant.watch_s, period_s: 1.0 / plant.rate_hz, trace: Trace::default() })
     }
 
     /// A step to a stroke, watched for as long as the bench watches one on this plant.
     pub fn step(&mut self, to: f64) -> Step {
-        let (trace, every, mut count) = (&mut self.trace, self.every, 0);
+        let (trace, period_s) = (&mut self.trace, self.period_s);
         step(&mut self.session, to, self.watch_s, false, |moment, error| {
-            count += 1;
-            if count % every == 0 {
-                trace.see(moment, to, error);
-            }
+            trace.see(moment, to, error, moment.time_s, period_s);
         })
     }
 
     /// A draught on a wire held at a stroke.
     pub fn draught(&mut self, stroke: f64) -> Disturbed {
         let world = World { draught: DRAUGHT, ..World::CALM };
-        let (trace, every, mut count) = (&mut self.trace, self.every, 0);
+        let (trace, period_s) = (&mut self.trace, self.period_s);
         disturb(&mut self.session, stroke, &world, DRAUGHT_S, |moment, error| {
-            count += 1;
-            if count % every == 0 {
-                trace.see(moment, stroke, error);
-            }
+            trace.see(moment, stroke, error, moment.time_s, period_s);
         })
     }
 }

@@ -17,6 +17,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod axes;
 mod book;
 mod chapter;
 mod chapters;

@@ -1,5 +1,6 @@
 //! Chapter 11: sliding mode on limited power.
 
+use sinew_bench::Trace;
 use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Coupling, Demand, EstimatorKind, LpvModel, Observation, Settings,
     StateEstimator,
@@ -13,18 +14,17 @@ use sinew_state_space::convert::discretise;
 use sinew_state_space::{Complex, DMatrix, eigenvalues};
 
 use super::nine::{SLOPE_PER_K, middle, rig, simplified};
+use crate::axes::TIME;
 use crate::chapter::Chapter::Eleven;
 use crate::chapter::Place::{Displayed, Equation, Figure};
 use crate::found::{Found, Tried};
-use crate::lab::{Chosen, Lab, Run, Trace};
+use crate::lab::{Chosen, Lab, Run};
 use crate::row::{Computed, Row};
 use crate::wires::{hanging, largest, table_10};
 
 const SURFACES: &str = "model/physics/src/formulas/control.rs";
 const SLIDING: &str = "control/src/laws/sliding.rs";
 const LPV: &str = "control/src/lpv.rs";
-
-const TIME: (&str, &str) = ("Time", "s");
 
 fn equation(number: u8, title: &'static str, states: &'static str) -> Row {
     Row::new(Eleven, Equation(number), title, states)

@@ -1,6 +1,6 @@
 //! Chapter 9: the linear model with varying parameters, and its estimators.
 
-use sinew_bench::{Choice, Plant};
+use sinew_bench::{Choice, Plant, Trace};
 use sinew_control::{Coupling, LpvModel, OperatingPoint, StateSpace};
 use sinew_physics::{Hysteresis, Inputs, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
@@ -8,10 +8,11 @@ use sinew_state_space::place::place_observer;
 use sinew_state_space::rank::{controllability_rank, observability_rank};
 use sinew_state_space::{Complex, DMatrix, convert, eigenvalues};
 
+use crate::axes::TIME;
 use crate::chapter::Chapter::Nine;
 use crate::chapter::Place::{Displayed, Equation, Figure, Table};
 use crate::found::{Found, Tried};
-use crate::lab::{Chosen, Lab, Run, Trace};
+use crate::lab::{Chosen, Lab, Run};
 use crate::row::{Computed, Row};
 use crate::wires::{MPA, STEP_S, hanging, in_a_furnace, largest, table_10};
 
@@ -20,8 +21,6 @@ const BALANCE: &str = "model/physics/src/step/balance.rs";
 const MECHANICAL: &str = "model/physics/src/formulas/mechanical.rs";
 const OBSERVER: &str = "control/src/estimators/luenberger.rs";
 const KINETICS: &str = "model/physics/src/kinetics.rs";
-
-const TIME: (&str, &str) = ("Time", "s");
 
 fn equation(number: u8, title: &'static str, states: &'static str) -> Row {
     Row::new(Nine, Equation(number), title, states)

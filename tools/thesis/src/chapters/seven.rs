@@ -8,6 +8,7 @@ use sinew_physics::formulas::{
 use sinew_physics::{Drive, DriveKind, Hysteresis, Inputs, Material, Taps, Wire, WireModel};
 use sinew_plot::Ink;
 
+use crate::axes::TIME;
 use crate::chapter::Chapter::Seven;
 use crate::chapter::Place::{Equation, Figure, Table};
 use crate::found::{Found, Tried};
@@ -18,8 +19,6 @@ use crate::wires::{MPA, STEP_S, hanging, in_a_furnace, largest};
 const ELECTRICAL: &str = "model/physics/src/formulas/electrical.rs";
 const EFFECTS: &str = "model/physics/src/effects/electrical.rs";
 const SENSING: &str = "tools/bench/src/sensing/mod.rs";
-
-const TIME: (&str, &str) = ("Time", "s");
 
 fn equation(number: u8, title: &'static str, states: &'static str) -> Row {
     Row::new(Seven, Equation(number), title, states)

@@ -5,6 +5,7 @@ use sinew_physics::formulas::{cooling_time_s, current_a, heating_power_w, relaxe
 use sinew_physics::{Convection, Drive, DriveKind, Geometry, Inputs, Kinetics, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
 
+use crate::axes::{STRAIN, STRESS, TEMPERATURE, TIME};
 use crate::chapter::Chapter::Six;
 use crate::chapter::Place::{Displayed, Equation, Figure};
 use crate::found::{Found, Tried};
@@ -15,11 +16,6 @@ const THERMAL: &str = "model/physics/src/formulas/thermal.rs";
 const ELECTRICAL: &str = "model/physics/src/formulas/electrical.rs";
 const BALANCE: &str = "model/physics/src/step/balance.rs";
 const SIGNALS: &str = "model/physics/src/signals.rs";
-
-const STRAIN: (&str, &str) = ("Strain", "1");
-const STRESS: (&str, &str) = ("Stress, MPa", "1");
-const TEMPERATURE: (&str, &str) = ("Temperature", "°C");
-const TIME: (&str, &str) = ("Time", "s");
 
 /// The text's resistivity of a wire, Ω m: the mean of both phases'.
 const RESISTIVITY_OHM_M: f64 = 80e-8;

@@ -1,6 +1,6 @@
 //! Chapter 10: linearising controllers.
 
-use sinew_bench::Step;
+use sinew_bench::{Step, Trace};
 use sinew_control::{Coupling, LpvModel, StateSpace};
 use sinew_physics::{Inputs, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
@@ -11,10 +11,11 @@ use sinew_state_space::servo::augment;
 use sinew_state_space::{Complex, DMatrix, DVector, eigenvalues};
 
 use super::nine::{SLOPE_PER_K, middle, rig, simplified};
+use crate::axes::TIME;
 use crate::chapter::Chapter::Ten;
 use crate::chapter::Place::{Displayed, Equation, Figure};
 use crate::found::{Found, Tried};
-use crate::lab::{Chosen, Lab, Run, Trace};
+use crate::lab::{Chosen, Lab, Run};
 use crate::row::{Computed, Row};
 use crate::wires::{STEP_S, hanging, largest, least, table_10};
 
@@ -22,8 +23,6 @@ const LPV: &str = "control/src/lpv.rs";
 const LINEARISED: &str = "control/src/laws/linearised.rs";
 const SERVO: &str = "control/src/laws/servo.rs";
 const DERIVE: &str = "control/state-space/src/derive.rs";
-
-const TIME: (&str, &str) = ("Time", "s");
 
 /// M and B of table 10.
 const MASS_KG: f64 = 0.13;

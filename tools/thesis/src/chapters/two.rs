@@ -5,6 +5,7 @@ use sinew_control::{Candidate, Motion, Requirement, WireRules, candidates};
 use sinew_physics::{Convection, Hysteresis, Material, Taps};
 use sinew_plot::Ink;
 
+use crate::axes::{STRAIN, STRESS, TEMPERATURE};
 use crate::chapter::Chapter::Two;
 use crate::chapter::Place::{Displayed, Figure, Rule, Table};
 use crate::found::{Found, Tried};
@@ -13,10 +14,6 @@ use crate::wires::{Way, hanging, imposed, in_a_furnace, largest};
 
 const RULES: &str = "control/src/rules.rs";
 const SIZING: &str = "control/src/sizing.rs";
-
-const STRAIN: (&str, &str) = ("Strain", "1");
-const STRESS: (&str, &str) = ("Stress, MPa", "1");
-const TEMPERATURE: (&str, &str) = ("Temperature", "°C");
 
 /// Why no wire has the efficiency that is stated.
 pub(super) const EFFICIENCY: &str = "the work of 170 MPa over 4 % of the length is 1.3 % of the heat that \

@@ -5,9 +5,10 @@ use sinew_physics::{Material, Mixing};
 use sinew_plot::Ink;
 
 use super::shared::{
-    BALANCE, FORMULAS, KINETICS, LOOP_MPA, MECHANICAL, PARAMS, STRAIN, TEMPERATURE, displayed, draw_loops, equation,
-    figure, moved, strained, superelastic, whole_strain,
+    BALANCE, FORMULAS, KINETICS, LOOP_MPA, MECHANICAL, PARAMS, displayed, draw_loops, equation, figure, moved,
+    strained, superelastic, whole_strain,
 };
+use crate::axes::{STRAIN, TEMPERATURE};
 use crate::found::Tried;
 use crate::row::Row;
 use crate::wires::{MPA, at, imposed, in_a_furnace, largest, least};

@@ -5,9 +5,10 @@ use sinew_physics::{Hysteresis, Inputs, KeptHistory, Load, Material, Wire, WireM
 use sinew_plot::Ink;
 
 use super::shared::{
-    BALANCE, KINETICS, LOOP_C, LOOP_MPA, MARTENSITE, MECHANICAL, PARAMS, REFERENCE, STRAIN, STRESS, TEMPERATURE, TIME,
-    displayed, draw_loops, equation, figure, whole_strain,
+    BALANCE, KINETICS, LOOP_C, LOOP_MPA, MARTENSITE, MECHANICAL, PARAMS, REFERENCE, displayed, draw_loops, equation,
+    figure, whole_strain,
 };
+use crate::axes::{STRAIN, STRESS, TEMPERATURE, TIME};
 use crate::found::{Found, Tried};
 use crate::row::Row;
 use crate::wires::{MPA, STEP_S, Way, at, imposed, in_a_furnace, largest, least};

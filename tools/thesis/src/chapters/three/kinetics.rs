@@ -5,9 +5,9 @@ use sinew_physics::{Hysteresis, KeptHistory, Kinetics, Material};
 use sinew_plot::Ink;
 
 use super::shared::{
-    FORMULAS, KINETICS, LOOP_MPA, MARTENSITE, PARAMS, STRAIN, STRESS, TEMPERATURE, displayed, equation, figure, moved,
-    superelastic,
+    FORMULAS, KINETICS, LOOP_MPA, MARTENSITE, PARAMS, displayed, equation, figure, moved, superelastic,
 };
+use crate::axes::{STRAIN, STRESS, TEMPERATURE};
 use crate::found::Found;
 use crate::row::Row;
 use crate::wires::{MPA, by, hanging, largest, least};

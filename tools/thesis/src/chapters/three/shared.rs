@@ -3,6 +3,7 @@
 use sinew_physics::Material;
 use sinew_plot::Ink;
 
+use crate::axes::{STRAIN, STRESS};
 use crate::chapter::Chapter::Three;
 use crate::chapter::Place::{Displayed, Equation, Figure};
 use crate::found::{Found, Tried};
@@ -22,11 +23,7 @@ pub(super) const LOOP_C: f64 = 110.0;
 pub(super) const LOOP_MPA: f64 = 600.0;
 
 /// Stress and temperature axes and those over them.
-pub(super) const STRAIN: (&str, &str) = ("Strain", "1");
-pub(super) const STRESS: (&str, &str) = ("Stress, MPa", "1");
-pub(super) const TEMPERATURE: (&str, &str) = ("Temperature", "°C");
 pub(super) const MARTENSITE: (&str, &str) = ("Martensite fraction", "1");
-pub(super) const TIME: (&str, &str) = ("Time", "s");
 
 pub(super) fn equation(number: u8, title: &'static str, states: &'static str) -> Row {
     Row::new(Three, Equation(number), title, states)
