@@ -309,10 +309,10 @@ impl Desk {
         };
         let missing = orders.len();
         let is_off = orders.iter().all(|(_, ask, _)| *ask == Ask::Off);
-        let sent = match request.commands() {
-            [_] => self.outbox.send(orders.into_iter(), is_off),
-            _ if is_off => self.outbox.send(orders.into_iter(), true),
-            _ => self.outbox.send_together(&orders),
+        let sent = if request.commands().len() == 1 || is_off {
+            self.outbox.send(orders.into_iter(), is_off)
+        } else {
+            self.outbox.send_together(&orders)
         };
         let Some(ticket) = sent else {
             return refuse_all(shared, request, |command| Reply::refused(command, Outcome::Busy));

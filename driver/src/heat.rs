@@ -178,7 +178,6 @@ pub struct Heat {
     unseen_k: f64,
     /// Where the load says when the wire has to move: whether it does.
     jam: Option<JamWatch>,
-    is_jammed: bool,
     /// Heat beyond the air's temperature that is surely in the wire, besides what turned it austenite, J.
     surely_j: f64,
     /// Temperature that was assumed, until the first estimate makes an excess of it, °C.
@@ -203,7 +202,6 @@ impl Heat {
             excess_k: 0.0,
             unseen_k: 0.0,
             jam: None,
-            is_jammed: false,
             surely_j: 0.0,
             assumed_c: Some(budgets.ambient_c),
             unconfirmed_memory: 0,
@@ -301,7 +299,7 @@ impl Heat {
     /// Whether its load is held: then what its length says of its temperature is wrong, and so is what an estimator learns from it.
     #[inline]
     pub fn is_jammed(&self) -> bool {
-        self.is_jammed
+        self.jam.as_ref().is_some_and(JamWatch::is_held)
     }
 
     /// How much of it is for want of a history, K.
@@ -407,8 +405,7 @@ impl Heat {
         let &Passed { power_w, dt_s, is_measured, martensite, length_m, .. } = passed;
         let length_m = if is_measured { length_m } else { f64::NAN };
         let stand = Stand { least_c: surely_c, most_c: before_c, martensite, length_m, dt_s };
-        let is_held = self.jam.as_mut().is_some_and(|jam| jam.is_held(&stand));
-        self.is_jammed = is_held;
+        let is_held = self.jam.as_mut().is_some_and(|jam| jam.look(&stand));
         if is_measured && !is_held {
             // A gap before one measurement is no time in which it was measured.
             let measured_s = if dt_s > 0.0 { dt_s.min(self.budgets.period_s) } else { 0.0 };

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use sinew_ring::{Consumer, Producer, ring};
 
 use crate::engine::Engine;
-use crate::orders::{Ask, Event, Occurrence, Order};
+use crate::orders::{Answer, Ask, Event, Occurrence, Order};
 
 /// Orders that may be on their way, in each lane; and requests for several channels.
 const ORDERS: usize = 512;
@@ -125,9 +125,7 @@ impl Inbox {
         }
         taken += self.take_together(engine, now_ns, tell);
         for _ in 0..ORDERS_A_CYCLE {
-            // A second one for the same channel waits for the next cycle: a recording has room for one.
-            let waits = |order: &Order| engine.has_order(order.channel) && !engine.is_overtaken(order);
-            if self.orders.peek(waits) == Some(true) {
+            if self.orders.peek(|order| has_to_wait(order, engine)) == Some(true) {
                 break;
             }
             let Some(order) = self.orders.pop() else { break };
@@ -139,11 +137,7 @@ impl Inbox {
     /// One request for several channels.
     #[inline]
     fn take_together(&mut self, engine: &mut Engine, now_ns: u64, tell: &mut impl FnMut(Event)) -> u64 {
-        // As with the others: one order a cycle for each channel.
-        let waits = |together: &Together| {
-            let waits = |order: &Order| engine.has_order(order.channel) && !engine.is_overtaken(order);
-            together.orders().iter().any(waits)
-        };
+        let waits = |together: &Together| together.orders().iter().any(|order| has_to_wait(order, engine));
         if self.togethers.peek(waits) != Some(false) {
             return 0;
         }
@@ -153,10 +147,7 @@ impl Inbox {
             if !orders.first().is_some_and(|order| tickets.begin(order.ticket)) {
                 return 0;
             }
-            engine.take_together(orders, now_ns, |order, answer| {
-                let what = Occurrence::Answered { ticket: order.ticket, answer };
-                tell(Event { at_ns: now_ns, channel: order.channel as u32, what });
-            });
+            engine.take_together(orders, now_ns, |order, answer| tell(answered(order, answer, now_ns)));
             orders.len() as u64
         });
         taken.unwrap_or(0)
@@ -168,11 +159,22 @@ impl Inbox {
             return 0;
         }
         if let Some(answer) = engine.take(order, now_ns) {
-            let what = Occurrence::Answered { ticket: order.ticket, answer };
-            tell(Event { at_ns: now_ns, channel: order.channel as u32, what });
+            tell(answered(order, answer, now_ns));
         }
         1
     }
+}
+
+/// Whether its channel has one in this cycle already: a recording has room for one.
+#[inline]
+fn has_to_wait(order: &Order, engine: &Engine) -> bool {
+    engine.has_order(order.channel) && !engine.is_overtaken(order)
+}
+
+#[inline]
+fn answered(order: &Order, answer: Answer, at_ns: u64) -> Event {
+    let what = Occurrence::Answered { ticket: order.ticket, answer };
+    Event { at_ns, channel: order.channel as u32, what }
 }
 
 /// The lowest bit of a slot's word: whether the loop has begun with the request; the ticket stands above it.
@@ -231,7 +233,7 @@ impl Tickets {
 mod tests {
     use super::*;
     use crate::channel::Target;
-    use crate::orders::{Answer, Beat};
+    use crate::orders::Beat;
     use sinew_backend::{BackendError, ChannelFault};
     use sinew_rig::Rig;
 

@@ -89,9 +89,15 @@ impl JamWatch {
         self.centre_c + self.width_k * logit(martensite.clamp(EDGE, 1.0 - EDGE)) + shift_k.max(0.0)
     }
 
+    /// Whether the wire is held, by what was seen last.
+    #[inline]
+    pub fn is_held(&self) -> bool {
+        self.is_held
+    }
+
     /// Takes one period in; whether the wire is held. Without a length nothing changes.
     #[inline]
-    pub fn is_held(&mut self, stand: &Stand) -> bool {
+    pub fn look(&mut self, stand: &Stand) -> bool {
         let &Stand { least_c, most_c, martensite, length_m, dt_s } = stand;
         if length_m.is_nan() {
             return self.is_held;
@@ -134,7 +140,7 @@ mod tests {
 
     fn found_s(mut each: impl FnMut(f64) -> Stand) -> Option<f64> {
         let mut watch = WATCH;
-        (0..1000).map(|k| f64::from(k) * 1e-3).find(|time_s| watch.is_held(&each(*time_s)))
+        (0..1000).map(|k| f64::from(k) * 1e-3).find(|time_s| watch.look(&each(*time_s)))
     }
 
     #[test]
@@ -150,12 +156,12 @@ mod tests {
     #[test]
     fn it_is_held_until_it_moves_or_must_be_cold() {
         let mut watch = WATCH;
-        (0..100).for_each(|_| _ = watch.is_held(&HOT));
-        assert!(watch.is_held(&Stand { least_c: 90.0, ..HOT }), "it may still be hot");
-        assert!(watch.is_held(&Stand { length_m: f64::NAN, ..HOT }), "not seen");
+        (0..100).for_each(|_| _ = watch.look(&HOT));
+        assert!(watch.look(&Stand { least_c: 90.0, ..HOT }), "it may still be hot");
+        assert!(watch.look(&Stand { length_m: f64::NAN, ..HOT }), "not seen");
         let mut moved = watch;
-        assert!(!moved.is_held(&Stand { least_c: 90.0, length_m: 0.107, ..HOT }));
-        assert!(!watch.is_held(&Stand { least_c: 90.0, most_c: 99.0, ..HOT }));
-        assert!(!watch.is_held(&Stand { least_c: 90.0, ..HOT }), "and stays free");
+        assert!(!moved.look(&Stand { least_c: 90.0, length_m: 0.107, ..HOT }));
+        assert!(!watch.look(&Stand { least_c: 90.0, most_c: 99.0, ..HOT }));
+        assert!(!watch.look(&Stand { least_c: 90.0, ..HOT }), "and stays free");
     }
 }

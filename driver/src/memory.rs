@@ -148,13 +148,13 @@ impl Kept {
     fn read(&self, shown: u64, boot: u64, now_ns: u64) -> Option<Recalled> {
         let [output, found_boot, at_ns, temperature, account, most, state, mark] = self.page.read()?;
         let is_ours = mark == shown && mark != 0;
-        let is_valid =
-            is_ours && output == self.output && found_boot == boot && at_ns <= now_ns && state != UNCONFIRMED;
-        let is_valid = is_valid && f64::from_bits(account).is_finite();
+        let account_j = f64::from_bits(account);
+        let is_of_now = output == self.output && found_boot == boot && at_ns <= now_ns;
+        let is_valid = is_ours && is_of_now && state != UNCONFIRMED && account_j.is_finite();
         let since_s = now_ns.saturating_sub(at_ns) as f64 * 1e-9;
         is_valid.then(|| Recalled {
             temperature_c: f64::from_bits(temperature),
-            account_j: f64::from_bits(account),
+            account_j,
             given_w: f64::from_bits(most),
             since_s,
         })

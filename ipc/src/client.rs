@@ -322,10 +322,10 @@ impl Client {
     /// # Errors
     /// As [`Client::set_length`].
     pub fn command(&self, channel: u32, kind: CommandKind, value: f64, hold: Duration) -> Result<Reply, Error> {
-        let replies = self.ask(&[Wanted { channel, kind, value }], hold)?;
+        let wanted = Wanted { channel, kind, value };
         // as many as were asked for
-        let reply = replies[0];
-        match self.refusal(&Wanted { channel, kind, value }, &reply) {
+        let reply = self.ask(&[wanted], hold)?[0];
+        match self.refusal(&wanted, &reply) {
             None => Ok(reply),
             Some(refusal) => Err(Error::Refused(refusal)),
         }
