@@ -235,21 +235,26 @@ fn a_panic_in_the_loop_stops_the_outputs_and_ends_the_run() {
     assert!((1..50).contains(&report.cycles), "{}", report.cycles);
 }
 
-/// What a driver believes of its wire in its first cycles, °C, at the most; it ends when it knows that the wire is cold.
-fn first_belief_c(rig: &Rig, fake: Fake) -> f64 {
+/// What a driver believes of its wire in the first cycle that is seen of it, °C, and how long after its start that was, s; it ends
+/// when it knows that the wire is cold.
+fn first_belief(rig: &Rig, fake: Fake) -> (f64, f64) {
     let handle = Driver::start(rig, fake, Options::default()).unwrap();
     let client = Client::connect(&rig.name).unwrap();
-    let mut most_c = f64::NEG_INFINITY;
+    let (mut most_c, mut seen_s) = (f64::NEG_INFINITY, f64::NAN);
     eventually("measured", || {
-        let state = client.latest().channels()[0];
-        most_c = most_c.max(state.temperature_c);
+        let latest = client.latest();
+        let state = latest.channels()[0];
+        if state.temperature_c > most_c {
+            most_c = state.temperature_c;
+            seen_s = latest.monotonic_ns.saturating_sub(client.info().started_ns) as f64 * 1e-9;
+        }
         // What is believed of this backend's wire, which is no real one, settles at 55 to 64 °C, as its noise falls.
         state.length_m.is_finite() && state.temperature_c < 70.0
     });
     drop(client);
     handle.stop();
     handle.join();
-    most_c
+    (most_c, seen_s)
 }
 
 #[test]
@@ -262,16 +267,25 @@ fn what_is_known_of_a_wire_outlives_its_driver_and_an_unknown_one_is_at_its_limi
         fake.outlives = Some(format!("{} {}", rig.name, std::process::id()));
         fake
     };
-    let unknown_c = first_belief_c(&rig, fake());
-    assert!((unknown_c - limit_c).abs() < 1.0, "{unknown_c}");
-    let remembered_c = first_belief_c(&rig, fake());
+    // Where the machine is busy, a client sees it late, and what is believed has cooled since: no wire like this does so faster.
+    const COOLS_K_PER_S: f64 = 150.0;
+    let is_at_its_limit = |fake: Fake, why: &str| {
+        let (believed_c, seen_s) = first_belief(&rig, fake);
+        let cooled_k = COOLS_K_PER_S * seen_s;
+        assert!(
+            believed_c < limit_c + 1.0 && believed_c > limit_c - 1.0 - cooled_k,
+            "{why}: {believed_c} after {seen_s} s"
+        );
+    };
+    is_at_its_limit(fake(), "nothing is known");
+    let (remembered_c, _) = first_belief(&rig, fake());
     assert!(remembered_c < 0.5 * limit_c, "{remembered_c} °C, though it was left cold a moment ago");
     let mut foreign = fake();
     foreign.mark = 2;
-    assert!((first_belief_c(&rig, foreign) - limit_c).abs() < 1.0, "somebody else has used it since");
+    is_at_its_limit(foreign, "somebody else has used it since");
     let mut another = fake();
     another.outlives = Some(format!("{} other", rig.name));
-    assert!((first_belief_c(&rig, another) - limit_c).abs() < 1.0, "another output");
+    is_at_its_limit(another, "another output");
 }
 
 #[test]

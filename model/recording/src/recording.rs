@@ -105,6 +105,15 @@ impl Recording {
         self.time_s.is_empty()
     }
 
+    /// Whether it has the same samples as another one, whatever their files are called.
+    pub fn has_the_samples_of(&self, other: &Recording) -> bool {
+        // missing samples are not equal to themselves: by their bits
+        let same = |a: &[f64], b: &[f64]| a.iter().map(|v| v.to_bits()).eq(b.iter().map(|v| v.to_bits()));
+        self.time_s == other.time_s
+            && self.columns().map(|(column, _)| column).eq(other.columns().map(|(column, _)| column))
+            && self.columns().zip(other.columns()).all(|((_, a), (_, b))| same(a, b))
+    }
+
     /// From the first sample to the last, s.
     pub fn duration_s(&self) -> f64 {
         match (self.time_s.first(), self.time_s.last()) {
@@ -237,6 +246,18 @@ mod tests {
         let mut r = Recording::new("ramp", vec![0.0, 0.1, 0.3, 0.35]).unwrap();
         r.set(Column::Duty, vec![0.0, 0.5, 1.0, 1.0 + 1e-9]).unwrap();
         r
+    }
+
+    #[test]
+    fn recordings_are_compared_by_their_samples() {
+        let recording = |name: &str, values: Vec<f64>| {
+            let mut recording = Recording::new(name, vec![0.0, 1.0, 2.0]).unwrap();
+            recording.set(Column::Duty, values).unwrap();
+            recording
+        };
+        let one = recording("a", vec![0.0, f64::NAN, 1.0]);
+        assert!(one.has_the_samples_of(&recording("b", vec![0.0, f64::NAN, 1.0])));
+        assert!(!one.has_the_samples_of(&recording("b", vec![0.0, f64::NAN, 0.9])));
     }
 
     #[test]

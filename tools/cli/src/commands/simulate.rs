@@ -3,16 +3,13 @@
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-use sinew_physics::{DriveKind, Inputs, Outputs, WireModel};
-use sinew_recording::{Column, Options, Recording, Writer, drive_column, imposed_column};
+use sinew_physics::WireModel;
+use sinew_recording::{Options, Recording, SimulatedColumns, Writer};
 
 use super::{choose_channel, load_rig_with};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
-
-/// The martensite fraction: no sensor measures it, but the model knows it.
-const MARTENSITE: &str = "martensite";
 
 /// Runs the command.
 pub fn simulate(args: &args::Simulate) -> Outcome {
@@ -33,8 +30,8 @@ pub fn simulate(args: &args::Simulate) -> Outcome {
         return Err(Failure::input(format!("{}: is the recording itself", args.output.display()))
             .hint("name another file for -o: what was measured is not to be overwritten"));
     }
-    let columns = columns(&recording, &channel.model);
-    let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
+    let columns = SimulatedColumns::of(&recording, &channel.model);
+    let names = columns.names();
     let writer = if args.output == Path::new("-") {
         Writer::to_stream(Box::new(BufWriter::new(io::stdout())), "stdout", &names)
     } else {
@@ -47,84 +44,21 @@ pub fn simulate(args: &args::Simulate) -> Outcome {
     }
 }
 
-/// One column of the answer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Written {
-    /// As it drove the model.
-    Input(Column),
-    /// As the model has it at the end of the row.
-    Output(Column),
-    /// ξ at the end of the row.
-    Martensite,
-}
-
-impl Written {
-    fn name(self) -> &'static str {
-        match self {
-            Written::Input(column) | Written::Output(column) => column.name(),
-            Written::Martensite => MARTENSITE,
-        }
-    }
-}
-
-/// The inputs as they are in the recording, then everything the model can say of a sensor, in any case whatever the
-/// recording measures: so the two files can be laid side by side.
-fn columns(recording: &Recording, model: &WireModel) -> Vec<Written> {
-    let drive = drive_column(model.drive.kind);
-    let imposed = imposed_column(&model.load);
-    let optional = [Column::SupplyV, Column::AmbientC, Column::DisturbanceN];
-    let inputs: Vec<Column> = [Some(drive), imposed]
-        .into_iter()
-        .flatten()
-        .chain(optional.into_iter().filter(|column| recording.get(*column).is_some()))
-        .collect();
-    // a furnace and a given power tell nothing of currents and voltages
-    let electrical = matches!(model.drive.kind, DriveKind::Pwm | DriveKind::Current);
-    let outputs = [
-        (Column::CurrentA, electrical),
-        (Column::V1V, electrical && model.taps.is_some()),
-        (Column::V2V, electrical && model.taps.is_some()),
-        (Column::V3V, electrical),
-        (Column::ForceN, true),
-        (Column::PositionM, true),
-        (Column::PowerW, model.drive.kind != DriveKind::Temperature),
-        (Column::TemperatureC, true),
-    ];
-    let outputs = outputs
-        .into_iter()
-        .filter(|(column, known)| (*known || recording.get(*column).is_some()) && !inputs.contains(column))
-        .map(|(column, _)| Written::Output(column));
-    inputs.iter().copied().map(Written::Input).chain(outputs).chain([Written::Martensite]).collect()
-}
-
 /// Steps the wire through the recording, one row at a time.
 fn rows(
     recording: &Recording,
     model: &WireModel,
-    columns: &[Written],
+    columns: &SimulatedColumns,
     mut writer: Writer,
 ) -> Result<(), sinew_recording::Error> {
-    let mut cells = vec![0.0; columns.len()];
+    let mut cells = Vec::new();
     for (simulated, &time_s) in recording.simulated(model)?.zip(recording.time_s()) {
         let (inputs, outputs) = simulated?;
-        for (cell, column) in cells.iter_mut().zip(columns) {
-            *cell = value(*column, &inputs, &outputs, model);
-        }
+        cells.clear();
+        cells.extend(columns.values(&inputs, &outputs));
         writer.row(time_s, &cells)?;
     }
     writer.finish()
-}
-
-fn value(column: Written, inputs: &Inputs, outputs: &Outputs, model: &WireModel) -> f64 {
-    match column {
-        Written::Martensite => outputs.martensite,
-        Written::Output(column) => column.of_outputs(outputs).unwrap_or(f64::NAN),
-        Written::Input(column) if column == drive_column(model.drive.kind) => inputs.drive,
-        Written::Input(Column::SupplyV) => inputs.supply_v,
-        Written::Input(Column::AmbientC) => inputs.ambient_c,
-        Written::Input(Column::DisturbanceN) => inputs.external_n,
-        Written::Input(_) => inputs.imposed,
-    }
 }
 
 /// A recording's mistake with its place and remedy.
