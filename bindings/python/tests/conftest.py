@@ -37,7 +37,7 @@ def rig_file(tmp_path):
 def rig(rig_file):
     """A running driver with both wires known."""
     with sinew.run(rig_file) as rig:
-        wait_until(rig, lambda: all(channel.mode == "off" for channel in rig))
+        assert all(channel.mode == "off" for channel in rig)
         yield rig
 
 

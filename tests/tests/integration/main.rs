@@ -15,6 +15,7 @@ mod linux;
 mod manifests;
 mod neighbours;
 mod process_faults;
+mod python;
 mod recording;
 mod report;
 mod restart;

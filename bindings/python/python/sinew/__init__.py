@@ -74,13 +74,14 @@ __all__ = [
 if _sys.platform == "linux":
     from ._process import run
     from ._rig import Channel, Fault, Lease, Rig, Snapshot, Taken, connect, discover
-    from ._stream import Cycle, Stream
+    from ._stream import Cycle, Recorder, Stream
 
     __all__ += [
         "Channel",
         "Cycle",
         "Fault",
         "Lease",
+        "Recorder",
         "Rig",
         "Snapshot",
         "Stream",

@@ -6,9 +6,10 @@ import atexit
 import os
 import shutil
 import subprocess
+import tempfile
 import time
 import weakref
-from typing import List, Optional, Union
+from typing import List, Optional, Set, Union
 
 from . import _rig, _sinew
 from ._errors import BadInput, NotRunning, SinewError
@@ -23,7 +24,9 @@ def run(
     patience_s: float = 30.0,
     answer_s: float = 1.0,
 ) -> "_rig.Rig":
-    """Starts a driver for a rig file (the built-in simulated hexapod without one) and connects to it.
+    """Starts a driver for a rig file (its path or its text; the built-in simulated hexapod without one) and connects to it.
+
+    It returns when the loop runs and each channel's sensors have reported, or have been found wanting (:attr:`Rig.faults`).
 
     The driver is a process of its own, ``sinew run``, found as ``program``, in ``SINEW_BINARY`` or on the path. It is stopped
     by :meth:`Rig.close`, at the end of ``with sinew.run(...) as rig:``, and when Python ends in order. When Python is killed it
@@ -31,10 +34,24 @@ def run(
 
     Raises :class:`BadInput` with the rig file's mistakes, each with its line; :class:`SinewError` where it does not come up.
     """
-    command = [_program(program), "run", "--no-monitor"] + ([os.fspath(rig_file)] if rig_file is not None else [])
+    text = rig_file if isinstance(rig_file, str) and "\n" in rig_file else None
+    with tempfile.TemporaryDirectory(prefix="sinew-") as folder:
+        if text is not None:
+            # the driver has read it when it runs
+            rig_file = os.path.join(folder, "rig.toml")
+            with open(rig_file, "w", encoding="utf-8") as file:
+                file.write(text)
+        return _started([_program(program), "run", "--no-monitor"], rig_file, patience_s, answer_s)
+
+
+def _started(
+    command: List[str], rig_file: Optional[Union[str, os.PathLike]], patience_s: float, answer_s: float
+) -> "_rig.Rig":
+    others = set(_sinew.discover())
+    command = command + ([os.fspath(rig_file)] if rig_file is not None else [])
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
-        rig = _connected(process, patience_s, answer_s)
+        rig = _connected(process, others, patience_s, answer_s)
     except BaseException:
         if process.poll() is None:
             process.terminate()
@@ -58,22 +75,24 @@ def _program(given: Optional[Union[str, os.PathLike]]) -> str:
     return found
 
 
-def _connected(process: subprocess.Popen, patience_s: float, answer_s: float) -> "_rig.Rig":
-    """Waits for the driver of this process among those that run."""
+def _connected(process: subprocess.Popen, others: Set[str], patience_s: float, answer_s: float) -> "_rig.Rig":
+    """Waits for the driver of this process, which is none of those that ran before, and for its wires."""
     end = time.monotonic() + patience_s
     while True:
         if process.poll() is not None:
-            said = process.stderr.read().strip()
+            said = process.communicate()[1].strip()
             if process.returncode == 2:
                 raise BadInput(_after(said, "error: "), _after(said, "hint: "))
             raise SinewError(f"the driver ended with {process.returncode}: {said}", "look at its words")
-        for name in _sinew.discover():
+        for name in set(_sinew.discover()) - others:
             try:
                 client = _sinew.Client.connect(name, 0.0, answer_s)
             except SinewError:
                 continue
-            if client.info()["pid"] == process.pid and client.health() == "running":
-                return _rig.Rig(client)
+            rig = _rig.Rig(client)
+            # a wire is waited for until its sensors have reported, or it has a fault
+            if rig.pid == process.pid and rig.health == "running" and not any(c.mode == "waiting" for c in rig):
+                return rig
         if time.monotonic() > end:
             raise NotRunning(f"the driver (process {process.pid}) did not come up in {patience_s:g} s", "run `sinew doctor`")
         time.sleep(_LOOK_S)

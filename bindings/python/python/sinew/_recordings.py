@@ -6,7 +6,7 @@ import html
 import math
 import os
 from collections.abc import Mapping
-from typing import Any, Iterator, Optional, Sequence
+from typing import Any, Iterator, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -89,6 +89,11 @@ class Record:
         start = self.monotonic_ns[0] if len(heads) else np.uint64(0)
         self.time_s = (self.monotonic_ns - start).astype(np.float64) * 1e-9
 
+    @property
+    def fields(self) -> Tuple[str, ...]:
+        """Names of the published fields."""
+        return self.state.dtype.names or ()
+
     def __len__(self) -> int:
         return len(self.cycle)
 
@@ -107,7 +112,7 @@ class Record:
         if channel is None and len(self.channels) == 1:
             channel = self.channels[0]
         frames = {
-            name: pd.DataFrame({field: self[name][field] for field in self.state.dtype.names}, index=index)
+            name: pd.DataFrame({field: self[name][field] for field in self.fields}, index=index)
             for name in (self.channels if channel is None else [channel])
         }
         return pd.concat(frames, axis=1) if channel is None else frames[channel]
@@ -119,8 +124,8 @@ class Record:
     def _repr_html_(self) -> str:
         rows = []
         for name in self.channels:
-            length = self[name]["observed_length_m"] if "observed_length_m" in self.state.dtype.names else []
-            least, most = _ends(np.asarray(length))[2:]
+            length = self[name]["observed_length_m"] if "observed_length_m" in self.fields else np.zeros(0)
+            least, most = _ends(length)[2:]
             rows.append([name, _digits(1e3 * least), _digits(1e3 * most)])
         return _table_html(["channel", "shortest, mm", "longest, mm"], rows, repr(self)[1:-1])
 

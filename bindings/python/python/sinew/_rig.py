@@ -14,7 +14,7 @@ import numpy as np
 from . import _sinew, _state
 from ._errors import BadInput, DriverGone, Faulted, NotRunning, SinewError, UnknownChannel
 from ._recordings import Record
-from ._stream import Stream
+from ._stream import Recorder, Stream
 
 Setpoints = Union[float, Mapping[str, float], Sequence[float], np.ndarray]
 """For every channel the same, by the names of channels, or one a channel in the rig's order (NaN: leave it as it is)."""
@@ -349,6 +349,15 @@ class Rig:
     def record(self, seconds: float) -> Record:
         """Every cycle of the next ``seconds``, as arrays."""
         return self.stream().record(seconds)
+
+    def recorder(self) -> Recorder:
+        """Every cycle while a block of code runs.
+
+        >>> with rig.recorder() as recorder:        # doctest: +SKIP
+        ...     move(rig)
+        >>> recorder.record.to_pandas("left")       # doctest: +SKIP
+        """
+        return Recorder(self.stream())
 
     def _about(self) -> Dict[str, Any]:
         return {"rig": self.name, "rate_hz": self.rate_hz, "simulated": self.is_simulated}

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from dataclasses import dataclass
-from typing import AsyncIterator, Iterator, Mapping, Optional, Sequence
+from typing import Any, AsyncIterator, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from ._recordings import Record
 
 _MOST = 4096
 """Cycles taken from the driver in one go."""
+
+_LOOK_S = 0.1
+"""So often a recording looks whether it is to end."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ class Stream:
         self._ready: Iterator[Cycle] = iter(())
         self.lost = 0
 
-    def _take(self, timeout_s: float) -> "tuple[np.ndarray, np.ndarray]":
+    def _take(self, timeout_s: float) -> "Tuple[np.ndarray, np.ndarray]":
         heads, states, self.lost = self._stream.take(timeout_s, _MOST)
         return np.frombuffer(heads, dtype="<u8").reshape(-1, 3), _state.of_bytes(states, len(self._channels))
 
@@ -92,10 +96,15 @@ class Stream:
     def record(self, seconds: float) -> Record:
         """Every cycle of the next ``seconds``, as arrays; fewer where the driver stops before."""
         end = time.monotonic() + seconds
-        parts, lost = [], self.lost
-        while (left := end - time.monotonic()) > 0:
+        return self._record(lambda: max(end - time.monotonic(), 0.0))
+
+    def _record(self, left_s) -> Record:
+        """Every cycle for as long as ``left_s()`` is not 0."""
+        parts: List[Tuple[np.ndarray, np.ndarray]] = []
+        lost = self.lost
+        while left := left_s():
             try:
-                parts.append(self._take(min(left, 1.0)))
+                parts.append(self._take(min(left, _LOOK_S)))
             except DriverGone as gone:
                 self._has_ended(gone)
                 break
@@ -103,3 +112,30 @@ class Stream:
         empty = np.zeros((0, len(self._channels)), dtype=_state.DTYPE)
         states = np.concatenate([states for _, states in parts]) if parts else empty
         return Record(heads, states, self._channels, self.lost - lost, self._about)
+
+
+class Recorder:
+    """Records every cycle beside the code of a block, see :meth:`Rig.recorder`. Its ``record`` is there when the block has ended."""
+
+    def __init__(self, stream: Stream) -> None:
+        self._stream = stream
+        self._ended = threading.Event()
+        self._failed: Optional[BaseException] = None
+        self._thread = threading.Thread(target=self._work, name="sinew recorder", daemon=True)
+        self.record: Optional[Record] = None
+
+    def _work(self) -> None:
+        try:
+            self.record = self._stream._record(lambda: 0.0 if self._ended.is_set() else 1.0)
+        except BaseException as failed:  # said where the block ends
+            self._failed = failed
+
+    def __enter__(self) -> "Recorder":
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
+        self._ended.set()
+        self._thread.join()
+        if self._failed is not None and error is None:
+            raise self._failed
