@@ -13,6 +13,7 @@
 //! - `stop` is answered at once, and before all others; every other request waits for the loop.
 //! - Setpoints and `off` for several channels in one request are taken by all or by none, from the same cycle on and with one lease, the shortest
 //!   of those they would be granted alone.
+//! - Setpoints and resets for a channel that another client has claimed are refused; `off` and `stop` are not ([`crate::claims`]).
 //! - `off` overtakes: what was asked of its channel before it and still waits is not carried out, nor is what was answered *busy*.
 
 use std::collections::HashMap;
@@ -21,11 +22,14 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use sinew_control::{JointLaw, StrokeRange, length_for_force};
-use sinew_ipc::{ALL_CHANNELS, Command, CommandKind, CommandServer, Fault, Outcome, Reply, Request};
+use sinew_ipc::{
+    ALL_CHANNELS, Asker, Command, CommandKind, CommandServer, Fault, MOST_PRIORITY, Outcome, Reply, Request,
+};
 use sinew_physics::WireModel;
 use sinew_rig::Rig;
 use sinew_ring::Consumer;
 
+use crate::claims::{Claim, Claims};
 use crate::cycles::Shared;
 use crate::error::Error;
 use crate::inbox::Outbox;
@@ -162,18 +166,39 @@ impl ChannelRules {
             CommandKind::Off => Ask::Off,
             CommandKind::Reset => return Ok((Ask::Reset, 0.0)),
             // Not for a channel; already handled by the command thread.
-            CommandKind::Stop => return Err(Reply::refused(command, Outcome::UnknownCommand)),
+            CommandKind::Stop | CommandKind::Claim | CommandKind::Release => {
+                return Err(Reply::refused(command, Outcome::UnknownCommand));
+            }
         };
         let hold_s = match command.hold_s {
             0.0 if ask == Ask::Off => 0.0,
-            0.0 => self.lease_s,
-            hold_s if hold_s >= self.min_lease_s * (1.0 - ROUNDING) && hold_s <= self.max_lease_s => hold_s,
-            _ => {
-                let refusal = Reply::refused(command, Outcome::HoldOutOfRange);
-                return Err(refusal.range(self.min_lease_s, self.max_lease_s));
-            }
+            _ => self.lease(command)?,
         };
         Ok((ask, hold_s))
+    }
+
+    /// The lease that is granted for what was asked, s.
+    fn lease(&self, command: &Command) -> Result<f64, Reply> {
+        match command.hold_s {
+            0.0 => Ok(self.lease_s),
+            hold_s if hold_s >= self.min_lease_s * (1.0 - ROUNDING) && hold_s <= self.max_lease_s => Ok(hold_s),
+            _ => {
+                let refusal = Reply::refused(command, Outcome::HoldOutOfRange);
+                Err(refusal.range(self.min_lease_s, self.max_lease_s))
+            }
+        }
+    }
+
+    /// Checks a claim of this channel: its priority, and how long it is to hold without a word of its owner, s.
+    fn check_claim(&self, command: &Command) -> Result<(u32, f64), Reply> {
+        if !command.hold_s.is_finite() || !command.value.is_finite() {
+            return Err(Reply::refused(command, Outcome::NotFinite));
+        }
+        let most = f64::from(MOST_PRIORITY);
+        if !(0.0..=most).contains(&command.value) || command.value.fract() != 0.0 {
+            return Err(Reply::refused(command, Outcome::OutOfRange).range(0.0, most));
+        }
+        Ok((command.value as u32, self.lease(command)?))
     }
 }
 
@@ -236,6 +261,7 @@ pub(crate) struct Desk {
     pub names: Vec<String>,
     pub outbox: Outbox,
     pub events: Consumer<Told>,
+    pub claims: Claims,
 }
 
 impl Desk {
@@ -263,6 +289,7 @@ impl Desk {
                 self.take(request, stopping, &mut waiting, shared);
             }
             let now = Instant::now();
+            self.claims.look(now, &shared.claims);
             let over: Vec<u64> =
                 waiting.iter().filter(|(_, w)| ended || now - w.since >= PATIENCE).map(|(ticket, _)| *ticket).collect();
             for ticket in over {
@@ -299,9 +326,13 @@ impl Desk {
             let stopping = |command: &Command| Reply::refused(command, Outcome::Stopping).because(Fault::Stopping);
             return refuse_all(shared, request, stopping);
         }
+        if let Some(kind) = claims_or_releases(&request) {
+            return self.hand_on(request, kind, shared);
+        }
+        let (asker, now) = (request.asker(), Instant::now());
         let judged = match request.commands() {
-            [command] => self.judge(command).map_err(|reply| vec![reply]),
-            several => self.judge_together(several),
+            [command] => self.judge(command, asker, now).map_err(|reply| vec![reply]),
+            several => self.judge_together(several, asker, now),
         };
         let Checked { orders, hold_s } = match judged {
             Ok(checked) => checked,
@@ -317,12 +348,13 @@ impl Desk {
         let Some(ticket) = sent else {
             return refuse_all(shared, request, |command| Reply::refused(command, Outcome::Busy));
         };
+        request.commands().iter().for_each(|command| self.claims.renew(command.channel as usize, asker, now));
         let replies = request.commands().iter().map(|command| Reply::taken(command, hold_s)).collect();
         waiting.insert(ticket, Waiting { request, missing, replies, since: Instant::now() });
     }
 
     /// Checks the command of a request that has one; it may be for all channels, and is taken by all or by none then.
-    fn judge(&self, command: &Command) -> Result<Checked, Reply> {
+    fn judge(&self, command: &Command, asker: Asker, now: Instant) -> Result<Checked, Reply> {
         let for_all =
             command.channel == ALL_CHANNELS && matches!(command.kind(), Some(CommandKind::Off | CommandKind::Reset));
         let channels = match command.channel as usize {
@@ -332,14 +364,68 @@ impl Desk {
         };
         let mut checked = Checked::nothing();
         for channel in channels {
-            let granted = self.rules[channel].check(command);
+            let granted = self.check(channel, command, asker, now);
             checked.add(channel, granted.map_err(|reply| Reply { channel: channel as u32, ..reply })?);
         }
         Ok(checked)
     }
 
+    /// Checks a command for this channel by its rules, and by who has claimed it: switching off is everybody's.
+    fn check(&self, channel: usize, command: &Command, asker: Asker, now: Instant) -> Result<(Ask, f64), Reply> {
+        let granted = self.rules[channel].check(command)?;
+        match self.claims.against(channel, asker, now) {
+            Some(claim) if granted.0 != Ask::Off => Err(refused_by(command, &claim, now)),
+            _ => Ok(granted),
+        }
+    }
+
+    /// Claims of channels, or releases: all of them or none, and at once, for the loop has no part in them.
+    fn hand_on(&mut self, request: Request, kind: CommandKind, shared: &Shared) {
+        let (asker, now) = (request.asker(), Instant::now());
+        let mut is_named = vec![false; self.rules.len()];
+        let mut check = |command: &Command| -> Result<(usize, u32, f64), Reply> {
+            let channel = command.channel as usize;
+            let Some(is_named) = is_named.get_mut(channel) else {
+                return Err(Reply::refused(command, Outcome::UnknownChannel));
+            };
+            if std::mem::replace(is_named, true) {
+                return Err(Reply::refused(command, Outcome::NotTogether));
+            }
+            if kind == CommandKind::Release {
+                return Ok((channel, 0, 0.0));
+            }
+            let (priority, hold_s) = self.rules[channel].check_claim(command)?;
+            match self.claims.against_claim(channel, asker, priority, now) {
+                Some(claim) => Err(refused_by(command, &claim, now)),
+                None => Ok((channel, priority, hold_s)),
+            }
+        };
+        let verdicts: Vec<_> = request.commands().iter().map(&mut check).collect();
+        if verdicts.iter().any(Result::is_err) {
+            let replies = with_others(request.commands(), &verdicts);
+            return refuse(shared, request, replies);
+        }
+        let granted: Vec<_> = verdicts.into_iter().flatten().collect();
+        // one lease for all: the shortest
+        let hold_s = granted.iter().map(|(.., hold_s)| *hold_s).fold(f64::INFINITY, f64::min);
+        for (channel, priority, _) in granted {
+            if kind == CommandKind::Release {
+                self.claims.release(channel, asker);
+                continue;
+            }
+            let lost = self.claims.give(channel, asker, priority, Duration::from_secs_f64(hold_s), now);
+            if let Some(lost) = lost {
+                let (channel, from, to) = (&self.names[channel], lost.owner.pid, asker.pid);
+                tracing::info!(channel, from, to, priority, "taken over");
+            }
+        }
+        self.claims.look(now, &shared.claims);
+        let replies = request.commands().iter().map(|command| Reply::taken(command, hold_s)).collect();
+        request.reply(replies);
+    }
+
     /// Checks the commands of a request that has several: each on its own, and all of them together.
-    fn judge_together(&self, commands: &[Command]) -> Result<Checked, Vec<Reply>> {
+    fn judge_together(&self, commands: &[Command], asker: Asker, now: Instant) -> Result<Checked, Vec<Reply>> {
         let mut checked = Checked::nothing();
         let mut is_named = vec![false; self.rules.len()];
         let mut check = |command: &Command| {
@@ -347,19 +433,16 @@ impl Desk {
             let Some(is_named) = is_named.get_mut(channel) else {
                 return Err(Reply::refused(command, Outcome::UnknownChannel));
             };
-            let is_alone = matches!(command.kind(), Some(CommandKind::Reset | CommandKind::Stop));
+            let alone = [CommandKind::Reset, CommandKind::Stop, CommandKind::Claim, CommandKind::Release].map(Some);
+            let is_alone = alone.contains(&command.kind());
             if is_alone || std::mem::replace(is_named, true) {
                 return Err(Reply::refused(command, Outcome::NotTogether));
             }
-            Ok((channel, self.rules[channel].check(command)?))
+            Ok((channel, self.check(channel, command, asker, now)?))
         };
         let verdicts: Vec<_> = commands.iter().map(&mut check).collect();
         if verdicts.iter().any(Result::is_err) {
-            let refused = |(command, verdict): (&Command, &Result<_, Reply>)| match verdict {
-                Ok(_) => Reply::refused(command, Outcome::WithOthers),
-                Err(reply) => *reply,
-            };
-            return Err(commands.iter().zip(&verdicts).map(refused).collect());
+            return Err(with_others(commands, &verdicts));
         }
         verdicts.into_iter().flatten().for_each(|(channel, granted)| checked.add(channel, granted));
         // One lease for all: the shortest, of those that have any.
@@ -444,6 +527,27 @@ impl Checked {
 /// Whether it asks for a stop, and for nothing else.
 fn is_stop(request: &Request) -> bool {
     matches!(request.commands(), [command] if command.kind() == Some(CommandKind::Stop))
+}
+
+/// Whether it claims channels, or releases them, and does nothing else.
+fn claims_or_releases(request: &Request) -> Option<CommandKind> {
+    let kind = request.commands().first()?.kind()?;
+    let is_all = request.commands().iter().all(|command| command.kind() == Some(kind));
+    (is_all && matches!(kind, CommandKind::Claim | CommandKind::Release)).then_some(kind)
+}
+
+/// Refused because of another client's claim.
+fn refused_by(command: &Command, claim: &Claim, now: Instant) -> Reply {
+    Reply::refused(command, Outcome::Claimed).claimed_by(claim.owner.pid, claim.priority, claim.left_s(now))
+}
+
+/// The replies to commands of which some are refused: each its own reason, or that of the others.
+fn with_others<T>(commands: &[Command], verdicts: &[Result<T, Reply>]) -> Vec<Reply> {
+    let refused = |(command, verdict): (&Command, &Result<T, Reply>)| match verdict {
+        Ok(_) => Reply::refused(command, Outcome::WithOthers),
+        Err(reply) => *reply,
+    };
+    commands.iter().zip(verdicts).map(refused).collect()
 }
 
 fn is_taken(reply: &Reply) -> bool {

@@ -6,6 +6,7 @@ use sinew_ipc::{ChannelState, DriverState, HeldCycle, LoopStats, Snapshot};
 use sinew_ring::Producer;
 use sinew_sensing::Sample;
 
+use crate::claims::Shown;
 use crate::emergency_stop::SupplySwitch;
 use crate::engine::Engine;
 use crate::grid::{Grid, Missed, Pace};
@@ -56,6 +57,8 @@ pub(crate) struct Shared {
     /// Cycles so far, and periods missed: written by the loop alone.
     pub cycles: AtomicU64,
     pub missed: AtomicU64,
+    /// Who has claimed which channel, to be published.
+    pub claims: Shown,
 }
 
 impl Shared {
@@ -250,6 +253,7 @@ impl<B: Backend, O: Outlet> Cycles<B, O> {
             (last.cycle, last.monotonic_ns, last.missed) = (stats.cycles, tick.now_ns, stats.missed);
             memory.keep(engine, backend.0);
             engine.describe(tick.now_ns, DriverState::Running, last);
+            shared.claims.describe(&mut last.channel[..last.channels as usize]);
             outlet.latest(last);
             if !hand_over(published, last, is_real_time, shared) {
                 stats.ring_drops += 1;

@@ -14,6 +14,7 @@ use sinew_rig::{RealtimeMode, Rig};
 use sinew_ring::ring;
 
 use crate::baseline;
+use crate::claims::Claims;
 use crate::commands::{ChannelRules, Desk, FaultLog};
 use crate::cycles::{Cycles, Outlet, Remains, Shared};
 use crate::engine::Engine;
@@ -287,7 +288,9 @@ impl Driver {
         let desk = {
             let start = helper(Thread::Desk, &shared);
             let (shared, fault_log) = (shared.clone(), fault_log.clone());
-            let desk = Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out };
+            let claims = Claims::of(rig);
+            let desk =
+                Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out, claims };
             start.spawn(move || {
                 // Whoever switches something off waits for it.
                 realtime::go_first(&wish);

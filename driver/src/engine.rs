@@ -670,6 +670,8 @@ impl Channel {
             flags: self.flags | if self.is_confirmed() { 0 } else { ChannelState::FLAG_UNCONFIRMED },
             order: self.order,
             backend: 0,
+            owner: 0,
+            priority: 0,
         };
     }
 }

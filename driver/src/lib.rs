@@ -24,6 +24,7 @@
 pub mod baseline;
 pub mod budget;
 pub mod channel;
+mod claims;
 pub mod cold;
 pub mod commands;
 mod cycles;

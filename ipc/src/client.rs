@@ -365,6 +365,27 @@ impl Client {
         }
     }
 
+    /// Has these channels to itself: setpoints and resets of other clients are refused, with the name of this process, until it lets go of
+    /// them or `hold` has passed without it asking anything of them ([`Duration::ZERO`]: the channels' default lease). `off` and `stop`
+    /// stay open to everybody. All of them are claimed, or none; the two wires of a joint go together.
+    ///
+    /// A channel that another client has claimed is taken over by a higher priority, 0 to [`MOST_PRIORITY`]: the loser's next setpoint is
+    /// refused with [`Reason::Claimed`], and what it asked for last holds until its lease runs out or the new owner commands.
+    ///
+    /// # Errors
+    /// As [`Client::set_many`]; [`Reason::Claimed`] where somebody has claimed one with this priority or a higher.
+    pub fn claim(&self, channels: &[u32], priority: u32, hold: Duration) -> Result<Taken, Error> {
+        self.set_many(&all(channels, CommandKind::Claim, priority.into()), hold)
+    }
+
+    /// Lets go of these channels. One that this client has not claimed, or no longer, stays as it is.
+    ///
+    /// # Errors
+    /// As [`Client::set_many`].
+    pub fn release(&self, channels: &[u32]) -> Result<Taken, Error> {
+        self.set_many(&all(channels, CommandKind::Release, 0.0), Duration::ZERO)
+    }
+
     fn ask(&self, wanted: &[Wanted], hold: Duration) -> Result<Vec<Reply>, Error> {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed);
         // An `off` beside setpoints does not run out with them.
@@ -412,10 +433,18 @@ impl Client {
             Some(Outcome::Overtaken) => Reason::Overtaken,
             Some(Outcome::WithOthers) => Reason::WithOthers,
             Some(Outcome::NotTogether) => Reason::NotTogether,
+            Some(Outcome::Claimed) => {
+                Reason::Claimed { owner: reply.owner, priority: reply.value as u32, left_s: reply.hold_s }
+            }
             Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.group_for(kind) },
             None => Reason::Unknown(reply.outcome),
         })
     }
+}
+
+/// The same of each of these channels.
+fn all(channels: &[u32], kind: CommandKind, value: f64) -> Vec<Wanted> {
+    channels.iter().map(|&channel| Wanted { channel, kind, value }).collect()
 }
 
 fn age_of(snapshot: &Snapshot) -> Duration {

@@ -1,6 +1,6 @@
 //! What can go wrong between the driver and its clients, and what to do about it.
 
-use crate::{CommandKind, Fault, Name};
+use crate::{CommandKind, Fault, MOST_PRIORITY, Name};
 use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -195,6 +195,15 @@ pub enum Reason {
     WithOthers,
     /// The request names the channel twice, or asks beside others for what is asked for alone.
     NotTogether,
+    /// Another client has claimed the channel.
+    Claimed {
+        /// Its process id.
+        owner: u32,
+        /// Priority of its claim.
+        priority: u32,
+        /// How long the claim holds unless it is renewed, s.
+        left_s: f64,
+    },
     /// Who asks may look but not command: that may members of this group (empty: the driver's own user alone).
     NotPermitted {
         /// The group.
@@ -378,6 +387,12 @@ impl Refusal {
             Reason::NotTogether if matches!(kind, CommandKind::Reset | CommandKind::Stop) => {
                 format!("{channel}: {name} has to be asked for alone")
             }
+            Reason::NotTogether if matches!(kind, CommandKind::Claim | CommandKind::Release) => {
+                format!("{channel} stands twice in the request, or {name} beside something else")
+            }
+            Reason::Claimed { owner, priority, left_s } => format!(
+                "{channel} is claimed by process {owner} with priority {priority}, for {left_s:.1} s more unless it renews that"
+            ),
             Reason::NotTogether => format!("{channel} stands twice in the request"),
             Reason::NotPermitted { group } if *group == Name::EMPTY => {
                 format!("{channel}: commands are taken from the driver's own user alone")
@@ -409,7 +424,14 @@ impl Refusal {
             Reason::Stopping => Fault::Stopping.remedy().into(),
             Reason::Overtaken => "ask for it again, if the wire is to be powered after all".into(),
             Reason::WithOthers => "mend what the others were refused for".into(),
-            Reason::NotTogether => "name each channel once, and ask for a reset or a stop alone".into(),
+            Reason::NotTogether => {
+                "name each channel once, and ask for a reset, a stop, claims or releases alone".into()
+            }
+            Reason::Claimed { priority, .. } if priority < MOST_PRIORITY => {
+                "wait until it lets go, or claim the channel with a higher priority; switch a wire off anybody may"
+                    .into()
+            }
+            Reason::Claimed { .. } => "wait until it lets go; switch a wire off anybody may".into(),
             Reason::NotPermitted { group } if group == Name::EMPTY => {
                 "name a command_group in [access] of the rig file".into()
             }

@@ -72,12 +72,12 @@ pub use histogram::Histogram;
 pub use link::Waiter;
 pub use messages::{
     ALL_CHANNELS, BatchHeader, ChannelField, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, Detail,
-    DriverState, FieldKind, HeldCycle, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Mode, Name, Outcome, PROTOCOL, Replay,
-    Reply, Snapshot, field_table_markdown,
+    DriverState, FieldKind, HeldCycle, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, MOST_PRIORITY, Mode, Name, Outcome,
+    PROTOCOL, Replay, Reply, Snapshot, field_table_markdown,
 };
 pub use names::{MAX_RIG_NAME, check_rig_name};
 pub use ours::own_folder_among;
 pub use run::{RigLock, running, runtime_dir};
-pub use server::{CommandServer, CyclePublisher, Request, Server, StateWriter};
+pub use server::{Asker, CommandServer, CyclePublisher, Request, Server, StateWriter};
 pub use stream::{Cycle, CycleStream};
 pub use sys::monotonic_ns;

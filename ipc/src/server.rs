@@ -465,6 +465,17 @@ pub struct Request {
     way: Way,
 }
 
+/// Who asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Asker {
+    /// The number its client has given itself.
+    pub client: u64,
+    /// Its process: of the own user's as it says, of another user's as the kernel says.
+    pub pid: u32,
+    /// Another user, who comes through the gateway.
+    pub user: Option<u32>,
+}
+
 /// The way its answer goes.
 enum Way {
     Memory(Box<ActiveRequest>),
@@ -475,6 +486,18 @@ impl Request {
     /// What is asked for: 1 to [`MAX_CHANNELS`] commands.
     pub fn commands(&self) -> &[Command] {
         &self.commands
+    }
+
+    /// Who asks: all commands of a request are of one client.
+    pub fn asker(&self) -> Asker {
+        let client = self.commands.first().map_or(0, |command| command.client);
+        match &self.way {
+            Way::Memory(_) => Asker { client, pid: (client >> 32) as u32, user: None },
+            Way::Gateway(answer) => {
+                let (pid, user) = answer.peer();
+                Asker { client, pid, user: Some(user) }
+            }
+        }
     }
 
     /// Whether whoever asks may ask for that; else the answer is [`Outcome::NotPermitted`].

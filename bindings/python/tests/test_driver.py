@@ -53,6 +53,29 @@ def test_many_channels_are_set_in_one_cycle_or_not_at_all(rig):
     assert np.isclose(rig.state["asked"][1], targets[1]), "NaN leaves a channel as it is"
 
 
+def test_a_claimed_channel_is_its_owners_alone_and_off_is_everybodys(rig):
+    other = sinew.connect(rig.name)
+    with rig.claim(["left"], hold_s=30.0):
+        rig["left"].set("stroke", 0.2, hold=30.0)
+        wait_until(rig, lambda: rig["left"].owner == os.getpid())
+        with pytest.raises(sinew.Refused, match=f"claimed by process {os.getpid()} with priority 5"):
+            other["left"].stroke = 0.1
+        with pytest.raises(sinew.Refused, match="claimed by process"):
+            other.set(stroke=0.1)
+        with pytest.raises(sinew.Refused, match="higher priority"):
+            with other.claim():
+                pass
+        assert other["right"].mode == "off", "all or none"
+        other["right"].stroke = 0.1
+        other["left"].off()
+        wait_until(rig, lambda: rig["left"].mode == "off")
+        with other.claim(["left"], priority=7, hold_s=30.0):
+            with pytest.raises(sinew.Refused, match="priority 7"):
+                rig["left"].stroke = 0.2
+    other["left"].stroke = 0.1
+    wait_until(rig, lambda: rig["left"].owner is None)
+
+
 @pytest.mark.parametrize(
     "use, error, words",
     [

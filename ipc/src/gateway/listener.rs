@@ -66,6 +66,11 @@ impl Answer {
         }
     }
 
+    /// His process and user, as the kernel says.
+    pub fn peer(&self) -> (u32, u32) {
+        (self.session.peer.pid, self.session.peer.user)
+    }
+
     /// Sends the replies, one for each command. A client that has gone meanwhile is nobody's loss.
     pub fn send_replies(self, replies: &[Reply]) {
         self.session.send_replies(replies);

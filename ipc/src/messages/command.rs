@@ -22,6 +22,10 @@ pub enum CommandKind {
     Reset = 6,
     /// Stop the driver.
     Stop = 7,
+    /// Have the channel to oneself, with a priority, 0..9: others' setpoints and resets are refused.
+    Claim = 8,
+    /// Let go of a claim.
+    Release = 9,
 }
 
 impl CommandKind {
@@ -40,6 +44,8 @@ impl CommandKind {
             5 => CommandKind::Off,
             6 => CommandKind::Reset,
             7 => CommandKind::Stop,
+            8 => CommandKind::Claim,
+            9 => CommandKind::Release,
             _ => return None,
         })
     }
@@ -54,6 +60,8 @@ impl CommandKind {
             CommandKind::Off => "off",
             CommandKind::Reset => "reset",
             CommandKind::Stop => "stop",
+            CommandKind::Claim => "claim",
+            CommandKind::Release => "release",
         }
     }
 
@@ -67,8 +75,8 @@ impl CommandKind {
     }
 }
 
-/// What is asked of one channel. A request of a client is one of these, or up to [`MAX_CHANNELS`](crate::MAX_CHANNELS) setpoints, each for another
-/// channel and with the same `sequence`: all of them are carried out in one cycle, or none.
+/// What is asked of one channel. A request of a client is one of these, or up to [`MAX_CHANNELS`](crate::MAX_CHANNELS) setpoints (or claims, or
+/// releases), each for another channel and with the same `sequence`: all of them are carried out in one cycle, or none.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
 #[type_name("sinew_ipc::messages::Command")]
 #[repr(C)]
@@ -138,6 +146,8 @@ pub enum Outcome {
     WithOthers = 15,
     /// The request names the channel twice, or asks beside others for what is asked for alone (a reset, a stop).
     NotTogether = 16,
+    /// Another client has claimed the channel.
+    Claimed = 17,
 }
 
 impl Outcome {
@@ -166,6 +176,7 @@ impl Outcome {
             14 => Outcome::TooHot,
             15 => Outcome::WithOthers,
             16 => Outcome::NotTogether,
+            17 => Outcome::Claimed,
             _ => return None,
         })
     }
@@ -184,9 +195,10 @@ pub struct Reply {
     pub fault: u32,
     /// Number of the channel this is about.
     pub channel: u32,
-    /// Unused, 0.
-    pub reserved: u32,
-    /// The value as taken, in the command's unit; for [`Outcome::TooHot`] the temperature that is believed of the wire, °C.
+    /// For [`Outcome::Claimed`] the process id of whoever has claimed it, else 0.
+    pub owner: u32,
+    /// The value as taken, in the command's unit; for [`Outcome::TooHot`] the temperature that is believed of the wire, °C; for
+    /// [`Outcome::Claimed`] the claim's priority.
     pub value: f64,
     /// Smallest value or hold that would have been taken; NaN where it does not matter.
     pub low: f64,
@@ -194,6 +206,7 @@ pub struct Reply {
     /// come down to, °C.
     pub high: f64,
     /// The lease as granted, s; 0 where there is none. For [`Outcome::TooHot`] how long that takes at the most, s; NaN where it is not known.
+    /// For [`Outcome::Claimed`] how long the claim holds unless it is renewed, s.
     pub hold_s: f64,
     /// Number of the cycle in which the loop took it; 0 where it did not.
     pub cycle: u64,
@@ -207,7 +220,7 @@ impl Reply {
             outcome: Outcome::Taken.code(),
             fault: 0,
             channel: command.channel,
-            reserved: 0,
+            owner: 0,
             value: command.value,
             low: f64::NAN,
             high: f64::NAN,
@@ -237,6 +250,11 @@ impl Reply {
         Reply { hold_s: longest_s, value: temperature_c, high: below_c, ..self }
     }
 
+    /// With the claim in the way: whose it is (process id), its priority, and how long it holds unless it is renewed, s.
+    pub fn claimed_by(self, owner: u32, priority: u32, left_s: f64) -> Reply {
+        Reply { owner, value: priority.into(), hold_s: left_s, ..self }
+    }
+
     /// With the fault in the way.
     pub fn because(self, fault: Fault) -> Reply {
         Reply { fault: fault.code(), ..self }
@@ -260,7 +278,7 @@ mod tests {
             assert!(CommandKind::from_code(code).is_none_or(|k| k.code() == code));
             assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
         }
-        assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 7);
-        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 17);
+        assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 9);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 18);
     }
 }

@@ -13,7 +13,7 @@ use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Version of the messages. Every change of a layout or of a meaning raises it; a client of another version is told so when it
 /// connects.
-pub const PROTOCOL: u32 = 4;
+pub const PROTOCOL: u32 = 5;
 
 /// What a field is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub enum Replay {
     Output,
     /// Both: a client's request, which a replay repeats and the loop reports.
     Both,
+    /// Nothing: it is said beside the loop, and no cycle follows from it.
+    Nothing,
 }
 
 /// A line of the monitor's details.
@@ -230,6 +232,10 @@ channel_state! {
         order = 0, { replay: Replay::Both, }
         /// How the backend failed in this cycle, 0 = it did not: the codes of `sinew_driver::BackendError`.
         backend = 0, { replay: Replay::Input, }
+        /// Process id of the client that has claimed the channel, 0 = nobody.
+        owner = 0, { in_status: true, replay: Replay::Nothing, }
+        /// Priority of that claim, 0 to 9; 0 without one.
+        priority = 0, { in_status: true, replay: Replay::Nothing, }
     }
 }
 
@@ -270,9 +276,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_channel_is_laid_out_as_in_protocol_3_and_4() {
+    fn a_channel_is_laid_out_as_in_protocol_5() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
-        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (4, 168));
+        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (5, 176));
     }
 
     #[test]

@@ -33,5 +33,7 @@ pub use stats::LoopStats;
 pub const MAX_CHANNELS: usize = 64;
 /// Most cycles in one batch of the stream.
 pub const MAX_BATCH: usize = 32;
+/// The highest priority of a claim; the lowest is 0.
+pub const MOST_PRIORITY: u32 = 9;
 /// Channel number of a command that is meant for all of them (off, reset, stop).
 pub const ALL_CHANNELS: u32 = u32::MAX;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use sinew_ipc::{ChannelState, Client, CommandKind, Error, Mode, Reason, Wanted};
-use sinew_tests::{Driver, Rig, wait_for};
+use sinew_tests::{Driver, Rig, wait_for, wait_until};
 
 const LONG: Duration = Duration::from_secs(120);
 
@@ -133,5 +133,93 @@ fn a_file_is_played_row_by_row_and_leaves_its_channels_off() {
     std::fs::write(&file, "time_s,a\n0,10%\n0.1,length=900mm\n").unwrap();
     rig.ask(&["play", path]).refused(&["a: length", "900"]);
     assert_eq!(client.latest().channels()[0].mode(), Mode::Off, "what it began it ended");
+    driver.stop();
+}
+
+#[test]
+fn a_claimed_channel_is_its_owners_alone_and_goes_to_a_higher_priority() {
+    let rig = Rig::bench(&["a", "b"], "");
+    let (driver, owner) = Driver::ready(&rig);
+    let other = rig.client();
+    let (pid, hold) = (std::process::id(), Duration::from_secs(60));
+    owner.claim(&[0], 5, hold).unwrap();
+    owner.set_stroke("a", 0.3, LONG).unwrap();
+    let reason = |asked: Result<sinew_ipc::Reply, Error>| match asked {
+        Err(Error::Refused(refusal)) => refusal.reason,
+        other => panic!("{other:?}"),
+    };
+    let is_claimed =
+        |reason, wanted| matches!(reason, Reason::Claimed { owner, priority, .. } if (owner, priority) == wanted);
+    assert!(is_claimed(reason(other.set_stroke("a", 0.1, LONG)), (pid, 5)));
+    assert!(is_claimed(reason(other.reset("a")), (pid, 5)));
+    let together = other.set_many(&[stroke(0, 0.1), stroke(1, 0.1)], LONG);
+    assert!(
+        matches!(&together, Err(Error::RefusedTogether(all)) if all.len() == 1 && all[0].channel == "a"),
+        "{together:?}"
+    );
+    assert_eq!(other.latest().channels()[1].mode(), Mode::Off, "none of it");
+    assert!(matches!(other.claim(&[1, 0], 5, hold), Err(Error::RefusedTogether(_))), "not without a higher priority");
+    other.set_stroke("b", 0.1, LONG).unwrap();
+
+    // It is published, and said.
+    wait_until("it is published", || {
+        let state = owner.latest();
+        state.channels().iter().map(|channel| (channel.owner, channel.priority)).eq([(pid, 5), (0, 0)])
+    });
+    let said = rig.ask(&["status"]).expect(0).stdout;
+    assert!(said.contains(&format!("a: claimed by process {pid} (")), "{said}");
+    let refused = rig.ask(&["set", "a", "stroke=10%"]).expect(1);
+    assert!(refused.stderr.contains(&format!("claimed by process {pid} with priority 5")), "{refused:?}");
+
+    // Switching off is everybody's, and leaves the claim as it is.
+    rig.ask(&["set", "a", "off"]).expect(0);
+    assert_eq!(owner.latest().channels()[0].mode(), Mode::Off);
+    assert!(is_claimed(reason(other.set_stroke("a", 0.1, LONG)), (pid, 5)));
+
+    // Taken over, which the loser is told; then let go of.
+    other.claim(&[0], 6, hold).unwrap();
+    assert!(is_claimed(reason(owner.set_stroke("a", 0.3, LONG)), (pid, 6)));
+    owner.release(&[0]).unwrap();
+    assert!(is_claimed(reason(owner.set_stroke("a", 0.3, LONG)), (pid, 6)), "it was not its own");
+    other.release(&[0]).unwrap();
+    owner.set_stroke("a", 0.3, LONG).unwrap();
+
+    // One of a client that says nothing more lapses; every word of its owner renews it.
+    let short = Duration::from_secs(2);
+    other.claim(&[0], 9, short).unwrap();
+    let since = std::time::Instant::now();
+    let mut spoken = std::time::Instant::now();
+    while since.elapsed() < 2 * short {
+        spoken = std::time::Instant::now();
+        other.set_stroke("a", 0.2, LONG).unwrap();
+        std::thread::sleep(short / 20);
+    }
+    wait_until("it has lapsed", || owner.set_stroke("a", 0.3, LONG).is_ok());
+    assert!(spoken.elapsed() > short / 2, "it was held for {:?} after its owner's last word", spoken.elapsed());
+
+    // What cannot be is refused.
+    for (asked, words) in [
+        (owner.claim(&[0], 10, hold), "outside"),
+        (owner.claim(&[7], 5, hold), "no channel"),
+        (owner.claim(&[0, 0], 5, hold), "twice"),
+        (owner.claim(&[0], 5, Duration::from_secs(1_000_000)), "hold is outside"),
+        (owner.claim(&[], 5, hold), "0 channels"),
+    ] {
+        let error = asked.unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    let mixed = [stroke(0, 0.1), Wanted { channel: 1, kind: CommandKind::Claim, value: 5.0 }];
+    assert!(owner.set_many(&mixed, LONG).unwrap_err().to_string().contains("beside something else"));
+
+    // A program that is killed loses its channels with its claim; the file that is played has them to itself meanwhile.
+    let file = rig.file("long.csv");
+    std::fs::write(&file, "time_s,a\n0,10%\n600,off\n").unwrap();
+    let mut play = std::process::Command::new(sinew_tests::sinew());
+    play.args(["play", file.to_str().unwrap(), "--priority", "5", "--hold", "0.5", "--rig", &rig.name]);
+    let player = sinew_tests::Process::start(&mut play);
+    wait_until("it plays", || owner.latest().channels()[0].owner == player.pid());
+    assert!(is_claimed(reason(owner.set_stroke("a", 0.3, LONG)), (player.pid(), 5)));
+    player.kill();
+    wait_until("it has lapsed", || owner.set_stroke("a", 0.3, LONG).is_ok());
     driver.stop();
 }

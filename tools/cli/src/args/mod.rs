@@ -10,6 +10,7 @@ mod thesis;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use sinew_ipc::MOST_PRIORITY;
 
 pub use design::Design;
 pub use exchange::{Export, Import, Replay};
@@ -191,6 +192,7 @@ Examples:
   sinew play wave.csv
   sinew play wave.csv --speed 0.5 --times 10
   sinew play wave.csv --rig hexapod --keep
+  sinew play wave.csv --priority 5        nobody else's setpoints meanwhile
 
 The file: a first line `time_s,left,right` with the channels' names, then rows such as `0,10%,off`, `0.5,164mm,` or `2,,duty=0.1`. A cell is a setpoint
 as in the monitor, a bare number the stroke in %, an empty one leaves its channel as it is. All of a row is in force from the same cycle on.
@@ -211,6 +213,9 @@ pub struct Play {
     /// Leave the last setpoints until their lease runs out, instead of switching off.
     #[arg(long)]
     pub keep: bool,
+    /// Have the channels to oneself while the file is played: claim them with this priority, which takes them over from a lower one.
+    #[arg(long, value_name = "0..9", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PRIORITY)))]
+    pub priority: Option<u32>,
     /// Which driver.
     #[command(flatten)]
     pub target: Target,

@@ -56,12 +56,21 @@ pub fn play(args: &args::Play) -> Outcome {
         last_s / args.speed,
         if args.times > 1 { format!(", {} times", args.times) } else { String::new() }
     ));
-    let mut player =
-        Player { client: &client, channels, wanted: Vec::new(), hold_s: args.hold_s, latest: Duration::ZERO };
+    let mut player = Player {
+        client: &client,
+        channels,
+        wanted: Vec::new(),
+        hold_s: args.hold_s,
+        priority: args.priority,
+        latest: Duration::ZERO,
+    };
+    player.claim().map_err(live::failure)?;
     let is_over = || asked.load(Ordering::Relaxed);
     let played = player.play(&score, args.speed, args.times, &is_over);
     // Whatever has happened: the wires are handed back. Were this program killed instead, their leases would see to it.
     let off = if args.keep && played.is_ok() { Ok(()) } else { player.off() };
+    // One that is not let go of lapses.
+    let _ = client.release(&player.numbers());
     let rows = played.map_err(live::failure)?;
     off.map_err(live::failure)?;
     output::print(format_args!(
@@ -79,6 +88,8 @@ struct Player<'a> {
     /// What is wanted now.
     wanted: Vec<Wanted>,
     hold_s: f64,
+    /// Of the claim of all its channels, if they are claimed.
+    priority: Option<u32>,
     /// How long after its time a row was taken, at the most.
     latest: Duration,
 }
@@ -133,7 +144,20 @@ impl Player<'_> {
         }
     }
 
+    fn numbers(&self) -> Vec<u32> {
+        self.channels.iter().map(|channel| *channel as u32).collect()
+    }
+
+    fn claim(&self) -> Result<(), Error> {
+        let Some(priority) = self.priority else { return Ok(()) };
+        self.client.claim(&self.numbers(), priority, Duration::from_secs_f64(self.hold_s)).map(|_| ())
+    }
+
     fn send(&self) -> Result<(), Error> {
+        // of channels that nothing is asked of yet, or no longer
+        if self.wanted.len() < self.channels.len() {
+            self.claim()?;
+        }
         let is_off = self.wanted.iter().all(|wanted| wanted.kind == CommandKind::Off);
         let hold = if is_off { Duration::ZERO } else { Duration::from_secs_f64(self.hold_s) };
         if self.wanted.is_empty() { Ok(()) } else { self.client.set_many(&self.wanted, hold).map(|_| ()) }

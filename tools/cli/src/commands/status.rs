@@ -161,6 +161,11 @@ fn text(view: &View) -> String {
             },
         );
     }
+    for row in &view.channels {
+        if let Some(owner) = row.owner() {
+            let _ = write!(text, "\n{}: claimed by {owner}\n", row.name);
+        }
+    }
     if let Some((name, fault)) = view.first_of_several() {
         let _ = write!(text, "\nfirst: {name}, {}\n", fault.flag);
     }

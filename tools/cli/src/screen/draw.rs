@@ -378,6 +378,9 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
         false => "none".into(),
     };
     lines.push(pair("setpoint", setpoint));
+    if let Some(owner) = row.owner() {
+        lines.push(pair("claimed by", owner));
+    }
     if let Some(fault) = row.fault {
         lines.push(Line::styled(format!("✖ {}: {}", words(fault.flag), fault.cause), palette.fault()));
         lines.push(Line::raw(fault.remedy));

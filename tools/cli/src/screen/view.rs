@@ -84,6 +84,14 @@ impl Row {
         self.state.mode().name()
     }
 
+    /// Who has claimed it, in words: its process, by name where that can be seen.
+    pub fn owner(&self) -> Option<String> {
+        let pid = self.state.owner;
+        let name = std::fs::read_to_string(format!("/proc/{pid}/comm")).ok();
+        let name = name.map_or(String::new(), |name| format!(" ({})", name.trim()));
+        (pid != 0).then(|| format!("process {pid}{name}, priority {}", self.state.priority))
+    }
+
     /// Whether its fault was the first of all that are latched now.
     pub fn is_first(&self) -> bool {
         self.state.flags & ChannelState::FLAG_FIRST != 0
