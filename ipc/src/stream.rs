@@ -20,7 +20,7 @@ pub struct Cycle<'a> {
 
 /// All cycles from the moment it was opened, in order. Made by [`crate::Client::stream`].
 ///
-/// It buffers about two seconds (less for large and fast rigs: 1.4 s at 64 channels and 5 kHz); a reader that falls behind further loses the oldest
+/// It buffers about two seconds (less for large and fast rigs: 1.3 s at 64 channels and 5 kHz); a reader that falls behind further loses the oldest
 /// cycles and is told how many.
 pub struct CycleStream {
     source: Source,

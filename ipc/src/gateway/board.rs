@@ -20,8 +20,8 @@ use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes};
 
 /// `sinewbrd`, and with it the order of bytes.
 const MAGIC: u64 = u64::from_le_bytes(*b"sinewbrd");
-/// What the ring of cycles may take, bytes: two seconds up to 64 channels at 3 kHz.
-const RING_BYTES: usize = 64 << 20;
+/// What the ring of cycles may take, bytes: two seconds up to 64 channels at 3.1 kHz.
+const RING_BYTES: usize = 68 << 20;
 /// What the ring holds, s, where that fits.
 const RING_S: f64 = 2.0;
 /// Fewest cycles of a ring.

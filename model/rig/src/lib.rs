@@ -56,7 +56,7 @@ pub use key::Prior;
 pub use own::Catalogue;
 pub use parameters::{Parameter, default_priors, is_tolerance, parameters};
 pub use read::HEXAPOD_TOML;
-pub use reference::{catalogue, reference, word, words};
+pub use reference::{catalogue, reference, schema, word, words};
 pub use suggest::nearest;
 pub use tables::*;
 pub use value::MAX_PATH;

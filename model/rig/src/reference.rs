@@ -1,6 +1,7 @@
 //! What the tables say to people: the reference of `docs/rig.md`, and the words a key takes.
 
 mod effects;
+mod schema;
 
 use std::fmt::Write as _;
 
@@ -8,6 +9,7 @@ use crate::key::{Default, Kind, Section, Value};
 use crate::tables::{Channel, JOINT, RIG, key_of_channel, of_channel, of_rig};
 
 pub use effects::catalogue;
+pub use schema::schema;
 
 /// The words that a key of a channel takes, such as those of `algorithm` in `channel.control`; empty where it takes none.
 pub fn words(table: &str, key: &str) -> &'static [&'static str] {

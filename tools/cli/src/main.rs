@@ -57,6 +57,10 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::replay(args),
         Command::Design(args) => commands::design::design(args),
         Command::Test(args) => commands::test::test(args),
+        Command::Check(args) => commands::rig_file::check(args),
+        Command::Schema(args) => commands::rig_file::schema(args),
+        Command::Completions(args) => commands::shell::completions(args),
+        Command::Man(args) => commands::shell::man(args),
         Command::Doctor(args) => commands::doctor::doctor(args),
         Command::Run(args) => commands::run::run(args),
         Command::Bench(bench) => match &bench.what {

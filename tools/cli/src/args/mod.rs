@@ -1,5 +1,6 @@
 //! The command line for clap: every command with its options and an example.
 
+mod around;
 mod design;
 mod exchange;
 mod look;
@@ -12,6 +13,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use sinew_ipc::MOST_PRIORITY;
 
+pub use around::{Check, Completions, Man, Schema};
 pub use design::Design;
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
@@ -80,12 +82,20 @@ pub enum Command {
     Design(Design),
     /// Run a routine of the test machine: pull, heat, regulate a wire, and report the numbers it is run for.
     Test(Box<Test>),
+    /// Read a rig file, and tell all its mistakes or what it comes to.
+    Check(Check),
+    /// The JSON Schema of a rig file, by which editors complete and check.
+    Schema(Schema),
     /// What this machine lacks for real time and for the rig, and what to type.
     Doctor(Doctor),
     /// Measure this machine beside a bare timer loop.
     Bench(Bench),
     /// The thesis page by page: what it states beside what this program computes.
     Thesis(Thesis),
+    /// The script by which a shell completes commands and options.
+    Completions(Completions),
+    /// The manual pages.
+    Man(Man),
 }
 
 /// `sinew run`.

@@ -1,5 +1,6 @@
 //! The program `sinew`, run as its users run it.
 
+mod around;
 mod bench_control;
 mod design;
 mod exchange;
