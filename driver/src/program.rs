@@ -15,6 +15,10 @@ pub struct Program {
 enum Kind {
     /// Steps of so many seconds.
     Gait { period_s: f64, joints: Vec<Joint> },
+    /// Each of so many channels up and down in so many seconds.
+    Steps { period_s: f64, channels: usize },
+    /// What a file says, from row to row and again from the start.
+    Played { times_s: Vec<f64>, strokes: Vec<Vec<Option<f64>>> },
     /// What was last given for each channel.
     Given(Vec<Option<f64>>),
 }
@@ -65,6 +69,18 @@ impl Program {
         Program { kind: Kind::Gait { period_s: period_s.max(0.1), joints } }
     }
 
+    /// Each wire from 10 % to 40 % of its stroke, a while there, and back, within `period_s` (s, at least 0.1); the wires begin one after the
+    /// other, so that a supply is not asked for all of them at once.
+    pub fn steps(channels: usize, period_s: f64) -> Program {
+        Program { kind: Kind::Steps { period_s: period_s.max(0.1), channels } }
+    }
+
+    /// The strokes of each channel (`None` = it is not moved) from each of these times on, s, increasing; the last one is where it begins again.
+    /// A channel's strokes are as many as there are times.
+    pub fn played(times_s: Vec<f64>, strokes: Vec<Vec<Option<f64>>>) -> Program {
+        Program { kind: Kind::Played { times_s, strokes } }
+    }
+
     /// Whatever [`Program::give`] said last of each of so many channels, nothing before: for a replay.
     pub fn given(channels: usize) -> Program {
         Program { kind: Kind::Given(vec![None; channels]) }
@@ -84,17 +100,36 @@ impl Program {
     pub fn channels(&self) -> usize {
         match &self.kind {
             Kind::Gait { joints, .. } => joints.len(),
+            Kind::Steps { channels, .. } => *channels,
+            Kind::Played { strokes, .. } => strokes.len(),
             Kind::Given(strokes) => strokes.len(),
         }
     }
 
     /// Stroke of `channel` at `time_s` (s since the start), 0 = cold and long, 1 = hot and short; `None` for a channel it does
-    /// not move. Continuous in time, with a continuous first derivative; the first step grows out of rest.
+    /// not move. But for what was given and what is played, continuous in time, with a continuous first derivative, and out of rest.
     #[inline]
     pub fn stroke(&self, channel: usize, time_s: f64) -> Option<f64> {
         let (period_s, joints) = match &self.kind {
             Kind::Gait { period_s, joints } => (*period_s, joints),
             Kind::Given(strokes) => return *strokes.get(channel)?,
+            Kind::Steps { period_s, channels } if channel < *channels => {
+                // its turn comes a share of the period later than that of the wire before
+                let begun = time_s / period_s - channel as f64 / *channels as f64;
+                let ramp = if begun < 0.5 { 0.5 - 0.5 * (PI * (2.0 * begun).max(0.0)).cos() } else { 1.0 };
+                return Some(ramp * Self::step(begun.max(0.0).rem_euclid(1.0)));
+            }
+            Kind::Steps { .. } => return None,
+            Kind::Played { times_s, strokes } => {
+                let strokes = strokes.get(channel)?;
+                let at_s = match times_s.as_slice() {
+                    // one row alone holds from the start on
+                    [] | [_] => f64::INFINITY,
+                    [.., last_s] => time_s.rem_euclid(*last_s),
+                };
+                let row = times_s.partition_point(|from_s| *from_s <= at_s).checked_sub(1)?;
+                return *strokes.get(row)?;
+            }
         };
         let joint = joints.get(channel)?;
         let steps = time_s / period_s;
@@ -109,6 +144,19 @@ impl Program {
         };
         let ramp = if steps < 1.0 { 0.5 - 0.5 * (PI * steps.max(0.0)).cos() } else { 1.0 };
         Some(ramp * (joint.low + (joint.high - joint.low) * shape))
+    }
+}
+
+impl Program {
+    /// The stroke of a wire that goes up and down, at a share of its period.
+    #[inline]
+    fn step(at: f64) -> f64 {
+        const LOW: f64 = 0.1;
+        const HIGH: f64 = 0.4;
+        /// Share of the period that the way up takes, and the way down.
+        const WAY: f64 = 0.125;
+        let up = |share: f64| 0.5 - 0.5 * (PI * share.clamp(0.0, 1.0)).cos();
+        LOW + (HIGH - LOW) * (up(at / WAY) - up((at - 0.5) / WAY))
     }
 }
 
@@ -151,6 +199,47 @@ mod tests {
             }
         }
         assert_eq!(program.stroke(18, 1.0), None);
+    }
+
+    #[test]
+    fn steps_move_every_wire_in_turns_and_never_jump() {
+        let program = Program::steps(3, 8.0);
+        let mut begun = [f64::INFINITY; 3];
+        for channel in 0..3 {
+            let (mut last, mut low, mut high) = (0.0, 1.0f64, 0.0f64);
+            for tick in 0..40_000 {
+                let time_s = f64::from(tick) * 1e-3;
+                let stroke = program.stroke(channel, time_s).unwrap();
+                assert!((stroke - last).abs() < 1e-3, "channel {channel} at {time_s} s: {last} to {stroke}");
+                if stroke > 1e-3 {
+                    begun[channel] = begun[channel].min(time_s);
+                }
+                if time_s > 20.0 {
+                    (low, high) = (low.min(stroke), high.max(stroke));
+                }
+                last = stroke;
+            }
+            assert!((low - 0.1).abs() < 1e-9 && (high - 0.4).abs() < 1e-9, "{low} {high}");
+        }
+        assert!(begun[0] < begun[1] && begun[1] < begun[2], "{begun:?}");
+        assert_eq!(program.stroke(3, 1.0), None);
+    }
+
+    #[test]
+    fn a_file_is_played_from_row_to_row_and_again() {
+        let program = Program::played(
+            vec![0.5, 1.0, 2.0],
+            vec![vec![Some(0.1), Some(0.3), None], vec![None, Some(0.2), Some(0.2)]],
+        );
+        let at = |time_s: f64| [program.stroke(0, time_s), program.stroke(1, time_s)];
+        assert_eq!(at(0.4), [None, None], "before its first row");
+        assert_eq!(at(0.5), [Some(0.1), None]);
+        assert_eq!(at(1.9), [Some(0.3), Some(0.2)]);
+        assert_eq!(at(2.6), at(0.6), "after the last row from the start");
+        assert_eq!(program.stroke(2, 1.0), None);
+        let held = Program::played(vec![0.0], vec![vec![Some(0.2)]]);
+        assert_eq!((held.stroke(0, 0.0), held.stroke(0, 1e6)), (Some(0.2), Some(0.2)));
+        assert_eq!(Program::played(Vec::new(), vec![Vec::new()]).stroke(0, 1.0), None);
     }
 
     #[test]

@@ -4,9 +4,17 @@ use crate::declare::rows::*;
 use crate::notes::{Reader, Stated};
 use crate::own::Catalogue;
 use crate::tables::{Access, Backend, BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
+use crate::value::MAX_PATH;
 
 /// Longest name of a rig, in bytes.
 pub const MAX_RIG_NAME: usize = 48;
+/// The program of a rig that moves only when it is commanded.
+pub const NO_PROGRAM: &str = "none";
+/// The program of a rig with legs of three wires, as the built-in hexapod has.
+pub const WALK: &str = "walk";
+/// The program that moves every wire a bit and back, one after the other.
+pub const STEPS: &str = "steps";
+
 /// Slowest rate the driver runs a rig at, in Hz.
 pub const MIN_DRIVEN_RATE_HZ: f64 = 10.0;
 /// Fastest rate the driver runs a rig at, in Hz.
@@ -27,6 +35,8 @@ pub struct Rig {
     pub ambient_c: f64,
     /// How hard the driver tries for real time.
     pub realtime: Realtime,
+    /// What the wires do while nobody commands them: a word ([`NO_PROGRAM`], [`WALK`], [`STEPS`]) or a file.
+    pub program: String,
     /// Which other users may look and command.
     pub access: Access,
     /// The wires, in the order of the file; at most [`MAX_CHANNELS`](crate::MAX_CHANNELS).
@@ -87,6 +97,9 @@ pub(crate) fn section() -> Section<Rig> {
             /// Real-time scheduling: ask and go on without (`try`), refuse to start without (`strict`), do not ask
             /// (`off`).
             "realtime" = at(realtime.mode), RealtimeMode::KIND, RealtimeMode::DEFAULT;
+            /// What the wires do while nobody commands them: `none`, `steps` (each a bit and back, in turns), `walk` (legs of three wires, as the
+            /// built-in hexapod's), or a CSV file of setpoints as `sinew play` takes it, which is played again and again.
+            "program" = at(program), text("`none`, `steps`, `walk` or a CSV file", MAX_PATH), Text(NO_PROGRAM);
             /// SCHED_FIFO priority of the loop (99 belongs to the kernel).
             "realtime_priority" = at(realtime.priority), integer(1, 98), Integer(80);
             /// Core the loop is pinned to.
@@ -112,6 +125,7 @@ impl Rig {
             name: String::UNREAD,
             rate_hz: f64::UNREAD,
             ambient_c: f64::UNREAD,
+            program: String::UNREAD,
             realtime: Realtime { mode: Field::UNREAD, priority: Field::UNREAD, cpu: Field::UNREAD },
             access: Unread::UNREAD,
             channels: Vec::new(),

@@ -18,6 +18,7 @@ pub mod monitor;
 mod mounted;
 pub mod play;
 pub mod plot;
+mod program;
 pub mod record;
 pub mod recording;
 pub mod replay;

@@ -12,7 +12,7 @@ use std::time::Duration;
 use signal_hook::consts::{SIGTSTP, SIGXFSZ};
 use sinew_black_box::{BlackBox, Place};
 use sinew_driver::report::Ending;
-use sinew_driver::{Driver, DriverHandle, Error, Options, Program, RunReport, Stopper, Tap, wish_of};
+use sinew_driver::{Driver, DriverHandle, Error, Options, RunReport, Stopper, Tap, wish_of};
 use sinew_ipc::Client;
 use sinew_realtime as realtime;
 use sinew_realtime::Wish;
@@ -20,8 +20,8 @@ use sinew_rig::Rig;
 use sinew_threads::{Comes, Thread};
 
 use super::live::{self, Live};
-use super::load_rig_with;
 use super::monitor::{ENDING, has_screen, lines};
+use super::{load_rig_with, program};
 use crate::args;
 use crate::backend::{self, Chosen};
 use crate::failure::{Failure, Outcome};
@@ -35,8 +35,6 @@ const PARTING: Duration = Duration::from_secs(20);
 const LOOK: Duration = Duration::from_millis(1);
 /// How long a signal is listened for without a break.
 const HEARING: Duration = Duration::from_millis(200);
-/// Time of one step of the built-in hexapod, s.
-const STEP_S: f64 = 6.0;
 
 /// Runs the command.
 pub fn run(args: &args::Run) -> Outcome {
@@ -48,13 +46,7 @@ pub fn run(args: &args::Run) -> Outcome {
     sinew_ipc::descriptors::raise_limit();
     let asked = signal_line()?;
     let Chosen { backend, simulated, wires, line } = backend::choose(&rig)?;
-    let options = Options {
-        duration_s: args.duration_s,
-        // only the built-in rig is known to have legs
-        program: args.rig.is_none().then(|| Program::tripod(rig.channels.len(), STEP_S)),
-        simulated,
-        ..Options::default()
-    };
+    let options = Options { duration_s: args.duration_s, program: program::of(&rig)?, simulated, ..Options::default() };
     // Nor does a file that may not grow any further (`ulimit -f`) end it: that is the black box's to find out.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
@@ -207,6 +199,7 @@ fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &
         "driving {} ({} {wires} at {} Hz) as process {}; Ctrl-C or `sinew stop` ends it",
         info.rig, info.channels, info.rate_hz, info.pid
     ));
+    output::note(program::says(rig));
     if rig.backend.estop.fitted {
         output::note("the emergency stop is latched; without a screen here it is reset by its own button alone");
     }
