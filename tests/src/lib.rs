@@ -66,14 +66,23 @@ pub fn linux_tree() -> &'static Path {
     BINARY.get_or_init(|| built("sinew-linux-tree"))
 }
 
-/// Where a program of the workspace lies. All that tests start are built at once, as parts of the workspace and with an example
+/// The folder of the libraries for C, `libsinew.so` and `libsinew.a`. `SINEW_C_LIBRARIES` names another one.
+pub fn c_libraries() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| match std::env::var_os("SINEW_C_LIBRARIES") {
+        Some(path) => path.into(),
+        None => built("libsinew.so").parent().expect("it lies in a folder").into(),
+    })
+}
+
+/// Where a program or library of the workspace lies. All that tests start are built at once, as parts of the workspace and with an example
 /// among them: so the other crates get the same features as in `cargo test --workspace`, and are not built once more.
 fn built(program: &str) -> PathBuf {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let programs = ["sinew", "sinew-trust", "sinew-front-end", "sinew-linux-tree"];
     let folder = FOLDER.get_or_init(|| {
         let bins = programs.iter().flat_map(|program| ["--bin", program]);
-        build(&["--workspace", "--example", "gait"].into_iter().chain(bins).collect::<Vec<_>>())
+        build(&["--workspace", "--lib", "--example", "gait"].into_iter().chain(bins).collect::<Vec<_>>())
     });
     folder.join(program)
 }

@@ -299,12 +299,22 @@ fn one_client_may_command_while_others_only_look() {
 /// The robot program that is shown to people, on the rig that is shown to people.
 #[test]
 fn the_gait_walks_the_hexapod_and_stops_cleanly() {
+    walks_and_lets_go(|rig| {
+        let mut robot = Command::new(gait());
+        robot.arg(&rig.name);
+        robot
+    });
+}
+
+/// Lets a robot program walk the hexapod, in whatever language it is written, and ends it as from a terminal.
+#[track_caller]
+pub fn walks_and_lets_go(robot: impl FnOnce(&Rig) -> Command) {
     let text = std::fs::read_to_string(checkout().join("examples/hexapod.toml")).unwrap();
     assert_eq!(text.matches("name = \"hexapod\"").count(), 1);
     let rig = Rig::named(|name| text.replace("name = \"hexapod\"", &format!("name = \"{name}\"")));
     let (driver, observer) = Driver::ready(&rig);
     assert_eq!(observer.channels().len(), 18);
-    let mut robot = Process::start(Command::new(gait()).arg(&rig.name));
+    let mut robot = Process::start(&mut robot(&rig));
     // Every wire is taken over, and femora lift their legs by a good part of the stroke.
     wait_until("the robot to command all wires", || {
         if let Some(status) = robot.ended() {
