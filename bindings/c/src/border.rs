@@ -30,7 +30,11 @@ impl Failure {
         let words = payload.downcast_ref::<String>().map(String::as_str);
         let words = words.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no words");
         let message = format!("a mistake of the sinew library itself: {words}");
-        Failure::new(Status::SINEW_ERROR_PANIC, message, "close everything, connect again, and report it with these words")
+        Failure::new(
+            Status::SINEW_ERROR_PANIC,
+            message,
+            "close everything, connect again, and report it with these words",
+        )
     }
 }
 

@@ -10,7 +10,10 @@ use std::ffi::c_char;
 
 fn kind_of(code: u32) -> Result<CommandKind, Failure> {
     CommandKind::from_code(code).ok_or_else(|| {
-        Failure::argument(format!("{code} is no kind of command"), "use one of SinewCommandKind, such as SINEW_COMMAND_KIND_STROKE")
+        Failure::argument(
+            format!("{code} is no kind of command"),
+            "use one of SinewCommandKind, such as SINEW_COMMAND_KIND_STROKE",
+        )
     })
 }
 
@@ -49,7 +52,12 @@ fn ask(client: *const Client, ask: impl FnOnce(&ipc::Client) -> Result<ipc::Repl
 /// # Safety
 /// As `sinew.h` says of pointers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_set_length(client: *const Client, channel: *const c_char, length_m: f64, hold_s: f64) -> Status {
+pub unsafe extern "C" fn sinew_set_length(
+    client: *const Client,
+    channel: *const c_char,
+    length_m: f64,
+    hold_s: f64,
+) -> Status {
     // SAFETY: the same pointers, handed on.
     unsafe { set(client, channel, || Ok(CommandKind::Length), length_m, hold_s, std::ptr::null_mut()) }
 }
@@ -59,7 +67,12 @@ pub unsafe extern "C" fn sinew_set_length(client: *const Client, channel: *const
 /// # Safety
 /// As `sinew.h` says of pointers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_set_stroke(client: *const Client, channel: *const c_char, stroke: f64, hold_s: f64) -> Status {
+pub unsafe extern "C" fn sinew_set_stroke(
+    client: *const Client,
+    channel: *const c_char,
+    stroke: f64,
+    hold_s: f64,
+) -> Status {
     // SAFETY: the same pointers, handed on.
     unsafe { set(client, channel, || Ok(CommandKind::Stroke), stroke, hold_s, std::ptr::null_mut()) }
 }
@@ -69,7 +82,12 @@ pub unsafe extern "C" fn sinew_set_stroke(client: *const Client, channel: *const
 /// # Safety
 /// As `sinew.h` says of pointers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_set_duty(client: *const Client, channel: *const c_char, duty: f64, hold_s: f64) -> Status {
+pub unsafe extern "C" fn sinew_set_duty(
+    client: *const Client,
+    channel: *const c_char,
+    duty: f64,
+    hold_s: f64,
+) -> Status {
     // SAFETY: the same pointers, handed on.
     unsafe { set(client, channel, || Ok(CommandKind::Duty), duty, hold_s, std::ptr::null_mut()) }
 }
@@ -79,7 +97,12 @@ pub unsafe extern "C" fn sinew_set_duty(client: *const Client, channel: *const c
 /// # Safety
 /// As `sinew.h` says of pointers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_set_force(client: *const Client, channel: *const c_char, force_n: f64, hold_s: f64) -> Status {
+pub unsafe extern "C" fn sinew_set_force(
+    client: *const Client,
+    channel: *const c_char,
+    force_n: f64,
+    hold_s: f64,
+) -> Status {
     // SAFETY: the same pointers, handed on.
     unsafe { set(client, channel, || Ok(CommandKind::Force), force_n, hold_s, std::ptr::null_mut()) }
 }
@@ -119,9 +142,9 @@ pub unsafe extern "C" fn sinew_set_many(
         // SAFETY: so many values, and room or null.
         let (wanted, place) = unsafe { (values(wanted, count, "wanted")?, Place::if_any(taken, "taken")?) };
         let client = client_of(client)?;
-        let wanted = wanted.iter().map(|&Wanted { channel, kind, value }| {
-            Ok(ipc::Wanted { channel, kind: kind_of(kind)?, value })
-        });
+        let wanted = wanted
+            .iter()
+            .map(|&Wanted { channel, kind, value }| Ok(ipc::Wanted { channel, kind: kind_of(kind)?, value }));
         let answer = client.set_many(&wanted.collect::<Result<Vec<_>, Failure>>()?, hold(hold_s)?)?;
         place.inspect(|place| place.put(answer.into()));
         Ok(Status::SINEW_OK)

@@ -152,7 +152,12 @@ pub unsafe extern "C" fn sinew_channel(client: *const Client, channel: *const c_
 /// # Safety
 /// As `sinew.h` says of pointers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_rig_text(client: *const Client, text: *mut c_char, room: usize, needed: *mut usize) -> Status {
+pub unsafe extern "C" fn sinew_rig_text(
+    client: *const Client,
+    text: *mut c_char,
+    room: usize,
+    needed: *mut usize,
+) -> Status {
     border(|| {
         // SAFETY: room for so many bytes, and for a number.
         let (places, count) = unsafe { (Places::at(text, room, "text")?, Place::at(needed, "needed")?) };

@@ -37,7 +37,11 @@ pub unsafe extern "C" fn sinew_faults(client: *const Client, faults: *mut *mut F
 /// # Safety
 /// As `sinew.h` says of pointers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_faults_next(faults: *mut FaultWatch, timeout_s: f64, change: *mut FaultChange) -> Status {
+pub unsafe extern "C" fn sinew_faults_next(
+    faults: *mut FaultWatch,
+    timeout_s: f64,
+    change: *mut FaultChange,
+) -> Status {
     border(|| {
         // SAFETY: room for it.
         let place = unsafe { Place::at(change, "change") }?;

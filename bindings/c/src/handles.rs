@@ -5,14 +5,14 @@
 use crate::border::Failure;
 use crate::pointers::after_fork;
 use crate::status::Status;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, Once, PoisonError, RwLock, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError, RwLock, TryLockError};
 
 /// All open handles of one kind, each with the [`forks`] it was opened after.
 pub(crate) struct Handles<T> {
     what: &'static str,
-    open: LazyLock<RwLock<HashMap<usize, (u32, Arc<T>)>>>,
+    open: RwLock<BTreeMap<usize, (u32, Arc<T>)>>,
 }
 
 /// Numbers are never given twice, whatever kind they are for.
@@ -31,7 +31,7 @@ fn forks() -> u32 {
 
 impl<T> Handles<T> {
     pub const fn of(what: &'static str) -> Handles<T> {
-        Handles { what, open: LazyLock::new(RwLock::default) }
+        Handles { what, open: RwLock::new(BTreeMap::new()) }
     }
 
     /// A new handle for this. `H` is only the name C knows it by.
@@ -73,7 +73,10 @@ impl<T> Handles<T> {
     fn none<H>(&self, handle: *const H) -> Failure {
         let Handles { what, .. } = self;
         match handle.is_null() {
-            true => Failure::argument(format!("the {what} is null"), format!("open a {what} first, and see that it was opened")),
+            true => Failure::argument(
+                format!("the {what} is null"),
+                format!("open a {what} first, and see that it was opened"),
+            ),
             false => Failure::new(
                 Status::SINEW_ERROR_HANDLE,
                 format!("this is no open {what}"),

@@ -126,7 +126,8 @@ pub(crate) fn hold(seconds: f64) -> Result<Duration, Failure> {
 }
 
 fn time(seconds: f64, what: &str, remedy: &str) -> Result<Duration, Failure> {
-    Duration::try_from_secs_f64(seconds).map_err(|_| Failure::argument(format!("{what} = {seconds} is no time"), remedy))
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_| Failure::argument(format!("{what} = {seconds} is no time"), remedy))
 }
 
 /// Has this called in every process that is forked from here on.

@@ -82,10 +82,7 @@ fn header() -> String {
         documentation_style: DocumentationStyle::C99,
         usize_is_size_t: true,
         line_length: WIDTH,
-        enumeration: EnumConfig {
-            rename_variants: RenameRule::QualifiedScreamingSnakeCase,
-            ..EnumConfig::default()
-        },
+        enumeration: EnumConfig { rename_variants: RenameRule::QualifiedScreamingSnakeCase, ..EnumConfig::default() },
         export: ExportConfig {
             prefix: Some("Sinew".into()),
             include: words(&["Mode", "CommandKind", "Outcome", "DriverState"]),
@@ -99,9 +96,10 @@ fn header() -> String {
     let messages = here.join("../../../ipc/src/messages");
     let files = ["channel", "cycle", "command"].map(|file| messages.join(file));
     let own = ["status", "structs", "connection", "state", "command", "faults", "last"].map(|file| here.join(file));
-    let builder = files.into_iter().chain(own).fold(Builder::new().with_config(config), |builder, file| {
-        builder.with_src(file.with_extension("rs"))
-    });
+    let builder = files
+        .into_iter()
+        .chain(own)
+        .fold(Builder::new().with_config(config), |builder, file| builder.with_src(file.with_extension("rs")));
     let mut made = Vec::new();
     builder.generate().expect("the sources can be read").write(&mut made);
     tidied(&String::from_utf8(made).expect("UTF-8"))
