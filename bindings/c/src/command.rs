@@ -5,7 +5,7 @@ use crate::connection::client_of;
 use crate::pointers::{Place, hold, text, values};
 use crate::status::Status;
 use crate::structs::{Client, Taken, Wanted};
-use sinew_ipc::{self as ipc, CommandKind};
+use sinew_ipc::{self as ipc, CommandKind, Error, MAX_CHANNELS};
 use std::ffi::c_char;
 
 fn kind_of(code: u32) -> Result<CommandKind, Failure> {
@@ -139,6 +139,10 @@ pub unsafe extern "C" fn sinew_set_many(
     taken: *mut Taken,
 ) -> Status {
     border(|| {
+        // A count that is no count of anything is not read to its end.
+        if count > MAX_CHANNELS {
+            return Err(Error::Channels { found: count }.into());
+        }
         // SAFETY: so many values, and room or null.
         let (wanted, place) = unsafe { (values(wanted, count, "wanted")?, Place::if_any(taken, "taken")?) };
         let client = client_of(client)?;

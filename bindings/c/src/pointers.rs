@@ -70,16 +70,13 @@ impl<T: Copy> Places<T> {
 /// So many of C's values.
 ///
 /// # Safety
-/// `at` is null, or leads to so many valid values, which nobody changes while they are looked at.
+/// `at` is null, or leads to so many valid values (which fit into memory), which nobody changes while they are looked at.
 pub(crate) unsafe fn values<'a, T: Copy>(at: *const T, count: usize, what: &str) -> Result<&'a [T], Failure> {
     if count == 0 {
         return Ok(&[]);
     }
     usable(at, what)?;
-    if count > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(Failure::argument(format!("{count} of {what} do not fit into memory"), "give how many there are"));
-    }
-    // SAFETY: not null, aligned, small enough; the rest is the caller's word.
+    // SAFETY: not null and aligned; the rest is the caller's word.
     Ok(unsafe { std::slice::from_raw_parts(at, count) })
 }
 

@@ -181,6 +181,14 @@ fn what_is_done_wrong_in_c_is_refused_with_a_remedy() {
     }
 }
 
+/// Programs of robots have timers: their signals interrupt system calls, which Rust's own programs have begun anew for them.
+#[test]
+fn signals_disturb_no_call_of_c() {
+    let signals = built(compilers(["gcc", "clang"])[0], C, &source("c/tests/programs/signals.c"));
+    let said = run_on_a_bench(|rig| Process::start(&mut program(&signals, &[&rig.name])).finish()).expect(0);
+    assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("not disturbed\n", ""));
+}
+
 /// Nothing is lost and nothing is read that was never written, on the side of Rust either.
 #[test]
 fn valgrind_finds_neither_leaks_nor_errors() {

@@ -133,7 +133,8 @@ static void commanding(SinewClient *client) {
     FAILS(sinew_set_many(client, NULL, 2, 1.0, NULL), SINEW_ERROR_ARGUMENT, "wanted is null");
     FAILS(sinew_set_many(client, pose, 0, 1.0, NULL), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");
     FAILS(sinew_set_many(client, pose, 65, 1.0, NULL), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");
-    FAILS(sinew_set_many(client, pose, SIZE_MAX, 1.0, NULL), SINEW_ERROR_ARGUMENT, "do not fit into memory");
+    FAILS(sinew_set_many(client, pose, (size_t)1 << 40, 1.0, NULL), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");
+    FAILS(sinew_set_many(client, pose, SIZE_MAX, 1.0, NULL), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");
     FAILS(sinew_set_many(client, odd(pose), 2, 1.0, NULL), SINEW_ERROR_ARGUMENT, "wanted is at an odd address");
     FAILS(sinew_set_many(client, pose, 3, 1.0, NULL), SINEW_ERROR_REFUSED_TOGETHER, "nothing of the request was carried out");
     CHECK(sinew_refusals() == 1 && sinew_refusal(0, &refusal) == SINEW_OK && refusal.outcome == SINEW_OUTCOME_UNKNOWN_CHANNEL);
