@@ -79,13 +79,16 @@ class SinewNode(Node):
         self._rig, self._moving = None, None
         self._commanded.clear()
 
+    def _nobody(self) -> str:
+        """Why there is no rig."""
+        return self._said or "no driver is connected; start one with `sinew run`"
+
     def _asked(self, ask: Callable[[sinew.Rig], object]) -> Optional[str]:
         """Asks the driver for something; what is wrong and what to do about it, where it was not done."""
-        rig = self._rig
-        if rig is None:
-            return self._said or "no driver is connected; start one with `sinew run`"
+        if self._rig is None:
+            return self._nobody()
         try:
-            ask(rig)
+            ask(self._rig)
         except sinew.DriverGone as error:
             self._lost(str(error))
             return str(error)
@@ -126,7 +129,7 @@ class SinewNode(Node):
         """One trajectory at a time; one without points ends the one that runs, and its wires go off."""
         rig, before = self._rig, self._moving
         if rig is None:
-            self.get_logger().error(f"joint_trajectory: {self._said}")
+            self.get_logger().error(f"joint_trajectory: {self._nobody()}")
             return
         if not message.points:
             self._moving = None
@@ -214,7 +217,7 @@ class SinewNode(Node):
         array = DiagnosticArray()
         array.header.stamp = self.get_clock().now().to_msg()
         if rig is None:
-            array.status = [_status(DiagnosticStatus.ERROR, "sinew: driver", self._rig_name, self._said, {})]
+            array.status = [_status(DiagnosticStatus.ERROR, "sinew: driver", self._rig_name, self._nobody(), {})]
         else:
             stats, health = rig.loop_stats, rig.health
             level = DiagnosticStatus.OK if health == "running" else DiagnosticStatus.WARN

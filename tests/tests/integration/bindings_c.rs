@@ -3,7 +3,7 @@
 
 use sinew_ipc::{Fault, Mode};
 use sinew_tests::{
-    Driver, Finished, PATIENCE, Process, Rig, SENSING_DUTY, c_libraries, checkout, wait_for, wait_until,
+    Driver, Finished, PATIENCE, Process, Rig, SENSING_DUTY, c_libraries, checkout, entries, wait_for, wait_until,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,13 @@ const SANITIZED: &[&str] = &["-fsanitize=address,undefined", "-fno-sanitize-reco
 fn prefix() -> &'static Path {
     static PREFIX: OnceLock<PathBuf> = OnceLock::new();
     PREFIX.get_or_init(|| {
-        let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("c-{}", std::process::id()));
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        // Those of earlier runs are nobody's.
+        for name in entries(folder) {
+            let pid = name.strip_prefix("c-").filter(|pid| !Path::new("/proc").join(pid).exists());
+            pid.map(|_| fs::remove_dir_all(folder.join(&name)));
+        }
+        let prefix = folder.join(format!("c-{}", std::process::id()));
         let mut install = Command::new(checkout().join("bindings/c/install.sh"));
         let said = Process::start(install.arg(&prefix).arg(c_libraries())).finish().expect(0).stdout;
         assert!(said.contains("installed sinew"), "{said}");
