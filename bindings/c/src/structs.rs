@@ -1,6 +1,6 @@
 //! Plain data for C: what the client knows, with names that end with a zero byte.
 
-use sinew_ipc::{self as ipc, Fault, Histogram, MAX_RIG_NAME, Outcome, Reason};
+use sinew_ipc::{self as ipc, Fault, Histogram, MAX_RIG_NAME, Reason};
 use std::ffi::c_char;
 
 /// Most channels of a rig.
@@ -352,7 +352,7 @@ impl Refusal {
         let mut told = Refusal {
             channel: name(&refusal.channel),
             kind: refusal.kind.code(),
-            outcome: outcome(&refusal.reason),
+            outcome: refusal.reason.outcome(),
             fault: 0,
             value: refusal.value,
             low: f64::NAN,
@@ -376,30 +376,4 @@ impl Refusal {
         }
         told
     }
-}
-
-/// The code a reason has in messages.
-fn outcome(reason: &Reason) -> u32 {
-    let outcome = match reason {
-        Reason::UnknownChannel => Outcome::UnknownChannel,
-        Reason::UnknownCommand => Outcome::UnknownCommand,
-        Reason::NotFinite => Outcome::NotFinite,
-        Reason::OutOfRange { .. } => Outcome::OutOfRange,
-        Reason::HoldOutOfRange { .. } => Outcome::HoldOutOfRange,
-        Reason::Faulted(_) => Outcome::Faulted,
-        Reason::CauseRemains(_) => Outcome::CauseRemains,
-        Reason::TooHot { .. } => Outcome::TooHot,
-        Reason::Waiting => Outcome::Waiting,
-        Reason::Unsupported => Outcome::Unsupported,
-        Reason::Busy => Outcome::Busy,
-        Reason::Stopping => Outcome::Stopping,
-        Reason::Overtaken => Outcome::Overtaken,
-        Reason::WithOthers => Outcome::WithOthers,
-        Reason::NotTogether => Outcome::NotTogether,
-        Reason::NotPermitted { .. } => Outcome::NotPermitted,
-        Reason::Unknown(code) => return *code,
-        // one that a later version may add
-        _ => return u32::MAX,
-    };
-    outcome.code()
 }

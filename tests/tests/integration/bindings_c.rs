@@ -2,9 +2,7 @@
 //! compiler that is there. Which compilers, valgrind and CMake are missing is said.
 
 use sinew_ipc::{Fault, Mode};
-use sinew_tests::{
-    Driver, Finished, PATIENCE, Process, Rig, SENSING_DUTY, c_libraries, checkout, entries, wait_for, wait_until,
-};
+use sinew_tests::{Driver, PATIENCE, Process, Rig, SENSING_DUTY, c_libraries, checkout, entries, wait_for, wait_until};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -12,7 +10,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use crate::clients::walks_and_lets_go;
+use crate::clients::{hexapod, walks_and_lets_go};
 
 const C: &[&str] = &["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 const CPP: &[&str] = &["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
@@ -114,7 +112,7 @@ fn program(path: &Path, arguments: &[&str]) -> Command {
 
 /// Runs a program on a bench of two wires of its own.
 #[track_caller]
-fn run_on_a_bench(run: impl FnOnce(&Rig) -> Finished) -> Finished {
+fn run_on_a_bench<T>(run: impl FnOnce(&Rig) -> T) -> T {
     let rig = Rig::bench(&["left", "right"], "");
     let (driver, observer) = Driver::ready(&rig);
     let finished = run(&rig);
@@ -126,18 +124,23 @@ fn run_on_a_bench(run: impl FnOnce(&Rig) -> Finished) -> Finished {
     finished
 }
 
+/// The robot programs that are shown to people, with the sanitizers where there are any.
 #[test]
 fn the_c_robot_walks_the_hexapod_and_lets_go() {
+    let sanitized = sanitizing(["gcc", "clang"]);
     for compiler in compilers(["gcc", "clang"]) {
-        let robot = built(compiler, C, &source("c/examples/gait.c"));
+        let more: &[&str] = if sanitized.contains(&compiler) { SANITIZED } else { &[] };
+        let robot = built(compiler, &[C, more].concat(), &source("c/examples/gait.c"));
         walks_and_lets_go(|rig| program(&robot, &[&rig.name]));
     }
 }
 
 #[test]
 fn the_cpp_robot_walks_the_hexapod_and_lets_go() {
+    let sanitized = sanitizing(["g++", "clang++"]);
     for compiler in compilers(["g++", "clang++"]) {
-        let robot = built(compiler, CPP, &source("cpp/examples/gait.cpp"));
+        let more: &[&str] = if sanitized.contains(&compiler) { SANITIZED } else { &[] };
+        let robot = built(compiler, &[CPP, more].concat(), &source("cpp/examples/gait.cpp"));
         walks_and_lets_go(|rig| program(&robot, &[&rig.name]));
     }
 }
@@ -195,28 +198,42 @@ fn signals_disturb_no_call_of_c() {
     assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("not disturbed\n", ""));
 }
 
+/// Runs a program under valgrind, which has to find nothing. What is reachable to the end is not lost: texts of faults and the like are
+/// made once and stay.
+#[track_caller]
+fn clean_under_valgrind(program: &Path, arguments: &[&str]) -> String {
+    let kinds = "definite,indirect,possible";
+    let mut command = Command::new("valgrind");
+    command.args(["--quiet", "--leak-check=full", "--error-exitcode=99", "--fair-sched=yes"]);
+    command.args(["errors-for-leak", "show-leak"].map(|what| format!("--{what}-kinds={kinds}")));
+    let said = Process::start(command.arg(program).args(arguments)).finish().expect(0);
+    assert_eq!(said.stderr, "", "{}", program.display());
+    said.stdout
+}
+
 /// Nothing is lost and nothing is read that was never written, on the side of Rust either.
 #[test]
 fn valgrind_finds_neither_leaks_nor_errors() {
     if !is_there("valgrind") {
         return;
     }
-    let (tour, misuse) = ("c/tests/programs/tour.c", "c/tests/programs/misuse.c");
-    for (compiler, flags, path) in [("gcc", C, tour), ("gcc", C, misuse), ("g++", CPP, "cpp/tests/programs/tour.cpp")] {
-        if !is_there(compiler) {
-            continue;
-        }
+    let (c, cpp) = (compilers(["gcc", "clang"])[0], compilers(["g++", "clang++"])[0]);
+    let programs = [
+        ("c/tests/programs/tour.c", c, C),
+        ("c/tests/programs/misuse.c", c, C),
+        ("cpp/tests/programs/tour.cpp", cpp, CPP),
+    ];
+    for (path, compiler, flags) in programs {
         let built = built(compiler, flags, &source(path));
-        let said = run_on_a_bench(|rig| {
-            let mut command = Command::new("valgrind");
-            // Not what is reachable to the end: texts of faults and the like are made once and stay.
-            let kinds = "definite,indirect,possible";
-            command.args(["--quiet", "--leak-check=full", "--error-exitcode=99", "--fair-sched=yes"]);
-            command.args(["errors-for-leak", "show-leak"].map(|what| format!("--{what}-kinds={kinds}")));
-            Process::start(command.arg(&built).arg(&rig.name)).finish()
-        });
-        assert_eq!(said.expect(0).stderr, "", "{path}");
+        run_on_a_bench(|rig| clean_under_valgrind(&built, &[&rig.name]));
     }
+    let rig = hexapod();
+    let (driver, _) = Driver::ready(&rig);
+    for (path, compiler, flags) in [("c/examples/gait.c", c, C), ("cpp/examples/gait.cpp", cpp, CPP)] {
+        let said = clean_under_valgrind(&built(compiler, flags, &source(path)), &[&rig.name, "4"]);
+        assert!(said.contains("rms error") && said.ends_with("all channels off\n"), "{said}");
+    }
+    driver.stop();
 }
 
 /// Killed in the middle of a command, at another time each: its lease ends, and the wire gets the sensing pulse and no more. The others go on.

@@ -306,12 +306,17 @@ fn the_gait_walks_the_hexapod_and_stops_cleanly() {
     });
 }
 
+/// The built-in hexapod, under a name of the test's own.
+pub fn hexapod() -> Rig {
+    let text = std::fs::read_to_string(checkout().join("examples/hexapod.toml")).unwrap();
+    assert_eq!(text.matches("name = \"hexapod\"").count(), 1);
+    Rig::named(|name| text.replace("name = \"hexapod\"", &format!("name = \"{name}\"")))
+}
+
 /// Lets a robot program walk the hexapod, in whatever language it is written, and ends it as from a terminal.
 #[track_caller]
 pub fn walks_and_lets_go(robot: impl FnOnce(&Rig) -> Command) {
-    let text = std::fs::read_to_string(checkout().join("examples/hexapod.toml")).unwrap();
-    assert_eq!(text.matches("name = \"hexapod\"").count(), 1);
-    let rig = Rig::named(|name| text.replace("name = \"hexapod\"", &format!("name = \"{name}\"")));
+    let rig = hexapod();
     let (driver, observer) = Driver::ready(&rig);
     assert_eq!(observer.channels().len(), 18);
     let mut robot = Process::start(&mut robot(&rig));
