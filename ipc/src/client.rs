@@ -13,6 +13,7 @@ use crate::{
     ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, MAX_CHANNELS, Outcome,
     Reason, Refusal, Reply, Snapshot,
 };
+use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, TryLockError};
 use std::time::{Duration, Instant};
@@ -208,7 +209,7 @@ impl Client {
     }
 
     /// Fault changes from now on.
-    pub fn faults(&self) -> FaultWatch<'_> {
+    pub fn faults(&self) -> FaultWatch<&Client> {
         FaultWatch::new(self)
     }
 
@@ -470,16 +471,17 @@ pub struct FaultChange {
 
 /// Watches for faults. Since faults stay latched until somebody resets them, looking now and then misses none but those that
 /// are reset in between. The first look reports every fault that is there.
-pub struct FaultWatch<'a> {
-    client: &'a Client,
+pub struct FaultWatch<C: Deref<Target = Client>> {
+    client: C,
     seen: Vec<Option<Fault>>,
     found: std::collections::VecDeque<FaultChange>,
     gone: bool,
 }
 
-impl<'a> FaultWatch<'a> {
-    fn new(client: &'a Client) -> FaultWatch<'a> {
-        FaultWatch { client, seen: vec![None; client.channels().len()], found: Default::default(), gone: false }
+impl<C: Deref<Target = Client>> FaultWatch<C> {
+    /// Fault changes from now on, of a client that is borrowed ([`Client::faults`]) or shared (`Arc<Client>`).
+    pub fn new(client: C) -> FaultWatch<C> {
+        FaultWatch { seen: vec![None; client.channels().len()], client, found: Default::default(), gone: false }
     }
 
     /// The next change since the last look, if any; never waits. When the driver has died each channel changes to
@@ -531,7 +533,7 @@ impl<'a> FaultWatch<'a> {
     }
 }
 
-impl Iterator for FaultWatch<'_> {
+impl<C: Deref<Target = Client>> Iterator for FaultWatch<C> {
     type Item = FaultChange;
 
     /// As [`FaultWatch::poll`].

@@ -1,6 +1,6 @@
 //! What can go wrong between the driver and its clients, and what to do about it.
 
-use crate::{CommandKind, Fault, MOST_PRIORITY, Name};
+use crate::{CommandKind, Fault, MOST_PRIORITY, Name, Outcome};
 use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -211,6 +211,33 @@ pub enum Reason {
     },
     /// An answer this library does not know.
     Unknown(u32),
+}
+
+impl Reason {
+    /// The number it has in messages: that of an [`Outcome`], or one this library does not know.
+    pub const fn outcome(&self) -> u32 {
+        let outcome = match self {
+            Reason::UnknownChannel => Outcome::UnknownChannel,
+            Reason::UnknownCommand => Outcome::UnknownCommand,
+            Reason::NotFinite => Outcome::NotFinite,
+            Reason::OutOfRange { .. } => Outcome::OutOfRange,
+            Reason::HoldOutOfRange { .. } => Outcome::HoldOutOfRange,
+            Reason::Faulted(_) => Outcome::Faulted,
+            Reason::CauseRemains(_) => Outcome::CauseRemains,
+            Reason::TooHot { .. } => Outcome::TooHot,
+            Reason::Waiting => Outcome::Waiting,
+            Reason::Unsupported => Outcome::Unsupported,
+            Reason::Busy => Outcome::Busy,
+            Reason::Stopping => Outcome::Stopping,
+            Reason::Overtaken => Outcome::Overtaken,
+            Reason::WithOthers => Outcome::WithOthers,
+            Reason::NotTogether => Outcome::NotTogether,
+            Reason::NotPermitted { .. } => Outcome::NotPermitted,
+            Reason::Claimed { .. } => Outcome::Claimed,
+            Reason::Unknown(code) => return *code,
+        };
+        outcome.code()
+    }
 }
 
 impl Error {

@@ -66,7 +66,16 @@ pub fn linux_tree() -> &'static Path {
     BINARY.get_or_init(|| built("sinew-linux-tree"))
 }
 
-/// Where a program of the workspace lies, or the compiled half of the Python package, `lib_sinew.so`. All that tests start are built at once, as parts of the workspace and with an example
+/// The folder of the libraries for C, `libsinew.so` and `libsinew.a`. `SINEW_C_LIBRARIES` names another one.
+pub fn c_libraries() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| match std::env::var_os("SINEW_C_LIBRARIES") {
+        Some(path) => path.into(),
+        None => built("libsinew.so").parent().expect("it lies in a folder").into(),
+    })
+}
+
+/// Where a program or library of the workspace lies, such as the compiled half of the Python package, `lib_sinew.so`. All that tests start are built at once, as parts of the workspace and with an example
 /// among them: so the other crates get the same features as in `cargo test --workspace`, and are not built once more.
 pub fn built(program: &str) -> PathBuf {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();

@@ -389,7 +389,7 @@ fn faults_are_reported_when_they_come_and_when_they_go() {
     s.channel[0].fault = Fault::OverTemperature.code();
     writer.update(&s);
     cycles.ring();
-    let next = |watch: &mut FaultWatch| watch.wait(PATIENCE).unwrap().unwrap();
+    let next = |watch: &mut FaultWatch<&Client>| watch.wait(PATIENCE).unwrap().unwrap();
     let change = next(&mut watch);
     assert_eq!((change.channel, change.before, change.after), (0, None, Some(Fault::OverTemperature)));
     let change = next(&mut watch);

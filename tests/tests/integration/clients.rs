@@ -299,12 +299,27 @@ fn one_client_may_command_while_others_only_look() {
 /// The robot program that is shown to people, on the rig that is shown to people.
 #[test]
 fn the_gait_walks_the_hexapod_and_stops_cleanly() {
+    walks_and_lets_go(|rig| {
+        let mut robot = Command::new(gait());
+        robot.arg(&rig.name);
+        robot
+    });
+}
+
+/// The built-in hexapod, under a name of the test's own.
+pub fn hexapod() -> Rig {
     let text = std::fs::read_to_string(checkout().join("examples/hexapod.toml")).unwrap();
     assert_eq!(text.matches("name = \"hexapod\"").count(), 1);
-    let rig = Rig::named(|name| text.replace("name = \"hexapod\"", &format!("name = \"{name}\"")));
+    Rig::named(|name| text.replace("name = \"hexapod\"", &format!("name = \"{name}\"")))
+}
+
+/// Lets a robot program walk the hexapod, in whatever language it is written, and ends it as from a terminal.
+#[track_caller]
+pub fn walks_and_lets_go(robot: impl FnOnce(&Rig) -> Command) {
+    let rig = hexapod();
     let (driver, observer) = Driver::ready(&rig);
     assert_eq!(observer.channels().len(), 18);
-    let mut robot = Process::start(Command::new(gait()).arg(&rig.name));
+    let mut robot = Process::start(&mut robot(&rig));
     // Every wire is taken over, and femora lift their legs by a good part of the stroke.
     wait_until("the robot to command all wires", || {
         if let Some(status) = robot.ended() {

@@ -149,7 +149,7 @@ fn latched_one_by_one(stream: &mut CycleStream, commanded_cycle: u64, names: &[&
 }
 
 /// Subscribers hear of it once a channel.
-fn every_subscriber_hears_once(watch: &mut FaultWatch<'_>) {
+fn every_subscriber_hears_once(watch: &mut FaultWatch<&Client>) {
     let mut told: HashMap<String, Fault> = HashMap::new();
     wait_until("the faults to be reported", || {
         while let Some(change) = watch.poll() {

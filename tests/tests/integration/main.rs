@@ -1,6 +1,7 @@
 //! Across processes: real driver, real shared memory, simulated wires.
 
 mod access;
+mod bindings_c;
 mod black_box;
 mod circles;
 mod clients;

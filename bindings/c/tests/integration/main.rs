@@ -1,0 +1,3 @@
+//! The header is that of the code.
+
+mod header;
