@@ -71,7 +71,7 @@ impl Design {
         };
         let (duty, rig_text, judged) = match refused {
             Err(shortfall) => (1.0, rig_file(requirement, &sizing, 1.0), Err(shortfall)),
-            Ok(()) => gently(at_duty, SWINGS * swing_s(&sizing)),
+            Ok(()) => gently(at_duty, SWINGS * swing_s(&sizing), requirement.cycle_s.unwrap_or(f64::INFINITY)),
         };
         match judged {
             Err(shortfall) => Design { sizing, duty, rig_text, prediction: None, shortfall: Some(shortfall) },
@@ -114,12 +114,17 @@ impl Design {
     }
 }
 
-/// The most duty with which a wire takes at least so long to heat, s, with what is written and predicted of it.
+/// The most duty with which a wire takes at least so long to heat, s, with what is written and predicted of it; full duty where there and back
+/// takes too long even so.
 fn gently<T>(
     at_duty: impl Fn(f64) -> (f64, T, Result<Prediction, Shortfall>),
     least_s: f64,
+    longest_s: f64,
 ) -> (f64, T, Result<Prediction, Shortfall>) {
     let mut found = at_duty(1.0);
+    if found.2.as_ref().is_ok_and(|prediction| prediction.cycle.cycle_s() > longest_s) {
+        return found;
+    }
     let (mut low, mut high) = (LEAST_DUTY, 1.0);
     for _ in 0..ROUNDS {
         let share = match &found.2 {
@@ -131,7 +136,11 @@ fn gently<T>(
         if share >= 1.0 && (share <= 1.0 + NEAR || found.0 == 1.0) {
             break;
         }
-        if share < 1.0 { high = found.0 } else { low = found.0 }
+        if share < 1.0 {
+            high = found.0
+        } else {
+            low = found.0
+        }
         found = at_duty((low * high).sqrt());
     }
     found

@@ -4,6 +4,8 @@
 
 mod demand;
 mod design;
+mod figure;
+mod nearest;
 mod path;
 mod predict;
 mod rig_file;
@@ -13,6 +15,8 @@ mod sizing;
 
 pub use demand::{Joint, Method, Motion, Requirement, Source};
 pub use design::{Design, Shortfall, best, designs};
+pub use figure::compromise;
+pub use nearest::{Change, Nearest, nearest};
 pub use path::Path;
 pub use predict::{Cycle, HeldBack, Obstacle, Prediction, Task, predict};
 pub use rig_file::{load_of, rig_file, swing_s};

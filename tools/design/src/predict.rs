@@ -12,15 +12,17 @@
 use sinew_control::StrokeRange;
 use sinew_driver::Engine;
 use sinew_driver::budget::{Budgets, DERATED_FROM, Derating};
-use sinew_physics::formulas::{compliance, heating_power_w, mixture, resistance_ohm};
+use sinew_physics::formulas::{SURELY_HOT_K, compliance, heating_power_w, mixture, resistance_ohm};
 use sinew_physics::{Fraction, Hysteresis, Load, Mixing, WireModel};
 use sinew_rig::Rig;
 
 /// Pieces of a way, K, and the most of one.
-const PIECE_K: f64 = 0.25;
-const MOST_PIECES: u32 = 4000;
+const PIECE_K: f64 = 0.5;
+const MOST_PIECES: u32 = 2000;
 /// Halvings that find a stress, a temperature.
 const HALVINGS: u32 = 40;
+/// Doublings of a stress that is too little.
+const WIDENED: u32 = 8;
 /// Cycles until one is like the last.
 const CYCLES: u32 = 3;
 /// The ends that a stroke asked for must leave, as shares of the whole one: a wire comes to them only in the limit.
@@ -146,11 +148,11 @@ pub fn predict(rig: &Rig, stroke_m: f64) -> Result<Prediction, Obstacle> {
     let task = Task::new(rig, stroke_m)?;
     let model = rig.nominal_model(0);
     let reckoner = Reckoner::new(&model);
-    let cycle = reckoner.cycle(&task)?;
+    let (cycle, powers_w) = reckoner.cycle(&task)?;
     Ok(Prediction {
         stroke_m: task.cold_m - reckoner.hot_end_m(&task),
         cycle,
-        held_back: held_back(&cycle, &task),
+        held_back: held_back(&cycle, powers_w, &task),
         safe_current_c: reckoner.settles_c(|at| {
             let current_a = model.geometry.safe_current_a();
             heating_power_w(1.0, current_a, reckoner.resistance_ohm(at))
@@ -158,17 +160,16 @@ pub fn predict(rig: &Rig, stroke_m: f64) -> Result<Prediction, Obstacle> {
     })
 }
 
-/// What the supervisor would hold back of a cycle that goes on and on.
-fn held_back(cycle: &Cycle, task: &Task) -> Option<HeldBack> {
+/// What the supervisor would hold back of a cycle that goes on and on, with these mean powers while it heats and while it cools, W.
+fn held_back(cycle: &Cycle, [heating_w, cooling_w]: [f64; 2], task: &Task) -> Option<HeldBack> {
     let (derating, budgets) = (Derating::new(&task.budgets), &task.budgets);
-    // the account in the steady cycle: filled while it heats, drained all the time
+    // the account in the steady cycle: it drains all the time in proportion to what is in it, and is fullest as heating ends
     let leak = derating.leak_per_s();
     let (heating, whole) = (leak * cycle.heating_s, leak * cycle.cycle_s());
-    let given_w = cycle.power_w * cycle.cycle_s() / cycle.heating_s;
-    let fullest_j = given_w / leak * (-heating).exp_m1() / (-whole).exp_m1();
-    let allows = |energy_j, temperature_c| {
-        derating.allowance(energy_j, temperature_c).power_w >= budgets.full_w * (1.0 - 1e-9)
-    };
+    let pulse_w = heating_w - cooling_w;
+    let fullest_j = (cooling_w + pulse_w * (-heating).exp_m1() / (-whole).exp_m1()) / leak;
+    let allows =
+        |energy_j, temperature_c| derating.allowance(energy_j, temperature_c).power_w >= budgets.full_w * (1.0 - 1e-9);
     if !allows(0.0, cycle.hottest_c) {
         Some(HeldBack::Temperature)
     } else if !allows(fullest_j, budgets.ambient_c) {
@@ -302,8 +303,7 @@ impl<'a> Reckoner<'a> {
     /// Heat from one state to another, J: sensible, latent, and the work of transformation (eq. 48).
     fn heat_j(&self, from: &At, to: &At) -> f64 {
         let stress = 0.5 * (from.stress + to.stress);
-        let per_fraction =
-            self.latent + self.area * self.length * stress * self.model.material.transformation_strain;
+        let per_fraction = self.latent + self.area * self.length * stress * self.model.material.transformation_strain;
         self.heat_capacity * (to.temperature - from.temperature) - per_fraction * (to.martensite - from.martensite)
     }
 
@@ -335,41 +335,67 @@ impl<'a> Reckoner<'a> {
     /// One piece of a way, to a driving temperature: where that ends and how long it takes; `None`: the air takes what is given.
     fn piece(&self, branch: &Branch, from: &At, theta: f64, duty: f64) -> Option<(At, f64)> {
         let martensite = self.martensite(branch, theta);
+        let (from_w, from_loss_w) = (self.power_w(duty, from), self.loss_w(from));
         let time_to = |to: &At| {
-            let mean = |of: &dyn Fn(&At) -> f64| 0.5 * (of(from) + of(to));
-            let net_w = mean(&|at| self.power_w(duty, at)) - mean(&|at| self.loss_w(at));
+            let net_w = 0.5 * (from_w + self.power_w(duty, to)) - 0.5 * (from_loss_w + self.loss_w(to));
             self.heat_j(from, to) / net_w
         };
-        let rest = self.at_rest(theta, martensite);
-        if self.damping == 0.0 {
-            let time_s = time_to(&rest);
-            return (time_s > 0.0).then_some((rest, time_s));
-        }
         // The more stress, the hotter and longer is the wire then: contracting it is slower and asks for less, stretching faster and
         // leaves less. Both ways one stress is right.
-        let lacks = |stress: f64| {
+        let lack_n = |stress: f64| {
             let to = self.at(theta, martensite, stress);
             let time_s = time_to(&to);
-            // no time at all: too little stress to have warmed so far, too much to have cooled so far
             let speed = (to.elongation - from.elongation) / time_s;
-            if time_s > 0.0 { self.lack_n(&to, speed) > 0.0 } else { branch.heats }
-        };
-        let (mut low, mut high) = (0.0, 2.0 * rest.stress.max(from.stress) + 1e6);
-        let mut widened = 0;
-        while lacks(high) {
-            high *= 2.0;
-            widened += 1;
-            if widened > 8 {
-                return None;
+            if time_s > 0.0 {
+                self.lack_n(&to, speed)
+            } else if branch.heats {
+                // too little stress to have warmed so far
+                f64::INFINITY
+            } else {
+                f64::NEG_INFINITY
             }
-        }
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if lacks(middle) { low = middle } else { high = middle }
-        }
-        let to = self.at(theta, martensite, 0.5 * (low + high));
+        };
+        let stress = self.balance(lack_n, from.stress)?;
+        let to = self.at(theta, martensite, stress);
         let time_s = time_to(&to);
         (time_s > 0.0 && time_s.is_finite()).then_some((to, time_s))
+    }
+
+    /// The stress at which nothing is lacking, Pa: what is lacking falls with it. `None`: it always does.
+    fn balance(&self, lack_n: impl Fn(f64) -> f64, near: f64) -> Option<f64> {
+        let enough_n = 1e-7 * self.preload.abs().max(1e-9);
+        let (mut low, mut high) = (0.0, 1.5 * near + 1e6);
+        let (mut below, mut above) = (lack_n(low), lack_n(high));
+        for _ in 0..WIDENED {
+            if above <= 0.0 {
+                break;
+            }
+            (low, below) = (high, above);
+            high *= 2.0;
+            above = lack_n(high);
+        }
+        if above > 0.0 {
+            return None;
+        }
+        if below <= 0.0 {
+            // slack
+            return Some(low);
+        }
+        for round in 0..HALVINGS {
+            // by the straight line between both ends, and every third time in the middle: an end may be far, or infinite
+            let line = low + (high - low) * below / (below - above);
+            let middle = if round % 3 == 2 || !line.is_finite() { 0.5 * (low + high) } else { line };
+            let there = lack_n(middle);
+            if there > 0.0 {
+                (low, below) = (middle, there)
+            } else {
+                (high, above) = (middle, there)
+            }
+            if there.abs() < enough_n {
+                return Some(middle);
+            }
+        }
+        Some(0.5 * (low + high))
     }
 
     /// The way at this duty; `Err`: where it comes to a stand.
@@ -434,7 +460,8 @@ impl<'a> Reckoner<'a> {
         at
     }
 
-    fn cycle(&self, task: &Task) -> Result<Cycle, Obstacle> {
+    /// A steady cycle, with the mean powers while it heats and while it cools, W.
+    fn cycle(&self, task: &Task) -> Result<(Cycle, [f64; 2]), Obstacle> {
         let weak = |_| {
             let at = self.hot_at(task.short_m);
             let short_by = (self.loss_w(&at) / self.power_w(task.on_duty, &at)).sqrt();
@@ -445,19 +472,19 @@ impl<'a> Reckoner<'a> {
         let mut cycle = None;
         for _ in 0..CYCLES {
             let hot = self.settle(&there);
-            let back = self
-                .way(hot, false, task.off_duty, Until::Elongation(task.long_m))
-                .map_err(|_| Obstacle::StaysWarm)?;
+            let back =
+                self.way(hot, false, task.off_duty, Until::Elongation(task.long_m)).map_err(|_| Obstacle::StaysWarm)?;
             let cold = self.settle(&back);
             there = self.way(cold, true, task.on_duty, Until::Elongation(task.short_m)).map_err(weak)?;
-            cycle = Some(Cycle {
+            let steady = Cycle {
                 pull_n: there.pull_n.max(back.pull_n),
                 heating_s: there.time_s,
                 cooling_s: back.time_s,
                 first_s: first.time_s,
                 hottest_c: there.end.temperature.max(hot.temperature),
                 power_w: (there.heat_j + back.heat_j) / (there.time_s + back.time_s),
-            });
+            };
+            cycle = Some((steady, [there.heat_j / there.time_s, back.heat_j / back.time_s]));
         }
         cycle.ok_or(Obstacle::StaysWarm)
     }
@@ -465,7 +492,8 @@ impl<'a> Reckoner<'a> {
     /// The state at rest on the heating curve with this elongation.
     fn hot_at(&self, elongation: f64) -> At {
         let at = |theta: f64| self.at_rest(theta, self.hysteresis.upper(theta).martensite);
-        let (mut long, mut short) = (self.cold().theta, self.model.material.austenite_temperature_c + 500.0);
+        // hotter than that it only expands
+        let (mut long, mut short) = (self.cold().theta, self.model.material.austenite_temperature_c + SURELY_HOT_K);
         for _ in 0..HALVINGS {
             let middle = at(0.5 * (long + short));
             if middle.elongation > elongation { long = middle.theta } else { short = middle.theta }

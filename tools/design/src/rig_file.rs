@@ -1,7 +1,7 @@
 //! A designed wire as a rig file.
 
-use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::Load;
+use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 
 use crate::demand::{Motion, Requirement};
 use crate::sizing::Sizing;
@@ -51,7 +51,10 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
     let lead_ohm = sizing.path.seen_ohm(sizing.internal_ohm);
     let lead = if lead_ohm > 0.0 { format!(", lead_ohm = {}", fixed(lead_ohm)) } else { String::new() };
     let limits = match duty < 1.0 {
-        true => format!("# with more, the wire would be faster than its load can follow\nlimits = {{ maximum_duty = {} }}\n", fixed(duty)),
+        true => format!(
+            "# with more, the wire would be faster than its load can follow\nlimits = {{ maximum_duty = {} }}\n",
+            fixed(duty)
+        ),
         false => String::new(),
     };
     format!(

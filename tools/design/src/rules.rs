@@ -154,7 +154,7 @@ mod tests {
         let wire = WireRules { diameter_m, length_m };
         close(wire.cooling_time_s(), 0.9, 1e-12);
         close(wire.work_j(), 5e-3, 1e-12);
-        close(length_m, 5.0 / (2.2e-3 * (diameter_m * 1e3).powi(2)) * 1e-3, 0.01);
+        close(length_m, 1e-3 * 5.0 / (2.2 * (diameter_m * 1e3).powi(2)), 0.01);
     }
 
     /// The maker's 0.0045 $/mm, and eq. 17's example of 2.2 % for 0.125 mm × 160 mm at 6 V.

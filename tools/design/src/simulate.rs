@@ -1,7 +1,7 @@
 //! The judge of a prediction: the same cycle, with the wire stepped through time.
 
-use sinew_physics::{Error, Inputs, Wire};
 use sinew_physics::formulas::{WORKING_EXCESS_K, cooling_time_s};
+use sinew_physics::{Error, Inputs, Wire};
 use sinew_rig::Rig;
 
 use crate::predict::{Cycle, Task};

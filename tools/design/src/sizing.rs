@@ -14,6 +14,8 @@ pub const MOST_WIRES: u32 = 1000;
 const SUPPLY_OVER_SAFE: f64 = 1.5;
 /// What more current than the source gives counts beside a voltage that is as far off.
 const TOO_MUCH: f64 = 10.0;
+/// A supply that nobody asked for has no more than bare wires may have that somebody touches, V (direct, in dry air: IEC 60364-4-41).
+const TOUCHABLE_V: f64 = 60.0;
 /// A lever turns less than half a turn, and has no arm left near it: the most it is used for, rad.
 pub const MOST_LEVER_RAD: f64 = 2.0;
 /// Austenite is finished here in the wires the rules are for, °C (Table 2).
@@ -171,9 +173,7 @@ impl Body {
                 let room = requirement.span_m.unwrap_or(f64::INFINITY);
                 let (length, lack) = match requirement.method {
                     Some(Method::Energy) => (by_energy(), None),
-                    Some(Method::Stroke) if room < straight => {
-                        (straight, Some(Lack::Strain(wire_of(room).stroke_m())))
-                    }
+                    Some(Method::Stroke) if room < straight => (straight, Some(Lack::Strain(wire_of(room).stroke_m()))),
                     Some(Method::Stroke) => (straight, None),
                     None => (room.min(straight), None),
                 };
@@ -184,7 +184,8 @@ impl Body {
                 let wire = wire_of(by_energy());
                 let pulley = wire.stroke_m() / angle_rad;
                 let fits = pulley >= wire.bend_radius_m();
-                let joint = joint.unwrap_or(if fits || angle_rad > MOST_LEVER_RAD { Joint::Pulley } else { Joint::Lever });
+                let joint =
+                    joint.unwrap_or(if fits || angle_rad > MOST_LEVER_RAD { Joint::Pulley } else { Joint::Lever });
                 match joint {
                     Joint::Pulley => {
                         let lack = (!fits).then(|| Lack::Radius(wire.bend_radius_m()));
@@ -220,11 +221,9 @@ impl Body {
         let wire = &self.wire;
         let supply_v = match (source.current_a, source.supply_v) {
             // what drives it through the path, and no more than there is
-            (Some(current_a), most_v) => {
-                (current_a * path.resistance_ohm(wire)).min(most_v.unwrap_or(f64::INFINITY))
-            }
+            (Some(current_a), most_v) => (current_a * path.resistance_ohm(wire)).min(most_v.unwrap_or(f64::INFINITY)),
             (None, Some(supply_v)) => supply_v,
-            (None, None) => SUPPLY_OVER_SAFE * f64::from(in_series) * wire.safe_voltage_v(),
+            (None, None) => (SUPPLY_OVER_SAFE * f64::from(in_series) * wire.safe_voltage_v()).min(TOUCHABLE_V),
         };
         let internal_ohm = if source.current_a.is_some() { 0.0 } else { source.internal_ohm };
         Sizing {

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use design::Design;
+pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
 pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};

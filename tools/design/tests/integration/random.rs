@@ -47,7 +47,8 @@ pub fn demand(random: &mut Xoshiro256PlusPlus) -> Requirement {
             joint: one_of(random, &[None, Some(Joint::Pulley), Some(Joint::Lever)]),
         }
     };
-    let (room_m, longest_s, count) = (between(random, 0.05, 0.5), between(random, 0.5, 20.0), random.random_range(1..8));
+    let (room_m, longest_s, count) =
+        (between(random, 0.05, 0.5), between(random, 0.5, 20.0), random.random_range(1..8));
     let span_m = if linear { one_of(random, &[None, Some(room_m)]) } else { Some(room_m) };
     let mut source = Source::of_voltage(None);
     if random.random_range(0.0..1.0) < 0.5 {
@@ -89,13 +90,13 @@ pub fn judge(count: usize, seed: u64) -> Outcome {
         ratios[1] = predicted.stroke_m / simulated.stroke_m;
         let s = &design.sizing;
         let demand = format!(
-            "{} x {:.3} mm x {:.1} mm, {:.2} V, {:.2} N, {:.1} C, {:.2} {:.3}",
+            "{} x {:.3} mm x {:.1} mm, {:.2} V, {:.2} N, {:.1} C",
             s.wires,
             s.wire.diameter_m * 1e3,
             s.wire.length_m * 1e3,
             s.wire_v(),
             s.tension_n(),
-            asked.ambient_c, predicted.cycle.heating_s / (6.28 * (s.tension_n() / 9.8 / (28e9 * s.wire.area_m2() / s.wire.length_m)).sqrt()), predicted.cycle.heating_s
+            asked.ambient_c
         );
         outcome.rows.push(Row { demand, ratios });
     }
