@@ -71,7 +71,7 @@ impl Design {
         };
         let (duty, rig_text, judged) = match refused {
             Err(shortfall) => (1.0, rig_file(requirement, &sizing, 1.0), Err(shortfall)),
-            Ok(()) => gently(at_duty, SWINGS * swing_s(&sizing), requirement.cycle_s.unwrap_or(f64::INFINITY)),
+            Ok(()) => gently(at_duty, SWINGS * swing_s(&sizing)),
         };
         match judged {
             Err(shortfall) => Design { sizing, duty, rig_text, prediction: None, shortfall: Some(shortfall) },
@@ -114,34 +114,32 @@ impl Design {
     }
 }
 
-/// The most duty with which a wire takes at least so long to heat, s, with what is written and predicted of it; full duty where there and back
-/// takes too long even so.
+/// The most duty with which a wire takes at least so long to heat, s, with what is written and predicted of it.
 fn gently<T>(
     at_duty: impl Fn(f64) -> (f64, T, Result<Prediction, Shortfall>),
     least_s: f64,
-    longest_s: f64,
 ) -> (f64, T, Result<Prediction, Shortfall>) {
     let mut found = at_duty(1.0);
-    if found.2.as_ref().is_ok_and(|prediction| prediction.cycle.cycle_s() > longest_s) {
-        return found;
-    }
     let (mut low, mut high) = (LEAST_DUTY, 1.0);
     for _ in 0..ROUNDS {
+        let duty = found.0;
         let share = match &found.2 {
             Ok(prediction) => prediction.cycle.heating_s / least_s,
             // with less it does not get there any more
-            Err(_) if found.0 < 1.0 => f64::INFINITY,
+            Err(_) if duty < 1.0 => f64::INFINITY,
             Err(_) => break,
         };
-        if share >= 1.0 && (share <= 1.0 + NEAR || found.0 == 1.0) {
+        if share >= 1.0 && (share <= 1.0 + NEAR || duty == 1.0) {
             break;
         }
         if share < 1.0 {
-            high = found.0
+            high = duty
         } else {
-            low = found.0
+            low = duty
         }
-        found = at_duty((low * high).sqrt());
+        // the time goes about with the power
+        let next = duty * share * (1.0 + 0.5 * NEAR).recip();
+        found = at_duty(if next > low && next < high { next } else { (low * high).sqrt() });
     }
     found
 }

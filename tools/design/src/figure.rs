@@ -1,6 +1,6 @@
 //! The compromise between force and bandwidth as the wire's diameter changes (fig. 69): by the rules, and as predicted.
 
-use sinew_plot::{Drawing, Ink, Panels, TWO_IN_A_ROW, Trace};
+use sinew_plot::{Drawing, Ink, Panels, TWO_IN_A_ROW, Trace, extent};
 
 use crate::design::Design;
 
@@ -22,28 +22,23 @@ pub fn compromise(designs: &[Design], chosen: Option<&Design>) -> String {
         let (x, y) = (designs.iter().map(x).collect(), designs.iter().map(y).collect());
         Trace { ink, x, y }
     };
-    let dot = |x: Number, y: Number| chosen.map(|one| Trace { ink: CHOSEN, x: vec![x(one)], y: vec![y(one)] });
-    let drawing = |x, y: (&'static str, &'static str), lines: Vec<Trace>, dot: Option<Trace>| Drawing {
-        name: y.0,
-        unit: y.1,
-        x,
-        decades: (true, true),
-        traces: lines.into_iter().chain(dot).collect(),
+    // where the chosen wire is, from the lowest line to the highest
+    let drawing = |x, y: (&'static str, &'static str), mut traces: Vec<Trace>, at: Number| {
+        let ends = extent(traces.iter().flat_map(|trace| trace.y.iter().copied()));
+        if let (Some(one), Some((low, high))) = (chosen, ends) {
+            traces.push(Trace { ink: CHOSEN, x: vec![at(one); 2], y: vec![low, high] });
+        }
+        Drawing { name: y.0, unit: y.1, x, decades: (true, true), traces }
     };
     let drawings = [
-        drawing(
-            BANDWIDTH,
-            FORCE,
-            vec![line(RULES, by_rules, force), line(PREDICTED, predicted, force)],
-            dot(predicted, force),
-        ),
+        drawing(BANDWIDTH, FORCE, vec![line(RULES, by_rules, force), line(PREDICTED, predicted, force)], predicted),
         drawing(
             DIAMETER,
             BANDWIDTH,
             vec![line(RULES, diameter, by_rules), line(PREDICTED, diameter, predicted)],
-            dot(diameter, predicted),
+            diameter,
         ),
-        drawing(DIAMETER, FORCE, vec![line(RULES, diameter, force)], dot(diameter, force)),
+        drawing(DIAMETER, FORCE, vec![line(RULES, diameter, force)], diameter),
     ];
     let mut legend = vec![(RULES, "by the rules".to_string()), (PREDICTED, "predicted".to_string())];
     legend.extend(chosen.map(|one| (CHOSEN, format!("chosen: {:.3} mm", one.sizing.wire.diameter_m * 1e3))));

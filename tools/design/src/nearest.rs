@@ -1,12 +1,14 @@
 //! The nearest design that works: of a demand that no wire meets, one number changed as little as it takes.
 
 use crate::demand::{Joint, Method, Motion, Requirement};
-use crate::design::{Design, best, designs};
+use crate::design::{Design, Shortfall, best, designs};
 
 /// A number is changed by steps of this factor, at most so often, and then halved back so often.
 const STEP: f64 = 1.25;
 const STEPS: i32 = 20;
 const HALVINGS: u32 = 5;
+/// So much colder air is looked at, K.
+const COLDER_K: u32 = 100;
 
 /// What of a demand is changed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +39,8 @@ pub enum Change {
     Joint(Joint),
     /// Another way to the wire.
     Method(Method),
+    /// Colder air, °C.
+    Ambient(f64),
     /// Another diameter than the one asked for, m.
     Diameter(f64),
 }
@@ -85,11 +89,24 @@ pub fn nearest(asked: &Requirement, diameters_m: &[f64], others_m: &[f64]) -> Ve
     if !others_m.is_empty() {
         plain(Change::Diameter(f64::NAN), *asked, others_m);
     }
+    if let Some(ambient_c) = colder(asked, diameters_m) {
+        plain(Change::Ambient(ambient_c), Requirement { ambient_c, ..*asked }, diameters_m);
+    }
     for number in numbers(asked) {
         found.extend(number.nearest(asked, diameters_m));
     }
     found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     found
+}
+
+/// The warmest air, whole degrees below the one asked for, in which wires that do not cool down in that one do all that is asked.
+fn colder(asked: &Requirement, diameters_m: &[f64]) -> Option<f64> {
+    let of = |ambient_c: f64| designs(&Requirement { ambient_c, ..*asked }, diameters_m);
+    let warm = |design: &Design| matches!(design.shortfall, Some(Shortfall::StaysWarm));
+    if !of(asked.ambient_c).iter().any(warm) {
+        return None;
+    }
+    (1..=COLDER_K).map(|k| asked.ambient_c.floor() - f64::from(k)).find(|ambient_c| best(&of(*ambient_c)).is_some())
 }
 
 fn numbers(asked: &Requirement) -> Vec<Number> {

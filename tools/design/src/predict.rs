@@ -9,6 +9,8 @@
 //! then the sensing pulse alone until it is stretched again, over and over. The stroke asked for lies in the middle of the
 //! whole one. The reference model without effects, as `sinew design` writes it.
 
+use std::f64::consts::PI;
+
 use sinew_control::StrokeRange;
 use sinew_driver::Engine;
 use sinew_driver::budget::{Budgets, DERATED_FROM, Derating};
@@ -203,6 +205,8 @@ struct Way {
     time_s: f64,
     heat_j: f64,
     pull_n: f64,
+    /// How fast the load moves at the end, m/s.
+    speed: f64,
     branch: Branch,
 }
 
@@ -226,16 +230,17 @@ struct Reckoner<'a> {
     latent: f64,
     spring: f64,
     damping: f64,
+    mass: f64,
     preload: f64,
 }
 
 impl<'a> Reckoner<'a> {
     fn new(model: &'a WireModel) -> Reckoner<'a> {
-        let (spring, damping, preload) = match model.load {
-            Load::SpringMassDamper { spring_n_per_m, damping_n_s_per_m, preload_n, .. } => {
-                (spring_n_per_m, damping_n_s_per_m, preload_n)
+        let (spring, damping, mass, preload) = match model.load {
+            Load::SpringMassDamper { spring_n_per_m, damping_n_s_per_m, mass_kg, preload_n } => {
+                (spring_n_per_m, damping_n_s_per_m, mass_kg, preload_n)
             }
-            Load::ImposedPosition | Load::ImposedForce => (0.0, 0.0, 0.0),
+            Load::ImposedPosition | Load::ImposedForce => (0.0, 0.0, 0.0, 0.0),
         };
         Reckoner {
             model,
@@ -246,6 +251,7 @@ impl<'a> Reckoner<'a> {
             latent: model.latent_heat_j(),
             spring,
             damping,
+            mass,
             preload,
         }
     }
@@ -401,7 +407,7 @@ impl<'a> Reckoner<'a> {
     /// The way at this duty; `Err`: where it comes to a stand.
     fn way(&self, from: At, heats: bool, duty: f64, until: Until) -> Result<Way, At> {
         let branch = self.turn(heats, &from);
-        let mut way = Way { end: from, time_s: 0.0, heat_j: 0.0, pull_n: self.area * from.stress, branch };
+        let mut way = Way { end: from, time_s: 0.0, heat_j: 0.0, pull_n: self.area * from.stress, speed: 0.0, branch };
         let towards = if heats { PIECE_K } else { -PIECE_K };
         for piece in 1..=MOST_PIECES {
             let theta = from.theta + towards * f64::from(piece);
@@ -419,6 +425,7 @@ impl<'a> Reckoner<'a> {
             let mean_w = 0.5 * (self.power_w(duty, &before) + self.power_w(duty, &to));
             way.time_s += share * time_s;
             way.heat_j += share * time_s * mean_w;
+            way.speed = (to.elongation - before.elongation).abs() / time_s;
             way.pull_n = way.pull_n.max(self.area * (before.stress + share * (to.stress - before.stress)));
             way.end = to;
             if is_there {
@@ -450,6 +457,13 @@ impl<'a> Reckoner<'a> {
         on(0.5 * (near + far))
     }
 
+    /// What a load that moves pulls a wire with that stops, beyond its rest, N: v √(K M), less what the damping takes of a quarter of a swing.
+    fn caught_n(&self, at: &At, speed: f64) -> f64 {
+        let stiffness = self.area / (self.length * self.compliance(at.martensite));
+        let impedance = (stiffness * self.mass).sqrt();
+        speed * impedance * (-0.25 * PI * self.damping / impedance).exp()
+    }
+
     fn cold(&self) -> At {
         // stress moves the curves: at rest at ambient temperature
         let mut at = self.at_rest(self.model.ambient_c, 1.0);
@@ -477,7 +491,7 @@ impl<'a> Reckoner<'a> {
             let cold = self.settle(&back);
             there = self.way(cold, true, task.on_duty, Until::Elongation(task.short_m)).map_err(weak)?;
             let steady = Cycle {
-                pull_n: there.pull_n.max(back.pull_n),
+                pull_n: there.pull_n.max(back.pull_n).max(self.area * cold.stress + self.caught_n(&cold, back.speed)),
                 heating_s: there.time_s,
                 cooling_s: back.time_s,
                 first_s: first.time_s,

@@ -50,6 +50,13 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
     let length_mm = sizing.wire.length_m * 1e3;
     let lead_ohm = sizing.path.seen_ohm(sizing.internal_ohm);
     let lead = if lead_ohm > 0.0 { format!(", lead_ohm = {}", fixed(lead_ohm)) } else { String::new() };
+    let mut supply = String::new();
+    if sizing.path.in_series > 1 {
+        supply = format!("# its share of {} V over {} in series\n", fixed(sizing.supply_v), sizing.path.in_series);
+    }
+    if lead_ohm > 0.0 {
+        supply.push_str("# lead_ohm: the source's own resistance as one wire sees it\n");
+    }
     let limits = match duty < 1.0 {
         true => format!(
             "# with more, the wire would be faster than its load can follow\nlimits = {{ maximum_duty = {} }}\n",
@@ -58,24 +65,21 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
         false => String::new(),
     };
     format!(
-        "# One of {} wires for {asked}, by the thesis' rules of chapter 2.\n\
+        "# {} for {asked}, by the thesis' rules of chapter 2.\n\
          [rig]\nname = \"designed\"\nrate_hz = {RATE_HZ:.1}\nambient_c = {}\n\n\
          [[channel]]\nname = \"wire\"\n\
          wire = {{ diameter_mm = {}, length_mm = {} }}\n\
          # the fixed piece of the dual measurement; the sliding tap has the rest to travel\n\
          taps = {{ l0_mm = 0.0, ls_mm = {} }}\n\
-         # of {} V over {} in series{}\n\
+         {supply}\
          drive = {{ supply_v = {}, shunt_ohm = {SHUNT_OHM}, switch_ohm = {SWITCH_OHM}{lead} }}\n\
          # what the wire works against: the pull that stretches it again and its share of the load, as a weight\n\
          load = {{ mass_kg = {}, damping_n_s_per_m = {}, preload_n = {} }}\n{limits}",
-        sizing.wires,
+        if sizing.wires == 1 { "A wire".into() } else { format!("One of {} wires", sizing.wires) },
         fixed(requirement.ambient_c),
         fixed(sizing.wire.diameter_m * 1e3),
         fixed(length_mm),
         fixed(length_mm * FIXED_PIECE),
-        fixed(sizing.supply_v),
-        sizing.path.in_series,
-        if lead_ohm > 0.0 { "; lead_ohm is the source's own resistance as one wire sees it" } else { "" },
         fixed(sizing.supply_v / f64::from(sizing.path.in_series)),
         fixed(mass_kg),
         fixed(damping_n_s_per_m),

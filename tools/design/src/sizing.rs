@@ -11,7 +11,7 @@ pub const STOCK_DIAMETERS_M: [f64; 12] =
 /// Most wires side by side that are counted: more is a rope, not a muscle.
 pub const MOST_WIRES: u32 = 1000;
 /// A wire is best heated with about so many times the voltage it bears for good.
-const SUPPLY_OVER_SAFE: f64 = 1.5;
+pub(crate) const SUPPLY_OVER_SAFE: f64 = 1.5;
 /// What more current than the source gives counts beside a voltage that is as far off.
 const TOO_MUCH: f64 = 10.0;
 /// A supply that nobody asked for has no more than bare wires may have that somebody touches, V (direct, in dry air: IEC 60364-4-41).

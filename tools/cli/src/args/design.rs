@@ -19,6 +19,7 @@ Examples:
   sinew design --force 2N --stroke 6mm --current 600mA --supply 12V
   sinew design --force 2N --stroke 6mm --diameter 0.15mm --json
   sinew design --force 2N --stroke 6mm --plot compromise.svg
+  sinew design --force 800mN --stroke 4mm --mechanisms       what levers, springs, pulleys, tubes make of it
 
 Sizes every diameter that is sold by the thesis' rules (chapter 2, Table 3: 170 MPa of pull of which 100 MPa
 stretch the wire again, 4 % of stroke, conservative for 100 000 cycles), predicts what each will do, and takes
@@ -79,6 +80,9 @@ pub struct Design {
     /// This diameter, whether it is sold or not: 0.15mm.
     #[arg(long = "diameter", value_parser = diameter, allow_negative_numbers = true, value_name = "LENGTH")]
     pub diameter_m: Option<f64>,
+    /// What the mechanisms of the thesis' chapter 5 make of the chosen wire (fig. 51): strain, force, speed, cost, parts.
+    #[arg(long)]
+    pub mechanisms: bool,
     /// Where to write force against bandwidth over the diameter (fig. 69) as a picture.
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,

@@ -13,7 +13,7 @@ use crate::failure::{Failure, Outcome};
 use crate::output;
 
 use answer::Answer;
-use text::{answer, shortfall, table};
+use text::{answer, mechanisms, shortfall, table};
 
 /// As many nearest demands are named.
 const NAMED: usize = 3;
@@ -42,7 +42,10 @@ pub fn design(args: &args::Design) -> Outcome {
     if args.json {
         return output::print_json(&Answer::new(&requirement, &all, chosen, &simulated, reach));
     }
-    let text = format!("{}\n{}", table(&all, chosen), answer(&requirement, chosen, &simulated, reach));
+    let mut text = format!("{}\n{}", table(&all, chosen), answer(&requirement, chosen, &simulated, reach));
+    if args.mechanisms {
+        text.push_str(&mechanisms(&chosen.sizing.wire));
+    }
     match &args.output {
         Some(path) if path.as_os_str() == "-" => {
             output::note(text);
@@ -146,6 +149,7 @@ fn instead(nearest: &Nearest) -> String {
         Change::Current(a) => format!("--current {}A", text::digits(a)),
         Change::MostCurrent(a) => format!("--most-current {}A", text::digits(a)),
         Change::InSeries(count) => format!("--in-series {count}"),
+        Change::Ambient(celsius) => format!("--ambient {celsius}"),
         Change::Joint(Joint::Pulley) => "--joint pulley".into(),
         Change::Joint(Joint::Lever) => "--joint lever".into(),
         Change::Method(Method::Energy) => "--method energy".into(),

@@ -74,7 +74,7 @@ fn what_cannot_be_done_says_what_can() {
     );
     refused("--torque 30mNm --angle 60deg --joint pulley --span 30mm --diameter 0.2mm", &["bent", "--joint lever"]);
     refused("--force 20N --stroke 6mm --wires 4 --in-series 3", &["4 wires make no rows of 3", "--wires 6"]);
-    refused("--force 2N --stroke 6mm --ambient 95", &["too warm"]);
+    refused("--force 2N --stroke 6mm --ambient 95", &["too warm", "--ambient"]);
     refused("--force 2 --stroke 6mm", &["as in 2N"]);
     refused("--force 2N", &["--stroke"]);
     refused("--force 2N --stroke 6mm --internal 1ohm", &["--supply"]);

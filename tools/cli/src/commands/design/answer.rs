@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sinew_control::Limits;
-use sinew_design::{Cycle, Design, HeldBack, Joint, Lack, Requirement, Shortfall, Simulated};
+use sinew_design::{Cycle, Design, HeldBack, Joint, Lack, Mechanism, Requirement, Shortfall, Simulated, Worth};
 
 #[derive(Debug, Serialize)]
 pub(super) struct Answer {
@@ -16,6 +16,19 @@ pub(super) struct Answer {
     as_modelled: Rates,
     rig_file: String,
     battery_lasts_s: Option<f64>,
+    mechanisms: Vec<Mechanised>,
+}
+
+/// What a mechanism makes of the chosen wire.
+#[derive(Debug, Serialize)]
+struct Mechanised {
+    name: String,
+    stroke_m: f64,
+    force_n: f64,
+    cycle_s: f64,
+    wire_m: f64,
+    cost_usd: f64,
+    parts: u32,
 }
 
 #[derive(Debug, Serialize)]
@@ -158,6 +171,12 @@ fn row(design: &Design) -> Row {
     }
 }
 
+fn mechanised(mechanism: &Mechanism, chosen: &Design) -> Mechanised {
+    let worth = mechanism.worth(&chosen.sizing.wire);
+    let Worth { stroke_m, force_n, cycle_s, wire_m, parts } = worth;
+    Mechanised { name: mechanism.name(), stroke_m, force_n, cycle_s, wire_m, cost_usd: worth.cost_usd(), parts }
+}
+
 impl Answer {
     pub(super) fn new(
         asked: &Requirement,
@@ -177,6 +196,7 @@ impl Answer {
             simulated: Motion::new(simulated.stroke_m, simulated.cycle.as_ref(), None),
             as_modelled: Rates { heating_per_s, cooling_per_s, load_per_s },
             rig_file: chosen.rig_text.clone(),
+            mechanisms: Mechanism::ALL.iter().map(|one| mechanised(one, chosen)).collect(),
             battery_lasts_s: asked.source.charge_c.and_then(|charge_c| chosen.lasts_s(charge_c)),
         }
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use sinew_control::Limits;
-use sinew_design::{Design, HeldBack, Joint, Lack, Motion, Requirement, Shortfall, Simulated};
+use sinew_design::{Design, HeldBack, Joint, Lack, Mechanism, Motion, Requirement, Shortfall, Simulated, WireRules};
 
 /// As few digits as say a number of two or three digits that matter.
 pub(super) fn digits(value: f64) -> String {
@@ -266,6 +266,34 @@ pub(super) fn answer(requirement: &Requirement, design: &Design, simulated: &Sim
         lambda(reach.cooling_per_s),
         digits(reach.load_per_s)
     );
+    text
+}
+
+/// What mechanisms make of a wire, one a line.
+pub(super) fn mechanisms(wire: &WireRules) -> String {
+    let mut text = format!(
+        "\nmechanisms with wire of {:.3} mm in a room of {:.1} mm, by the rules\n\
+         {:36} stroke  force    rate   wire   cost parts\n\
+         {:36}     mm      N      Hz     mm      $\n",
+        wire.diameter_m * 1e3,
+        wire.length_m * 1e3,
+        "",
+        "",
+    );
+    for mechanism in Mechanism::ALL {
+        let worth = mechanism.worth(wire);
+        let _ = writeln!(
+            text,
+            "{:36} {} {} {} {:6.0} {} {:5}",
+            mechanism.name(),
+            column(worth.stroke_m * 1e3, 6),
+            column(worth.force_n, 6),
+            column(worth.bandwidth_hz(), 7),
+            worth.wire_m * 1e3,
+            column(worth.cost_usd(), 6),
+            worth.parts
+        );
+    }
     text
 }
 
