@@ -1,5 +1,7 @@
 //! What is asked of a design: what is to move, with what mechanism, and what there is to heat with.
 
+use crate::route::Route;
+
 /// How a joint's wire is fixed to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Joint {
@@ -84,6 +86,8 @@ pub struct Requirement {
     pub cycle_s: Option<f64>,
     /// Room for the wire's length, m.
     pub span_m: Option<f64>,
+    /// Where the wires run.
+    pub route: Route,
     /// How many wires side by side; `None` = as many as it takes.
     pub wires: Option<u32>,
     /// What heats them.
@@ -100,6 +104,7 @@ impl Requirement {
             method: None,
             cycle_s: None,
             span_m: None,
+            route: Route::Straight,
             wires: None,
             source: Source::of_voltage(None),
             ambient_c: 25.0,

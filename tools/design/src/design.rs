@@ -108,9 +108,10 @@ impl Design {
         Some(f64::from(self.sizing.wires) * self.prediction?.cycle.power_w)
     }
 
-    /// How long a battery lasts, moving without a pause, s: its charge over the mean current it gives.
+    /// How long a battery lasts, moving without a pause, s: its charge, at the voltage it leaves the wires, over the power they take.
     pub fn lasts_s(&self, charge_c: f64) -> Option<f64> {
-        Some(charge_c * self.sizing.supply_v / self.power_w()?)
+        let path_v = self.sizing.wire_v() * f64::from(self.sizing.path.in_series);
+        Some(charge_c * path_v / self.power_w()?)
     }
 }
 

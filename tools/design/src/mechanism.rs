@@ -1,23 +1,12 @@
 //! What mechanisms make of a wire (thesis, chapter 5): stroke, force, speed and what they take, by the rules of table 3 and plain
 //! statics. Absolute figures depend on friction and sizes that are chosen here; how mechanisms rank does not.
 
-use sinew_physics::Material;
-
+use crate::route::{Route, TUBE_FRICTION};
 use crate::rules::WireRules;
 use crate::sizing::SUPPLY_OVER_SAFE;
 
-/// Friction of a wire on a polymer (PTFE on steel: 0.05 to 0.1).
-const FRICTION: f64 = 0.08;
-/// Share of the tension that a small pulley's bearing leaves.
-const BEARING: f64 = 0.97;
 /// Shear over tension at the same equivalent stress, and strain the other way (von Mises).
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
-/// The Bowden tube: bores over and outer diameters over the wire's, and conductivity of the tube (PTFE) and of the air in its gap, W/(m K).
-const BORE: f64 = 2.0;
-const OUTER: f64 = 8.0;
-const TUBE_W_PER_M_K: f64 = 0.25;
-const AIR_W_PER_M_K: f64 = 0.027;
-
 /// One way from a wire to its load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mechanism {
@@ -29,7 +18,7 @@ pub enum Mechanism {
     Rod(u32),
     /// A lever, or a wire near a hinge (three-bar): the load moves so many times as far.
     Lever(f64),
-    /// Wound around a drum with so many turns: the wire slides on it as it contracts.
+    /// Around a drum by so many turns, on which it slides as it contracts.
     Spool(f64),
     /// To and fro over pulleys, so many times through the room.
     Pulleys(u32),
@@ -69,14 +58,14 @@ impl Worth {
 }
 
 impl Mechanism {
-    /// Those that chapter 5 shows, as they are compared: sixteen wires for one, ten times the stroke by a lever, two turns of a spool, five
+    /// Those that chapter 5 shows, as they are compared: sixteen wires for one, ten times the stroke by a lever, half a turn around a spool, five
     /// passes over pulleys, a tube of five times the room that is bent by a half-turn, a spring of index 6.
     pub const ALL: [Mechanism; 9] = [
         Mechanism::Straight,
         Mechanism::Parallel(16),
         Mechanism::Rod(16),
         Mechanism::Lever(10.0),
-        Mechanism::Spool(2.0),
+        Mechanism::Spool(0.5),
         Mechanism::Pulleys(5),
         Mechanism::Bowden(5.0, std::f64::consts::PI),
         Mechanism::Coil(6.0),
@@ -90,7 +79,7 @@ impl Mechanism {
             Mechanism::Parallel(count) => format!("{count} thinner wires in parallel"),
             Mechanism::Rod(count) => format!("a rod of {count} cross-sections"),
             Mechanism::Lever(ratio) => format!("lever or three-bar joint, {ratio} to 1"),
-            Mechanism::Spool(turns) => format!("spool, {turns} turns"),
+            Mechanism::Spool(turns) => format!("spool, {turns} turns of wire"),
             Mechanism::Pulleys(passes) => format!("redundant pulleys, {passes} passes"),
             Mechanism::Bowden(length, _) => format!("Bowden tube, {length} times the room"),
             Mechanism::Coil(index) => format!("coil spring, index {index}"),
@@ -121,21 +110,23 @@ impl Mechanism {
             Mechanism::Lever(ratio) => {
                 Worth { stroke_m: ratio * plain.stroke_m, force_n: plain.force_n / ratio, parts: 4, ..plain }
             }
-            // the drum is as small as the wire bears
+            // the drum is as small as the wire bears, and does not turn with it
             Mechanism::Spool(turns) => {
-                let around = std::f64::consts::TAU * turns;
-                let wire = straight(&of(room.diameter_m, room.length_m + around * room.bend_radius_m()), 3);
-                slid(wire, around)
+                let bent_rad = std::f64::consts::TAU * turns;
+                let wire = of(room.diameter_m, room.length_m + bent_rad * room.bend_radius_m());
+                let route = Route::Tube { bent_rad, friction: TUBE_FRICTION };
+                Worth { force_n: route.useful_n(&wire), ..straight(&wire, 3) }
             }
             Mechanism::Pulleys(passes) => {
-                let pulleys = passes.saturating_sub(1);
-                let wire = straight(&of(room.diameter_m, f64::from(passes) * room.length_m), 2 + pulleys);
-                Worth { force_n: wire.force_n * BEARING.powi(pulleys as i32), ..wire }
+                let wire = of(room.diameter_m, f64::from(passes) * room.length_m);
+                let force_n = Route::Pulleys(passes).useful_n(&wire);
+                Worth { force_n, ..straight(&wire, 1 + passes) }
             }
             Mechanism::Bowden(length, bent_rad) => {
-                let inside = of(room.diameter_m, length * room.length_m);
-                let wire = Worth { cycle_s: cycle_s(&inside, tube_gain(room.diameter_m)), ..straight(&inside, 3) };
-                slid(wire, bent_rad)
+                let wire = of(room.diameter_m, length * room.length_m);
+                let route = Route::Tube { bent_rad, friction: TUBE_FRICTION };
+                let cycle_s = cycle_s(&wire, route.cooling_gain(wire.diameter_m));
+                Worth { force_n: route.useful_n(&wire), cycle_s, ..straight(&wire, 3) }
             }
             Mechanism::Coil(index) => coil(room, index),
             Mechanism::Antagonist => Worth { wire_m: 2.0 * plain.wire_m, parts: 5, ..plain },
@@ -146,22 +137,6 @@ impl Mechanism {
 /// Heating (eq. 11) and cooling (eq. 6) with so many times the loss to the air.
 fn cycle_s(wire: &WireRules, gain: f64) -> f64 {
     wire.heating_time_s(SUPPLY_OVER_SAFE * wire.safe_current_a()) + wire.cooling_time_s() / gain
-}
-
-/// A wire that slides around this angle in all: its tension decays along it (capstan), so that its load gets the least of it, and its
-/// pieces are stretched again by less.
-fn slid(wire: Worth, angle_rad: f64) -> Worth {
-    Worth { force_n: wire.force_n * (-FRICTION * angle_rad).exp(), ..wire }
-}
-
-/// How many times the loss of a bare wire goes through a tube around it: more surface, behind the air in its gap and its wall.
-fn tube_gain(diameter_m: f64) -> f64 {
-    let convection = Material::default().convection_w_per_m2_k;
-    let tau = std::f64::consts::TAU;
-    let bare = 2.0 / (convection * tau * diameter_m);
-    let gap = BORE.ln() / (tau * AIR_W_PER_M_K);
-    let wall = (OUTER / BORE).ln() / (tau * TUBE_W_PER_M_K);
-    bare / (gap + wall + bare / OUTER)
 }
 
 /// A spring of as much room as its coils take stretched: twisted wire, as strong at its surface as the straight one, that is
@@ -218,14 +193,6 @@ mod tests {
             );
             assert_eq!(is_ideal, share > 1.0 - 1e-9, "{mechanism:?}: {share}");
         }
-    }
-
-    /// A tube with no gap and a wall that conducts well has the surface's gain; and there is a size beyond which more wall is no gain.
-    #[test]
-    fn a_tube_gains_less_than_its_surface() {
-        let gain = tube_gain(0.125e-3);
-        assert!(gain > 1.5 && gain < OUTER, "{gain}");
-        assert!(tube_gain(0.5e-3) < gain, "a thick wire has the surface already");
     }
 
     /// Spring theory the other way: the shear of the force, and the twist of the stroke.

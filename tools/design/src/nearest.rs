@@ -2,6 +2,7 @@
 
 use crate::demand::{Joint, Method, Motion, Requirement};
 use crate::design::{Design, Shortfall, best, designs};
+use crate::route::Route;
 
 /// A number is changed by steps of this factor, at most so often, and then halved back so often.
 const STEP: f64 = 1.25;
@@ -25,6 +26,10 @@ pub enum Change {
     Angle(f64),
     /// Room, m.
     Span(f64),
+    /// Passes over pulleys.
+    Passes(u32),
+    /// How far a tube is bent, rad.
+    Bent(f64),
     /// Wires side by side.
     Wires(u32),
     /// Supply, V.
@@ -125,6 +130,19 @@ fn numbers(asked: &Requirement) -> Vec<Number> {
     add(stroke, false, |asked, v| moved(asked, None, Some(v)), Change::Stroke);
     add(angle, false, |asked, v| moved(asked, None, Some(v)), Change::Angle);
     add(asked.span_m, false, |asked, v| Requirement { span_m: Some(v), ..*asked }, Change::Span);
+    let (mut passes, mut bent) = (None, None);
+    match asked.route {
+        Route::Straight => {}
+        Route::Pulleys(count) => passes = Some(f64::from(count)),
+        Route::Tube { bent_rad, .. } => bent = Some(bent_rad).filter(|bent_rad| *bent_rad > 0.0),
+    }
+    add(
+        passes,
+        true,
+        |asked, v| Requirement { route: Route::Pulleys(v as u32), ..*asked },
+        |v| Change::Passes(v as u32),
+    );
+    add(bent, false, bent_by, Change::Bent);
     add(
         asked.wires.map(f64::from),
         true,
@@ -158,6 +176,14 @@ fn moved(asked: &Requirement, effort: Option<f64>, way: Option<f64>) -> Requirem
         }
     };
     Requirement { motion, ..*asked }
+}
+
+fn bent_by(asked: &Requirement, bent_rad: f64) -> Requirement {
+    let route = match asked.route {
+        Route::Tube { friction, .. } => Route::Tube { bent_rad, friction },
+        other => other,
+    };
+    Requirement { route, ..*asked }
 }
 
 fn sourced(asked: &Requirement, change: impl FnOnce(&mut crate::demand::Source)) -> Requirement {

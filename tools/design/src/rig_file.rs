@@ -1,7 +1,7 @@
 //! A designed wire as a rig file.
 
-use sinew_physics::Load;
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
+use sinew_physics::{Load, Material};
 
 use crate::demand::{Motion, Requirement};
 use crate::sizing::Sizing;
@@ -50,6 +50,14 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
     let length_mm = sizing.wire.length_m * 1e3;
     let lead_ohm = sizing.path.seen_ohm(sizing.internal_ohm);
     let lead = if lead_ohm > 0.0 { format!(", lead_ohm = {}", fixed(lead_ohm)) } else { String::new() };
+    let gain = sizing.route.cooling_gain(sizing.wire.diameter_m);
+    let material = match gain == 1.0 {
+        true => String::new(),
+        false => {
+            let convection = fixed(gain * Material::default().convection_w_per_m2_k);
+            format!("# through the tube it is in\nmaterial = {{ convection_w_per_m2_k = {convection} }}\n")
+        }
+    };
     let mut supply = String::new();
     if sizing.path.in_series > 1 {
         supply = format!("# its share of {} V over {} in series\n", fixed(sizing.supply_v), sizing.path.in_series);
@@ -74,7 +82,7 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
          {supply}\
          drive = {{ supply_v = {}, shunt_ohm = {SHUNT_OHM}, switch_ohm = {SWITCH_OHM}{lead} }}\n\
          # what the wire works against: the pull that stretches it again and its share of the load, as a weight\n\
-         load = {{ mass_kg = {}, damping_n_s_per_m = {}, preload_n = {} }}\n{limits}",
+         load = {{ mass_kg = {}, damping_n_s_per_m = {}, preload_n = {} }}\n{limits}{material}",
         if sizing.wires == 1 { "A wire".into() } else { format!("One of {} wires", sizing.wires) },
         fixed(requirement.ambient_c),
         fixed(sizing.wire.diameter_m * 1e3),

@@ -3,6 +3,7 @@
 
 use crate::demand::{Joint, Method, Motion, Requirement};
 use crate::path::Path;
+use crate::route::Route;
 use crate::rules::WireRules;
 
 /// Diameters that are sold, m.
@@ -32,6 +33,8 @@ pub enum Lack {
     Radius(f64),
     /// A lever does not turn that far: how far it does, rad.
     Angle(f64),
+    /// Friction leaves nothing to pull with: the most passes over pulleys, or the most that a tube is bent, rad, with which there is.
+    Friction(f64),
 }
 
 /// One diameter, sized by the rules.
@@ -47,6 +50,8 @@ pub struct Sizing {
     pub joint: Option<Joint>,
     /// Radius of that, m.
     pub radius_m: Option<f64>,
+    /// Where it runs.
+    pub route: Route,
     /// Pull on the load of one wire, N, beyond its preload.
     pub useful_n: f64,
     /// The way of the current.
@@ -86,9 +91,9 @@ impl Sizing {
         (self.wire.safe_current_a() / self.current_a()).powi(2).min(1.0)
     }
 
-    /// Tension of one wire with the load on it, N.
+    /// Tension of one wire at its load, N.
     pub fn tension_n(&self) -> f64 {
-        self.wire.preload_n() + self.useful_n
+        self.route.preload_n(&self.wire) + self.useful_n
     }
 
     /// Time to heat (eq. 11), s.
@@ -162,15 +167,18 @@ struct Body {
 impl Body {
     fn of(requirement: &Requirement, diameter_m: f64) -> Body {
         let wire_of = |length_m: f64| WireRules { diameter_m, length_m };
+        let passes = requirement.route.passes();
+        // as much wire as there is room for, in a tube as much as is wanted
+        let room_m = requirement.span_m.zip(passes).map(|(span_m, passes)| span_m * passes);
         // method A: the length that does the work, in one wire or in as many as are asked for, or as the room has it
         let by_energy = || {
             let whole = WireRules::length_for_work_m(diameter_m, requirement.motion.work_j());
-            requirement.span_m.unwrap_or(whole / f64::from(requirement.wires.unwrap_or(1)))
+            room_m.unwrap_or(whole / f64::from(requirement.wires.unwrap_or(1)))
         };
         let (wire, lever, joint, pull_n, mut lack) = match requirement.motion {
             Motion::Linear { force_n, stroke_m } => {
                 let straight = WireRules::length_for_stroke_m(stroke_m);
-                let room = requirement.span_m.unwrap_or(f64::INFINITY);
+                let room = room_m.unwrap_or(f64::INFINITY);
                 let (length, lack) = match requirement.method {
                     Some(Method::Energy) => (by_energy(), None),
                     Some(Method::Stroke) if room < straight => (straight, Some(Lack::Strain(wire_of(room).stroke_m()))),
@@ -201,9 +209,14 @@ impl Body {
                 }
             }
         };
-        let needed = (pull_n / wire.useful_force_n() * (1.0 - 1e-9)).ceil().clamp(1.0, f64::from(MOST_WIRES)) as u32;
+        let useful_n = requirement.route.useful_n(&wire);
+        if useful_n <= 0.0 {
+            let lack = Some(Lack::Friction(requirement.route.limit()));
+            return Body { wire, wires: requirement.wires.unwrap_or(1), lever, joint, pull_n, lack };
+        }
+        let needed = (pull_n / useful_n * (1.0 - 1e-9)).ceil().clamp(1.0, f64::from(MOST_WIRES)) as u32;
         let wires = requirement.wires.unwrap_or(needed).max(1);
-        let has_n = f64::from(wires) * wire.useful_force_n();
+        let has_n = f64::from(wires) * useful_n;
         if lack.is_none() && has_n < pull_n * (1.0 - 1e-9) {
             let asked = match requirement.motion {
                 Motion::Linear { force_n, .. } => force_n,
@@ -232,6 +245,7 @@ impl Body {
             lever: self.lever,
             joint: self.joint.map(|(joint, _)| joint),
             radius_m: self.joint.map(|(_, radius_m)| radius_m),
+            route: requirement.route,
             useful_n: self.pull_n / f64::from(path.wires()),
             path,
             supply_v,

@@ -14,6 +14,8 @@ Examples:
   sinew design --force 2N --stroke 6mm --method energy       method A: the wire that does the work, and a lever
   sinew design --torque 30mNm --angle 60deg --span 200mm     a joint: with the radius of its pulley
   sinew design --torque 30mNm --angle 60deg --joint lever --span 80mm
+  sinew design --force 1N --stroke 20mm --span 60mm --pulleys 9
+  sinew design --force 1N --stroke 20mm --tube 120deg        through a Bowden tube
   sinew design --force 20N --stroke 6mm --wires 6 --in-series 3 --supply 12V
   sinew design --force 5N --stroke 6mm --supply 7.4V --most-current 3A --internal 0.1ohm --capacity 850mAh
   sinew design --force 2N --stroke 6mm --current 600mA --supply 12V
@@ -50,6 +52,16 @@ pub struct Design {
     /// does the work.
     #[arg(long = "span", value_parser = length, allow_negative_numbers = true, value_name = "LENGTH")]
     pub span_m: Option<f64>,
+    /// Leads each wire so many times through --span, around pulleys.
+    #[arg(long, value_name = "PASSES", value_parser = clap::value_parser!(u32).range(2..=100), requires = "span_m", conflicts_with = "tube_rad")]
+    pub pulleys: Option<u32>,
+    /// Leads each wire through a tube that is bent by so much in all, a Bowden cable: 90deg. It needs no room, loses
+    /// force by friction and cools faster.
+    #[arg(long = "tube", value_parser = bend, allow_negative_numbers = true, value_name = "ANGLE")]
+    pub tube_rad: Option<f64>,
+    /// Friction of the wire in the tube. Without it, 0.05, as of PTFE.
+    #[arg(long, value_name = "MU", value_parser = friction, requires = "tube_rad", allow_negative_numbers = true)]
+    pub friction: Option<f64>,
     /// Longest time there and back, as predicted: 2s.
     #[arg(long = "cycle", value_parser = super::seconds, allow_negative_numbers = true, value_name = "SECONDS")]
     pub cycle_s: Option<f64>,
@@ -132,6 +144,17 @@ fn torque(text: &str) -> Result<f64, String> {
 
 fn angle(text: &str) -> Result<f64, String> {
     quantity(text, "angle", &[("deg", 1f64.to_radians()), ("rad", 1.0)], 1e-3..=50.0, "60deg")
+}
+
+fn bend(text: &str) -> Result<f64, String> {
+    quantity(text, "bend", &[("deg", 1f64.to_radians()), ("rad", 1.0)], 0.0..=50.0, "90deg")
+}
+
+fn friction(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(friction) if (0.001..=1.0).contains(&friction) => Ok(friction),
+        _ => Err("friction is a number from 0.001 to 1, as in 0.05".into()),
+    }
 }
 
 fn voltage(text: &str) -> Result<f64, String> {

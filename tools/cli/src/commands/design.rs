@@ -4,8 +4,8 @@ mod answer;
 mod text;
 
 use sinew_design::{
-    Change, Design, Joint, Lack, Method, Motion, Nearest, Requirement, STOCK_DIAMETERS_M, Shortfall, Source, Task,
-    best, compromise, designs, nearest, simulate,
+    Change, Design, Joint, Lack, Method, Motion, Nearest, Requirement, Route, STOCK_DIAMETERS_M, Shortfall, Source,
+    TUBE_FRICTION, Task, best, compromise, designs, nearest, simulate,
 };
 
 use crate::args;
@@ -85,12 +85,17 @@ fn requirement(args: &args::Design) -> Result<Requirement, Failure> {
         charge_c: args.capacity_c,
         in_series: args.in_series,
     };
+    let route = match (args.pulleys, args.tube_rad) {
+        (Some(passes), _) => Route::Pulleys(passes),
+        (_, Some(bent_rad)) => Route::Tube { bent_rad, friction: args.friction.unwrap_or(TUBE_FRICTION) },
+        _ => Route::Straight,
+    };
     let method = args.method.map(|method| match method {
         args::Method::Energy => Method::Energy,
         args::Method::Stroke => Method::Stroke,
     });
     let args::Design { cycle_s, span_m, wires, ambient_c, .. } = *args;
-    Ok(Requirement { motion, method, cycle_s, span_m, wires, source, ambient_c })
+    Ok(Requirement { motion, method, cycle_s, span_m, route, wires, source, ambient_c })
 }
 
 /// That no wire does it, why the one that comes nearest does not, and what can be asked for instead.
@@ -144,6 +149,8 @@ fn instead(nearest: &Nearest) -> String {
         Change::Stroke(m) => format!("--stroke {}mm", text::digits(m * 1e3)),
         Change::Angle(rad) => format!("--angle {}deg", text::digits((rad.to_degrees() * 10.0).floor() / 10.0)),
         Change::Span(m) => format!("--span {}mm", text::digits(m * 1e3)),
+        Change::Passes(passes) => format!("--pulleys {passes}"),
+        Change::Bent(rad) => format!("--tube {}deg", text::digits((rad.to_degrees() * 10.0).floor() / 10.0)),
         Change::Wires(wires) => format!("--wires {wires}"),
         Change::Supply(v) => format!("--supply {}V", text::digits(v)),
         Change::Current(a) => format!("--current {}A", text::digits(a)),

@@ -4,7 +4,7 @@
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use sinew_design::{
-    Cycle, Joint, Method, Motion, Requirement, STOCK_DIAMETERS_M, Source, Task, best, designs, simulate,
+    Cycle, Joint, Method, Motion, Requirement, Route, STOCK_DIAMETERS_M, Source, Task, best, designs, simulate,
 };
 
 /// What is compared.
@@ -61,6 +61,7 @@ pub fn demand(random: &mut Xoshiro256PlusPlus) -> Requirement {
         method: one_of(random, &[None, None, Some(Method::Energy)]),
         cycle_s: one_of(random, &[None, None, Some(longest_s)]),
         span_m,
+        route: Route::Straight,
         wires: one_of(random, &[None, None, None, Some(count)]),
         source,
         ambient_c: random.random_range(5.0..40.0),

@@ -86,6 +86,31 @@ fn a_joint_gets_a_radius() {
     assert!(far.iter().all(|s| s.lack == Some(Lack::Angle(MOST_LEVER_RAD))));
 }
 
+/// Pulleys give as much wire as they have passes, a tube as much as is wanted; both cost force twice, and beyond a limit all of it.
+#[test]
+fn a_route_gives_length_for_force() {
+    let asked = Requirement { span_m: Some(0.05), ..lift(1.0, 10e-3) };
+    let through = |route| Design::of(&Requirement { route, ..asked }, 0.15e-3);
+    let (straight, pulleys) = (through(Route::Straight), through(Route::Pulleys(5)));
+    assert!((straight.sizing.lever - 5.0).abs() < 1e-9 && (pulleys.sizing.lever - 1.0).abs() < 1e-9);
+    let kept = 0.97f64.powi(4);
+    assert_eq!(
+        f64::from(pulleys.sizing.wires),
+        (1.0 / (kept * 170.0 - 100.0 / kept) / pulleys.sizing.wire.area_m2() / 1e6).ceil()
+    );
+    let tube = through(Route::Tube { bent_rad: 2.0, friction: 0.05 });
+    assert_eq!(tube.sizing.wire.length_m, 0.25);
+    let bare = Design::of(&lift(1.0, 10e-3), 0.15e-3);
+    let cooling_s = |design: &Design| design.prediction.unwrap().cycle.cooling_s;
+    assert!(cooling_s(&tube) < 0.7 * cooling_s(&bare), "{tube:?}");
+    let Some(Shortfall::Lack(Lack::Friction(most_rad))) =
+        through(Route::Tube { bent_rad: 7.0, friction: 0.05 }).shortfall
+    else {
+        panic!("a tube that is bent by more than a turn moves nothing")
+    };
+    assert!(through(Route::Tube { bent_rad: 0.98 * most_rad, friction: 0.05 }).sizing.lack.is_none());
+}
+
 /// Wires in series share the voltage, rows of them add their currents, and rows are filled.
 #[test]
 fn the_way_of_the_current_suits_the_supply() {

@@ -434,7 +434,8 @@ fn methods() -> Vec<Row> {
             let stated = 0.8 * 20.0 / (2.2 * D * D);
             found.near("0.8 N over 20 mm on 0.125 mm", "mm", stated, 0.01 * stated, 1e3 * one.wire.length_m);
             found.equal("wires of that length", "1", 1.0, f64::from(one.wires));
-            let room = Sizing::of(&Requirement { span_m: Some(0.1), ..by_energy }, D * 1e-3);
+            let room = Requirement { span_m: Some(0.1), source: Source::of_voltage(None), ..by_energy };
+            let room = Sizing::of(&room, D * 1e-3);
             found.equal(
                 "wires where there is room for 100 mm, n ≥ L_min/L_arm",
                 "1",

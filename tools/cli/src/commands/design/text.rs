@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 
 use sinew_control::Limits;
-use sinew_design::{Design, HeldBack, Joint, Lack, Mechanism, Motion, Requirement, Shortfall, Simulated, WireRules};
+use sinew_design::{
+    Design, HeldBack, Joint, Lack, Mechanism, Motion, Requirement, Route, Shortfall, Simulated, TUBE_BORE, TUBE_OUTER,
+    WireRules,
+};
 
 /// As few digits as say a number of two or three digits that matter.
 pub(super) fn digits(value: f64) -> String {
@@ -21,15 +24,15 @@ fn number(value: f64) -> String {
 /// One line a diameter.
 pub(super) fn table(all: &[Design], chosen: &Design) -> String {
     let mut text = String::from(
-        "                    wires                            rules        predicted\n\
-         \u{20}     mm  wires     mm in row      V      A     $ heat s cool s heat s cool s     W\n",
+        "                   wires    source             cost by the rules predicted\n\
+         \u{20}     mm  wires     mm in row      V      A     $  heat   cool  heat   cool     W\n",
     );
     for design in all {
         let mark = if chosen == design { '*' } else { ' ' };
         let s = &design.sizing;
         let said = match (&design.shortfall, &design.prediction) {
             (None, Some(said)) => format!(
-                "{:6.2} {:6.2} {}",
+                "{:5.2} {:6.2} {}",
                 said.cycle.heating_s,
                 said.cycle.cooling_s,
                 column(design.power_w().unwrap_or(f64::NAN), 5)
@@ -39,7 +42,7 @@ pub(super) fn table(all: &[Design], chosen: &Design) -> String {
         };
         let _ = writeln!(
             text,
-            "{mark} {:6.3} {:5} {:6.1} {:6} {} {} {} {:6.2} {:6.2} {said}",
+            "{mark} {:6.3} {:5} {:6.1} {:6} {} {} {} {:5.2} {:6.2} {said}",
             s.wire.diameter_m * 1e3,
             s.wires,
             s.wire.length_m * 1e3,
@@ -68,6 +71,7 @@ fn brief(why: &Shortfall) -> String {
         Shortfall::Lack(Lack::Strain(has_m)) => format!("strains {} mm", digits(has_m * 1e3)),
         Shortfall::Lack(Lack::Radius(m)) => format!("bends to {} mm", digits(m * 1e3)),
         Shortfall::Lack(Lack::Angle(rad)) => format!("turns {} deg", digits(rad.to_degrees())),
+        Shortfall::Lack(Lack::Friction(_)) => "does not move".into(),
         Shortfall::TooSlow(cycle_s) => format!("too slow: {} s", digits(*cycle_s)),
         Shortfall::WeakSupply(volts) => format!("needs {} V", digits(*volts)),
         Shortfall::WeakCurrent(amps) => format!("needs {} A", digits(*amps)),
@@ -109,6 +113,13 @@ pub(super) fn shortfall(requirement: &Requirement, design: &Design, why: &Shortf
                 digits(rad.to_degrees())
             )
         }
+        Shortfall::Lack(Lack::Friction(most)) => format!(
+            "friction leaves nothing of its pull when it has stretched the wire again: {} at the most",
+            match requirement.route {
+                Route::Pulleys(_) => format!("{most:.0} passes over pulleys"),
+                _ => format!("a tube may be bent by {} degrees", digits(most.to_degrees())),
+            }
+        ),
         Shortfall::TooSlow(cycle_s) => format!("there and back takes {} s", digits(*cycle_s)),
         Shortfall::WeakSupply(volts) => {
             format!(
@@ -195,11 +206,28 @@ fn build(requirement: &Requirement, design: &Design) -> String {
             false => String::new(),
         }
     );
+    match s.route {
+        Route::Straight => {}
+        Route::Pulleys(passes) => {
+            let _ = writeln!(text, "  each {passes} times through the room, around {} pulleys", passes - 1);
+        }
+        Route::Tube { bent_rad, friction } => {
+            let _ = writeln!(
+                text,
+                "  each through a tube that is bent by {:.0} degrees (friction {friction}); bore {:.2} mm,\n  \
+                 {:.2} mm outside: loses {:.1} times the heat of a bare wire",
+                bent_rad.to_degrees(),
+                TUBE_BORE * mm(s.wire.diameter_m),
+                TUBE_OUTER * mm(s.wire.diameter_m),
+                s.route.cooling_gain(s.wire.diameter_m)
+            );
+        }
+    }
     let _ = writeln!(
         text,
-        "  each pulls {:.2} N on the load and needs {:.2} N to be stretched again (of {:.2} N)",
+        "  each pulls {:.2} N on the load, needs {:.2} N to be stretched again, and bears {:.2} N",
         s.useful_n,
-        s.wire.preload_n(),
+        s.route.preload_n(&s.wire),
         s.wire.max_force_n()
     );
     let _ = writeln!(
@@ -260,8 +288,7 @@ pub(super) fn answer(requirement: &Requirement, design: &Design, simulated: &Sim
     let lambda = |limit: Option<f64>| limit.map_or_else(|| "none".into(), digits);
     let _ = writeln!(
         text,
-        "\nas modelled, its surface can be as fast as λ = {} 1/s shortening, {} lengthening,\n\
-         {} for its load (`sinew tune`)",
+        "\nλ as modelled, 1/s: {} shortening, {} lengthening, {} for its load (`sinew tune`)",
         lambda(reach.heating_per_s),
         lambda(reach.cooling_per_s),
         digits(reach.load_per_s)
