@@ -10,24 +10,26 @@ use clap::{Args, ValueEnum};
 Examples:
   sinew design --force 2N --stroke 6mm
   sinew design --force 2N --stroke 6mm --cycle 2s --supply 6V -o finger.toml
-  sinew design --force 500mN --stroke 20mm --span 150mm      no room for a straight wire: with a lever
-  sinew design --force 2N --stroke 6mm --method energy       method A: the wire that does the work, and a lever
-  sinew design --torque 30mNm --angle 60deg --span 200mm     a joint: with the radius of its pulley
+  sinew design --force 500mN --stroke 20mm --span 150mm      no room for a straight wire: a lever
+  sinew design --force 2N --stroke 6mm --method energy       method A: the least wire, and a lever
+  sinew design --torque 30mNm --angle 60deg --span 200mm     a joint, with the radius of its pulley
   sinew design --torque 30mNm --angle 60deg --joint lever --span 80mm
   sinew design --force 1N --stroke 20mm --span 60mm --pulleys 9
   sinew design --force 1N --stroke 20mm --tube 120deg        through a Bowden tube
   sinew design --force 20N --stroke 6mm --wires 6 --in-series 3 --supply 12V
-  sinew design --force 5N --stroke 6mm --supply 7.4V --most-current 3A --internal 0.1ohm --capacity 850mAh
+  sinew design --force 5N --stroke 6mm --supply 7.4V --internal 0.1ohm --capacity 850mAh
+  sinew design --force 5N --stroke 6mm --supply 12V --most-current 3A
   sinew design --force 2N --stroke 6mm --current 600mA --supply 12V
   sinew design --force 2N --stroke 6mm --diameter 0.15mm --json
   sinew design --force 2N --stroke 6mm --plot compromise.svg
-  sinew design --force 800mN --stroke 4mm --mechanisms       what levers, springs, pulleys, tubes make of it
+  sinew design --force 800mN --stroke 4mm --mechanisms       what levers, springs, tubes make of it
 
-Sizes every diameter that is sold by the thesis' rules (chapter 2, Table 3: 170 MPa of pull of which 100 MPa
-stretch the wire again, 4 % of stroke, conservative for 100 000 cycles), predicts what each will do, and takes
-the one that needs the fewest wires of those whose prediction meets the demand and that the driver's supervisor
-would not hold back. That one is simulated as well. -o writes one such wire as a rig file that `sinew run`,
-`tune` and `simulate` take. Where no wire meets the demand, the nearest demands that can be met are named.")]
+Sizes every diameter that is sold by the thesis' rules (chapter 2, Table 3: 170 MPa of pull of which
+100 MPa stretch the wire again, 4 % of stroke, conservative for 100 000 cycles), predicts what each
+will do, and takes the one that needs the fewest wires of those whose prediction meets the demand and
+that the driver's supervisor would not hold back. That one is simulated as well. -o writes one such
+wire as a rig file that `sinew run`, `tune` and `simulate` take. Where no wire meets the demand, the
+nearest demands that can be met are named.")]
 pub struct Design {
     /// Force on the load, beyond what stretches the wire again: 2N, 500mN.
     #[arg(long = "force", value_parser = force, required_unless_present = "torque_n_m", conflicts_with = "torque_n_m", requires = "stroke_m", allow_negative_numbers = true, value_name = "FORCE")]

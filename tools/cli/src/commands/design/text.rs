@@ -225,7 +225,7 @@ fn build(requirement: &Requirement, design: &Design) -> String {
     }
     let _ = writeln!(
         text,
-        "  each pulls {:.2} N on the load, needs {:.2} N to be stretched again, and bears {:.2} N",
+        "  each pulls {:.2} N, needs {:.2} N to be stretched again, and bears {:.2} N",
         s.useful_n,
         s.route.preload_n(&s.wire),
         s.wire.max_force_n()
@@ -288,7 +288,7 @@ pub(super) fn answer(requirement: &Requirement, design: &Design, simulated: &Sim
     let lambda = |limit: Option<f64>| limit.map_or_else(|| "none".into(), digits);
     let _ = writeln!(
         text,
-        "\nλ as modelled, 1/s: {} shortening, {} lengthening, {} for its load (`sinew tune`)",
+        "\nλ as modelled (`sinew tune`), 1/s:\n  {} shortening, {} lengthening, {} for its load",
         lambda(reach.heating_per_s),
         lambda(reach.cooling_per_s),
         digits(reach.load_per_s)
