@@ -3,12 +3,13 @@
 use sinew_rig::Rig;
 
 use crate::demand::Requirement;
-use crate::predict::{HeldBack, Obstacle, Prediction, predict};
+use crate::predict::{HeldBack, Prediction, predict};
 use crate::rig_file::{rig_file, swing_s};
 use crate::sizing::{Lack, Sizing};
+use crate::task::Obstacle;
 
-/// A wire is heated no faster than in so many periods of its load swinging on it: faster, it tugs at its load, and bears more than the
-/// rules' stress by a tenth and more.
+/// A wire is heated no faster than in so many periods of its load swinging on it: in fewer it tugs at its load, which its stress has to
+/// bear and no prediction without the load's mass knows of.
 const SWINGS: f64 = 3.5;
 /// Rounds in which the duty for that is found, and how near.
 const ROUNDS: u32 = 14;

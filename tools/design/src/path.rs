@@ -42,7 +42,7 @@ impl Path {
 
     /// Both contacts are at the fixed end: the current has come back through another wire.
     pub fn ends_where_it_began(&self) -> bool {
-        self.in_series % 2 == 0
+        self.in_series.is_multiple_of(2)
     }
 }
 

@@ -2,21 +2,19 @@
 //!
 //! Between two reversals the phase is a closed form of the driving temperature ϑ = T − σ/α (eq. 20, 24). So a way is cut into
 //! pieces of ϑ, and each piece is asked how long it takes: the heat to warm and to transform it (eq. 48) over the power less the
-//! loss to the air there. That is a sum over temperature and not a simulation: the load's mass is left out, and its damping
-//! counts by the mean speed of a piece.
+//! loss to the air there. That is a sum over temperature and not a simulation: the load's damping counts by the mean speed of a
+//! piece, and its mass only where a wire that has been stretched stops, and catches it.
 //!
-//! A cycle is what a drive does that wants the stroke and nothing else: all the power there is until the wire has pulled that far,
-//! then the sensing pulse alone until it is stretched again, over and over. The stroke asked for lies in the middle of the
-//! whole one. The reference model without effects, as `sinew design` writes it.
+//! Of the reference model as `sinew design` writes it: effects that a rig file adds are left out.
 
 use std::f64::consts::PI;
 
-use sinew_control::StrokeRange;
-use sinew_driver::Engine;
-use sinew_driver::budget::{Budgets, DERATED_FROM, Derating};
+use sinew_driver::budget::Derating;
 use sinew_physics::formulas::{SURELY_HOT_K, compliance, heating_power_w, mixture, resistance_ohm};
 use sinew_physics::{Fraction, Hysteresis, Load, Mixing, WireModel};
 use sinew_rig::Rig;
+
+use crate::task::{CYCLES, Cycle, Obstacle, Task};
 
 /// Pieces of a way, K, and the most of one.
 const PIECE_K: f64 = 0.5;
@@ -25,53 +23,6 @@ const MOST_PIECES: u32 = 2000;
 const HALVINGS: u32 = 40;
 /// Doublings of a stress that is too little.
 const WIDENED: u32 = 8;
-/// Cycles until one is like the last.
-const CYCLES: u32 = 3;
-/// The ends that a stroke asked for must leave, as shares of the whole one: a wire comes to them only in the limit.
-const LEAST_END: f64 = 0.01;
-
-/// What a wire does in its load, over and over.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cycle {
-    /// Most tension of the wire while it goes there and back, N.
-    pub pull_n: f64,
-    /// From power on to the short end, s.
-    pub heating_s: f64,
-    /// From power off to the long end, s.
-    pub cooling_s: f64,
-    /// The first time, from ambient temperature to the short end, s.
-    pub first_s: f64,
-    /// Hottest, °C.
-    pub hottest_c: f64,
-    /// Mean electrical power, W.
-    pub power_w: f64,
-}
-
-impl Cycle {
-    /// There and back, s.
-    pub fn cycle_s(&self) -> f64 {
-        self.heating_s + self.cooling_s
-    }
-}
-
-/// Why a wire does not do it.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Obstacle {
-    /// The driver does not take such a rig: its words.
-    Refused(String),
-    /// The whole stroke is this, m, which leaves no end beyond what was asked for.
-    TooShort {
-        /// The stroke that can be asked for, m.
-        stroke_m: f64,
-    },
-    /// The air takes as much as the supply gives before the wire is at its short end.
-    WeakSupply {
-        /// Times the voltage that would be just too little.
-        short_by: f64,
-    },
-    /// It does not cool down to its long end: the air is too warm, or the sensing pulse too strong.
-    StaysWarm,
-}
 
 /// What the driver's supervisor would hold back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,53 +44,6 @@ pub struct Prediction {
     pub held_back: Option<HeldBack>,
     /// Temperature it settles at with the current it bears for good (eq. 8), °C.
     pub safe_current_c: f64,
-}
-
-/// Where a stroke begins and ends, and what the driver gives and bears: what a prediction and the simulation it is judged by share.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Task {
-    /// Elongation of the wire at rest in the cold, m.
-    pub cold_m: f64,
-    /// At the short end of the stroke, and at the long end, m.
-    pub short_m: f64,
-    /// See there.
-    pub long_m: f64,
-    /// Duty while it heats.
-    pub on_duty: f64,
-    /// Duty while it cools: the sensing pulse.
-    pub off_duty: f64,
-    /// Where the supervisor begins to hold back, °C.
-    pub derated_c: f64,
-    /// What the supervisor bears.
-    pub budgets: Budgets,
-}
-
-impl Task {
-    /// A stroke, m of the wire, in the middle of all that the only wire of a rig has.
-    ///
-    /// # Errors
-    /// A rig the driver does not take, or a stroke the wire does not have.
-    pub fn new(rig: &Rig, stroke_m: f64) -> Result<Task, Obstacle> {
-        let refused = |error: &dyn std::fmt::Display| Obstacle::Refused(error.to_string());
-        let engine = Engine::at_rest(rig, None).map_err(|error| refused(&error))?;
-        let budgets = *engine.channels()[0].heat().budgets();
-        let (model, channel) = (rig.nominal_model(0), &rig.channels[0]);
-        let whole = StrokeRange::of(&model).map_err(|error| refused(&error))?;
-        let end = 0.5 * (1.0 - stroke_m / whole.stroke_m());
-        if end < LEAST_END {
-            return Err(Obstacle::TooShort { stroke_m: (1.0 - 2.0 * LEAST_END) * whole.stroke_m() });
-        }
-        let elongation = |stroke: f64| whole.length_m(stroke) - model.geometry.length_m;
-        Ok(Task {
-            cold_m: elongation(0.0),
-            short_m: elongation(1.0 - end),
-            long_m: elongation(end),
-            on_duty: channel.limits.max_duty,
-            off_duty: channel.control.minimum_duty,
-            derated_c: budgets.ambient_c + DERATED_FROM * (budgets.temperature_c - budgets.ambient_c),
-            budgets,
-        })
-    }
 }
 
 /// Reckons what a rig's only wire does over a stroke, m of the wire.

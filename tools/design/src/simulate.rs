@@ -4,7 +4,7 @@ use sinew_physics::formulas::{WORKING_EXCESS_K, cooling_time_s};
 use sinew_physics::{Error, Inputs, Wire};
 use sinew_rig::Rig;
 
-use crate::predict::{Cycle, Task};
+use crate::task::{CYCLES, Cycle, Task};
 
 /// Steps in the wire's time constant; the shortest and longest of one, s.
 const STEPS: f64 = 5000.0;
@@ -14,8 +14,6 @@ const LONGEST_S: f64 = 1e-3;
 const MOST_TIME_CONSTANTS: f64 = 60.0;
 /// In this time a load that swings comes to rest, s.
 const HELD_S: f64 = 2.0;
-/// Cycles until one is like the last.
-const CYCLES: u32 = 3;
 
 /// What the simulated wire did.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -271,7 +271,7 @@ impl Body {
             let over = sized.source_a() / source.most_current_a.unwrap_or(f64::INFINITY);
             (sized.wire_v() / good_v).ln().abs() + added.ln() + TOO_MUCH * over.max(1.0).ln()
         };
-        let allowed = |in_series: &u32| requirement.wires.is_none() || self.wires % in_series == 0;
+        let allowed = |in_series: &u32| requirement.wires.is_none() || self.wires.is_multiple_of(*in_series);
         (1..=self.wires).filter(allowed).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(1)
     }
 }

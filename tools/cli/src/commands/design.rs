@@ -72,7 +72,7 @@ fn requirement(args: &args::Design) -> Result<Requirement, Failure> {
         _ => return Err(Failure::input("nothing to move").hint("give --force and --stroke, or --torque and --angle")),
     };
     if let (Some(wires), Some(in_series)) = (args.wires, args.in_series)
-        && wires % in_series != 0
+        && !wires.is_multiple_of(in_series)
     {
         return Err(Failure::input(format!("{wires} wires make no rows of {in_series} in series"))
             .hint(format!("--wires {}, or an --in-series that divides {wires}", wires.next_multiple_of(in_series))));

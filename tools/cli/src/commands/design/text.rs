@@ -23,9 +23,11 @@ fn number(value: f64) -> String {
 
 /// One line a diameter.
 pub(super) fn table(all: &[Design], chosen: &Design) -> String {
-    let mut text = String::from(
-        "                   wires    source             cost by the rules predicted\n\
-         \u{20}     mm  wires     mm in row      V      A     $  heat   cool  heat   cool     W\n",
+    let [mm, v, a, usd, heat, cool, w] = ["mm", "V", "A", "$", "heat", "cool", "W"];
+    let mut text = format!(
+        "{:>21} {:>6} {:>13} {:>5} {:>12} {:>18}\n\
+         {mm:>8} {:>5} {mm:>6} {:>6} {v:>6} {a:>6} {usd:>5} {heat:>5} {cool:>6} {heat:>5} {cool:>6} {w:>5}\n",
+        "wires", "", "source", "cost", "by rules", "predicted", "wires", "in row"
     );
     for design in all {
         let mark = if chosen == design { '*' } else { ' ' };
