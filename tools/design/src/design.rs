@@ -9,7 +9,7 @@ use crate::sizing::{Lack, Sizing};
 use crate::task::Obstacle;
 
 /// A wire is heated no faster than in so many periods of its load swinging on it: in fewer it tugs at its load, which its stress has to
-/// bear and no prediction without the load's mass knows of.
+/// bear and a prediction that leaves out the load's mass does not know of.
 const SWINGS: f64 = 3.5;
 /// Rounds in which the duty for that is found, and how near.
 const ROUNDS: u32 = 14;

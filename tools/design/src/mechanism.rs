@@ -7,6 +7,7 @@ use crate::sizing::SUPPLY_OVER_SAFE;
 
 /// Shear over tension at the same equivalent stress, and strain the other way (von Mises).
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
+
 /// One way from a wire to its load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mechanism {

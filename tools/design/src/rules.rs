@@ -2,7 +2,7 @@
 //!
 //! The table counts in mm, N and mA; these take and give SI. Where a rule's unit is not the one its column claims, the unit
 //! that makes it agree with the other rules is taken and said. The table's efficiency (eq. 17) stays as printed beside what its own
-//! work (eq. 14) over its own heating (eq. 11) comes to, which is a third of it.
+//! work (eq. 14) over its own heating (eq. 11) comes to, which is about a fifth of it.
 
 use sinew_physics::Geometry;
 

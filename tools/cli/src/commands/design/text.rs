@@ -8,6 +8,9 @@ use sinew_design::{
     WireRules,
 };
 
+/// Tension over what a wire bears that is said.
+const WORTH_SAYING: f64 = 0.05;
+
 /// As few digits as say a number of two or three digits that matter.
 pub(super) fn digits(value: f64) -> String {
     let places = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
@@ -287,6 +290,14 @@ pub(super) fn answer(requirement: &Requirement, design: &Design, simulated: &Sim
         cycle.map(|c| 100.0 * work_j / (c.power_w * c.cycle_s())),
     );
     row("  as printed (eq. 17), %", Some(100.0 * s.stated_efficiency()), None, None);
+    let over = said.cycle.pull_n / s.wire.max_force_n() - 1.0;
+    if over > WORTH_SAYING {
+        let _ = writeln!(
+            text,
+            "\nmoving, it bears {:.0} % more than eq. 2's 170 MPa: take more wires for its life",
+            100.0 * over
+        );
+    }
     let lambda = |limit: Option<f64>| limit.map_or_else(|| "none".into(), digits);
     let _ = writeln!(
         text,
@@ -335,7 +346,7 @@ mod tests {
         for (value, text) in [(0.0412, "0.0412"), (6.0, "6"), (12.345, "12.3"), (1234.0, "1234"), (0.5, "0.5")] {
             assert_eq!(digits(value), text);
         }
-        for (value, text) in [(1234.5, "1235"), (12.345, "12.35"), (0.1234, "0.123")] {
+        for (value, text) in [(1234.6, "1235"), (12.345, "12.35"), (0.1234, "0.123")] {
             assert_eq!(number(value), text);
         }
         assert_eq!(
