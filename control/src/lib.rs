@@ -1,11 +1,11 @@
-//! Control of shape-memory-alloy wires: laws from length to duty, the state estimate they share, and design calculations.
+//! Control of shape-memory-alloy wires: laws from length to duty, the state estimate they share, and how fast a wire can be.
 //!
 //! Pure functions and small structs: no I/O, no clock, no thread, no allocation after construction, no panic on any input.
 //!
 //! - [`Algorithm`] runs one of the laws of [`AlgorithmKind`], [`StateEstimator`] one of the estimators of [`EstimatorKind`]. Each
 //!   of both has a file and a row in a table (`src/laws/mod.rs`, `src/estimators/mod.rs`), from which all else follows.
 //! - [`TensionLimits`] stand around any law; [`JointObserver`] and [`JointLaw`] are for two wires that turn one joint.
-//! - [`default_lambda`], [`Reach`], [`WireRules`] and [`predict`] are for design, [`LpvModel`] is chapter 9's linear wire.
+//! - [`default_lambda`] and [`Reach`] are for tuning, [`LpvModel`] is chapter 9's linear wire.
 //!
 //! ```
 //! use sinew_control::{
@@ -61,8 +61,6 @@ mod lambda;
 mod laws;
 mod lpv;
 mod reach;
-mod rules;
-mod sizing;
 mod stroke;
 #[cfg(test)]
 mod testing;
@@ -79,8 +77,4 @@ pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{AlgorithmKind, KEYS_OF_LAWS, LawRow, PidGains, Priming, TensionLimits};
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
 pub use reach::{Holding, Limits, Reach, ReachConfig, Shares};
-pub use rules::WireRules;
-pub use sizing::{
-    Candidate, Motion, Prediction, Requirement, STOCK_DIAMETERS_M, Shortfall, best, candidates, load_of, predict,
-};
 pub use stroke::{CommandError, StrokeRange, length_for_force};

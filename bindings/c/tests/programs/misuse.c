@@ -130,6 +130,8 @@ static void commanding(SinewClient *client) {
         pose[i].kind = SINEW_COMMAND_KIND_STROKE;
         pose[i].value = 0.5;
     }
+    FAILS(sinew_claim(client, NULL, 2, 5, 1.0, NULL), SINEW_ERROR_ARGUMENT, "channels is null");
+    FAILS(sinew_release(client, NULL, SIZE_MAX), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");
     FAILS(sinew_set_many(client, NULL, 2, 1.0, NULL), SINEW_ERROR_ARGUMENT, "wanted is null");
     FAILS(sinew_set_many(client, pose, 0, 1.0, NULL), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");
     FAILS(sinew_set_many(client, pose, 65, 1.0, NULL), SINEW_ERROR_CHANNELS, "a rig has 1 to 64 channels");

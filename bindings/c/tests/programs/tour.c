@@ -107,6 +107,10 @@ int main(int count, char **arguments) {
     const SinewWanted pose[] = {{left, SINEW_COMMAND_KIND_STROKE, 0.1}, {right, SINEW_COMMAND_KIND_OFF, 0.0}};
     CHECK(sinew_set_many(client, pose, 2, 0.25, &taken) == SINEW_OK && taken.hold_s == 0.25);
     CHECK(sinew_set_many(client, pose, 2, 0.25, NULL) == SINEW_OK);
+    const uint32_t both[] = {0, 1};
+    CHECK(sinew_claim(client, both, 2, 5, 0.5, &taken) == SINEW_OK && taken.hold_s == 0.5);
+    CHECK(sinew_set_many(client, pose, 2, 0.25, NULL) == SINEW_OK);
+    CHECK(sinew_release(client, both, 2) == SINEW_OK);
     CHECK(sinew_latest(client, &snapshot) == SINEW_OK && snapshot.channel[right].mode == SINEW_MODE_OFF);
 
     /* The lease of left runs out: a fault that the watch tells, with words. */

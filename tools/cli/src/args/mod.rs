@@ -14,7 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use sinew_ipc::MOST_PRIORITY;
 
 pub use around::{Check, Completions, Man, Schema};
-pub use design::Design;
+pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
 pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use sinew_control::StrokeRange;
-use sinew_rig::{BackendKind, Channel, Rig};
+use sinew_rig::{Channel, Rig};
 
 use super::load_rig_with;
 use crate::args;
@@ -59,11 +59,7 @@ pub fn check(args: &args::Check) -> Outcome {
         file: rig.file(),
         rig: &rig.name,
         rate_hz: rig.rate_hz,
-        backend: match rig.backend.kind {
-            BackendKind::Simulation => "simulation",
-            BackendKind::Serial => "serial",
-            BackendKind::Linux => "linux",
-        },
+        backend: rig.backend.kind.word(),
         channel: rig.channels.iter().enumerate().map(|(index, channel)| Wire::of(&rig, index, channel)).collect(),
     };
     if args.json { output::print_json(&answer) } else { output::print(text(&answer)) }

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use sinew_control::{Holding, Limits, Reach, ReachConfig, default_lambda};
-use sinew_physics::{DriveKind, Load};
-use sinew_rig::Rig;
+use sinew_physics::{DriveKind, Load, WireModel};
+use sinew_rig::{Channel, Rig};
 
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -89,6 +89,20 @@ impl From<Limits> for Rates {
     }
 }
 
+/// How fast a channel's surface can be between two strokes, with its parameters wrong by a share.
+pub(super) fn reach_of(channel: &Channel, model: &WireModel, range: (f64, f64), uncertainty: f64) -> Reach {
+    let limits = &channel.limits;
+    let config = ReachConfig {
+        least_duty: channel.control.minimum_duty,
+        most_duty: limits.max_duty,
+        max_power_w: limits.max_power_w,
+        from_stroke: range.0,
+        to_stroke: range.1,
+        uncertainty,
+    };
+    Reach::new(model, config)
+}
+
 /// One channel's answer.
 #[derive(Debug, Serialize)]
 struct Tuned {
@@ -127,17 +141,7 @@ impl Tuned {
                 .hint("a controller needs a load that moves; set [channel.load] kind = \"spring_mass_damper\""));
         }
         let limits = &channel.limits;
-        let reach = Reach::new(
-            &model,
-            ReachConfig {
-                least_duty: channel.control.minimum_duty,
-                most_duty: limits.max_duty,
-                max_power_w: limits.max_power_w,
-                from_stroke: args.range.0,
-                to_stroke: args.range.1,
-                uncertainty: args.uncertainty,
-            },
-        );
+        let reach = reach_of(channel, &model, args.range, args.uncertainty);
         let of = |limits: Limits| if args.cool_freely { limits.shortening_per_s() } else { limits.both_per_s() };
         let (nominal, worst) = (reach.as_modelled(), reach.worst_case());
         let lambda_per_s = of(worst).map(round_down);

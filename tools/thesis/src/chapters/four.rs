@@ -1,6 +1,6 @@
 //! Chapter 4: treatment, training and fatigue.
 
-use sinew_control::WireRules;
+use sinew_design::WireRules;
 
 use crate::chapter::Chapter::Four;
 use crate::chapter::Place::Figure;
@@ -46,7 +46,7 @@ pub(crate) fn rows() -> Vec<Row> {
             "Beyond 1 % of strain in the outer fibre life is short: bend to no \
                 less than 50 diameters.",
         )
-        .code("control/src/rules.rs", "pub fn bend_radius_m")
+        .code("tools/design/src/rules.rs", "pub fn bend_radius_m")
         .agrees(|_, found| {
             let wire = WireRules { diameter_m: 0.25e-3, length_m: 0.1 };
             found.near(

@@ -1,6 +1,7 @@
 //! Chapter 6: heat and heating circuits.
 
-use sinew_control::{Coupling, LpvModel, OperatingPoint, WireRules};
+use sinew_control::{Coupling, LpvModel, OperatingPoint};
+use sinew_design::WireRules;
 use sinew_physics::formulas::{cooling_time_s, current_a, heating_power_w, relaxed, resistance_ohm};
 use sinew_physics::{Convection, Drive, DriveKind, Geometry, Inputs, Kinetics, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
@@ -591,7 +592,7 @@ fn to_the_air() -> Vec<Row> {
                 },
             ),
         figure(69, "force against bandwidth", "A thicker wire pulls more and moves more slowly.")
-            .code("control/src/rules.rs", "pub fn cooling_time_s")
+            .code("tools/design/src/rules.rs", "pub fn cooling_time_s")
             .agrees(|_, found| {
                 let rules = |d_mm: f64| WireRules { diameter_m: d_mm * 1e-3, length_m: 0.16 };
                 let diameters: Vec<f64> = (5..=100).map(|i| 0.005 * f64::from(i)).collect();

@@ -1,6 +1,6 @@
 //! Chapter 12: the demonstrators.
 
-use sinew_control::{Requirement, candidates};
+use sinew_design::{Motion, Requirement, Sizing};
 
 use crate::chapter::Chapter::Twelve;
 use crate::chapter::Place::Table;
@@ -14,16 +14,10 @@ pub(crate) fn rows() -> Vec<Row> {
             "good and bad of the alloy",
             "An efficiency of 3 to 5 %, and a life of 10⁵ to 10⁶ cycles.",
         )
-        .code("control/src/sizing.rs", "pub fn efficiency")
+        .code("tools/design/src/sizing.rs", "pub fn efficiency")
         .differs(super::two::EFFICIENCY, |_, found| {
-            let demand = Requirement {
-                motion: sinew_control::Motion::Linear { force_n: 0.8, stroke_m: 6.4e-3 },
-                cycle_s: None,
-                span_m: None,
-                wires: None,
-                supply_v: None,
-            };
-            let wire = candidates(&demand, &[0.125e-3])[0];
+            let demand = Requirement::of(Motion::Linear { force_n: 0.8, stroke_m: 6.4e-3 });
+            let wire = Sizing::of(&demand, 0.125e-3);
             found.between("work over heat by table 3's own rules", "%", 3.0, 5.0, 100.0 * wire.efficiency());
             super::two::prove_efficiency(found)
         }),

@@ -1,7 +1,7 @@
 //! Chapter 2: how the alloy behaves, and rules to design by.
 
 use sinew_bench::sensing;
-use sinew_control::{Candidate, Motion, Requirement, WireRules, candidates};
+use sinew_design::{Joint, Method, Motion, Path, Requirement, Sizing, Source, WireRules};
 use sinew_physics::{Convection, Hysteresis, Material, Taps};
 use sinew_plot::Ink;
 
@@ -12,8 +12,10 @@ use crate::found::{Found, Tried};
 use crate::row::{Computed, Row};
 use crate::wires::{Way, hanging, imposed, in_a_furnace, largest};
 
-const RULES: &str = "control/src/rules.rs";
-const SIZING: &str = "control/src/sizing.rs";
+const RULES: &str = "tools/design/src/rules.rs";
+const SIZING: &str = "tools/design/src/sizing.rs";
+const DEMAND: &str = "tools/design/src/demand.rs";
+const PATH: &str = "tools/design/src/path.rs";
 
 /// Why no wire has the efficiency that is stated.
 pub(super) const EFFICIENCY: &str = "the work of 170 MPa over 4 % of the length is 1.3 % of the heat that \
@@ -73,9 +75,37 @@ fn behaviour() -> Vec<Row> {
             "Cold it keeps its strain until it is heated, warm it gives it back, \
             hot it is elastic.",
         )
-        .not_built(
-            "twinned martensite, which the cold branch is made of; the other two \
-                are figures 16 and 58",
+        .code("model/physics/src/step/wire.rs", "pub fn step")
+        .differs(
+            "the model has no twinned martensite: its cold wire is stretched already, as table 3's preload keeps a \
+                real one, and gives back as much when it is heated",
+            |_, found| {
+                let wire = |martensite| in_a_furnace(Material::default(), martensite);
+                let pulled = |celsius: f64, mpa: f64| [[celsius, 0.0], [celsius, mpa], [celsius, 0.0]];
+                let cold = imposed(&wire(1.0), &pulled(20.0, 300.0), 1500)?;
+                let warm = imposed(&wire(0.0), &pulled(120.0, 600.0), 1500)?;
+                let hot = imposed(&wire(0.0), &pulled(200.0, 600.0), 1500)?;
+                let left = |way: &Way| 100.0 * (way.strain[3000] - way.strain[0]);
+                let most = |way: &Way| 100.0 * (largest(&way.strain) - way.strain[0]);
+                found.above("strain that a cold wire keeps when the stress is gone", "%", 3.0, left(&cold));
+                found.nothing("strain that a warm one keeps", "%", 0.01, left(&warm));
+                found.above("its most strain", "%", 4.0, most(&warm));
+                found.near("most strain of a hot one, 600 MPa over 75 GPa", "%", 0.8, 0.05, most(&hot));
+                found.proof();
+                let heated = imposed(&wire(1.0), &[[20.0, 0.0], [160.0, 0.0]], 3000)?;
+                found.near("strain of the cold wire, given back as it is heated", "%", 4.0, 0.15, -left(&heated));
+                found.equal(
+                    "stress of table 3 that stretches it",
+                    "MPa",
+                    100.0,
+                    WIRE.preload_n() / WIRE.area_m2() / 1e6,
+                );
+                for (ink, name, way) in [(0, "cold", cold), (1, "warm", warm), (2, "hot", hot)] {
+                    found.legend(Ink::Series(ink), name);
+                    found.line(STRAIN, STRESS, Ink::Series(ink), (way.strain, way.stress_mpa));
+                }
+                Ok(())
+            },
         ),
         figure(4, "the effect under several loads", "More load gives more stroke, for martensite is the softer phase.")
             .code("model/physics/src/step/wire.rs", "pub fn step")
@@ -171,9 +201,12 @@ fn behaviour() -> Vec<Row> {
 }
 
 /// A linear demand of 0.8 N over 6.4 mm on wire of 0.125 mm at 6 V: one of 160 mm.
-fn candidate() -> Candidate {
-    let motion = Motion::Linear { force_n: 0.8, stroke_m: 6.4e-3 };
-    candidates(&Requirement { motion, cycle_s: None, span_m: None, wires: None, supply_v: Some(6.0) }, &[0.125e-3])[0]
+fn sized() -> Sizing {
+    Sizing::of(&at_6_v(Motion::Linear { force_n: 0.8, stroke_m: 6.4e-3 }), 0.125e-3)
+}
+
+fn at_6_v(motion: Motion) -> Requirement {
+    Requirement { source: Source::of_voltage(Some(6.0)), ..Requirement::of(motion) }
 }
 
 fn table() -> Vec<Row> {
@@ -275,7 +308,7 @@ fn table() -> Vec<Row> {
             },
         ),
         rule(10, "heating current", "I = V/R.").code(SIZING, "pub fn current_a").agrees(|_, found| {
-            let c = candidate();
+            let c = sized();
             found.equal("at 6 V", "A", 6.0 / (0.001 * L / A), c.current_a());
             Ok(())
         }),
@@ -292,7 +325,7 @@ fn table() -> Vec<Row> {
                 },
             ),
         rule(12, "cycle time", "Heating and cooling.").code(SIZING, "pub fn cycle_s").agrees(|_, found| {
-            let c = candidate();
+            let c = sized();
             found.equal(
                 "0.125 mm at 6 V",
                 "s",
@@ -301,7 +334,19 @@ fn table() -> Vec<Row> {
             );
             Ok(())
         }),
-        rule(13, "cost", "0.0045 $ a millimetre.").not_built("the cost of a wire in `sinew design`"),
+        rule(13, "cost", "0.0045 $ a millimetre; chapter 5 has 3.40 $ a gram.").code(RULES, "pub fn cost_usd").differs(
+            "the rule has one price for every diameter, and that of chapter 5 goes with \
+                the mass: they meet at 0.51 mm only; `sinew design` takes the rule",
+            |_, found| {
+                let by_mass = |d_mm: f64| 3.4e3 * 6450.0 * std::f64::consts::FRAC_PI_4 * (d_mm * 1e-3).powi(2) * 0.16;
+                found.equal("0.125 mm × 160 mm", "$", 0.0045 * L, WIRE.cost_usd());
+                found.near("the same by chapter 5's price", "$", by_mass(D), 0.1 * by_mass(D), WIRE.cost_usd());
+                found.proof();
+                let thick = WireRules { diameter_m: 0.51e-3, ..WIRE };
+                found.near("0.51 mm × 160 mm by both", "$", by_mass(0.51), 0.02 * by_mass(0.51), thick.cost_usd());
+                Ok(())
+            },
+        ),
         rule(14, "work", "Stroke times useful force, 2.2 L D², in N m by the table.")
             .code(RULES, "pub fn work_j")
             .differs("with L and D in mm it is N mm, a thousandth", |_, found| {
@@ -356,12 +401,13 @@ fn table() -> Vec<Row> {
             .code(SIZING, "pub fn efficiency")
             .differs(EFFICIENCY, |_, found| {
                 let stated = 100.0 * 0.025_309 / (0.000_026 / D * (L / 6.0f64).powi(2) + 1.0);
+                found.equal("eq. 17 as printed", "%", stated, 100.0 * sized().stated_efficiency());
                 found.near(
                     "work over heat by the table's own rules",
                     "%",
                     stated,
                     0.2 * stated,
-                    100.0 * candidate().efficiency(),
+                    100.0 * sized().efficiency(),
                 );
                 prove_efficiency(found)
             }),
@@ -371,7 +417,7 @@ fn table() -> Vec<Row> {
 fn methods() -> Vec<Row> {
     vec![
         displayed(1, "energy that is needed", "Force times stroke, or torque times angle.")
-            .code(SIZING, "pub enum Motion")
+            .code(DEMAND, "pub fn work_j")
             .agrees(|_, found| {
                 let turned = turned(None);
                 found.equal("useful force times stroke over torque times angle", "1", 1.0, {
@@ -381,15 +427,15 @@ fn methods() -> Vec<Row> {
                 found.equal(
                     "wires for the torque, as for the force",
                     "1",
-                    f64::from(candidate().wires),
+                    f64::from(sized().wires),
                     f64::from(turned.wires),
                 );
                 Ok(())
             }),
-        displayed(2, "least power", "Energy over 0.02 of the cycle time.").code(SIZING, "pub fn power_w").differs(
-            EFFICIENCY,
-            |_, found| {
-                let c = candidate();
+        displayed(2, "least power", "Energy over 0.02 of the cycle time.")
+            .code(SIZING, "pub fn least_power_w")
+            .differs(EFFICIENCY, |_, found| {
+                let c = sized();
                 let useful = c.useful_n * c.wire.stroke_m() / c.cycle_s();
                 found.near(
                     "mean power of a wire that moves all the time",
@@ -401,8 +447,7 @@ fn methods() -> Vec<Row> {
                 found.proof();
                 found.equal("the same times its own efficiency", "W", useful, c.power_w() * c.efficiency());
                 prove_efficiency(found)
-            },
-        ),
+            }),
         displayed(3, "thickest wire", "D = √(0.0172 t_cool).").code(RULES, "pub fn cooling_time_s").agrees(
             |_, found| {
                 let wire = WireRules { diameter_m: (0.0172f64 * 0.8).sqrt() * 1e-3, length_m: 0.1 };
@@ -410,10 +455,25 @@ fn methods() -> Vec<Row> {
                 Ok(())
             },
         ),
-        displayed(4, "shortest wire", "L = E/(2.2 D²).")
-            .not_built("method A: the length from the energy that is needed"),
+        displayed(4, "shortest wire", "L = E/(2.2 D²).").code(RULES, "pub fn length_for_work_m").agrees(|_, found| {
+            let motion = Motion::Linear { force_n: 0.8, stroke_m: 20e-3 };
+            let by_energy = Requirement { method: Some(Method::Energy), ..at_6_v(motion) };
+            let one = Sizing::of(&by_energy, D * 1e-3);
+            let stated = 0.8 * 20.0 / (2.2 * D * D);
+            found.near("0.8 N over 20 mm on 0.125 mm", "mm", stated, 0.01 * stated, 1e3 * one.wire.length_m);
+            found.equal("wires of that length", "1", 1.0, f64::from(one.wires));
+            let room = Requirement { span_m: Some(0.1), source: Source::of_voltage(None), ..by_energy };
+            let room = Sizing::of(&room, D * 1e-3);
+            found.equal(
+                "wires where there is room for 100 mm, n ≥ L_min/L_arm",
+                "1",
+                (stated / 100.0).ceil(),
+                f64::from(room.wires),
+            );
+            Ok(())
+        }),
         displayed(5, "radius of a lever", "r = 0.04 L_arm/(n δ) = 0.04 L_min/δ, with n L_arm = L_min.")
-            .code(SIZING, ".stroke_m() / angle_rad")
+            .code(SIZING, "let pulley = wire.stroke_m() / angle_rad")
             .differs(
                 "the two are n² apart; each of n wires of length L_arm moves by 0.04 \
                     L_arm, so that r = 0.04 L_arm/δ, which both are for one wire",
@@ -448,7 +508,7 @@ fn methods() -> Vec<Row> {
             },
         ),
         displayed(8, "power of a wire", "V I = V²/R = I² R.").code(SIZING, "pub fn current_a").agrees(|_, found| {
-            let c = candidate();
+            let c = sized();
             let (i, r) = (c.current_a(), c.wire.resistance_ohm());
             found.equal("V I over V²/R", "1", 1.0, c.supply_v * i / (c.supply_v * c.supply_v / r));
             found.equal("I² R over V I", "1", 1.0, i * i * r / (c.supply_v * i));
@@ -460,15 +520,30 @@ fn methods() -> Vec<Row> {
             "The resistance is 0.0012 L_electric/(n D²): it depends on how the \
                 current runs through the wires.",
         )
-        .not_built(
-            "the electrical path through several wires: in series or parallel, by \
-                voltage or current, within a battery's limits",
-        ),
+        .code(PATH, "pub fn resistance_ohm")
+        .agrees(|_, found| {
+            let wire = WireRules { diameter_m: 0.15e-3, length_m: 0.2 };
+            for (in_series, rows) in [(1, 6), (3, 2), (6, 1)] {
+                let path = Path { in_series, rows };
+                let stated = 0.0012 * 200.0 * f64::from(in_series) / (f64::from(rows) * 0.15 * 0.15);
+                let what = format!("resistance of wires of 0.15 mm × 200 mm, {rows} × {in_series} in series");
+                // 0.0012 is 0.004/π, rounded by 6 %
+                found.near(&what, "Ω", stated, 0.07 * stated, path.resistance_ohm(&wire));
+                let (volts, each_a) = (12.0, path.wire_v(&wire, 12.0, 0.0) / wire.resistance_ohm());
+                let of_wires = 6.0 * each_a * each_a * wire.resistance_ohm();
+                let what = format!("V²/R over what the wires take, {rows} × {in_series}");
+                found.equal(&what, "1", 1.0, volts * volts / path.resistance_ohm(&wire) / of_wires);
+                let amps = f64::from(rows) * each_a;
+                let what = format!("I² R over what the wires take, {rows} × {in_series}");
+                found.equal(&what, "1", 1.0, amps * amps * path.resistance_ohm(&wire) / of_wires);
+            }
+            Ok(())
+        }),
     ]
 }
 
 /// The rotary demand of the same work over 1.6 rad, on wires of 160 mm.
-fn turned(wires: Option<u32>) -> Candidate {
-    let motion = Motion::Rotary { torque_n_m: 0.8 * 4e-3, angle_rad: 1.6 };
-    candidates(&Requirement { motion, cycle_s: None, span_m: Some(0.16), wires, supply_v: Some(6.0) }, &[0.125e-3])[0]
+fn turned(wires: Option<u32>) -> Sizing {
+    let motion = Motion::Rotary { torque_n_m: 0.8 * 4e-3, angle_rad: 1.6, joint: Some(Joint::Pulley) };
+    Sizing::of(&Requirement { span_m: Some(0.16), wires, ..at_6_v(motion) }, 0.125e-3)
 }
