@@ -235,6 +235,14 @@ def test_a_program_killed_in_mid_command_leaves_no_wire_on(rig):
     rig["left"].stroke = 0.2
 
 
+def test_a_driver_ends_with_the_program_that_started_it(rig_file):
+    text = f"import sinew\nrig = sinew.run({str(rig_file)!r})\nprint(rig.pid, flush=True)\nrig = None\n"
+    said = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=300)
+    assert said.returncode == 0, said.stderr
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(said.stdout), 0)
+
+
 def test_an_interrupt_ends_a_wait_and_the_block_leaves_its_channels_off(rig):
     program = script(
         rig.name,

@@ -16,6 +16,7 @@ mod linux;
 mod manifests;
 mod neighbours;
 mod process_faults;
+mod program;
 mod python;
 mod recording;
 mod report;

@@ -8,13 +8,14 @@ import shutil
 import subprocess
 import tempfile
 import time
-import weakref
 from typing import List, Optional, Set, Union
 
 from . import _rig, _sinew
 from ._errors import BadInput, NotRunning, SinewError
 
 _LOOK_S = 0.02
+
+_running: List[subprocess.Popen] = []
 
 
 def run(
@@ -58,7 +59,7 @@ def _started(
             process.wait()
         raise
     rig._process = process
-    atexit.register(_end, weakref.ref(process))
+    _running.append(process)
     return rig
 
 
@@ -111,8 +112,10 @@ def _after(said: str, mark: str) -> str:
     return "\n".join(lines) or said
 
 
-def _end(process: "weakref.ref[subprocess.Popen]") -> None:
-    running = process()
-    if running is not None and running.poll() is None:
-        running.terminate()
-        running.wait()
+@atexit.register
+def _end() -> None:
+    """Ends every driver that was started here and still runs, whatever has become of its :class:`Rig`."""
+    for process in _running:
+        if process.poll() is None:
+            process.terminate()
+            process.wait()
