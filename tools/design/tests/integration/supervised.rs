@@ -95,3 +95,23 @@ fn what_the_supervisor_holds_back_is_said() {
     assert!(said.contains(&None) && said.contains(&Some(HeldBack::Heat)), "{said:?}");
     assert!(said.contains(&Some(HeldBack::Temperature)), "{said:?}");
 }
+
+/// The load that is written is damped lightly; the driver's default law holds it all the same.
+#[test]
+fn the_drivers_law_holds_a_designed_wire() {
+    for (asked, diameter_m) in
+        [(lift(0.2, 4e-3, Some(5.0)), 0.076e-3), (lift(0.6, 6e-3, None), 0.125e-3), (lift(10.0, 8e-3, None), 0.38e-3)]
+    {
+        let design = Design::of(&asked, diameter_m);
+        let mut bench = Lockstep::new(&design.rig().unwrap(), None).unwrap();
+        bench.run_s(0.5);
+        let cycle_s = design.prediction.unwrap().cycle.cycle_s();
+        for stroke in [0.3, 0.7, 0.5] {
+            bench.move_to(0, stroke);
+            bench.run_s(3.0 * cycle_s);
+            let off_m = (bench.wires().truth(0).unwrap().length_m - bench.state(0).target_m).abs();
+            assert!(off_m < 0.02 * design.sizing.wire.stroke_m(), "{diameter_m}: {off_m} m off at {stroke}");
+        }
+        assert!(bench.trips().is_empty(), "{:?}", bench.trips());
+    }
+}
