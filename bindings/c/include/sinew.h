@@ -28,7 +28,7 @@
 #define SINEW_ABI 1
 
 // Version of the messages it speaks; that of the library is sinew_protocol().
-#define SINEW_PROTOCOL 4
+#define SINEW_PROTOCOL 5
 
 // Why a channel is, or the whole driver went, without power; 0 in messages means no fault. sinew_fault_remedy() says
 // what to do.
@@ -152,6 +152,10 @@ typedef struct SinewChannelState {
   uint32_t order;
   // How the backend failed in this cycle, 0 = it did not: the codes of `sinew_driver::BackendError`.
   uint32_t backend;
+  // Process id of the client that has claimed the channel, 0 = nobody.
+  uint32_t owner;
+  // Priority of that claim, 0 to 9; 0 without one.
+  uint32_t priority;
 } SinewChannelState;
 
 // The controller is at one of its two limits.
@@ -320,6 +324,10 @@ enum SinewCommandKind
   SINEW_COMMAND_KIND_RESET = 6,
   // Stop the driver.
   SINEW_COMMAND_KIND_STOP = 7,
+  // Have the channel to oneself, with a priority, 0..9: others' setpoints and resets are refused.
+  SINEW_COMMAND_KIND_CLAIM = 8,
+  // Let go of a claim.
+  SINEW_COMMAND_KIND_RELEASE = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -369,6 +377,8 @@ enum SinewOutcome
   SINEW_OUTCOME_WITH_OTHERS = 15,
   // The request names the channel twice, or asks beside others for what is asked for alone (a reset, a stop).
   SINEW_OUTCOME_NOT_TOGETHER = 16,
+  // Another client has claimed the channel.
+  SINEW_OUTCOME_CLAIMED = 17,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -718,6 +728,21 @@ SinewStatus sinew_set_many(const SinewClient *client,
                            size_t count,
                            double hold_s,
                            SinewTaken *taken);
+
+// Has these channels to itself: setpoints and resets of other clients are refused with this process's id, until it lets
+// go of them or `hold_s`
+// has passed without a word of it (0: the channels' default lease). Off and stop stay open to everybody. All of them or
+// none; a
+// higher priority, 0 to 9, takes a channel over. `taken`, which may be null, gets the lease.
+SinewStatus sinew_claim(const SinewClient *client,
+                        const uint32_t *channels,
+                        size_t count,
+                        uint32_t priority,
+                        double hold_s,
+                        SinewTaken *taken);
+
+// Lets go of these channels; one that this client has not claimed stays as it is.
+SinewStatus sinew_release(const SinewClient *client, const uint32_t *channels, size_t count);
 
 // Only the sensing pulse from now on.
 SinewStatus sinew_off(const SinewClient *client, const char *channel);
