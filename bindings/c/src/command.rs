@@ -17,6 +17,11 @@ fn kind_of(code: u32) -> Result<CommandKind, Failure> {
     })
 }
 
+/// A count that is no count of anything is not read to its end.
+fn fits(count: usize) -> Result<(), Failure> {
+    if count > MAX_CHANNELS { Err(Error::Channels { found: count }.into()) } else { Ok(()) }
+}
+
 /// Any command to a channel by name.
 ///
 /// # Safety
@@ -139,10 +144,7 @@ pub unsafe extern "C" fn sinew_set_many(
     taken: *mut Taken,
 ) -> Status {
     border(|| {
-        // A count that is no count of anything is not read to its end.
-        if count > MAX_CHANNELS {
-            return Err(Error::Channels { found: count }.into());
-        }
+        fits(count)?;
         // SAFETY: so many values, and room or null.
         let (wanted, place) = unsafe { (values(wanted, count, "wanted")?, Place::if_any(taken, "taken")?) };
         let client = client_of(client)?;
@@ -171,9 +173,7 @@ pub unsafe extern "C" fn sinew_claim(
     taken: *mut Taken,
 ) -> Status {
     border(|| {
-        if count > MAX_CHANNELS {
-            return Err(Error::Channels { found: count }.into());
-        }
+        fits(count)?;
         // SAFETY: so many values, and room or null.
         let (channels, place) = unsafe { (values(channels, count, "channels")?, Place::if_any(taken, "taken")?) };
         let answer = client_of(client)?.claim(channels, priority, hold(hold_s)?)?;
@@ -189,9 +189,7 @@ pub unsafe extern "C" fn sinew_claim(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sinew_release(client: *const Client, channels: *const u32, count: usize) -> Status {
     border(|| {
-        if count > MAX_CHANNELS {
-            return Err(Error::Channels { found: count }.into());
-        }
+        fits(count)?;
         // SAFETY: so many values.
         let channels = unsafe { values(channels, count, "channels")? };
         client_of(client)?.release(channels)?;
