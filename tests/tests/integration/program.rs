@@ -20,9 +20,8 @@ fn steps_move_every_wire_and_a_command_takes_one_over() {
     let rig = rig("steps");
     let driver = Process::start(&mut rig.command(&[]));
     let client = rig.client();
-    let is_moved = |channel: usize| {
-        client.latest().channels()[channel].mode() == Mode::Program && stroke(&client, channel) > 0.3
-    };
+    let is_moved =
+        |channel: usize| client.latest().channels()[channel].mode() == Mode::Program && stroke(&client, channel) > 0.3;
     wait_until("the first wire is up", || is_moved(0));
     wait_until("the second one is", || is_moved(1));
     wait_until("the first one is down again", || stroke(&client, 0) < 0.2);
