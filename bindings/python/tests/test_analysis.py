@@ -161,7 +161,7 @@ def test_an_interrupt_ends_a_diagnosis(tmp_path, rig_text, measured):
         import sinew
         tell = lambda stage, share: print(stage, flush=True)
         sinew.diagnose("rig.toml", "run.csv", progress=tell)
-        print("done", flush=True)
+        print("the end", flush=True)
     """
     program = subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(text)],
@@ -170,10 +170,10 @@ def test_an_interrupt_ends_a_diagnosis(tmp_path, rig_text, measured):
         stderr=subprocess.PIPE,
         text=True,
     )
-    assert program.stdout.readline().strip() not in ("", "done")
+    assert program.stdout.readline().strip() not in ("", "the end")
     program.send_signal(signal.SIGINT)
     said, error = program.communicate(timeout=120)
-    assert "KeyboardInterrupt" in error and "done" not in said, (said, error)
+    assert "KeyboardInterrupt" in error and "the end" not in said, (said, error)
     assert "panicked" not in error
 
 

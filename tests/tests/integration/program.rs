@@ -1,7 +1,7 @@
 //! What a rig does while nobody commands it: `program` in its `[rig]`.
 
 use sinew_ipc::{Client, Mode};
-use sinew_tests::{Process, Rig, run, wait_until};
+use sinew_tests::{Process, Rig, run, wait_for, wait_until};
 use std::time::Duration;
 
 /// Two wires with this program.
@@ -9,6 +9,10 @@ fn rig(program: &str) -> Rig {
     let mut rig = Rig::named(|name| format!("[rig]\nname = \"{name}\"\nrate_hz = 500.0\nprogram = \"{program}\"\n"));
     ["a", "b"].iter().for_each(|name| rig.add(&Rig::wire(name)));
     rig
+}
+
+fn connected(rig: &Rig) -> Client {
+    wait_for("its driver", || Client::connect(&rig.name).ok())
 }
 
 fn stroke(client: &Client, channel: usize) -> f64 {
@@ -19,7 +23,7 @@ fn stroke(client: &Client, channel: usize) -> f64 {
 fn steps_move_every_wire_and_a_command_takes_one_over() {
     let rig = rig("steps");
     let driver = Process::start(&mut rig.command(&[]));
-    let client = rig.client();
+    let client = connected(&rig);
     let is_moved =
         |channel: usize| client.latest().channels()[channel].mode() == Mode::Program && stroke(&client, channel) > 0.3;
     wait_until("the first wire is up", || is_moved(0));
@@ -36,9 +40,9 @@ fn steps_move_every_wire_and_a_command_takes_one_over() {
 #[test]
 fn a_file_beside_the_rig_file_is_played_again_and_again() {
     let rig = rig("wave.csv");
-    std::fs::write(rig.file("wave.csv"), "time_s,b\n0,10%\n1,2mm\n2,\n").unwrap();
+    std::fs::write(rig.file("wave.csv"), "time_s,b\n0,10%\n1,stroke=2mm\n2,\n").unwrap();
     let driver = Process::start(rig.command(&[]).current_dir("/"));
-    let client = rig.client();
+    let client = connected(&rig);
     let target = |client: &Client| {
         let state = client.latest().channels()[1];
         (state.mode() == Mode::Program).then(|| client.channels()[1].stroke_at_length(state.target_m))

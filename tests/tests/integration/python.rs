@@ -1,24 +1,20 @@
 //! The Python package and the node for ROS 2 on top of it: their own tests, against drivers of this build. Skipped where Python or what they
 //! need is missing.
 
-use sinew_tests::{built, checkout, sinew};
-use std::ffi::OsString;
+use sinew_tests::{Process, built, checkout, sinew};
+use std::ffi::OsStr;
 use std::fs;
 use std::os::unix::fs::symlink;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-fn python() -> Command {
-    Command::new("python3")
-}
-
-/// Whether this is there to be imported, besides the standard library.
-fn has(modules: &str) -> bool {
-    let found = python().args(["-c", &format!("import {modules}")]).output();
+/// Whether this interpreter has these modules, besides the standard library.
+fn has(python: &OsStr, modules: &str) -> bool {
+    let found = Command::new(python).args(["-c", &format!("import {modules}")]).output();
     let there = found.is_ok_and(|ran| ran.status.success());
     if !there {
-        eprintln!("python3 with {modules} is needed");
+        eprintln!("{} with {modules} is needed", python.display());
     }
     there
 }
@@ -39,37 +35,40 @@ fn installed() -> TempDir {
 }
 
 /// Runs the tests of a package with these folders to import from.
-fn passes(folder: &str, imports: &[&Path]) {
-    let before = std::env::var_os("PYTHONPATH");
-    let paths: Vec<OsString> = imports.iter().map(|path| path.into()).chain(before).collect();
-    let ran = python()
+fn passes(python: &OsStr, folder: &str, imports: &[&Path]) {
+    let before = std::env::var_os("PYTHONPATH").unwrap_or_default();
+    let imports = imports.iter().map(|path| path.to_path_buf());
+    let paths: Vec<PathBuf> = imports.chain(std::env::split_paths(&before)).collect();
+    let mut pytest = Command::new(python);
+    pytest
         .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=5", "tests"])
         .current_dir(checkout().join(folder))
         .env("PYTHONPATH", std::env::join_paths(paths).expect("paths"))
         .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("SINEW_BINARY", sinew())
-        .output()
-        .expect("python3 was there a moment ago");
-    let said = String::from_utf8_lossy(&ran.stdout).into_owned() + &String::from_utf8_lossy(&ran.stderr);
-    assert!(ran.status.success(), "{said}");
-    println!("{said}");
+        .env("SINEW_BINARY", sinew());
+    let ran = Process::start(&mut pytest).finish();
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    println!("{}", ran.stdout);
 }
 
 #[test]
 fn the_package_passes_its_own_tests() {
-    if !has("numpy, pandas, pyarrow, pytest") {
+    let python = OsStr::new("python3");
+    if !has(python, "numpy, pandas, pyarrow, pytest") {
         return eprintln!("skipped");
     }
-    if !has("nbclient, nbformat, ipykernel, matplotlib") {
+    if !has(python, "nbclient, nbformat, ipykernel, matplotlib") {
         eprintln!("the notebooks are skipped");
     }
-    passes("bindings/python", &[installed().path()]);
+    passes(python, "bindings/python", &[installed().path()]);
 }
 
 #[test]
 fn the_node_for_ros_2_passes_its_own_tests() {
-    if !has("numpy, pytest, rclpy, sensor_msgs, trajectory_msgs, diagnostic_msgs, std_srvs") {
+    // what PyPI has of ROS 2 needs an environment of its own
+    let python = std::env::var_os("SINEW_ROS2_PYTHON").unwrap_or_else(|| "python3".into());
+    if !has(&python, "numpy, pytest, rclpy, sensor_msgs.msg, trajectory_msgs.msg, diagnostic_msgs.msg, std_srvs.srv") {
         return eprintln!("skipped");
     }
-    passes("bindings/ros2", &[installed().path(), &checkout().join("bindings/ros2")]);
+    passes(&python, "bindings/ros2", &[installed().path(), &checkout().join("bindings/ros2")]);
 }
