@@ -13,7 +13,7 @@
 //! - `stop` is answered at once, and before all others; every other request waits for the loop.
 //! - Setpoints and `off` for several channels in one request are taken by all or by none, from the same cycle on and with one lease, the shortest
 //!   of those they would be granted alone.
-//! - Setpoints and resets for a channel that another client has claimed are refused; `off` and `stop` are not ([`crate::claims`]).
+//! - Setpoints and resets for a channel that another client has claimed are refused; `off` and `stop` are not (`claims.rs`).
 //! - `off` overtakes: what was asked of its channel before it and still waits is not carried out, nor is what was answered *busy*.
 
 use std::collections::HashMap;

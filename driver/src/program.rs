@@ -205,14 +205,14 @@ mod tests {
     fn steps_move_every_wire_in_turns_and_never_jump() {
         let program = Program::steps(3, 8.0);
         let mut begun = [f64::INFINITY; 3];
-        for channel in 0..3 {
+        for (channel, begun) in begun.iter_mut().enumerate() {
             let (mut last, mut low, mut high) = (0.0, 1.0f64, 0.0f64);
             for tick in 0..40_000 {
                 let time_s = f64::from(tick) * 1e-3;
                 let stroke = program.stroke(channel, time_s).unwrap();
                 assert!((stroke - last).abs() < 1e-3, "channel {channel} at {time_s} s: {last} to {stroke}");
                 if stroke > 1e-3 {
-                    begun[channel] = begun[channel].min(time_s);
+                    *begun = begun.min(time_s);
                 }
                 if time_s > 20.0 {
                     (low, high) = (low.min(stroke), high.max(stroke));

@@ -366,11 +366,11 @@ impl Client {
         }
     }
 
-    /// Has these channels to itself: setpoints and resets of other clients are refused, with the name of this process, until it lets go of
+    /// Has these channels to itself: setpoints and resets of other clients are refused, with the id of this process, until it lets go of
     /// them or `hold` has passed without it asking anything of them ([`Duration::ZERO`]: the channels' default lease). `off` and `stop`
     /// stay open to everybody. All of them are claimed, or none; the two wires of a joint go together.
     ///
-    /// A channel that another client has claimed is taken over by a higher priority, 0 to [`MOST_PRIORITY`]: the loser's next setpoint is
+    /// A channel that another client has claimed is taken over by a higher priority, 0 to [`MOST_PRIORITY`](crate::MOST_PRIORITY): the loser's next setpoint is
     /// refused with [`Reason::Claimed`], and what it asked for last holds until its lease runs out or the new owner commands.
     ///
     /// # Errors

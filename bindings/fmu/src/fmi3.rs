@@ -155,7 +155,7 @@ pub unsafe extern "C" fn fmi3SetDebugLogging(_: Handle, _: bool, _: usize, _: *c
 /// Remembers the start; the wire is at rest when the initialisation ends, under the inputs as they are then.
 ///
 /// # Safety
-/// As [`with`].
+/// `instance` is null or a handle that has not been freed, used by this thread alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterInitializationMode(
     instance: Handle,
@@ -172,7 +172,7 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
 /// The wire is at rest under the inputs as they are.
 ///
 /// # Safety
-/// As [`with`].
+/// `instance` is null or a handle that has not been freed, used by this thread alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> i32 {
     // SAFETY: as the caller promises.
@@ -182,7 +182,7 @@ pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> i32 {
 /// Steps the wire.
 ///
 /// # Safety
-/// As [`with`]; the four results are null or writable.
+/// `instance` is null or a handle that has not been freed, used by this thread alone; the four results are null or writable.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments)] // they are the standard's
 pub unsafe extern "C" fn fmi3DoStep(
@@ -219,7 +219,7 @@ pub unsafe extern "C" fn fmi3DoStep(
 /// Values of variables.
 ///
 /// # Safety
-/// As [`with`]; `references` and `values` point to as many as is said.
+/// `instance` is null or a handle that has not been freed, used by this thread alone; `references` and `values` point to as many as is said.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetFloat64(
     instance: Handle,
@@ -249,7 +249,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
 /// Sets variables.
 ///
 /// # Safety
-/// As [`with`]; `references` and `values` point to as many as is said.
+/// `instance` is null or a handle that has not been freed, used by this thread alone; `references` and `values` point to as many as is said.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetFloat64(
     instance: Handle,
@@ -275,7 +275,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
 /// As it was made.
 ///
 /// # Safety
-/// As [`with`].
+/// `instance` is null or a handle that has not been freed, used by this thread alone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Reset(instance: Handle) -> i32 {
     let reset = |instance: &mut Instance| {
@@ -289,7 +289,7 @@ pub unsafe extern "C" fn fmi3Reset(instance: Handle) -> i32 {
 /// Keeps a copy of the simulation.
 ///
 /// # Safety
-/// As [`with`]; `state` is writable, and null or a copy of this library's.
+/// `instance` is null or a handle that has not been freed, used by this thread alone; `state` is writable, and null or a copy of this library's.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: *mut Handle) -> i32 {
     let keep = |instance: &mut Instance| {
@@ -312,7 +312,7 @@ pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: *mut Handle) -
 /// Goes back to a copy.
 ///
 /// # Safety
-/// As [`with`]; `state` is null or a copy of this library's.
+/// `instance` is null or a handle that has not been freed, used by this thread alone; `state` is null or a copy of this library's.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetFMUState(instance: Handle, state: Handle) -> i32 {
     let go_back = |instance: &mut Instance| {

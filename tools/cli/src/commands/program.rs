@@ -32,7 +32,7 @@ pub fn of(rig: &Rig) -> Result<Option<Program>, Failure> {
     match rig.program.as_str() {
         NO_PROGRAM => Ok(None),
         STEPS => Ok(Some(Program::steps(channels, STEP_S))),
-        WALK if channels % Program::WIRES_A_LEG == 0 => Ok(Some(Program::tripod(channels, STEP_S))),
+        WALK if channels.is_multiple_of(Program::WIRES_A_LEG) => Ok(Some(Program::tripod(channels, STEP_S))),
         WALK => {
             let what = format!(
                 "{}: program \"{WALK}\" needs legs of {} wires, the rig has {channels}",

@@ -20,7 +20,7 @@ fn a_rig_file_is_told_what_it_comes_to_or_all_that_is_wrong() {
     let json: Value = serde_json::from_str(&scratch.sinew(["check", "rig.toml", "--json"]).done()).unwrap();
     assert_eq!((&json["schema"], &json["channel"][0]["name"]), (&"sinew.check/1".into(), &"left".into()));
     assert!(json["channel"][0]["stroke_mm"].as_f64().is_some_and(|stroke| (3.0..9.0).contains(&stroke)), "{json}");
-    scratch.file("bad.toml", &RIG.replace("diameter_mm", "diametre_mm").replace("0.2", "-1"));
+    scratch.file("bad.toml", RIG.replace("diameter_mm", "diametre_mm").replace("0.2", "-1"));
     scratch.sinew(["check", "bad.toml"]).refused(&[
         "bad.toml:5",
         "diameter_mm?",
@@ -46,7 +46,7 @@ for path in sys.argv[2:]:
 #[test]
 fn the_schema_takes_what_the_reader_takes_and_finds_slips() {
     let scratch = Scratch::new();
-    scratch.file("schema.json", &scratch.sinew(["schema"]).done());
+    scratch.file("schema.json", scratch.sinew(["schema"]).done());
     let has_them = Command::new("python3").args(["-c", "import jsonschema, tomllib"]).output();
     if !has_them.is_ok_and(|ran| ran.status.success()) {
         eprintln!("skipped: python3 from 3.11 on with jsonschema is needed");
@@ -80,7 +80,7 @@ fn the_schema_takes_what_the_reader_takes_and_finds_slips() {
         ("supply_v = \"6.5\"", "supply_v = 6.5", "not of type 'number'"),
         ("[[chanel]]", "[[channel]]", "chanel"),
     ] {
-        scratch.file("slip.toml", &RIG.replace(right, slip));
+        scratch.file("slip.toml", RIG.replace(right, slip));
         let found = validate(&[&scratch.path("slip.toml")]);
         assert!(found.contains(words), "{slip}: {found}");
         scratch.sinew(["check", "slip.toml"]).refused(&["slip.toml"]);
@@ -95,7 +95,7 @@ fn a_shell_completes_every_command_and_each_has_its_page() {
         assert!(script.contains("diagnose") && script.contains("hold"), "{shell}: {script}");
     }
     // A shell of the kind that is there completes by it.
-    scratch.file("sinew.bash", &scratch.sinew(["completions", "bash"]).done());
+    scratch.file("sinew.bash", scratch.sinew(["completions", "bash"]).done());
     let program =
         "source sinew.bash; COMP_WORDS=(sinew dia); COMP_CWORD=1; _sinew sinew dia sinew; echo \"${COMPREPLY[@]}\"";
     let ran = Command::new("bash").args(["-c", program]).current_dir(scratch.path(".")).output().unwrap();
