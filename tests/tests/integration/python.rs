@@ -7,7 +7,11 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
+
+/// How long all tests of a package may take before they are given up.
+const LONGEST: Duration = Duration::from_secs(900);
 
 /// Whether this interpreter has these modules, besides the standard library.
 fn has(python: &OsStr, modules: &str) -> bool {
@@ -46,7 +50,13 @@ fn passes(python: &OsStr, folder: &str, imports: &[&Path]) {
         .env("PYTHONPATH", std::env::join_paths(paths).expect("paths"))
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("SINEW_BINARY", sinew());
-    let ran = Process::start(&mut pytest).finish();
+    let mut pytest = Process::start(&mut pytest);
+    // many tests, each with a patience of its own
+    let begun = Instant::now();
+    while pytest.ended().is_none() && begun.elapsed() < LONGEST {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let ran = pytest.finish();
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     println!("{}", ran.stdout);
 }
