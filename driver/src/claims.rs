@@ -43,8 +43,7 @@ impl Claims {
     pub fn of(rig: &Rig) -> Claims {
         let partner = |channel| {
             let (joint, side) = rig.joint_of(channel)?;
-            let name = if side == 0 { &joint.antagonist } else { &joint.agonist };
-            rig.channel(name).map(|(partner, _)| partner)
+            Some(rig.channels_of(joint)?[1 - side])
         };
         Claims::new((0..rig.channels.len()).map(partner).collect())
     }

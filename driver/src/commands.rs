@@ -384,13 +384,7 @@ impl Desk {
         let (asker, now) = (request.asker(), Instant::now());
         let mut is_named = vec![false; self.rules.len()];
         let mut check = |command: &Command| -> Result<(usize, u32, f64), Reply> {
-            let channel = command.channel as usize;
-            let Some(is_named) = is_named.get_mut(channel) else {
-                return Err(Reply::refused(command, Outcome::UnknownChannel));
-            };
-            if std::mem::replace(is_named, true) {
-                return Err(Reply::refused(command, Outcome::NotTogether));
-            }
+            let channel = once(&mut is_named, command)?;
             if kind == CommandKind::Release {
                 return Ok((channel, 0, 0.0));
             }
@@ -429,13 +423,10 @@ impl Desk {
         let mut checked = Checked::nothing();
         let mut is_named = vec![false; self.rules.len()];
         let mut check = |command: &Command| {
-            let channel = command.channel as usize;
-            let Some(is_named) = is_named.get_mut(channel) else {
-                return Err(Reply::refused(command, Outcome::UnknownChannel));
-            };
+            let channel = once(&mut is_named, command)?;
             let alone = [CommandKind::Reset, CommandKind::Stop, CommandKind::Claim, CommandKind::Release].map(Some);
             let is_alone = alone.contains(&command.kind());
-            if is_alone || std::mem::replace(is_named, true) {
+            if is_alone {
                 return Err(Reply::refused(command, Outcome::NotTogether));
             }
             Ok((channel, self.check(channel, command, asker, now)?))
@@ -534,6 +525,19 @@ fn claims_or_releases(request: &Request) -> Option<CommandKind> {
     let kind = request.commands().first()?.kind()?;
     let is_all = request.commands().iter().all(|command| command.kind() == Some(kind));
     (is_all && matches!(kind, CommandKind::Claim | CommandKind::Release)).then_some(kind)
+}
+
+/// The channel of a command among several, of which each is named once.
+fn once(is_named: &mut [bool], command: &Command) -> Result<usize, Reply> {
+    let channel = command.channel as usize;
+    match is_named.get_mut(channel) {
+        None => Err(Reply::refused(command, Outcome::UnknownChannel)),
+        Some(true) => Err(Reply::refused(command, Outcome::NotTogether)),
+        Some(is_named) => {
+            *is_named = true;
+            Ok(channel)
+        }
+    }
 }
 
 /// Refused because of another client's claim.

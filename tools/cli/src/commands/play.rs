@@ -51,8 +51,7 @@ pub fn play(args: &args::Play) -> Outcome {
     let played = player.play(&score, args.speed, args.times, &is_over);
     // Whatever has happened: the wires are handed back. Were this program killed instead, their leases would see to it.
     let off = if args.keep && played.is_ok() { Ok(()) } else { player.off() };
-    // One that is not let go of lapses.
-    let _ = client.release(&player.numbers());
+    player.release();
     let rows = played.map_err(live::failure)?;
     off.map_err(live::failure)?;
     output::print(format_args!(
@@ -133,6 +132,13 @@ impl Player<'_> {
     fn claim(&self) -> Result<(), Error> {
         let Some(priority) = self.priority else { return Ok(()) };
         self.client.claim(&self.numbers(), priority, Duration::from_secs_f64(self.hold_s)).map(|_| ())
+    }
+
+    /// A claim that is not let go of lapses.
+    fn release(&self) {
+        if self.priority.is_some() {
+            let _ = self.client.release(&self.numbers());
+        }
     }
 
     fn send(&self) -> Result<(), Error> {

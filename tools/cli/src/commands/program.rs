@@ -64,8 +64,8 @@ fn played(rig: &Rig, path: &Path, score: &Score) -> Result<Program, Failure> {
                 None => now,
                 Some(Setpoint::Off) => None,
                 Some(Setpoint::Stroke(stroke)) => Some(stroke),
-                Some(Setpoint::Way(way_m)) => Some(way_m / (range.cold_m - range.hot_m)),
-                Some(Setpoint::Length(length_m)) => Some((range.cold_m - length_m) / (range.cold_m - range.hot_m)),
+                Some(Setpoint::Way(way_m)) => Some(range.stroke(range.cold_m - way_m)),
+                Some(Setpoint::Length(length_m)) => Some(range.stroke(length_m)),
                 Some(Setpoint::Duty(_) | Setpoint::Force(_)) => {
                     let what =
                         format!("{}: {name} at {} s: a program moves by stroke or length", path.display(), row.time_s);

@@ -38,7 +38,7 @@ struct Wire<'a> {
 
 impl Wire<'_> {
     fn of<'a>(rig: &Rig, index: usize, channel: &'a Channel) -> Wire<'a> {
-        let stroke = StrokeRange::of(&rig.nominal_model(index)).ok().map(|range| (range.cold_m - range.hot_m) * 1e3);
+        let stroke = StrokeRange::of(&rig.nominal_model(index)).ok().map(|range| range.stroke_m() * 1e3);
         let geometry = channel.model.geometry;
         Wire {
             name: &channel.name,
