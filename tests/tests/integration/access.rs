@@ -7,14 +7,14 @@
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use serde_json::Value;
-use sinew_tests::{Finished, Process, Rig, check_report, sinew, wait_for, wait_until};
+use sinew_tests::{Finished, Process, Resources, Rig, check_report, sinew, wait_for, wait_until};
 use std::collections::HashSet;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{FileExt, PermissionsExt, chown};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A user without an account, with one group besides his own.
@@ -346,6 +346,19 @@ fn rubbish_at_the_door_costs_the_others_nothing() {
 
 /// As many visitors as there may be, of one user and of all; the next ones are told so, those inside go on, and when they have gone nothing is
 /// left of them.
+/// What a driver has of the machine once its open files have been as many for a second.
+fn settled(driver: &Process) -> Resources {
+    let (mut seen, mut since) = (driver.resources(), Instant::now());
+    wait_until("the driver's files to stay as many", || {
+        let now = driver.resources();
+        if now.open_files != seen.open_files {
+            (seen, since) = (now, Instant::now());
+        }
+        since.elapsed() > Duration::from_secs(1)
+    });
+    seen
+}
+
 #[test]
 fn as_many_visitors_as_promised_and_not_one_more() {
     if !can_be_others() {
@@ -353,7 +366,10 @@ fn as_many_visitors_as_promised_and_not_one_more() {
     }
     let bench = Bench::new(&format!("command_group = \"{COMMANDERS}\"\nread_group = \"everyone\""));
     let driver = bench.drive();
-    let before = driver.resources();
+    // The ways in open with the first who takes them, and stay.
+    bench.ask(COMMANDER, &["set", "left", "off", "--rig", &bench.rig.name]).expect(0);
+    bench.ask(DRIVER, &["set", "right", "off", "--rig", &bench.rig.name]).expect(0);
+    let before = settled(&driver);
     let crowded = |mut crowd: Process| {
         crowd.wait_for_word("crowded");
         crowd

@@ -244,7 +244,7 @@ fn a_c_program_that_is_killed_leaves_no_wire_heated() {
     let (driver, observer) = Driver::ready(&rig);
     observer.set_duty("right", 0.1, PATIENCE).unwrap();
     for round in 0..6 {
-        let mut holder = Process::start(&mut program(&hold, &[&rig.name, "left", "0.3", "0.5"]));
+        let mut holder = Process::start(&mut program(&hold, &[&rig.name, "left", "0.3", "1.5"]));
         holder.wait_for_word("holding");
         wait_until("the wire to be heated", || observer.latest().channels()[0].duty > 2.0 * SENSING_DUTY);
         std::thread::sleep(Duration::from_micros(round * 617));
@@ -262,7 +262,8 @@ fn a_c_program_that_is_killed_leaves_no_wire_heated() {
         wait_until("the wire to cool", || observer.latest().channels()[0].temperature_c < hot_c - 5.0);
     }
     let report = driver.stop();
-    assert_eq!(report["leases_lapsed"], 6, "{report:#}");
+    // One each; one more where the machine kept a holder from renewing for as long as its lease.
+    assert!(report["leases_lapsed"].as_u64() >= Some(6), "{report:#}");
 }
 
 /// The words a program is compiled with, as pkg-config and CMake give them, for the shared and for the static library.
