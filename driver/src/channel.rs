@@ -107,7 +107,7 @@ pub struct Channel {
     pub(crate) target: Target,
     /// Who says so.
     pub(crate) source: Source,
-    /// Whether the last setpoint's lease ran out and nothing took its place; until the next command.
+    /// Whether the last setpoint's lease ran out and nothing took its place; until the next command or fault.
     pub(crate) lapsed: bool,
     regulator: Algorithm,
     /// What holds the tension within its limits, where there are any.
@@ -324,7 +324,7 @@ impl Channel {
         });
         if let Some(Change::Tripped(_)) = change {
             self.forget_target();
-            self.held = false;
+            (self.held, self.lapsed) = (false, false);
         }
         // What the estimators have learned of the wire from a held load (a loss to explain that it does not shorten) would outlast it.
         if was_jammed && !self.guard.heat().is_jammed() {

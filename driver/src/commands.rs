@@ -32,9 +32,9 @@ use sinew_ring::Consumer;
 use crate::claims::{Claim, Claims};
 use crate::cycles::Shared;
 use crate::error::Error;
+use crate::fault_log::FaultLog;
 use crate::inbox::Outbox;
-use crate::orders::{Answer, Ask, Event, Occurrence, Told};
-use crate::report::MAX_FAULTS;
+use crate::orders::{Answer, Ask, Occurrence, Told};
 use crate::supervisor::Cooldown;
 
 /// How often everything is looked after while no request is under way: clients of the gateway, events of the loop, the end. The own user's
@@ -202,48 +202,6 @@ impl ChannelRules {
     }
 }
 
-/// The fault log: faults and lapsed leases as they happened, for the report.
-#[derive(Debug, Default)]
-pub(crate) struct FaultLog {
-    /// When (ns on the loop's clock), which channel, what; the first [`MAX_FAULTS`].
-    pub faults: Vec<(u64, u32, Fault)>,
-    /// Those beyond.
-    pub not_listed: u64,
-    /// Setpoints whose lease ran out.
-    pub lapsed: u64,
-}
-
-impl FaultLog {
-    fn note(&mut self, event: &Event, names: &[String]) {
-        let fault = match event.what {
-            Occurrence::Tripped(fault) => fault,
-            Occurrence::Lapsed => {
-                self.lapsed += 1;
-                Fault::StaleSetpoint
-            }
-            Occurrence::Complained(error) => {
-                tracing::error!("{error}");
-                return;
-            }
-            Occurrence::Proved | Occurrence::Answered { .. } => return,
-        };
-        let name = names.get(event.channel as usize).map_or("?", String::as_str);
-        tracing::warn!(
-            channel = name,
-            flag = fault.flag(),
-            "{}; {}; {}",
-            fault.cause(),
-            fault.reaction(),
-            fault.remedy()
-        );
-        if self.faults.len() < MAX_FAULTS {
-            self.faults.push((event.at_ns, event.channel, fault));
-        } else {
-            self.not_listed += 1;
-        }
-    }
-}
-
 /// A request the loop has not answered yet.
 struct Waiting {
     request: Request,
@@ -273,12 +231,18 @@ impl Desk {
             let ended = shared.ended.load(Ordering::Acquire);
             let stopping = ended || shared.stop.load(Ordering::Relaxed);
 
+            let mut something_happened = false;
             while let Some(Told { cycle, event }) = self.events.pop() {
                 if let Occurrence::Answered { ticket, answer } = event.what {
                     self.answered(&mut waiting, ticket, event.channel, cycle, answer, shared);
                 } else {
                     fault_log.lock().unwrap_or_else(PoisonError::into_inner).note(&event, &self.names);
+                    something_happened = true;
                 }
+            }
+            // A round later: the loop may be in the middle of telling what came to one channel after the other.
+            if ended || !something_happened {
+                fault_log.lock().unwrap_or_else(PoisonError::into_inner).say(&self.names);
             }
             // A limited batch: a flood of requests does not delay the handling of the loop's answers.
             let mut requests: Vec<Request> =

@@ -15,10 +15,11 @@ use sinew_ring::ring;
 
 use crate::baseline;
 use crate::claims::Claims;
-use crate::commands::{ChannelRules, Desk, FaultLog};
+use crate::commands::{ChannelRules, Desk};
 use crate::cycles::{Cycles, Outlet, Remains, Shared};
 use crate::engine::Engine;
 use crate::error::Error;
+use crate::fault_log::FaultLog;
 use crate::grid::Pace;
 use crate::inbox::way_in;
 use crate::memory::Memory;

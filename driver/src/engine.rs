@@ -629,11 +629,11 @@ impl Channel {
     #[inline]
     fn describe(&self, now_ns: u64, state: &mut ChannelState) {
         let latched = self.guard.fault();
-        let stale = self.lapsed.then_some(Fault::StaleSetpoint);
         let mode = match (latched, self.source, self.target) {
             (Some(_), ..) => Mode::Fault,
             _ if self.guard.is_proving() => Mode::Waiting,
             (None, Source::Program, _) => Mode::Program,
+            (None, _, Target::Idle) if self.lapsed => Mode::Lapsed,
             (None, _, Target::Idle) => Mode::Off,
             (None, _, Target::Length(_)) => Mode::Length,
             (None, _, Target::Force(_)) => Mode::Force,
@@ -665,7 +665,7 @@ impl Channel {
             v3_v: self.sample.v3_v,
             current_a: self.sample.current_a,
             mode: mode.code(),
-            fault: latched.or(stale).map_or(0, Fault::code),
+            fault: latched.map_or(0, Fault::code),
             health: u32::from(self.reading.health.code()),
             flags: self.flags | if self.is_confirmed() { 0 } else { ChannelState::FLAG_UNCONFIRMED },
             order: self.order,

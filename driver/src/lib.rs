@@ -32,6 +32,7 @@ mod driver;
 mod emergency_stop;
 mod engine;
 mod error;
+mod fault_log;
 mod grid;
 pub mod heat;
 mod inbox;

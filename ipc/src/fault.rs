@@ -27,6 +27,8 @@ pub struct FaultRow {
     pub remedy: &'static str,
     /// Whether it stays until the driver is started anew, because nothing in a running one can show that it is mended.
     pub needs_restart: bool,
+    /// Whether no driver raises it any more: it stands in older recordings.
+    pub is_retired: bool,
     /// Whether it follows from a fault of another channel, and so is never the first.
     pub follows_another: bool,
 }
@@ -62,6 +64,7 @@ const ROW: FaultRow = FaultRow {
     time: "",
     remedy: "",
     needs_restart: false,
+    is_retired: false,
     follows_another: false,
 };
 
@@ -151,11 +154,12 @@ faults! {
         remedy: "let it cool; check the load and maximum_temperature_c in [channel.limits], then reset",
     }
     StaleSetpoint = 13, "stale_setpoint" {
-        cause: "the setpoint's lease ran out before it was renewed",
+        cause: "the setpoint's lease ran out before it was renewed (in recordings up to protocol 5; since then the mode `lapsed`, no fault)",
         detection: "the lease's end has passed",
         reaction: "channel off until the next setpoint; nothing to reset",
         time: "1 period",
         remedy: "send setpoints more often than their hold time, or with a longer hold; check that the commanding program still runs",
+        is_retired: true,
     }
     SetpointOutOfRange = 14, "setpoint_out_of_range" {
         cause: "a setpoint was NaN or outside the channel's limits",

@@ -111,6 +111,7 @@ pub extern "C" fn sinew_mode_name(mode: u32) -> *const c_char {
         Some(Mode::Force) => c"force",
         Some(Mode::Program) => c"program",
         Some(Mode::Fault) => c"fault",
+        Some(Mode::Lapsed) => c"lapsed",
         None => c"",
     };
     name.as_ptr()

@@ -23,7 +23,8 @@ import sinew
 
 from .trajectory import Malformed, Trajectory
 
-LEASE_LAPSED = "stale_setpoint"
+LAPSED = "lapsed"
+LAPSED_MESSAGE = "lapsed: the setpoint's lease has ended; the next command is taken"
 
 
 class SinewNode(Node):
@@ -241,11 +242,11 @@ def _channel_status(rig: sinew.Rig, channel: sinew.Channel) -> DiagnosticStatus:
     fault, state = channel.fault, channel.state
     values = {name: state[name] for name in ("observed_length_m", "target_m", "temperature_c", "duty", "resistance_ohm", "lease_s")}
     name = f"sinew: {channel.name}"
+    if fault is None and channel.mode == LAPSED:
+        return _status(DiagnosticStatus.OK, name, rig.name, LAPSED_MESSAGE, values)
     if fault is None:
         return _status(DiagnosticStatus.OK, name, rig.name, channel.mode, values)
-    # A lease that has run out is over with the next setpoint; the others stay until somebody resets them.
-    level = DiagnosticStatus.WARN if fault.flag == LEASE_LAPSED else DiagnosticStatus.ERROR
-    return _status(level, name, rig.name, f"{fault.flag}: {fault.cause}", {"remedy": fault.remedy, **values})
+    return _status(DiagnosticStatus.ERROR, name, rig.name, f"{fault.flag}: {fault.cause}", {"remedy": fault.remedy, **values})
 
 
 def _status(level: bytes, name: str, rig: str, message: str, values: Dict[str, object]) -> DiagnosticStatus:

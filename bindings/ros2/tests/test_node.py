@@ -58,13 +58,12 @@ def test_a_command_holds_for_its_lease_and_no_longer(rig, listener):
         assert abs(rig["left"].target_m - target_m) < 1e-9 and rig["right"].mode == "off"
         time.sleep(0.1)
     listener.wait_until(lambda: rig["left"].duty > 2 * SENSING_DUTY or rig["left"].stroke > 0.2, "the wire to be heated")
-    listener.wait_until(lambda: rig["left"].mode == "off", "the lease to run out")
+    listener.wait_until(lambda: rig["left"].mode == "lapsed", "the lease to run out")
     assert rig["left"].duty == SENSING_DUTY
-    # That is a warning, with what to do about it.
-    listener.wait_until(lambda: (s := listener.status("left")) and s.level == DiagnosticStatus.WARN, "the warning")
+    # That is no fault, and is said.
+    listener.wait_until(lambda: (s := listener.status("left")) and s.message.startswith("lapsed: "), "the word")
     status = listener.status("left")
-    assert status.message.startswith("stale_setpoint: ") and status.hardware_id == rig.name
-    assert any(value.key == "remedy" and value.value for value in status.values)
+    assert status.level == DiagnosticStatus.OK and status.hardware_id == rig.name
     assert listener.status("right").level == DiagnosticStatus.OK and listener.status("driver").message == "running"
     command(listener, effort={"left": 1.8})
     listener.wait_until(lambda: rig["left"].mode == "force", "a tension")
@@ -127,8 +126,8 @@ def test_a_node_that_is_killed_leaves_no_wire_heated(rig, listener, process):
     listener.trajectory.publish(trajectory((60.0, [stroke_m(rig, "left", 0.9)])))
     listener.wait_until(lambda: rig["left"].duty > 2 * SENSING_DUTY, "the wire to be heated")
     process.kill()
-    listener.wait_until(lambda: rig["left"].mode == "off", "the lease to run out")
-    assert rig["left"].duty == SENSING_DUTY and rig["left"].fault.flag == "stale_setpoint"
+    listener.wait_until(lambda: rig["left"].mode == "lapsed", "the lease to run out")
+    assert rig["left"].duty == SENSING_DUTY and rig["left"].fault is None
 
 
 def test_a_node_that_is_ended_lets_go_at_once(rig, listener, process):

@@ -454,8 +454,8 @@ fn a_setpoint_whose_lease_runs_out_is_gone_in_that_period_and_nothing_has_to_be_
     bench.run(49);
     assert_eq!(bench.mode(0), Mode::Length);
     bench.run(1);
-    assert_eq!((bench.mode(0), bench.duty[0]), (Mode::Off, MIN_DUTY));
-    assert_eq!(bench.state.channel[0].fault(), Some(Fault::StaleSetpoint));
+    assert_eq!((bench.mode(0), bench.duty[0]), (Mode::Lapsed, MIN_DUTY));
+    assert_eq!(bench.state.channel[0].fault(), None);
     assert!(bench.state.channel[0].lease_s.is_nan() && bench.state.channel[0].target_m.is_nan());
     assert_eq!(bench.events.iter().filter(|event| event.2 == Occurrence::Lapsed).count(), 1);
     // The next setpoint is accepted without a reset.

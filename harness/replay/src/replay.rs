@@ -221,7 +221,8 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
 
 /// Whether a channel's setpoint ran out with nobody to take over.
 fn has_lapsed(state: &ChannelState) -> bool {
-    state.fault == Fault::StaleSetpoint.code()
+    // up to protocol 5 it was published as a fault that nobody has to reset
+    state.mode() == Mode::Lapsed || state.fault == Fault::StaleSetpoint.code()
 }
 
 /// The stroke that [`StrokeRange::length_m`] makes exactly this length of, where there is one; else the nearest.

@@ -23,6 +23,8 @@ pub enum Mode {
     Program = 5,
     /// Switched off by a latched fault.
     Fault = 6,
+    /// Off, because its setpoint's lease ended and nothing else moves it. No fault: the next setpoint is taken.
+    Lapsed = 7,
 }
 
 impl Mode {
@@ -41,6 +43,7 @@ impl Mode {
             4 => Mode::Force,
             5 => Mode::Program,
             6 => Mode::Fault,
+            7 => Mode::Lapsed,
             _ => return None,
         })
     }
@@ -55,6 +58,7 @@ impl Mode {
             Mode::Force => "force",
             Mode::Program => "program",
             Mode::Fault => "fault",
+            Mode::Lapsed => "lapsed",
         }
     }
 }

@@ -253,7 +253,7 @@ fn a_c_program_that_is_killed_leaves_no_wire_heated() {
             let left = observer.latest().channels()[0];
             (left.mode() != Mode::Length).then_some(left)
         });
-        assert_eq!((left.mode(), left.fault()), (Mode::Off, Some(Fault::StaleSetpoint)), "round {round}: {left:?}");
+        assert_eq!((left.mode(), left.fault()), (Mode::Lapsed, None), "round {round}: {left:?}");
         assert_eq!(left.duty, SENSING_DUTY, "round {round}");
         let right = observer.latest().channels()[1];
         assert_eq!((right.mode(), right.duty), (Mode::Duty, 0.1), "round {round}");

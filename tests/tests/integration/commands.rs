@@ -195,8 +195,8 @@ fn a_stale_setpoint_is_given_up_exactly_when_its_lease_ends() {
                 last_ns = cycle.header.monotonic_ns;
             } else if taken_ns.is_some() {
                 // In that very cycle, and without taking the neighbour along.
-                assert_eq!((left.mode(), left.duty), (Mode::Off, SENSING_DUTY), "{left:?}");
-                assert_eq!(left.fault(), Some(Fault::StaleSetpoint));
+                assert_eq!((left.mode(), left.duty), (Mode::Lapsed, SENSING_DUTY), "{left:?}");
+                assert_eq!(left.fault(), None, "no fault");
                 assert!(left.lease_s.is_nan() && left.target_m.is_nan(), "{left:?}");
                 assert_eq!((right.mode(), right.duty), (Mode::Duty, 0.15), "{right:?}");
                 return Some(cycle.header.monotonic_ns);

@@ -116,7 +116,7 @@ fn lease() -> Kind {
         expect(cycles >= over, || format!("the lease of {over} periods ended after {cycles}"))?;
         twins.struck.step();
         let state = twins.struck.state(victim);
-        expect(state.fault() == Some(Fault::StaleSetpoint) && state.mode() == Mode::Off, || format!("{state:?}"))?;
+        expect(state.mode() == Mode::Lapsed && state.fault().is_none(), || format!("{state:?}"))?;
         // And no reset is needed.
         command(&mut twins.struck, victim, CommandKind::Duty, 0.1, 10.0)?;
         twins.struck.run(3);
@@ -129,7 +129,7 @@ fn lease() -> Kind {
         expected: "the sensing pulse from the next duty on; the next setpoint is taken without a reset",
         within: 1.0,
         lost: "that setpoint; the others stay the same bit by bit",
-        ..kind("stale_setpoint", "a setpoint that is not renewed", &[Fault::StaleSetpoint], one)
+        ..kind("lapsed_lease", "a setpoint that is not renewed", &[], one)
     }
 }
 

@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn every_fault_of_the_drivers_table_is_injected() {
         let shown: BTreeSet<&str> = kinds().iter().flat_map(|kind| kind.faults).map(|fault| fault.flag()).collect();
-        for row in &FAULT_TABLE {
+        for row in FAULT_TABLE.iter().filter(|row| !row.is_retired) {
             assert!(shown.contains(row.flag), "nobody injects {}", row.flag);
         }
     }

@@ -323,8 +323,8 @@ fn nurse(rig: &str, args: &Args, over: &AtomicBool) -> Result<Duration, Failure>
         let channel = format!("wire{}", rng.random_range(0..args.channels));
         let asked = Instant::now();
         let answer = match client.latest().channels()[client.channel(&channel)?].fault() {
-            Some(fault) if fault != sinew_ipc::Fault::StaleSetpoint => client.reset(&channel),
-            _ => client.set_stroke(
+            Some(_) => client.reset(&channel),
+            None => client.set_stroke(
                 &channel,
                 between(&mut rng, 0.0, 0.9),
                 Duration::from_secs_f64(between(&mut rng, 0.5, 10.0)),

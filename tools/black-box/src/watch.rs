@@ -45,9 +45,7 @@ impl Watch {
     pub(crate) fn see(&mut self, header: &CycleHeader, channels: &[ChannelState]) -> Option<Due> {
         let now_ns = header.monotonic_ns;
         for (channel, (known, state)) in self.latched.iter_mut().zip(channels).enumerate() {
-            // A lease that ran out shows as a fault and is none: nothing is latched.
-            let found = if state.mode() == Mode::Fault { state.fault } else { 0 };
-            if std::mem::replace(known, found) == found || found == 0 {
+            if std::mem::replace(known, state.fault) == state.fault || state.fault == 0 {
                 continue;
             }
             match &mut self.due {
@@ -57,7 +55,7 @@ impl Watch {
                     let least_ns = self.covered_ns.map_or(0, |covered| covered.saturating_add(self.before_ns));
                     let until_ns = now_ns.saturating_add(self.after_ns).max(least_ns);
                     let from_ns = until_ns.saturating_sub(self.before_ns.saturating_add(self.after_ns));
-                    let (cycle, fault) = (header.cycle, found);
+                    let (cycle, fault) = (header.cycle, state.fault);
                     self.due = Some(Due { from_ns, until_ns, cycle, at_ns: now_ns, channel, fault, faults: 1 });
                 }
             }
@@ -104,13 +102,6 @@ mod tests {
         let due = found.unwrap();
         assert_eq!((due.from_ns, due.until_ns), (4000 * MS, 5100 * MS));
         assert_eq!((due.cycle, due.channel, due.fault, due.faults), (5000, 1, open, 2));
-    }
-
-    #[test]
-    fn a_lease_that_ran_out_is_no_fault() {
-        let mut watch = Watch::new(1, 1000 * MS, 0);
-        let stale = ChannelState { mode: Mode::Off.code(), ..state(Fault::StaleSetpoint.code()) };
-        assert!((1..100).all(|ms| watch.see(&header(ms), &[stale]).is_none()));
     }
 
     #[test]

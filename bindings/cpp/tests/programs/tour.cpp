@@ -6,7 +6,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
+#include <thread>
 #include <type_traits>
+
+#include <csignal>
+#include <sys/types.h>
 
 using namespace std::chrono_literals;
 
@@ -99,15 +103,31 @@ int main(int count, char **arguments) {
     client.set_many(pose, 60s);
     const auto taken = client.set_many({sinew::Wanted::stroke(left, 0.1), sinew::Wanted::duty(right, 0.05)}, 250ms);
     CHECK(taken.cycle > before && taken.hold_s == 0.25);
-    int lapsed = 0;
+    // Leases that run out are no faults.
+    while (client.latest()[left].mode != SINEW_MODE_LAPSED || client.latest()[right].mode != SINEW_MODE_LAPSED) {
+        client.wait(60s);
+    }
+    // A driver that stands still for half a second is: of every channel.
+    CHECK(::kill(static_cast<pid_t>(client.info().pid), SIGSTOP) == 0);
+    std::this_thread::sleep_for(500ms);
+    CHECK(::kill(static_cast<pid_t>(client.info().pid), SIGCONT) == 0);
+    int stalled = 0;
     for (const sinew::FaultChange &change : faults.within(60s)) {
-        CHECK(!change.before && change.after && change.after.code == SINEW_FAULT_STALE_SETPOINT);
-        CHECK(std::string(change.after.flag()) == "stale_setpoint" && change.after.remedy()[0] != '\0');
-        if (++lapsed == 2) {
+        CHECK(!change.before && change.after && change.after.code == SINEW_FAULT_CYCLE_OVERRUN);
+        CHECK(std::string(change.after.flag()) == "cycle_overrun" && change.after.remedy()[0] != '\0');
+        if (++stalled == 2) {
             break;
         }
     }
-    client.reset("left");
+    // It may have been heated all along, and has to cool first.
+    for (bool is_reset = false; !is_reset;) {
+        try {
+            client.reset("left");
+            is_reset = true;
+        } catch (const sinew::Refused &) {
+            std::this_thread::sleep_for(50ms);
+        }
+    }
     client.off("right");
     client.all_off();
 

@@ -79,12 +79,12 @@ fn a_setpoint_whose_lease_runs_out_with_nobody_behind_it_lapses_again() {
         let orders = if cycle == 100 { vec![order(0, Ask::Duty(0.2), 0.123_456)] } else { Vec::new() };
         Turn { missed: 0, orders }
     });
-    assert!(recording.cycles.last().unwrap().1[0].fault == Fault::StaleSetpoint.code());
+    assert_eq!(recording.cycles.last().unwrap().1[0].mode(), Mode::Lapsed);
     assert_identical(&replay_all(&rig, &recording), 18);
     // and has lapsed where a recording begins only after that
     let later = Memory { cycles: std::sync::Arc::new(recording.cycles[600..].to_vec()) };
     let replayed = replay_all(&rig, &later);
-    assert!(differences(&replayed, 0).iter().all(|(field, _)| *field != "fault"), "{:?}", differences(&replayed, 0));
+    assert!(differences(&replayed, 0).iter().all(|(field, _)| *field != "mode"), "{:?}", differences(&replayed, 0));
 }
 
 const JOINT: &str = "[rig]\nname = \"joint\"\n\n[[channel]]\nname = \"flexor\"\nwire = { diameter_mm = 0.05, length_mm = 160.0 }\n\
