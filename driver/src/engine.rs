@@ -640,9 +640,9 @@ impl Channel {
             (None, _, Target::Duty(_)) => Mode::Duty,
         };
         *state = ChannelState {
-            length_m: self.reading.length_m,
+            measured_length_m: self.reading.length_m,
             // the observer goes on predicting when samples stop; that is not a measurement
-            observed_length_m: if self.reading.health.is_ok() { self.motion.length_m } else { f64::NAN },
+            length_m: if self.reading.health.is_ok() { self.motion.length_m } else { f64::NAN },
             velocity_m_s: self.motion.velocity_m_s,
             acceleration_m_s2: self.motion.acceleration_m_s2,
             target_m: self.target_m(),

@@ -25,10 +25,10 @@
 #include <stdint.h>
 
 // Version of the calls and structs below; that of the library is sinew_abi().
-#define SINEW_ABI 1
+#define SINEW_ABI 2
 
 // Version of the messages it speaks; that of the library is sinew_protocol().
-#define SINEW_PROTOCOL 5
+#define SINEW_PROTOCOL 6
 
 // Why a channel is, or the whole driver went, without power; 0 in messages means no fault. sinew_fault_remedy() says
 // what to do.
@@ -61,7 +61,8 @@ enum SinewFault
   SINEW_FAULT_ENERGY_BUDGET = 11,
   // the estimated wire temperature is above its limit.
   SINEW_FAULT_OVER_TEMPERATURE = 12,
-  // the setpoint's lease ran out before it was renewed.
+  // the setpoint's lease ran out before it was renewed (in recordings up to protocol 5; since then the mode `lapsed`,
+  // no fault).
   SINEW_FAULT_STALE_SETPOINT = 13,
   // a setpoint was NaN or outside the channel's limits.
   SINEW_FAULT_SETPOINT_OUT_OF_RANGE = 14,
@@ -98,10 +99,12 @@ typedef uint32_t SinewFault;
 
 // One channel in one cycle, in SI units. What is not known is NaN.
 typedef struct SinewChannelState {
-  // (m) Measured wire length, one sample with its noise; NaN while it is not measured.
+  // (m) Wire length as well as it is known: measured, without the noise of a sample, a few ms late; NaN while it is not
+  // measured.
   double length_m;
-  // (m) The same as the observer has it: without the noise, a few ms late; NaN while it is not measured.
-  double observed_length_m;
+  // (m) The same as the last sample measured it, with its noise: what replays and models go by; NaN while it is not
+  // measured.
+  double measured_length_m;
   // (m/s) Observed speed, positive when the wire gets longer.
   double velocity_m_s;
   // (m/s²) Observed acceleration.
@@ -137,7 +140,7 @@ typedef struct SinewChannelState {
   double v3_v;
   // (A) Current as sampled; NaN = not sampled.
   double current_a;
-  // What the channel is doing: 0 waiting, 1 off, 2 length, 3 duty, 4 force, 5 program, 6 fault.
+  // What the channel is doing: 0 waiting, 1 off, 2 length, 3 duty, 4 force, 5 program, 6 fault, 7 lapsed.
   uint32_t mode;
   // Code of the latched fault, 0 = none.
   uint32_t fault;
@@ -295,6 +298,8 @@ enum SinewMode
   SINEW_MODE_PROGRAM = 5,
   // Switched off by a latched fault.
   SINEW_MODE_FAULT = 6,
+  // Off, because its setpoint's lease ended and nothing else moves it. No fault: the next setpoint is taken.
+  SINEW_MODE_LAPSED = 7,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -205,7 +205,7 @@ class SinewNode(Node):
         message = JointState()
         message.header.stamp = stamp
         message.name = list(rig.channels)
-        message.position = snapshot.state["observed_length_m"].tolist()
+        message.position = snapshot.state["length_m"].tolist()
         message.velocity = snapshot.state["velocity_m_s"].tolist()
         self._states.publish(message)
         for name, temperature_c in zip(rig.channels, snapshot.state["temperature_c"]):
@@ -232,7 +232,7 @@ def _start_m(channel: sinew.Channel) -> float:
     """Where a trajectory begins: where the wire is commanded to, or else where it is, which a cold wire may be a little outside of
     what may be commanded. NaN while that is not measured."""
     state = channel.state
-    target_m, length_m = float(state["target_m"]), float(state["observed_length_m"])
+    target_m, length_m = float(state["target_m"]), float(state["length_m"])
     if not math.isnan(target_m):
         return target_m
     return math.nan if math.isnan(length_m) else min(max(length_m, channel.min_length_m), channel.max_length_m)
@@ -240,7 +240,7 @@ def _start_m(channel: sinew.Channel) -> float:
 
 def _channel_status(rig: sinew.Rig, channel: sinew.Channel) -> DiagnosticStatus:
     fault, state = channel.fault, channel.state
-    values = {name: state[name] for name in ("observed_length_m", "target_m", "temperature_c", "duty", "resistance_ohm", "lease_s")}
+    values = {name: state[name] for name in ("length_m", "target_m", "temperature_c", "duty", "resistance_ohm", "lease_s")}
     name = f"sinew: {channel.name}"
     if fault is None and channel.mode == LAPSED:
         return _status(DiagnosticStatus.OK, name, rig.name, LAPSED_MESSAGE, values)

@@ -560,7 +560,7 @@ fn an_error_about_a_channel_there_is_none_of_and_a_refused_duty_switch_everythin
         assert_eq!(bench.duty, [0.0; 2], "{error}");
         bench.engine.describe(beat.now_ns, DriverState::Running, &mut bench.state);
         for state in bench.state.channels() {
-            assert!(state.length_m.is_nan() && state.fault() == Some(Fault::Backend), "{error}: {state:?}");
+            assert!(state.measured_length_m.is_nan() && state.fault() == Some(Fault::Backend), "{error}: {state:?}");
         }
     }
 }
@@ -598,7 +598,10 @@ fn the_same_seed_gives_the_same_states() {
         let mut bench = Bench::with(6, Some(Program::tripod(6, 1.0)));
         bench.fake.script = vec![(300..310, 2, Mishap::OpenWire)];
         bench.run(2000);
-        (bench.fake.log, bench.state.channel.map(|state| (state.length_m.to_bits(), state.temperature_c.to_bits())))
+        (
+            bench.fake.log,
+            bench.state.channel.map(|state| (state.measured_length_m.to_bits(), state.temperature_c.to_bits())),
+        )
     };
     assert_eq!(run(), run());
 }

@@ -126,20 +126,20 @@ mod tests {
         let then = ChannelState { temperature_c: 25.0, ..ChannelState::UNKNOWN };
         comparison.add(&head(5), &[then, then], &[then, then]);
         assert!(comparison.is_identical());
-        let quiet = ChannelState { length_m: -f64::NAN, ..then };
+        let quiet = ChannelState { measured_length_m: -f64::NAN, ..then };
         comparison.add(&head(6), &[then, then], &[quiet, quiet]);
         assert!(comparison.is_identical(), "{comparison:?}");
 
         let bit = ChannelState { temperature_c: 25.0f64.next_up(), power_w: -0.0, mode: 3, ..then };
         comparison.add(&head(7), &[then, then], &[then, bit]);
-        let measured = ChannelState { length_m: 0.16, temperature_c: 28.0, ..then };
+        let measured = ChannelState { measured_length_m: 0.16, temperature_c: 28.0, ..then };
         comparison.add(&head(8), &[then, then], &[then, measured]);
         assert!(!comparison.is_identical());
         assert_eq!(comparison.of_channel(0).count(), 0);
         let found: Vec<(&str, Difference)> = comparison.of_channel(1).map(|(f, d)| (f.name, d)).collect();
         assert_eq!(
             found.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
-            ["length_m", "temperature_c", "power_w", "mode"]
+            ["measured_length_m", "temperature_c", "power_w", "mode"]
         );
         let (length, temperature) = (found[0].1, found[1].1);
         assert!(length.max.is_nan() && length.only_one == 1 && length.first.cycle == 8);

@@ -186,7 +186,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
             let ask = match kind {
                 CommandKind::Reset => Ask::Reset,
                 CommandKind::Off => Ask::Off,
-                CommandKind::Duty if !state.asked.is_finite() && has_lapsed(state) => Ask::Duty(0.0),
+                CommandKind::Duty if !state.asked.is_finite() && state.mode() == Mode::Lapsed => Ask::Duty(0.0),
                 // It fell to a fault in the same cycle.
                 _ if !state.asked.is_finite() => continue,
                 CommandKind::Duty => Ask::Duty(state.asked),
@@ -196,7 +196,7 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
             };
             let hold_ns = match state.lease_s {
                 // over before it began: that is how a lease that ran out then runs out again
-                _ if begins && state.order().is_none() && has_lapsed(state) => 0,
+                _ if begins && state.order().is_none() && state.mode() == Mode::Lapsed => 0,
                 lease_s if lease_s.is_nan() => self.lease_ns[channel],
                 // Seconds were made of whole nanoseconds, and become them again.
                 lease_s if lease_s.is_finite() => (lease_s * 1e9).round() as u64,
@@ -219,12 +219,6 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
     }
 }
 
-/// Whether a channel's setpoint ran out with nobody to take over.
-fn has_lapsed(state: &ChannelState) -> bool {
-    // up to protocol 5 it was published as a fault that nobody has to reset
-    state.mode() == Mode::Lapsed || state.fault == Fault::StaleSetpoint.code()
-}
-
 /// The stroke that [`StrokeRange::length_m`] makes exactly this length of, where there is one; else the nearest.
 fn stroke_at(range: &StrokeRange, length_m: f64) -> f64 {
     let near = range.stroke(length_m);
@@ -237,7 +231,7 @@ fn stroke_at(range: &StrokeRange, length_m: f64) -> f64 {
 /// The request that has to have been made for a channel to be where it is; `None` where nobody commands it.
 fn in_force(state: &ChannelState) -> Option<CommandKind> {
     match state.mode() {
-        _ if has_lapsed(state) => Some(CommandKind::Duty),
+        Mode::Lapsed => Some(CommandKind::Duty),
         Mode::Off if !state.lease_s.is_nan() => Some(CommandKind::Off),
         Mode::Length if state.asked.is_finite() => Some(CommandKind::Length),
         Mode::Force if state.asked.is_finite() => Some(CommandKind::Force),

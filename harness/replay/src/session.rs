@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use sinew_backend::{BackendError, Sample};
-use sinew_ipc::{ChannelField, ChannelState, CycleHeader, HeldCycle};
+use sinew_ipc::{ChannelField, ChannelState, CycleHeader, Fault, HeldCycle, Mode};
 use sinew_recording::rows::DRIVER;
 use sinew_recording::session::{CycleView, Layout, Session};
 use sinew_replay_backend::{Cycle, Cycles, Source};
@@ -143,7 +143,12 @@ impl Decoder {
                 *code = cycle.get(channel, field) as u32;
             }
         }
-        ChannelState::from_parts(&floats, &codes)
+        let state = ChannelState::from_parts(&floats, &codes);
+        // Up to protocol 5 a lease that ran out was published as a fault that nobody has to reset.
+        match (state.mode(), state.fault()) {
+            (Mode::Off, Some(Fault::StaleSetpoint)) => ChannelState { mode: Mode::Lapsed.code(), fault: 0, ..state },
+            _ => state,
+        }
     }
 }
 

@@ -122,7 +122,7 @@ mod tests {
             assert!(Mode::from_code(code).is_none_or(|mode| mode.code() == code));
             assert!(Mode::from_code(code).is_none_or(|mode| meaning.contains(&format!("{code} {mode}"))), "{code}");
         }
-        assert_eq!((0..64).filter(|c| Mode::from_code(*c).is_some()).count(), 7);
+        assert_eq!((0..64).filter(|c| Mode::from_code(*c).is_some()).count(), 8);
     }
 
     #[test]

@@ -176,10 +176,10 @@ const fn row(
 
 channel_state! {
     floats {
-        /// Measured wire length, one sample with its noise; NaN while it is not measured.
-        length_m: "m" = f64::NAN, { in_status: true, }
-        /// The same as the observer has it: without the noise, a few ms late; NaN while it is not measured.
-        observed_length_m: "m" = f64::NAN, { in_status: true, detail: Detail::measured("length", 3), }
+        /// Wire length as well as it is known: measured, without the noise of a sample, a few ms late; NaN while it is not measured.
+        length_m: "m" = f64::NAN, { in_status: true, detail: Detail::measured("length", 3), }
+        /// The same as the last sample measured it, with its noise: what replays and models go by; NaN while it is not measured.
+        measured_length_m: "m" = f64::NAN, { in_status: true, }
         /// Observed speed, positive when the wire gets longer.
         velocity_m_s: "m/s" = f64::NAN, { detail: Detail::measured("speed", 2), }
         /// Observed acceleration.
@@ -216,7 +216,7 @@ channel_state! {
         current_a: "A" = f64::NAN, { replay: Replay::Input, }
     }
     codes {
-        /// What the channel is doing: 0 waiting, 1 off, 2 length, 3 duty, 4 force, 5 program, 6 fault.
+        /// What the channel is doing: 0 waiting, 1 off, 2 length, 3 duty, 4 force, 5 program, 6 fault, 7 lapsed.
         mode = 0, { in_status: true, }
         /// Code of the latched fault, 0 = none.
         fault = 0, { in_status: true, }
@@ -240,8 +240,9 @@ channel_state! {
 }
 
 impl ChannelState {
-    /// The field of this name.
+    /// The field of this name, or of a name it once had.
     pub fn field(name: &str) -> Option<&'static ChannelField> {
+        let name = if name == "observed_length_m" { "length_m" } else { name };
         ChannelState::FIELDS.iter().find(|field| field.name == name)
     }
 
@@ -276,9 +277,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_channel_is_laid_out_as_in_protocol_5() {
+    fn a_channel_is_laid_out_as_in_protocol_6() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
-        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (5, 176));
+        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (6, 176));
     }
 
     #[test]

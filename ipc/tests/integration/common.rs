@@ -71,7 +71,8 @@ pub fn assert_whole(cycle: u64, missed: u64, channels: &[ChannelState]) {
     assert_eq!(missed, cycle * 3, "header of cycle {cycle}");
     for (i, c) in channels.iter().enumerate() {
         let x = (cycle * 64 + i as u64) as f64;
-        let fields = [c.length_m, c.velocity_m_s - 0.25, -c.acceleration_m_s2, c.target_m, c.duty, c.resistance_ohm];
+        let fields =
+            [c.measured_length_m, c.velocity_m_s - 0.25, -c.acceleration_m_s2, c.target_m, c.duty, c.resistance_ohm];
         let others = [c.temperature_c, c.martensite, c.power_w, c.surface, c.lease_s - 0.5];
         assert!(fields.iter().chain(&others).all(|f| *f == x), "cycle {cycle}, channel {i}: {c:?}");
         assert_eq!(c.flags, cycle as u32, "cycle {cycle}, channel {i}");

@@ -33,7 +33,8 @@ pub const DRIVER: &str = "driver";
 /// Field of a driver's cycle that a column comes from.
 const fn driver_field(column: Column) -> &'static str {
     match column {
-        Column::PositionM => "length_m",
+        // raw: models of noise see what no observer has been at
+        Column::PositionM => "measured_length_m",
         column => column.name(),
     }
 }

@@ -8,6 +8,7 @@ mod joints;
 mod limits;
 mod load;
 mod simulation;
+mod wire;
 
 use crate::derive::Reach;
 use crate::error::What;
@@ -17,6 +18,7 @@ use crate::tables::{Channel, Joint, Rig, tables_with};
 
 pub(crate) use joints::joints;
 pub(crate) use load::in_joint;
+pub(crate) use wire::of_its_kind;
 
 fn joint_of<'a>(joints: &'a [Joint], channel: &Channel) -> Option<&'a Joint> {
     joints.iter().find(|joint| joint.side(&channel.name).is_some())

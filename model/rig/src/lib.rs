@@ -48,6 +48,7 @@ mod suggest;
 mod tables;
 mod tree;
 mod value;
+mod wires;
 mod write;
 
 pub use drivable::LEAST_SILENCE_PERIODS;
@@ -60,3 +61,4 @@ pub use reference::{catalogue, reference, schema, word, words};
 pub use suggest::nearest;
 pub use tables::*;
 pub use value::MAX_PATH;
+pub use wires::{WIRE_KINDS, WireKind};

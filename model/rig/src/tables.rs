@@ -73,7 +73,7 @@ static OF_RIG: LazyLock<Vec<Section<Rig>>> = LazyLock::new(|| {
 static OF_CHANNEL: LazyLock<Vec<Section<Channel>>> = LazyLock::new(|| {
     let mut tables = vec![
         channel::section(),
-        part!(wire::section(), Channel.model),
+        wire::section(),
         part!(taps::section(), Channel.model),
         part!(drive::section(), Channel.model),
         part!(load::section(), Channel.model),

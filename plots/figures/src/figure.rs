@@ -246,7 +246,7 @@ fn panels(sources: &[Source], order: &Order, subjects: &[Subject]) -> Result<(Ve
                 y,
                 curves: Vec::new(),
             });
-            let asked = if name == "length_m" || name == "observed_length_m" { "target_m" } else { "" };
+            let asked = if name == "length_m" || name == "measured_length_m" { "target_m" } else { "" };
             for (ink, name) in [(Some(Ink::Measured), asked), (None, name.as_str())] {
                 for (number, subject) in subjects.iter().enumerate() {
                     if let Some(field) = field(subject, name) {
@@ -259,7 +259,7 @@ fn panels(sources: &[Source], order: &Order, subjects: &[Subject]) -> Result<(Ve
     // the first of several fields that a subject has
     let first =
         |subject: &Subject, of: &[&'static str]| of.iter().find_map(|name| Some((*name, field(subject, name)?)));
-    const LENGTH: [&str; 3] = ["observed_length_m", "length_m", "position_m"];
+    const LENGTH: [&str; 3] = ["length_m", "measured_length_m", "position_m"];
     for (kind, across, up, needs, remedy) in [
         (
             Kind::Hysteresis,
@@ -312,7 +312,7 @@ fn panels(sources: &[Source], order: &Order, subjects: &[Subject]) -> Result<(Ve
         panels.push(Panel { kind: Kind::Phase, caption, x, y, curves: Vec::new() });
         let before = wanted.len();
         for (number, subject) in subjects.iter().enumerate() {
-            let fields = ["observed_length_m", "target_m", "velocity_m_s"].map(|name| field(subject, name));
+            let fields = ["length_m", "target_m", "velocity_m_s"].map(|name| field(subject, name));
             if let [Some(length), Some(target), Some(speed)] = fields {
                 wanted.push((at, number, subject.ink, Take::Difference(length, target), Take::Field(speed)));
             }

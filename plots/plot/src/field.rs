@@ -25,7 +25,7 @@ const TITLES: [(&str, &str); 31] = [
     ("ambient_c", "Ambient temperature"),
     ("disturbance_n", "Disturbance"),
     ("length_m", "Wire length"),
-    ("observed_length_m", "Wire length, observed"),
+    ("measured_length_m", "Wire length, sample by sample"),
     ("velocity_m_s", "Speed, observed"),
     ("acceleration_m_s2", "Acceleration, observed"),
     ("target_m", "Length asked for"),
@@ -108,7 +108,7 @@ mod tests {
             assert_eq!(Field::of(name), Field { title: title.into(), unit }, "{name}");
         }
         assert!(Field::is_meant("length", "length_m") && Field::is_meant("duty", "duty"));
-        assert!(!Field::is_meant("length", "observed_length_m"));
+        assert!(!Field::is_meant("length", "measured_length_m"));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The clients for C and C++: installed into a folder of the tests' own, and programs built against them as their users build them, with every
 //! compiler that is there. Which compilers, valgrind and CMake are missing is said.
 
-use sinew_ipc::{Fault, Mode};
+use sinew_ipc::Mode;
 use sinew_tests::{Driver, PATIENCE, Process, Rig, SENSING_DUTY, c_libraries, checkout, entries, wait_for, wait_until};
 use std::fs;
 use std::path::{Path, PathBuf};

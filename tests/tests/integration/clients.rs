@@ -1,6 +1,6 @@
 //! Clients that are killed, that sleep, and that come in numbers: none of them costs the others anything.
 
-use sinew_ipc::{Client, ClientOptions, Fault, Mode};
+use sinew_ipc::{Client, ClientOptions, Mode};
 use sinew_tests::{Driver, Process, RATE_HZ, Rig, SENSING_DUTY, checkout, gait, wait_for, wait_until};
 use std::process::Command;
 use std::time::Duration;

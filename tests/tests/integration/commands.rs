@@ -1,6 +1,6 @@
 //! Commands from other processes: taken, carried out and seen by everybody; or refused with the reason, changing nothing.
 
-use sinew_ipc::{ALL_CHANNELS, ChannelState, Client, CommandKind, Error, Fault, Mode, Reason};
+use sinew_ipc::{ALL_CHANNELS, ChannelState, Client, CommandKind, Error, Mode, Reason};
 use sinew_tests::{Driver, Rig, SENSING_DUTY, wait_for, wait_until};
 use std::time::Duration;
 

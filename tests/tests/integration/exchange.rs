@@ -36,7 +36,7 @@ fn a_recording_of_a_running_driver_is_replayed_exported_and_simulated() {
         // it for colder, and looks at other moments.
         let dark = rows.iter().find(|row| row["field"] == "flags").map_or(0, cycles);
         for row in rows {
-            let measured = ["length_m", "resistance_ohm", "target_m", "asked", "order", "fault"];
+            let measured = ["measured_length_m", "resistance_ohm", "target_m", "asked", "order", "fault"];
             // until the duty of then is in force again, a period that was missed meanwhile later
             let most = 3 + missed + dark;
             assert!(!measured.contains(&row["field"].as_str().unwrap()) || cycles(row) <= most, "{channel:#}");

@@ -319,7 +319,7 @@ fn a_channel_without_a_sensor_is_never_powered() {
     let blind = || client.latest().channels()[0];
     wait_until("the fault", || blind().fault().is_some());
     assert_eq!((blind().fault(), blind().duty), (Some(Fault::NoSample), 0.0));
-    assert!(blind().length_m.is_nan(), "{:?}", blind());
+    assert!(blind().measured_length_m.is_nan(), "{:?}", blind());
     assert_eq!(refused(client.set_duty("blind", 0.5, LONG)), Reason::Faulted(Fault::NoSample));
     assert_eq!(refused(client.reset("blind")), Reason::CauseRemains(Fault::NoSample));
     // The other one works.

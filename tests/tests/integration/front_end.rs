@@ -82,7 +82,7 @@ pub fn drive(client: &Client, name: &str) {
     wait_until("the wire to be driven", || {
         let state = state(client);
         match state.mode() {
-            Mode::Duty if state.length_m.is_finite() => return true,
+            Mode::Duty if state.measured_length_m.is_finite() => return true,
             Mode::Fault => drop(client.reset(name)),
             Mode::Duty | Mode::Waiting => {}
             _ => drop(client.set_duty(name, DUTY, LONG)),
@@ -116,7 +116,7 @@ fn two_processes_heat_wires_and_measure_them() {
                 _ => drop(client.set_stroke("left", stroke, LONG)),
             }
             std::thread::sleep(LOOK);
-            (state.length_m - state.target_m).abs() < 0.4e-3
+            (state.measured_length_m - state.target_m).abs() < 0.4e-3
         });
     }
     let said = driver.process.stderr();

@@ -89,7 +89,7 @@ pub fn drive(rig: &Rig, client: &Client) {
     wait_until("the wire to be driven", || {
         let state = client.latest().channels()[0];
         match state.mode() {
-            Mode::Duty if state.length_m.is_finite() => return put_out(rig) > 1_000_000,
+            Mode::Duty if state.measured_length_m.is_finite() => return put_out(rig) > 1_000_000,
             Mode::Fault => drop(client.reset("wire")),
             Mode::Duty | Mode::Waiting => {}
             _ => drop(client.set_duty("wire", DUTY, LONG)),
@@ -210,7 +210,7 @@ fn converters_with_nothing_new_are_a_fault_and_not_a_wait() {
         // It is not the reset's to wait for a sample that does not come.
         assert!(client.reset("wire").is_err(), "the cause is still there");
     }
-    assert!(client.latest().channels()[0].length_m.is_nan());
+    assert!(client.latest().channels()[0].measured_length_m.is_nan());
     driver.stop();
 }
 

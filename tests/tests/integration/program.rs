@@ -16,7 +16,7 @@ fn connected(rig: &Rig) -> Client {
 }
 
 fn stroke(client: &Client, channel: usize) -> f64 {
-    client.channels()[channel].stroke_at_length(client.latest().channels()[channel].observed_length_m)
+    client.channels()[channel].stroke_at_length(client.latest().channels()[channel].length_m)
 }
 
 #[test]

@@ -117,8 +117,8 @@ pub fn works_again(bench: &mut Lockstep, channels: &[usize]) -> Result<(), Failu
 
 /// What a channel of a twin and its own have in common, as bits: NaN equals NaN.
 fn bits(state: &ChannelState) -> [u64; 7] {
-    let ChannelState { length_m, observed_length_m, duty, temperature_c, martensite, .. } = *state;
-    let numbers = [length_m, observed_length_m, duty, temperature_c, martensite].map(f64::to_bits);
+    let ChannelState { measured_length_m, length_m, duty, temperature_c, martensite, .. } = *state;
+    let numbers = [measured_length_m, length_m, duty, temperature_c, martensite].map(f64::to_bits);
     [numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], u64::from(state.mode), u64::from(state.fault)]
 }
 

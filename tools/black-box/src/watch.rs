@@ -1,6 +1,6 @@
 //! Decides when a file is due: a fault was latched, and the time after it has passed.
 
-use sinew_ipc::{ChannelState, CycleHeader, Mode};
+use sinew_ipc::{ChannelState, CycleHeader};
 
 /// What a file is written for, and what it covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +75,7 @@ impl Watch {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use sinew_ipc::Fault;
+    use sinew_ipc::{Fault, Mode};
 
     const MS: u64 = 1_000_000;
 

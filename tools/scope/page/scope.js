@@ -95,7 +95,7 @@ function show() {
   if (!rig) return;
   const place = new Map(rig.quantities.map((q, i) => [q.name, i]));
   const wanted = new Set(page.quantities);
-  if (wanted.has("length_m") || wanted.has("observed_length_m")) wanted.add("target_m");
+  if (wanted.has("length_m") || wanted.has("measured_length_m")) wanted.add("target_m");
   page.series = new Map();
   const series = [];
   for (const quantity of wanted) {
@@ -341,7 +341,7 @@ function build() {
     section.append(title);
     section.addEventListener("pointerenter", () => { page.focus = name; });
     $("panels").append(section);
-    const targets = name === "length_m" || name === "observed_length_m" ? shown : [];
+    const targets = name === "length_m" || name === "measured_length_m" ? shown : [];
     const dashed = shown.length <= DASHED_UP_TO, ratio = devicePixelRatio;
     const line = (channel) => ({
       series: page.series.get(`${name} ${channel}`), ink: inks[channel % inks.length], width: (dashed ? 1.5 : 1.2) * ratio,

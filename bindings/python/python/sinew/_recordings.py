@@ -124,7 +124,7 @@ class Record:
     def _repr_html_(self) -> str:
         rows = []
         for name in self.channels:
-            length = self[name]["observed_length_m"] if "observed_length_m" in self.fields else np.zeros(0)
+            length = self[name]["length_m"] if "length_m" in self.fields else np.zeros(0)
             least, most = _ends(length)[2:]
             rows.append([name, _digits(1e3 * least), _digits(1e3 * most)])
         return _table_html(["channel", "shortest, mm", "longest, mm"], rows, repr(self)[1:-1])

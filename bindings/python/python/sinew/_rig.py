@@ -107,7 +107,7 @@ class Channel:
     @property
     def length_m(self) -> float:
         """Wire length, m, without the noise of one sample; assigned: the length to hold."""
-        return float(self.state["observed_length_m"])
+        return float(self.state["length_m"])
 
     @length_m.setter
     def length_m(self, value: float) -> None:

@@ -107,7 +107,7 @@ impl Bench {
     }
 
     fn observed_m(&self) -> f64 {
-        self.state().observed_length_m
+        self.state().length_m
     }
 
     fn run(&mut self, periods: u64) {

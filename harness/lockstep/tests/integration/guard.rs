@@ -298,7 +298,7 @@ fn what_was_learned_from_a_held_load_does_not_outlast_it() {
             // from 10 to 70 % of its way
             let way = 0.1 + 0.03 * k as f64;
             let range = bench.engine().channels()[0].stroke_range();
-            let is_there = |bench: &Lockstep| bench.state(0).observed_length_m <= range.length_m(way);
+            let is_there = |bench: &Lockstep| bench.state(0).length_m <= range.length_m(way);
             while !is_there(&bench) && bench.time_s() < 10.0 {
                 bench.run(10);
             }

@@ -84,7 +84,9 @@ fn a_setpoint_whose_lease_runs_out_with_nobody_behind_it_lapses_again() {
     // and has lapsed where a recording begins only after that
     let later = Memory { cycles: std::sync::Arc::new(recording.cycles[600..].to_vec()) };
     let replayed = replay_all(&rig, &later);
-    assert!(differences(&replayed, 0).iter().all(|(field, _)| *field != "mode"), "{:?}", differences(&replayed, 0));
+    let found = differences(&replayed, 0);
+    let is_proving = |cycles| cycles < 20;
+    assert!(found.iter().all(|(field, found)| *field != "mode" || is_proving(found.cycles)), "{found:?}");
 }
 
 const JOINT: &str = "[rig]\nname = \"joint\"\n\n[[channel]]\nname = \"flexor\"\nwire = { diameter_mm = 0.05, length_mm = 160.0 }\n\
@@ -139,7 +141,7 @@ fn another_algorithm_shows_itself_in_what_it_decides_and_in_nothing_that_was_mea
     assert!(duty.max > 0.05 && duty.cycles > 500 && duty.rms <= duty.max, "{duty:?}");
     assert_eq!(of("target_m"), None);
     // What the wire was given is what was put out then.
-    for name in ["length_m", "resistance_ohm", "power_w", "temperature_c"] {
+    for name in ["measured_length_m", "resistance_ohm", "power_w", "temperature_c"] {
         assert_eq!(of(name), None, "{name}");
     }
     // what it decides first is what differs first
@@ -156,7 +158,8 @@ fn another_rig_shows_itself_in_what_is_made_of_the_voltages() {
     taps.ls_m *= 1.001;
     let replayed = replay_all(&other, &recording);
     let found = differences(&replayed, 1);
-    let length = found.iter().find(|(field, _)| *field == "length_m").expect("lengths are measured by the taps").1;
+    let length =
+        found.iter().find(|(field, _)| *field == "measured_length_m").expect("lengths are measured by the taps").1;
     assert!((1e-5..1e-3).contains(&length.max), "{length:?}");
     assert_eq!(differences(&replayed, 0), []);
 }
@@ -178,7 +181,8 @@ fn a_recording_that_begins_in_the_middle_says_so_and_measures_the_same() {
             continue;
         }
         for (field, difference) in found {
-            let measured = ["length_m", "resistance_ohm", "power_w", "health", "target_m", "order"].contains(&field);
+            let measured =
+                ["measured_length_m", "resistance_ohm", "power_w", "health", "target_m", "order"].contains(&field);
             // three cycles until the duty of then is in force again, and one in which it came late
             assert!(!measured || difference.cycles <= 4, "channel {channel}: {field}: {difference:?}");
             assert!(field != "temperature_c" || difference.rms < 1.0, "channel {channel}: {difference:?}");

@@ -72,6 +72,27 @@ impl Field {
     }
 }
 
+/// What a driver up to protocol 5 called the length without a sample's noise. It called the sample itself `length_m`.
+const OBSERVED: &str = "observed_length_m";
+
+/// Today's name of a field.
+fn today(name: &str) -> &str {
+    if name == OBSERVED { "length_m" } else { name }
+}
+
+/// Gives the lengths of a recording of such a driver today's names.
+fn rename_lengths(fields: &mut [Field]) {
+    if fields.iter().any(|field| field.name == OBSERVED) {
+        for field in fields {
+            match field.name.as_str() {
+                OBSERVED => field.name = today(OBSERVED).into(),
+                "length_m" => field.name = "measured_length_m".into(),
+                _ => {}
+            }
+        }
+    }
+}
+
 /// The channels of a recording and the fields of each; the order is that of the bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
@@ -135,9 +156,9 @@ impl Layout {
         self.channels.iter().position(|channel| channel == name)
     }
 
-    /// The number of the field with this name.
+    /// The number of the field with this name, or with one it once had.
     pub fn field(&self, name: &str) -> Option<usize> {
-        self.fields.iter().position(|field| field.name == name)
+        self.fields.iter().position(|field| field.name == today(name))
     }
 
     /// What the channels are called in the schema, where not every name is allowed: `front_left_coxa` stays, `Bench 1` becomes
@@ -223,7 +244,8 @@ impl Layout {
             };
             Ok(Field { name: line.name.into(), kind, unit: line.comment.into() })
         });
-        let fields = fields.collect::<Result<_, _>>()?;
+        let mut fields = fields.collect::<Result<Vec<Field>, _>>()?;
+        rename_lengths(&mut fields);
         let channels = rest.iter().map(|line| line.name.to_string()).collect();
         Layout::new(channels, fields).map_err(|trouble| Trouble::Schema { reason: trouble.to_string() })
     }
@@ -347,6 +369,23 @@ mod tests {
         }
         assert!(Layout::new(vec!["a".into(), "a".into()], vec![f.clone()]).is_err());
         assert!(Layout::new(vec![], vec![f]).is_err());
+    }
+
+    #[test]
+    fn lengths_of_recordings_up_to_protocol_5_have_todays_names() {
+        let text = |lengths: &str| {
+            layout(&["a"]).text().replace("float64 length_m  # m\n", lengths).replace("float64 duty\n", "")
+        };
+        let old = text("float64 length_m  # m\nfloat64 observed_length_m  # m\n");
+        let old = Layout::parse(old.as_bytes()).unwrap();
+        assert_eq!((old.field("measured_length_m"), old.field("length_m")), (Some(0), Some(1)), "{old:?}");
+        assert_eq!(old.field("observed_length_m"), Some(1), "the old name goes on being found");
+        let new = text("float64 length_m  # m\nfloat64 measured_length_m  # m\n");
+        let new = Layout::parse(new.as_bytes()).unwrap();
+        assert_eq!((new.field("length_m"), new.field("measured_length_m")), (Some(0), Some(1)), "{new:?}");
+        // An imported one has what its file had.
+        let plain = Layout::parse(text("float64 length_m  # m\nfloat64 duty\n").as_bytes()).unwrap();
+        assert_eq!((plain.field("length_m"), plain.field("measured_length_m")), (Some(0), None), "{plain:?}");
     }
 
     #[test]

@@ -111,6 +111,7 @@ fn channel<'n>(
         });
     }
     let mut stated = Stated { given, header, label: Some(label.to_string()), table, right: false };
+    complete::of_its_kind(&mut channel, &stated);
     if let Some(joint) = rig.joints.iter().find(|joint| joint.side(&channel.name).is_some()) {
         complete::in_joint(reader, &mut channel, joint, &mut stated);
     }

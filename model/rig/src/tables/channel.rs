@@ -8,6 +8,7 @@ use sinew_physics::{Drive, Geometry, Initial, Material, WireModel};
 use crate::declare::rows::*;
 use crate::key::Prior;
 use crate::tables::{Adc, BackendChannel, Control, Limits, PositionZero};
+use crate::wires::WireKind;
 
 /// Most channels a rig can have.
 pub const MAX_CHANNELS: usize = 64;
@@ -19,6 +20,8 @@ pub const MAX_CHANNEL_NAME: usize = 32;
 pub struct Channel {
     /// Name, unique within the rig.
     pub name: String,
+    /// What the wire is sold as, where the file says it.
+    pub wire_kind: Option<&'static WireKind>,
     /// Wire, taps, drive, load, initial state and the effects beyond the reference model.
     pub model: WireModel,
     /// Whether an offset of the measured position means anything.
@@ -70,6 +73,7 @@ impl Channel {
     pub(crate) fn unread(ambient_c: f64) -> Channel {
         Channel {
             name: String::UNREAD,
+            wire_kind: None,
             model: WireModel {
                 geometry: Geometry { diameter_m: f64::UNREAD, length_m: f64::UNREAD },
                 material: Material::default(),

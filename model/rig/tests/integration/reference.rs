@@ -7,7 +7,30 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use sinew_physics::effects::{Entry, Home, QUANTITIES};
-use sinew_rig::{Catalogue, FaultKind, Prior, RECORDING_COLUMNS, Rig, default_priors};
+use sinew_rig::{Catalogue, FaultKind, Prior, RECORDING_COLUMNS, Rig, WIRE_KINDS, default_priors};
+
+/// The wires by name, with what their sheets say.
+fn wires() -> String {
+    let mut text = String::from(
+        "| `kind` | sold as | diameter | resistance | pull | stretch | current | cools in |\n|---|---|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for kind in &WIRE_KINDS {
+        let gram = |force_n: f64| (force_n / 9.806_65e-3 * 10.0).round() / 10.0;
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {:.4} mm | {} Ω/m | {} g | {} g | {:.0} mA | {} s |",
+            kind.name,
+            kind.product,
+            kind.diameter_m * 1e3,
+            kind.ohm_per_m,
+            gram(kind.pull_n),
+            gram(kind.stretch_n),
+            kind.current_a * 1e3,
+            kind.cooling_s
+        );
+    }
+    text
+}
 
 fn priors() -> String {
     let mut out = "| key | 1 σ |\n|---|---|\n".to_string();
@@ -98,6 +121,7 @@ fn carries(page: &str, marked: &[(&str, String)]) {
 fn the_pages_carry_the_tables_of_the_code() {
     let keys = [
         ("keys", sinew_rig::reference()),
+        ("wires", wires()),
         ("priors", priors()),
         ("effects", effects()),
         ("columns", columns()),

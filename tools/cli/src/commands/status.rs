@@ -146,7 +146,7 @@ fn text(view: &View) -> String {
             "{:<width$} {:<8} {} {} {:>4} {} {} {} {} {}  {}",
             row.name,
             row.mode(),
-            number(row.state.observed_length_m * 1e3, 8, 3),
+            number(row.state.length_m * 1e3, 8, 3),
             number(row.state.target_m * 1e3, 8, 3),
             percent(row.stroke()),
             number(row.state.duty, 5, 3),
@@ -185,11 +185,13 @@ mod tests {
     #[test]
     fn unknown_numbers_are_null_in_json_and_dashes_in_text() {
         let mut view = hexapod(8);
-        view.channels[0].state.length_m = f64::NAN;
+        (view.channels[0].state.length_m, view.channels[0].state.measured_length_m) = (f64::NAN, f64::NAN);
         let json: serde_json::Value = serde_json::from_str(&output::json(&of(&view)).unwrap()).unwrap();
         assert_eq!(json["schema"], "sinew.status/1");
         assert!(json["channel"][0]["length_m"].is_null());
+        assert!(json["channel"][0]["measured_length_m"].is_null());
         assert!(json["channel"][1]["length_m"].is_f64());
+        assert_eq!(json["channel"][1]["observed_length_m"], json["channel"][1]["length_m"], "its name of once");
         assert_eq!(json["channel"][6]["fault"], "open_wire");
         assert!(json["channel"][0]["fault"].is_null());
         for key in ["age_s", "temperature_c", "martensite", "resistance_ohm", "power_w", "duty"] {

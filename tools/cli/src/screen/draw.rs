@@ -235,7 +235,7 @@ fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: 
                 Column::Target => {
                     put(buffer, x, y, &format!("{:>w$}", percent(row.target())), *width, palette.target())
                 }
-                Column::Length => put(buffer, x, y, &number(row.state.observed_length_m * 1e3, 2), *width, base),
+                Column::Length => put(buffer, x, y, &number(row.state.length_m * 1e3, 2), *width, base),
                 Column::Duty => put(buffer, x, y, &number(row.state.duty, 2), *width, base),
                 Column::Resistance => put(buffer, x, y, &number(row.state.resistance_ohm, 2), *width, base),
                 Column::Temperature => put(buffer, x, y, &number(row.state.temperature_c, 0), *width, base),
@@ -355,7 +355,7 @@ fn moment_age(moment: &super::app::Moment, view: &View) -> f64 {
 
 /// The details as they have always stood; a field that the table adds comes behind them.
 const DETAILS: [&str; 7] =
-    ["observed_length_m", "target_m", "velocity_m_s", "power_w", "resistance_ohm", "temperature_c", "martensite"];
+    ["length_m", "target_m", "velocity_m_s", "power_w", "resistance_ohm", "temperature_c", "martensite"];
 
 /// The selected channel in words and figures.
 fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
@@ -558,7 +558,7 @@ mod tests {
             view.uptime_s = end_s - f64::from(tick) * 0.2;
             let share = 0.5 + 0.4 * (view.uptime_s * 0.5).sin();
             let row = &mut view.channels[3];
-            row.state.observed_length_m = row.cold_m - share * (row.cold_m - row.hot_m);
+            row.state.length_m = row.cold_m - share * (row.cold_m - row.hot_m);
             row.state.target_m = row.cold_m - (if share > 0.5 { 0.9 } else { 0.1 }) * (row.cold_m - row.hot_m);
             app.update(view.clone());
         }
@@ -648,7 +648,7 @@ mod tests {
     fn unknown_values_show_a_dash() {
         let mut view = hexapod(1);
         let row = &mut view.channels[0];
-        row.state.observed_length_m = f64::NAN;
+        row.state.length_m = f64::NAN;
         row.state.target_m = f64::NAN;
         row.state.resistance_ohm = f64::NAN;
         row.state.temperature_c = f64::INFINITY;

@@ -71,7 +71,7 @@ impl Row {
 
     /// Present share of the stroke.
     pub fn stroke(&self) -> f64 {
-        self.stroke_at(self.state.observed_length_m)
+        self.stroke_at(self.state.length_m)
     }
 
     /// Commanded share of the stroke.
@@ -220,8 +220,8 @@ pub mod tests {
                 hot_m,
                 state: ChannelState {
                     mode: if faulty { Mode::Fault } else { Mode::Program }.code(),
+                    measured_length_m: cold_m - share * (cold_m - hot_m),
                     length_m: cold_m - share * (cold_m - hot_m),
-                    observed_length_m: cold_m - share * (cold_m - hot_m),
                     target_m: if faulty { f64::NAN } else { cold_m - (share + 0.02) * (cold_m - hot_m) },
                     velocity_m_s: -0.0012,
                     duty: 0.3 * share,

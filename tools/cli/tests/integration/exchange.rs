@@ -178,7 +178,7 @@ fn a_replay_is_identical_until_something_is_changed() {
     let told: Value = serde_json::from_str(&scratch.sinew(["replay", "again.mcap", "--json"]).done()).expect("JSON");
     let fields = told["channel"][1]["fields"].as_array().unwrap();
     assert!(
-        fields.iter().any(|f| f["field"] == "power_w") && fields.iter().all(|f| f["field"] != "length_m"),
+        fields.iter().any(|f| f["field"] == "power_w") && fields.iter().all(|f| f["field"] != "measured_length_m"),
         "{told}"
     );
     assert_eq!(told["channel"][0]["fields"].as_array().map(Vec::len), Some(0), "{told}");
