@@ -226,9 +226,10 @@ impl Driver {
         }
         let rules = ChannelRules::of(rig)?;
         let names: Vec<String> = rig.channels.iter().map(|channel| channel.name.clone()).collect();
-        let pace = match rig.simulation.pace {
-            sinew_rig::Pace::RealTime => Pace::RealTime,
-            sinew_rig::Pace::AsFastAsPossible => Pace::AsFastAsPossible,
+        let pace = match (rig.simulation.pace, rig.simulation.speed) {
+            (sinew_rig::Pace::AsFastAsPossible, _) => Pace::Simulated { speed: f64::INFINITY },
+            (sinew_rig::Pace::RealTime, 1.0) => Pace::RealTime,
+            (sinew_rig::Pace::RealTime, speed) => Pace::Simulated { speed },
         };
         // A loop that never sleeps would occupy its core permanently.
         let wish = if pace == Pace::RealTime { wish_of(rig) } else { Wish::OFF };

@@ -4,12 +4,15 @@ use sinew_backend::clock;
 use sinew_ipc::LoopStats;
 
 /// When cycles happen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// One period of time a period.
     RealTime,
-    /// As fast as possible, by a simulated clock.
-    AsFastAsPossible,
+    /// By a simulated clock.
+    Simulated {
+        /// So many of its seconds pass in a second at most, if the machine gets so far; infinite: as fast as possible.
+        speed: f64,
+    },
 }
 
 /// Periods without a cycle, by what they were lost to.
@@ -35,6 +38,8 @@ pub(crate) struct Wakeup {
 pub(crate) struct Grid {
     period_ns: u64,
     pace: Pace,
+    /// When the loop started, ns.
+    start_ns: u64,
     /// The next point of the grid, ns.
     due_ns: u64,
     /// When the thread woke the last time, ns.
@@ -46,7 +51,7 @@ pub(crate) struct Grid {
 impl Grid {
     /// A grid whose first point is one period after `start_ns`, so that the first cycle is on time.
     pub fn new(start_ns: u64, period_ns: u64, pace: Pace) -> Grid {
-        Grid { period_ns, pace, due_ns: start_ns + period_ns, woke_before_ns: None, missed_since: 0 }
+        Grid { period_ns, pace, start_ns, due_ns: start_ns + period_ns, woke_before_ns: None, missed_since: 0 }
     }
 
     /// Periods that passed without a cycle since the last one.
@@ -58,7 +63,11 @@ impl Grid {
     /// Waits for the next point. Whole periods slept through are counted and passed over.
     #[inline]
     pub fn wait(&mut self, stats: &mut LoopStats, missed: &mut Missed) -> Wakeup {
-        if self.pace == Pace::AsFastAsPossible {
+        if let Pace::Simulated { speed } = self.pace {
+            let since_start_ns = (self.due_ns - self.start_ns) as f64 / speed;
+            if since_start_ns > 0.0 {
+                clock::sleep_until_ns(self.start_ns + since_start_ns as u64);
+            }
             return Wakeup { now_ns: self.due_ns, busy_from_ns: clock::now_ns() };
         }
         clock::sleep_until_ns(self.due_ns);

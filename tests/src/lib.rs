@@ -82,7 +82,12 @@ pub fn built(program: &str) -> PathBuf {
     let programs = ["sinew", "sinew-trust", "sinew-front-end", "sinew-linux-tree"];
     let folder = FOLDER.get_or_init(|| {
         let bins = programs.iter().flat_map(|program| ["--bin", program]);
-        build(&["--workspace", "--lib", "--example", "gait"].into_iter().chain(bins).collect::<Vec<_>>())
+        build(
+            &["--workspace", "--lib", "--example", "gait", "--example", "robot"]
+                .into_iter()
+                .chain(bins)
+                .collect::<Vec<_>>(),
+        )
     });
     folder.join(program)
 }

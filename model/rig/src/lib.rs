@@ -61,4 +61,5 @@ pub use reference::{catalogue, reference, schema, word, words};
 pub use suggest::nearest;
 pub use tables::*;
 pub use value::MAX_PATH;
+pub use value::rounded;
 pub use wires::{WIRE_KINDS, WireKind};

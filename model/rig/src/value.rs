@@ -135,3 +135,33 @@ pub(crate) fn unknown_hint<'k>(name: &str, table: &str, keys: impl IntoIterator<
         None => format!("; the keys of [{table}] are listed in docs/rig.md"),
     }
 }
+
+/// A number of four digits that matter, as a rig file has it: `0.125`, `158.0`, `1234.6`.
+pub fn rounded(value: f64) -> String {
+    if value == 0.0 {
+        return "0.0".into();
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).clamp(1, 9) as usize;
+    let text = format!("{value:.digits$}");
+    let short = text.trim_end_matches('0');
+    if short.ends_with('.') { format!("{short}0") } else { short.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_toml() {
+        for (value, text) in [
+            (6.0, "6.0"),
+            (0.125, "0.125"),
+            (158.04999, "158.0"),
+            (0.00012347, "0.0001235"),
+            (1234.56, "1234.6"),
+            (0.0, "0.0"),
+        ] {
+            assert_eq!(rounded(value), text);
+        }
+    }
+}

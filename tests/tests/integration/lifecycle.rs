@@ -1,11 +1,12 @@
 //! Drivers that start, refuse to start, are stopped, and are killed: nothing of them is in the way of the next.
 
+use serde_json::Value;
 use sinew_ipc::{Client, DriverHealth, DriverState, Error, Fault, Outcome};
-use sinew_tests::{Driver, Process, Rig, check_report, entries, sinew, wait_until};
+use sinew_tests::{Driver, Process, RATE_HZ, Rig, check_report, entries, sinew, wait_until};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const LONG: Duration = Duration::from_secs(120);
 
@@ -296,4 +297,24 @@ fn a_rig_that_cannot_be_driven_is_refused_and_no_report_is_touched() {
     Process::start(&mut rig.command(&["--for", "1", "--report", "/no/such/folder/report.json"]))
         .finish()
         .refused(&["/no/such/folder"]);
+}
+
+#[test]
+fn simulated_time_passes_as_fast_as_asked_for_and_no_faster() {
+    let rig = Rig::bench(&["wire"], "");
+    let begun = Instant::now();
+    let report = rig.file("report.json");
+    let run = |speed: &str| {
+        let words = ["--speed", speed, "--for", "20", "--report", report.to_str().expect("UTF-8")];
+        Process::start(&mut rig.command(&words)).finish()
+    };
+    run("20").expect(0);
+    assert!(begun.elapsed() >= Duration::from_secs(1), "20 simulated seconds in {:?}", begun.elapsed());
+    let report: Value = serde_json::from_str(&fs::read_to_string(&report).expect("a report")).expect("JSON");
+    assert_eq!((&report["cycles"], &report["missed"]), (&(20.0 * RATE_HZ).into(), &0.into()), "{report:#}");
+    run("max").expect(0);
+    run("0.5").refused(&["1 to 10000, or max"]);
+
+    let elsewhere = Rig::bench(&["wire"], "\n[backend]\nkind = \"serial\"\nserial.port = \"/dev/null\"\n");
+    Process::start(&mut elsewhere.command(&["--speed", "2"])).finish().refused(&["are not simulated"]);
 }

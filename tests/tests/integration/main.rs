@@ -15,6 +15,7 @@ mod lifecycle;
 mod linux;
 mod manifests;
 mod neighbours;
+mod new;
 mod process_faults;
 mod program;
 mod python;

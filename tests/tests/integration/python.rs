@@ -2,7 +2,7 @@
 //! need is missing.
 
 use sinew_tests::{Process, built, checkout, sinew};
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 const LONGEST: Duration = Duration::from_secs(900);
 
 /// Whether this interpreter has these modules, besides the standard library.
-fn has(python: &OsStr, modules: &str) -> bool {
+pub(super) fn has(python: &OsStr, modules: &str) -> bool {
     let found = Command::new(python).args(["-c", &format!("import {modules}")]).output();
     let there = found.is_ok_and(|ran| ran.status.success());
     if !there {
@@ -24,7 +24,7 @@ fn has(python: &OsStr, modules: &str) -> bool {
 }
 
 /// The package as an installed one looks: the pure half, and beside it what was compiled.
-fn installed() -> TempDir {
+pub(super) fn installed() -> TempDir {
     let installed = tempfile::Builder::new().prefix("sinew-python-").tempdir().expect("a temporary folder");
     let package = installed.path().join("sinew");
     fs::create_dir(&package).expect("the folder is writable");
@@ -38,16 +38,21 @@ fn installed() -> TempDir {
     installed
 }
 
-/// Runs the tests of a package with these folders to import from.
-fn passes(python: &OsStr, folder: &str, imports: &[&Path]) {
+/// What `PYTHONPATH` is with these folders to import from, before those that are there.
+pub(super) fn import_path(imports: &[&Path]) -> OsString {
     let before = std::env::var_os("PYTHONPATH").unwrap_or_default();
     let imports = imports.iter().map(|path| path.to_path_buf());
     let paths: Vec<PathBuf> = imports.chain(std::env::split_paths(&before)).collect();
+    std::env::join_paths(paths).expect("paths")
+}
+
+/// Runs the tests of a package with these folders to import from.
+fn passes(python: &OsStr, folder: &str, imports: &[&Path]) {
     let mut pytest = Command::new(python);
     pytest
         .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=5", "tests"])
         .current_dir(checkout().join(folder))
-        .env("PYTHONPATH", std::env::join_paths(paths).expect("paths"))
+        .env("PYTHONPATH", import_path(imports))
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("SINEW_BINARY", sinew());
     let mut pytest = Process::start(&mut pytest);

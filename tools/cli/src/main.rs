@@ -58,6 +58,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::replay(args),
         Command::Design(args) => commands::design::design(args),
         Command::Test(args) => commands::test::test(args),
+        Command::New(args) => commands::new::new(args),
         Command::Check(args) => commands::rig_file::check(args),
         Command::Schema(args) => commands::rig_file::schema(args),
         Command::Completions(args) => commands::shell::completions(args),

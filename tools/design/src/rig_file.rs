@@ -2,6 +2,7 @@
 
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{Load, Material};
+use sinew_rig::rounded;
 
 use crate::demand::{Motion, Requirement};
 use crate::sizing::Sizing;
@@ -39,9 +40,9 @@ pub fn swing_s(sizing: &Sizing) -> f64 {
 /// One of the wires on the bench, as a rig file that the driver takes; `duty` is the most it is heated with.
 pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String {
     let asked = match requirement.motion {
-        Motion::Linear { force_n, stroke_m } => format!("{} N over {} mm", fixed(force_n), fixed(stroke_m * 1e3)),
+        Motion::Linear { force_n, stroke_m } => format!("{} N over {} mm", rounded(force_n), rounded(stroke_m * 1e3)),
         Motion::Rotary { torque_n_m, angle_rad, .. } => {
-            format!("{} mNm over {} degrees", fixed(torque_n_m * 1e3), fixed(angle_rad.to_degrees()))
+            format!("{} mNm over {} degrees", rounded(torque_n_m * 1e3), rounded(angle_rad.to_degrees()))
         }
     };
     let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, preload_n, .. } = load_of(sizing) else {
@@ -49,18 +50,18 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
     };
     let length_mm = sizing.wire.length_m * 1e3;
     let lead_ohm = sizing.path.seen_ohm(sizing.internal_ohm);
-    let lead = if lead_ohm > 0.0 { format!(", lead_ohm = {}", fixed(lead_ohm)) } else { String::new() };
+    let lead = if lead_ohm > 0.0 { format!(", lead_ohm = {}", rounded(lead_ohm)) } else { String::new() };
     let gain = sizing.route.cooling_gain(sizing.wire.diameter_m);
     let material = match gain == 1.0 {
         true => String::new(),
         false => {
-            let convection = fixed(gain * Material::default().convection_w_per_m2_k);
+            let convection = rounded(gain * Material::default().convection_w_per_m2_k);
             format!("# through the tube it is in\nmaterial = {{ convection_w_per_m2_k = {convection} }}\n")
         }
     };
     let mut supply = String::new();
     if sizing.path.in_series > 1 {
-        supply = format!("# its share of {} V over {} in series\n", fixed(sizing.supply_v), sizing.path.in_series);
+        supply = format!("# its share of {} V over {} in series\n", rounded(sizing.supply_v), sizing.path.in_series);
     }
     if lead_ohm > 0.0 {
         supply.push_str("# lead_ohm: the source's own resistance as one wire sees it\n");
@@ -68,7 +69,7 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
     let limits = match duty < 1.0 {
         true => format!(
             "# with more, the wire would be faster than its load can follow\nlimits = {{ maximum_duty = {} }}\n",
-            fixed(duty)
+            rounded(duty)
         ),
         false => String::new(),
     };
@@ -84,43 +85,13 @@ pub fn rig_file(requirement: &Requirement, sizing: &Sizing, duty: f64) -> String
          # what the wire works against: the pull that stretches it again and its share of the load, as a weight\n\
          load = {{ mass_kg = {}, damping_n_s_per_m = {}, preload_n = {} }}\n{limits}{material}",
         if sizing.wires == 1 { "A wire".into() } else { format!("One of {} wires", sizing.wires) },
-        fixed(requirement.ambient_c),
-        fixed(sizing.wire.diameter_m * 1e3),
-        fixed(length_mm),
-        fixed(length_mm * FIXED_PIECE),
-        fixed(sizing.supply_v / f64::from(sizing.path.in_series)),
-        fixed(mass_kg),
-        fixed(damping_n_s_per_m),
-        fixed(preload_n),
+        rounded(requirement.ambient_c),
+        rounded(sizing.wire.diameter_m * 1e3),
+        rounded(length_mm),
+        rounded(length_mm * FIXED_PIECE),
+        rounded(sizing.supply_v / f64::from(sizing.path.in_series)),
+        rounded(mass_kg),
+        rounded(damping_n_s_per_m),
+        rounded(preload_n),
     )
-}
-
-/// Four digits that matter, with a decimal point.
-pub(crate) fn fixed(value: f64) -> String {
-    if value == 0.0 {
-        return "0.0".into();
-    }
-    let digits = (3 - value.abs().log10().floor() as i32).clamp(1, 9) as usize;
-    let text = format!("{value:.digits$}");
-    let short = text.trim_end_matches('0');
-    if short.ends_with('.') { format!("{short}0") } else { short.to_string() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short_and_toml() {
-        for (value, text) in [
-            (6.0, "6.0"),
-            (0.125, "0.125"),
-            (158.04999, "158.0"),
-            (0.00012347, "0.0001235"),
-            (1234.56, "1234.6"),
-            (0.0, "0.0"),
-        ] {
-            assert_eq!(fixed(value), text);
-        }
-    }
 }

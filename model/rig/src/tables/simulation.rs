@@ -18,6 +18,8 @@ pub struct Simulation {
     pub seed: u64,
     /// Whether simulated time keeps to the clock.
     pub pace: Pace,
+    /// Simulated seconds in a second, from 1 on.
+    pub speed: f64,
     /// Faults to play, in the order of the file.
     pub faults: Vec<SimulatedFault>,
 }
@@ -44,6 +46,8 @@ pub(crate) fn section() -> Section<Simulation> {
             "seed" = at(seed), integer(0, i64::MAX), Integer(1);
             /// Whether simulated time keeps to the clock.
             "pace" = at(pace), Pace::KIND, Pace::DEFAULT;
+            /// How many simulated seconds are to pass in a second; leases and `--for` count simulated ones. `sinew run --speed` sets it.
+            "speed" = at(speed), number(si("1"), 1.0, 10_000.0), Number(1.0);
         },
         check: None,
     }
@@ -52,7 +56,7 @@ pub(crate) fn section() -> Section<Simulation> {
 impl Simulation {
     /// One of which nothing is read yet.
     pub(crate) fn unread() -> Simulation {
-        Simulation { seed: u64::UNREAD, pace: Pace::UNREAD, faults: Vec::new() }
+        Simulation { seed: u64::UNREAD, pace: Pace::UNREAD, speed: f64::UNREAD, faults: Vec::new() }
     }
 }
 

@@ -181,10 +181,10 @@ fn missing_keys() {
     says(
         "[channel.wire]\ndiameter_mm = 0.125\nlength_mm = 160.0\n",
         "",
-        "rig.toml:5: channel \"wire\": wire.diameter_mm is missing, \
-         expected the wire's diameter in mm, such as 0.125, or what it is sold as, such as kind = \"flexinol-150-lt\"\n\
-         rig.toml:5: channel \"wire\": wire.length_mm is missing, \
-         expected the wire's hot, unloaded length in mm, such as 160.0",
+        "rig.toml:5: channel \"wire\": wire.length_mm is missing, \
+         expected the wire's hot, unloaded length in mm, such as 160.0\n\
+         rig.toml:5: channel \"wire\": wire.diameter_mm is missing, \
+         expected the wire's diameter in mm, such as 0.125, or what it is sold as, such as kind = \"flexinol-150-lt\"",
     );
     says(
         "supply_v = 6.0\n",

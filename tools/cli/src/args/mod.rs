@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use sinew_ipc::MOST_PRIORITY;
 
-pub use around::{Check, Completions, Man, Schema};
+pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
 pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
@@ -33,6 +33,7 @@ pub struct Cli {
 const EXIT_CODES: &str = "\
 Start here:
   sinew run                        the built-in simulated hexapod, walking on the spot
+  sinew new bench                  a rig file of your own, from what lies on your bench
   sinew monitor                    watch it from another terminal
   sinew set front_left_femur stroke=40%   take one wire over for a few seconds
 
@@ -82,6 +83,8 @@ pub enum Command {
     Design(Design),
     /// Run a routine of the test machine: pull, heat, regulate a wire, and report the numbers it is run for.
     Test(Box<Test>),
+    /// The first files of a bench: a rig file that runs, a robot program, an editor's settings.
+    New(New),
     /// Read a rig file, and tell all its mistakes or what it comes to.
     Check(Check),
     /// The JSON Schema of a rig file, by which editors complete and check.
@@ -105,6 +108,7 @@ Examples:
   sinew run                                        the built-in 18-wire hexapod, simulated, walking on the spot
   sinew run examples/hexapod.toml --for 60 --report run.json
   sinew run bench.toml --no-monitor 2> run.log     one line a second on stdout
+  sinew run bench.toml --speed 20                  simulated wires, twenty times as fast
 
 On a terminal it shows the monitor; otherwise one line a second. Ctrl-C and SIGTERM put all outputs to zero,
 print the report and exit 0.")]
@@ -121,6 +125,9 @@ pub struct Run {
     /// One line a second, also on a terminal.
     #[arg(long)]
     pub no_monitor: bool,
+    /// So many simulated seconds in a second, 1 to 10000, or `max`: simulated wires only; leases count simulated time.
+    #[arg(long, value_name = "F|max", value_parser = speed)]
+    pub speed: Option<f64>,
     /// Physics of one's own, for simulated wires.
     #[command(flatten)]
     pub laws: Laws,
@@ -532,6 +539,15 @@ pub struct BenchControl {
     /// The answer as JSON on stdout.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A speed of simulated time; infinite as fast as possible.
+fn speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        _ if text == "max" => Ok(f64::INFINITY),
+        Ok(speed) if (1.0..=10_000.0).contains(&speed) => Ok(speed),
+        _ => Err("expected 1 to 10000, or max".into()),
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

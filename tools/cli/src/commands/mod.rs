@@ -16,6 +16,7 @@ pub mod import;
 pub mod live;
 pub mod monitor;
 mod mounted;
+pub mod new;
 pub mod play;
 pub mod plot;
 mod program;

@@ -16,7 +16,7 @@ use sinew_driver::{Driver, DriverHandle, Error, Options, RunReport, Stopper, Tap
 use sinew_ipc::Client;
 use sinew_realtime as realtime;
 use sinew_realtime::Wish;
-use sinew_rig::Rig;
+use sinew_rig::{BackendKind, Pace, Rig};
 use sinew_threads::{Comes, Thread};
 
 use super::live::{self, Live};
@@ -38,7 +38,7 @@ const HEARING: Duration = Duration::from_millis(200);
 
 /// Runs the command.
 pub fn run(args: &args::Run) -> Outcome {
-    let rig = load_rig_with(args.rig.as_deref(), &args.laws)?;
+    let rig = at_speed(load_rig_with(args.rig.as_deref(), &args.laws)?, args.speed)?;
     if let Some(path) = &args.report {
         output::has_place(path)?;
     }
@@ -92,6 +92,21 @@ pub fn run(args: &args::Run) -> Outcome {
             .hint("please report it, with what stands above")),
         Ending::Duration | Ending::Stopped => Ok(()),
     }
+}
+
+/// The rig with the speed of time that is asked for.
+fn at_speed(mut rig: Rig, speed: Option<f64>) -> Result<Rig, Failure> {
+    let Some(speed) = speed else { return Ok(rig) };
+    if rig.backend.kind != BackendKind::Simulated && speed != 1.0 {
+        return Err(Failure::input(format!(
+            "--speed {speed}: the wires of {} are not simulated, and have the clock's own time",
+            rig.file()
+        ))
+        .hint("leave --speed out"));
+    }
+    (rig.simulation.pace, rig.simulation.speed) =
+        if speed.is_finite() { (Pace::RealTime, speed) } else { (Pace::AsFastAsPossible, 1.0) };
+    Ok(rig)
 }
 
 /// The signals that end a driver. One that stands still leaves its wires as they are, heated or not: Ctrl-Z ends it like Ctrl-C.
