@@ -23,11 +23,12 @@ fn main() {
 fn robot(rig: &str) -> Result<(), Error> {
     let rig = Client::connect(rig)?;
     for (index, channel) in rig.channels().iter().enumerate() {
+        let name = channel.name.as_str();
         // 0: cold and long, 1: hot and short
         for stroke in [0.4, 0.1] {
             let begun = Instant::now();
             while begun.elapsed() < MOVES_FOR {
-                rig.set_stroke(&channel.name, stroke, LEASE)?;
+                rig.set_stroke(name, stroke, LEASE)?;
                 std::thread::sleep(LEASE / 5);
             }
             let state = rig.latest().channels()[index];
@@ -40,7 +41,7 @@ fn robot(rig: &str) -> Result<(), Error> {
                 state.temperature_c
             );
         }
-        rig.off(&channel.name)?;
+        rig.off(name)?;
     }
     Ok(())
 }
