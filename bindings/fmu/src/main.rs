@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use sinew_fmu::package;
-use sinew_rig::{Rig, nearest};
+use sinew_rig::Rig;
 
 /// A simulated wire for other simulators: packs a channel of a rig file as an FMU (FMI 3.0, co-simulation).
 #[derive(Debug, Parser)]
@@ -46,25 +46,8 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> Result<(), (String, String)> {
     let rig = Rig::load(&args.rig)
         .map_err(|error| (error.to_string(), "docs/rig.md has every key with its range and default".to_string()))?;
-    let names = || rig.channels.iter().map(|channel| channel.name.as_str());
-    let listed = names().collect::<Vec<_>>().join(", ");
-    let channel = match (&args.channel, rig.channels.len()) {
-        (None, 1) => 0,
-        (None, several) => {
-            return Err((
-                format!("{}: has {several} channels", rig.file()),
-                format!("choose one with --channel: {listed}"),
-            ));
-        }
-        (Some(name), _) => match rig.channel(name) {
-            Some((channel, _)) => channel,
-            None => {
-                let hint = nearest(name, names())
-                    .map_or(format!("its channels are {listed}"), |near| format!("did you mean {near:?}?"));
-                return Err((format!("{}: has no channel {name:?}", rig.file()), hint));
-            }
-        },
-    };
+    let channel =
+        rig.chosen(args.channel.as_deref()).map_err(|error| (error.to_string(), error.remedy("--channel")))?;
     let library = args.library.clone().or_else(beside).ok_or_else(|| {
         let what = "the library of this program is not beside it".to_string();
         (what, "build it (`cargo build --release -p sinew-fmu`), or name it with --library".to_string())

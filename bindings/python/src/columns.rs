@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyBytes;
 use sinew_recording::{Options, Recording};
-use sinew_rig::{Catalogue, Channel, Rig, nearest};
+use sinew_rig::{Catalogue, Channel, Rig};
 
 use crate::failure::{bad_input, of_recording, of_rig};
 
@@ -117,21 +117,7 @@ fn text(name: &str, columns: &[(String, PyBackedBytes)]) -> PyResult<String> {
 
 /// The channel that is meant: the named one, or the only one.
 pub fn channel(rig: &Rig, name: Option<&str>) -> PyResult<usize> {
-    let names = || rig.channels.iter().map(|channel| channel.name.as_str());
-    match (name, rig.channels.as_slice()) {
-        (None, [_]) => Ok(0),
-        (None, several) => Err(bad_input(
-            &format!("{}: has {} channels", rig.file(), several.len()),
-            &format!("choose one with channel=: {}", names().collect::<Vec<_>>().join(", ")),
-        )),
-        (Some(name), _) => rig.channel(name).map(|(index, _)| index).ok_or_else(|| {
-            let remedy = match nearest(name, names()) {
-                Some(near) => format!("did you mean {near:?}?"),
-                None => format!("its channels are {}", names().collect::<Vec<_>>().join(", ")),
-            };
-            bad_input(&format!("{}: has no channel {name:?}", rig.file()), &remedy)
-        }),
-    }
+    rig.chosen(name).map_err(|error| bad_input(&error.to_string(), &error.remedy("channel=")))
 }
 
 /// How a recording of this channel is read.

@@ -31,6 +31,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod choose;
 mod complete;
 mod declare;
 mod derive;
@@ -51,6 +52,7 @@ mod value;
 mod wires;
 mod write;
 
+pub use choose::NotChosen;
 pub use drivable::LEAST_SILENCE_PERIODS;
 pub use error::{Error, Problem, What};
 pub use key::Prior;

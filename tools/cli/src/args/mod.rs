@@ -23,12 +23,15 @@ pub use thesis::Thesis;
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
-#[command(name = "sinew", version, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "sinew", version = VERSION, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
 }
+
+/// The number, and what this program was built from.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SINEW_BUILT_FROM"), ")");
 
 const EXIT_CODES: &str = "\
 Start here:

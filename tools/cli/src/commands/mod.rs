@@ -77,15 +77,9 @@ pub fn rig_failure(error: &sinew_rig::Error) -> Failure {
 
 /// The channel that is meant: the named one, or the only one.
 fn choose_channel<'a>(rig: &'a Rig, name: Option<&str>) -> Result<&'a Channel, Failure> {
-    let names = || rig.channels.iter().map(|channel| channel.name.as_str());
-    match (name, rig.channels.as_slice()) {
-        (None, [only]) => Ok(only),
-        (None, _) => Err(Failure::input(format!("{}: has {} channels", rig.file(), rig.channels.len()))
-            .hint(format!("choose one with --channel: {}", list(names())))),
-        (Some(name), _) => match rig.channel(name) {
-            Some((_, channel)) => Ok(channel),
-            None => Err(unknown_channel(rig.file(), name, names())),
-        },
+    match rig.chosen(name) {
+        Ok(index) => Ok(&rig.channels[index]),
+        Err(error) => Err(Failure::input(&error).hint(error.remedy("--channel"))),
     }
 }
 

@@ -1,0 +1,27 @@
+//! What `sinew --version` says beside the number: the commit a release was built from, and its date. A development build says that it is one,
+//! and is not compiled anew for every commit.
+
+use std::process::Command;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
+    let from = if is_release { of_release() } else { "development build".into() };
+    println!("cargo::rustc-env=SINEW_BUILT_FROM={from}");
+}
+
+/// The commit and its date; where there is no repository (a source archive), that it is not known.
+fn of_release() -> String {
+    // a commit, a checkout and a reset all write this file
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
+        println!("cargo::rerun-if-changed={log}");
+    }
+    let commit = git(&["log", "-1", "--format=%h, %cs"]).unwrap_or_else(|| "commit unknown".into());
+    let is_changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|changes| !changes.is_empty());
+    if is_changed { commit + ", with changes" } else { commit }
+}
+
+fn git(words: &[&str]) -> Option<String> {
+    let said = Command::new("git").args(words).output().ok().filter(|said| said.status.success())?;
+    Some(String::from_utf8(said.stdout).ok()?.trim().to_owned())
+}
