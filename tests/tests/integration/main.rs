@@ -14,6 +14,7 @@ mod front_end;
 mod lifecycle;
 mod linux;
 mod manifests;
+mod mistakes;
 mod neighbours;
 mod new;
 mod process_faults;

@@ -11,6 +11,10 @@ use std::sync::{Arc, Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use sinew_threads::Thread;
+use tracing::level_filters::LevelFilter;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use crate::failure::Failure;
 
@@ -23,6 +27,8 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// Whether words go through the queues.
 static QUEUED: AtomicBool = AtomicBool::new(false);
+/// Whether errors alone are wanted on stderr.
+static QUIET: AtomicBool = AtomicBool::new(false);
 /// Set once somebody has asked this process to end.
 static ASKED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 /// Set once what is left to be said is not to keep the process from ending.
@@ -172,15 +178,46 @@ impl Drop for NobodyEmpties {
     }
 }
 
-/// Sets up logging of warnings and errors, of panics among them.
-pub fn start() {
-    tracing_subscriber::fmt()
-        .with_max_level(tracing::Level::WARN)
-        .with_writer(|| Writer)
-        .with_ansi(false)
-        .with_target(false)
-        .without_time()
-        .init();
+/// How much is said on stderr beside what a command is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wordiness {
+    /// Errors alone.
+    Quiet,
+    /// Our own information, everybody's warnings.
+    Usual,
+    /// Everybody's information, our own details.
+    Wordy,
+    /// All there is.
+    Everything,
+}
+
+impl Wordiness {
+    fn targets(self) -> Targets {
+        let (ours, others) = match self {
+            Wordiness::Quiet => (LevelFilter::ERROR, LevelFilter::ERROR),
+            Wordiness::Usual => (LevelFilter::INFO, LevelFilter::WARN),
+            Wordiness::Wordy => (LevelFilter::DEBUG, LevelFilter::INFO),
+            Wordiness::Everything => (LevelFilter::TRACE, LevelFilter::TRACE),
+        };
+        Targets::new().with_default(others).with_target("sinew", ours)
+    }
+}
+
+/// Sets up logging, of panics among what is logged. `RUST_LOG`, where it is set and can be read, has the last word.
+pub fn start(wordiness: Wordiness) {
+    QUIET.store(wordiness == Wordiness::Quiet, Ordering::Relaxed);
+    let asked = std::env::var("RUST_LOG").ok().filter(|asked| !asked.is_empty());
+    let (targets, misread) = match asked.map(|asked| asked.parse::<Targets>()) {
+        Some(Ok(targets)) => (targets, None),
+        Some(Err(error)) => (wordiness.targets(), Some(error)),
+        None => (wordiness.targets(), None),
+    };
+    let layer =
+        tracing_subscriber::fmt::layer().with_writer(|| Writer).with_ansi(false).with_target(false).without_time();
+    tracing_subscriber::registry().with(layer).with(targets).init();
+    if let Some(error) = misread {
+        tracing::warn!("RUST_LOG cannot be read: {error}; write it like `info` or `sinew_driver=debug,warn`");
+    }
     let before = panic::take_hook();
     panic::set_hook(Box::new(move |info| match QUEUED.load(Ordering::Relaxed) {
         true => drop(Writer.write(format!("{info}\n").as_bytes())),
@@ -203,6 +240,11 @@ pub fn never_wait() -> Result<(), Failure> {
     }
     QUEUED.store(true, Ordering::Relaxed);
     Ok(())
+}
+
+/// Whether errors alone are wanted on stderr.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
 }
 
 /// Set by the signals that ask this process to end.

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return output::usage(&error),
     };
-    log::start();
+    log::start(cli.wordiness());
     let outcome = match &cli.command {
         Command::Simulate(args) => commands::simulate::simulate(args),
         Command::Identify(args) => commands::identify::identify(args),
@@ -74,7 +74,7 @@ fn main() -> ExitCode {
     let code = match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            output::note(&failure);
+            output::error(&failure);
             ExitCode::from(failure.code())
         }
     };

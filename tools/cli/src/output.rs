@@ -24,8 +24,16 @@ pub fn try_print(text: impl fmt::Display) -> Result<bool, Failure> {
     }
 }
 
-/// Prints a line to stderr. Where nobody listens any more (a terminal that is gone) nothing is lost: the commands go on.
+/// Prints a line to stderr, unless errors alone are wanted there. Where nobody listens any more (a terminal that is gone) nothing is lost: the
+/// commands go on.
 pub fn note(text: impl fmt::Display) {
+    if !log::is_quiet() {
+        error(text);
+    }
+}
+
+/// Prints an error to stderr, whatever else is wanted there.
+pub fn error(text: impl fmt::Display) {
     log::say(format!("{text}\n").as_bytes());
 }
 
@@ -91,9 +99,9 @@ pub fn usage(error: &clap::Error) -> ExitCode {
             let known = command
                 .filter(|word| <crate::args::Cli as clap::CommandFactory>::command().find_subcommand(word).is_some());
             let command = known.map(|word| format!(" {word}")).unwrap_or_default();
-            note(format_args!("{body}\nhint: `sinew{command} --help` shows what there is, with examples"));
+            self::error(format_args!("{body}\nhint: `sinew{command} --help` shows what there is, with examples"));
         }
-        false => note(text.trim_end()),
+        false => self::error(text.trim_end()),
     }
     ExitCode::from(2)
 }

@@ -10,7 +10,7 @@ mod thesis;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use sinew_ipc::MOST_PRIORITY;
 
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
@@ -21,6 +21,8 @@ pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, Recordin
 pub use test::*;
 pub use thesis::Thesis;
 
+use crate::log::Wordiness;
+
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
 #[command(name = "sinew", version = VERSION, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
@@ -28,6 +30,24 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// Say more on stderr; twice: all there is. `RUST_LOG` says it by module.
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet", help_heading = "Everywhere")]
+    verbose: u8,
+    /// Say nothing on stderr but errors.
+    #[arg(short, long, global = true, help_heading = "Everywhere")]
+    quiet: bool,
+}
+
+impl Cli {
+    /// How much is to be said beside what is asked for.
+    pub fn wordiness(&self) -> Wordiness {
+        match self.verbose {
+            _ if self.quiet => Wordiness::Quiet,
+            0 => Wordiness::Usual,
+            1 => Wordiness::Wordy,
+            _ => Wordiness::Everything,
+        }
+    }
 }
 
 /// The number, and what this program was built from.
