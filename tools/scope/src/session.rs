@@ -13,16 +13,14 @@ use std::time::{Duration, Instant};
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use serde::Deserialize;
+use sinew_server::{Allowance, Limits, Line, Refusal};
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use crate::command::{self, Answer, Request};
-use crate::door::Line;
 use crate::history::Series;
-use crate::limits::{Allowance, Limits};
 use crate::quantity::COUNT;
 use crate::shared::Shared;
-use crate::traffic::Refusal;
 use crate::view::json;
 
 /// Between two frames: sixty a second.
@@ -78,7 +76,7 @@ pub async fn run(mut socket: WebSocket, shared: Arc<Shared>, line: Line) {
         shared.traffic.refuse(why);
         line.is_refused();
         // to one that fetches nothing there is nothing to be said
-        if why != Refusal::SlowPages {
+        if why != Refusal::SlowClients {
             turn_away(socket, close_code::POLICY, why).await;
         }
     }
@@ -167,7 +165,7 @@ async fn send(socket: &mut WebSocket, limits: &Limits, message: impl Into<Messag
     match timeout(limits.patience, socket.send(message.into())).await {
         Ok(Ok(())) => Ok(()),
         Ok(Err(_)) => Err(End::Gone),
-        Err(_) => Err(End::Refused(Refusal::SlowPages)),
+        Err(_) => Err(End::Refused(Refusal::SlowClients)),
     }
 }
 
