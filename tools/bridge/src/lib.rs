@@ -22,12 +22,12 @@
 
 mod error;
 mod finder;
-//FOX mod foxglove;
+mod foxglove;
 mod options;
 mod prometheus;
 
 pub use error::Error;
-//FOX pub use foxglove::Foxglove;
+pub use foxglove::Foxglove;
 pub use options::Options;
 pub use prometheus::{Prometheus, metric_table_markdown};
 pub use sinew_server::{Figures, Traffic};

@@ -12,7 +12,7 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use sinew_ipc::{Client, CycleStream};
-use sinew_server::{Limits, Line, Refusal, Traffic, listen, serve};
+use sinew_server::{Limits, Line, Refusal, Traffic, listen, serve, turn_away};
 use sinew_threads::Thread;
 
 use crate::access::{AccessControl, Token};
@@ -131,7 +131,7 @@ async fn live(
     let socket = socket.max_message_size(longest).max_frame_size(longest);
     let Some(place) = shared.traffic.open_client() else {
         // a browser shows no page the answer to a WebSocket's request, but the reason for which it was closed
-        return socket.on_upgrade(|socket| session::turn_away(socket, close_code::AGAIN, Refusal::ClientsAtOnce));
+        return socket.on_upgrade(|socket| turn_away(socket, close_code::AGAIN, Refusal::ClientsAtOnce));
     };
     socket.on_upgrade(move |socket| async move {
         line.is_live();

@@ -2,7 +2,7 @@
 //!
 //! Clients, bytes and rates are bounded (`limits`): connections as they come in, and those that stall or send too much
 //! (`door`). Every refusal is counted (`traffic`). A connection carries one request, or becomes a live client by a
-//! WebSocket ([`Line::is_live`], [`Traffic::open_client`]); what such a client may do is up to whoever serves it.
+//! WebSocket ([`Line::is_live`], [`Traffic::open_client`], [`receive`], [`send`], [`part`]); what such a client may do is up to whoever serves it.
 //!
 //! ```
 //! use std::net::Ipv4Addr;
@@ -20,10 +20,12 @@
 
 mod door;
 mod limits;
+mod live;
 mod serve;
 mod traffic;
 
 pub use door::{Connection, Door, Line};
 pub use limits::{Allowance, Flow, Limits};
+pub use live::{End, part, receive, send, turn_away};
 pub use serve::{answer, listen, serve};
 pub use traffic::{Figures, Refusal, Traffic};

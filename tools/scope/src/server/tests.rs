@@ -4,7 +4,7 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use sinew_ipc::ChannelState;
@@ -300,7 +300,7 @@ fn foreign_hosts_and_origins_are_counted() {
     let said: Value = serde_json::from_str(answer.split("\r\n\r\n").nth(1).expect("a body")).unwrap();
     assert_eq!(said["refused"]["foreign_hosts"], 3);
     assert_eq!(said["refused"]["foreign_origins"], 3);
-    assert_eq!((&said["refused_in_all"], &said["connections"], &said["pages"]), (&json!(6), &json!(7), &json!(0)));
+    assert_eq!((&said["refused_in_all"], &said["connections"], &said["clients"]), (&json!(6), &json!(7), &json!(0)));
 }
 
 #[test]
