@@ -353,18 +353,19 @@ fn a_recording_ends_with_either_of_its_threads_and_the_driver_does_not_notice() 
 }
 
 #[test]
-fn a_scope_ends_with_what_watches_the_driver() {
+fn a_scope_and_a_bridge_end_with_what_watches_the_driver() {
     if !can_strike() {
         return;
     }
     let rig = Rig::bench(&["wire"], "");
     let driver = Driver::start(&rig);
-    for how in WAYS {
+    let watching = [&["scope"][..], &["bridge", "foxglove", "--listen", "127.0.0.1:0"]];
+    for (how, what) in WAYS.into_iter().flat_map(|how| watching.map(|what| (how, what))) {
         let mut command = Command::new(sinew());
-        command.args(["scope", "--rig", &rig.name]);
+        command.args(what).args(["--rig", &rig.name]);
         let strike = Strike::of(&rig, &mut command);
         let mut scope = Process::start(&mut command);
-        scope.wait_for_word("http://");
+        scope.wait_for_word("://");
         strike.strike(Thread::Watcher, how);
         let finished = scope.finish().expect(1);
         assert!(

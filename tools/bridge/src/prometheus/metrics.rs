@@ -141,8 +141,8 @@ impl Seen {
             let unit = Unit::Other("seconds".into());
             let (count, buckets) = buckets(durations);
             out.encode_descriptor(name, &format!("{what}, since the driver's start."), Some(&unit), MetricType::Histogram)?
-                .encode_histogram::<NoLabelSet>(durations.sum() as f64 * 1e-9, count, &buckets, None)?;
-            let seconds = |ns: u64| ns as f64 * 1e-9;
+                .encode_histogram::<NoLabelSet>(durations.sum() as f64 / 1e9, count, &buckets, None)?;
+            let seconds = |ns: u64| ns as f64 / 1e9;
             let shares = QUANTILES.iter().map(|(share, q)| (vec![("share", *share)], seconds(durations.quantile(*q))));
             let help = format!("{what}, at the most, in that share of all cycles since the driver's start; 3 % too long at worst.");
             gauge(out, &format!("{name}_quantile"), Some("seconds"), &help, shares)?;
@@ -250,7 +250,7 @@ fn buckets(durations: &Histogram) -> (u64, Vec<(f64, u64)>) {
     }
     counts[bounds.len()] = durations.overflow();
     let total = counts.iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
-    let bounds = bounds.iter().map(|bound| *bound as f64 * 1e-9).chain([f64::MAX]);
+    let bounds = bounds.iter().map(|bound| *bound as f64 / 1e9).chain([f64::INFINITY]);
     (total, bounds.zip(counts).collect())
 }
 
@@ -394,11 +394,11 @@ mod tests {
         assert_eq!(count, taken.len() as u64);
         let (mut from, mut counted) = (0.0, 0);
         for (bound, in_bucket) in &buckets {
-            let truly = taken.iter().filter(|ns| (from..*bound).contains(&(**ns as f64 * 1e-9))).count() as u64;
+            let truly = taken.iter().filter(|ns| (from..*bound).contains(&(**ns as f64 / 1e9))).count() as u64;
             assert_eq!(*in_bucket, truly, "{from} to {bound} s");
             (from, counted) = (*bound, counted + in_bucket);
         }
-        assert_eq!((counted, buckets.last().unwrap().0), (count, f64::MAX));
+        assert_eq!((counted, buckets.last().unwrap().0), (count, f64::INFINITY));
         assert!(buckets.is_sorted_by(|a, b| a.0 < b.0));
         let (none, empty) = super::buckets(&Histogram::new());
         assert_eq!((none, empty.len()), (0, buckets.len()));
