@@ -517,7 +517,8 @@ fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_from_this_mac
     let _stream = client.stream().expect("a stream");
     assert_eq!(network_of(driver.pid()), Vec::<String>::new());
     let any = ["--listen", "127.0.0.1:0"];
-    for (what, more) in [(&["scope"][..], &[][..]), (&["bridge", "prometheus"], &any), (&["bridge", "foxglove"], &any)] {
+    for (what, more) in [(&["scope"][..], &[][..]), (&["bridge", "prometheus"], &any), (&["bridge", "foxglove"], &any)]
+    {
         let mut asked_for = Process::start(Command::new(sinew()).args(what).args(more).args(["--rig", &rig.name]));
         asked_for.wait_for_word("://");
         let pid = asked_for.pid();

@@ -45,7 +45,8 @@ impl Manager {
 
 /// The number of cycles in a status.
 fn cycles(words: &str) -> u64 {
-    let status = words.lines().find_map(|line| line.strip_prefix("STATUS=")).unwrap_or_else(|| panic!("no status: {words}"));
+    let status =
+        words.lines().find_map(|line| line.strip_prefix("STATUS=")).unwrap_or_else(|| panic!("no status: {words}"));
     let (before, _) = status.split_once(" cycles").unwrap_or_else(|| panic!("no cycles: {status}"));
     before.rsplit(' ').next().and_then(|count| count.parse().ok()).unwrap_or_else(|| panic!("no number: {status}"))
 }
@@ -67,7 +68,12 @@ impl Held {
         unsafe {
             let none = std::ptr::null_mut::<libc::c_void>();
             assert_eq!(libc::ptrace(libc::PTRACE_SEIZE, thread, none, none), 0, "{}", std::io::Error::last_os_error());
-            assert_eq!(libc::ptrace(libc::PTRACE_INTERRUPT, thread, none, none), 0, "{}", std::io::Error::last_os_error());
+            assert_eq!(
+                libc::ptrace(libc::PTRACE_INTERRUPT, thread, none, none),
+                0,
+                "{}",
+                std::io::Error::last_os_error()
+            );
             let mut status = 0;
             assert_eq!(libc::waitpid(thread, &mut status, libc::__WALL), thread, "{}", std::io::Error::last_os_error());
         }

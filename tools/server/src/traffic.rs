@@ -182,7 +182,10 @@ mod tests {
         let client = traffic.open_client();
         assert!(client.is_some() && traffic.open_client().is_none());
         let figures = traffic.figures();
-        assert_eq!((figures.connections, figures.connections_open, figures.clients, figures.clients_open), (3, 1, 1, 1));
+        assert_eq!(
+            (figures.connections, figures.connections_open, figures.clients, figures.clients_open),
+            (3, 1, 1, 1)
+        );
         assert_eq!(
             figures.to_string(),
             "clients served: 1 (connections: 3); refused: 2 – 1 × too many connections are open, 1 × too many clients are connected"

@@ -106,7 +106,8 @@ mod tests {
     #[test]
     fn what_is_said_is_as_the_protocol_has_it() {
         let info = Said::ServerInfo { name: "sinew: bench", capabilities: [], session_id: "7" };
-        let expected = serde_json::json!({ "op": "serverInfo", "name": "sinew: bench", "capabilities": [], "sessionId": "7" });
+        let expected =
+            serde_json::json!({ "op": "serverInfo", "name": "sinew: bench", "capabilities": [], "sessionId": "7" });
         assert_eq!(json(&info), expected);
         let topic = Topic { name: "/events", kind: "sinew_msgs/msg/Event", schema: "string text\n".into() };
         let channels = [Channel::new(5, topic)];
@@ -127,7 +128,8 @@ mod tests {
     #[test]
     fn what_a_viewer_says_is_understood_and_what_is_for_others_is_told_apart() {
         let heard = |text: &str| serde_json::from_str::<Heard>(text);
-        let Ok(Heard::Subscribe { subscriptions }) = heard(r#"{"op":"subscribe","subscriptions":[{"id":0,"channelId":3}]}"#)
+        let Ok(Heard::Subscribe { subscriptions }) =
+            heard(r#"{"op":"subscribe","subscriptions":[{"id":0,"channelId":3}]}"#)
         else {
             panic!()
         };
@@ -135,7 +137,9 @@ mod tests {
         let gone = heard(r#"{"op":"unsubscribe","subscriptionIds":[0,1]}"#);
         assert!(matches!(gone, Ok(Heard::Unsubscribe { subscription_ids }) if subscription_ids == [0, 1]));
         assert!(matches!(heard(r#"{"op":"getParameters","parameterNames":[]}"#), Ok(Heard::Other)));
-        for odd in ["", "7", "{}", r#"{"op":"subscribe"}"#, r#"{"op":"subscribe","subscriptions":[{"id":-1,"channelId":3}]}"#] {
+        for odd in
+            ["", "7", "{}", r#"{"op":"subscribe"}"#, r#"{"op":"subscribe","subscriptions":[{"id":-1,"channelId":3}]}"#]
+        {
             assert!(heard(odd).is_err(), "{odd}");
         }
     }

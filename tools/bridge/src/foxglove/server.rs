@@ -83,7 +83,11 @@ impl Foxglove {
     }
 }
 
-async fn connected(State(feed): State<Arc<Feed>>, ConnectInfo(line): ConnectInfo<Line>, socket: WebSocketUpgrade) -> Response {
+async fn connected(
+    State(feed): State<Arc<Feed>>,
+    ConnectInfo(line): ConnectInfo<Line>,
+    socket: WebSocketUpgrade,
+) -> Response {
     let longest = feed.traffic.limits().message;
     let socket = socket.max_message_size(longest).max_frame_size(longest).protocols(SUBPROTOCOLS);
     if socket.selected_protocol().is_none() {

@@ -97,11 +97,8 @@ impl Sender<'_> {
     }
 
     fn cycle(&mut self, cycle: &Cycle<'_>) {
-        let head = Head {
-            cycle: cycle.header.cycle,
-            monotonic_ns: cycle.header.monotonic_ns,
-            missed: cycle.header.missed,
-        };
+        let head =
+            Head { cycle: cycle.header.cycle, monotonic_ns: cycle.header.monotonic_ns, missed: cycle.header.missed };
         let bytes = ChannelState::bytes_of(cycle.channels);
         let events: Vec<Event> = self.faults.of(&head, bytes, &self.names).collect();
         if !self.feed.is_heard() {
@@ -122,7 +119,8 @@ impl Sender<'_> {
         if head.monotonic_ns >= self.due_ns {
             // on a grid, so that the rate on average is the one asked for
             let next_ns = self.due_ns.saturating_add(self.period_ns);
-            self.due_ns = if next_ns > head.monotonic_ns { next_ns } else { head.monotonic_ns.saturating_add(self.period_ns) };
+            self.due_ns =
+                if next_ns > head.monotonic_ns { next_ns } else { head.monotonic_ns.saturating_add(self.period_ns) };
             let mut message = Vec::new();
             head.encode(bytes, &mut message);
             self.put(self.cycles, head.monotonic_ns, message);

@@ -113,8 +113,15 @@ impl Seen {
             gauge(out, name, Some(unit), help, [(vec![], value)])?;
         }
         let dead = stats.dead_threads().count() as f64;
-        gauge(out, "dead_threads", None, "Threads of the driver that have died, without which it goes on.", [(vec![], dead)])?;
-        let means = LoopStats::REALTIME.iter().map(|(bit, name)| (vec![("means", *name)], flag(stats.realtime & bit != 0)));
+        gauge(
+            out,
+            "dead_threads",
+            None,
+            "Threads of the driver that have died, without which it goes on.",
+            [(vec![], dead)],
+        )?;
+        let means =
+            LoopStats::REALTIME.iter().map(|(bit, name)| (vec![("means", *name)], flag(stats.realtime & bit != 0)));
         gauge(out, "realtime_granted", None, "Whether Linux granted a means of real time: 1, else 0.", means)?;
         for (name, help, value) in [
             ("cycles", "Cycles that ran.", stats.cycles),
@@ -140,11 +147,18 @@ impl Seen {
         ] {
             let unit = Unit::Other("seconds".into());
             let (count, buckets) = buckets(durations);
-            out.encode_descriptor(name, &format!("{what}, since the driver's start."), Some(&unit), MetricType::Histogram)?
-                .encode_histogram::<NoLabelSet>(durations.sum() as f64 / 1e9, count, &buckets, None)?;
+            out.encode_descriptor(
+                name,
+                &format!("{what}, since the driver's start."),
+                Some(&unit),
+                MetricType::Histogram,
+            )?
+            .encode_histogram::<NoLabelSet>(durations.sum() as f64 / 1e9, count, &buckets, None)?;
             let seconds = |ns: u64| ns as f64 / 1e9;
             let shares = QUANTILES.iter().map(|(share, q)| (vec![("share", *share)], seconds(durations.quantile(*q))));
-            let help = format!("{what}, at the most, in that share of all cycles since the driver's start; 3 % too long at worst.");
+            let help = format!(
+                "{what}, at the most, in that share of all cycles since the driver's start; 3 % too long at worst."
+            );
             gauge(out, &format!("{name}_quantile"), Some("seconds"), &help, shares)?;
             let help = format!("{what}, at the most, since the driver's start.");
             gauge(out, &format!("{name}_max"), Some("seconds"), &help, [(vec![], seconds(durations.max()))])?;
@@ -154,7 +168,13 @@ impl Seen {
 
     /// What the channels do.
     fn channels(&self, out: &mut DescriptorEncoder<'_>) -> fmt::Result {
-        let each = || self.info.channels().iter().zip(self.snapshot.channels()).map(|(info, state)| (info.name.as_str(), info, state));
+        let each = || {
+            self.info
+                .channels()
+                .iter()
+                .zip(self.snapshot.channels())
+                .map(|(info, state)| (info.name.as_str(), info, state))
+        };
         for field in ChannelState::FIELDS {
             let Some((name, unit)) = exported(field) else { continue };
             let values = each().map(|(channel, _, state)| (vec![("channel", channel)], field.of(state)));
@@ -186,9 +206,9 @@ impl Seen {
         });
         gauge(out, "channel_fault", None, "Whether this fault is latched: 1, else 0.", values)?;
         let values = each().flat_map(|(channel, _, state)| {
-            ChannelState::FLAGS.iter().map(move |(bit, name)| {
-                (vec![("channel", channel), ("flag", *name)], flag(state.flags & bit != 0))
-            })
+            ChannelState::FLAGS
+                .iter()
+                .map(move |(bit, name)| (vec![("channel", channel), ("flag", *name)], flag(state.flags & bit != 0)))
         });
         let help = "Flags of a channel: limited, heat_budget and temperature_budget say that its duty is held back and by what.";
         gauge(out, "channel_flag", None, help, values)?;
@@ -282,7 +302,8 @@ pub fn metric_table_markdown() -> String {
         let Some((name, help)) = line.strip_prefix("# HELP ").and_then(|rest| rest.split_once(' ')) else { continue };
         let own = || lines[place + 1..].iter().take_while(|line| !line.starts_with("# HELP "));
         let kind = own().find_map(|line| line.strip_prefix(&format!("# TYPE {name} "))).unwrap_or_default();
-        let labels: BTreeSet<&str> = own().filter(|line| !line.starts_with('#')).flat_map(|line| labels_of(line)).collect();
+        let labels: BTreeSet<&str> =
+            own().filter(|line| !line.starts_with('#')).flat_map(|line| labels_of(line)).collect();
         let labels: Vec<String> = labels.iter().map(|label| format!("`{label}`")).collect();
         let end = match kind {
             "counter" => "_total",
@@ -297,7 +318,11 @@ pub fn metric_table_markdown() -> String {
 /// Names of the labels of a sample, but those that every metric has or that belong to its type.
 fn labels_of(sample: &str) -> impl Iterator<Item = &str> {
     let labels = sample.split_once('{').and_then(|(_, rest)| rest.rsplit_once('}')).map_or("", |(labels, _)| labels);
-    labels.split("\",").filter_map(|label| label.split_once("=\"")).map(|(name, _)| name).filter(|name| !matches!(*name, "rig" | "le"))
+    labels
+        .split("\",")
+        .filter_map(|label| label.split_once("=\""))
+        .map(|(name, _)| name)
+        .filter(|name| !matches!(*name, "rig" | "le"))
 }
 
 #[cfg(test)]
@@ -412,7 +437,10 @@ mod tests {
         for line in page.lines() {
             if let Some((name, help)) = line.strip_prefix("# HELP ").and_then(|rest| rest.split_once(' ')) {
                 assert!(known.insert(name), "{name} twice");
-                assert!(name.starts_with("sinew_") && name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_'));
+                assert!(
+                    name.starts_with("sinew_")
+                        && name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_')
+                );
                 assert!(help.ends_with('.') && !help.contains(['"', '\\', '`']), "{help}");
             }
         }

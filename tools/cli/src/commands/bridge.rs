@@ -64,7 +64,9 @@ fn until_asked(
 fn failure(error: Error) -> Failure {
     match error {
         Error::Rig(error) => live::failure(error),
-        Error::Address { .. } => Failure::input(&error).hint("choose another with --listen; port 0 is any that is free"),
+        Error::Address { .. } => {
+            Failure::input(&error).hint("choose another with --listen; port 0 is any that is free")
+        }
         Error::Died(_) => Failure::own(error).hint("start it again, and please report this"),
         Error::System { .. } => Failure::own(error),
     }
