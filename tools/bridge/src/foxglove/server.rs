@@ -35,15 +35,11 @@ impl Foxglove {
     /// # Errors
     /// [`Error::Rig`], [`Error::Address`].
     pub fn open(options: &Options, rate_hz: Option<f64>) -> Result<Foxglove, Error> {
-        Foxglove::within(options, rate_hz, Limits::default())
-    }
-
-    fn within(options: &Options, rate_hz: Option<f64>, limits: Limits) -> Result<Foxglove, Error> {
         let finder = Finder::new(&options.rig).map_err(Error::Rig)?;
         let refused = |e: std::io::Error| Error::Address { address: options.listen, reason: e.to_string() };
         let listener = listen(options.listen).map_err(refused)?;
         let address = listener.local_addr().map_err(refused)?;
-        Ok(Foxglove { feed: Arc::new(Feed::new(&options.rig, limits)), finder, rate_hz, listener, address })
+        Ok(Foxglove { feed: Arc::new(Feed::new(&options.rig, Limits::default())), finder, rate_hz, listener, address })
     }
 
     /// Where it listens.

@@ -37,6 +37,21 @@ const QUANTILES: [(&str, f64); 3] = [("0.5", 0.5), ("0.99", 0.99), ("0.999", 0.9
 /// What a driver may be doing.
 const STATES: [&str; 4] = ["gone", "starting", "running", "stalled"];
 
+/// What follows from a channel's description and state, beside the fields: the metric's name, its unit, what it means, its value.
+type Derived = (&'static str, Option<&'static str>, &'static str, fn(&ChannelInfo, &ChannelState) -> f64);
+const DERIVED: [Derived; 8] = [
+    ("stroke", Some("ratio"), "Share of the stroke at the observed length, 0 cold to 1 hot.", |info, state| {
+        info.stroke_at_length(state.observed_length_m)
+    }),
+    ("min_length", Some("meters"), "Shortest length that may be asked for.", |info, _| info.min_length_m),
+    ("max_length", Some("meters"), "Longest length that may be asked for.", |info, _| info.max_length_m),
+    ("max_duty", Some("ratio"), "Largest duty.", |info, _| info.max_duty),
+    ("max_power", Some("watts"), "Largest mean power.", |info, _| info.max_power_w),
+    ("max_temperature", Some("celsius"), "Highest estimated temperature.", |info, _| info.max_temperature_c),
+    ("sample_good", None, "Whether the present sample is good: 1, else 0.", |_, state| flag(state.health == 0)),
+    ("claimed", None, "Whether a client has claimed the channel: 1, else 0.", |_, state| flag(state.owner != 0)),
+];
+
 type Labels<'a> = Vec<(&'static str, &'a str)>;
 
 /// A driver at one moment.
@@ -180,19 +195,9 @@ impl Seen {
             let values = each().map(|(channel, _, state)| (vec![("channel", channel)], field.of(state)));
             gauge(out, &name, Some(unit), &plain(field.meaning), values)?;
         }
-        let of_info: [(&str, &str, &str, fn(&ChannelInfo, &ChannelState) -> f64); 6] = [
-            ("stroke", "ratio", "Share of the stroke at the observed length, 0 cold to 1 hot.", |info, state| {
-                info.stroke_at_length(state.observed_length_m)
-            }),
-            ("min_length", "meters", "Shortest length that may be asked for.", |info, _| info.min_length_m),
-            ("max_length", "meters", "Longest length that may be asked for.", |info, _| info.max_length_m),
-            ("max_duty", "ratio", "Largest duty.", |info, _| info.max_duty),
-            ("max_power", "watts", "Largest mean power.", |info, _| info.max_power_w),
-            ("max_temperature", "celsius", "Highest estimated temperature.", |info, _| info.max_temperature_c),
-        ];
-        for (name, unit, help, value) in of_info {
+        for (name, unit, help, value) in DERIVED {
             let values = each().map(|(channel, info, state)| (vec![("channel", channel)], value(info, state)));
-            gauge(out, &format!("channel_{name}"), Some(unit), help, values)?;
+            gauge(out, &format!("channel_{name}"), unit, help, values)?;
         }
         let modes = || (0..).map_while(Mode::from_code);
         let values = each().flat_map(|(channel, _, state)| {
@@ -211,16 +216,7 @@ impl Seen {
                 .map(move |(bit, name)| (vec![("channel", channel), ("flag", *name)], flag(state.flags & bit != 0)))
         });
         let help = "Flags of a channel: limited, heat_budget and temperature_budget say that its duty is held back and by what.";
-        gauge(out, "channel_flag", None, help, values)?;
-        let of_state: [(&str, &str, fn(&ChannelState) -> bool); 2] = [
-            ("sample_good", "Whether the present sample is good: 1, else 0.", |state| state.health == 0),
-            ("claimed", "Whether a client has claimed the channel: 1, else 0.", |state| state.owner != 0),
-        ];
-        for (name, help, is) in of_state {
-            let values = each().map(|(channel, _, state)| (vec![("channel", channel)], flag(is(state))));
-            gauge(out, &format!("channel_{name}"), None, help, values)?;
-        }
-        Ok(())
+        gauge(out, "channel_flag", None, help, values)
     }
 }
 
