@@ -149,7 +149,7 @@ impl<W: Write + Seek> SessionWriter<W> {
 
     /// Adds a cycle: `bytes` are the channels one after the other, each as the layout's fields say, little endian.
     ///
-    /// A number that leaves some out is a gap: counted, and written to [`EVENTS`].
+    /// A number that leaves some out is a gap: counted, and written to [`EVENTS`](super::EVENTS).
     ///
     /// # Errors
     /// [`What::Unwritable`]: nothing more can be written then, see [`SessionWriter::abandon`]. [`Trouble::CycleBytes`],
