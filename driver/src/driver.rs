@@ -98,6 +98,26 @@ pub struct Stats {
     pub faults: u64,
 }
 
+/// Shows the loop's progress to another thread.
+#[derive(Debug, Clone)]
+pub struct Progress {
+    shared: Arc<Shared>,
+    fault_log: Arc<Mutex<FaultLog>>,
+}
+
+impl Progress {
+    /// The loop's progress.
+    pub fn stats(&self) -> Stats {
+        let fault_log = self.fault_log.lock().unwrap_or_else(PoisonError::into_inner);
+        Stats {
+            running: !self.shared.ended.load(Ordering::Acquire),
+            cycles: self.shared.cycles.load(Ordering::Relaxed),
+            missed: self.shared.missed.load(Ordering::Relaxed),
+            faults: fault_log.faults.len() as u64 + fault_log.not_listed,
+        }
+    }
+}
+
 /// The hold on a running driver. Dropped without [`DriverHandle::join`], it stops the driver and waits for it.
 #[derive(Debug)]
 pub struct DriverHandle {
@@ -435,15 +455,9 @@ impl DriverHandle {
         &self.realtime
     }
 
-    /// The loop's progress.
-    pub fn stats(&self) -> Stats {
-        let fault_log = self.fault_log.lock().unwrap_or_else(PoisonError::into_inner);
-        Stats {
-            running: self.is_running(),
-            cycles: self.shared.cycles.load(Ordering::Relaxed),
-            missed: self.shared.missed.load(Ordering::Relaxed),
-            faults: fault_log.faults.len() as u64 + fault_log.not_listed,
-        }
+    /// The loop's progress, now and later.
+    pub fn progress(&self) -> Progress {
+        Progress { shared: self.shared.clone(), fault_log: self.fault_log.clone() }
     }
 
     /// Waits until the loop has ended (without stopping it) and returns the run's report.

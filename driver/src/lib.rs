@@ -50,7 +50,7 @@ pub mod supervisor;
 mod suspension;
 
 pub use cycles::{NoOutlet, Outlet};
-pub use driver::{Driver, DriverHandle, Options, Stats, Stopper, access_of, wish_of};
+pub use driver::{Driver, DriverHandle, Options, Progress, Stats, Stopper, access_of, wish_of};
 pub use emergency_stop::{EmergencyStop, SupplySwitch};
 pub use engine::Engine;
 pub use error::Error;

@@ -55,6 +55,11 @@ impl Histogram {
         self.bins[BINS]
     }
 
+    /// All durations together, ns.
+    pub fn sum(&self) -> u64 {
+        self.sum_ns
+    }
+
     /// The mean duration, ns; NaN without any.
     pub fn mean(&self) -> f64 {
         self.sum_ns as f64 / self.count as f64

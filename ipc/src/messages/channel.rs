@@ -89,6 +89,19 @@ impl ChannelState {
     /// An emergency stop holds everything off: it is open, or has not been reset since.
     pub const FLAG_STOPPED: u32 = 1 << 8;
 
+    /// Each of the flags: its bit and its name.
+    pub const FLAGS: [(u32, &'static str); 9] = [
+        (ChannelState::FLAG_SATURATED, "saturated"),
+        (ChannelState::FLAG_SETTLED, "settled"),
+        (ChannelState::FLAG_LIMITED, "limited"),
+        (ChannelState::FLAG_HEAT_BUDGET, "heat_budget"),
+        (ChannelState::FLAG_TEMPERATURE_BUDGET, "temperature_budget"),
+        (ChannelState::FLAG_FIRST, "first"),
+        (ChannelState::FLAG_DARK, "dark"),
+        (ChannelState::FLAG_UNCONFIRMED, "unconfirmed"),
+        (ChannelState::FLAG_STOPPED, "stopped"),
+    ];
+
     /// The number for a request taken as the `place`th (from 1) of its cycle.
     pub const fn order_code(kind: CommandKind, place: u32) -> u32 {
         kind.code() | place << 8
@@ -123,6 +136,16 @@ mod tests {
             assert!(Mode::from_code(code).is_none_or(|mode| meaning.contains(&format!("{code} {mode}"))), "{code}");
         }
         assert_eq!((0..64).filter(|c| Mode::from_code(*c).is_some()).count(), 8);
+    }
+
+    #[test]
+    fn every_flag_has_a_bit_and_a_name_of_its_own_and_the_table_says_what_it_means() {
+        let meaning = ChannelState::field("flags").unwrap().meaning;
+        for (place, (bit, name)) in ChannelState::FLAGS.into_iter().enumerate() {
+            assert_eq!(bit, 1 << place, "{name}");
+            assert!(meaning.contains(&format!(" {bit} ")), "{name}");
+            assert_eq!(ChannelState::FLAGS.iter().filter(|(_, other)| *other == name).count(), 1);
+        }
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub enum Thread {
     Writer,
     Watcher,
     Reader,
+    Herald,
 }
 
 /// What comes of a thread's death.
@@ -62,7 +63,7 @@ const fn row(
 }
 
 /// Every thread, in the order of [`Thread`].
-pub const TABLE: [Row; 15] = [
+pub const TABLE: [Row; 16] = [
     row(
         Thread::Main,
         "main",
@@ -114,7 +115,7 @@ pub const TABLE: [Row; 15] = [
     row(
         Thread::Words,
         "words",
-        "`run`, `bench loop`, `record`, `scope`, `monitor`",
+        "`run`, `bench loop`, `record`, `scope`, `bridge`, `monitor`",
         "writes messages to the terminal",
         Comes::Less,
         "nothing more is written or shown there; a report in a file is",
@@ -170,10 +171,10 @@ pub const TABLE: [Row; 15] = [
     row(
         Thread::Watcher,
         "watcher",
-        "`scope`",
-        "watches the driver for the pages",
+        "`scope`, `bridge foxglove`",
+        "watches the driver for those who look on",
         Comes::End,
-        "the scope ends: its pages would show a past that looks like the present",
+        "the scope or the bridge ends: those who look on would be shown a past that looks like the present",
     ),
     row(
         Thread::Reader,
@@ -182,6 +183,14 @@ pub const TABLE: [Row; 15] = [
         "reads a recording ahead",
         Comes::End,
         "the replay ends with an error, not as if the recording had",
+    ),
+    row(
+        Thread::Herald,
+        "herald",
+        "`run` as a service",
+        "tells the service manager that the loop goes on",
+        Comes::End,
+        "the driver ends: the service manager would kill it, for want of a word",
     ),
 ];
 

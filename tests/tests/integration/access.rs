@@ -516,16 +516,21 @@ fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_from_this_mac
     let (driver, client) = sinew_tests::Driver::ready(&rig);
     let _stream = client.stream().expect("a stream");
     assert_eq!(network_of(driver.pid()), Vec::<String>::new());
-    let mut scope = Process::start(Command::new(sinew()).args(["scope", "--rig", &rig.name]));
-    scope.wait_for_word("http://");
-    let listening = wait_for("the scope's port", || Some(network_of(scope.pid())).filter(|found| !found.is_empty()));
-    // 0100007F is 127.0.0.1, 0A is listening.
-    assert!(
-        listening.iter().all(|socket| socket.starts_with("tcp 0100007F:") && socket.ends_with(" 0A")),
-        "{listening:?}"
-    );
-    assert_eq!(network_of(driver.pid()), Vec::<String>::new(), "the driver itself still has none");
-    scope.kill();
+    let any = ["--listen", "127.0.0.1:0"];
+    for (what, more) in [(&["scope"][..], &[][..]), (&["bridge", "prometheus"], &any), (&["bridge", "foxglove"], &any)]
+    {
+        let mut asked_for = Process::start(Command::new(sinew()).args(what).args(more).args(["--rig", &rig.name]));
+        asked_for.wait_for_word("://");
+        let pid = asked_for.pid();
+        let listening = wait_for("its port", || Some(network_of(pid)).filter(|found| !found.is_empty()));
+        // 0100007F is 127.0.0.1, 0A is listening.
+        assert!(
+            listening.iter().all(|socket| socket.starts_with("tcp 0100007F:") && socket.ends_with(" 0A")),
+            "{what:?}: {listening:?}"
+        );
+        assert_eq!(network_of(driver.pid()), Vec::<String>::new(), "the driver itself still has none");
+        asked_for.kill();
+    }
     driver.stop();
 }
 

@@ -3,6 +3,7 @@
 mod access;
 mod bindings_c;
 mod black_box;
+mod bridges;
 mod circles;
 mod clients;
 mod commands;
@@ -24,6 +25,7 @@ mod recording;
 mod report;
 mod restart;
 mod scope;
+mod service;
 mod simulate;
 mod stop;
 mod terminals;

@@ -20,7 +20,7 @@ const LONG: Duration = Duration::from_secs(120);
 /// The ways a thread dies.
 const WAYS: [&str; 2] = ["panic", "end"];
 /// Threads whose death the tests here cause.
-pub const STRUCK: [Thread; 14] = [
+pub const STRUCK: [Thread; 15] = [
     Thread::Main,
     Thread::Loop,
     Thread::Publisher,
@@ -35,6 +35,7 @@ pub const STRUCK: [Thread; 14] = [
     Thread::Writer,
     Thread::Watcher,
     Thread::Reader,
+    Thread::Herald,
 ];
 
 /// Whether the programs under test let threads be struck; says so where they do not.
@@ -71,6 +72,8 @@ impl Strike {
 fn driver(rig: &Rig, more: &[&str]) -> (Process, Strike, PathBuf) {
     let report = rig.file("report.json");
     let mut command = rig.command(&["--for", "300"]);
+    // Somebody to tell how the driver does, where that is asked for; nobody listens there.
+    command.env("NOTIFY_SOCKET", rig.file("manager"));
     command.args(more).arg("--report").arg(&report);
     let strike = Strike::of(rig, &mut command);
     let process = Process::start(&mut command);
@@ -158,6 +161,11 @@ fn a_driver_ends_with_its_desk() {
 #[test]
 fn a_driver_ends_when_it_could_hear_no_signal_any_more() {
     ends_with_words(Thread::Signals);
+}
+
+#[test]
+fn a_driver_ends_when_its_service_manager_would_hear_nothing_any_more() {
+    ends_with_words(Thread::Herald);
 }
 
 #[test]
@@ -345,22 +353,23 @@ fn a_recording_ends_with_either_of_its_threads_and_the_driver_does_not_notice() 
 }
 
 #[test]
-fn a_scope_ends_with_what_watches_the_driver() {
+fn a_scope_and_a_bridge_end_with_what_watches_the_driver() {
     if !can_strike() {
         return;
     }
     let rig = Rig::bench(&["wire"], "");
     let driver = Driver::start(&rig);
-    for how in WAYS {
+    let watching = [&["scope"][..], &["bridge", "foxglove", "--listen", "127.0.0.1:0"]];
+    for (how, what) in WAYS.into_iter().flat_map(|how| watching.map(|what| (how, what))) {
         let mut command = Command::new(sinew());
-        command.args(["scope", "--rig", &rig.name]);
+        command.args(what).args(["--rig", &rig.name]);
         let strike = Strike::of(&rig, &mut command);
         let mut scope = Process::start(&mut command);
-        scope.wait_for_word("http://");
+        scope.wait_for_word("://");
         strike.strike(Thread::Watcher, how);
         let finished = scope.finish().expect(1);
         assert!(
-            finished.stderr.contains("error: the thread that watches the driver for the pages has died"),
+            finished.stderr.contains("error: the thread that watches the driver for those who look on has died"),
             "{finished:?}"
         );
     }

@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use sinew_linux_backend::guard;
 
-use args::{BenchWhat, Cli, Command, RecordingWhat};
+use args::{BenchWhat, BridgeWhat, Cli, Command, RecordingWhat};
 
 /// Counts allocations by thread, so that a run can report those of its loop.
 #[global_allocator]
@@ -41,6 +41,10 @@ fn main() -> ExitCode {
         Command::Status(args) => commands::status::status(args),
         Command::Monitor(args) => commands::monitor::monitor(args),
         Command::Scope(args) => commands::scope::scope(args),
+        Command::Bridge(bridge) => match &bridge.what {
+            BridgeWhat::Prometheus(args) => commands::bridge::prometheus(args),
+            BridgeWhat::Foxglove(args) => commands::bridge::foxglove(args),
+        },
         Command::Set(args) => commands::set::set(args),
         Command::Play(args) => commands::play::play(args),
         Command::Reset(args) => commands::set::reset(args),

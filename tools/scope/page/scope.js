@@ -186,10 +186,10 @@ function status(now) {
 }
 
 // What the scope has refused, of anybody's: shown once there is any.
-function traffic({ connections_open, pages_open, refused, refused_in_all }) {
+function traffic({ connections_open, clients_open, refused, refused_in_all }) {
   const kinds = Object.entries(refused).filter(([, count]) => count > 0).map(([name, count]) => `${name.replaceAll("_", " ")}: ${count}`);
   $("traffic").hidden = refused_in_all === 0;
-  $("traffic").title = `What this scope has refused, of all who connect to it – ${kinds.join(", ")}. Open now: ${pages_open} pages, ${connections_open} connections.`;
+  $("traffic").title = `What this scope has refused, of all who connect to it – ${kinds.join(", ")}. Open now: ${clients_open} pages, ${connections_open} connections.`;
   $("refused").textContent = refused_in_all;
 }
 

@@ -8,7 +8,7 @@ use sinew_ipc::{ALL_CHANNELS, CommandKind};
 use tokio::sync::mpsc::OwnedPermit;
 
 use crate::shared::Shared;
-use crate::traffic::Refusal;
+use sinew_server::Refusal;
 
 /// Longest lease a page may ask for: it renews what it holds several times a second, so a page that is closed, or whose
 /// computer sleeps, lets go within this time.

@@ -9,8 +9,8 @@
 //! A page may command only if it was opened with the token, and only with leases it keeps renewing
 //! (`access`, `command`).
 //!
-//! Clients, bytes and rates are bounded (`limits`): connections as they come in (`door`), pages while they are open
-//! (`session`). Every refusal is counted (`traffic`).
+//! Clients, bytes and rates are bounded: connections as they come in (`sinew_server`), pages while they are open
+//! (`session`). Every refusal is counted.
 //!
 //! # Example
 //! ```no_run
@@ -28,17 +28,14 @@
 
 mod access;
 mod command;
-mod door;
 mod error;
 mod history;
-mod limits;
 mod page;
 mod quantity;
 mod record;
 mod server;
 mod session;
 mod shared;
-mod traffic;
 mod view;
 mod watch;
 
@@ -46,7 +43,7 @@ use std::path::PathBuf;
 
 pub use error::Error;
 pub use server::Scope;
-pub use traffic::{Figures, Traffic};
+pub use sinew_server::{Figures, Traffic};
 
 /// What kind of scope.
 #[derive(Debug, Clone)]

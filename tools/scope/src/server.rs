@@ -3,30 +3,24 @@
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use axum::Router;
 use axum::extract::ws::close_code;
 use axum::extract::{ConnectInfo, Request, State, WebSocketUpgrade};
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use sinew_ipc::{Client, CycleStream};
+use sinew_server::{Limits, Line, Refusal, Traffic, listen, serve, turn_away};
 use sinew_threads::Thread;
 
 use crate::access::{AccessControl, Token};
-use crate::door::{Door, Line};
-use crate::limits::Limits;
 use crate::record::Button;
 use crate::shared::Shared;
-use crate::traffic::{Refusal, Traffic};
 use crate::view::{View, json};
 use crate::watch::watch;
 use crate::{Error, Options, page, session};
-
-/// How soon the server notices that it is to stop.
-const NOTICE: Duration = Duration::from_millis(50);
 
 /// A scope that is open: its port is taken, its driver found.
 pub struct Scope {
@@ -45,9 +39,8 @@ impl Scope {
         let client = Client::connect(&options.rig).map_err(Error::Driver)?;
         let stream = client.stream().map_err(Error::Driver)?;
         let refused = |e: std::io::Error| Error::Port { port: options.port, reason: e.to_string() };
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.port)).map_err(refused)?;
+        let listener = listen((Ipv4Addr::LOCALHOST, options.port).into()).map_err(refused)?;
         let port = listener.local_addr().map_err(refused)?.port();
-        listener.set_nonblocking(true).map_err(refused)?;
         let shared = Shared {
             token: Token::new()?,
             access: AccessControl::new(port),
@@ -84,17 +77,8 @@ impl Scope {
             let start = Thread::Watcher.start().ends_when(move || over.stop.load(Ordering::Relaxed));
             start.spawn(move || watch(&shared, stream)).map_err(system)?
         };
-        let served = tokio::runtime::Builder::new_current_thread().enable_all().build().and_then(|runtime| {
-            let served = runtime.block_on(async {
-                tokio::select! {
-                    served = answer(listener, shared.clone()) => served,
-                    () = async { while !stop() && !watcher.is_finished() { tokio::time::sleep(NOTICE).await } } => Ok(()),
-                }
-            });
-            // a command that still waits for its answer is not waited for
-            runtime.shutdown_background();
-            served
-        });
+        let is_over = || stop() || watcher.is_finished();
+        let served = serve(listener, router(shared.clone()), shared.traffic.clone(), is_over);
         shared.stop.store(true, Ordering::Relaxed);
         let is_watched = watcher.join().is_ok_and(|watched| watched.is_some());
         // a running recording is completed; without one there is nothing to report
@@ -102,12 +86,6 @@ impl Scope {
         served.map_err(system)?;
         if is_watched { Ok(()) } else { Err(Error::Died(Thread::Watcher)) }
     }
-}
-
-/// Answers whoever connects.
-async fn answer(listener: TcpListener, shared: Arc<Shared>) -> std::io::Result<()> {
-    let door = Door::new(tokio::net::TcpListener::from_std(listener)?, shared.traffic.clone());
-    axum::serve(door, router(shared).into_make_service_with_connect_info::<Line>()).await
 }
 
 fn router(shared: Arc<Shared>) -> Router {
@@ -118,8 +96,7 @@ fn router(shared: Arc<Shared>) -> Router {
     router.layer(from_fn_with_state(shared.clone(), guard)).with_state(shared)
 }
 
-/// Rejects requests for other hosts, and adds the security headers to every response. A connection that does not become a live
-/// page ends with the response, so that the limits of connections are those of requests too.
+/// Rejects requests for other hosts, and adds the security headers to every response.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let mut response = if shared.access.accepts_request(request.headers()) {
         next.run(request).await
@@ -132,9 +109,6 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
             .into_response()
     };
     response.headers_mut().extend(shared.access.headers());
-    if response.status() != StatusCode::SWITCHING_PROTOCOLS {
-        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
-    }
     response
 }
 
@@ -155,9 +129,9 @@ async fn live(
     }
     let longest = shared.traffic.limits().message;
     let socket = socket.max_message_size(longest).max_frame_size(longest);
-    let Some(place) = shared.traffic.open_page() else {
+    let Some(place) = shared.traffic.open_client() else {
         // a browser shows no page the answer to a WebSocket's request, but the reason for which it was closed
-        return socket.on_upgrade(|socket| session::turn_away(socket, close_code::AGAIN, Refusal::PagesAtOnce));
+        return socket.on_upgrade(|socket| turn_away(socket, close_code::AGAIN, Refusal::ClientsAtOnce));
     };
     socket.on_upgrade(move |socket| async move {
         line.is_live();

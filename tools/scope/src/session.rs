@@ -11,18 +11,16 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
+use axum::extract::ws::{Message, WebSocket};
 use serde::Deserialize;
+use sinew_server::{Allowance, End, Line, Refusal, part, receive, send};
 use tokio::sync::mpsc;
-use tokio::time::{MissedTickBehavior, interval, timeout};
+use tokio::time::{MissedTickBehavior, interval};
 
 use crate::command::{self, Answer, Request};
-use crate::door::Line;
 use crate::history::Series;
-use crate::limits::{Allowance, Limits};
 use crate::quantity::COUNT;
 use crate::shared::Shared;
-use crate::traffic::Refusal;
 use crate::view::json;
 
 /// Between two frames: sixty a second.
@@ -31,8 +29,6 @@ const FRAME: Duration = Duration::from_micros(16_000);
 const STATUS_EVERY: u32 = 6;
 /// Frames that may be unacknowledged.
 const IN_FLIGHT: u32 = 4;
-/// How long a page that is turned away may take to go.
-const FAREWELL: Duration = Duration::from_secs(1);
 /// Most series a page may show at once.
 const MOST_SERIES: usize = 64 * COUNT;
 
@@ -63,37 +59,10 @@ struct Shown {
     seen: u32,
 }
 
-/// Why a session has ended.
-enum End {
-    /// The page has gone, or its connection was refused.
-    Gone,
-    /// For this, which is yet to be counted.
-    Refused(Refusal),
-}
-
 /// Serves a page until it goes, or does what is refused.
 pub async fn run(mut socket: WebSocket, shared: Arc<Shared>, line: Line) {
     let Err(end) = serve(&mut socket, &shared, &line).await;
-    if let End::Refused(why) = end {
-        shared.traffic.refuse(why);
-        line.is_refused();
-        // to one that fetches nothing there is nothing to be said
-        if why != Refusal::SlowPages {
-            turn_away(socket, close_code::POLICY, why).await;
-        }
-    }
-}
-
-/// Closes a page, and tells it why. Whether it listens is its own affair.
-pub async fn turn_away(mut socket: WebSocket, code: u16, why: Refusal) {
-    let reason = Message::Close(Some(CloseFrame { code, reason: why.words().into() }));
-    let _ = timeout(FAREWELL, async {
-        if socket.send(reason).await.is_ok() {
-            // what it has sent meanwhile is read: closed with that unread, a socket takes back what it has said
-            while let Some(Ok(_)) = socket.recv().await {}
-        }
-    })
-    .await;
+    part(socket, &shared.traffic, &line, end).await;
 }
 
 async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Result<Infallible, End> {
@@ -107,16 +76,8 @@ async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Res
     let mut count: u32 = 0;
     loop {
         tokio::select! {
-            said = socket.recv() => {
-                let message = match said {
-                    None => return Err(End::Gone),
-                    Some(Err(_)) if line.is_over() => return Err(End::Gone),
-                    Some(Err(_)) => return Err(End::Refused(Refusal::OddMessages)),
-                    Some(Ok(message)) => message,
-                };
-                if !allowed.take(1.0, Instant::now()) {
-                    return Err(End::Refused(Refusal::MessagesASecond));
-                }
+            message = receive(socket, line, &mut allowed) => {
+                let message = message?;
                 let text = match message {
                     Message::Text(text) => text,
                     Message::Binary(_) => return Err(End::Refused(Refusal::OddMessages)),
@@ -159,15 +120,6 @@ async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Res
                 }
             }
         }
-    }
-}
-
-/// Sends one message whole, before there is another: a page that does not fetch it in time is ended.
-async fn send(socket: &mut WebSocket, limits: &Limits, message: impl Into<Message>) -> Result<(), End> {
-    match timeout(limits.patience, socket.send(message.into())).await {
-        Ok(Ok(())) => Ok(()),
-        Ok(Err(_)) => Err(End::Gone),
-        Err(_) => Err(End::Refused(Refusal::SlowPages)),
     }
 }
 

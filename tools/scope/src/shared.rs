@@ -3,10 +3,11 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use sinew_server::Traffic;
+
 use crate::Options;
 use crate::access::{AccessControl, Token};
 use crate::record::Button;
-use crate::traffic::Traffic;
 use crate::view::View;
 
 /// What the watching thread, the server and the pages share.

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use sinew_ipc::{Client, ClientOptions, CycleStream, DriverHealth, Error, Histogram, Snapshot};
 use sinew_sensing::Health;
+use sinew_server::Figures;
 
 use crate::history::History;
 use crate::shared::Shared;
-use crate::traffic::Figures;
 use crate::view::json;
 
 /// Between two looks at what is not a curve: modes, faults, the loop.

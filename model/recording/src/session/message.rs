@@ -54,7 +54,8 @@ string channel  # its name; empty = about all of them
 string text
 ";
 
-    pub(super) fn encode(&self) -> Vec<u8> {
+    /// The message on [`super::EVENTS`].
+    pub fn encode(&self) -> Vec<u8> {
         let mut out = Encoder::new();
         for value in [self.cycle, self.monotonic_ns, self.from_cycle, self.to_cycle] {
             out.u64(value);
@@ -149,7 +150,8 @@ uint64[] period_up_to_ns
 uint64[] period_count
 ";
 
-    pub(super) fn encode(&self) -> Vec<u8> {
+    /// The message on [`super::LOOP`].
+    pub fn encode(&self) -> Vec<u8> {
         let mut out = Encoder::new();
         for value in [
             self.cycle,

@@ -44,6 +44,31 @@ pub const EVENTS: &str = "/events";
 /// Topic of the loop's figures.
 pub const LOOP: &str = "/loop";
 
+/// How the schemas of topics are written: ROS 2 message definitions.
+pub const SCHEMA_ENCODING: &str = "ros2msg";
+/// How messages are encoded: CDR, little endian.
+pub const MESSAGE_ENCODING: &str = "cdr";
+
+/// A topic: what its messages are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topic {
+    /// Its name.
+    pub name: &'static str,
+    /// The type of its messages.
+    pub kind: &'static str,
+    /// That type's definition.
+    pub schema: String,
+}
+
+/// The topics of these channels: [`CYCLES`], [`EVENTS`], [`LOOP`].
+pub fn topics(layout: &Layout) -> [Topic; 3] {
+    [
+        Topic { name: CYCLES, kind: layout::CYCLE_TYPE, schema: layout.text() },
+        Topic { name: EVENTS, kind: Event::TYPE, schema: Event::SCHEMA.into() },
+        Topic { name: LOOP, kind: LoopFigures::TYPE, schema: LoopFigures::SCHEMA.into() },
+    ]
+}
+
 /// Number and time of a cycle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Head {
@@ -56,6 +81,16 @@ pub struct Head {
 }
 
 impl Head {
+    /// Adds the message on [`CYCLES`]: of this cycle, whose channels are `bytes`, one after the other as the layout's fields say,
+    /// little endian.
+    pub fn encode(&self, bytes: &[u8], message: &mut Vec<u8>) {
+        message.extend(message::CDR_LE);
+        for value in [self.cycle, self.monotonic_ns, self.missed] {
+            message.extend(value.to_le_bytes());
+        }
+        message.extend_from_slice(bytes);
+    }
+
     fn of_bytes(bytes: &[u8; layout::HEAD_BYTES]) -> Head {
         let (words, _) = bytes.as_chunks::<8>();
         let word = |at: usize| u64::from_le_bytes(words[at]);

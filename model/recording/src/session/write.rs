@@ -10,9 +10,9 @@ use mcap::records::{MessageHeader, Metadata, op};
 
 use super::about::{ABOUT, About, ENDING, Ended, Ending, Gap, MAX_GAPS, RIG_FILE};
 use super::error::Trouble;
-use super::layout::{CYCLE_TYPE, HEAD_BYTES, Layout};
+use super::layout::{HEAD_BYTES, Layout};
 use super::message::{CDR_LE, Event, GAP, LoopFigures};
-use super::{CYCLES, Compression, EVENTS, Head, LOOP};
+use super::{Compression, Head, MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, topics};
 use crate::error::{Error, What};
 
 /// Bytes of a chunk before compression, from which on it is closed.
@@ -124,11 +124,8 @@ impl<W: Write + Seek> SessionWriter<W> {
         }
         mcap.flush()?;
         let good = position.load(Ordering::Relaxed);
-        let topics = Topics {
-            cycles: topic(&mut mcap, CYCLES, CYCLE_TYPE, &layout.text())?,
-            events: topic(&mut mcap, EVENTS, Event::TYPE, Event::SCHEMA)?,
-            figures: topic(&mut mcap, LOOP, LoopFigures::TYPE, LoopFigures::SCHEMA)?,
-        };
+        let [cycles, events, figures] = topics(layout).map(|topic| add(&mut mcap, &topic));
+        let topics = Topics { cycles: cycles?, events: events?, figures: figures? };
         // What was added is in the first chunk now, which is open.
         Ok(SessionWriter {
             name: options.name,
@@ -152,7 +149,7 @@ impl<W: Write + Seek> SessionWriter<W> {
 
     /// Adds a cycle: `bytes` are the channels one after the other, each as the layout's fields say, little endian.
     ///
-    /// A number that leaves some out is a gap: counted, and written to [`EVENTS`].
+    /// A number that leaves some out is a gap: counted, and written to [`EVENTS`](super::EVENTS).
     ///
     /// # Errors
     /// [`What::Unwritable`]: nothing more can be written then, see [`SessionWriter::abandon`]. [`Trouble::CycleBytes`],
@@ -170,11 +167,7 @@ impl<W: Write + Seek> SessionWriter<W> {
             }
         }
         self.message.clear();
-        self.message.extend(CDR_LE);
-        for value in [head.cycle, head.monotonic_ns, head.missed] {
-            self.message.extend(value.to_le_bytes());
-        }
-        self.message.extend_from_slice(bytes);
+        head.encode(bytes, &mut self.message);
         let message = std::mem::take(&mut self.message);
         let written = self.message(self.topics.cycles, head.cycle, head.monotonic_ns, &message);
         self.message = message;
@@ -344,14 +337,9 @@ pub fn close_off(sink: &mut (impl Write + Seek), length: u64, ending: &Ending) -
 }
 
 /// Adds a topic with its schema.
-fn topic<W: Write + Seek>(
-    mcap: &mut mcap::Writer<W>,
-    topic: &str,
-    kind: &str,
-    schema: &str,
-) -> Result<u16, mcap::McapError> {
-    let schema = mcap.add_schema(kind, "ros2msg", schema.as_bytes())?;
-    mcap.add_channel(schema, topic, "cdr", &BTreeMap::new())
+fn add<W: Write + Seek>(mcap: &mut mcap::Writer<W>, topic: &Topic) -> Result<u16, mcap::McapError> {
+    let schema = mcap.add_schema(topic.kind, SCHEMA_ENCODING, topic.schema.as_bytes())?;
+    mcap.add_channel(schema, topic.name, MESSAGE_ENCODING, &BTreeMap::new())
 }
 
 fn unwritable(name: &str, error: &mcap::McapError) -> Error {

@@ -1,6 +1,7 @@
 //! The command line for clap: every command with its options and an example.
 
 mod around;
+mod bridge;
 mod design;
 mod exchange;
 mod look;
@@ -14,6 +15,7 @@ use clap::{ArgAction, Args, Parser, Subcommand};
 use sinew_ipc::MOST_PRIORITY;
 
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
+pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
 pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
@@ -74,6 +76,8 @@ pub enum Command {
     Monitor(Monitor),
     /// The running driver as a live page for a browser of this machine.
     Scope(Scope),
+    /// The running driver for other programs and machines: Prometheus, Foxglove.
+    Bridge(Bridge),
     /// Command channels: one, or several in the same cycle.
     Set(Set),
     /// Play setpoints from a CSV file, all channels in the same cycle.

@@ -16,13 +16,18 @@ use crate::setpoint::Setpoint;
 
 /// Connects to the driver that is meant: the named one, or the only one there is.
 pub fn connect(target: &Target) -> Result<Client, Failure> {
+    Client::connect(&rig(target)?).map_err(failure)
+}
+
+/// The rig that is meant: the named one, whether its driver runs or not, or that of the only driver there is.
+pub fn rig(target: &Target) -> Result<String, Failure> {
     if let Some(name) = &target.name {
-        return Client::connect(name).map_err(failure);
+        return Ok(name.clone());
     }
     let running = Client::discover().map_err(failure)?;
     match running.as_slice() {
         [] => Err(Failure::own("no driver is running").hint("start one with `sinew run`")),
-        [only] => Client::connect(only).map_err(failure),
+        [only] => Ok(only.clone()),
         several => Err(Failure::input(format!("{} drivers are running", several.len()))
             .hint(format!("choose one with --rig: {}", list(several.iter().map(String::as_str))))),
     }

@@ -21,7 +21,7 @@ use sinew_threads::{Comes, Thread};
 
 use super::live::{self, Live};
 use super::monitor::{ENDING, has_screen, lines};
-use super::{load_rig_with, program};
+use super::{herald, load_rig_with, program};
 use crate::args;
 use crate::backend::{self, Chosen};
 use crate::failure::{Failure, Outcome};
@@ -54,12 +54,17 @@ pub fn run(args: &args::Run) -> Outcome {
     log::never_wait()?;
     let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
     stop_when_asked(asked, driver.stopper(), wish_of(&rig))?;
+    let told = herald::start(&rig, &driver)?;
     let stopper = driver.stopper();
     // A panic stops the driver before the terminal is put back, which nobody may be reading.
     let main = Thread::Main.start().on_death(move || stopper.fail());
     let shown = main.run(|| show(args, &rig, &wires, &driver, &|| !driver.is_running())).unwrap_or(Ok(()));
     driver.stop();
     let mut report = driver.join();
+    if let Some(told) = told {
+        // it says that the driver stops, before the report takes its time
+        let _ = told.join();
+    }
     log::part();
     if let Some(black_box) = black_box {
         let written = black_box.finish();

@@ -4,16 +4,15 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use sinew_ipc::ChannelState;
+use sinew_server::{Figures, Flow, answer};
 use tokio::sync::oneshot;
 
 use super::*;
 use crate::history::{History, Shape};
-use crate::limits::Flow;
-use crate::traffic::Figures;
 
 /// How long a test waits for what has to come.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -30,8 +29,7 @@ struct Server {
 
 impl Server {
     fn new(limits: Limits) -> Server {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-        listener.set_nonblocking(true).unwrap();
+        let listener = listen((Ipv4Addr::LOCALHOST, 0).into()).unwrap();
         let port = listener.local_addr().unwrap().port();
         let options = Options { rig: "none".into(), port, record_dir: ".".into(), commands: true };
         let history = History::new(Shape { channels: 1, rate_hz: 1000.0 });
@@ -51,7 +49,7 @@ impl Server {
         let thread = std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
             runtime.block_on(async {
-                tokio::select! { served = answer(listener, served) => served.unwrap(), _ = stopped => {} }
+                tokio::select! { served = answer(listener, router(served.clone()), served.traffic.clone()) => served.unwrap(), _ = stopped => {} }
             });
         });
         Server { shared, port, stop: Some(stop), thread: Some(thread) }
@@ -258,7 +256,7 @@ fn a_live_page_lasts_longer_than_a_request_may() {
     rest(&mut silent);
     page.told("status");
     page.told("status");
-    assert_eq!((server.figures().pages_open, server.refused("stalled_connections")), (1, 1));
+    assert_eq!((server.figures().clients_open, server.refused("stalled_connections")), (1, 1));
 }
 
 #[test]
@@ -302,22 +300,22 @@ fn foreign_hosts_and_origins_are_counted() {
     let said: Value = serde_json::from_str(answer.split("\r\n\r\n").nth(1).expect("a body")).unwrap();
     assert_eq!(said["refused"]["foreign_hosts"], 3);
     assert_eq!(said["refused"]["foreign_origins"], 3);
-    assert_eq!((&said["refused_in_all"], &said["connections"], &said["pages"]), (&json!(6), &json!(7), &json!(0)));
+    assert_eq!((&said["refused_in_all"], &said["connections"], &said["clients"]), (&json!(6), &json!(7), &json!(0)));
 }
 
 #[test]
 fn pages_are_bounded_at_once_and_told_so() {
-    let server = Server::new(Limits { pages: 1, ..Limits::default() });
+    let server = Server::new(Limits { clients: 1, ..Limits::default() });
     let mut first = server.page();
     let mut second = server.page();
     second.say(&json!({ "do": "token", "token": "0" }));
-    assert_eq!(second.closed(), Some((close_code::AGAIN, Refusal::PagesAtOnce.words().into())));
+    assert_eq!(second.closed(), Some((close_code::AGAIN, Refusal::ClientsAtOnce.words().into())));
     first.told("status");
     let figures = server.figures();
-    assert_eq!((figures.pages, figures.pages_open, figures.refused["pages_at_once"]), (1, 1, 1));
+    assert_eq!((figures.clients, figures.clients_open, figures.refused["clients_at_once"]), (1, 1, 1));
     assert_eq!(figures.refused_in_all, 1, "what one that was turned away says is not heard");
     drop(first);
-    server.wait("room", |now| now.pages_open == 0);
+    server.wait("room", |now| now.clients_open == 0);
     server.page().told("status");
 }
 
@@ -332,7 +330,7 @@ fn messages_of_a_page_are_bounded_a_second() {
     // pings are messages too
     page.send(LAST | 9, b"");
     assert_eq!(page.closed(), told_off(Refusal::MessagesASecond));
-    server.wait("its end", |now| now.pages_open == 1);
+    server.wait("its end", |now| now.clients_open == 1);
     other.told("status");
     assert_eq!((server.refused("messages_a_second"), server.figures().refused_in_all), (1, 1));
 }
@@ -368,7 +366,7 @@ fn messages_that_no_page_sends_are_refused() {
         page.told("status");
         page.send(*first, content);
         page.closed();
-        server.wait("its end", |now| now.pages_open == 0);
+        server.wait("its end", |now| now.clients_open == 0);
         assert_eq!(server.refused("odd_messages"), count as u64 + 1, "{content:?}");
     }
     // a MiB that is claimed is not waited for
@@ -377,7 +375,7 @@ fn messages_that_no_page_sends_are_refused() {
     page.closed();
     // one that just leaves has done nothing
     drop(server.page());
-    server.wait("an end of both", |now| now.pages == 7 && now.pages_open == 0);
+    server.wait("an end of both", |now| now.clients == 7 && now.clients_open == 0);
     assert_eq!((server.refused("odd_messages"), server.figures().refused_in_all), (6, 6));
 }
 
@@ -404,9 +402,9 @@ fn a_page_that_fetches_nothing_is_dropped_and_holds_nobody_up() {
     // more than the system takes in for it, in little time
     server.shared.view().status = json!({ "kind": "status", "much": "x".repeat(2 << 20) }).to_string();
     let (slow, mut other) = (server.page(), server.page());
-    server.meanwhile("a refusal", |now| now.refused["slow_pages"] == 1, || drop(other.told("status")));
+    server.meanwhile("a refusal", |now| now.refused["slow_clients"] == 1, || drop(other.told("status")));
     other.told("status");
-    server.wait("its end", |now| now.pages_open == 1);
+    server.wait("its end", |now| now.clients_open == 1);
     assert_eq!(server.figures().refused_in_all, 1, "{}", server.figures());
     drop(slow);
 }

@@ -1,6 +1,6 @@
 //! The door: accepts connections within the limits, and ends those that stall or send too much.
 //!
-//! A connection carries one request, and becomes a live page or ends in time: neither one that sends nothing nor one that
+//! A connection carries one request, and becomes a live client's or ends in time: neither one that sends nothing nor one that
 //! sends a byte now and then (slowloris) keeps its place. The check is in the connection itself, beneath HTTP, which has no
 //! timeout of its own here; it waits for nobody else.
 
@@ -70,7 +70,7 @@ struct Flags {
 }
 
 impl Line {
-    /// It carries a live page from here on, which may last.
+    /// It is a live client's from here on, which may last.
     pub fn is_live(&self) {
         self.0.live.store(true, Ordering::Relaxed);
     }

@@ -1,32 +1,32 @@
-//! How much anybody may ask of the scope: clients, bytes and rates.
+//! How much anybody may ask of a server: clients, bytes and rates.
 //!
-//! Whoever has an account on this machine may connect, and a page may have gone wrong. Each figure is well above what the
-//! scope's own pages need: a page that holds 64 wires sends 220 messages a second, of 40 kB.
+//! Whoever has an account on this machine may connect, and a client may have gone wrong. Each figure is well above what clients
+//! need: a page of the scope that holds 64 wires sends 220 messages a second, of 40 kB.
 
 use std::time::{Duration, Instant};
 
-/// What is allowed; of a scope that was opened, [`Limits::default`].
+/// What is allowed; of a server that users start, [`Limits::default`].
 #[derive(Debug, Clone)]
 pub struct Limits {
-    /// Connections open at once, those of live pages among them.
+    /// Connections open at once, those of live clients among them.
     pub connections: usize,
-    /// New connections. A page takes nine: its files and the live one.
+    /// New connections. A page of the scope takes nine: its files and the live one.
     pub connecting: Flow,
-    /// How long a connection that is no live page may last, whatever it does meanwhile: its request and the answer.
+    /// How long a connection that is not live may last, whatever it does meanwhile: its request and the answer.
     pub request: Duration,
-    /// Live pages open at once.
-    pub pages: usize,
+    /// Live clients at once: connections that last, by WebSocket.
+    pub clients: usize,
     /// Bytes that a connection sends, with everything that HTTP and WebSocket add. More at once than the longest message.
     pub bytes: Flow,
-    /// Messages that a live page sends.
+    /// Messages that a live client sends.
     pub messages: Flow,
-    /// Longest message that a live page may send, bytes.
+    /// Longest message that a live client may send, bytes.
     pub message: usize,
-    /// Requests of a live page that it has not had the answer of.
+    /// Requests of a page of the scope that it has not had the answer of.
     pub unanswered: usize,
-    /// Longest frame of curves to a live page, bytes: what there is beyond comes in the next one.
+    /// Longest frame of curves to a page of the scope, bytes: what there is beyond comes in the next one.
     pub frame: usize,
-    /// How long a live page may take to fetch one message. There is never more than that one waiting for it.
+    /// How long a live client may take to fetch one message. There is never more than that one waiting for it.
     pub patience: Duration,
 }
 
@@ -36,7 +36,7 @@ impl Default for Limits {
             connections: 64,
             connecting: Flow { at_once: 128.0, a_second: 64.0 },
             request: Duration::from_secs(10),
-            pages: 16,
+            clients: 16,
             bytes: Flow { at_once: 512e3, a_second: 256e3 },
             messages: Flow { at_once: 1000.0, a_second: 500.0 },
             message: 64 << 10,
@@ -105,6 +105,6 @@ mod tests {
     fn the_limits_fit_each_other() {
         let limits = Limits::default();
         assert!(limits.bytes.at_once > 2.0 * limits.message as f64, "else the longest message is never let through");
-        assert!(limits.connections > limits.pages, "live pages leave room for others' files");
+        assert!(limits.connections > limits.clients, "live ones leave room for others' requests");
     }
 }

@@ -10,19 +10,20 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::limits::Limits;
 
-/// What the scope refuses, and what it is counted as.
+/// What a server refuses, and what it is counted as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "ALL says what each is")]
 pub enum Refusal {
     ConnectionsAtOnce,
     ConnectionsASecond,
     StalledConnections,
     ForeignHosts,
     ForeignOrigins,
-    PagesAtOnce,
+    ClientsAtOnce,
     BytesASecond,
     MessagesASecond,
     OddMessages,
-    SlowPages,
+    SlowClients,
     WrongTokens,
     CommandsWithoutToken,
     RequestsUnanswered,
@@ -36,11 +37,11 @@ impl Refusal {
         (Refusal::StalledConnections, "stalled_connections", "a request that took too long"),
         (Refusal::ForeignHosts, "foreign_hosts", "a request for another host"),
         (Refusal::ForeignOrigins, "foreign_origins", "a page of another origin"),
-        (Refusal::PagesAtOnce, "pages_at_once", "too many pages are open"),
+        (Refusal::ClientsAtOnce, "clients_at_once", "too many clients are connected"),
         (Refusal::BytesASecond, "bytes_a_second", "too many bytes a second"),
         (Refusal::MessagesASecond, "messages_a_second", "too many messages a second"),
-        (Refusal::OddMessages, "odd_messages", "a message that is too long, or none that a page of this version sends"),
-        (Refusal::SlowPages, "slow_pages", "a page that does not fetch what it is sent"),
+        (Refusal::OddMessages, "odd_messages", "a message that is too long, or none that a client of this kind sends"),
+        (Refusal::SlowClients, "slow_clients", "a client that does not fetch what it is sent"),
         (Refusal::WrongTokens, "wrong_tokens", "a wrong token"),
         (Refusal::CommandsWithoutToken, "commands_without_token", "a command of a page that may only watch"),
         (Refusal::RequestsUnanswered, "requests_unanswered", "too many requests without an answer yet"),
@@ -52,29 +53,29 @@ impl Refusal {
     }
 }
 
-/// Who is connected to a scope, and what it has refused.
+/// Who is connected to a server, and what it has refused.
 #[derive(Debug)]
 pub struct Traffic {
     limits: Limits,
     connections: Arc<Semaphore>,
-    pages: Arc<Semaphore>,
+    clients: Arc<Semaphore>,
     connected: AtomicU64,
     opened: AtomicU64,
     refused: [AtomicU64; Refusal::ALL.len()],
 }
 
-/// Figures of a scope's traffic, at one moment.
+/// Figures of a server's traffic, at one moment.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Figures {
-    /// Connections accepted since the scope was opened.
+    /// Connections accepted since the server was opened.
     pub connections: u64,
     /// Of these, open now.
     pub connections_open: usize,
-    /// Live pages since the scope was opened; one that connects anew counts again.
-    pub pages: u64,
+    /// Live clients since then; one that connects anew counts again.
+    pub clients: u64,
     /// Of these, open now.
-    pub pages_open: usize,
-    /// What was refused since the scope was opened: how often, by its name; docs/scope.md explains each.
+    pub clients_open: usize,
+    /// What was refused since the server was opened: how often, by its name; docs/scope.md explains each.
     pub refused: BTreeMap<&'static str, u64>,
     /// All of that together.
     pub refused_in_all: u64,
@@ -82,10 +83,10 @@ pub struct Figures {
 
 impl Traffic {
     /// None yet.
-    pub(crate) fn new(limits: Limits) -> Traffic {
+    pub fn new(limits: Limits) -> Traffic {
         Traffic {
             connections: Arc::new(Semaphore::new(limits.connections)),
-            pages: Arc::new(Semaphore::new(limits.pages)),
+            clients: Arc::new(Semaphore::new(limits.clients)),
             connected: AtomicU64::new(0),
             opened: AtomicU64::new(0),
             refused: [const { AtomicU64::new(0) }; Refusal::ALL.len()],
@@ -94,18 +95,18 @@ impl Traffic {
     }
 
     /// What is allowed.
-    pub(crate) fn limits(&self) -> &Limits {
+    pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
     /// A connection's place, until it is dropped; none where all are taken, which is counted.
-    pub(crate) fn connect(&self) -> Option<OwnedSemaphorePermit> {
+    pub fn connect(&self) -> Option<OwnedSemaphorePermit> {
         self.place(&self.connections, &self.connected, Refusal::ConnectionsAtOnce)
     }
 
-    /// A live page's place, until it is dropped; none where all are taken, which is counted.
-    pub(crate) fn open_page(&self) -> Option<OwnedSemaphorePermit> {
-        self.place(&self.pages, &self.opened, Refusal::PagesAtOnce)
+    /// A live client's place, until it is dropped; none where all are taken, which is counted.
+    pub fn open_client(&self) -> Option<OwnedSemaphorePermit> {
+        self.place(&self.clients, &self.opened, Refusal::ClientsAtOnce)
     }
 
     fn place(&self, places: &Arc<Semaphore>, taken: &AtomicU64, none: Refusal) -> Option<OwnedSemaphorePermit> {
@@ -119,7 +120,7 @@ impl Traffic {
     }
 
     /// Counts a refusal.
-    pub(crate) fn refuse(&self, what: Refusal) {
+    pub fn refuse(&self, what: Refusal) {
         self.refused[what as usize].fetch_add(1, Ordering::Relaxed);
     }
 
@@ -129,8 +130,8 @@ impl Traffic {
         Figures {
             connections: self.connected.load(Ordering::Relaxed),
             connections_open: self.limits.connections - self.connections.available_permits(),
-            pages: self.opened.load(Ordering::Relaxed),
-            pages_open: self.limits.pages - self.pages.available_permits(),
+            clients: self.opened.load(Ordering::Relaxed),
+            clients_open: self.limits.clients - self.clients.available_permits(),
             refused: Refusal::ALL.iter().zip(counts).map(|((_, name, _), count)| (*name, count)).collect(),
             refused_in_all: counts.iter().sum(),
         }
@@ -140,7 +141,7 @@ impl Traffic {
 /// One line for the end of a run.
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "pages served: {} (connections: {}); ", self.pages, self.connections)?;
+        write!(f, "clients served: {} (connections: {}); ", self.clients, self.connections)?;
         if self.refused_in_all == 0 {
             return write!(f, "nothing refused");
         }
@@ -172,19 +173,22 @@ mod tests {
 
     #[test]
     fn places_are_free_again_once_they_are_left() {
-        let traffic = Traffic::new(Limits { connections: 2, pages: 1, ..Limits::default() });
-        assert_eq!(traffic.figures().to_string(), "pages served: 0 (connections: 0); nothing refused");
+        let traffic = Traffic::new(Limits { connections: 2, clients: 1, ..Limits::default() });
+        assert_eq!(traffic.figures().to_string(), "clients served: 0 (connections: 0); nothing refused");
         let (one, two) = (traffic.connect(), traffic.connect());
         assert!(one.is_some() && two.is_some() && traffic.connect().is_none());
         drop(one);
         assert!(traffic.connect().is_some());
-        let page = traffic.open_page();
-        assert!(page.is_some() && traffic.open_page().is_none());
+        let client = traffic.open_client();
+        assert!(client.is_some() && traffic.open_client().is_none());
         let figures = traffic.figures();
-        assert_eq!((figures.connections, figures.connections_open, figures.pages, figures.pages_open), (3, 1, 1, 1));
+        assert_eq!(
+            (figures.connections, figures.connections_open, figures.clients, figures.clients_open),
+            (3, 1, 1, 1)
+        );
         assert_eq!(
             figures.to_string(),
-            "pages served: 1 (connections: 3); refused: 2 – 1 × too many connections are open, 1 × too many pages are open"
+            "clients served: 1 (connections: 3); refused: 2 – 1 × too many connections are open, 1 × too many clients are connected"
         );
     }
 }

@@ -1,0 +1,69 @@
+//! Serving until it is time to end.
+
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::Request;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::middleware::{Next, from_fn};
+use axum::response::Response;
+
+use crate::door::{Door, Line};
+use crate::traffic::Traffic;
+
+/// How soon a server notices that it is to stop.
+const NOTICE: Duration = Duration::from_millis(50);
+
+/// Takes a port; 0 = any that is free.
+///
+/// # Errors
+/// The system's, when it cannot be had.
+pub fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+/// Answers whoever connects to `listener`, on this thread, until `is_over` says that it is time.
+///
+/// # Errors
+/// The system's, when there is no event loop to be had.
+pub fn serve(
+    listener: TcpListener,
+    router: Router,
+    traffic: Arc<Traffic>,
+    is_over: impl Fn() -> bool,
+) -> std::io::Result<()> {
+    tokio::runtime::Builder::new_current_thread().enable_all().build().and_then(|runtime| {
+        let served = runtime.block_on(async {
+            tokio::select! {
+                served = answer(listener, router, traffic) => served,
+                () = async { while !is_over() { tokio::time::sleep(NOTICE).await } } => Ok(()),
+            }
+        });
+        // what still waits for somebody else is not waited for
+        runtime.shutdown_background();
+        served
+    })
+}
+
+/// Answers whoever connects. Its handlers find the [`Line`] of their connection as `ConnectInfo`.
+///
+/// # Errors
+/// The system's.
+pub async fn answer(listener: TcpListener, router: Router, traffic: Arc<Traffic>) -> std::io::Result<()> {
+    let door = Door::new(tokio::net::TcpListener::from_std(listener)?, traffic);
+    let router = router.layer(from_fn(one_request));
+    axum::serve(door, router.into_make_service_with_connect_info::<Line>()).await
+}
+
+/// A connection that does not become live ends with the response, so that the limits of connections are those of requests too.
+async fn one_request(request: Request, next: Next) -> Response {
+    let mut response = next.run(request).await;
+    if response.status() != StatusCode::SWITCHING_PROTOCOLS {
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
+    response
+}
