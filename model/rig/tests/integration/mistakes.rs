@@ -499,8 +499,8 @@ fn columns() {
     );
     let text = format!("{GOOD}[recording.columns]\nposition_m = {{ column = \"Pos\", scale = -1.0 }}\nduty = \"D\"\n");
     let rig = Rig::parse(&text, "").unwrap();
-    assert_eq!((rig.columns["position_m"].scale, rig.columns["position_m"].offset), (-1.0, 0.0));
-    assert_eq!((rig.columns["duty"].column.as_str(), rig.columns["duty"].scale), ("D", 1.0));
+    assert_eq!((rig.recording.columns["position_m"].scale, rig.recording.columns["position_m"].offset), (-1.0, 0.0));
+    assert_eq!((rig.recording.columns["duty"].column.as_str(), rig.recording.columns["duty"].scale), ("D", 1.0));
 }
 
 #[test]

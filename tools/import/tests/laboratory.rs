@@ -1,0 +1,131 @@
+//! Files as laboratories have them, each read, understood, mapped and read again by its mapping: the numbers are those that
+//! `make_files.py` put in, or the refusal is the right sentence.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use sinew_import::{Bench, confirm, guess, mapping, read, recording};
+use sinew_recording::{Column, Recording, TIME};
+use sinew_rig::{FileFormat, Mapping, Rig};
+
+/// The wire that all of them are of.
+const RIG: &str = "[rig]\nname = \"bench\"\nambient_c = 23.5\n[[channel]]\nname = \"wire\"\n\
+    wire = { diameter_mm = 0.125, length_mm = 160.0 }\ndrive = { supply_v = 6.0 }\nload = { mass_kg = 0.2 }\n";
+
+/// What is expected of a file: quantity, row and value as they stand in `expected.csv`.
+type Expected = Vec<(String, String, String)>;
+
+fn expected(folder: &Path) -> BTreeMap<String, Expected> {
+    let text = std::fs::read_to_string(folder.join("expected.csv")).expect("expected.csv");
+    let mut files: BTreeMap<String, Expected> = BTreeMap::new();
+    for line in text.lines().skip(1) {
+        let mut cells = line.splitn(4, ',');
+        let mut cell = || cells.next().expect("four cells").to_string();
+        let (file, quantity, row, value) = (cell(), cell(), cell(), cell());
+        // a sentence with commas or quotes is in quotes
+        let value = value
+            .strip_prefix('"')
+            .and_then(|v| v.strip_suffix('"'))
+            .map_or(value.clone(), |v| v.replace("\"\"", "\""));
+        files.entry(file).or_default().push((quantity, row, value));
+    }
+    files
+}
+
+fn column<'r>(recording: &'r Recording, name: &str) -> Option<&'r [f64]> {
+    if name == TIME { Some(recording.time_s()) } else { recording.get(Column::from_name(name)?) }
+}
+
+/// Everything that is wrong with how a file is read.
+fn complaints(path: &Path, expected: &Expected) -> Vec<String> {
+    let rig = Rig::parse(RIG, "rig.toml").expect("a rig");
+    let bench = Bench::of(&rig.channels[0]);
+    let refusal = expected.iter().find(|(quantity, ..)| quantity == "refused");
+    let table = match (read(path, &FileFormat::default()), refusal) {
+        (Ok(_), Some((.., words))) => return vec![format!("is read, and not refused with {words:?}")],
+        (Err(error), Some((.., words))) => {
+            let text = error.to_string();
+            let right = text.contains(words.as_str()) && !error.hint.is_empty() && !text.contains('\n');
+            return if right { Vec::new() } else { vec![format!("{text:?} has no {words:?}")] };
+        }
+        (Err(error), None) => return vec![format!("is refused: {error}")],
+        (Ok(table), None) => table,
+    };
+    let understood = guess(&table, Some(&bench), None);
+    let name = path.file_name().expect("a name").to_string_lossy();
+    let said = confirm(&name, &table, &understood);
+    let text = mapping(&name, &table, &understood);
+    let mut wrong = Vec::new();
+    // what is written is what was meant, and reads the file as it was read
+    let again = match Mapping::parse(&text, "map.toml") {
+        Ok(again) => again,
+        Err(error) => return vec![format!("its mapping is none: {error}\n{text}")],
+    };
+    if again != understood.mapping {
+        wrong.push(format!("its mapping reads back as another:\n{text}"));
+    }
+    let table_again = match read(path, &again.format) {
+        Ok(table) => table,
+        Err(error) => return vec![format!("by its own mapping it is refused: {error}\n{text}")],
+    };
+    let recording = match recording(path, &table_again, &again, None) {
+        Ok(recording) => recording,
+        Err(error) => return vec![format!("by its mapping: {error}\n{said}")],
+    };
+    for (quantity, row, value) in expected {
+        let (of, change) = quantity.split_once(':').map_or((quantity.as_str(), false), |(of, _)| (of, true));
+        match of {
+            "rows" => {
+                if recording.len().to_string() != *value {
+                    wrong.push(format!("{} rows, not {value}", recording.len()));
+                }
+            }
+            "says" => {
+                if !said.contains(value.as_str()) && !text.contains(value.as_str()) {
+                    wrong.push(format!("does not say {value:?}"));
+                }
+            }
+            _ => {
+                let Some(values) = column(&recording, of) else {
+                    wrong.push(format!("has no {of}"));
+                    continue;
+                };
+                let Some(&found) = row.parse().ok().and_then(|row: usize| values.get(row)) else {
+                    wrong.push(format!("{of} has no row {row}"));
+                    continue;
+                };
+                let found = if change { found - values[0] } else { found };
+                let right = match value.parse::<f64>() {
+                    Ok(value) => (found - value).abs() <= 1e-9 * value.abs() + 1e-9,
+                    Err(_) => found.is_nan(),
+                };
+                if !right {
+                    wrong.push(format!("{of} in row {row} is {found}, not {value}"));
+                }
+            }
+        }
+    }
+    if !wrong.is_empty() {
+        wrong.push(said);
+    }
+    wrong
+}
+
+fn all_right(folder: &str, least: usize) {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests").join(folder);
+    let files = expected(&folder);
+    assert!(files.len() >= least, "{} files", files.len());
+    let mut wrong = Vec::new();
+    for (file, expected) in &files {
+        assert!(expected.iter().any(|(quantity, ..)| quantity != "says"), "{file}: nothing is expected of it");
+        for complaint in complaints(&folder.join(file), expected) {
+            wrong.push(format!("{file}: {complaint}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_file_is_read_right_or_refused_with_the_right_sentence() {
+    all_right("files", 50);
+}
