@@ -4,9 +4,9 @@
 use sinew_rig::FileFormat;
 
 use crate::error::{Error, shorten};
-use crate::numbers::{Cell, Dates, Moment, Style, moment};
+use crate::numbers::{Cell, Dates, Moment, Style, cell, is_grouped, moment};
 use crate::table::{Column, Table, name_all};
-use crate::units::{self, unit};
+use crate::units::{self, named, unit};
 
 /// Rows of cells.
 pub(crate) trait Grid {
@@ -120,7 +120,7 @@ pub(crate) fn understand(grid: &dyn Grid, kind: String, style: Style, given: &Fi
         notes.push(format!("{} above the table passed over", lines(grid.line(*from), grid.line(*to))));
     }
     let dates = Dates::from_word(given.dates.as_deref().unwrap_or_default());
-    let mut rows = Rows { cells: Vec::new(), lines: Vec::new(), width };
+    let mut rows = Rows { cells: Vec::new(), lines: Vec::new(), indices: Vec::new(), width };
     rows.take(grid, first, style, &header, &mut notes)?;
     let format = FileFormat {
         header_line: Some(header.from.map_or(0, |from| grid.line(from))),
@@ -128,7 +128,7 @@ pub(crate) fn understand(grid: &dyn Grid, kind: String, style: Style, given: &Fi
         ..FileFormat::default()
     };
     let mut table = Table { kind, columns: Vec::new(), format, rate_hz: None, notes, lines: rows.lines.clone() };
-    rows.columns(header, style, dates, &mut table)?;
+    rows.columns(grid, header, style, dates, &mut table)?;
     let facts = Facts::of((0..above).map(|i| grid.words(i)), style);
     facts.into(&mut table);
     name_all(&mut table.columns);
@@ -286,6 +286,8 @@ fn fitted(mut words: Vec<String>, width: usize) -> Vec<String> {
 struct Rows {
     cells: Vec<Vec<Cell>>,
     lines: Vec<usize>,
+    /// Their places in the grid.
+    indices: Vec<usize>,
     width: usize,
 }
 
@@ -341,6 +343,7 @@ impl Rows {
                 column.push(cells.next().unwrap_or(Cell::Missing));
             }
             self.lines.push(grid.line(i));
+            self.indices.push(i);
         }
         if remarks > 0 {
             notes.push(format!("{remarks} remarks between the rows passed over"));
@@ -362,11 +365,49 @@ impl Rows {
     }
 
     /// The columns of numbers.
-    fn columns(self, header: Header, style: Style, dates: Option<Dates>, table: &mut Table) -> Result<(), Error> {
-        for (k, cells) in self.cells.into_iter().enumerate() {
+    fn columns(
+        self,
+        grid: &dyn Grid,
+        header: Header,
+        style: Style,
+        dates: Option<Dates>,
+        table: &mut Table,
+    ) -> Result<(), Error> {
+        for (k, mut cells) in self.cells.into_iter().enumerate() {
             let name = header.names.get(k).cloned().unwrap_or_default();
             let shown = if name.is_empty() { format!("column {}", k + 1) } else { shorten(&name) };
             let unit = header.units.get(k).filter(|u| !u.is_empty() && *u != "-").cloned();
+            let word = |row: usize| grid.words(self.indices[row]).into_iter().nth(k).unwrap_or_default();
+            let is_text = |cell: &Cell| matches!(cell, Cell::Text(_));
+            if cells.iter().any(is_text) {
+                // a column may have been written with the other decimal sign than the rest
+                let other = Style { decimal: if style.decimal == ',' { '.' } else { ',' }, ..style };
+                let again: Vec<Cell> = (0..cells.len()).map(|row| cell(&word(row), other)).collect();
+                if again.iter().all(|cell| matches!(cell, Cell::Number(_) | Cell::Missing)) {
+                    table.notes.push(format!("column \"{shown}\" has \"{}\" as its decimal sign", other.decimal));
+                    cells = again;
+                }
+            } else if let Some(row) = (0..cells.len().min(1000)).find(|row| {
+                matches!(cells[*row], Cell::Number(number) if number.abs() >= 1e3)
+                    && is_grouped(&word(*row), style.decimal)
+            }) {
+                if let Cell::Number(number) = cells[row] {
+                    table.notes.push(format!("column \"{shown}\": \"{}\" is read as {number}", word(row)));
+                }
+            }
+            // a cell that was given the format of a date by accident is the number it has
+            let measures = named(&name).stated.or(unit.as_deref().and_then(units::unit));
+            if measures.is_some_and(|u| !matches!(u.dimension, units::Dimension::Time | units::Dimension::Other)) {
+                let mut dated = false;
+                for cell in &mut cells {
+                    if let Cell::Moment(Moment { serial: Some(serial), .. }) = cell {
+                        (*cell, dated) = (Cell::Number(*serial), true);
+                    }
+                }
+                if dated {
+                    table.notes.push(format!("column \"{shown}\" is shown as dates: its numbers are read"));
+                }
+            }
             let count = |is: fn(&Cell) -> bool| cells.iter().filter(|cell| is(cell)).count();
             let numbers = count(|cell| matches!(cell, Cell::Number(_)));
             let moments = count(|cell| matches!(cell, Cell::Moment(_)));
@@ -489,6 +530,9 @@ impl Facts {
             return;
         }
         let x = usize::from(table.columns.first().is_some_and(|c| c.name == "X_Value"));
+        if let Some(time) = table.columns.first_mut().filter(|_| x == 1) {
+            time.unit = Some("s".into());
+        }
         for (column, unit) in table.columns.iter_mut().skip(x).zip(self.units) {
             column.unit = column.unit.take().or(Some(unit).filter(|u| !u.is_empty()));
         }

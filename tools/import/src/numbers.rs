@@ -18,6 +18,8 @@ pub(crate) enum Cell {
 pub(crate) struct Moment {
     pub day: Option<i64>,
     pub seconds: f64,
+    /// The number in a spreadsheet that is shown as a moment.
+    pub serial: Option<f64>,
 }
 
 /// How numbers and dates are written.
@@ -190,7 +192,7 @@ pub(crate) fn moment(text: &str, dates: Dates) -> Option<Moment> {
         Some(false) if (43_200.0..46_800.0).contains(&seconds) => seconds -= 43_200.0,
         _ => {}
     }
-    Some(Moment { day, seconds: seconds - zone_s })
+    Some(Moment { day, seconds: seconds - zone_s, serial: None })
 }
 
 /// A time of day without the zone behind it, and that in seconds east of Greenwich.
@@ -292,7 +294,7 @@ mod tests {
     #[test]
     fn moments_of_all_countries() {
         let at = |text: &str| moment(text, Dates::DayFirst).unwrap_or_else(|| panic!("{text}"));
-        let noon = Moment { day: Some(19_794), seconds: 43_200.5 };
+        let noon = Moment { day: Some(19_794), seconds: 43_200.5, serial: None };
         for text in [
             "2024-03-12T12:00:00.5Z",
             "2024-03-12 12:00:00,5",
@@ -305,9 +307,9 @@ mod tests {
             assert_eq!(at(text), noon, "{text}");
         }
         assert_eq!(moment("03/12/2024 12:00:00.5", Dates::MonthFirst), Some(noon));
-        assert_eq!(at("00:01:02,25"), Moment { day: None, seconds: 62.25 });
-        assert_eq!(at("1:02.25"), Moment { day: None, seconds: 62.25 });
-        assert_eq!(at("10:00:01:250"), Moment { day: None, seconds: 36_001.25 });
+        assert_eq!(at("00:01:02,25"), Moment { day: None, seconds: 62.25, serial: None });
+        assert_eq!(at("1:02.25"), Moment { day: None, seconds: 62.25, serial: None });
+        assert_eq!(at("10:00:01:250"), Moment { day: None, seconds: 36_001.25, serial: None });
         for text in ["32.03.2024", "1.2", "1.2.3.4", "12", "a:b", "10:61:00", "é:ü", "-:+:é"] {
             assert_eq!(moment(text, Dates::DayFirst), None, "{text}");
         }

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use calamine::{Data, ExcelDateTime, Range, Reader, Sheets, open_workbook_auto_from_rs};
+use calamine::{Data, ExcelDateTime, Ods, Range, Reader, Sheets, Xls, Xlsb, Xlsx};
 use sinew_rig::FileFormat;
 
 use crate::error::Error;
@@ -20,23 +20,8 @@ struct Sheet {
 
 /// Reads the sheet of this name, or the one with most rows of numbers.
 pub(crate) fn sheet(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
-    let damaged = |e: calamine::Error| {
-        let text = e.to_string();
-        let locked = text.to_lowercase().contains("password") || text.to_lowercase().contains("encrypt");
-        let hint = if locked {
-            "save it without a password"
-        } else {
-            "open it in the program that wrote it and save it again, as .xlsx or as CSV"
-        };
-        Error::new(format!("cannot be read as a spreadsheet: {}", text.replace('\n', " ")), hint)
-    };
-    let mut book: Sheets<_> = open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(damaged)?;
-    let kind = match &book {
-        Sheets::Xls(_) => "Excel (.xls)",
-        Sheets::Xlsx(_) => "Excel (.xlsx)",
-        Sheets::Xlsb(_) => "Excel (.xlsb)",
-        Sheets::Ods(_) => "OpenDocument (.ods)",
-    };
+    let (kind, opened) = open(bytes);
+    let mut book = opened.map_err(damaged)?;
     let names = book.sheet_names();
     let wanted: Vec<String> = match &given.sheet {
         Some(name) if names.contains(name) => vec![name.clone()],
@@ -78,6 +63,33 @@ pub(crate) fn sheet(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
     Ok(table)
 }
 
+fn damaged(error: calamine::Error) -> Error {
+    let text = error.to_string().replace('\n', " ");
+    let locked = text.to_lowercase().contains("password") || text.to_lowercase().contains("encrypt");
+    let hint = match locked {
+        true => "save it without a password",
+        false => "open it in the program that wrote it and save it again, as .xlsx or as CSV",
+    };
+    Error::new(format!("cannot be read as a spreadsheet: {text}"), hint)
+}
+
+/// Which kind of spreadsheet it is, by what is in it, and the reader for that.
+fn open(bytes: &[u8]) -> (&'static str, Result<Sheets<Cursor<&[u8]>>, calamine::Error>) {
+    let has = |words: &[u8]| bytes.windows(words.len()).any(|window| window == words);
+    let from = Cursor::new(bytes);
+    if !bytes.starts_with(b"PK") {
+        return ("Excel (.xls)", Xls::new(from).map(Sheets::Xls).map_err(Into::into));
+    }
+    let start = &bytes[..bytes.len().min(200)];
+    if start.windows(17).any(|window| window == b"vnd.oasis.opendoc") {
+        ("OpenDocument (.ods)", Ods::new(from).map(Sheets::Ods).map_err(Into::into))
+    } else if has(b"xl/workbook.bin") {
+        ("Excel (.xlsb)", Xlsb::new(from).map(Sheets::Xlsb).map_err(Into::into))
+    } else {
+        ("Excel (.xlsx)", Xlsx::new(from).map(Sheets::Xlsx).map_err(Into::into))
+    }
+}
+
 /// Whether more texts are numbers with a comma than with a point.
 fn commas(sheet: &Sheet) -> bool {
     let texts = || sheet.range.used_cells().filter_map(|(.., data)| data.as_string_of_text()).take(2000);
@@ -104,11 +116,15 @@ fn moment_of(at: &ExcelDateTime) -> Cell {
     if !days.is_finite() || days.abs() > 3e6 {
         return Cell::Missing;
     }
+    // a serial number has no more than some microseconds of a day in it
+    let seconds = |days: f64| (days * 86_400.0 * 1e5).round() / 1e5;
     // times of day and durations have no day
-    match at.is_duration() || days < 1.0 {
-        true => Cell::Moment(Moment { day: None, seconds: days * 86_400.0 }),
-        false => Cell::Moment(Moment { day: Some((days.floor() - EPOCH) as i64), seconds: days.fract() * 86_400.0 }),
-    }
+    Cell::Moment(match at.is_duration() || days < 1.0 {
+        true => Moment { day: None, seconds: seconds(days), serial: Some(days) },
+        false => {
+            Moment { day: Some((days.floor() - EPOCH) as i64), seconds: seconds(days.fract()), serial: Some(days) }
+        }
+    })
 }
 
 impl Grid for Sheet {
@@ -175,5 +191,5 @@ fn duration(text: &str) -> Option<Cell> {
             rest = after;
         }
     }
-    Some(Cell::Moment(Moment { day: None, seconds })).filter(|_| rest.is_empty())
+    Some(Cell::Moment(Moment { day: None, seconds, serial: None })).filter(|_| rest.is_empty())
 }

@@ -244,6 +244,12 @@ fn layout(lines: &[(usize, Cow<'_, str>)], given: &FileFormat) -> Result<(Separa
                     row.iter().filter(|(text, _)| number(text, decimal).is_some() && is_grouped(text, decimal));
                 score += (tally.numbers as f64 - 0.3 * grouped.count() as f64) * share * share;
             }
+            // names as many as columns: a date and a time with a blank between them are one cell
+            let width = tallies[from].map_or(0, |tally| tally.cells);
+            let above = (0..from).rev().find(|i| rows[*i].as_ref().is_some_and(|row| !row.is_empty()));
+            if above.and_then(|i| rows[i].as_ref()).is_some_and(|row| row.len() == width && width > 1) {
+                score *= 1.5;
+            }
             if best.is_none_or(|(most, ..)| score > 1.001 * most) {
                 best = Some((score, separator, decimal));
             }

@@ -86,6 +86,7 @@ const WITHIN: &[(&str, Role)] = &[
     ("kommentar", Other),
     ("martensit", Other),
     // time
+    ("x_value", Time),
     ("timestamp", Time),
     ("zeitstempel", Time),
     ("horodat", Time),
