@@ -62,6 +62,9 @@ pub(crate) fn of_column(column: &Column, unit: Option<Unit>) -> Reading {
     reading
 }
 
+/// Rates that rows can have, Hz: one in eleven days to one a nanosecond.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
+
 /// The time made of the row's number, by a rate.
 pub(crate) fn of_rows(table: &Table, rate_hz: Option<f64>) -> Option<Reading> {
     let mut reading = Reading::new(None);
@@ -70,6 +73,9 @@ pub(crate) fn of_rows(table: &Table, rate_hz: Option<f64>) -> Option<Reading> {
         (None, Some((rate_hz, said))) => (*rate_hz, format!("the file says: {said}")),
         (None, None) => return None,
     };
+    if !RATES_HZ.contains(&rate_hz) {
+        return None;
+    }
     reading.scale = 1.0 / rate_hz;
     reading.unit = "rows".into();
     reading.because(format!("{why}, so a row each {} s", figure(1.0 / rate_hz)));
@@ -83,7 +89,7 @@ pub(crate) fn between_ticks(column: &Column) -> Option<Reading> {
     if !increases(&column.values, true) || rows < 3.0 {
         return None;
     }
-    let rate_hz = rows / (last - first);
+    let rate_hz = Some(rows / (last - first)).filter(|rate_hz| RATES_HZ.contains(rate_hz))?;
     let mut reading = Reading::new(None);
     // a rate is a round one where that is as good
     let round = (rate_hz * 10.0).round() / 10.0;

@@ -167,7 +167,12 @@ struct Header {
 
 /// A cell of a header without the sign of a remark before it.
 fn bare(word: &str) -> &str {
-    word.trim().trim_start_matches(['#', '%', '!']).trim_start_matches("//").trim()
+    let word = word.trim();
+    // a sign alone is a unit: per cent
+    if word == "%" {
+        return word;
+    }
+    word.trim_start_matches(['#', '%', '!']).trim_start_matches("//").trim()
 }
 
 fn is_units(words: &[String]) -> bool {

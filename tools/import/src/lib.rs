@@ -6,6 +6,7 @@
 mod bench;
 mod bytes;
 mod clock;
+mod contain;
 mod decode;
 mod direction;
 mod error;

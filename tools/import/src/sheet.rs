@@ -5,6 +5,7 @@ use std::io::Cursor;
 use calamine::{Data, ExcelDateTime, Ods, Range, Reader, Sheets, Xls, Xlsb, Xlsx};
 use sinew_rig::FileFormat;
 
+use crate::contain::contained;
 use crate::error::Error;
 use crate::grid::{Grid, Tally, understand};
 use crate::numbers::{Cell, Dates, Moment, Style, cell};
@@ -20,6 +21,16 @@ struct Sheet {
 
 /// Reads the sheet of this name, or the one with most rows of numbers.
 pub(crate) fn sheet(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
+    // calamine reads what programs write; over damaged files it can panic (0.38, in its .xls reader)
+    contained(|| unguarded(bytes, given)).unwrap_or_else(|| {
+        Err(Error::new(
+            "is damaged: no spreadsheet can be read from it",
+            "copy it again from where it came, or open it in the program that wrote it and save it again",
+        ))
+    })
+}
+
+fn unguarded(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
     let (kind, opened) = open(bytes);
     let mut book = opened.map_err(damaged)?;
     let names = book.sheet_names();

@@ -129,3 +129,41 @@ fn all_right(folder: &str, least: usize) {
 fn every_file_is_read_right_or_refused_with_the_right_sentence() {
     all_right("files", 50);
 }
+
+#[test]
+fn files_set_aside_until_the_importer_was_done_are_read_right() {
+    all_right("unseen", 10);
+}
+
+/// Recordings of real wires by other people, which stay where they are: what their names and heat say is what they are.
+#[test]
+fn real_recordings_are_understood() {
+    let real = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/real");
+    if !real.is_dir() {
+        return eprintln!("skipped: no real recordings beside this checkout");
+    }
+    let mut files = 0;
+    for folder in
+        std::fs::read_dir(&real).expect("a folder").flatten().map(|entry| entry.path()).filter(|path| path.is_dir())
+    {
+        let rig = Rig::load(&folder.join("rig.toml")).expect("a rig");
+        let bench = Bench::of(&rig.channels[0]);
+        for path in std::fs::read_dir(&folder).expect("a folder").flatten().map(|entry| entry.path()) {
+            if path.extension().is_none_or(|end| end != "csv") {
+                continue;
+            }
+            files += 1;
+            let table = read(&path, &FileFormat::default()).unwrap_or_else(|e| panic!("{e}"));
+            let understood = guess(&table, Some(&bench), None);
+            for (quantity, column) in &understood.mapping.columns {
+                let said = confirm(&path.display().to_string(), &table, &understood);
+                assert_eq!((quantity, column.scale, column.offset), (&column.column, 1.0, 0.0), "{said}");
+            }
+            assert_eq!(understood.mapping.columns.len(), table.columns.len());
+            let own = sinew_recording::read(&path, &sinew_recording::Options::default()).expect("a recording");
+            let through = recording(&path, &table, &understood.mapping, None).expect("a recording");
+            assert!(through.has_the_samples_of(&own), "{}", path.display());
+        }
+    }
+    assert!(files > 0);
+}

@@ -129,7 +129,7 @@ fn moment(text: &str) -> Result<f64, String> {
 /// A rate, in Hz.
 fn rate(text: &str) -> Result<f64, String> {
     match text.trim_end_matches("Hz").trim().parse::<f64>() {
-        Ok(rate_hz) if rate_hz.is_finite() && rate_hz > 0.0 => Ok(rate_hz),
-        _ => Err("give the rows a second as a number above 0, as in 100".into()),
+        Ok(rate_hz) if (1e-6..=1e9).contains(&rate_hz) => Ok(rate_hz),
+        _ => Err("give the rows a second as a number from 0.000001 to 1000000000, as in 100".into()),
     }
 }

@@ -46,7 +46,8 @@ fn tell(args: &args::Import, channel: Option<&Channel>) -> Outcome {
     let name = args.foreign.display().to_string();
     output::print(confirm(&name, &table, &guess))?;
     if let Some(path) = &args.output {
-        output::write_file(path, mapping(&name, &table, &guess))?;
+        let own = args.foreign.file_name().map_or(name, |own| own.to_string_lossy().into_owned());
+        output::write_file(path, mapping(&own, &table, &guess))?;
         output::note(format_args!("{}: the mapping; look at its lines with ? first", path.display()));
     }
     Ok(())
