@@ -469,7 +469,12 @@ mod tests {
     #[test]
     fn what_is_turned_round_keeps_its_unit_and_loses_its_zero() {
         let reversed = |column| {
-            Error::from(Broken { recording: "run.csv".into(), column: Some(column), span_s: None, what: Trouble::WrongSign })
+            Error::from(Broken {
+                recording: "run.csv".into(),
+                column: Some(column),
+                span_s: None,
+                what: Trouble::WrongSign,
+            })
         };
         let hint = reversed(Column::PositionM).hint();
         for part in ["scale = -1 }", "its scale and offset times -1", "position_zero = \"free\""] {

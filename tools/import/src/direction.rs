@@ -90,9 +90,7 @@ pub(crate) fn position(
         }
     };
     if turned {
-        reading.scale = -reading.scale;
-        reading.offset = -reading.offset;
-        reading.doubt("TURNED ROUND: a recording counts longer as positive");
+        reading.turn_round("longer");
     }
     zero(reading, raw, absolute, turned, moved, bench);
 }
@@ -135,10 +133,8 @@ pub(crate) fn force(reading: &mut Reading, raw: &[f64]) {
     let values = reading.values(raw);
     let [low, middle, high] = quantiles(&values, [0.02, 0.5, 0.98]);
     if middle < 0.0 && high < 0.2 * low.abs() {
-        reading.scale = -reading.scale;
-        reading.offset = -reading.offset;
         reading.because(format!("is {} to {} N, and a wire pulls, never pushes", figure(low), figure(high)));
-        reading.doubt("TURNED ROUND: a recording counts tension as positive");
+        reading.turn_round("tension");
     } else if low < -0.05 * high.abs() {
         reading.doubt(format!("goes down to {} N, and a wire cannot push: is its zero right?", figure(low)));
     }

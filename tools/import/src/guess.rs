@@ -153,6 +153,15 @@ impl Guesser<'_> {
     }
 
     fn time(&mut self, rate_hz: Option<f64>) {
+        // "T" beside "t" is a temperature: it goes up and down
+        for i in
+            self.with(|c| c.unit.is_none() && c.said.as_ref().is_some_and(|s| s.role == Role::Time && s.word == "t"))
+        {
+            let goes_on = self.table.columns[i].clock || clock::increases(self.values(i), true);
+            if let Some(said) = self.candidates[i].said.as_mut().filter(|_| !goes_on) {
+                said.role = Role::Temperature;
+            }
+        }
         let columns = &self.table.columns;
         let is_time = |i: &usize| self.candidates[*i].is(Role::Time) || columns[*i].clock;
         let named: Vec<usize> = (0..columns.len()).filter(is_time).collect();

@@ -38,6 +38,13 @@ impl Reading {
         (self.scale, self.offset, self.unit) = (unit.factor, unit.offset, unit.symbol.to_string());
     }
 
+    /// The other sign, which is said: `positive` is what a recording counts so.
+    pub(crate) fn turn_round(&mut self, positive: &str) {
+        self.scale = -self.scale;
+        self.offset = 0.0 - self.offset;
+        self.doubt(format!("TURNED ROUND: a recording counts {positive} as positive"));
+    }
+
     pub(crate) fn because(&mut self, words: impl Into<String>) {
         self.evidence.push(words.into());
     }

@@ -422,6 +422,13 @@ pub(crate) fn said(name: &str, dimension: Option<Dimension>) -> Option<Said> {
     // a duty is asked for by its nature
     let role = match role {
         _ if wanted && !matches!(role, Is(Column::Duty) | Time | Sample) => Wanted,
+        // T_wire is no time
+        Time if word == "t"
+            && dimension.is_none()
+            && OF_THE_WIRE.iter().any(|of| *of != "sample" && lower.contains(of)) =>
+        {
+            Is(Column::TemperatureC)
+        }
         Voltage if OF_THE_WIRE.iter().any(|of| lower.contains(of)) => Is(Column::V3V),
         Temperature if OF_THE_WIRE.iter().any(|of| lower.contains(of)) => Is(Column::TemperatureC),
         role => role,
@@ -473,6 +480,8 @@ mod tests {
             ("x", Some(D::Length), Is(Column::PositionM)),
             ("Kanal 3", Some(D::Force), Is(Column::ForceN)),
             ("V1", None, Is(Column::V1V)),
+            ("T_wire", None, Is(Column::TemperatureC)),
+            ("t_sample", None, Time),
             ("position", Some(D::Length), Is(Column::PositionM)),
         ] {
             assert_eq!(said(name, dimension).map(|s| s.role), Some(role), "{name}");
