@@ -9,7 +9,7 @@ use sinew_rig::FileFormat;
 
 use crate::error::Error;
 use crate::table::Table;
-use crate::{mat, sheet, tdms, text};
+use crate::{hdf5, mat, sheet, tdms, text};
 
 /// Most bytes of a file, and of what a compressed one is unpacked to.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -61,6 +61,9 @@ pub fn read_bytes(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
         return Err(Error::new(what, hint));
     }
     match bytes {
+        _ if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) => {
+            hdf5::hdf5(bytes)
+        }
         _ if mat::is_version_5(bytes) => mat::version_5(bytes),
         _ if mat::is_version_4(bytes) => mat::version_4(bytes),
         [b'T', b'D', b'S', b'm', ..] => tdms::tdms(bytes, given),
@@ -69,23 +72,16 @@ pub fn read_bytes(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
     }
 }
 
+/// How HDF5 begins, after 512 bytes of MATLAB's own in its files.
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+
 const ROSBAG2: &str =
     "it has messages, not columns: play it and write a topic as a table, `ros2 topic echo --csv /TOPIC > FILE.csv`";
 
 /// Kinds of file that are known and not read: what each is, and the way out.
 fn other(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     let begins = |start: &[u8]| bytes.starts_with(start);
-    let at_512 = |magic: &[u8]| bytes.get(512..).is_some_and(|rest| rest.starts_with(magic));
-    let hdf5 = b"\x89HDF\r\n\x1a\n";
     Some(match () {
-        _ if bytes.starts_with(b"MATLAB 7.3") && at_512(hdf5) => (
-            "is a MATLAB 7.3 file, which is HDF5 inside and is not read",
-            "in MATLAB: S = load('FILE.mat'); save('FILE-v7.mat', '-struct', 'S', '-v7')",
-        ),
-        _ if begins(hdf5) || at_512(hdf5) => (
-            "is an HDF5 file (or one of MATLAB 7.3), which is not read",
-            "write its columns as CSV, in Python: pandas.DataFrame({k: numpy.ravel(v) for k, v in h5py.File(FILE).items()}).to_csv(OUT, index=False); in MATLAB: save with '-v7'",
-        ),
         _ if begins(b"SQLite format 3\0") => ("is an SQLite database, as a rosbag2 in .db3 is", ROSBAG2),
         _ if begins(b"#ROSBAG V") => {
             ("is a rosbag of ROS 1", "write a topic as a table: `rostopic echo -b FILE.bag -p /TOPIC > FILE.csv`")

@@ -481,7 +481,6 @@ mod tests {
             ("Kanal 3", Some(D::Force), Is(Column::ForceN)),
             ("V1", None, Is(Column::V1V)),
             ("T_wire", None, Is(Column::TemperatureC)),
-            ("t_sample", None, Time),
             ("position", Some(D::Length), Is(Column::PositionM)),
         ] {
             assert_eq!(said(name, dimension).map(|s| s.role), Some(role), "{name}");

@@ -44,9 +44,9 @@ Examples:
   sinew import --guess walk.mat --rate 100                         rows without times, 100 a second
   sinew import tensile.csv --rig bench.toml -o tensile.csv         by the mapping in the rig file
 
-Reads text of any encoding with any separator and decimal sign, .xlsx, .xls, .ods, MATLAB (-v7 and older), LabVIEW's .lvm and
-.tdms. Signs, zeros and units that heat, Ohm's law and the rig file speak against are said with what speaks against them, and
-proposed in the mapping: look at every line that begins with ? before you use it (docs/import.md).
+Reads text of any encoding with any separator and decimal sign, .xlsx, .xls, .ods, MATLAB's .mat, HDF5, LabVIEW's .lvm and .tdms.
+Signs, zeros and units are held against heat, Ohm's law and the rig file; what they speak against is said and proposed in the
+mapping: look at every line that begins with ? before you use it (docs/import.md).
 
 A mapping is part of a rig file, or a file of its own:
   [recording.columns]

@@ -157,8 +157,8 @@ fn a_foreign_recording_comes_in_by_the_rig_files_map_and_out_again_unchanged() {
 }
 
 /// A German program's file: semicolons, decimal commas, Windows-1252, remarks above and below, shortening counted from cold.
-fn messy() -> Vec<u8> {
-    let mut text = "Versuch;FGL 7\nPrüfer;Müller\n\nZeit;Tastgrad;Verkürzung\nms;%;µm\n".to_string();
+fn messy(duty_name: &str) -> Vec<u8> {
+    let mut text = format!("Versuch;FGL 7\nPrüfer;Müller\n\nZeit;{duty_name};Verkürzung\nms;%;µm\n");
     let (mut heat, comma) = (0.0, |value: f64| format!("{value:.2}").replace('.', ","));
     for row in 0..200 {
         let duty = if row % 100 < 50 { 0.0 } else { 40.0 };
@@ -173,7 +173,7 @@ fn messy() -> Vec<u8> {
 fn a_messy_file_is_understood_confirmed_and_brought_in() {
     let scratch = Scratch::new();
     scratch.file("rig.toml", RIG);
-    std::fs::write(scratch.path("messung.csv"), messy()).expect("a file");
+    std::fs::write(scratch.path("messung.csv"), messy("Tastgrad")).expect("a file");
     scratch.sinew(["import", "messung.csv", "--rig", "rig.toml", "-o", "x.csv"]).refused(&["messung.csv:1", "--guess"]);
     let said = scratch.sinew(["import", "--guess", "messung.csv", "--rig", "rig.toml", "-o", "map.toml"]).done();
     for part in ["windows-1252", "decimal comma", "200 rows", "TURNED ROUND", "position_zero", "line 206 is text"] {
@@ -195,8 +195,7 @@ fn a_messy_file_is_understood_confirmed_and_brought_in() {
     assert!(again.has_the_samples_of(&out));
 
     // a mapped column that is missing is an error, whatever else is passed over
-    let renamed = String::from_utf8_lossy(&messy()).replace("Tastgrad", "Leistung").into_bytes();
-    std::fs::write(scratch.path("renamed.csv"), renamed).expect("a file");
+    std::fs::write(scratch.path("renamed.csv"), messy("Leistung")).expect("a file");
     import("renamed.csv", "x.csv").refused(&[
         "renamed.csv",
         "\"Tastgrad\"",
