@@ -94,9 +94,7 @@ impl<'a> Columns<'a> {
                 }
                 (None, None) => {
                     if let Some(map) = map.filter(|_| !ours) {
-                        let nearest = sinew_rig::nearest(&map.column, header.iter().map(String::as_str));
-                        let nearest = nearest.map(str::to_string);
-                        let what = What::MissingMapped { quantity, nearest, present: header.to_vec() };
+                        let what = What::MissingMapped { quantity, present: header.to_vec() };
                         return Err(self.here(line, what).in_column(&map.column));
                     }
                     continue;

@@ -104,8 +104,6 @@ pub enum What {
     MissingMapped {
         /// The quantity it was to be.
         quantity: &'static str,
-        /// The name in the file that is nearest to it.
-        nearest: Option<String>,
         /// The columns there are.
         present: Vec<String>,
     },
@@ -357,8 +355,9 @@ impl Error {
             What::UnknownColumn { nearest, .. } => map_or_ignore(column, *nearest),
             What::DuplicateColumn { .. } => "take one of them out".into(),
             What::MissingTimeColumn { present } => name_the_time(present),
-            What::MissingMapped { quantity, nearest, .. } => {
-                let meant = nearest.as_ref().map(|near| format!("did you mean \"{}\"? ", shorten(near))).unwrap_or_default();
+            What::MissingMapped { quantity, present } => {
+                let near = sinew_rig::nearest(column, present.iter().map(String::as_str));
+                let meant = near.map(|near| format!("did you mean \"{}\"? ", shorten(near))).unwrap_or_default();
                 format!("{meant}name it in [recording.columns] as the file does, or take the entry {quantity} out")
             }
             What::MissingInput { input, because, present } => give_the_input(*input, *because, present),
@@ -506,7 +505,7 @@ impl fmt::Display for What {
                 write!(f, "gives {quantity} a second time, after column \"{}\"", shorten(other))
             }
             What::MissingTimeColumn { present } => write!(f, "has no column {TIME}, only {}", list(present)),
-            What::MissingMapped { quantity, present, .. } => {
+            What::MissingMapped { quantity, present } => {
                 write!(f, "is mapped to {quantity} and is not in the file; there are {}", list(present))
             }
             What::MissingInput { input, because, present } => {

@@ -81,12 +81,12 @@ pub fn read_table(
     }
     let header = &header[..header.len().min(columns.len())];
     let mut table = Columns::new(name, options, header, None)?;
-    for row in 0..rows {
+    (0..rows).try_for_each(|row| {
         table.row(line(row), |cell| match columns[cell][row] {
             infinite if infinite.is_infinite() => Err(What::Infinite { found: infinite.to_string() }),
             value => Ok(value),
-        })?;
-    }
+        })
+    })?;
     table.recording()
 }
 

@@ -392,12 +392,14 @@ impl Rows {
                     table.notes.push(format!("column \"{shown}\" has \"{}\" as its decimal sign", other.decimal));
                     cells = again;
                 }
-            } else if let Some(row) = (0..cells.len().min(1000)).find(|row| {
-                matches!(cells[*row], Cell::Number(number) if number.abs() >= 1e3)
-                    && is_grouped(&word(*row), style.decimal)
-            }) {
-                if let Cell::Number(number) = cells[row] {
-                    table.notes.push(format!("column \"{shown}\": \"{}\" is read as {number}", word(row)));
+            } else {
+                let large = |row| match cells[row] {
+                    Cell::Number(number) if number.abs() >= 1e3 => Some((word(row), number)),
+                    _ => None,
+                };
+                let mut first = (0..cells.len().min(1000)).filter_map(large);
+                if let Some((word, number)) = first.find(|(word, _)| is_grouped(word, style.decimal)) {
+                    table.notes.push(format!("column \"{shown}\": \"{word}\" is read as {number}"));
                 }
             }
             // a cell that was given the format of a date by accident is the number it has

@@ -32,22 +32,25 @@ pub(crate) struct Style {
 /// Order of day, month and year where both readings are possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dates {
-    DayFirst,
-    MonthFirst,
-    YearFirst,
+    /// Day, month, year.
+    Dmy,
+    /// Month, day, year.
+    Mdy,
+    /// Year, month, day.
+    Ymd,
 }
 
 impl Dates {
     pub(crate) fn word(self) -> &'static str {
         match self {
-            Dates::DayFirst => "dmy",
-            Dates::MonthFirst => "mdy",
-            Dates::YearFirst => "ymd",
+            Dates::Dmy => "dmy",
+            Dates::Mdy => "mdy",
+            Dates::Ymd => "ymd",
         }
     }
 
     pub(crate) fn from_word(word: &str) -> Option<Dates> {
-        [Dates::DayFirst, Dates::MonthFirst, Dates::YearFirst].into_iter().find(|order| order.word() == word)
+        [Dates::Dmy, Dates::Mdy, Dates::Ymd].into_iter().find(|order| order.word() == word)
     }
 }
 
@@ -248,8 +251,8 @@ fn date(text: &str, order: Dates) -> Option<i64> {
     match order {
         _ if a > 31 => days(a, b, c),
         // with points the day always stands first
-        Dates::YearFirst if separator != '.' && c <= 31 => days(full(a), b, c),
-        Dates::MonthFirst if separator != '.' => days(full(c), a, b),
+        Dates::Ymd if separator != '.' && c <= 31 => days(full(a), b, c),
+        Dates::Mdy if separator != '.' => days(full(c), a, b),
         _ => days(full(c), b, a),
     }
 }
@@ -293,7 +296,7 @@ mod tests {
 
     #[test]
     fn moments_of_all_countries() {
-        let at = |text: &str| moment(text, Dates::DayFirst).unwrap_or_else(|| panic!("{text}"));
+        let at = |text: &str| moment(text, Dates::Dmy).unwrap_or_else(|| panic!("{text}"));
         let noon = Moment { day: Some(19_794), seconds: 43_200.5, serial: None };
         for text in [
             "2024-03-12T12:00:00.5Z",
@@ -306,12 +309,12 @@ mod tests {
         ] {
             assert_eq!(at(text), noon, "{text}");
         }
-        assert_eq!(moment("03/12/2024 12:00:00.5", Dates::MonthFirst), Some(noon));
+        assert_eq!(moment("03/12/2024 12:00:00.5", Dates::Mdy), Some(noon));
         assert_eq!(at("00:01:02,25"), Moment { day: None, seconds: 62.25, serial: None });
         assert_eq!(at("1:02.25"), Moment { day: None, seconds: 62.25, serial: None });
         assert_eq!(at("10:00:01:250"), Moment { day: None, seconds: 36_001.25, serial: None });
         for text in ["32.03.2024", "1.2", "1.2.3.4", "12", "a:b", "10:61:00", "é:ü", "-:+:é"] {
-            assert_eq!(moment(text, Dates::DayFirst), None, "{text}");
+            assert_eq!(moment(text, Dates::Dmy), None, "{text}");
         }
     }
 }

@@ -11,6 +11,8 @@ use crate::grid::{Grid, Tally, understand};
 use crate::numbers::{Cell, Dates, Moment, Style, cell};
 use crate::table::Table;
 
+type Book<'b> = Sheets<Cursor<&'b [u8]>>;
+
 /// Days from Excel's day 0 to 1970.
 const EPOCH: f64 = 25_569.0;
 
@@ -41,8 +43,7 @@ fn unguarded(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
         }
         None => names,
     };
-    let style =
-        Style { decimal: '.', dates: given.dates.as_deref().and_then(Dates::from_word).unwrap_or(Dates::DayFirst) };
+    let style = Style { decimal: '.', dates: given.dates.as_deref().and_then(Dates::from_word).unwrap_or(Dates::Dmy) };
     let mut best: Option<(usize, String, Sheet)> = None;
     let mut others = Vec::new();
     for name in wanted {
@@ -85,7 +86,7 @@ fn damaged(error: calamine::Error) -> Error {
 }
 
 /// Which kind of spreadsheet it is, by what is in it, and the reader for that.
-fn open(bytes: &[u8]) -> (&'static str, Result<Sheets<Cursor<&[u8]>>, calamine::Error>) {
+fn open(bytes: &[u8]) -> (&'static str, Result<Book<'_>, calamine::Error>) {
     let has = |words: &[u8]| bytes.windows(words.len()).any(|window| window == words);
     let from = Cursor::new(bytes);
     if !bytes.starts_with(b"PK") {

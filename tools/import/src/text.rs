@@ -222,7 +222,7 @@ fn layout(lines: &[(usize, Cow<'_, str>)], given: &FileFormat) -> Result<(Separa
             .map(|(_, line)| (!line.trim().is_empty() && !is_remark(line)).then(|| split(line, separator)))
             .collect();
         for &decimal in &decimals {
-            let style = Style { decimal, dates: Dates::DayFirst };
+            let style = Style { decimal, dates: Dates::Dmy };
             let cells = |(text, quoted): &(Cow<'_, str>, bool)| match cell(text, style) {
                 // "1,2,3" between commas is three cells unless it is in quotes
                 Cell::Number(_) if separator == Separator::One(decimal) && !quoted && text.contains(decimal) => {
@@ -306,13 +306,13 @@ fn dates(lines: &[(usize, Cow<'_, str>)], separator: Separator, decimal: char) -
         let cells = lines.iter().flat_map(|(_, line)| split(line, separator));
         cells.filter(|(text, _)| matches!(cell(text, style), Cell::Moment(_))).count()
     };
-    let (day, month) = (fits(Dates::DayFirst), fits(Dates::MonthFirst));
+    let (day, month) = (fits(Dates::Dmy), fits(Dates::Mdy));
     // where both fit, the decimal sign says whose dates they are
     match day.cmp(&month) {
-        std::cmp::Ordering::Greater => Dates::DayFirst,
-        std::cmp::Ordering::Less => Dates::MonthFirst,
-        std::cmp::Ordering::Equal if decimal == '.' && day > 0 => Dates::MonthFirst,
-        std::cmp::Ordering::Equal => Dates::DayFirst,
+        std::cmp::Ordering::Greater => Dates::Dmy,
+        std::cmp::Ordering::Less => Dates::Mdy,
+        std::cmp::Ordering::Equal if decimal == '.' && day > 0 => Dates::Mdy,
+        std::cmp::Ordering::Equal => Dates::Dmy,
     }
 }
 
