@@ -306,6 +306,8 @@ impl Rows {
         notes: &mut Vec<String>,
     ) -> Result<(), Error> {
         let (mut remarks, mut passed, mut repeated) = (0usize, Vec::new(), 0usize);
+        // empty rows, and those of them that a row of the table follows
+        let (mut empty, mut between) = (0usize, 0usize);
         self.cells = vec![Vec::new(); self.width];
         for i in first..grid.count() {
             if grid.is_remark(i) {
@@ -314,7 +316,8 @@ impl Rows {
             }
             let row = grid.row(i, style);
             let tally = Tally::of(&row);
-            if tally.numbers + tally.words == 0 && (row.len() != self.width || self.width == 1) {
+            if tally.numbers + tally.words == 0 {
+                empty += usize::from(!row.is_empty());
                 continue;
             }
             if !header.row.is_empty() && fitted(grid.words(i), self.width) == header.row {
@@ -347,11 +350,15 @@ impl Rows {
             for column in &mut self.cells {
                 column.push(cells.next().unwrap_or(Cell::Missing));
             }
+            between = empty;
             self.lines.push(grid.line(i));
             self.indices.push(i);
         }
         if remarks > 0 {
             notes.push(format!("{remarks} remarks between the rows passed over"));
+        }
+        if between > 0 {
+            notes.push(format!("{between} rows of empty cells passed over"));
         }
         if repeated > 0 {
             notes.push(format!("the header comes again {repeated} times: was the logger started anew?"));

@@ -131,6 +131,39 @@ fn every_file_is_read_right_or_refused_with_the_right_sentence() {
 }
 
 #[test]
+fn what_is_not_clear_is_said_and_left_out() {
+    let rig = Rig::parse(RIG, "rig.toml").expect("a rig");
+    let bench = Bench::of(&rig.channels[0]);
+    let rows = |row: &dyn Fn(usize) -> String| (0..40).map(|k| row(k) + "\n").collect::<String>();
+    let told = |text: String| {
+        let table = sinew_import::read_bytes(text.as_bytes(), &FileFormat::default()).unwrap_or_else(|e| panic!("{e}"));
+        let understood = guess(&table, Some(&bench), None);
+        (understood.mapping.columns.clone(), confirm("x.csv", &table, &understood))
+    };
+    // two forces: neither is taken, both are named
+    let (columns, said) = told(
+        "t [s];Kraft links [N];Kraft rechts [N];Tastgrad [%]\n".to_string()
+            + &rows(&|k| format!("{k};2,{k:02};1,{k:02};{}", k % 20)),
+    );
+    assert!(!columns.contains_key("force_n") && columns.contains_key("duty"), "{said}");
+    assert!(said.contains("force_n may be any of \"Kraft links [N]\", \"Kraft rechts [N]\": none is taken"), "{said}");
+    // a position that heat says nothing of
+    let (_, said) =
+        told("t [s],duty,position [mm]\n".to_string() + &rows(&|k| format!("{k},{},{}", (k / 10) % 2, (k * 7) % 5)));
+    assert!(said.contains("its direction is not seen"), "{said}");
+    // no time, and no drive
+    let (columns, said) = told("Weg [mm];Kraft [N]\n".to_string() + &rows(&|k| format!("1,{};2,0", (k * 7) % 5)));
+    assert!(!columns.contains_key("time_s"), "{said}");
+    assert!(said.contains("--rate") && said.contains("no column is taken for duty"), "{said}");
+    // rows of empty cells, as spreadsheets leave them at the end
+    let (_, said) = told("t [s];Weg [mm]\n".to_string() + &rows(&|k| format!("{k};1,{k}")) + ";\n;\n");
+    assert!(said.contains("40 rows") && !said.contains("empty"), "{said}");
+    // a unit that cannot be right
+    let (_, said) = told("t [s];Weg [m]\n".to_string() + &rows(&|k| format!("{k};1,{k:02}")));
+    assert!(said.contains("is its unit m?"), "{said}");
+}
+
+#[test]
 fn files_set_aside_until_the_importer_was_done_are_read_right() {
     all_right("unseen", 10);
 }

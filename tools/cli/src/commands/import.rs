@@ -16,7 +16,7 @@ use crate::output;
 
 /// Runs the command.
 pub fn import(args: &args::Import) -> Outcome {
-    if Format::of(&args.foreign) == Some(Format::Session) {
+    if !args.guess && Format::of(&args.foreign) == Some(Format::Session) {
         return Err(Failure::input(format!("{}: is a session already", args.foreign.display()))
             .hint("every command takes it as it is; `sinew export` brings it into other formats"));
     }
