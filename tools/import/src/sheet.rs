@@ -6,7 +6,7 @@ use calamine::{Data, ExcelDateTime, Ods, Range, Reader, Sheets, Xls, Xlsb, Xlsx}
 use sinew_rig::FileFormat;
 
 use crate::contain::contained;
-use crate::error::Error;
+use crate::error::{Error, shorten};
 use crate::grid::{Grid, Tally, understand};
 use crate::numbers::{Cell, Dates, Moment, Style, cell};
 use crate::table::Table;
@@ -82,7 +82,7 @@ fn damaged(error: calamine::Error) -> Error {
         true => "save it without a password",
         false => "open it in the program that wrote it and save it again, as .xlsx or as CSV",
     };
-    Error::new(format!("cannot be read as a spreadsheet: {text}"), hint)
+    Error::new(format!("cannot be read as a spreadsheet: {}", shorten(&text)), hint)
 }
 
 /// Which kind of spreadsheet it is, by what is in it, and the reader for that.

@@ -44,15 +44,15 @@ Examples:
   sinew import --guess walk.mat --rate 100                         rows without times, 100 a second
   sinew import tensile.csv --rig bench.toml -o tensile.csv         by the mapping in the rig file
 
-Reads text of any encoding with any separator and decimal sign, .xlsx, .xls, .ods, MATLAB's .mat, HDF5, LabVIEW's .lvm and .tdms.
-Signs, zeros and units are held against heat, Ohm's law and the rig file; what they speak against is said and proposed in the
-mapping: look at every line that begins with ? before you use it (docs/import.md).
+Reads text of any encoding with any separator and decimal sign, .xlsx, .xls, .ods, MATLAB's .mat, HDF5, LabVIEW's .lvm and \
+.tdms. Signs, zeros and units are held against heat, Ohm's law and the rig file; what they speak against is said and proposed in \
+the mapping: look at every line that begins with ? before you use it (docs/import.md).
 
 A mapping is part of a rig file, or a file of its own:
   [recording.columns]
   time_s = { column = \"t_ms\", scale = 0.001 }
   position_m = { column = \"Pos\", scale = 0.001 }       # mm; longer is positive, 0 is the length L_0
-A position that counts shortening has scale = -0.001, and then its zero is hardly L_0: set [channel.sensors] position_zero =
+A position that counts shortening has scale = -0.001, and then its zero is hardly L_0: set [channel.sensors] position_zero = \
 \"free\" in the rig file too, or the fit makes up for it with the wire's properties.")]
 pub struct Import {
     /// The foreign recording.
