@@ -300,8 +300,13 @@ impl Broken {
     /// What to do about it.
     pub fn hint(&self) -> String {
         let column = self.column.map_or(TIME, Column::name);
-        let scaled =
-            |scale: f64| format!("[recording.columns] {column} = {{ column = \"{column}\", scale = {scale} }}");
+        // what is in the rig file already is multiplied: a scale from mm is lost where it is only replaced
+        let scaled = |scale: f64| {
+            format!(
+                "[recording.columns] {column} = {{ column = \"{column}\", scale = {scale} }}, or where it is mapped already, \
+                 its scale and offset times {scale}"
+            )
+        };
         match &self.what {
             Trouble::TooFewSamples { least, .. } => format!("give a recording of at least {least} samples"),
             Trouble::TooShort { least_s, .. } => {
@@ -341,6 +346,11 @@ impl Broken {
             Trouble::WrongUnit { scale, .. } => {
                 format!("if the unit is another, map it in the rig file: {}; else check the rig file", scaled(*scale))
             }
+            Trouble::WrongSign if self.column == Some(Column::PositionM) => format!(
+                "turn it round in the rig file: {}; and as its zero is then hardly L_0, set [channel.sensors] position_zero = \
+                 \"free\", or the fit makes up for it with the wire's properties",
+                scaled(-1.0)
+            ),
             Trouble::WrongSign => format!("turn it round in the rig file: {}", scaled(-1.0)),
             Trouble::Impossible { remedy, .. } => (*remedy).into(),
             Trouble::OtherRig { keys, .. } => {
@@ -454,5 +464,22 @@ mod tests {
         for part in ["run.csv: column \"position_m\", 1 s to 2.5 s: is about 5", "position_m = {", "scale = 0.001"] {
             assert!(said.contains(part), "{said}");
         }
+    }
+
+    #[test]
+    fn what_is_turned_round_keeps_its_unit_and_loses_its_zero() {
+        let reversed = |column| {
+            Error::from(Broken {
+                recording: "run.csv".into(),
+                column: Some(column),
+                span_s: None,
+                what: Trouble::WrongSign,
+            })
+        };
+        let hint = reversed(Column::PositionM).hint();
+        for part in ["scale = -1 }", "its scale and offset times -1", "position_zero = \"free\""] {
+            assert!(hint.contains(part), "{hint}");
+        }
+        assert!(!reversed(Column::ForceN).hint().contains("position_zero"));
     }
 }

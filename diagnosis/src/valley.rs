@@ -31,8 +31,11 @@ struct Case {
 impl Case {
     fn read(folder: &Path) -> Case {
         let rig = Rig::load(&folder.join("rig.toml")).expect("a rig");
-        let options =
-            Options { columns: Some(&rig.columns), model: Some(&rig.channels[0].model), ..Options::default() };
+        let options = Options {
+            columns: Some(&rig.recording.columns),
+            model: Some(&rig.channels[0].model),
+            ..Options::default()
+        };
         let recording = sinew_recording::read(folder.join("train.csv.gz"), &options).expect("a recording");
         let answer = fs::read_to_string(folder.join("answer.json")).expect("an answer");
         Case { rig, recording, answer: serde_json::from_str(&answer).expect("JSON") }

@@ -124,7 +124,7 @@ pub fn channel(rig: &Rig, name: Option<&str>) -> PyResult<usize> {
 pub fn options<'a>(rig: &'a Rig, channel: &'a Channel, ignore_columns: bool, max_rows: usize) -> Options<'a> {
     Options {
         ignore_columns,
-        columns: Some(&rig.columns),
+        columns: Some(&rig.recording.columns),
         model: Some(&channel.model),
         max_rows,
         channel: Some(&channel.name),

@@ -100,6 +100,13 @@ pub enum What {
         /// The columns there are.
         present: Vec<String>,
     },
+    /// A column that the map names is not there.
+    MissingMapped {
+        /// The quantity it was to be.
+        quantity: &'static str,
+        /// The columns there are.
+        present: Vec<String>,
+    },
     /// A column the rig's simulation is driven by is not there.
     MissingInput {
         /// Which.
@@ -278,6 +285,11 @@ impl Error {
         self
     }
 
+    pub(crate) fn maybe_at(mut self, line: Option<u64>) -> Error {
+        self.line = line;
+        self
+    }
+
     pub(crate) fn in_column(mut self, column: impl Into<String>) -> Error {
         self.column = Some(column.into());
         self
@@ -329,18 +341,25 @@ impl Error {
             What::CorruptGzip { .. } => "copy it again from where it came, as binary".into(),
             What::NotText { found } => match *found {
                 "an MCAP file" => "give it its own name, ending in .mcap".into(),
-                "UTF-16 text" => "save it as UTF-8".into(),
-                _ => "save it as CSV text".into(),
+                "binary" => "save it as CSV text".into(),
+                _ => "`sinew import --guess` reads it and writes the map that `sinew import` brings it in by".into(),
             },
             What::NoHeader { .. } => {
                 format!("put a line with the columns' names on top, such as {TIME},duty,position_m")
             }
             What::WrongSeparator { .. } => {
-                "write it with commas between the columns and a point as the decimal sign".into()
+                "`sinew import --guess` reads it and writes the map that `sinew import` brings it in by; or write it with commas \
+                 between the columns and a point as the decimal sign"
+                    .into()
             }
             What::UnknownColumn { nearest, .. } => map_or_ignore(column, *nearest),
             What::DuplicateColumn { .. } => "take one of them out".into(),
             What::MissingTimeColumn { present } => name_the_time(present),
+            What::MissingMapped { quantity, present } => {
+                let near = sinew_rig::nearest(column, present.iter().map(String::as_str));
+                let meant = near.map(|near| format!("did you mean \"{}\"? ", shorten(near))).unwrap_or_default();
+                format!("{meant}name it in [recording.columns] as the file does, or take the entry {quantity} out")
+            }
             What::MissingInput { input, because, present } => give_the_input(*input, *because, present),
             What::FieldCount { cause, .. } => cause.hint().into(),
             What::NotANumber { found } => {
@@ -486,6 +505,9 @@ impl fmt::Display for What {
                 write!(f, "gives {quantity} a second time, after column \"{}\"", shorten(other))
             }
             What::MissingTimeColumn { present } => write!(f, "has no column {TIME}, only {}", list(present)),
+            What::MissingMapped { quantity, present } => {
+                write!(f, "is mapped to {quantity} and is not in the file; there are {}", list(present))
+            }
             What::MissingInput { input, because, present } => {
                 write!(f, "has no column {}, which ", input.name())?;
                 match because {

@@ -29,6 +29,7 @@
 #![forbid(unsafe_code)]
 
 mod column;
+mod columns;
 mod error;
 mod options;
 mod read;
@@ -47,7 +48,7 @@ mod write;
 pub use column::{Column, TIME, drive_column, imposed_column, required_inputs};
 pub use error::{Error, Miscount, Needed, What};
 pub use options::{MAX_ROWS, Options};
-pub use read::{read, read_from};
+pub use read::{read, read_from, read_table};
 pub use recording::{MAX_DURATION_S, MIN_SAMPLES, Recording};
 pub use simulated_columns::SimulatedColumns;
 pub use table::MAX_LINE_BYTES;

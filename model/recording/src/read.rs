@@ -6,6 +6,7 @@ use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 
+use crate::columns::Columns;
 use crate::error::{Error, What};
 use crate::options::Options;
 use crate::recording::Recording;
@@ -57,6 +58,36 @@ pub fn read(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Recording, 
 /// As [`read`].
 pub fn read_from(from: impl Read, name: &str, options: &Options<'_>) -> Result<Recording, Error> {
     Reader::new(from, name, options, false).recording()
+}
+
+/// A recording of columns that are numbers already, such as those of a spreadsheet: `header` names them, `line` says in which
+/// line of the file a row stands, and NaN is a missing sample. The map of `options` and all checks are those of [`read`].
+///
+/// # Errors
+/// As [`read`]; columns of different lengths.
+pub fn read_table(
+    name: &str,
+    header: &[String],
+    columns: &[&[f64]],
+    line: impl Fn(usize) -> Option<u64>,
+    options: &Options<'_>,
+) -> Result<Recording, Error> {
+    let rows = columns.first().map_or(0, |column| column.len());
+    for (name_of, column) in header.iter().zip(columns) {
+        if column.len() != rows {
+            let what = What::WrongLength { expected: rows, found: column.len() };
+            return Err(Error::new(name, what).in_column(name_of));
+        }
+    }
+    let header = &header[..header.len().min(columns.len())];
+    let mut table = Columns::new(name, options, header, None)?;
+    (0..rows).try_for_each(|row| {
+        table.row(line(row), |cell| match columns[cell][row] {
+            infinite if infinite.is_infinite() => Err(What::Infinite { found: infinite.to_string() }),
+            value => Ok(value),
+        })
+    })?;
+    table.recording()
 }
 
 #[cfg(test)]
@@ -263,8 +294,49 @@ mod tests {
         let both = "time_s,duty,PWM\n0,0,0\n";
         let error = read_from(both.as_bytes(), "x", &options).unwrap_err();
         assert!(matches!(error.what, What::DuplicateColumn { quantity: "duty", .. }), "{error}");
-        let error = read_from("t,PWM\n0,0\n1,500\n".as_bytes(), "x", &options).unwrap_err();
+        let content = "t,PWM,Pos,temperature_c\n0,0,0,298\n1,500,0,298\n";
+        let error = read_from(content.as_bytes(), "x", &options).unwrap_err();
         assert_eq!((error.line, error.column.as_deref()), (Some(3), Some("PWM")), "{error}");
+    }
+
+    #[test]
+    fn a_mapped_column_that_is_missing_is_an_error_whatever_else_is_ignored() {
+        let map: ColumnMap = [("time_s", "t"), ("position_m", "Pos"), ("duty", "PWM")]
+            .into_iter()
+            .map(|(to, column)| {
+                (to.to_string(), sinew_rig::Column { column: column.to_string(), scale: 1.0, offset: 0.0 })
+            })
+            .collect();
+        for ignore_columns in [false, true] {
+            let options = Options { columns: Some(&map), ignore_columns, ..Options::default() };
+            let read = |content: &str| read_from(content.as_bytes(), "x", &options);
+            for (content, column) in [
+                ("t,PWM,Poss\n0,0,0\n1,0,0\n2,0,0\n", "Pos"),
+                ("time_s,PWM\n0,0\n1,0\n2,0\n", "Pos"),
+                ("Zeit,PWM,Pos\n0,0,0\n1,0,0\n2,0,0\n", "t"),
+            ] {
+                let error = read(content).unwrap_err();
+                assert!(matches!(error.what, What::MissingMapped { .. }), "{error}");
+                assert_eq!((error.line, error.column.as_deref()), (Some(1), Some(column)));
+            }
+            assert!(read("t,PWM,Poss\n").unwrap_err().hint().contains("did you mean \"Poss\"?"));
+            // a recording in the contract's own names has nothing that is mapped
+            assert_eq!(read("time_s,duty\n0,0\n1,0\n2,0\n").unwrap().len(), 3);
+        }
+    }
+
+    #[test]
+    fn columns_of_numbers_are_read_as_lines_of_text_are() {
+        let header = ["time_s".to_string(), "duty".to_string()];
+        let options = Options::default();
+        let line = |row| Some(row as u64 + 5);
+        let (time, duty) = ([0.0, 0.1, 0.2], [0.0, 0.5, f64::NAN]);
+        let read = read_table("sheet", &header, &[&time, &duty], line, &options).unwrap();
+        assert_eq!((read.len(), read.get(Column::Duty).unwrap()[1]), (3, 0.5));
+        let error = read_table("sheet", &header, &[&time, &[0.0, 50.0, 0.0]], line, &options).unwrap_err();
+        assert_eq!((error.line, error.what), (Some(6), What::DutyOutOfRange { found: 50.0 }));
+        let error = read_table("sheet", &header, &[&time, &[0.0]], line, &options).unwrap_err();
+        assert_eq!(error.what, What::WrongLength { expected: 3, found: 1 });
     }
 
     #[test]

@@ -87,7 +87,7 @@ pub struct Writer {
 
 enum Sink {
     Plain(File),
-    Gzip(GzEncoder<File>),
+    Gzip(Box<GzEncoder<File>>),
     Stream(Box<dyn Write + Send>),
 }
 
@@ -105,7 +105,7 @@ impl Sink {
     fn writer(&mut self) -> &mut dyn Write {
         match self {
             Sink::Plain(file) => file,
-            Sink::Gzip(file) => file,
+            Sink::Gzip(file) => file.as_mut(),
             Sink::Stream(stream) => stream,
         }
     }
@@ -149,7 +149,7 @@ impl Writer {
         let asked = path.as_ref();
         let (part, file) = Part::create(asked).map_err(|e| unwritable(asked, &e))?;
         let sink = match is_gz(asked) {
-            true => Sink::Gzip(GzEncoder::new(file, Compression::default())),
+            true => Sink::Gzip(Box::new(GzEncoder::new(file, Compression::default()))),
             false => Sink::Plain(file),
         };
         Writer::headed(sink, asked.to_path_buf(), Some(part), names)

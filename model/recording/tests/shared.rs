@@ -43,7 +43,7 @@ fn measured_and_concealed_recordings_are_read_and_drive_their_wire() {
     for folder in ["real", "concealed"].into_iter().filter_map(shared) {
         for (rig, path) in recordings(&folder) {
             let model = &rig.channels[0].model;
-            let options = Options { columns: Some(&rig.columns), model: Some(model), ..Options::default() };
+            let options = Options { columns: Some(&rig.recording.columns), model: Some(model), ..Options::default() };
             let recording = read(&path, &options).unwrap_or_else(|e| panic!("{e}"));
             let rows = recording.inputs_for(model).unwrap();
             assert_eq!(rows.len(), recording.len());

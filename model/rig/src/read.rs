@@ -11,7 +11,7 @@ use crate::error::{Error, What};
 use crate::notes::{Given, Reader, Stated};
 use crate::own::Catalogue;
 use crate::tables::rig::Source;
-use crate::tables::{OTHER_TABLES, RIG, Rig, TOP, of_rig, recording, simulation};
+use crate::tables::{Mapping, OTHER_TABLES, RIG, Rig, TOP, of_rig, recording, simulation};
 use crate::tree::{self, Table};
 use crate::value::unknown_hint;
 use walk::{descend, within};
@@ -33,19 +33,7 @@ impl Rig {
     /// # Errors
     /// As [`Rig::load`].
     pub fn load_with(path: &Path, catalogue: &Catalogue) -> Result<Rig, Error> {
-        let file = path.display().to_string();
-        let bytes = match std::fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(error) => return Err(Error::Unreadable { file, reason: error.to_string() }),
-        };
-        match String::from_utf8(bytes) {
-            Ok(text) => Rig::parse_with(&text, &file, catalogue),
-            Err(error) => {
-                let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-                let line = 1 + good.iter().filter(|b| **b == b'\n').count();
-                Err(Error::Unreadable { file, reason: format!("line {line} is not UTF-8 text; is this a rig file?") })
-            }
-        }
+        Rig::parse_with(&read(path)?, &path.display().to_string(), catalogue)
     }
 
     /// Reads the text of a rig file; `file` is what messages call it.
@@ -76,19 +64,71 @@ impl Rig {
     }
 }
 
-/// Reads a rig file's text.
-fn rig(source: Source) -> Result<Rig, Error> {
-    let mut reader = Reader::new(&source.file);
+impl Mapping {
+    /// Reads the mapping in a file of its own, which has `[recording.format]` and `[recording.columns]` and nothing else.
+    ///
+    /// # Errors
+    /// As [`Rig::load`].
+    pub fn load(path: &Path) -> Result<Mapping, Error> {
+        Mapping::parse(&read(path)?, &path.display().to_string())
+    }
+
+    /// Reads the text of such a file; `file` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`Rig::parse`].
+    pub fn parse(text: &str, file: &str) -> Result<Mapping, Error> {
+        let mut reader = Reader::new(file);
+        let tree = parse(&mut reader, text).unwrap_or_default();
+        let mut mapping = Mapping::default();
+        for (name, node) in &tree {
+            if name == "recording" {
+                mapping = recording::mapping(&mut reader, node);
+            } else {
+                let hint =
+                    "; a mapping has [recording.format] and [recording.columns], and a rig file is given with --rig";
+                reader.problem(node.line, None, name.as_str(), What::Unknown { hint: hint.into() });
+            }
+        }
+        match reader.into_problems() {
+            problems if problems.is_empty() => Ok(mapping),
+            problems => Err(Error::Invalid { problems }),
+        }
+    }
+}
+
+/// A file as text.
+fn read(path: &Path) -> Result<String, Error> {
+    let file = path.display().to_string();
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => return Err(Error::Unreadable { file, reason: error.to_string() }),
+    };
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
+        Error::Unreadable { file, reason: format!("line {line} is not UTF-8 text; is this a rig file?") }
+    })
+}
+
+/// The text as a tree; its mistakes are noted.
+fn parse(reader: &mut Reader<'_>, text: &str) -> Option<Table> {
     // A byte-order mark is no mistake; it is cut off only for the parser, lines stay as they are.
-    let rig = match tree::parse(source.text.strip_prefix('\u{feff}').unwrap_or(&source.text)) {
+    match tree::parse(text.strip_prefix('\u{feff}').unwrap_or(text)) {
+        Ok(tree) => Some(tree),
         Err(errors) => {
             for (line, message) in errors {
                 reader.problem(line, None, "", What::Syntax { message: format!("not TOML: {message}") });
             }
             None
         }
-        Ok(tree) => Some(root(&mut reader, &tree, &source.catalogue)),
-    };
+    }
+}
+
+/// Reads a rig file's text.
+fn rig(source: Source) -> Result<Rig, Error> {
+    let mut reader = Reader::new(&source.file);
+    let rig = parse(&mut reader, &source.text).map(|tree| root(&mut reader, &tree, &source.catalogue));
     let problems = reader.into_problems();
     match rig {
         Some(mut rig) if problems.is_empty() => {
@@ -127,7 +167,7 @@ fn root(reader: &mut Reader<'_>, root: &Table, catalogue: &Catalogue) -> Rig {
     }
     complete::channels(reader, &read, &mut rig);
     if let Some(node) = root.get("recording") {
-        rig.columns = recording::columns(reader, node);
+        rig.recording = recording::mapping(reader, node);
     }
     if let Some(node) = descend(root, "simulation.fault") {
         let channels: Vec<&str> = rig.channels.iter().map(|channel| channel.name.as_str()).collect();

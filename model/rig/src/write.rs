@@ -35,7 +35,7 @@ impl Rig {
         }
         self.write_channels(&mut document, base);
         self.write_joints(&mut document, base);
-        recording::write_columns(document.as_table_mut(), &self.columns, base.map(|base| &base.columns));
+        recording::write_mapping(document.as_table_mut(), &self.recording, base.map(|base| &base.recording));
         let old_faults = base.map(Rig::named_faults).unwrap_or_default();
         simulation::write_faults(document.as_table_mut(), self.named_faults(), &old_faults);
         // A model is what it is to the last number. Where one was a default computed from another that has changed

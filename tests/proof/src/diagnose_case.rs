@@ -20,7 +20,7 @@ const DIAGNOSIS_SEED: u64 = 1;
 /// Reads one of a case's recordings as the command line does.
 pub fn read(rig: &Rig, path: &Path) -> Result<Recording, sinew_recording::Error> {
     let model = rig.channels.first().map(|channel| &channel.model);
-    sinew_recording::read(path, &Options { columns: Some(&rig.columns), model, ..Options::default() })
+    sinew_recording::read(path, &Options { columns: Some(&rig.recording.columns), model, ..Options::default() })
 }
 
 /// Diagnoses the case in `folder` on `threads` threads; leaves `diagnosis.json`, `improved.toml` and `said.json` there.

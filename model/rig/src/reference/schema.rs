@@ -6,7 +6,7 @@ use sinew_physics::effects::{self, Home};
 use crate::effects::words;
 use crate::key::{Default, Kind, Section};
 use crate::parameters::default_priors;
-use crate::tables::{JOINT, RIG, of_channel, of_rig};
+use crate::tables::{FileFormat, JOINT, RIG, of_channel, of_rig};
 
 /// The schema (draft 7, which taplo and VS Code read). What keys need of each other it cannot say: `sinew check` does.
 pub fn schema() -> Json {
@@ -37,6 +37,12 @@ pub fn schema() -> Json {
         },
     });
     insert(part(&mut root, "recording"), "columns", columns);
+    let mut format = object("How a foreign recording is written; what is not given is found out: docs/import.md.");
+    for (name, takes) in FileFormat::KEYS {
+        let kind = if name.ends_with("_line") { "integer" } else { "string" };
+        insert(&mut format, name, json!({ "type": kind, "description": takes }));
+    }
+    insert(part(&mut root, "recording"), "format", format);
     let fault = json!({
         "type": "array",
         "items": { "type": "object", "required": ["kind", "start_s"] },

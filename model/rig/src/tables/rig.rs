@@ -3,7 +3,7 @@
 use crate::declare::rows::*;
 use crate::notes::{Reader, Stated};
 use crate::own::Catalogue;
-use crate::tables::{Access, Backend, BlackBox, Channel, ColumnMap, Joint, Machine, Simulation};
+use crate::tables::{Access, Backend, BlackBox, Channel, Joint, Machine, Mapping, Simulation};
 use crate::value::MAX_PATH;
 
 /// Longest name of a rig, in bytes.
@@ -43,8 +43,8 @@ pub struct Rig {
     pub channels: Vec<Channel>,
     /// The joints that pairs of channels turn, in the order of the file.
     pub joints: Vec<Joint>,
-    /// How a recording's foreign columns are named and scaled.
-    pub columns: ColumnMap,
+    /// How a foreign recording is written, and how its columns are named and scaled.
+    pub recording: Mapping,
     /// What powers and measures the wires.
     pub backend: Backend,
     /// What is kept for the moment something breaks.
@@ -130,7 +130,7 @@ impl Rig {
             access: Unread::UNREAD,
             channels: Vec::new(),
             joints: Vec::new(),
-            columns: ColumnMap::new(),
+            recording: Mapping::default(),
             backend: Unread::UNREAD,
             black_box: Unread::UNREAD,
             simulation: Simulation::unread(),

@@ -1,6 +1,6 @@
 //! Every kind of mistake is found at its line, with its key and what would be right.
 
-use sinew_rig::{Error, Rig};
+use sinew_rig::{Error, Mapping, Rig};
 
 pub const GOOD: &str = r#"[rig]
 name = "bench"
@@ -501,8 +501,44 @@ fn columns() {
     );
     let text = format!("{GOOD}[recording.columns]\nposition_m = {{ column = \"Pos\", scale = -1.0 }}\nduty = \"D\"\n");
     let rig = Rig::parse(&text, "").unwrap();
-    assert_eq!((rig.columns["position_m"].scale, rig.columns["position_m"].offset), (-1.0, 0.0));
-    assert_eq!((rig.columns["duty"].column.as_str(), rig.columns["duty"].scale), ("D", 1.0));
+    assert_eq!((rig.recording.columns["position_m"].scale, rig.recording.columns["position_m"].offset), (-1.0, 0.0));
+    assert_eq!((rig.recording.columns["duty"].column.as_str(), rig.recording.columns["duty"].scale), ("D", 1.0));
+}
+
+#[test]
+fn the_format_of_foreign_files() {
+    with(
+        "[recording.format]\nseperator = \";\"\n",
+        "rig.toml:24: recording.format.seperator is unknown, did you mean separator?",
+    );
+    for (line, says) in [
+        ("separator = \"; \"", "recording.format.separator is the text \"; \", expected what stands between cells"),
+        ("decimal = \"comma\"", "recording.format.decimal is the text \"comma\", expected \".\" or \",\""),
+        ("dates = \"german\"", "recording.format.dates is the text \"german\", expected \"dmy\", \"mdy\" or \"ymd\""),
+        ("header_line = -1", "recording.format.header_line is -1, expected the line on which the names begin"),
+        ("first_line = \"7\"", "recording.format.first_line is the text \"7\", expected the line of the first row"),
+        ("sheet = 1", "recording.format.sheet is 1, expected the name of the sheet"),
+    ] {
+        let error = Rig::parse(&format!("{GOOD}[recording.format]\n{line}\n"), "rig.toml").unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+    let text =
+        "[recording.format]\nseparator = \"\\t\"\ndecimal = \",\"\nfirst_line = 7\n[recording.columns]\nduty = \"D\"\n";
+    let rig = Rig::parse(&format!("{GOOD}{text}"), "").unwrap();
+    let mapping = Mapping::parse(text, "map.toml").unwrap();
+    assert_eq!(rig.recording, mapping, "a file of its own says the same");
+    let format = &mapping.format;
+    assert_eq!(
+        (format.separator.as_deref(), format.decimal.as_deref(), format.first_line),
+        (Some("\t"), Some(","), Some(7))
+    );
+    assert_eq!(format.header_line, None);
+    let remarks = [("duty".to_string(), "of 255\nduty = 1".to_string()), (String::new(), "not used: x".to_string())];
+    let written = mapping.to_toml(&["of a \"file\"".to_string()], &remarks);
+    assert_eq!(Mapping::parse(&written, "").unwrap(), mapping, "{written}");
+    assert!(written.starts_with("# of a \"file\"\n") && written.contains("# of 255 duty = 1\nduty = {"), "{written}");
+    let error = Mapping::parse("[rig]\nname = \"x\"\n", "map.toml").unwrap_err().to_string();
+    assert!(error.contains("map.toml:1: rig is unknown; a mapping has [recording.format]"), "{error}");
 }
 
 #[test]

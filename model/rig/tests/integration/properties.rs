@@ -401,7 +401,9 @@ proptest! {
         rig.simulation.faults.push(SimulatedFault {
             channel: Some(0), kind: FaultKind::ProbeLost, start_s: start, end_s: f64::INFINITY, value: Some(1.0),
         });
-        rig.columns.insert("duty".into(), sinew_rig::Column { column: "D".into(), scale, offset: 0.0 });
+        rig.recording.format.separator = Some("\t".into());
+        rig.recording.format.first_line = Some(seed as usize % 100);
+        rig.recording.columns.insert("duty".into(), sinew_rig::Column { column: "D".into(), scale, offset: 0.0 });
         let text = rig.to_toml();
         let again = Rig::parse(&text, "rig.toml").unwrap();
         // What was not written follows what was; all the rest is as it was set.

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use sinew_physics::effects::{Entry, Home, QUANTITIES};
-use sinew_rig::{Catalogue, FaultKind, Prior, RECORDING_COLUMNS, Rig, WIRE_KINDS, default_priors};
+use sinew_rig::{Catalogue, FaultKind, FileFormat, Prior, RECORDING_COLUMNS, Rig, WIRE_KINDS, default_priors};
 
 /// The wires by name, with what their sheets say.
 fn wires() -> String {
@@ -91,6 +91,14 @@ fn columns() -> String {
     format!("{}.\n", quoted.join(", "))
 }
 
+fn format() -> String {
+    let mut out = "| key | |\n|---|---|\n".to_string();
+    for (key, takes) in FileFormat::KEYS {
+        writeln!(out, "| `{key}` | {} |", takes.replace('|', "\\|")).unwrap();
+    }
+    out
+}
+
 /// Compares what stands between the marks of a page with what the code says, or writes it there.
 fn carries(page: &str, marked: &[(&str, String)]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
@@ -125,6 +133,7 @@ fn the_pages_carry_the_tables_of_the_code() {
         ("priors", priors()),
         ("effects", effects()),
         ("columns", columns()),
+        ("format", format()),
         ("faults", faults()),
     ];
     carries("rig.md", &keys);
@@ -136,7 +145,7 @@ fn the_pages_carry_the_tables_of_the_code() {
 fn the_examples_of_the_page_are_read() {
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/rig.md")).unwrap();
     let examples: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    assert_eq!(examples.len(), 5);
+    assert_eq!(examples.len(), 6);
     let smallest = examples[0];
     Rig::parse(smallest, "docs/rig.md").unwrap().check_drivable().unwrap();
     for more in &examples[1..] {

@@ -380,7 +380,11 @@ mod tests {
         let page = page(look);
         let left = |name: &str| value(&page, &format!("sinew_channel_{name}{{rig=\"bench\",channel=\"left\"}}"));
         assert_eq!((left("temperature_celsius"), left("duty_ratio")), (81.25, 0.25));
-        assert!((left("stroke_ratio") - 0.5).abs() < 1e-9 && left("length_meters") == 0.163 && left("measured_length_meters").is_nan());
+        assert!(
+            (left("stroke_ratio") - 0.5).abs() < 1e-9
+                && left("length_meters") == 0.163
+                && left("measured_length_meters").is_nan()
+        );
         let of = |metric: &str, label: &str, name: &str| {
             value(&page, &format!("sinew_channel_{metric}{{rig=\"bench\",channel=\"left\",{label}=\"{name}\"}}"))
         };

@@ -98,7 +98,7 @@ pub enum Command {
     Diagnose(Diagnose),
     /// Bring a recording into CSV or Parquet.
     Export(Export),
-    /// Bring a foreign recording in, by the column map of the rig file.
+    /// Bring a foreign recording in, or say what is in one.
     Import(Import),
     /// Let the driver's sensing and control run again on a recording's voltages, and list what differs.
     Replay(Replay),

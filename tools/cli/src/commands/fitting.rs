@@ -41,7 +41,7 @@ impl Input {
         let channel = rig.channels.iter().position(|c| c.name == name).unwrap_or(0);
         let options = Options {
             ignore_columns: args.ignore_columns,
-            columns: Some(&rig.columns),
+            columns: Some(&rig.recording.columns),
             model: Some(&rig.channels[channel].model),
             max_rows: MOST_SAMPLES,
             channel: Some(&name),

@@ -1,48 +1,103 @@
-//! `sinew import`: foreign recordings in our formats.
+//! `sinew import`: foreign recordings in our formats, and guesses at what is in them.
+
+use std::path::Path;
 
 use sinew_exchange::{Imported, parquet, session};
-use sinew_recording::{Options, write};
+use sinew_import::{Bench, confirm, guess, mapping, recording};
+use sinew_recording::{Options, Recording, write};
+use sinew_rig::{Channel, FileFormat, Mapping, Rig};
 
 use super::export::{Format, foreign, spare};
 use super::simulate::recording_failure;
-use super::{choose_channel, load_rig};
+use super::{choose_channel, load_rig, rig_failure};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 
 /// Runs the command.
 pub fn import(args: &args::Import) -> Outcome {
-    let Some(format) = Format::of(&args.output) else {
-        return Err(Failure::input(format!("{}: is no format to import into", args.output.display()))
-            .hint("end its name in .mcap, .csv, .csv.gz or .parquet"));
-    };
-    let rig = load_rig(Some(&args.rig))?;
-    let channel = choose_channel(&rig, args.channel.as_deref())?;
-    if Format::of(&args.foreign) == Some(Format::Session) {
+    if !args.guess && Format::of(&args.foreign) == Some(Format::Session) {
         return Err(Failure::input(format!("{}: is a session already", args.foreign.display()))
             .hint("every command takes it as it is; `sinew export` brings it into other formats"));
     }
-    output::has_place(&args.output)?;
-    spare(&args.output, &args.foreign)?;
-    let options = Options {
-        ignore_columns: args.ignore_columns,
-        columns: Some(&rig.columns),
-        model: Some(&channel.model),
-        ..Options::default()
+    let rig = args.rig.as_deref().map(|path| load_rig(Some(path))).transpose()?;
+    let rig = rig.as_ref().map(|rig| Ok((rig, choose_channel(rig, args.channel.as_deref())?))).transpose()?;
+    match (rig, &args.output) {
+        _ if args.guess => tell(args, rig.map(|(_, channel)| channel)),
+        (Some((rig, channel)), Some(output)) => bring_in(args, rig, channel, output),
+        // the command line asks for both
+        _ => Err(Failure::input("--rig and -o are needed").hint("or --guess, to see what is in the file")),
+    }
+}
+
+/// Says what is in a file, and writes the mapping.
+fn tell(args: &args::Import, channel: Option<&Channel>) -> Outcome {
+    if let Some(path) = &args.output {
+        if path.extension().is_none_or(|end| end != "toml") {
+            return Err(Failure::input(format!("{}: is no name for a mapping", path.display()))
+                .hint("--guess writes a mapping: end its name in .toml; `sinew import FILE --map MAP.toml` brings the file in"));
+        }
+        output::has_place(path)?;
+        spare(path, &args.foreign)?;
+    }
+    let given = FileFormat { sheet: args.sheet.clone(), ..FileFormat::default() };
+    let table = sinew_import::read(&args.foreign, &given).map_err(import_failure)?;
+    let guess = guess(&table, channel.map(Bench::of).as_ref(), args.rate);
+    let name = args.foreign.display().to_string();
+    output::print(confirm(&name, &table, &guess))?;
+    if let Some(path) = &args.output {
+        let own = args.foreign.file_name().map_or(name, |own| own.to_string_lossy().into_owned());
+        output::write_file(path, mapping(&own, &table, &guess))?;
+        output::note(format_args!("{}: the mapping; look at its lines with ? first", path.display()));
+    }
+    Ok(())
+}
+
+fn bring_in(args: &args::Import, rig: &Rig, channel: &Channel, output: &Path) -> Outcome {
+    let Some(format) = Format::of(output) else {
+        return Err(Failure::input(format!("{}: is no format to import into", output.display()))
+            .hint("end its name in .mcap, .csv, .csv.gz or .parquet"));
     };
-    let recording = sinew_recording::read(&args.foreign, &options).map_err(recording_failure)?;
+    output::has_place(output)?;
+    spare(output, &args.foreign)?;
+    let own = args.map.as_deref().map(Mapping::load).transpose().map_err(|error| rig_failure(&error))?;
+    let recording = match &own {
+        Some(mapping) => understood(args, mapping, channel)?,
+        None if rig.recording.format != FileFormat::default() || Format::of(&args.foreign).is_none() => {
+            understood(args, &rig.recording, channel)?
+        }
+        None => {
+            let options = Options {
+                ignore_columns: args.ignore_columns,
+                columns: Some(&rig.recording.columns),
+                model: Some(&channel.model),
+                ..Options::default()
+            };
+            sinew_recording::read(&args.foreign, &options).map_err(recording_failure)?
+        }
+    };
     let rows = recording.len();
     if format == Format::Csv {
-        write(&args.output, &recording).map_err(recording_failure)?;
+        write(output, &recording).map_err(recording_failure)?;
     } else {
         let about = foreign(&args.foreign, &rig.name, Some(rig.text()));
         let imported = Imported::new(recording, &channel.name, about).map_err(recording_failure)?;
         match format {
-            Format::Parquet => parquet(&imported, &[], &args.output),
-            _ => session(&imported, &args.output),
+            Format::Parquet => parquet(&imported, &[], output),
+            _ => session(&imported, output),
         }
         .map_err(recording_failure)?;
     }
-    output::note(format_args!("{}: {rows} rows of {}", args.output.display(), channel.name));
+    output::note(format_args!("{}: {rows} rows of {}", output.display(), channel.name));
     Ok(())
+}
+
+/// A file of any kind by a mapping.
+fn understood(args: &args::Import, mapping: &Mapping, channel: &Channel) -> Result<Recording, Failure> {
+    let table = sinew_import::read(&args.foreign, &mapping.format).map_err(import_failure)?;
+    recording(&args.foreign, &table, mapping, Some(&channel.model)).map_err(recording_failure)
+}
+
+fn import_failure(error: sinew_import::Error) -> Failure {
+    Failure::input(error.place_and_message()).hint(error.hint)
 }

@@ -17,7 +17,7 @@ pub fn simulate(args: &args::Simulate) -> Outcome {
     let channel = choose_channel(&rig, args.channel.as_deref())?;
     let options = Options {
         ignore_columns: args.ignore_columns,
-        columns: Some(&rig.columns),
+        columns: Some(&rig.recording.columns),
         model: Some(&channel.model),
         channel: Some(&channel.name),
         ..Options::default()

@@ -125,7 +125,7 @@ fn read(rig: &Rig, fitted: &[Given], held_out: &[Given], ignore_columns: bool) -
         }
         let options = Options {
             ignore_columns,
-            columns: Some(&rig.columns),
+            columns: Some(&rig.recording.columns),
             model: Some(&of_rig.model),
             max_rows: MOST_SAMPLES,
             channel: Some(&of_rig.name),

@@ -156,6 +156,61 @@ fn a_foreign_recording_comes_in_by_the_rig_files_map_and_out_again_unchanged() {
     scratch.sinew(["import", "lab-bad.csv", "--rig", "rig.toml", "-o", "x.csv"]).refused(&["lab-bad.csv:3", "PWM"]);
 }
 
+/// A German program's file: semicolons, decimal commas, Windows-1252, remarks above and below, shortening counted from cold.
+fn messy(duty_name: &str) -> Vec<u8> {
+    let mut text = format!("Versuch;FGL 7\nPrüfer;Müller\n\nZeit;{duty_name};Verkürzung\nms;%;µm\n");
+    let (mut heat, comma) = (0.0, |value: f64| format!("{value:.2}").replace('.', ","));
+    for row in 0..200 {
+        let duty = if row % 100 < 50 { 0.0 } else { 40.0 };
+        heat += 0.05 * (duty / 40.0 - heat);
+        text += &format!("{};{};{}\n", comma(f64::from(row) * 20.0), comma(duty), comma(5000.0 * heat));
+    }
+    text += "Ende der Messung\n";
+    text.chars().map(|c| u8::try_from(u32::from(c)).expect("Latin-1")).collect()
+}
+
+#[test]
+fn a_messy_file_is_understood_confirmed_and_brought_in() {
+    let scratch = Scratch::new();
+    scratch.file("rig.toml", RIG);
+    std::fs::write(scratch.path("messung.csv"), messy("Tastgrad")).expect("a file");
+    scratch.sinew(["import", "messung.csv", "--rig", "rig.toml", "-o", "x.csv"]).refused(&["messung.csv:1", "--guess"]);
+    let said = scratch.sinew(["import", "--guess", "messung.csv", "--rig", "rig.toml", "-o", "map.toml"]).done();
+    for part in ["windows-1252", "decimal comma", "200 rows", "TURNED ROUND", "position_zero", "line 206 is text"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let import =
+        |file: &str, out: &str| scratch.sinew(["import", file, "--map", "map.toml", "--rig", "rig.toml", "-o", out]);
+    import("messung.csv", "out.csv").done();
+    let out = read(scratch.path("out.csv"), &Options::default()).expect("a recording");
+    assert_eq!((out.len(), out.time_s()[50]), (200, 1.0));
+    assert_eq!(out.get(Column::Duty).expect("duty")[50], 0.4);
+    assert!((out.get(Column::PositionM).expect("position_m")[50] + 250e-6).abs() < 1e-12, "5 % of 5 mm, and shorter");
+    import("messung.csv", "out.mcap").done();
+    // the mapping is part of a rig file, too
+    let map = std::fs::read_to_string(scratch.path("map.toml")).expect("the mapping");
+    scratch.file("with-map.toml", format!("{RIG}\n{map}"));
+    scratch.sinew(["import", "messung.csv", "--rig", "with-map.toml", "-o", "again.csv"]).done();
+    let again = read(scratch.path("again.csv"), &Options::default()).expect("a recording");
+    assert!(again.has_the_samples_of(&out));
+
+    // a mapped column that is missing is an error, whatever else is passed over
+    std::fs::write(scratch.path("renamed.csv"), messy("Leistung")).expect("a file");
+    import("renamed.csv", "x.csv").refused(&[
+        "renamed.csv",
+        "\"Tastgrad\"",
+        "is mapped to duty and is not in the file",
+    ]);
+    scratch.file("bad.toml", "[recording.columns]\nposition = \"x\"\n");
+    scratch
+        .sinew(["import", "messung.csv", "--map", "bad.toml", "--rig", "rig.toml", "-o", "x.csv"])
+        .refused(&["bad.toml:2"]);
+    scratch.sinew(["import", "--guess", "messung.csv", "-o", "x.csv"]).refused(&["no name for a mapping", ".toml"]);
+    scratch.sinew(["import", "--guess", "nowhere.csv"]).refused(&["nowhere.csv", "cannot be read"]);
+    scratch.file("letter.txt", "Dear colleague,\nthe files are elsewhere.\n");
+    scratch.sinew(["import", "--guess", "letter.txt"]).refused(&["letter.txt", "no rows of numbers"]);
+}
+
 #[test]
 fn a_replay_is_identical_until_something_is_changed() {
     let scratch = Scratch::new();
