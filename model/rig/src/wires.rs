@@ -47,19 +47,19 @@ pub struct WireKind {
 
 /// Dynalloy's table, by row: thousandths of an inch, Ω/m, pull and stretch in grams, mA, and s to cool of the alloys of 70 and 90 °C; last, the
 /// coefficient of heat transfer with which our model cools like that.
-const FLEXINOL: [(f64, f64, f64, f64, f64, f64, f64, f64); 12] = [
-    (1.0, 1425.0, 8.9, 3.6, 45.0, 0.18, 0.15, 411.0),
-    (1.5, 890.0, 20.0, 8.0, 55.0, 0.24, 0.20, 299.0),
-    (2.0, 500.0, 36.0, 14.0, 85.0, 0.4, 0.3, 269.0),
-    (3.0, 232.0, 80.0, 32.0, 150.0, 0.8, 0.7, 167.0),
-    (4.0, 126.0, 143.0, 57.0, 200.0, 1.1, 0.9, 156.0),
-    (5.0, 75.0, 223.0, 89.0, 320.0, 1.6, 1.4, 128.0),
-    (6.0, 55.0, 321.0, 128.0, 410.0, 2.0, 1.7, 123.0),
-    (8.0, 29.0, 570.0, 228.0, 660.0, 3.2, 2.7, 101.0),
-    (10.0, 18.5, 891.0, 356.0, 1050.0, 5.4, 4.5, 75.0),
-    (12.0, 12.2, 1280.0, 512.0, 1500.0, 8.1, 6.8, 60.0),
-    (15.0, 8.3, 2004.0, 802.0, 2250.0, 10.5, 8.8, 57.0),
-    (20.0, 4.3, 3560.0, 1424.0, 4000.0, 16.8, 14.0, 48.0),
+const FLEXINOL: [[f64; 8]; 12] = [
+    [1.0, 1425.0, 8.9, 3.6, 45.0, 0.18, 0.15, 411.0],
+    [1.5, 890.0, 20.0, 8.0, 55.0, 0.24, 0.20, 299.0],
+    [2.0, 500.0, 36.0, 14.0, 85.0, 0.4, 0.3, 269.0],
+    [3.0, 232.0, 80.0, 32.0, 150.0, 0.8, 0.7, 167.0],
+    [4.0, 126.0, 143.0, 57.0, 200.0, 1.1, 0.9, 156.0],
+    [5.0, 75.0, 223.0, 89.0, 320.0, 1.6, 1.4, 128.0],
+    [6.0, 55.0, 321.0, 128.0, 410.0, 2.0, 1.7, 123.0],
+    [8.0, 29.0, 570.0, 228.0, 660.0, 3.2, 2.7, 101.0],
+    [10.0, 18.5, 891.0, 356.0, 1050.0, 5.4, 4.5, 75.0],
+    [12.0, 12.2, 1280.0, 512.0, 1500.0, 8.1, 6.8, 60.0],
+    [15.0, 8.3, 2004.0, 802.0, 2250.0, 10.5, 8.8, 57.0],
+    [20.0, 4.3, 3560.0, 1424.0, 4000.0, 16.8, 14.0, 48.0],
 ];
 
 const FLEXINOL_SOURCE: &str = "Dynalloy, Technical Characteristics of Flexinol Actuator Wires (F1140), table of wires";
@@ -68,7 +68,7 @@ const LT: (&str, (f64, f64)) = ("Flexinol LT (70 °C), Dynalloy", (73.0, 47.0));
 const HT: (&str, (f64, f64)) = ("Flexinol HT (90 °C), Dynalloy", (93.0, 67.0));
 
 const fn flexinol(name: &'static str, row: usize, is_hot: bool) -> WireKind {
-    let (mil, ohm_per_m, pull_g, stretch_g, current_ma, cooling_lt_s, cooling_ht_s, convection_w_per_m2_k) =
+    let [mil, ohm_per_m, pull_g, stretch_g, current_ma, cooling_lt_s, cooling_ht_s, convection_w_per_m2_k] =
         FLEXINOL[row];
     let (product, temperatures_c) = if is_hot { HT } else { LT };
     WireKind {
