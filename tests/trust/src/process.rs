@@ -336,7 +336,7 @@ fn clock_step() -> Kind {
                 let (wire, now_ns) = (&cycle.channels[0], cycle.header.monotonic_ns);
                 match taken_ns {
                     None if wire.duty == 2.0 * DUTY => taken_ns = Some(now_ns),
-                    Some(taken_ns) if wire.mode() == Mode::Off => return Ok(Some(now_ns - taken_ns)),
+                    Some(taken_ns) if wire.mode() == Mode::Lapsed => return Ok(Some(now_ns - taken_ns)),
                     _ => {}
                 }
             }

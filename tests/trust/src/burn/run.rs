@@ -211,7 +211,7 @@ impl Operator {
         }
         self.next_s = now_s + self.every_s;
         let is_stopped = state.flags & ChannelState::FLAG_STOPPED != 0;
-        let is_idle = state.mode() == Mode::Off && self.wanted != Wish::Off;
+        let is_idle = matches!(state.mode(), Mode::Off | Mode::Lapsed) && self.wanted != Wish::Off;
         let wish = match state.fault() {
             Some(_) if state.mode() == Mode::Fault => Some(Wish::Reset),
             _ => is_idle.then_some(self.wanted),
