@@ -282,7 +282,9 @@ impl Viewer {
     /// The next message in JSON of this kind.
     #[track_caller]
     fn says(&mut self, op: &str) -> Value {
+        let end = Instant::now() + PATIENCE;
         loop {
+            assert!(Instant::now() < end, "no {op} comes among the data");
             let Message::Text(text) = self.socket.read().expect("it says something") else { continue };
             let said: Value = serde_json::from_str(&text).expect("JSON");
             if said["op"] == "advertise" {
@@ -305,7 +307,9 @@ impl Viewer {
     /// The next message of a subscription: its id, its time, and what it is.
     #[track_caller]
     fn data(&mut self) -> (u32, u64, Vec<u8>) {
+        let end = Instant::now() + PATIENCE;
         loop {
+            assert!(Instant::now() < end, "no data come");
             if let Message::Binary(frame) = self.socket.read().expect("it says something") {
                 assert_eq!(frame[0], 1, "data of a topic");
                 let id = u32::from_le_bytes(frame[1..5].try_into().expect("four bytes"));

@@ -74,8 +74,12 @@ impl Held {
                 "{}",
                 std::io::Error::last_os_error()
             );
-            let mut status = 0;
-            assert_eq!(libc::waitpid(thread, &mut status, libc::__WALL), thread, "{}", std::io::Error::last_os_error());
+            wait_until("the thread to stand still", || {
+                let mut status = 0;
+                let seen = libc::waitpid(thread, &mut status, libc::__WALL | libc::WNOHANG);
+                assert!(seen >= 0, "{}", std::io::Error::last_os_error());
+                seen == thread
+            });
         }
         Held(thread)
     }

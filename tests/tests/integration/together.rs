@@ -109,11 +109,11 @@ fn a_file_is_played_row_by_row_and_leaves_its_channels_off() {
     let rig = Rig::bench(&["a", "b"], "");
     let (driver, client) = Driver::ready(&rig);
     let file = rig.file("wave.csv");
-    std::fs::write(&file, "time_s,b,a\n0,10%,\n0.25,duty=0.05,20%\n0.6,,off\n").unwrap();
+    std::fs::write(&file, "time_s,b,a\n0,10%,\n2.5,duty=0.05,20%\n5,,off\n").unwrap();
     let path = file.to_str().unwrap();
     let mut stream = client.stream().unwrap();
-    // Leases of a tenth of a second: they are renewed.
-    let said = rig.ask(&["play", path, "--hold", "0.1", "--times", "2"]).expect(0).stdout;
+    // Leases that are shorter than the rows: they are renewed.
+    let said = rig.ask(&["play", path, "--hold", "1.5", "--times", "2"]).expect(0).stdout;
     assert!(said.starts_with("played 6 rows"), "{said}");
     let mut modes: Vec<[Mode; 2]> = Vec::new();
     while let Some(cycle) = stream.next().unwrap() {
