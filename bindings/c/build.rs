@@ -2,7 +2,7 @@
 //! told so by the loader instead of reading the wrong bytes.
 
 /// Version of the calls and structs of `sinew.h`. Every change that a program built before would notice raises it.
-const ABI: u32 = 2;
+const ABI: u32 = 3;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

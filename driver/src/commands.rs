@@ -14,6 +14,9 @@
 //! - Setpoints and `off` for several channels in one request are taken by all or by none, from the same cycle on and with one lease, the shortest
 //!   of those they would be granted alone.
 //! - Setpoints and resets for a channel that another client has claimed are refused; `off` and `stop` are not (`claims.rs`).
+//! - A request that comes after its deadline is refused, and so is one the loop has not begun with by then. Of a stream of setpoints the newest
+//!   overtakes those before it that still wait.
+//! - Setpoints may be approached in a time no longer than their lease; the tension of a joint may not.
 //! - `off` overtakes: what was asked of its channel before it and still waits is not carried out, nor is what was answered *busy*.
 
 use std::collections::HashMap;
@@ -23,7 +26,7 @@ use std::time::{Duration, Instant};
 
 use sinew_control::{JointLaw, StrokeRange, length_for_force};
 use sinew_ipc::{
-    ALL_CHANNELS, Asker, Command, CommandKind, CommandServer, Fault, MOST_PRIORITY, Outcome, Reply, Request,
+    ALL_CHANNELS, Asker, Command, CommandKind, CommandServer, Fault, MOST_PRIORITY, Outcome, Reply, Request, Terms,
 };
 use sinew_physics::WireModel;
 use sinew_rig::Rig;
@@ -254,15 +257,19 @@ impl Desk {
             }
             let now = Instant::now();
             self.claims.look(now, &shared.claims);
-            let over: Vec<u64> =
-                waiting.iter().filter(|(_, w)| ended || now - w.since >= PATIENCE).map(|(ticket, _)| *ticket).collect();
+            let now_ns = sinew_ipc::monotonic_ns();
+            // Nobody waits any more for what is late, and for what a loop is held up with it is answered.
+            let is_over =
+                |w: &Waiting| ended || now - w.since >= PATIENCE || w.request.terms().is_late(now_ns).is_some();
+            let over: Vec<u64> = waiting.iter().filter(|(_, w)| is_over(w)).map(|(ticket, _)| *ticket).collect();
             for ticket in over {
                 // One that has begun is answered by what comes of it.
                 if !self.outbox.take_back(ticket) && !ended {
                     continue;
                 }
                 let Some(w) = waiting.remove(&ticket) else { continue };
-                let outcome = if ended { Outcome::Stopping } else { Outcome::Busy };
+                let late = w.request.terms().is_late(now_ns);
+                let outcome = if ended { Outcome::Stopping } else { late.unwrap_or(Outcome::Busy) };
                 refuse_all(shared, w.request, |command| Reply::refused(command, outcome));
             }
             if ended || sinew_threads::is_struck() {
@@ -290,13 +297,20 @@ impl Desk {
             let stopping = |command: &Command| Reply::refused(command, Outcome::Stopping).because(Fault::Stopping);
             return refuse_all(shared, request, stopping);
         }
+        if let Some(outcome) = request.terms().is_late(sinew_ipc::monotonic_ns()) {
+            return refuse_all(shared, request, |command| Reply::refused(command, outcome));
+        }
+        self.overtake(&request, waiting);
         if let Some(kind) = claims_or_releases(&request) {
             return self.hand_on(request, kind, shared);
         }
         let (asker, now) = (request.asker(), Instant::now());
+        let terms = request.terms();
+        // What is approached, or overtakes, goes as a request for several channels does, be it for one.
+        let is_single = terms == Terms::until(terms.until_ns) && request.commands().len() == 1;
         let judged = match request.commands() {
-            [command] => self.judge(command, asker, now).map_err(|reply| vec![reply]),
-            several => self.judge_together(several, asker, now),
+            [command] if is_single => self.judge(command, asker, now).map_err(|reply| vec![reply]),
+            several => self.judge_together(several, asker, now).and_then(|checked| approach(several, checked, terms)),
         };
         let Checked { orders, hold_s } = match judged {
             Ok(checked) => checked,
@@ -304,10 +318,10 @@ impl Desk {
         };
         let missing = orders.len();
         let is_off = orders.iter().all(|(_, ask, _)| *ask == Ask::Off);
-        let sent = if request.commands().len() == 1 || is_off {
+        let sent = if is_single || is_off {
             self.outbox.send(orders.into_iter(), is_off)
         } else {
-            self.outbox.send_together(&orders)
+            self.outbox.send_together(&orders, (terms.over_s * 1e9) as u64)
         };
         let Some(ticket) = sent else {
             return refuse_all(shared, request, |command| Reply::refused(command, Outcome::Busy));
@@ -315,6 +329,25 @@ impl Desk {
         request.commands().iter().for_each(|command| self.claims.renew(command.channel as usize, asker, now));
         let replies = request.commands().iter().map(|command| Reply::taken(command, hold_s)).collect();
         waiting.insert(ticket, Waiting { request, missing, replies, since: Instant::now() });
+    }
+
+    /// A message of a stream takes back those before it that the loop has not begun with.
+    fn overtake(&mut self, request: &Request, waiting: &mut HashMap<u64, Waiting>) {
+        let (asker, stream) = (request.asker(), request.terms().stream);
+        if stream == 0 {
+            return;
+        }
+        let is_before = |w: &Waiting| w.request.terms().stream == stream && w.request.asker() == asker;
+        let before: Vec<u64> = waiting.iter().filter(|(_, w)| is_before(w)).map(|(ticket, _)| *ticket).collect();
+        for ticket in before {
+            if self.outbox.take_back(ticket)
+                && let Some(w) = waiting.remove(&ticket)
+            {
+                let overtaken = |command| Reply::refused(command, Outcome::Overtaken);
+                let replies = w.request.commands().iter().map(overtaken).collect();
+                w.request.reply(replies);
+            }
+        }
     }
 
     /// Checks the command of a request that has one; it may be for all channels, and is taken by all or by none then.
@@ -502,6 +535,26 @@ fn once(is_named: &mut [bool], command: &Command) -> Result<usize, Reply> {
             Ok(channel)
         }
     }
+}
+
+/// Setpoints with the time they are to be approached in: no longer than their lease, and not by switching off.
+fn approach(commands: &[Command], checked: Checked, terms: Terms) -> Result<Checked, Vec<Reply>> {
+    let refused = |outcome| commands.iter().map(|command| Reply::refused(command, outcome)).collect::<Vec<_>>();
+    if !terms.over_s.is_finite() {
+        return Err(refused(Outcome::NotFinite));
+    }
+    let is_off = checked.orders.iter().all(|(_, ask, _)| *ask == Ask::Off);
+    if terms.over_s == 0.0 || is_off {
+        return Ok(checked);
+    }
+    if !(0.0..=checked.hold_s).contains(&terms.over_s) {
+        let replies = refused(Outcome::ApproachOutOfRange).into_iter().map(|reply| reply.range(0.0, checked.hold_s));
+        return Err(replies.collect());
+    }
+    if checked.orders.iter().any(|(_, ask, _)| matches!(ask, Ask::Tension(_))) {
+        return Err(refused(Outcome::Unsupported));
+    }
+    Ok(checked)
 }
 
 /// Refused because of another client's claim.

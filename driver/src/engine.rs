@@ -201,6 +201,31 @@ impl Engine {
         Some(self.joints[joint].channels[1 - side])
     }
 
+    /// What a channel is to do now, or does where that is of another kind, in the unit of what is asked for: where the way there begins. `None`
+    /// where there is no way there.
+    #[inline]
+    pub(crate) fn wanted_or_present(&self, channel: usize, ask: Ask) -> Option<f64> {
+        let channel = self.channels.get(channel)?;
+        match ask {
+            Ask::Length(_) | Ask::Force(_) => Some(channel.wanted_or_present_m()),
+            Ask::Duty(_) => Some(if let Target::Duty(duty) = channel.target { duty } else { channel.duty }),
+            Ask::Tension(_) | Ask::Off | Ask::Reset => None,
+        }
+    }
+
+    /// Whether a channel does what was asked of it with a lease until then, and nothing else has come in between.
+    #[inline]
+    pub(crate) fn obeys(&self, channel: usize, ask: Ask, until_ns: u64) -> bool {
+        let target = match ask {
+            Ask::Length(length_m) => Target::Length(length_m),
+            Ask::Force(length_m) => Target::Force(length_m),
+            Ask::Duty(duty) => Target::Duty(duty),
+            Ask::Tension(_) | Ask::Off | Ask::Reset => return false,
+        };
+        let channel = &self.channels[channel];
+        !channel.has_order() && channel.target == target && channel.source == Source::Client { until_ns }
+    }
+
     /// Whether a channel has taken an order since the last cycle: a cycle has room for one, see
     /// [`ChannelState::order`](sinew_ipc::ChannelState::order). A second one would be taken all the same, and only that recorded.
     #[inline]

@@ -4,6 +4,9 @@
 //!   it and still waits is answered *overtaken* and not carried out.
 //! - **What is asked together runs together.** Setpoints for several channels are one piece in a lane of their own, of which the loop takes one
 //!   in a cycle, all or none; it overtakes what still waits for its channels.
+//! - **The newest of a stream wins.** A message of a stream of setpoints goes by the same lane; the desk takes back those before it that
+//!   still wait, and the loop passes over what was taken back.
+//! - **What is to be approached is asked again in every cycle**, a step further ([`Ramps`]).
 //! - **A refused order never runs.** A request that waits for too long (for a loop that is held up) is answered *busy* only after it was
 //!   taken back; what cannot be taken back any more has begun, and its answer is waited for. Both sides change one word of a request by
 //!   one compare-and-swap: no lock, and nobody waits.
@@ -15,6 +18,7 @@ use sinew_ring::{Consumer, Producer, ring};
 
 use crate::engine::Engine;
 use crate::orders::{Answer, Ask, Event, Occurrence, Order};
+use crate::ramps::Ramps;
 
 /// Orders that may be on their way, in each lane; and requests for several channels.
 const ORDERS: usize = 512;
@@ -31,10 +35,12 @@ const OFFS_A_CYCLE: usize = sinew_ipc::MAX_CHANNELS;
 struct Together {
     orders: [Order; sinew_ipc::MAX_CHANNELS],
     count: usize,
+    /// The time in which they are approached, ns; 0: they hold at once.
+    over_ns: u64,
 }
 
 impl Together {
-    const NONE: Together = Together { orders: [Order::NONE; sinew_ipc::MAX_CHANNELS], count: 0 };
+    const NONE: Together = Together { orders: [Order::NONE; sinew_ipc::MAX_CHANNELS], count: 0, over_ns: 0 };
 
     fn orders(&self) -> &[Order] {
         &self.orders[..self.count]
@@ -58,6 +64,7 @@ pub(crate) struct Inbox {
     offs: Consumer<Order>,
     togethers: Consumer<Together>,
     tickets: Arc<Tickets>,
+    ramps: Ramps,
 }
 
 /// Both ends of a new way.
@@ -67,7 +74,7 @@ pub(crate) fn way_in() -> (Outbox, Inbox) {
     let (give_together, togethers) = ring(vec![Together::NONE; TOGETHERS]);
     let tickets = Arc::new(Tickets::new(REQUESTS));
     let outbox = Outbox { orders: give, offs: give_off, togethers: give_together, tickets: tickets.clone(), last: 0 };
-    (outbox, Inbox { orders, offs, togethers, tickets })
+    (outbox, Inbox { orders, offs, togethers, tickets, ramps: Ramps::default() })
 }
 
 impl Outbox {
@@ -86,16 +93,16 @@ impl Outbox {
         Some(ticket)
     }
 
-    /// Sends setpoints on their way that are to be in force from the same cycle on or not at all; their ticket. `None`: there is no room, or
-    /// there are more than there can be channels.
-    pub fn send_together(&mut self, orders: &[(usize, Ask, u64)]) -> Option<u64> {
+    /// Sends setpoints on their way that are to be in force from the same cycle on or not at all, approached in a time, ns; their ticket. `None`:
+    /// there is no room, or there are more than there can be channels.
+    pub fn send_together(&mut self, orders: &[(usize, Ask, u64)], over_ns: u64) -> Option<u64> {
         if self.togethers.free() == 0 || orders.len() > sinew_ipc::MAX_CHANNELS {
             return None;
         }
         let ticket = self.tickets.issue(self.last)?;
         self.last = ticket;
         self.togethers.put(|together| {
-            together.count = orders.len();
+            (together.count, together.over_ns) = (orders.len(), over_ns);
             for (place, &(channel, ask, hold_ns)) in together.orders.iter_mut().zip(orders) {
                 *place = Order { ticket, channel, ask, hold_ns };
             }
@@ -131,26 +138,38 @@ impl Inbox {
             let Some(order) = self.orders.pop() else { break };
             taken += self.take(&order, engine, now_ns, tell);
         }
+        self.ramps.step(engine, now_ns);
         taken
     }
 
     /// One request for several channels.
     #[inline]
     fn take_together(&mut self, engine: &mut Engine, now_ns: u64, tell: &mut impl FnMut(Event)) -> u64 {
-        let waits = |together: &Together| together.orders().iter().any(|order| has_to_wait(order, engine));
-        if self.togethers.peek(waits) != Some(false) {
-            return 0;
-        }
-        let tickets = &self.tickets;
-        let taken = self.togethers.take(|together| {
-            let orders = together.orders();
-            if !orders.first().is_some_and(|order| tickets.begin(order.ticket)) {
+        let (tickets, ramps) = (&self.tickets, &mut self.ramps);
+        // What was taken back takes no cycle.
+        for _ in 0..TOGETHERS {
+            let waits = |together: &Together| together.orders().iter().any(|order| has_to_wait(order, engine));
+            if self.togethers.peek(waits) != Some(false) {
                 return 0;
             }
-            engine.take_together(orders, now_ns, |order, answer| tell(answered(order, answer, now_ns)));
-            orders.len() as u64
-        });
-        taken.unwrap_or(0)
+            let taken = self.togethers.take(|together| {
+                let mut orders = together.orders;
+                let orders = &mut orders[..together.count];
+                if !orders.first().is_some_and(|order| tickets.begin(order.ticket)) {
+                    return 0;
+                }
+                if together.over_ns > 0 {
+                    ramps.begin(orders, together.over_ns, engine, now_ns);
+                }
+                engine.take_together(orders, now_ns, |order, answer| tell(answered(order, answer, now_ns)));
+                orders.len() as u64
+            });
+            match taken {
+                Some(0) => {}
+                taken => return taken.unwrap_or(0),
+            }
+        }
+        0
     }
 
     #[inline]
@@ -291,7 +310,7 @@ mod tests {
         let wanted = |engine: &Engine| [0, 1].map(|channel: usize| engine.channels()[channel].target);
 
         let before = outbox.send(alone(1), false).unwrap();
-        let both = outbox.send_together(&duty(0.3)).unwrap();
+        let both = outbox.send_together(&duty(0.3), 0).unwrap();
         let done = [(both, Answer::Done), (both, Answer::Done), (before, Answer::Overtaken)];
         assert_eq!(cycle(&mut inbox, &mut engine, 0), done, "what waited for one of its channels is overtaken");
         assert_eq!(wanted(&engine), [Target::Duty(0.3); 2]);
@@ -300,15 +319,15 @@ mod tests {
         let samples = [sinew_sensing::Sample::NONE; 2];
         let broken = Err(BackendError::Channel { channel: 1, fault: ChannelFault::Stage });
         engine.cycle(Beat { now_ns: 1, missed: 0 }, broken, &samples, &mut [0.0; 2], |_| {});
-        let refused = outbox.send_together(&duty(0.5)).unwrap();
+        let refused = outbox.send_together(&duty(0.5), 0).unwrap();
         let latched = Answer::Latched(sinew_ipc::Fault::Backend);
         assert_eq!(cycle(&mut inbox, &mut engine, 1), [(refused, Answer::WithOthers), (refused, latched)]);
         assert_eq!(wanted(&engine)[0], Target::Duty(0.3), "nothing of it was carried out");
 
         // overtaken by an off, and taken back
-        let late = outbox.send_together(&duty(0.6)).unwrap();
+        let late = outbox.send_together(&duty(0.6), 0).unwrap();
         let off = outbox.send([(0, Ask::Off, u64::MAX)].into_iter(), true).unwrap();
-        let gone = outbox.send_together(&duty(0.7)).unwrap();
+        let gone = outbox.send_together(&duty(0.7), 0).unwrap();
         assert!(outbox.take_back(gone));
         let mut answers = cycle(&mut inbox, &mut engine, 2);
         answers.extend(cycle(&mut inbox, &mut engine, 3));

@@ -42,6 +42,7 @@ mod memory;
 mod orders;
 mod program;
 mod publish;
+mod ramps;
 pub mod report;
 pub mod setup;
 pub mod stage;

@@ -8,6 +8,7 @@
 //! nothing else differs.
 
 use crate::link::{Link, Waiter};
+use crate::setpoints::{SetpointOptions, Setpoints};
 use crate::stream::CycleStream;
 use crate::{
     ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, MAX_CHANNELS, Outcome,
@@ -354,9 +355,13 @@ impl Client {
         if !(1..=MAX_CHANNELS).contains(&wanted.len()) {
             return Err(Error::Channels { found: wanted.len() });
         }
-        let replies = self.ask(wanted, hold)?;
+        self.taken(wanted, &self.ask(wanted, hold)?)
+    }
+
+    /// What became of setpoints that were asked for together, by the replies to each.
+    pub(crate) fn taken(&self, wanted: &[Wanted], replies: &[Reply]) -> Result<Taken, Error> {
         let refused: Vec<Refusal> =
-            wanted.iter().zip(&replies).filter_map(|(wanted, reply)| self.refusal(wanted, reply)).collect();
+            wanted.iter().zip(replies).filter_map(|(wanted, reply)| self.refusal(wanted, reply)).collect();
         match refused.is_empty() {
             true => Ok(Taken { cycle: replies[0].cycle, hold_s: replies[0].hold_s }),
             // What only goes with the others is no reason of its own.
@@ -364,6 +369,24 @@ impl Client {
                 refused.into_iter().filter(|refusal| refusal.reason != Reason::WithOthers).collect(),
             )),
         }
+    }
+
+    /// A stream of setpoints, of a client that is borrowed; of a shared one: [`Setpoints::new`].
+    pub fn setpoints(&self, options: SetpointOptions) -> Setpoints<&Client> {
+        Setpoints::new(self, options)
+    }
+
+    /// The number of a new stream of setpoints.
+    pub(crate) fn next_stream(&self) -> u64 {
+        self.sequence.fetch_add(1, Ordering::Relaxed)
+    }
+
+    pub(crate) fn link(&self) -> &Link {
+        &self.link
+    }
+
+    pub(crate) fn options(&self) -> ClientOptions {
+        self.options
     }
 
     /// Has these channels to itself: setpoints and resets of other clients are refused, with the id of this process, until it lets go of
@@ -388,6 +411,11 @@ impl Client {
     }
 
     fn ask(&self, wanted: &[Wanted], hold: Duration) -> Result<Vec<Reply>, Error> {
+        self.link.ask(&self.commands(wanted, hold), self.options.answer)
+    }
+
+    /// The commands of a request of its own number.
+    pub(crate) fn commands(&self, wanted: &[Wanted], hold: Duration) -> Vec<Command> {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed);
         // An `off` beside setpoints does not run out with them.
         let is_mixed = wanted.iter().any(|wanted| wanted.kind != CommandKind::Off);
@@ -399,7 +427,7 @@ impl Client {
             value,
             hold_s: if is_mixed && kind == CommandKind::Off { 0.0 } else { hold.as_secs_f64() },
         };
-        self.link.ask(&wanted.iter().map(command).collect::<Vec<_>>(), self.options.answer)
+        wanted.iter().map(command).collect()
     }
 
     fn refusal(&self, &Wanted { channel, kind, value }: &Wanted, reply: &Reply) -> Option<Refusal> {
@@ -437,6 +465,8 @@ impl Client {
             Some(Outcome::Claimed) => {
                 Reason::Claimed { owner: reply.owner, priority: reply.value as u32, left_s: reply.hold_s }
             }
+            Some(Outcome::Late) => Reason::Late,
+            Some(Outcome::ApproachOutOfRange) => Reason::ApproachOutOfRange { low: reply.low, high: reply.high },
             Some(Outcome::NotPermitted) => Reason::NotPermitted { group: self.link.group_for(kind) },
             None => Reason::Unknown(reply.outcome),
         })

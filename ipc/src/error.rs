@@ -204,6 +204,15 @@ pub enum Reason {
         /// How long the claim holds unless it is renewed, s.
         left_s: f64,
     },
+    /// The setpoint of a stream came after its deadline.
+    Late,
+    /// The time to approach the setpoint in is outside this range, s.
+    ApproachOutOfRange {
+        /// Shortest time, s.
+        low: f64,
+        /// Longest time, s: the lease.
+        high: f64,
+    },
     /// Who asks may look but not command: that may members of this group (empty: the driver's own user alone).
     NotPermitted {
         /// The group.
@@ -234,6 +243,8 @@ impl Reason {
             Reason::NotTogether => Outcome::NotTogether,
             Reason::NotPermitted { .. } => Outcome::NotPermitted,
             Reason::Claimed { .. } => Outcome::Claimed,
+            Reason::Late => Outcome::Late,
+            Reason::ApproachOutOfRange { .. } => Outcome::ApproachOutOfRange,
             Reason::Unknown(code) => return *code,
         };
         outcome.code()
@@ -421,6 +432,10 @@ impl Refusal {
                 "{channel} is claimed by process {owner} with priority {priority}, for {left_s:.1} s more unless it renews that"
             ),
             Reason::NotTogether => format!("{channel} stands twice in the request"),
+            Reason::Late => format!("{channel}: {name} came after its deadline and was not carried out"),
+            Reason::ApproachOutOfRange { low, high } => {
+                format!("{channel}: the time to approach it in is outside {low} s to {high} s, the lease")
+            }
             Reason::NotPermitted { group } if *group == Name::EMPTY => {
                 format!("{channel}: commands are taken from the driver's own user alone")
             }
@@ -459,6 +474,8 @@ impl Refusal {
                     .into()
             }
             Reason::Claimed { .. } => "wait until it lets go; switch a wire off anybody may".into(),
+            Reason::Late => "send it earlier, or with a later deadline; a busy machine needs some milliseconds".into(),
+            Reason::ApproachOutOfRange { .. } => "choose a shorter time, or a longer hold".into(),
             Reason::NotPermitted { group } if group == Name::EMPTY => {
                 "name a command_group in [access] of the rig file".into()
             }

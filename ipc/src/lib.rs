@@ -62,6 +62,7 @@ mod remains;
 mod run;
 mod server;
 mod service;
+mod setpoints;
 mod stream;
 mod sys;
 
@@ -73,11 +74,12 @@ pub use link::Waiter;
 pub use messages::{
     ALL_CHANNELS, BatchHeader, ChannelField, ChannelInfo, ChannelState, Command, CommandKind, CycleHeader, Detail,
     DriverState, FieldKind, HeldCycle, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, MOST_PRIORITY, Mode, Name, Outcome,
-    PROTOCOL, Replay, Reply, Snapshot, field_table_markdown,
+    PROTOCOL, Replay, Reply, Snapshot, Terms, field_table_markdown,
 };
 pub use names::{MAX_RIG_NAME, check_rig_name};
 pub use ours::own_folder_among;
 pub use run::{RigLock, running, runtime_dir};
 pub use server::{Asker, CommandServer, CyclePublisher, Request, Server, StateWriter};
+pub use setpoints::{Progress, SetpointOptions, Setpoints};
 pub use stream::{Cycle, CycleStream};
 pub use sys::monotonic_ns;

@@ -4,7 +4,7 @@ use crate::gateway::{BoardReader, Connection};
 use crate::memory::{self, Memory};
 use crate::run::Attachment;
 use crate::service::TickListener;
-use crate::{Command, CommandKind, Error, Info, LoopStats, Name, PROTOCOL, Reply, Snapshot};
+use crate::{Command, CommandKind, Error, Info, LoopStats, Name, PROTOCOL, Reply, Snapshot, Terms};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -79,6 +79,28 @@ impl Link {
         }
     }
 
+    /// Sends the commands of one request, 1 to [`MAX_CHANNELS`](crate::MAX_CHANNELS), and does not wait. `None`: there is no room now.
+    pub fn send(&self, commands: &[Command], terms: Terms) -> Result<Option<Sent>, Error> {
+        let sequence = commands.first().map_or(0, |command| command.sequence);
+        match self {
+            // With as many unanswered as it may have a client has no room, and iceoryx2 has an error.
+            Link::Memory(memory) => match memory.send(commands, terms) {
+                Ok(pending) => Ok(Some(Sent::Memory(Box::new(pending)))),
+                Err(_) => memory.check().map(|()| None),
+            },
+            Link::Gateway(connection) => Ok(connection.send(commands, terms)?.then_some(Sent::Gateway(sequence))),
+        }
+    }
+
+    /// The replies to a request that was sent, if they have come.
+    pub fn poll(&self, sent: &Sent) -> Option<Vec<Reply>> {
+        match (sent, self) {
+            (Sent::Memory(pending), _) => pending.poll(),
+            (Sent::Gateway(sequence), Link::Gateway(connection)) => connection.answer(*sequence),
+            (Sent::Gateway(_), Link::Memory(_)) => None,
+        }
+    }
+
     /// The group whose members may ask this of the driver from other accounts; empty where that does not matter.
     pub fn group_for(&self, kind: CommandKind) -> Name {
         match self {
@@ -91,6 +113,13 @@ impl Link {
     pub fn is_foreign(&self) -> bool {
         matches!(self, Link::Gateway(_))
     }
+}
+
+/// A request on its way.
+pub(crate) enum Sent {
+    Memory(Box<memory::Pending>),
+    /// The number of the request.
+    Gateway(u64),
 }
 
 fn own(rig: &str, patience: Duration) -> Result<(Link, Info), Error> {

@@ -2,11 +2,12 @@
 
 use crate::run::Attachment;
 use crate::service::{
-    BatchSubscriber, Entry, Ipc, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_CLIENTS, MAX_STREAMS, Requests,
-    StateReader, TickListener, TickNotifier, failed, name, node,
+    BatchSubscriber, Entry, Ipc, IpcNode, KEY_INFO, KEY_SNAPSHOT, KEY_STATS, MAX_CLIENTS, MAX_STREAMS, PendingReplies,
+    Requests, StateReader, TickListener, TickNotifier, failed, name, node,
 };
 use crate::{
     BatchHeader, ChannelState, Command, DriverState, Error, Info, LoopStats, MAX_CHANNELS, PROTOCOL, Reply, Snapshot,
+    Terms, monotonic_ns,
 };
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
@@ -60,6 +61,7 @@ impl Memory {
         let requests = node
             .service_builder(&name("command", key)?)
             .request_response::<[Command], [Reply]>()
+            .request_user_header::<Terms>()
             .open()
             .map_err(full_or_failed("command", &rig))?
             .client_builder()
@@ -129,18 +131,14 @@ impl Memory {
     pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         self.check()?;
         let started = Instant::now();
-        let sequence = commands.first().map_or(0, |command| command.sequence);
+        let terms = Terms::until(monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX)));
         let no_answer = |waited| match self.check() {
             Err(gone) => gone,
             Ok(()) => Error::NoAnswer { rig: self.rig().into(), waited },
         };
         // All requests this client may have unanswered can be taken, by other threads: theirs will be answered soon.
         let pending = loop {
-            let sent = match self.requests.loan_slice_uninit(commands.len()) {
-                Ok(request) => request.write_from_slice(commands).send().map_err(failed("command")),
-                Err(e) => Err(failed("command")(e)),
-            };
-            match sent {
+            match self.send(commands, terms) {
                 Ok(pending) => break pending,
                 Err(e) if started.elapsed() >= patience => {
                     self.check()?;
@@ -149,15 +147,10 @@ impl Memory {
                 Err(_) => std::thread::sleep(Duration::from_micros(500)),
             }
         };
-        // A desk that nobody wakes looks by itself, a little later.
-        let _ = self.bell.notify();
         let mut next_check = Duration::from_millis(20);
         loop {
-            if let Ok(Some(replies)) = pending.receive()
-                && replies.len() == commands.len()
-                && replies[0].sequence == sequence
-            {
-                return Ok(replies.to_vec());
+            if let Some(replies) = pending.poll() {
+                return Ok(replies);
             }
             let waited = started.elapsed();
             if waited >= patience {
@@ -169,6 +162,32 @@ impl Memory {
             }
             std::thread::sleep(if waited < QUICK { SHORT_PAUSE } else { LONG_PAUSE });
         }
+    }
+
+    /// Sends the commands of one request, and does not wait; an error where this client has as many unanswered as it may.
+    pub fn send(&self, commands: &[Command], terms: Terms) -> Result<Pending, Error> {
+        let mut request = self.requests.loan_slice_uninit(commands.len()).map_err(failed("command"))?;
+        *request.user_header_mut() = terms;
+        let replies = request.write_from_slice(commands).send().map_err(failed("command"))?;
+        // A desk that nobody wakes looks by itself, a little later.
+        let _ = self.bell.notify();
+        let sequence = commands.first().map_or(0, |command| command.sequence);
+        Ok(Pending { replies, sequence, count: commands.len() })
+    }
+}
+
+/// A request that was sent. Dropped, it is not carried out where the driver has not begun with it.
+pub(crate) struct Pending {
+    replies: PendingReplies,
+    sequence: u64,
+    count: usize,
+}
+
+impl Pending {
+    /// The replies to its commands, if they have come.
+    pub fn poll(&self) -> Option<Vec<Reply>> {
+        let replies = self.replies.receive().ok()??;
+        (replies.len() == self.count && replies[0].sequence == self.sequence).then(|| replies.to_vec())
     }
 }
 

@@ -12,7 +12,7 @@ use crate::service::{
 };
 use crate::{
     BatchHeader, ChannelState, Command, CycleHeader, Error, Info, LoopStats, MAX_BATCH, MAX_CHANNELS, Outcome,
-    PROTOCOL, Reply, RigLock, Snapshot,
+    PROTOCOL, Reply, RigLock, Snapshot, Terms,
 };
 use iceoryx2::prelude::*;
 use std::sync::Arc;
@@ -386,6 +386,7 @@ impl CommandServer {
             .node
             .service_builder(&name(WHAT, run.lock.key())?)
             .request_response::<[Command], [Reply]>()
+            .request_user_header::<Terms>()
             .max_servers(1)
             .max_clients(MAX_CLIENTS)
             .max_nodes(MAX_CLIENTS + 1)
@@ -433,11 +434,12 @@ impl CommandServer {
             // A copy: who sent it may still write into what he sent.
             let commands = request.payload().iter().take(MAX_CHANNELS + 1).copied().collect::<Vec<_>>();
             if (1..=MAX_CHANNELS).contains(&commands.len()) {
-                return Some(Request { commands, way: Way::Memory(Box::new(request)) });
+                let terms = *request.user_header();
+                return Some(Request { commands, terms, way: Way::Memory(Box::new(request)) });
             }
         }
-        let (commands, answer) = self.listener.as_mut()?.receive()?;
-        Some(Request { commands, way: Way::Gateway(answer) })
+        let (ask, answer) = self.listener.as_mut()?.receive()?;
+        Some(Request { commands: ask.commands, terms: ask.terms, way: Way::Gateway(answer) })
     }
 
     /// Answers every request that waits by `decide`, command by command. Returns how many were answered.
@@ -462,6 +464,7 @@ impl CommandServer {
 /// One request, waiting for its answer. Dropping it without one lets its client wait until its patience ends.
 pub struct Request {
     commands: Vec<Command>,
+    terms: Terms,
     way: Way,
 }
 
@@ -486,6 +489,11 @@ impl Request {
     /// What is asked for: 1 to [`MAX_CHANNELS`] commands.
     pub fn commands(&self) -> &[Command] {
         &self.commands
+    }
+
+    /// How they are meant: any bits at all, as the commands.
+    pub fn terms(&self) -> Terms {
+        self.terms
     }
 
     /// Who asks: all commands of a request are of one client.

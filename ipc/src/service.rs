@@ -4,7 +4,7 @@
 //! for dead ones stays cheap, and nothing left by a killed process can be in the way of another run. Dead clients are
 //! cleared by the driver alone, on an ordinary thread, and not by whoever happens to open something.
 
-use crate::{BatchHeader, ChannelState, Command, Error, Reply, RigLock};
+use crate::{BatchHeader, ChannelState, Command, Error, Reply, RigLock, Terms};
 use iceoryx2::node::Node;
 use iceoryx2::port::client::Client as RequestPort;
 use iceoryx2::port::listener::Listener;
@@ -30,9 +30,10 @@ pub(crate) type BatchSubscriber = Subscriber<Ipc, [ChannelState], BatchHeader>;
 pub(crate) type Batch = iceoryx2::sample::Sample<Ipc, [ChannelState], BatchHeader>;
 pub(crate) type TickNotifier = Notifier<Ipc>;
 pub(crate) type TickListener = Listener<Ipc>;
-pub(crate) type Requests = RequestPort<Ipc, [Command], (), [Reply], ()>;
-pub(crate) type Replies = ReplyPort<Ipc, [Command], (), [Reply], ()>;
-pub(crate) type ActiveRequest = iceoryx2::active_request::ActiveRequest<Ipc, [Command], (), [Reply], ()>;
+pub(crate) type Requests = RequestPort<Ipc, [Command], Terms, [Reply], ()>;
+pub(crate) type Replies = ReplyPort<Ipc, [Command], Terms, [Reply], ()>;
+pub(crate) type ActiveRequest = iceoryx2::active_request::ActiveRequest<Ipc, [Command], Terms, [Reply], ()>;
+pub(crate) type PendingReplies = iceoryx2::pending_response::PendingResponse<Ipc, [Command], Terms, [Reply], ()>;
 
 /// What must outlive every port: node first, then the hold on the rig's name, in the order they are dropped.
 pub(crate) struct Run {

@@ -18,8 +18,14 @@ fn kind_of(code: u32) -> Result<CommandKind, Failure> {
 }
 
 /// A count that is no count of anything is not read to its end.
-fn fits(count: usize) -> Result<(), Failure> {
+pub(crate) fn fits(count: usize) -> Result<(), Failure> {
     if count > MAX_CHANNELS { Err(Error::Channels { found: count }.into()) } else { Ok(()) }
+}
+
+/// Setpoints as C gives them.
+pub(crate) fn all_of(wanted: &[Wanted]) -> Result<Vec<ipc::Wanted>, Failure> {
+    let one = |&Wanted { channel, kind, value }: &Wanted| Ok(ipc::Wanted { channel, kind: kind_of(kind)?, value });
+    wanted.iter().map(one).collect()
 }
 
 /// Any command to a channel by name.
@@ -148,10 +154,7 @@ pub unsafe extern "C" fn sinew_set_many(
         // SAFETY: so many values, and room or null.
         let (wanted, place) = unsafe { (values(wanted, count, "wanted")?, Place::if_any(taken, "taken")?) };
         let client = client_of(client)?;
-        let wanted = wanted
-            .iter()
-            .map(|&Wanted { channel, kind, value }| Ok(ipc::Wanted { channel, kind: kind_of(kind)?, value }));
-        let answer = client.set_many(&wanted.collect::<Result<Vec<_>, Failure>>()?, hold(hold_s)?)?;
+        let answer = client.set_many(&all_of(wanted)?, hold(hold_s)?)?;
         place.inspect(|place| place.put(answer.into()));
         Ok(Status::SINEW_OK)
     })

@@ -14,7 +14,7 @@ const ABI: u32 = match u32::from_str_radix(env!("SINEW_ABI"), 10) {
     Err(_) => panic!("build.rs writes a number"),
 };
 // Structs of C are those of the messages: another protocol is another layout.
-const _: () = assert!(PROTOCOL == 6 && ABI == 2, "raise ABI in build.rs with the protocol, and both numbers here");
+const _: () = assert!(PROTOCOL == 7 && ABI == 3, "raise ABI in build.rs with the protocol, and both numbers here");
 
 static CLIENTS: Handles<ipc::Client> = Handles::of("client");
 

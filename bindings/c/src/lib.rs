@@ -5,6 +5,7 @@
 //! | `connection` | connect, close, what does not change |
 //! | `state` | the latest state, the loop's figures, every cycle |
 //! | `command` | setpoints, `off`, `reset`, `stop` |
+//! | `setpoints` | streams of setpoints, which nobody waits for |
 //! | `faults` | faults as they come and go, their words |
 //! | `last` | the words of the call that failed last |
 //! | `border` | the one place where panics are held up and errors become codes |
@@ -28,6 +29,8 @@ mod handles;
 mod last;
 #[allow(unsafe_code)]
 mod pointers;
+#[allow(unsafe_code)]
+mod setpoints;
 #[allow(unsafe_code)]
 mod state;
 mod status;

@@ -18,6 +18,9 @@ pub struct CycleStream(());
 /// Watches for faults. For one thread at a time.
 pub struct FaultWatch(());
 
+/// A stream of setpoints. For one thread at a time.
+pub struct Setpoints(());
+
 /// What does not change while the driver runs.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -172,6 +175,26 @@ pub struct Taken {
     pub hold_s: f64,
 }
 
+/// What became of the messages of a stream of setpoints so far. Those in none of the other counts are on their way.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct SetpointProgress {
+    /// Messages given to `sinew_setpoints_send`.
+    pub sent: u64,
+    /// In force.
+    pub taken: u64,
+    /// Not carried out because a later one of the stream, or an off, has overtaken them.
+    pub overtaken: u64,
+    /// Not carried out because they came after their deadline.
+    pub late: u64,
+    /// Refused for another reason.
+    pub refused: u64,
+    /// Not sent because too many were without an answer.
+    pub held_back: u64,
+    /// Number of the cycle in which the last one was taken; 0 = none yet.
+    pub cycle: u64,
+}
+
 /// What the driver refused, and why. What a reason has not is 0 for codes and NaN for numbers.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -323,6 +346,13 @@ impl From<ipc::DriverHealth> for DriverHealth {
     }
 }
 
+impl From<ipc::Progress> for SetpointProgress {
+    fn from(progress: ipc::Progress) -> SetpointProgress {
+        let ipc::Progress { sent, taken, overtaken, late, refused, held_back, cycle } = progress;
+        SetpointProgress { sent, taken, overtaken, late, refused, held_back, cycle }
+    }
+}
+
 impl From<ipc::Taken> for Taken {
     fn from(ipc::Taken { cycle, hold_s }: ipc::Taken) -> Taken {
         Taken { cycle, hold_s }
@@ -364,7 +394,9 @@ impl Refusal {
             remedy,
         };
         match refusal.reason {
-            Reason::OutOfRange { low, high } | Reason::HoldOutOfRange { low, high } => {
+            Reason::OutOfRange { low, high }
+            | Reason::HoldOutOfRange { low, high }
+            | Reason::ApproachOutOfRange { low, high } => {
                 (told.low, told.high) = (low, high);
             }
             Reason::Faulted(fault) | Reason::CauseRemains(fault) => told.fault = fault.code(),

@@ -313,6 +313,43 @@ private:
     detail::Owned<SinewFaultWatch, sinew_faults_close> handle_;
 };
 
+/// How the setpoints of a stream are meant.
+struct SetpointOptions {
+    /// How long each holds unless the next one comes; 0s: the shortest of its channels' defaults.
+    Seconds hold{0.5};
+    /// The time in which each is approached in a straight line from what was wanted before; 0s: it holds at once.
+    Seconds over{0.0};
+    /// A message the driver gets to later than this is not carried out; 0s: whenever it comes.
+    Seconds within{0.1};
+};
+
+/// Setpoints that nobody waits for: the newest wins. For one thread at a time.
+class Setpoints {
+public:
+    /// Sends a message on its way, for each channel once, all or none. Refused is about an earlier one; this one is on its way all the same.
+    SinewSetpointProgress send(const std::vector<Wanted> &wanted) { return send(wanted.data(), wanted.size()); }
+    /// The same: `setpoints.send({Wanted::stroke(left, 0.4), Wanted::off(right)})`.
+    SinewSetpointProgress send(std::initializer_list<Wanted> wanted) { return send(wanted.begin(), wanted.size()); }
+    /// Looks for answers; what became of the messages so far.
+    SinewSetpointProgress poll() {
+        SinewSetpointProgress progress;
+        detail::done(sinew_setpoints_poll(handle_.get(), &progress));
+        return progress;
+    }
+
+private:
+    friend class Client;
+    explicit Setpoints(SinewSetpoints *handle) : handle_(handle) {}
+
+    SinewSetpointProgress send(const Wanted *wanted, std::size_t count) {
+        SinewSetpointProgress progress;
+        detail::done(sinew_setpoints_send(handle_.get(), wanted, count, &progress));
+        return progress;
+    }
+
+    detail::Owned<SinewSetpoints, sinew_setpoints_close> handle_;
+};
+
 /// How long a client is willing to wait.
 struct ClientOptions {
     /// For a driver that is just starting, when connecting.
@@ -451,6 +488,13 @@ public:
     /// The same: `client.set_many({Wanted::stroke(left, 0.4), Wanted::off(right)}, 200ms)`.
     Taken set_many(std::initializer_list<Wanted> wanted, Seconds hold = {}) const {
         return set_many(wanted.begin(), wanted.size(), hold);
+    }
+    /// A stream of setpoints, for a planner that does not wait.
+    Setpoints setpoints(const SetpointOptions &options = {}) const {
+        SinewSetpoints *handle = nullptr;
+        const auto &[hold, over, within] = options;
+        detail::done(sinew_setpoints(get(), hold.count(), over.count(), within.count(), &handle));
+        return Setpoints(handle);
     }
     /// Has these channels to itself (priority 0 to 9) until it lets go of them or `hold` has passed without a word of it; off and stop
     /// stay open to everybody.

@@ -1,13 +1,13 @@
 //! The client of a running driver. States travel as bytes, copied once; `sinew._state` has their dtype from [`fields`].
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use sinew_ipc::{
     ALL_CHANNELS, ChannelState, ClientOptions, CommandKind, CycleHeader, CycleStream, DriverHealth, Error, FAULT_TABLE,
-    FieldKind, LoopStats, Mode, Reason, Refusal, Wanted,
+    FieldKind, LoopStats, Mode, Progress, Reason, Refusal, SetpointOptions, Wanted,
 };
 use zerocopy::IntoBytes;
 
@@ -19,7 +19,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// A connection to a running driver.
 #[pyclass(frozen, module = "sinew._sinew")]
 pub struct Client {
-    client: sinew_ipc::Client,
+    client: Arc<sinew_ipc::Client>,
 }
 
 /// Number, time and missed periods of a cycle, then its channels.
@@ -33,7 +33,7 @@ impl Client {
         let options =
             ClientOptions { connect: seconds(connect_s, "connect_s")?, answer: seconds(answer_s, "answer_s")? };
         let client = py.detach(|| sinew_ipc::Client::connect_with(rig, options)).map_err(|error| of_driver(&error))?;
-        Ok(Client { client })
+        Ok(Client { client: Arc::new(client) })
     }
 
     /// What does not change while the driver runs.
@@ -79,11 +79,7 @@ impl Client {
     /// Commands several channels in one request, each by its number, the name of the kind and the value: all or none. Returns the
     /// cycle from which on all of it is in force, and the lease as granted.
     fn set_many(&self, py: Python<'_>, wanted: Vec<(u32, String, f64)>, hold_s: f64) -> PyResult<(u64, f64)> {
-        let hold = seconds(hold_s, "hold")?;
-        let wanted = wanted
-            .iter()
-            .map(|(channel, name, value)| Ok(Wanted { channel: *channel, kind: kind(name)?, value: *value }));
-        let wanted = wanted.collect::<PyResult<Vec<_>>>()?;
+        let (wanted, hold) = (all_of(&wanted)?, seconds(hold_s, "hold")?);
         let taken = py.detach(|| self.client.set_many(&wanted, hold)).map_err(|error| of_driver(&error))?;
         Ok((taken.cycle, taken.hold_s))
     }
@@ -165,6 +161,60 @@ impl Client {
     /// Every cycle from now on.
     fn stream(&self) -> PyResult<Stream> {
         Ok(Stream { stream: Mutex::new(self.client.stream().map_err(|error| of_driver(&error))?) })
+    }
+
+    /// A stream of setpoints; without `within_s` a message is carried out whenever it comes.
+    fn setpoints(&self, hold_s: f64, over_s: f64, within_s: Option<f64>) -> PyResult<Setpoints> {
+        let options = SetpointOptions {
+            hold: seconds(hold_s, "hold")?,
+            over: seconds(over_s, "over")?,
+            within: within_s.map(|within_s| seconds(within_s, "within")).transpose()?,
+        };
+        Ok(Setpoints { setpoints: Mutex::new(sinew_ipc::Setpoints::new(self.client.clone(), options)) })
+    }
+}
+
+/// Messages sent, in force, overtaken, late, refused, held back; and the cycle in which the last one was taken.
+type Counts = (u64, u64, u64, u64, u64, u64, u64);
+
+/// Setpoints that nobody waits for.
+#[pyclass(frozen, module = "sinew._sinew")]
+pub struct Setpoints {
+    setpoints: Mutex<sinew_ipc::Setpoints<Arc<sinew_ipc::Client>>>,
+}
+
+#[pymethods]
+impl Setpoints {
+    /// Sends a message on its way.
+    fn send(&self, py: Python<'_>, wanted: Vec<(u32, String, f64)>) -> PyResult<Counts> {
+        let wanted = all_of(&wanted)?;
+        self.with(py, |setpoints| setpoints.send(&wanted))
+    }
+
+    /// Looks for answers.
+    fn poll(&self, py: Python<'_>) -> PyResult<Counts> {
+        self.with(py, |setpoints| setpoints.poll())
+    }
+
+    /// What became of the messages, as of the last look.
+    fn progress(&self, py: Python<'_>) -> PyResult<Counts> {
+        self.with(py, |setpoints| Ok(setpoints.progress()))
+    }
+}
+
+impl Setpoints {
+    fn with(
+        &self,
+        py: Python<'_>,
+        ask: impl FnOnce(&mut sinew_ipc::Setpoints<Arc<sinew_ipc::Client>>) -> Result<Progress, Error> + Send,
+    ) -> PyResult<Counts> {
+        let asked = py.detach(|| {
+            // a thread that panicked over it has left whole messages behind
+            ask(&mut self.setpoints.lock().unwrap_or_else(|broken| broken.into_inner()))
+        });
+        let Progress { sent, taken, overtaken, late, refused, held_back, cycle } =
+            asked.map_err(|error| of_driver(&error))?;
+        Ok((sent, taken, overtaken, late, refused, held_back, cycle))
     }
 }
 
@@ -249,6 +299,14 @@ fn seconds(value_s: f64, name: &str) -> PyResult<Duration> {
         .map_err(|_| bad_input(&format!("{name} = {value_s} is no time"), "give seconds, 0 or more"))
 }
 
+/// Setpoints by number, name of the kind and value.
+fn all_of(wanted: &[(u32, String, f64)]) -> PyResult<Vec<Wanted>> {
+    let one = |(channel, name, value): &(u32, String, f64)| {
+        Ok(Wanted { channel: *channel, kind: kind(name)?, value: *value })
+    };
+    wanted.iter().map(one).collect()
+}
+
 /// A kind by its name on the command line.
 fn kind(name: &str) -> PyResult<CommandKind> {
     let kinds = || (1..).map_while(CommandKind::from_code);
@@ -297,7 +355,9 @@ fn of_refusal<'py>(py: Python<'py>, refusal: &Refusal) -> PyResult<Bound<'py, Py
         _ => None,
     };
     let (low, high) = match refusal.reason {
-        Reason::OutOfRange { low, high } | Reason::HoldOutOfRange { low, high } => (Some(low), Some(high)),
+        Reason::OutOfRange { low, high }
+        | Reason::HoldOutOfRange { low, high }
+        | Reason::ApproachOutOfRange { low, high } => (Some(low), Some(high)),
         _ => (None, None),
     };
     let row =

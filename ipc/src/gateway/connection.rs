@@ -3,7 +3,7 @@
 use super::board::BoardReader;
 use super::endpoint::{self, Found};
 use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST_ANSWER, replies};
-use crate::{Command, CommandKind, DriverState, Error, Info, Name, Outcome, PROTOCOL, Reply, monotonic_ns};
+use crate::{Command, CommandKind, DriverState, Error, Info, Name, Outcome, PROTOCOL, Reply, Terms, monotonic_ns};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::{RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendFlags, recv, recvmsg, send};
@@ -132,23 +132,15 @@ impl Connection {
     pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         self.check()?;
         let started = Instant::now();
-        let until_ns = monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX));
-        let ask = CommandRequest::bytes(until_ns, commands);
+        let terms = Terms::until(monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX)));
         let sequence = commands.first().map_or(0, |command| command.sequence);
         let stops = commands.iter().any(|command| command.kind() == Some(CommandKind::Stop));
         let no_answer = || Error::NoAnswer { rig: self.rig.clone(), waited: started.elapsed() };
-        loop {
-            match send(&self.socket, &ask, SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
-                Ok(_) => break,
-                Err(Errno::AGAIN | Errno::INTR) if started.elapsed() < patience => {
-                    std::thread::sleep(Duration::from_micros(500));
-                }
-                Err(Errno::AGAIN) => return Err(no_answer()),
-                Err(e) => {
-                    self.check()?;
-                    return Err(Error::Service { what: "command", reason: e.to_string() });
-                }
+        while !self.send(commands, terms)? {
+            if started.elapsed() >= patience {
+                return Err(no_answer());
             }
+            std::thread::sleep(Duration::from_micros(500));
         }
         let mut pause = Duration::from_micros(50);
         loop {
@@ -164,6 +156,18 @@ impl Connection {
             }
             std::thread::sleep(pause);
             pause = (pause * 2).min(Duration::from_micros(500));
+        }
+    }
+
+    /// Sends the commands of one request, and does not wait; `false` where the socket is full.
+    pub fn send(&self, commands: &[Command], terms: Terms) -> Result<bool, Error> {
+        match send(&self.socket, &CommandRequest::bytes(terms, commands), SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+            Ok(_) => Ok(true),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(false),
+            Err(e) => {
+                self.check()?;
+                Err(Error::Service { what: "command", reason: e.to_string() })
+            }
         }
     }
 
@@ -186,7 +190,7 @@ impl Connection {
     }
 
     /// The answer to the request of this number, if it has come. What has come for other threads is kept for them.
-    fn answer(&self, sequence: u64) -> Option<Vec<Reply>> {
+    pub fn answer(&self, sequence: u64) -> Option<Vec<Reply>> {
         let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
         // One byte more than the largest there is, to notice what is larger.
         let mut bytes = [0; LARGEST_ANSWER + 1];

@@ -9,7 +9,7 @@ use super::pages::Written;
 use super::{Access, Readers};
 use crate::link::Link;
 use crate::{
-    ChannelInfo, ChannelState, Client, ClientOptions, Command, CycleHeader, Error, Info, Name, PROTOCOL, Reply,
+    ChannelInfo, ChannelState, Client, ClientOptions, Command, CycleHeader, Error, Info, Name, PROTOCOL, Reply, Terms,
 };
 use rustix::net::{AddressFamily, SendAncillaryBuffer, SendAncillaryMessage, SendFlags, SocketFlags, SocketType};
 use std::io::IoSlice;
@@ -62,8 +62,8 @@ impl TestListener {
 
     /// The next request; looks around once where none is left.
     pub fn receive(&mut self) -> Option<(Vec<Command>, PendingReply)> {
-        let (commands, answer) = self.listener.receive()?;
-        Some((commands, PendingReply(answer)))
+        let (ask, answer) = self.listener.receive()?;
+        Some((ask.commands, PendingReply(answer)))
     }
 
     /// How many are inside.
@@ -83,8 +83,8 @@ impl PendingReply {
 }
 
 /// The bytes of a request.
-pub fn request(until_ns: u64, commands: &[Command]) -> Vec<u8> {
-    CommandRequest::bytes(until_ns, commands)
+pub fn request(terms: Terms, commands: &[Command]) -> Vec<u8> {
+    CommandRequest::bytes(terms, commands)
 }
 
 /// Whether these bytes are a request, whatever it asks for.

@@ -8,7 +8,7 @@ use super::endpoint::Endpoint;
 use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST_REQUEST};
 use super::peer::Peer;
 use super::{MAX_GATEWAY_CLIENTS, MAX_GATEWAY_CLIENTS_OF_A_USER};
-use crate::{Command, CommandKind, Error, Outcome, PROTOCOL, Reply};
+use crate::{CommandKind, Error, Outcome, PROTOCOL, Reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::{
@@ -92,7 +92,7 @@ pub(crate) struct Listener {
     sessions: Vec<Arc<Session>>,
     /// Whom to begin with in the next round, so that nobody comes first always.
     first: usize,
-    asks: VecDeque<(Vec<Command>, Answer)>,
+    asks: VecDeque<(CommandRequest, Answer)>,
 }
 
 impl Listener {
@@ -116,7 +116,7 @@ impl Listener {
     }
 
     /// The next request, if there is one. Makes a round when none is left from the last one.
-    pub fn receive(&mut self) -> Option<(Vec<Command>, Answer)> {
+    pub fn receive(&mut self) -> Option<(CommandRequest, Answer)> {
         if self.asks.is_empty() {
             self.round();
         }
@@ -185,11 +185,14 @@ impl Listener {
             }
             session.unanswered.fetch_add(1, Ordering::Relaxed);
             let answer = Answer { session: session.clone() };
-            if crate::monotonic_ns() > ask.until_ns || session.unanswered.load(Ordering::Relaxed) > MAX_UNANSWERED {
-                let busy = |command| Reply::refused(command, Outcome::Busy);
-                answer.send_replies(&ask.commands.iter().map(busy).collect::<Vec<_>>());
-            } else {
-                self.asks.push_back((ask.commands, answer));
+            let has_too_many = session.unanswered.load(Ordering::Relaxed) > MAX_UNANSWERED;
+            let late = ask.terms.is_late(crate::monotonic_ns());
+            match late.or(has_too_many.then_some(Outcome::Busy)) {
+                Some(outcome) => {
+                    let refused = |command| Reply::refused(command, outcome);
+                    answer.send_replies(&ask.commands.iter().map(refused).collect::<Vec<_>>());
+                }
+                None => self.asks.push_back((ask, answer)),
             }
         }
         true
@@ -251,7 +254,7 @@ mod tests {
     use super::super::endpoint::{self, Found};
     use super::super::messages::CommandRequest;
     use super::*;
-    use crate::{ChannelInfo, CommandKind, Info};
+    use crate::{ChannelInfo, Command, CommandKind, Info, Terms};
     use std::time::{Duration, Instant};
     use tempfile::TempDir;
 
@@ -294,7 +297,7 @@ mod tests {
     }
 
     fn ask(sequence: u64) -> Vec<u8> {
-        CommandRequest::bytes(u64::MAX, &[command(sequence)])
+        CommandRequest::bytes(Terms::default(), &[command(sequence)])
     }
 
     fn taken(commands: &[Command], hold_s: f64) -> Vec<Reply> {
@@ -314,7 +317,7 @@ mod tests {
         std::thread::scope(|scope| {
             let asked = scope
                 .spawn(|| connection.ask(&[command(3), Command { channel: 1, ..command(3) }], Duration::from_secs(20)));
-            let (commands, answer) = loop {
+            let (CommandRequest { commands, .. }, answer) = loop {
                 if let Some(found) = gate.listener.receive() {
                     break found;
                 }
@@ -354,9 +357,9 @@ mod tests {
         }
         // Any bits in the right frame are a request; the desk judges them.
         let socket = gate.connect();
-        let wild = CommandRequest::bytes(u64::MAX, &[Command::from_bytes(&[0xff; 40]).unwrap()]);
+        let wild = CommandRequest::bytes(Terms::default(), &[Command::from_bytes(&[0xff; 40]).unwrap()]);
         send(&socket, &wild, AT_ONCE).unwrap();
-        let (commands, _) = gate.listener.receive().expect("a request");
+        let (CommandRequest { commands, .. }, _) = gate.listener.receive().expect("a request");
         assert!(commands[0].value.is_nan() && commands[0].kind().is_none());
         assert!(good.driver_lives());
     }
@@ -396,7 +399,7 @@ mod tests {
                 let socket = gate.connect();
                 send(&socket, &ask(round), AT_ONCE).unwrap();
                 rustix::net::shutdown(&socket, how).unwrap();
-                while let Some((commands, answer)) = gate.listener.receive() {
+                while let Some((CommandRequest { commands, .. }, answer)) = gate.listener.receive() {
                     answer.send_replies(&taken(&commands, 0.0));
                 }
                 drop(socket);
@@ -432,7 +435,7 @@ mod tests {
         }
         assert!(waiting.len() <= MAX_UNANSWERED, "{} at once", waiting.len());
         // He is gone; answering him is no trouble.
-        for (commands, answer) in waiting {
+        for (CommandRequest { commands, .. }, answer) in waiting {
             answer.send_replies(&taken(&commands, 0.0));
         }
     }
@@ -441,7 +444,7 @@ mod tests {
     fn a_request_nobody_waits_for_any_more_is_not_carried_out() {
         let mut gate = Gateway::open();
         let socket = gate.connect();
-        send(&socket, &CommandRequest::bytes(1, &[command(1)]), AT_ONCE).unwrap();
+        send(&socket, &CommandRequest::bytes(Terms::until(1), &[command(1)]), AT_ONCE).unwrap();
         assert!(gate.listener.receive().is_none(), "too late");
         send(&socket, ask(2).as_bytes(), AT_ONCE).unwrap();
         drop(socket);

@@ -1,7 +1,7 @@
 //! What travels over the socket. Every message is one datagram (SOCK_SEQPACKET) of a fixed size, or of a fixed head and a number of equal parts,
 //! so there is nothing to parse and nothing that could come in halves.
 
-use crate::{Command, MAX_CHANNELS, Name, Reply};
+use crate::{Command, MAX_CHANNELS, Name, Reply, Terms};
 use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Opens what the driver says first.
@@ -66,15 +66,14 @@ impl Admission {
 struct RequestHead {
     /// [`REQUEST`].
     magic: u64,
-    /// See [`CommandRequest::until_ns`].
-    until_ns: u64,
+    terms: Terms,
 }
 
 /// A client's request.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CommandRequest {
-    /// Not to be carried out after this time (CLOCK_MONOTONIC, ns): nobody waits for the answer any more.
-    pub until_ns: u64,
+    /// How it is meant.
+    pub terms: Terms,
     /// What is asked for, 1 to [`MAX_CHANNELS`].
     pub commands: Vec<Command>,
 }
@@ -85,15 +84,15 @@ pub(crate) const LARGEST_ANSWER: usize = MAX_CHANNELS * size_of::<Reply>();
 
 impl CommandRequest {
     /// As a datagram.
-    pub fn bytes(until_ns: u64, commands: &[Command]) -> Vec<u8> {
-        [RequestHead { magic: REQUEST, until_ns }.as_bytes(), commands.as_bytes()].concat()
+    pub fn bytes(terms: Terms, commands: &[Command]) -> Vec<u8> {
+        [RequestHead { magic: REQUEST, terms }.as_bytes(), commands.as_bytes()].concat()
     }
 
     /// The request in a datagram; `None` where it is anything else. Its contents may be any bits: the desk judges those.
     pub fn of(bytes: &[u8]) -> Option<CommandRequest> {
         let (head, rest) = RequestHead::read_from_prefix(bytes).ok().filter(|(head, _)| head.magic == REQUEST)?;
         let commands = all(rest)?;
-        Some(CommandRequest { until_ns: head.until_ns, commands })
+        Some(CommandRequest { terms: head.terms, commands })
     }
 }
 
@@ -115,8 +114,8 @@ mod tests {
 
     #[test]
     fn layouts_are_fixed() {
-        assert_eq!((size_of::<Greeting>(), size_of::<RequestHead>()), (216, 16));
-        assert_eq!((LARGEST_REQUEST, LARGEST_ANSWER), (2576, 4096));
+        assert_eq!((size_of::<Greeting>(), size_of::<RequestHead>()), (216, 32));
+        assert_eq!((LARGEST_REQUEST, LARGEST_ANSWER), (2592, 4096));
         for code in 0..9 {
             assert!(Admission::from_code(code).is_none_or(|verdict| verdict as u32 == code));
         }
@@ -125,16 +124,17 @@ mod tests {
     #[test]
     fn a_request_is_taken_as_a_whole_or_not_at_all() {
         let command = Command { client: 1, sequence: 2, channel: 3, kind: 4, value: 5.0, hold_s: 6.0 };
+        let terms = Terms { until_ns: 7, over_s: 8.0, stream: 9 };
         for count in [1, 2, MAX_CHANNELS] {
             let commands = vec![command; count];
-            let bytes = CommandRequest::bytes(7, &commands);
-            assert_eq!(CommandRequest::of(&bytes), Some(CommandRequest { until_ns: 7, commands }));
+            let bytes = CommandRequest::bytes(terms, &commands);
+            assert_eq!(CommandRequest::of(&bytes), Some(CommandRequest { terms, commands }));
             assert_eq!(CommandRequest::of(&[&bytes[..], &[0]].concat()), None);
             assert_eq!(CommandRequest::of(&bytes[..bytes.len() - 1]), None);
         }
-        assert_eq!(CommandRequest::of(&CommandRequest::bytes(7, &[command; MAX_CHANNELS + 1])), None);
-        assert_eq!(CommandRequest::of(&CommandRequest::bytes(7, &[])), None);
-        let mut other = CommandRequest::bytes(7, &[command]);
+        assert_eq!(CommandRequest::of(&CommandRequest::bytes(terms, &[command; MAX_CHANNELS + 1])), None);
+        assert_eq!(CommandRequest::of(&CommandRequest::bytes(terms, &[])), None);
+        let mut other = CommandRequest::bytes(terms, &[command]);
         other[..8].copy_from_slice(&GREETING.to_le_bytes());
         assert_eq!(CommandRequest::of(&other), None);
         assert_eq!(CommandRequest::of(&[]), None);

@@ -108,6 +108,40 @@ impl Command {
     }
 }
 
+/// How the commands of a request are meant, all of them.
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend, IntoBytes, FromBytes, Immutable)]
+#[type_name("sinew_ipc::messages::Terms")]
+#[repr(C)]
+pub struct Terms {
+    /// Not to be carried out after this time (CLOCK_MONOTONIC, ns): nobody waits for it any more.
+    pub until_ns: u64,
+    /// The time in which its setpoints are approached in a straight line from what was wanted before, s; 0 = they hold at once.
+    pub over_s: f64,
+    /// 0 for a request of its own; else the number of a [stream of setpoints](crate::Setpoints), counted by its client: each of its requests
+    /// overtakes those before it that still wait.
+    pub stream: u64,
+}
+
+impl Terms {
+    /// Of a request of its own.
+    pub const fn until(until_ns: u64) -> Terms {
+        Terms { until_ns, over_s: 0.0, stream: 0 }
+    }
+
+    /// What such a request is answered that comes too late, if it does at this time.
+    pub fn is_late(&self, now_ns: u64) -> Option<Outcome> {
+        let outcome = if self.stream == 0 { Outcome::Busy } else { Outcome::Late };
+        (now_ns > self.until_ns).then_some(outcome)
+    }
+}
+
+impl Default for Terms {
+    /// A request of its own, whenever it comes.
+    fn default() -> Terms {
+        Terms::until(u64::MAX)
+    }
+}
+
 /// What became of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
@@ -148,6 +182,10 @@ pub enum Outcome {
     NotTogether = 16,
     /// Another client has claimed the channel.
     Claimed = 17,
+    /// Not carried out: the setpoint of a stream came after its deadline.
+    Late = 18,
+    /// The time to approach a setpoint in is outside `low..=high`, s.
+    ApproachOutOfRange = 19,
 }
 
 impl Outcome {
@@ -177,6 +215,8 @@ impl Outcome {
             15 => Outcome::WithOthers,
             16 => Outcome::NotTogether,
             17 => Outcome::Claimed,
+            18 => Outcome::Late,
+            19 => Outcome::ApproachOutOfRange,
             _ => return None,
         })
     }
@@ -269,6 +309,7 @@ mod tests {
     fn layouts_are_fixed() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
         assert_eq!(size_of::<Command>(), 40);
+        assert_eq!(size_of::<Terms>(), 24);
         assert_eq!(size_of::<Reply>(), 64);
     }
 
@@ -279,6 +320,6 @@ mod tests {
             assert!(Outcome::from_code(code).is_none_or(|o| o.code() == code));
         }
         assert_eq!((0..64).filter(|c| CommandKind::from_code(*c).is_some()).count(), 9);
-        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 18);
+        assert_eq!((0..64).filter(|c| Outcome::from_code(*c).is_some()).count(), 20);
     }
 }

@@ -13,7 +13,7 @@ use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Version of the messages. Every change of a layout or of a meaning raises it; a client of another version is told so when it
 /// connects.
-pub const PROTOCOL: u32 = 6;
+pub const PROTOCOL: u32 = 7;
 
 /// What a field is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn a_channel_is_laid_out_as_in_protocol_6() {
         // A change here is a change of the protocol: raise PROTOCOL with it.
-        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (6, 176));
+        assert_eq!((PROTOCOL, size_of::<ChannelState>()), (7, 176));
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! | `name` | [`Name`] |
 //! | `info` | what does not change while the driver runs: [`Info`] |
 //! | `stats` | how the loop does: [`LoopStats`] |
-//! | `command` | [`Command`] and [`Reply`] |
+//! | `command` | [`Command`], [`Terms`] and [`Reply`] |
 //!
 //! Every change of a layout or of a meaning raises [`PROTOCOL`]. The name iceoryx2 knows a type by is fixed by its `type_name`,
 //! whichever file it stands in.
@@ -22,7 +22,7 @@ mod name;
 mod stats;
 
 pub use channel::Mode;
-pub use command::{Command, CommandKind, Outcome, Reply};
+pub use command::{Command, CommandKind, Outcome, Reply, Terms};
 pub use cycle::{BatchHeader, CycleHeader, DriverState, HeldCycle, Snapshot};
 pub use fields::{ChannelField, ChannelState, Detail, FieldKind, PROTOCOL, Replay, field_table_markdown};
 pub use info::{ChannelInfo, Info};

@@ -13,7 +13,7 @@ use rustix::net::{
     RecvFlags, SendAncillaryBuffer, SendAncillaryMessage, SendFlags, Shutdown, recv, send, sendmsg, shutdown,
 };
 use sinew_ipc::gateway::fuzzing::{self, MAX_UNANSWERED, Memory, PendingReply, TestListener};
-use sinew_ipc::{Client, Command, CommandKind, DriverHealth, Error, MAX_CHANNELS, Reply};
+use sinew_ipc::{Client, Command, CommandKind, DriverHealth, Error, MAX_CHANNELS, Reply, Terms};
 use tempfile::TempDir;
 
 use crate::script::Script;
@@ -58,7 +58,7 @@ impl Bench {
     fn good_is_served(&mut self) {
         self.sequence += 1;
         let command = off(self.sequence);
-        let sent = send(&self.good, &fuzzing::request(u64::MAX, &[command]), AT_ONCE);
+        let sent = send(&self.good, &fuzzing::request(Terms::default(), &[command]), AT_ONCE);
         assert!(sent.is_ok(), "who behaves was shown out: {sent:?}");
         let found = (0..LOOKS).find_map(|_| self.listener.receive());
         let Some((asked, answer)) = found else { panic!("his request is not heard") };
@@ -219,7 +219,10 @@ impl Run<'_> {
         // one, or as many as a request takes at the most
         let commands =
             vec![command; if what.is_multiple_of(4) { 1 + usize::from(script.byte()) % MAX_CHANNELS } else { 1 }];
-        (sequence, fuzzing::request(if late { 1 } else { u64::MAX }, &commands))
+        // those of a stream are refused with other words, and approach in any time
+        let (over_s, stream) = if what.is_multiple_of(2) { (any(script), script.u64()) } else { (0.0, 0) };
+        let terms = Terms { until_ns: if late { 1 } else { u64::MAX }, over_s, stream };
+        (sequence, fuzzing::request(terms, &commands))
     }
 
     /// Sends it, if he can. `request`: its number, where it is one that may be heard.

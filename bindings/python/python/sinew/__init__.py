@@ -73,7 +73,19 @@ __all__ = [
 
 if _sys.platform == "linux":
     from ._process import run
-    from ._rig import Channel, Claim, Fault, Lease, Rig, Snapshot, Taken, connect, discover
+    from ._rig import (
+        Channel,
+        Claim,
+        Fault,
+        Lease,
+        Rig,
+        SetpointProgress,
+        SetpointStream,
+        Snapshot,
+        Taken,
+        connect,
+        discover,
+    )
     from ._stream import Cycle, Recorder, Stream
 
     __all__ += [

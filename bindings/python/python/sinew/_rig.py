@@ -7,7 +7,7 @@ import math
 import subprocess
 import time
 from dataclasses import dataclass
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 
@@ -221,6 +221,72 @@ class Lease:
                 raise
 
 
+@dataclass(frozen=True)
+class SetpointProgress:
+    """What became of the messages of a stream of setpoints so far. Those in none of the other counts are on their way."""
+
+    sent: int
+    """Messages given to :meth:`SetpointStream.send`."""
+    taken: int
+    """In force."""
+    overtaken: int
+    """Not carried out because a later one, or an ``off``, has overtaken them."""
+    late: int
+    """Not carried out because they came after their deadline."""
+    refused: int
+    """Refused for another reason."""
+    held_back: int
+    """Not sent because too many were without an answer."""
+    cycle: int
+    """The cycle in which the last one was taken; 0: none yet."""
+
+
+class SetpointStream:
+    """Setpoints that nobody waits for, see :meth:`Rig.setpoints`. For one thread at a time.
+
+    At the end of a ``with`` block, however it ends, the channels it commanded go off.
+    """
+
+    def __init__(self, rig: "Rig", stream: "_sinew.Setpoints") -> None:
+        self._rig, self._stream = rig, stream
+        self._given: Set[int] = set()
+
+    def send(
+        self,
+        *,
+        stroke: Optional[Setpoints] = None,
+        length_m: Optional[Setpoints] = None,
+        duty: Optional[Setpoints] = None,
+        force_n: Optional[Setpoints] = None,
+        off: Union[str, Sequence[str]] = (),
+    ) -> SetpointProgress:
+        """Sends a message for any number of channels, all or none, as :meth:`Rig.set` takes them; does not wait.
+
+        :class:`Refused` is about an earlier message: this one is on its way all the same. With every other error it was not sent.
+        """
+        wanted = self._rig._wanted(stroke, length_m, duty, force_n, off)
+        self._given.update(index for index, kind, _ in wanted)
+        return SetpointProgress(*self._stream.send(wanted))
+
+    @property
+    def progress(self) -> SetpointProgress:
+        """What became of the messages. Looks for answers; raises :class:`Refused` once for each message that was."""
+        return SetpointProgress(*self._stream.poll())
+
+    def __enter__(self) -> "SetpointStream":
+        return self
+
+    def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
+        given, self._given = sorted(self._given), set()
+        try:
+            if given:
+                self._rig._ask([(index, "off", 0.0) for index in given], 0.0)
+        except SinewError as failed:
+            # A driver that is gone has switched its outputs off. What ended the block is said, not what followed from it.
+            if error is None and not isinstance(failed, DriverGone):
+                raise
+
+
 class Claim:
     """Channels that nobody else commands while a block of code runs, see :meth:`Rig.claim`."""
 
@@ -314,13 +380,23 @@ class Rig:
 
         Raises :class:`Refused`, whose ``refusals`` have each channel's own reason.
         """
+        return self._ask(self._wanted(stroke, length_m, duty, force_n, off), hold)
+
+    def _wanted(
+        self,
+        stroke: Optional[Setpoints],
+        length_m: Optional[Setpoints],
+        duty: Optional[Setpoints],
+        force_n: Optional[Setpoints],
+        off: Union[str, Sequence[str]],
+    ) -> List[Tuple[int, str, float]]:
         wanted: List[Tuple[int, str, float]] = []
         for kind, given in (("stroke", stroke), ("length", length_m), ("duty", duty), ("force", force_n)):
             wanted += [(index, kind, value) for index, value in self._spread(given, kind)]
         wanted += [(self[name].index, "off", 0.0) for name in ([off] if isinstance(off, str) else off)]
         if not wanted:
             raise BadInput("nothing is asked for", "give stroke=, length_m=, duty=, force_n= or off=")
-        return self._ask(wanted, hold)
+        return wanted
 
     def _spread(self, given: Optional[Setpoints], kind: str) -> List[Tuple[int, float]]:
         if given is None:
@@ -361,6 +437,23 @@ class Rig:
         ...     lease.sleep(2.0)
         """
         return Lease(self, hold_s)
+
+    def setpoints(
+        self, *, hold: float = 0.5, over: float = 0.0, within: Optional[float] = 0.1
+    ) -> SetpointStream:
+        """Setpoints for a planner that does not wait for the driver: each message replaces the one before it, see
+        :class:`SetpointStream`.
+
+        Each holds for ``hold`` seconds unless the next one comes, is approached in a straight line within ``over`` seconds (the
+        planner's own period, say; 0: it holds at once), and is not carried out where the driver gets to it later than ``within``
+        seconds (None: whenever it comes).
+
+        >>> with rig.setpoints(over=0.01) as setpoints:        # doctest: +SKIP
+        ...     for stroke in 0.2 - 0.2 * np.cos(np.arange(0, 20, 0.02)):
+        ...         setpoints.send(stroke=stroke)
+        ...         time.sleep(0.01)
+        """
+        return SetpointStream(self, self._client.setpoints(hold, over, within))
 
     def claim(self, channels: Optional[Sequence[str]] = None, *, priority: int = 5, hold_s: float = 2.0) -> Claim:
         """Has these channels (all without any) to itself while a block of code runs: others' setpoints and resets are refused, with
