@@ -5,11 +5,12 @@
 //! cargo run --release -p sinew-ipc --example latency -- RIG 2000   # requests
 //! ```
 //!
-//! Beside it, in the same run: the same as one request for each channel, one after the other.
+//! Beside it, in the same run: the same as a stream of setpoints that nobody waits for, and as one request for each channel, one after the
+//! other.
 
 use std::time::{Duration, Instant};
 
-use sinew_ipc::{Client, CommandKind, Error, Wanted, monotonic_ns};
+use sinew_ipc::{Client, CommandKind, Error, SetpointOptions, Wanted, monotonic_ns};
 
 const LEASE: Duration = Duration::from_secs(2);
 /// Requests are spread over the loop's phase by a pause that is no multiple of its period.
@@ -48,6 +49,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     row("all in one request: answered", &mut answered);
+    row("decided upon in a cycle that began", &mut begun);
+
+    // One message after the other, so that it is known which one a cycle has taken.
+    let mut setpoints = client.setpoints(SetpointOptions { hold: LEASE, ..SetpointOptions::default() });
+    let (mut sent, mut begun) = (Vec::new(), Vec::new());
+    for message in 0..requests {
+        let (at_ns, started) = (monotonic_ns(), Instant::now());
+        let taken = setpoints.send(&pose(0.1 + 0.1 * f64::from(message % 2)))?.taken;
+        sent.push(started.elapsed().as_secs_f64() * 1e3);
+        std::thread::sleep(PAUSE);
+        let found = setpoints.poll()?;
+        while let Some(cycle) = stream.next()? {
+            if found.taken > taken && found.cycle == cycle.header.cycle {
+                begun.push((cycle.header.monotonic_ns as f64 - at_ns as f64) * 1e-6);
+            }
+        }
+    }
+    println!("{:?}", setpoints.finish()?);
+    row("a message of a stream: sent", &mut sent);
     row("decided upon in a cycle that began", &mut begun);
 
     let mut singly = Vec::new();

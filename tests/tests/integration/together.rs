@@ -1,9 +1,10 @@
-//! Setpoints for several channels in one request: in force from the same cycle on, or not at all.
+//! Setpoints for several channels in one request: in force from the same cycle on, or not at all. And as a stream that nobody waits for.
 
-use std::time::Duration;
+use std::process::Command;
+use std::time::{Duration, Instant};
 
-use sinew_ipc::{ChannelState, Client, CommandKind, Error, Mode, Reason, Wanted};
-use sinew_tests::{Driver, Rig, wait_for, wait_until};
+use sinew_ipc::{ChannelState, Client, CommandKind, Error, Mode, Progress, Reason, SetpointOptions, Setpoints, Wanted};
+use sinew_tests::{Driver, PATIENCE, Process, Rig, sinew, wait_for, wait_until};
 
 const LONG: Duration = Duration::from_secs(120);
 
@@ -113,15 +114,29 @@ fn a_file_is_played_row_by_row_and_leaves_its_channels_off() {
     let path = file.to_str().unwrap();
     let mut stream = client.stream().unwrap();
     // Leases that are shorter than the rows: they are renewed.
-    let said = rig.ask(&["play", path, "--hold", "1.5", "--times", "2"]).expect(0).stdout;
-    assert!(said.starts_with("played 6 rows"), "{said}");
+    let mut play = Command::new(sinew());
+    play.args(["play", path, "--hold", "1.5", "--times", "2", "--rig", &rig.name]);
+    let mut play = Process::start(&mut play);
     let mut modes: Vec<[Mode; 2]> = Vec::new();
-    while let Some(cycle) = stream.next().unwrap() {
-        let now = [cycle.channels[0].mode(), cycle.channels[1].mode()];
-        if modes.last() != Some(&now) {
-            modes.push(now);
+    let end = Instant::now() + PATIENCE;
+    loop {
+        assert!(Instant::now() < end, "{modes:?}");
+        let has_ended = play.ended().is_some();
+        while let Some(cycle) = stream.next().unwrap() {
+            let now = [cycle.channels[0].mode(), cycle.channels[1].mode()];
+            if modes.last() != Some(&now) {
+                modes.push(now);
+            }
         }
+        // what is off at its end has been published a little later
+        if has_ended && modes.last() == Some(&[Mode::Off; 2]) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
     }
+    assert_eq!(stream.lost(), 0);
+    let said = play.finish().expect(0).stdout;
+    assert!(said.starts_with("played 6 rows"), "{said}");
     let once = [[Mode::Off, Mode::Length], [Mode::Length, Mode::Duty], [Mode::Off, Mode::Duty]];
     let all = [&[[Mode::Off; 2]], &once[..], &once[..], &[[Mode::Off; 2]]].concat();
     assert_eq!(modes, all, "in between no lease ran out");
@@ -221,5 +236,126 @@ fn a_claimed_channel_is_its_owners_alone_and_goes_to_a_higher_priority() {
     assert!(is_claimed(reason(owner.set_stroke("a", 0.3, LONG)), (player.pid(), 5)));
     player.kill();
     wait_until("it has lapsed", || owner.set_stroke("a", 0.3, LONG).is_ok());
+    driver.stop();
+}
+
+/// Strokes for all channels.
+fn strokes(strokes: &[f64]) -> Vec<Wanted> {
+    (0..).zip(strokes).map(|(channel, stroke)| Wanted { channel, kind: CommandKind::Stroke, value: *stroke }).collect()
+}
+
+/// Looks for answers until nothing is on its way.
+#[track_caller]
+fn settled(setpoints: &mut Setpoints<&Client>) -> Progress {
+    wait_for("every message's answer", || {
+        let progress = setpoints.poll().expect("nothing is refused");
+        let Progress { sent, taken, overtaken, late, refused, held_back, .. } = progress;
+        (taken + overtaken + late + refused + held_back == sent).then_some(progress)
+    })
+}
+
+#[test]
+fn of_a_stream_of_setpoints_the_newest_is_in_force_and_none_is_lost_without_a_word() {
+    let rig = Rig::bench(&["a", "b"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let mut setpoints = client.setpoints(SetpointOptions { hold: LONG, within: None, ..SetpointOptions::default() });
+    for message in 0..500 {
+        let stroke = 0.1 + 0.3 * f64::from(message) / 499.0;
+        setpoints.send(&strokes(&[stroke, 0.5 - stroke])).unwrap();
+    }
+    let last = settled(&mut setpoints);
+    assert_eq!((last.sent, last.late, last.refused), (500, 0, 0), "{last:?}");
+    assert!(last.taken >= 1 && last.taken + last.overtaken + last.held_back == 500, "{last:?}");
+    // sent while there was room, it is what holds
+    setpoints.send(&strokes(&[0.25, 0.35])).unwrap();
+    let last = settled(&mut setpoints);
+    let infos = client.channels();
+    let length_m = |channel: usize, stroke: f64| {
+        infos[channel].cold_length_m + stroke * (infos[channel].hot_length_m - infos[channel].cold_length_m)
+    };
+    wait_until("the last one", || {
+        let state = client.latest();
+        state.cycle >= last.cycle
+            && (state.channels()[0].target_m - length_m(0, 0.25)).abs() < 1e-9
+            && (state.channels()[1].target_m - length_m(1, 0.35)).abs() < 1e-9
+    });
+    // an off is obeyed at once, and the stream may go on after it
+    client.off("a").unwrap();
+    assert_eq!(client.latest().channels()[0].mode(), Mode::Off);
+    setpoints.send(&strokes(&[0.2, 0.2])).unwrap();
+    settled(&mut setpoints);
+    wait_until("the next message", || client.latest().channels()[0].mode() == Mode::Length);
+    driver.stop();
+}
+
+#[test]
+fn a_message_of_a_stream_that_comes_too_late_or_is_refused_is_told_and_not_carried_out() {
+    let rig = Rig::bench(&["a", "b"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let options = SetpointOptions { hold: LONG, ..SetpointOptions::default() };
+    // nobody gets to it within no time at all
+    let mut late = client.setpoints(SetpointOptions { within: Some(Duration::ZERO), ..options });
+    late.send(&strokes(&[0.3, 0.3])).unwrap();
+    assert_eq!(settled(&mut late), Progress { sent: 1, late: 1, ..Progress::default() });
+    assert!(client.latest().channels().iter().all(|channel| channel.mode() == Mode::Off));
+
+    let refused = |setpoints: &mut Setpoints<&Client>| {
+        let Error::RefusedTogether(refusals) = wait_for("the refusal", || setpoints.poll().err()) else { panic!() };
+        refusals
+            .into_iter()
+            .map(|refusal| (refusal.channel.clone(), refusal.message(), refusal.remedy()))
+            .collect::<Vec<_>>()
+    };
+    let mut setpoints = client.setpoints(options);
+    setpoints.send(&strokes(&[0.3, 1.7])).unwrap();
+    let [(channel, ..)] = &refused(&mut setpoints)[..] else { panic!("one channel's reason") };
+    assert_eq!((channel.as_str(), setpoints.progress().refused), ("b", 1));
+    let mut slow =
+        client.setpoints(SetpointOptions { hold: Duration::from_secs(1), over: Duration::from_secs(2), ..options });
+    slow.send(&strokes(&[0.3, 0.3])).unwrap();
+    let told = refused(&mut slow);
+    assert!(told[0].1.contains("outside 0 s to 1 s") && told[0].2.contains("longer hold"), "{told:?}");
+    assert!(client.latest().channels().iter().all(|channel| channel.mode() == Mode::Off), "nothing of it all");
+
+    // claimed by somebody else, and gone with the driver
+    let owner = rig.client();
+    owner.claim(&[0], 5, LONG).unwrap();
+    setpoints.send(&strokes(&[0.3, 0.3])).unwrap();
+    assert!(refused(&mut setpoints)[0].1.contains("claimed"));
+    driver.stop();
+    let gone = wait_for("the driver's end", || setpoints.send(&strokes(&[0.3, 0.3])).err());
+    assert!(matches!(gone, Error::DriverGone { .. }), "{gone:?}");
+}
+
+#[test]
+fn a_slow_planner_moves_a_fast_loop_in_a_straight_line() {
+    let rig = Rig::bench(&["a", "b"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let mut stream = client.stream().unwrap();
+    let over = Duration::from_millis(400);
+    let mut setpoints = client.setpoints(SetpointOptions { hold: LONG, over, within: None });
+    setpoints.send(&strokes(&[0.4, 0.0])).unwrap();
+    let begun = settled(&mut setpoints).cycle;
+    let mut begun_ns = 0;
+    // time since it was taken, s, and what is wanted then, m
+    let mut way: Vec<(f64, f64)> = Vec::new();
+    while way.last().is_none_or(|(at_s, _)| *at_s < over.as_secs_f64() + 0.02) {
+        let Some(cycle) = stream.next_within(PATIENCE).unwrap() else { panic!("no cycle comes") };
+        if cycle.header.cycle == begun {
+            begun_ns = cycle.header.monotonic_ns;
+        }
+        if begun_ns > 0 {
+            let at_s = (cycle.header.monotonic_ns - begun_ns) as f64 * 1e-9;
+            way.push((at_s, cycle.channels[0].target_m));
+        }
+    }
+    let (first, last) = (way[0].1, way.last().unwrap().1);
+    let info = client.channels()[0];
+    assert!((last - (info.cold_length_m + 0.4 * (info.hot_length_m - info.cold_length_m))).abs() < 1e-9);
+    assert!((first - info.cold_length_m).abs() < 0.1 * (first - last).abs(), "from where the cold wire is: {first}");
+    for (at_s, target_m) in &way {
+        let wanted_m = first + (at_s / over.as_secs_f64()).min(1.0) * (last - first);
+        assert!((target_m - wanted_m).abs() < 1e-4 * (first - last).abs(), "{at_s} s: {target_m} for {wanted_m}");
+    }
     driver.stop();
 }
