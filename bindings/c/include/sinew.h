@@ -25,10 +25,10 @@
 #include <stdint.h>
 
 // Version of the calls and structs below; that of the library is sinew_abi().
-#define SINEW_ABI 2
+#define SINEW_ABI 3
 
 // Version of the messages it speaks; that of the library is sinew_protocol().
-#define SINEW_PROTOCOL 6
+#define SINEW_PROTOCOL 7
 
 // Why a channel is, or the whole driver went, without power; 0 in messages means no fault. sinew_fault_remedy() says
 // what to do.
@@ -384,6 +384,10 @@ enum SinewOutcome
   SINEW_OUTCOME_NOT_TOGETHER = 16,
   // Another client has claimed the channel.
   SINEW_OUTCOME_CLAIMED = 17,
+  // Not carried out: the setpoint of a stream came after its deadline.
+  SINEW_OUTCOME_LATE = 18,
+  // The time to approach a setpoint in is outside `low..=high`, s.
+  SINEW_OUTCOME_APPROACH_OUT_OF_RANGE = 19,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

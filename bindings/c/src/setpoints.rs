@@ -87,9 +87,8 @@ unsafe fn ask(
     let place = unsafe { Place::if_any(progress, "progress") }?;
     let stream = STREAMS.get(setpoints)?;
     let mut stream = alone("stream of setpoints", &stream)?;
-    let asked = ask(&mut stream);
-    place.inspect(|place| place.put(stream.progress().into()));
-    asked?;
+    let found = ask(&mut stream)?;
+    place.inspect(|place| place.put(found.into()));
     Ok(Status::SINEW_OK)
 }
 

@@ -53,6 +53,30 @@ def test_many_channels_are_set_in_one_cycle_or_not_at_all(rig):
     assert np.isclose(rig.state["asked"][1], targets[1]), "NaN leaves a channel as it is"
 
 
+def test_a_stream_of_setpoints_is_not_waited_for_and_goes_off_with_its_block(rig):
+    with rig.setpoints(over=0.05, within=None) as setpoints:
+        for stroke in np.linspace(0.1, 0.3, 100):
+            setpoints.send(stroke=stroke)
+            time.sleep(0.005)
+
+        def settled():
+            found = setpoints.progress
+            return found.taken + found.overtaken + found.held_back == found.sent
+
+        wait_until(rig, settled)
+        assert setpoints.progress.sent == 100 and setpoints.progress.taken > 10
+        wait_until(rig, lambda: rig["left"].mode == "length")
+        setpoints.send(stroke={"left": 7.0})
+        with pytest.raises(sinew.Refused) as refused:
+            wait_until(rig, lambda: setpoints.progress is None)
+        assert refused.value.refusals[0].channel == "left"
+    wait_until(rig, lambda: all(channel.mode == "off" for channel in rig))
+    with pytest.raises(sinew.BadInput):
+        rig.setpoints(over=-1.0)
+    with pytest.raises(sinew.BadInput):
+        rig.setpoints().send()
+
+
 def test_a_claimed_channel_is_its_owners_alone_and_off_is_everybodys(rig):
     other = sinew.connect(rig.name)
     with rig.claim(["left"], hold_s=30.0):

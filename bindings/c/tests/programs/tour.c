@@ -120,6 +120,25 @@ int main(int count, char **arguments) {
     CHECK(sinew_claim(client, both, 2, 5, 0.5, &taken) == SINEW_OK && taken.hold_s == 0.5);
     CHECK(sinew_set_many(client, pose, 2, 0.25, NULL) == SINEW_OK);
     CHECK(sinew_release(client, both, 2) == SINEW_OK);
+
+    /* A stream of setpoints: nobody waits, the newest is in force, and what became of each is counted. */
+    SinewSetpoints *setpoints = NULL;
+    SinewSetpointProgress progress;
+    CHECK(sinew_setpoints(client, 0.25, 0.1, 0.0, &setpoints) == SINEW_OK);
+    for (int i = 0; i < 50; i++) {
+        CHECK(sinew_setpoints_send(setpoints, pose, 2, &progress) == SINEW_OK && progress.sent == (uint64_t)i + 1);
+    }
+    do {
+        CHECK(sinew_setpoints_poll(setpoints, &progress) == SINEW_OK);
+    } while (progress.taken + progress.overtaken + progress.held_back < 50);
+    CHECK(progress.taken > 0 && progress.late == 0 && progress.refused == 0 && progress.cycle > before);
+    const SinewWanted beyond[] = {{left, SINEW_COMMAND_KIND_STROKE, 7.0}};
+    CHECK(sinew_setpoints_send(setpoints, beyond, 1, NULL) == SINEW_OK);
+    while (sinew_setpoints_poll(setpoints, &progress) == SINEW_OK) {
+    }
+    CHECK(sinew_setpoints_send(setpoints, pose, 2, &progress) == SINEW_OK && progress.refused == 1);
+    CHECK(sinew_setpoints_close(setpoints) == SINEW_OK && sinew_setpoints_close(setpoints) == SINEW_ERROR_HANDLE);
+    CHECK(sinew_set_many(client, pose, 2, 0.25, NULL) == SINEW_OK);
     CHECK(sinew_latest(client, &snapshot) == SINEW_OK && snapshot.channel[right].mode == SINEW_MODE_OFF);
 
     /* The lease of left runs out: that is no fault, and the next setpoint is simply taken. */

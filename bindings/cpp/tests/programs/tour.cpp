@@ -103,6 +103,21 @@ int main(int count, char **arguments) {
     client.set_many(pose, 60s);
     const auto taken = client.set_many({sinew::Wanted::stroke(left, 0.1), sinew::Wanted::duty(right, 0.05)}, 250ms);
     CHECK(taken.cycle > before && taken.hold_s == 0.25);
+    // A stream of setpoints, which nobody waits for; its refusals come with a later call.
+    auto setpoints = client.setpoints({250ms, 50ms, 0s});
+    setpoints.send({sinew::Wanted::stroke(left, 0.1), sinew::Wanted::duty(right, 0.05)});
+    while (setpoints.poll().taken < 1) {
+        client.wait(1s);
+    }
+    setpoints.send({sinew::Wanted::stroke(left, 7.0)});
+    bool is_refused = false;
+    while (!is_refused) {
+        try {
+            setpoints.poll();
+        } catch (const sinew::Refused &refused) {
+            is_refused = true;
+        }
+    }
     // Leases that run out are no faults.
     while (client.latest()[left].mode != SINEW_MODE_LAPSED || client.latest()[right].mode != SINEW_MODE_LAPSED) {
         client.wait(60s);

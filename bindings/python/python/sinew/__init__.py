@@ -96,6 +96,8 @@ if _sys.platform == "linux":
         "Lease",
         "Recorder",
         "Rig",
+        "SetpointProgress",
+        "SetpointStream",
         "Snapshot",
         "Stream",
         "Taken",
