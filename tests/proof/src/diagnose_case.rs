@@ -6,13 +6,13 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
+use sinew_concealed::generator::case::Answer;
+use sinew_concealed::reported::{Reported, Took};
 use sinew_diagnosis::{Diagnosis, Settings, diagnose};
 use sinew_recording::{Options, Recording};
 use sinew_rig::{Catalogue, Rig};
 
-use crate::generator::case::Answer;
 use crate::holdout;
-use crate::reported::{Reported, Took};
 
 /// The diagnosis' own random numbers start here, whatever the case.
 const DIAGNOSIS_SEED: u64 = 1;
@@ -34,9 +34,10 @@ pub fn diagnose_case(folder: &Path, threads: usize) -> Result<Reported, Box<dyn 
     let took = Took { seconds: started.elapsed().as_secs_f64(), memory_mib: peak_memory_mib() };
     let mut reported = match reached {
         Ok((diagnosis, improved)) => {
-            fs::write(folder.join("diagnosis.json"), serde_json::to_string_pretty(&diagnosis)? + "\n")?;
+            let json = serde_json::to_string_pretty(&diagnosis)? + "\n";
+            fs::write(folder.join("diagnosis.json"), &json)?;
             fs::write(folder.join("improved.toml"), improved.to_toml())?;
-            let mut reported = Reported::of(&diagnosis);
+            let mut reported = Reported::read(json.as_bytes())?;
             // judged on what a user would have: the file as written
             let after = Rig::load(&folder.join("improved.toml")).map_err(|e| e.to_string());
             match after.and_then(|rig| Ok((read(&rig, &folder.join("held.csv.gz")).map_err(|e| e.to_string())?, rig))) {

@@ -5,9 +5,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
+use sinew_concealed::judged::{Judged, Level};
+use sinew_concealed::second::mechanisms::NOVEL;
+
 use crate::frozen::Hashes;
-use crate::score::{Cost, Judged, Level, Share, confusion, figures};
-use crate::second::mechanisms::NOVEL;
+use crate::score::{Cost, Share, confusion, figures};
 
 /// Between these the page belongs to others: to whoever writes of real recordings, and to `compare.py`.
 const KEPT: [[&str; 2]; 2] = [
@@ -106,11 +108,11 @@ const METHOD: &str = "\
 
 Two generators, neither of which shares code with the simulator that the diagnosis fits with; a test keeps it so.
 
-1. **The same physics, computed otherwise** (`tests/proof/src/generator/`). The load moves by leapfrog, heat and \
+1. **The same physics, computed otherwise** (`tools/concealed/src/generator/`). The load moves by leapfrog, heat and \
 phase by Heun's method in steps of 0.1 ms, hysteresis is a rate law with energy-conserving projection onto the \
 outer curves, cold ends are a row of cells. It meets the reference trajectories to 0.03 % of their range, and at \
 the true parameters and effects the project's simulator leaves chi 1.00 of its recordings (both are tests).
-2. **Another structure** (`tests/proof/src/second/`). The phase is an ensemble of 40 plays between ramps with \
+2. **Another structure** (`tools/concealed/src/second/`). The phase is an ensemble of 40 plays between ramps with \
 temperatures from no closed form (Preisach: wiping-out and congruency are tests), heat goes by enthalpy and \
 balances to rounding, friction is a bristle, a hanging mass has its pulley's inertia. In half of the cases loss \
 follows Churchill and Chu's correlation, ends are cold or the spring is guided with friction. Converters average \
@@ -370,7 +372,8 @@ fn failures(text: &mut String, all: &[Judged]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reported::Reported;
+    use sinew_concealed::reported::Reported;
+
     use crate::score::tests::{made_up, names, says};
 
     fn hashes() -> Hashes {

@@ -6,14 +6,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+use sinew_concealed::generator::plan::{Seeds, plan, table};
+use sinew_concealed::second::mechanisms::NOVEL;
 
 use crate::failure::Failure;
-use crate::generator::plan::{Seeds, plan, table};
-use crate::second::mechanisms::NOVEL;
 
 /// The committed file, in the crate's folder.
 const FILE: &str = "plan.csv";
-/// What makes cases, in the crate's folder.
+/// The crate of the generators, seen from this one, and what in it makes cases.
+const GENERATORS: &str = "../../tools/concealed";
 const SOURCES: [&str; 2] = ["src/generator", "src/second"];
 
 fn home() -> &'static Path {
@@ -27,12 +28,12 @@ fn hex(bytes: &[u8]) -> String {
     })
 }
 
-/// Everything below the folders that make cases, by its path in the crate, in order.
+/// Everything below the folders that make cases, by its path in their crate, in order.
 fn sources() -> Result<Vec<PathBuf>, Failure> {
     let mut files = Vec::new();
     let mut folders: Vec<PathBuf> = SOURCES.iter().map(PathBuf::from).collect();
     while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(home().join(&folder))? {
+        for entry in fs::read_dir(home().join(GENERATORS).join(&folder))? {
             let entry = entry?;
             let path = folder.join(entry.file_name());
             if entry.file_type()?.is_dir() { folders.push(path) } else { files.push(path) }
@@ -51,7 +52,7 @@ pub fn generators() -> Result<String, Failure> {
     for path in sources()? {
         hash.update(path.to_string_lossy().as_bytes());
         hash.update([0]);
-        hash.update(fs::read(home().join(&path))?);
+        hash.update(fs::read(home().join(GENERATORS).join(&path))?);
         hash.update([0]);
     }
     Ok(hex(&hash.finalize()))

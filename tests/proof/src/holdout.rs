@@ -36,12 +36,18 @@ pub fn chi(rig: &Rig, recording: &Recording, noise: &BTreeMap<String, f64>) -> O
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand::rngs::SmallRng;
+    use sinew_concealed::generator::bench::{Bench, Kin, PRIORS, Set};
+    use sinew_concealed::generator::case::{Answer, Case, make};
+    use sinew_concealed::generator::magnitudes::{CATALOGUE, Drawn};
+    use sinew_concealed::generator::plan::{Null, Seeds, Spec, What, plan};
+    use sinew_concealed::generator::programme::programme;
+    use sinew_concealed::generator::signals::{Errors, Put, record};
+    use sinew_concealed::generator::truth::Effects;
     use sinew_physics::effects;
 
     use super::*;
-    use crate::generator::case::{Answer, make, plain};
-    use crate::generator::magnitudes::CATALOGUE;
-    use crate::generator::plan::{Null, Seeds, What, plan};
 
     /// A rig file with the uncertain parameters as they truly are.
     fn true_rig(text: &str, answer: &Answer) -> Rig {
@@ -53,6 +59,24 @@ mod tests {
             }
         }
         rig
+    }
+
+    /// An effect of the catalogue at `size` natural units on a bench with every sensor, its level not sought: rig file,
+    /// a recording, and everything that is true; the rest is that of a case with nothing concealed.
+    fn plain(blank: &Spec, id: &str, size: f64, seed: u64) -> Case {
+        let mut rng = SmallRng::seed_from_u64(seed);
+        let bench = Bench { seconds: 30.0, ..Bench::random(&mut rng, Kin::Alike, Some(Set::All), false) };
+        let effect = Drawn::new(&mut rng, id);
+        let mut truth = bench.scattered(&mut rng);
+        let mut effects = Effects::new();
+        effect.put(&bench, &mut truth, size, &mut effects);
+        let duty = programme(&mut rng, &bench.believed, bench.rate_hz, bench.seconds);
+        let train = record(&mut rng, &bench, &truth, &duty, Errors::White, &mut Put::new());
+        let noise = bench.sensors.iter().map(|(sensor, noise)| (sensor.column().to_string(), *noise)).collect();
+        let parameters = PRIORS.iter().map(|(key, _)| (key.to_string(), truth.get(key))).collect();
+        let blank = make(blank);
+        let answer = Answer { effects, noise, parameters, ..blank.answer };
+        Case { rig_toml: bench.rig_toml("plain"), train, answer, ..blank }
     }
 
     /// Two simulators that share no code agree to well below the noise: what is left at the true parameters is white
@@ -87,9 +111,11 @@ mod tests {
     fn nothing_is_left_with_the_true_effect() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut wrong = Vec::new();
+        let blank = plan(Seeds::Dev, None).into_iter().find(|s| s.what == What::Null(Null::Exact) && !s.long);
+        let blank = blank.expect("a case with nothing concealed");
         for kind in &CATALOGUE {
             for seed in 500..501 {
-                let case = plain(kind.id, kind.most.min(1.0), seed);
+                let case = plain(&blank, kind.id, kind.most.min(1.0), seed);
                 case.write(folder.path()).expect("a folder to write into");
                 let recording = sinew_recording::read(folder.path().join("train.csv.gz"), &Default::default())
                     .expect("a recording");

@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 
+use sinew_concealed::generator::case::{self, Answer, Case};
+use sinew_concealed::generator::plan::Spec;
+use sinew_concealed::second;
+
 use crate::failure::Failure;
 use crate::frozen;
-use crate::generator::case::{self, Answer, Case};
-use crate::generator::plan::Spec;
-use crate::second;
 
 /// Hash of the generators that made the case.
 const MADE_BY: &str = "made_by.txt";

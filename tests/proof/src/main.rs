@@ -5,14 +5,11 @@ mod diagnose_case;
 mod document;
 mod failure;
 mod frozen;
-mod generator;
 mod holdout;
 mod made;
 mod order;
-mod reported;
 mod run;
 mod score;
-mod second;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,11 +19,11 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 use rayon::prelude::*;
+use sinew_concealed::generator::plan::{self, Seeds, Spec};
+use sinew_concealed::judged::Judged;
 
 use failure::Failure;
-use generator::plan::{self, Seeds, Spec};
 use run::Limits;
-use score::Judged;
 
 /// Concealed cases, and how the diagnosis does on them.
 #[derive(Debug, Parser)]

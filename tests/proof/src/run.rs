@@ -7,13 +7,14 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
+use sinew_concealed::generator::case::Answer;
+use sinew_concealed::generator::plan::Spec;
+use sinew_concealed::judged::Judged;
+use sinew_concealed::reported::{CRASHED, Reported};
 
 use crate::failure::Failure;
-use crate::generator::case::Answer;
-use crate::generator::plan::Spec;
 use crate::made;
-use crate::reported::Reported;
-use crate::score::{CRASHED, Judged, figures, judged};
+use crate::score::{figures, judged};
 
 /// What the diagnosis of a case said, in its folder.
 const SAID: &str = "said.json";

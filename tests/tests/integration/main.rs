@@ -7,6 +7,7 @@ mod bridges;
 mod circles;
 mod clients;
 mod commands;
+mod conceal;
 mod diagnose;
 mod effects;
 mod exchange;

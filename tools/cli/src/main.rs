@@ -38,6 +38,8 @@ fn main() -> ExitCode {
         Command::Identify(args) => commands::identify::identify(args),
         Command::Diagnose(args) if args.whole_rig => commands::whole_rig::diagnose(args),
         Command::Diagnose(args) => commands::diagnose::diagnose(args),
+        Command::Conceal(args) => commands::conceal::conceal(args),
+        Command::Reveal(args) => commands::conceal::reveal(args),
         Command::Status(args) => commands::status::status(args),
         Command::Monitor(args) => commands::monitor::monitor(args),
         Command::Scope(args) => commands::scope::scope(args),

@@ -2,6 +2,7 @@
 
 mod around;
 mod bridge;
+mod conceal;
 mod design;
 mod exchange;
 mod look;
@@ -16,6 +17,7 @@ use sinew_ipc::MOST_PRIORITY;
 
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
 pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
+pub use conceal::{Conceal, Reveal};
 pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
 pub use look::{Plot, PlotKind, Scope};
@@ -96,6 +98,10 @@ pub enum Command {
     Identify(Identify),
     /// Find where a recording and its simulation differ, what physics was left out, and put it into the model.
     Diagnose(Diagnose),
+    /// Hide an effect in a recording, for a diagnosis to find.
+    Conceal(Conceal),
+    /// What was hidden in a recording, beside what a diagnosis found.
+    Reveal(Reveal),
     /// Bring a recording into CSV or Parquet.
     Export(Export),
     /// Bring a foreign recording in, or say what is in one.

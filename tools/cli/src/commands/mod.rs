@@ -7,6 +7,7 @@ pub mod bench_control;
 pub mod bridge;
 pub mod characterise;
 mod check;
+pub mod conceal;
 pub mod design;
 pub mod diagnose;
 pub mod doctor;
