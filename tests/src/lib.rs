@@ -4,6 +4,7 @@
 //! on the machine. Nothing here asserts how fast something is: [`PATIENCE`] is only where waiting becomes a failure.
 
 pub mod browser;
+pub mod page;
 
 use serde_json::Value;
 use sinew_ipc::{Client, ClientOptions, DriverHealth};

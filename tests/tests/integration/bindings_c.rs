@@ -2,6 +2,7 @@
 //! compiler that is there. Which compilers, valgrind and CMake are missing is said.
 
 use sinew_ipc::Mode;
+use sinew_tests::page::{Block, blocks};
 use sinew_tests::{Driver, PATIENCE, Process, Rig, SENSING_DUTY, c_libraries, checkout, entries, wait_for, wait_until};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -335,17 +336,11 @@ fn pkg_config_and_cmake_lead_to_the_installed_client() {
     }
 }
 
-/// The blocks of this language in docs/bindings.md, as printed.
-fn blocks(language: &str) -> Vec<String> {
-    let page = fs::read_to_string(checkout().join("docs/bindings.md")).expect("it is in the checkout");
-    let begin = format!("```{language}\n");
-    page.split(&begin).skip(1).map(|rest| rest.split("```").next().unwrap_or_default().to_string()).collect()
-}
-
 /// The first lines a newcomer types, from the page: at most ten, without a warning, and the wire of the built-in hexapod moves.
 #[test]
 fn the_quick_starts_of_the_page_run_as_printed() {
     let folder = tempfile::tempdir().unwrap();
+    let page = fs::read_to_string(checkout().join("docs/bindings.md")).expect("it is in the checkout");
     let rig = Rig::named(|_| fs::read_to_string(checkout().join("examples/hexapod.toml")).unwrap());
     let own = |command: &mut Command| {
         command.env("SINEW_RUNTIME_DIR", folder.path()).env("LD_LIBRARY_PATH", prefix().join("lib"));
@@ -356,7 +351,8 @@ fn the_quick_starts_of_the_page_run_as_printed() {
     for (language, flags, compilers) in
         [("c", C, compilers(["gcc", "clang"])), ("cpp", CPP, compilers(["g++", "clang++"]))]
     {
-        let text = blocks(language).into_iter().find(|block| block.contains("main(")).expect("a quick start");
+        let is_start = |block: &Block| block.language == language && block.text.contains("main(");
+        let text = blocks(&page).into_iter().find(is_start).expect("a quick start").text;
         assert!(text.lines().count() <= 10, "{text}");
         for compiler in compilers {
             let file = folder.path().join(format!("start.{language}"));

@@ -3,6 +3,7 @@
 mod access;
 mod bindings_c;
 mod black_box;
+mod book;
 mod bridges;
 mod circles;
 mod clients;
