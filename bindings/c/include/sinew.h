@@ -429,6 +429,9 @@ typedef struct SinewCycleStream SinewCycleStream;
 // Watches for faults. For one thread at a time.
 typedef struct SinewFaultWatch SinewFaultWatch;
 
+// A stream of setpoints. For one thread at a time.
+typedef struct SinewSetpoints SinewSetpoints;
+
 // What does not change while the driver runs.
 typedef struct {
   // Version of the driver's messages.
@@ -568,6 +571,24 @@ typedef struct {
   // Value in SI units; 0 for off.
   double value;
 } SinewWanted;
+
+// What became of the messages of a stream of setpoints so far. Those in none of the other counts are on their way.
+typedef struct {
+  // Messages given to `sinew_setpoints_send`.
+  uint64_t sent;
+  // In force.
+  uint64_t taken;
+  // Not carried out because a later one of the stream, or an off, has overtaken them.
+  uint64_t overtaken;
+  // Not carried out because they came after their deadline.
+  uint64_t late;
+  // Refused for another reason.
+  uint64_t refused;
+  // Not sent because too many were without an answer.
+  uint64_t held_back;
+  // Number of the cycle in which the last one was taken; 0 = none yet.
+  uint64_t cycle;
+} SinewSetpointProgress;
 
 // One change of a channel's fault.
 typedef struct {
@@ -764,6 +785,38 @@ SinewStatus sinew_reset(const SinewClient *client, const char *channel);
 
 // Stops the driver: outputs to zero, then it ends.
 SinewStatus sinew_stop(const SinewClient *client);
+
+// Opens a stream of setpoints. Each message holds for `hold_s` unless the next one comes (0: the shortest of its
+// channels' defaults), is
+// approached in a straight line within `over_s` from what was wanted before (0: it holds at once; at the most the
+// lease, usually the
+// planner's own period), and is not carried out where the driver gets to it later than `within_s` (0: whenever it
+// comes).
+SinewStatus sinew_setpoints(const SinewClient *client,
+                            double hold_s,
+                            double over_s,
+                            double within_s,
+                            SinewSetpoints **setpoints);
+
+// Sends setpoints for several channels on their way, all or none, and does not wait: the newest overtakes those that
+// still wait. A refusal is
+// that of an earlier message, and this one is on its way all the same; with every other error it was not sent.
+// `progress`, which may be
+// null, gets what became of the messages so far.
+SinewStatus sinew_setpoints_send(SinewSetpoints *setpoints,
+                                 const SinewWanted *wanted,
+                                 size_t count,
+                                 SinewSetpointProgress *progress);
+
+// Looks for answers to what is on its way, without waiting. `progress`, which may be null, gets what became of the
+// messages so far.
+SinewStatus sinew_setpoints_poll(SinewSetpoints *setpoints,
+                                 SinewSetpointProgress *progress);
+
+// Closes a stream of setpoints. What the driver has not begun with is not carried out; what is in force holds until its
+// lease ends. Null is
+// fine.
+SinewStatus sinew_setpoints_close(SinewSetpoints *setpoints);
 
 // Fault changes from now on; the first reported are the faults that are there already. Faults stay latched until
 // somebody resets them, so looking
