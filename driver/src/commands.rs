@@ -223,6 +223,8 @@ pub(crate) struct Desk {
     pub outbox: Outbox,
     pub events: Consumer<Told>,
     pub claims: Claims,
+    /// The newest message of each stream there was no room for on the way into the loop: what was taken back takes some until the next cycle.
+    pub held: Vec<Request>,
 }
 
 impl Desk {
@@ -251,7 +253,8 @@ impl Desk {
             let mut requests: Vec<Request> =
                 (0..REQUESTS_A_ROUND).map_while(|_| self.port.as_mut()?.receive()).collect();
             requests.sort_by_key(|request| !is_stop(request));
-            for request in requests {
+            // What was held comes before what is new, so that it is overtaken by that.
+            for request in std::mem::take(&mut self.held).into_iter().chain(requests) {
                 let stopping = stopping || shared.stop.load(Ordering::Relaxed);
                 self.take(request, stopping, &mut waiting, shared);
             }
@@ -276,7 +279,9 @@ impl Desk {
                 return;
             }
             match &self.port {
-                _ if waiting.values().any(|w| now - w.since < NEW) => std::thread::sleep(BUSY_PERIOD),
+                _ if !self.held.is_empty() || waiting.values().any(|w| now - w.since < NEW) => {
+                    std::thread::sleep(BUSY_PERIOD);
+                }
                 Some(port) => port.wait(if waiting.is_empty() { IDLE_PERIOD } else { WAITING_PERIOD }),
                 None => std::thread::sleep(IDLE_PERIOD),
             }
@@ -324,6 +329,9 @@ impl Desk {
             self.outbox.send_together(&orders, (terms.over_s * 1e9) as u64)
         };
         let Some(ticket) = sent else {
+            if terms.stream != 0 {
+                return self.held.push(request);
+            }
             return refuse_all(shared, request, |command| Reply::refused(command, Outcome::Busy));
         };
         request.commands().iter().for_each(|command| self.claims.renew(command.channel as usize, asker, now));
@@ -331,9 +339,14 @@ impl Desk {
         waiting.insert(ticket, Waiting { request, missing, replies, since: Instant::now() });
     }
 
-    /// A message of a stream takes back those before it that the loop has not begun with.
+    /// A message of a stream takes back those before it that the loop has not begun with; and whatever else is asked for what is held, for it would
+    /// come into the loop after that.
     fn overtake(&mut self, request: &Request, waiting: &mut HashMap<u64, Waiting>) {
         let (asker, stream) = (request.asker(), request.terms().stream);
+        let is_held_on = |held: &Request| stream != 0 && (held.terms().stream, held.asker()) != (stream, asker);
+        let (held, overtaken) = std::mem::take(&mut self.held).into_iter().partition(is_held_on);
+        self.held = held;
+        overtaken.into_iter().for_each(reply_overtaken);
         if stream == 0 {
             return;
         }
@@ -343,9 +356,7 @@ impl Desk {
             if self.outbox.take_back(ticket)
                 && let Some(w) = waiting.remove(&ticket)
             {
-                let overtaken = |command| Reply::refused(command, Outcome::Overtaken);
-                let replies = w.request.commands().iter().map(overtaken).collect();
-                w.request.reply(replies);
+                reply_overtaken(w.request);
             }
         }
     }
@@ -535,6 +546,12 @@ fn once(is_named: &mut [bool], command: &Command) -> Result<usize, Reply> {
             Ok(channel)
         }
     }
+}
+
+/// Says that it was overtaken, which is no refusal.
+fn reply_overtaken(request: Request) {
+    let replies = request.commands().iter().map(|command| Reply::refused(command, Outcome::Overtaken)).collect();
+    request.reply(replies);
 }
 
 /// Setpoints with the time they are to be approached in: no longer than their lease, and not by switching off.

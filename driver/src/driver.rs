@@ -311,8 +311,15 @@ impl Driver {
             let start = helper(Thread::Desk, &shared);
             let (shared, fault_log) = (shared.clone(), fault_log.clone());
             let claims = Claims::of(rig);
-            let desk =
-                Desk { port: services.commands, rules, names: names.clone(), outbox, events: events_out, claims };
+            let desk = Desk {
+                port: services.commands,
+                rules,
+                names: names.clone(),
+                outbox,
+                events: events_out,
+                claims,
+                held: Vec::new(),
+            };
             start.spawn(move || {
                 // Whoever switches something off waits for it.
                 realtime::go_first(&wish);

@@ -153,11 +153,11 @@ impl Inbox {
                 return 0;
             }
             let taken = self.togethers.take(|together| {
-                let mut orders = together.orders;
-                let orders = &mut orders[..together.count];
-                if !orders.first().is_some_and(|order| tickets.begin(order.ticket)) {
+                if !together.orders().first().is_some_and(|order| tickets.begin(order.ticket)) {
                     return 0;
                 }
+                let mut orders = together.orders;
+                let orders = &mut orders[..together.count];
                 if together.over_ns > 0 {
                     ramps.begin(orders, together.over_ns, engine, now_ns);
                 }

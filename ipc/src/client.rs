@@ -8,7 +8,6 @@
 //! nothing else differs.
 
 use crate::link::{Link, Waiter};
-use crate::setpoints::{SetpointOptions, Setpoints};
 use crate::stream::CycleStream;
 use crate::{
     ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, MAX_CHANNELS, Outcome,
@@ -369,11 +368,6 @@ impl Client {
                 refused.into_iter().filter(|refusal| refusal.reason != Reason::WithOthers).collect(),
             )),
         }
-    }
-
-    /// A stream of setpoints, of a client that is borrowed; of a shared one: [`Setpoints::new`].
-    pub fn setpoints(&self, options: SetpointOptions) -> Setpoints<&Client> {
-        Setpoints::new(self, options)
     }
 
     /// The number of a new stream of setpoints.

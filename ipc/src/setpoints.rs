@@ -95,6 +95,13 @@ pub struct Setpoints<C: Deref<Target = Client>> {
     progress: Progress,
 }
 
+impl Client {
+    /// A stream of setpoints, of a client that is borrowed; of a shared one: [`Setpoints::new`].
+    pub fn setpoints(&self, options: SetpointOptions) -> Setpoints<&Client> {
+        Setpoints::new(self, options)
+    }
+}
+
 impl<C: Deref<Target = Client>> Setpoints<C> {
     /// A stream beside the client's other requests and streams.
     pub fn new(client: C, options: SetpointOptions) -> Setpoints<C> {

@@ -5,7 +5,7 @@
 //! - `sh`: typed into the first terminal, or into that of `terminal=2`; to its end, which has to be a good one, or with `fails` a refusal.
 //!   `stays`: it goes on until Ctrl-C is pressed in its terminal, at the latest at the end of the page. `look`: it is typed
 //!   again until it shows what the page does. `installs`: it fetches and compiles; what it leaves is here already.
-//! - `text`: what the commands before it show. Lines may be left out, `…` stands for any words, numbers agree to 10 % or to one in their last
+//! - `text`: what the commands before it show. Lines may be left out, `…` as a word of its own stands for any words, numbers agree to 10 % or to one in their last
 //!   digit; with `varies` to nothing at all.
 //! - `file=NAME`: saved under that name. `in=NAME`: an extract of that file.
 
@@ -14,7 +14,7 @@ use sinew_tests::{Finished, PATIENCE, Process, checkout, sinew, wait_until};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs;
-use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -22,19 +22,11 @@ use tempfile::TempDir;
 
 use crate::python;
 
-/// What the README builds and tests with, by what it is here: the build is there, and these are the tests.
-const CARGO: &str = "#!/bin/sh\n\
-    case \"$*\" in\n\
-    'test --workspace') exit 0 ;;\n\
-    'run --release -- '*) shift 3; exec sinew \"$@\" ;;\n\
-    esac\n\
-    echo \"cargo $*: not to be had here\" >&2; exit 64\n";
-
 /// Whoever follows a page: in a folder with the project's examples, with `sinew` on the path and as its module in Python.
 struct Reader {
     page: &'static str,
     folder: TempDir,
-    /// Runtime folder, black boxes, programs of its own.
+    /// Runtime folder and black boxes.
     own: TempDir,
     package: TempDir,
     /// Where each terminal is.
@@ -48,9 +40,6 @@ impl Reader {
         let new = || tempfile::tempdir().expect("a temporary folder");
         let (folder, own) = (new(), new());
         symlink(checkout().join("examples"), folder.path().join("examples")).expect("a link");
-        let cargo = own.path().join("cargo");
-        fs::write(&cargo, CARGO).expect("the folder is writable");
-        fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).expect("it is ours");
         let (terminals, staying) = (BTreeMap::new(), BTreeMap::new());
         Reader { page, folder, own, package: python::installed(), terminals, staying }
     }
@@ -110,9 +99,9 @@ impl Reader {
 
     fn command(&self, terminal: &str, script: &str) -> Command {
         let mut command = Command::new("bash");
-        let paths = [self.own.path(), sinew().parent().expect("it lies in a folder")];
         let path = std::env::var_os("PATH").unwrap_or_default();
-        let path = paths.into_iter().map(Path::to_path_buf).chain(std::env::split_paths(&path));
+        let folder = sinew().parent().expect("it lies in a folder");
+        let path = std::iter::once(folder.to_path_buf()).chain(std::env::split_paths(&path));
         command
             .args(["-e", "-c", script])
             .current_dir(self.terminal(terminal))
