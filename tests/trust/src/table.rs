@@ -124,7 +124,7 @@ pub fn line(row: &Row) -> String {
 pub fn markdown(report: &Report) -> String {
     let rows = &report.rows;
     let mut text = format!(
-        "{} kinds; every promise kept in {} of them. Seed {}, {:.0} s on the clock.\n",
+        "# Faults injected\n\n{} kinds; every promise kept in {} of them. Seed {}, {:.0} s on the clock.\n",
         rows.len(),
         report.kept(),
         report.seed,
