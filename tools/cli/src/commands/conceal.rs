@@ -210,8 +210,9 @@ pub fn reveal(args: &args::Reveal) -> Outcome {
     match &judged {
         Some(judged) => text += &beside(judged),
         None => {
+            let folder = answer_folder(args);
             let _ =
-                writeln!(text, "No answer in {}: `sinew diagnose` first, next time.", answer_folder(args).display());
+                writeln!(text, "No answer lies in {} to set beside it: `sinew diagnose` writes one.", folder.display());
         }
     }
     output::print(text)
