@@ -7,7 +7,7 @@ use crate::service::{
 };
 use crate::{
     BatchHeader, ChannelState, Command, DriverState, Error, Info, LoopStats, MAX_CHANNELS, PROTOCOL, Reply, Snapshot,
-    Terms, monotonic_ns,
+    Terms,
 };
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
@@ -131,7 +131,7 @@ impl Memory {
     pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         self.check()?;
         let started = Instant::now();
-        let terms = Terms::until(monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX)));
+        let terms = Terms::within(patience);
         let no_answer = |waited| match self.check() {
             Err(gone) => gone,
             Ok(()) => Error::NoAnswer { rig: self.rig().into(), waited },

@@ -10,7 +10,7 @@
 
 use crate::client::{Client, Taken, Wanted};
 use crate::link::Sent;
-use crate::{CommandKind, Error, MAX_CHANNELS, Outcome, Terms, monotonic_ns};
+use crate::{CommandKind, Error, MAX_CHANNELS, Outcome, Terms};
 use std::collections::VecDeque;
 use std::ops::Deref;
 use std::time::{Duration, Instant};
@@ -125,11 +125,11 @@ impl<C: Deref<Target = Client>> Setpoints<C> {
             return Err(gone);
         }
         self.progress.sent += 1;
-        let within = self.options.within.map(|within| u64::try_from(within.as_nanos()).unwrap_or(u64::MAX));
-        let until_ns = within.map_or(u64::MAX, |within_ns| monotonic_ns().saturating_add(within_ns));
-        let terms = Terms { until_ns, over_s: self.options.over.as_secs_f64(), stream: self.number };
+        let SetpointOptions { hold, over, within } = self.options;
+        let deadline = within.map_or_else(Terms::default, Terms::within);
+        let terms = Terms { over_s: over.as_secs_f64(), stream: self.number, ..deadline };
         let has_room = self.on_the_way.len() < MOST_ON_THE_WAY;
-        let commands = self.client.commands(wanted, self.options.hold);
+        let commands = self.client.commands(wanted, hold);
         match if has_room { self.client.link().send(&commands, terms)? } else { None } {
             Some(sent) => self.on_the_way.push_back(Message { wanted: wanted.to_vec(), sent, since: Instant::now() }),
             None => self.progress.held_back += 1,
@@ -208,7 +208,6 @@ impl<C: Deref<Target = Client>> Setpoints<C> {
     pub fn finish(mut self) -> Result<Progress, Error> {
         while !self.on_the_way.is_empty() {
             self.poll()?;
-            self.client.link().check()?;
             std::thread::sleep(Duration::from_micros(100));
         }
         Ok(self.progress)

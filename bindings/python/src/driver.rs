@@ -195,11 +195,6 @@ impl Setpoints {
     fn poll(&self, py: Python<'_>) -> PyResult<Counts> {
         self.with(py, |setpoints| setpoints.poll())
     }
-
-    /// What became of the messages, as of the last look.
-    fn progress(&self, py: Python<'_>) -> PyResult<Counts> {
-        self.with(py, |setpoints| Ok(setpoints.progress()))
-    }
 }
 
 impl Setpoints {

@@ -132,7 +132,7 @@ impl Connection {
     pub fn ask(&self, commands: &[Command], patience: Duration) -> Result<Vec<Reply>, Error> {
         self.check()?;
         let started = Instant::now();
-        let terms = Terms::until(monotonic_ns().saturating_add(u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX)));
+        let terms = Terms::within(patience);
         let sequence = commands.first().map_or(0, |command| command.sequence);
         let stops = commands.iter().any(|command| command.kind() == Some(CommandKind::Stop));
         let no_answer = || Error::NoAnswer { rig: self.rig.clone(), waited: started.elapsed() };

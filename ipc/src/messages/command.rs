@@ -2,6 +2,7 @@
 
 use crate::Fault;
 use iceoryx2::prelude::ZeroCopySend;
+use std::time::Duration;
 use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// What a command asks for.
@@ -126,6 +127,12 @@ impl Terms {
     /// Of a request of its own.
     pub const fn until(until_ns: u64) -> Terms {
         Terms { until_ns, over_s: 0.0, stream: 0 }
+    }
+
+    /// Of a request of its own that is not to be carried out later than so long from now.
+    pub fn within(patience: Duration) -> Terms {
+        let patience_ns = u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX);
+        Terms::until(crate::monotonic_ns().saturating_add(patience_ns))
     }
 
     /// What such a request is answered that comes too late, if it does at this time.

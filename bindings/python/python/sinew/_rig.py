@@ -212,13 +212,7 @@ class Lease:
     def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
         self._rig._lease = self._outer
         given, self._given = sorted(self._given), {}
-        try:
-            if given:
-                self._rig._ask([(index, "off", 0.0) for index in given], 0.0)
-        except SinewError as failed:
-            # A driver that is gone has switched its outputs off. What ended the block is said, not what followed from it.
-            if error is None and not isinstance(failed, DriverGone):
-                raise
+        self._rig._leave(given, error)
 
 
 @dataclass(frozen=True)
@@ -278,13 +272,7 @@ class SetpointStream:
 
     def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
         given, self._given = sorted(self._given), set()
-        try:
-            if given:
-                self._rig._ask([(index, "off", 0.0) for index in given], 0.0)
-        except SinewError as failed:
-            # A driver that is gone has switched its outputs off. What ended the block is said, not what followed from it.
-            if error is None and not isinstance(failed, DriverGone):
-                raise
+        self._rig._leave(given, error)
 
 
 class Claim:
@@ -425,6 +413,16 @@ class Rig:
                 else:
                     lease._given[index] = (kind, value)
         return taken
+
+    def _leave(self, given: List[int], error: Any) -> None:
+        """Switches off what a block of code has commanded, which ended with this error, or none."""
+        try:
+            if given:
+                self._ask([(index, "off", 0.0) for index in given], 0.0)
+        except SinewError as failed:
+            # A driver that is gone has switched its outputs off. What ended the block is said, not what followed from it.
+            if error is None and not isinstance(failed, DriverGone):
+                raise
 
     def lease(self, hold_s: float) -> Lease:
         """Setpoints that live as long as a block of code: within it they hold for ``hold_s`` seconds, at its end, however it ends,
