@@ -15,7 +15,7 @@
 //!   of those they would be granted alone.
 //! - Setpoints and resets for a channel that another client has claimed are refused; `off` and `stop` are not (`claims.rs`).
 //! - A request that comes after its deadline is refused, and so is one the loop has not begun with by then. Of a stream of setpoints the newest
-//!   overtakes those before it that still wait.
+//!   overtakes those before it that still wait. A request that only switches off is never too late: the loop carries it out as soon as it can.
 //! - Setpoints may be approached in a time no longer than their lease; the tension of a joint may not.
 //! - `off` overtakes: what was asked of its channel before it and still waits is not carried out, nor is what was answered *busy*.
 
@@ -261,9 +261,11 @@ impl Desk {
             let now = Instant::now();
             self.claims.look(now, &shared.claims);
             let now_ns = sinew_ipc::monotonic_ns();
-            // Nobody waits any more for what is late, and for what a loop is held up with it is answered.
-            let is_over =
-                |w: &Waiting| ended || now - w.since >= PATIENCE || w.request.terms().is_late(now_ns).is_some();
+            // Nobody waits any more for what is late, and for what a loop is held up with it is answered. What switches off stays.
+            let is_over = |w: &Waiting| match Command::only_switch_off(w.request.commands()) {
+                true => ended,
+                false => ended || now - w.since >= PATIENCE || w.request.is_late(now_ns).is_some(),
+            };
             let over: Vec<u64> = waiting.iter().filter(|(_, w)| is_over(w)).map(|(ticket, _)| *ticket).collect();
             for ticket in over {
                 // One that has begun is answered by what comes of it.
@@ -271,7 +273,7 @@ impl Desk {
                     continue;
                 }
                 let Some(w) = waiting.remove(&ticket) else { continue };
-                let late = w.request.terms().is_late(now_ns);
+                let late = w.request.is_late(now_ns);
                 let outcome = if ended { Outcome::Stopping } else { late.unwrap_or(Outcome::Busy) };
                 refuse_all(shared, w.request, |command| Reply::refused(command, outcome));
             }
@@ -302,7 +304,7 @@ impl Desk {
             let stopping = |command: &Command| Reply::refused(command, Outcome::Stopping).because(Fault::Stopping);
             return refuse_all(shared, request, stopping);
         }
-        if let Some(outcome) = request.terms().is_late(sinew_ipc::monotonic_ns()) {
+        if let Some(outcome) = request.is_late(sinew_ipc::monotonic_ns()) {
             return refuse_all(shared, request, |command| Reply::refused(command, outcome));
         }
         self.overtake(&request, waiting);
@@ -340,17 +342,23 @@ impl Desk {
     }
 
     /// A message of a stream takes back those before it that the loop has not begun with; and whatever else is asked for what is held, for it would
-    /// come into the loop after that.
+    /// come into the loop after that. What switches off is never overtaken: the loop has a lane for it, before all others.
     fn overtake(&mut self, request: &Request, waiting: &mut HashMap<u64, Waiting>) {
         let (asker, stream) = (request.asker(), request.terms().stream);
-        let is_held_on = |held: &Request| stream != 0 && (held.terms().stream, held.asker()) != (stream, asker);
+        let is_held_on = |held: &Request| {
+            Command::only_switch_off(held.commands())
+                || stream != 0 && (held.terms().stream, held.asker()) != (stream, asker)
+        };
         let (held, overtaken) = std::mem::take(&mut self.held).into_iter().partition(is_held_on);
         self.held = held;
         overtaken.into_iter().for_each(reply_overtaken);
         if stream == 0 {
             return;
         }
-        let is_before = |w: &Waiting| w.request.terms().stream == stream && w.request.asker() == asker;
+        let is_before = |w: &Waiting| {
+            (w.request.terms().stream, w.request.asker()) == (stream, asker)
+                && !Command::only_switch_off(w.request.commands())
+        };
         let before: Vec<u64> = waiting.iter().filter(|(_, w)| is_before(w)).map(|(ticket, _)| *ticket).collect();
         for ticket in before {
             if self.outbox.take_back(ticket)

@@ -496,6 +496,11 @@ impl Request {
         self.terms
     }
 
+    /// What it is answered if it is too late by now to be carried out.
+    pub fn is_late(&self, now_ns: u64) -> Option<Outcome> {
+        self.terms.is_late(&self.commands, now_ns)
+    }
+
     /// Who asks: all commands of a request are of one client.
     pub fn asker(&self) -> Asker {
         let client = self.commands.first().map_or(0, |command| command.client);

@@ -10,7 +10,7 @@
 
 use crate::client::{Client, Taken, Wanted};
 use crate::link::Sent;
-use crate::{CommandKind, Error, MAX_CHANNELS, Outcome, Terms};
+use crate::{Command, CommandKind, Error, MAX_CHANNELS, Outcome, Terms};
 use std::collections::VecDeque;
 use std::ops::Deref;
 use std::time::{Duration, Instant};
@@ -128,8 +128,8 @@ impl<C: Deref<Target = Client>> Setpoints<C> {
         let SetpointOptions { hold, over, within } = self.options;
         let deadline = within.map_or_else(Terms::default, Terms::within);
         let terms = Terms { over_s: over.as_secs_f64(), stream: self.number, ..deadline };
-        let has_room = self.on_the_way.len() < MOST_ON_THE_WAY;
         let commands = self.client.commands(wanted, hold);
+        let has_room = self.on_the_way.len() < MOST_ON_THE_WAY || Command::only_switch_off(&commands);
         match if has_room { self.client.link().send(&commands, terms)? } else { None } {
             Some(sent) => self.on_the_way.push_back(Message { wanted: wanted.to_vec(), sent, since: Instant::now() }),
             None => self.progress.held_back += 1,

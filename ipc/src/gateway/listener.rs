@@ -8,7 +8,7 @@ use super::endpoint::Endpoint;
 use super::messages::{Admission, CommandRequest, GREETING, Greeting, LARGEST_REQUEST};
 use super::peer::Peer;
 use super::{MAX_GATEWAY_CLIENTS, MAX_GATEWAY_CLIENTS_OF_A_USER};
-use crate::{CommandKind, Error, Outcome, PROTOCOL, Reply};
+use crate::{Command, CommandKind, Error, Outcome, PROTOCOL, Reply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::net::{
@@ -145,10 +145,15 @@ impl Listener {
         for step in 0..self.sessions.len() {
             let i = (self.first + step) % self.sessions.len();
             let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
-            // A command whose sender has gone is not carried out.
-            stays[i] = !self.sessions[i].leaving.load(Ordering::Relaxed)
-                && !sessions[i].intersects(gone)
-                && (!sessions[i].contains(PollFlags::IN) || self.read_requests(&self.sessions[i].clone()));
+            let session = self.sessions[i].clone();
+            stays[i] = if sessions[i].intersects(gone) {
+                // What its sender has left behind is not carried out, unless it switches off. Bounded, though nothing is added to it any more.
+                let _ = (0..MAX_UNANSWERED).all(|_| self.read_requests(&session, Command::only_switch_off));
+                false
+            } else {
+                !session.leaving.load(Ordering::Relaxed)
+                    && (!sessions[i].contains(PollFlags::IN) || self.read_requests(&session, |_| true))
+            };
         }
         self.first = self.first.wrapping_add(1);
         let mut stays = stays.into_iter();
@@ -166,8 +171,8 @@ impl Listener {
         }
     }
 
-    /// Reads a client's requests; false when he has to go.
-    fn read_requests(&mut self, session: &Arc<Session>) -> bool {
+    /// Reads a client's requests, and takes in those whose commands are wanted; false when he has to go.
+    fn read_requests(&mut self, session: &Arc<Session>, is_wanted: impl Fn(&[Command]) -> bool) -> bool {
         // One byte more than the largest there is, to notice what is larger.
         let mut bytes = [0; LARGEST_REQUEST + 1];
         for _ in 0..REQUESTS_A_ROUND {
@@ -179,6 +184,9 @@ impl Listener {
                 Err(_) => return false,
             };
             let Some(mut ask) = CommandRequest::of(&bytes[..length]) else { return false };
+            if !is_wanted(&ask.commands) {
+                continue;
+            }
             // Who it is says the kernel, not he.
             for command in &mut ask.commands {
                 command.client = u64::from(session.peer.pid) << 32 | command.client & 0xffff_ffff;
@@ -186,7 +194,7 @@ impl Listener {
             session.unanswered.fetch_add(1, Ordering::Relaxed);
             let answer = Answer { session: session.clone() };
             let has_too_many = session.unanswered.load(Ordering::Relaxed) > MAX_UNANSWERED;
-            let late = ask.terms.is_late(crate::monotonic_ns());
+            let late = ask.terms.is_late(&ask.commands, crate::monotonic_ns());
             match late.or(has_too_many.then_some(Outcome::Busy)) {
                 Some(outcome) => {
                     let refused = |command| Reply::refused(command, outcome);
@@ -449,6 +457,28 @@ mod tests {
         send(&socket, ask(2).as_bytes(), AT_ONCE).unwrap();
         drop(socket);
         assert!(gate.listener.receive().is_none(), "its sender has gone");
+        assert!(gate.listener.sessions.is_empty());
+    }
+
+    #[test]
+    fn what_switches_off_is_carried_out_though_nobody_waits_for_it_any_more() {
+        let mut gate = Gateway::open();
+        let socket = gate.connect();
+        let off = |sequence| Command { kind: CommandKind::Off as u32, ..command(sequence) };
+        send(&socket, &CommandRequest::bytes(Terms::until(1), &[off(1)]), AT_ONCE).unwrap();
+        let (late, _) = gate.listener.receive().expect("an off is never too late");
+        assert_eq!(late.commands[0].kind(), Some(CommandKind::Off));
+        // Between two setpoints, by a program that ends at once.
+        let mixed = CommandRequest::bytes(Terms::default(), &[off(2), command(3)]);
+        for request in
+            [ask(4).as_bytes(), &CommandRequest::bytes(Terms::until(1), &[off(5)]), &mixed, ask(6).as_bytes()]
+        {
+            send(&socket, request, AT_ONCE).unwrap();
+        }
+        drop(socket);
+        let left: Vec<u64> =
+            std::iter::from_fn(|| gate.listener.receive()).map(|(ask, _)| ask.commands[0].sequence).collect();
+        assert_eq!(left, [5]);
         assert!(gate.listener.sessions.is_empty());
     }
 

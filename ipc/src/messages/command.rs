@@ -107,6 +107,11 @@ impl Command {
     pub fn kind(&self) -> Option<CommandKind> {
         CommandKind::from_code(self.kind)
     }
+
+    /// Whether all that these ask for is less power: then they are carried out however late they come, whoever has stopped waiting for them.
+    pub fn only_switch_off(commands: &[Command]) -> bool {
+        commands.iter().all(|command| matches!(command.kind(), Some(CommandKind::Off | CommandKind::Stop)))
+    }
 }
 
 /// How the commands of a request are meant, all of them.
@@ -135,10 +140,10 @@ impl Terms {
         Terms::until(crate::monotonic_ns().saturating_add(patience_ns))
     }
 
-    /// What such a request is answered that comes too late, if it does at this time.
-    pub fn is_late(&self, now_ns: u64) -> Option<Outcome> {
+    /// What a request for these commands is answered that comes too late, if it does at this time. What only switches off never does.
+    pub fn is_late(&self, commands: &[Command], now_ns: u64) -> Option<Outcome> {
         let outcome = if self.stream == 0 { Outcome::Busy } else { Outcome::Late };
-        (now_ns > self.until_ns).then_some(outcome)
+        (now_ns > self.until_ns && !Command::only_switch_off(commands)).then_some(outcome)
     }
 }
 

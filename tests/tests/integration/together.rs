@@ -289,6 +289,31 @@ fn of_a_stream_of_setpoints_the_newest_is_in_force_and_none_is_lost_without_a_wo
 }
 
 #[test]
+fn what_switches_off_in_a_stream_is_never_late_nor_held_back_nor_overtaken() {
+    let rig = Rig::bench(&["a", "b"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let options = SetpointOptions { hold: LONG, within: Some(Duration::ZERO), ..SetpointOptions::default() };
+    let off = |channel| Wanted { channel, kind: CommandKind::Off, value: 0.0 };
+    for round in 0..50 {
+        client.set_many(&strokes(&[0.3, 0.3]), LONG).unwrap();
+        // One stream is full of messages that are all too late or wait, its off is not; nor what the next message of it takes back.
+        let mut setpoints =
+            client.setpoints(if round % 2 == 0 { options } else { SetpointOptions { within: None, ..options } });
+        for _ in 0..20 {
+            setpoints.send(&strokes(&[0.2, 0.2])).unwrap();
+        }
+        setpoints.send(&[off(0)]).unwrap();
+        for _ in 0..20 {
+            setpoints.send(&[Wanted { channel: 1, kind: CommandKind::Stroke, value: 0.1 }]).unwrap();
+        }
+        settled(&mut setpoints);
+        assert_eq!(client.latest().channels()[0].mode(), Mode::Off, "round {round}: {:?}", setpoints.progress());
+        assert_eq!(client.latest().channels()[1].mode(), Mode::Length, "round {round}");
+    }
+    driver.stop();
+}
+
+#[test]
 fn a_message_of_a_stream_that_comes_too_late_or_is_refused_is_told_and_not_carried_out() {
     let rig = Rig::bench(&["a", "b"], "");
     let (driver, client) = Driver::ready(&rig);
