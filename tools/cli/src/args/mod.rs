@@ -55,7 +55,7 @@ impl Cli {
 }
 
 /// The number, and what this program was built from.
-const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SINEW_BUILT_FROM"), ")");
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SINEW_BUILT_FROM"), ")");
 
 const EXIT_CODES: &str = "\
 Start here:
@@ -98,6 +98,8 @@ pub enum Command {
     Identify(Identify),
     /// Find where a recording and its simulation differ, what physics was left out, and put it into the model.
     Diagnose(Diagnose),
+    /// Make a diagnosis again from its archive, and say whether the answer is the same.
+    Repeat(Repeat),
     /// Hide an effect in a recording, for a diagnosis to find.
     Conceal(Conceal),
     /// What was hidden in a recording, beside what a diagnosis found.
@@ -446,6 +448,7 @@ Examples:
   sinew diagnose bench.toml slow.csv fast.csv --holdout tuesday.csv --out week
   sinew diagnose bench.toml monday.csv --catalogue laws.toml --out monday
   sinew diagnose bench.toml monday.csv --out monday --json | jq '.verdict, .effects[].id'
+  sinew diagnose bench.toml monday.csv --out monday --bundle monday.zip
   sinew diagnose leg.toml walk.mcap --whole-rig --out leg
   sinew diagnose leg.toml left=a-left.csv right=a-right.csv --whole-rig --out leg
 
@@ -478,6 +481,31 @@ pub struct Diagnose {
     /// Several wires at once: an answer for each, and one for what they share.
     #[arg(long, conflicts_with = "channel")]
     pub whole_rig: bool,
+    /// Also put all of it into one archive, for another laboratory to repeat: what went in, the command, the version, the answer.
+    #[arg(long, value_name = "FILE.zip")]
+    pub bundle: Option<PathBuf>,
+}
+
+/// `sinew repeat`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew diagnose bench.toml monday.csv --out monday --bundle monday.zip
+  sinew repeat monday.zip
+  sinew repeat monday.zip --out mine
+
+Makes the diagnosis again from the files in the archive, writes the answer to DIR and says how it differs from the one in the
+archive: not at all, in some values, or (exit code 1) in its verdict or effects.")]
+pub struct Repeat {
+    /// What `sinew diagnose --bundle` wrote.
+    #[arg(value_name = "FILE.zip")]
+    pub bundle: PathBuf,
+    /// Where the new answer is written; without it, the archive's name and "-again", in this folder.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Threads; without it, as many as there are processors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
 }
 
 /// `sinew doctor`.

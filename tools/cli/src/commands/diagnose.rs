@@ -10,6 +10,7 @@ use sinew_diagnosis::{Diagnosis, NEXT_PROGRAMME, SCHEMA, Settings};
 use sinew_recording::{Recording, Utc};
 use sinew_report::About;
 
+use super::bundle::{Bundle, Given};
 use super::fitting::{Input, command, has_colour, sha256, sources, spare_inputs, width, work};
 use super::monitor::signals;
 use crate::args;
@@ -58,6 +59,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         spare_inputs(&path, fitting, recordings())?;
         is_no_folder(&path)?;
     }
+    Bundle::can_be_written(args)?;
     let outcome = work(fitting, |settings| {
         let settings = Settings { thorough: args.thorough, ..*settings };
         sinew_diagnosis::diagnose(&input.rig, input.channel, &input.recordings, &input.held_out, &settings)
@@ -68,7 +70,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         command: command(),
         version: env!("CARGO_PKG_VERSION").to_string(),
         date: Utc::now().to_string(),
-        files,
+        files: files.clone(),
     };
     let page = sinew_report::html(&outcome.diagnosis, &outcome.figures, &about);
     let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
@@ -80,18 +82,21 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let more: Vec<(&str, &str)> = more.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
     let listed = more.iter().map(|(name, text)| (*name, sha256(text.as_bytes()))).collect();
     let json = output::json(&Written { diagnosis: &outcome.diagnosis, files: listed })? + "\n";
-    let files: Vec<_> =
+    let answer: Vec<_> =
         [(REPORT, page.as_str()), (JSON, &json), (IMPROVED, &improved)].into_iter().chain(more).collect();
-    let former = Former::beside(&args.out, &files);
-    write_all(&args.out, &files)?;
+    let former = Former::beside(&args.out, &answer);
+    write_all(&args.out, &answer)?;
     former.clear()?;
+    let [fitted, held_out] = [&fitting.recordings, &args.holdout].map(|paths| paths.iter().map(Given::of).collect());
+    let answer: Vec<_> = answer.into_iter().map(|(name, text)| (PathBuf::from(name), text)).collect();
+    Bundle::keep(args, [fitted, held_out], &files, &answer)?;
     if fitting.json {
         output::print(json)?;
     } else {
         output::print(sinew_report::text(&outcome.diagnosis, width(), has_colour()))?;
         output::note(format_args!(
             "written: {}",
-            list(&args.out, &files.iter().map(|(name, _)| *name).collect::<Vec<_>>())
+            list(&args.out, answer.iter().map(|(name, _)| name), args.bundle.as_deref())
         ));
     }
     Ok(())
@@ -201,6 +206,8 @@ pub fn as_csv(recording: &Recording) -> Result<String, Failure> {
     Ok(String::from_utf8_lossy(&csv).into_owned())
 }
 
-pub fn list(out: &Path, names: &[&str]) -> String {
-    names.iter().map(|name| out.join(name).display().to_string()).collect::<Vec<_>>().join(", ")
+/// What was written, in words.
+pub fn list(out: &Path, names: impl Iterator<Item = impl AsRef<Path>>, bundle: Option<&Path>) -> String {
+    let files = names.map(|name| out.join(name)).chain(bundle.map(Path::to_path_buf));
+    files.map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }

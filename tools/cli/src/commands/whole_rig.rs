@@ -7,6 +7,7 @@ use sinew_recording::{Options, Utc};
 use sinew_report::About;
 use sinew_rig::Rig;
 
+use super::bundle::{self, Bundle};
 use super::diagnose::{IMPROVED, JSON, PICTURE, REPORT, as_csv, can_become_folder, is_no_folder, list, write_all};
 use super::fitting::{command, has_colour, read_all, sources, spare_inputs, width, work};
 use super::load_rig_with;
@@ -38,6 +39,11 @@ impl Given {
             .hint(format!("write CHANNEL=FILE; the channels are {}", names.join(", "))))
     }
 
+    /// As it goes into a bundle.
+    fn in_bundle(&self) -> bundle::Given<'_> {
+        bundle::Given { channel: self.channel.as_deref(), path: &self.path }
+    }
+
     /// The files of one channel.
     fn of(all: &[Given], channel: &str) -> Vec<PathBuf> {
         let of_it = all.iter().filter(|given| given.channel.as_deref().is_none_or(|name| name == channel));
@@ -63,6 +69,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
             is_no_folder(&folder.join(name))?;
         }
     }
+    Bundle::can_be_written(args)?;
     let outcome = work(fitting, |settings| {
         let settings = Settings { thorough: args.thorough, ..*settings };
         sinew_diagnosis::diagnose_rig(&rig, &wires, &settings)
@@ -99,13 +106,22 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
         let answer: Vec<(&str, &str)> = answer.iter().map(|(name, text)| (*name, text.as_str())).collect();
         write_all(folder, &answer)?;
     }
+    let kept: Vec<(PathBuf, &str)> = answers
+        .iter()
+        .flat_map(|(folder, files)| {
+            let folder = folder.strip_prefix(&args.out).unwrap_or(folder);
+            files.iter().map(move |(name, text)| (folder.join(name), text.as_str()))
+        })
+        .collect();
+    let recordings = [&fitted, &held_out].map(|all| all.iter().map(Given::in_bundle).collect());
+    Bundle::keep(args, recordings, &files, &kept)?;
     if fitting.json {
         return output::print(json);
     }
     output::print(sinew_report::rig_text(&outcome.diagnosis, width(), has_colour()))?;
     output::note(format_args!(
         "written: {}, and each wire's in a folder there",
-        list(&args.out, &[REPORT, JSON, IMPROVED])
+        list(&args.out, [REPORT, JSON, IMPROVED].into_iter(), args.bundle.as_deref())
     ));
     Ok(())
 }
