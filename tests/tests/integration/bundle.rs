@@ -45,11 +45,12 @@ impl Made {
         let mut changed = ZipWriter::new(fs::File::create(&path).expect("a file"));
         for index in 0..archive.len() {
             let mut entry = archive.by_index(index).expect("an entry");
+            let place = entry.name().expect("a name").into_owned();
             let mut text = String::new();
             entry.read_to_string(&mut text).expect("a text");
-            let text = if entry.name() == name { change(text) } else { Some(text) };
+            let text = if place == name { change(text) } else { Some(text) };
             if let Some(text) = text {
-                changed.start_file(entry.name(), SimpleFileOptions::default()).expect("an entry");
+                changed.start_file(place, SimpleFileOptions::default()).expect("an entry");
                 changed.write_all(text.as_bytes()).expect("its text");
             }
         }

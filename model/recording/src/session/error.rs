@@ -85,7 +85,7 @@ impl Trouble {
     pub(crate) fn hint(&self) -> &'static str {
         match self {
             Trouble::NotMcap { .. } => {
-                "recordings are what `sinew record` writes; CSV goes by the name .csv or .csv.gz"
+                "name what `sinew record` has written; a recording as CSV is read by commands that say so, by the name .csv or .csv.gz"
             }
             Trouble::Foreign { .. } | Trouble::Schema { .. } => {
                 "only recordings of sinew are read; bring others into CSV, which every lab can write"

@@ -174,7 +174,7 @@ impl Bundle {
             Failure::input(format!("{}: cannot be read: {error}", path.display()))
                 .hint("name an archive that `sinew diagnose --bundle` wrote")
         })?;
-        let mut zip = ZipArchive::new(file).map_err(|error| refused(&format!("is no archive: {error}")))?;
+        let mut zip = ZipArchive::new(file).map_err(|_| refused("is no archive, or not a whole one"))?;
         if zip.len() > MOST_FILES {
             return Err(refused(&format!("has {} files, more than {MOST_FILES}", zip.len())));
         }

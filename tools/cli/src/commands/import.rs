@@ -60,7 +60,7 @@ fn bring_in(args: &args::Import, rig: &Rig, channel: &Channel, output: &Path) ->
     };
     output::has_place(output)?;
     spare(output, &args.foreign)?;
-    let own = args.map.as_deref().map(Mapping::load).transpose().map_err(|error| rig_failure(&error))?;
+    let own = args.map.as_deref().map(Mapping::load).transpose().map_err(mapping_failure)?;
     let recording = match &own {
         Some(mapping) => understood(args, mapping, channel)?,
         None if rig.recording.format != FileFormat::default() || Format::of(&args.foreign).is_none() => {
@@ -90,6 +90,16 @@ fn bring_in(args: &args::Import, rig: &Rig, channel: &Channel, output: &Path) ->
     }
     output::note(format_args!("{}: {rows} rows of {}", output.display(), channel.name));
     Ok(())
+}
+
+/// What is wrong with a mapping.
+fn mapping_failure(error: sinew_rig::Error) -> Failure {
+    match &error {
+        sinew_rig::Error::Unreadable { .. } => {
+            Failure::input(&error).hint("check the path; `sinew import --guess FILE -o MAP.toml` writes a mapping")
+        }
+        sinew_rig::Error::Invalid { .. } => rig_failure(&error),
+    }
 }
 
 /// A file of any kind by a mapping.

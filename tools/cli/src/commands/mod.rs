@@ -45,7 +45,7 @@ use std::path::Path;
 use sinew_rig::{Catalogue, Channel, HEXAPOD_TOML, Rig, nearest};
 
 use crate::args;
-use crate::failure::Failure;
+use crate::failure::{Failure, Outcome};
 
 /// Reads a rig file, or takes the built-in hexapod.
 fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
@@ -57,8 +57,21 @@ fn load_rig_with(path: Option<&Path>, laws: &args::Laws) -> Result<Rig, Failure>
     let failure = |error: sinew_rig::Error| rig_failure(&error);
     let catalogue = laws.catalogue.as_deref().map(Catalogue::load).transpose().map_err(failure)?.unwrap_or_default();
     match path {
-        Some(path) => Rig::load_with(path, &catalogue).map_err(failure),
+        Some(path) => {
+            is_no_recording(path)?;
+            Rig::load_with(path, &catalogue).map_err(failure)
+        }
         None => Rig::parse_with(HEXAPOD_TOML, "the built-in hexapod", &catalogue).map_err(failure),
+    }
+}
+
+/// Refuses a recording in the place of a rig file, by its name, before every line of it is told as a mistake.
+fn is_no_recording(path: &Path) -> Outcome {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    match [".csv", ".csv.gz", ".mcap", ".parquet"].iter().any(|ending| name.ends_with(ending)) {
+        true => Err(Failure::input(format!("{}: is a recording by its name, not a rig file", path.display()))
+            .hint("the rig file comes first, a .toml; the recording after it")),
+        false => Ok(()),
     }
 }
 
