@@ -67,10 +67,11 @@ function turn() {
       celsius: wires.wires.map((wire) => Math.round(wire.celsius)),
       length_mm: wires.wires.map((wire) => Math.round(wires.ofWire(wire).length * 1e6) / 1e3),
       sweeps: converter.sweeps,
+      busy_us: Math.round(machine.busy * 0.008),
       behind_ms: Math.round(behind),
     });
     for (const wire of wires.wires) [wire.pulses, wire.onNs] = [0, 0];
-    converter.sweeps = 0;
+    [converter.sweeps, machine.busy] = [0, 0];
   }
   setTimeout(turn, machine.clock.nanos / 1e6 < performance.now() - epoch - 1 ? 0 : 1);
 }

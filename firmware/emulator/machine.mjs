@@ -65,6 +65,8 @@ export class Machine {
     this.chip.core.VTOR = VECTORS;
     this.chip.core.reset();
     this.hangs = false;
+    /** Cycles in which the processor worked. */
+    this.busy = 0;
     this.usb();
   }
 
@@ -148,6 +150,7 @@ export class Machine {
         if (!this.hangs && core.checkForInterrupts()) core.waiting = false;
       } else {
         cycles = core.executeInstruction();
+        this.busy += cycles;
       }
       for (const pio of this.chip.pio) this.pioRun(pio, cycles);
       this.clock.tick(cycles * CYCLE_NS);

@@ -28,8 +28,16 @@ static UP: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
 
 /// Sends a frame, or, where there is no room, loses it whole.
 pub fn send(frame: &[u8]) {
-    if UP.free_capacity() >= frame.len() {
-        let _ = UP.try_write(frame);
+    if UP.free_capacity() < frame.len() {
+        return;
+    }
+    // At the end of its ring a pipe takes a part.
+    let mut rest = frame;
+    while let Ok(count) = UP.try_write(rest) {
+        rest = rest.get(count..).unwrap_or_default();
+        if rest.is_empty() {
+            break;
+        }
     }
 }
 
