@@ -3,12 +3,9 @@
 
 import { spawn } from 'node:child_process';
 import { createInterface } from 'node:readline';
-import { Converter } from './converter.mjs';
-import { Machine, flashOf } from './machine.mjs';
-import { Wires } from './wires.mjs';
+import { Board, ENABLE } from './board.mjs';
+import { flashOf } from './machine.mjs';
 
-const [STOP, STOP_RESET, ENABLE] = [7, 8, 6];
-const SUPPLY_CHANNEL = 0;
 const SLICE_MS = 10;
 const MOST_BEHIND_MS = 50;
 
@@ -28,18 +25,12 @@ const parts = flashOf(elf);
 let board = start(0, 0);
 
 /** A board from its reset. */
-function start(reason, startNs, inputs = { stop: false, reset: true }) {
-  const machine = new Machine(parts, { reason, startNs, onReset: (why) => (resets = why) });
-  const wires = new Wires(machine);
-  const converter = new Converter(machine, (side, number, now) => wires.input(side, number, now));
-  machine.chip.adc.channelValues[SUPPLY_CHANNEL] = Math.round((wires.supplyV / 4 / 3.3) * 4095);
-  // Low: the contact closed, the button pressed.
-  machine.pin(STOP).setInputValue(inputs.stop);
-  machine.pin(STOP_RESET).setInputValue(inputs.reset);
-  machine.cdc.onDeviceConnected = () => tell({ event: 'usb' });
-  machine.cdc.onSerialData = (bytes) => line.stdin.write(bytes);
-  machine.pin(ENABLE).addListener(() => tell({ event: 'enable', on: machine.isHigh(ENABLE) }));
-  return { machine, wires, converter, inputs };
+function start(reason, startNs, inputs) {
+  const send = (bytes) => line.stdin.write(bytes);
+  const board = new Board(parts, send, { reason, startNs, onReset: (why) => (resets = why) }, inputs);
+  board.machine.cdc.onDeviceConnected = () => tell({ event: 'usb' });
+  board.machine.pin(ENABLE).addListener(() => tell({ event: 'enable', on: board.machine.isHigh(ENABLE) }));
+  return board;
 }
 
 let resets = null;
@@ -77,12 +68,11 @@ function turn() {
 }
 
 const ORDERS = {
-  /** Presses the emergency stop, and lets go of it. */
-  'estop open': () => press('stop', STOP, true),
-  'estop closed': () => press('stop', STOP, false),
-  /** Its reset button. */
-  'reset press': () => press('reset', STOP_RESET, false),
-  'reset release': () => press('reset', STOP_RESET, true),
+  /** Presses the emergency stop, and lets go of it; its reset button. */
+  'estop open': () => board.stop(true),
+  'estop closed': () => board.stop(false),
+  'reset press': () => board.reset(true),
+  'reset release': () => board.reset(false),
   /** The processor stands still: what is on has to go off by itself, and the watchdog to reset. */
   hang: () => (board.machine.hangs = true),
   /** The converter is not there. */
@@ -95,12 +85,6 @@ const ORDERS = {
   'wire whole': () => change((wire) => (wire.isOpen = false)),
   quit: () => fail('', 0),
 };
-
-function press(name, pin, level) {
-  board.inputs[name] = level;
-  board.machine.pin(pin).setInputValue(level);
-  tell({ event: name, level });
-}
 
 function change(how) {
   how(board.wires.wires[0]);

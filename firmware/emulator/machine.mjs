@@ -61,7 +61,11 @@ export class Machine {
     for (const pio of this.chip.pio) pio.run = () => {};
     const watchdog = this.chip.peripherals[0x40058];
     watchdog.reason = reason;
-    watchdog.onWatchdogTrigger = () => onReset(watchdog.reason);
+    watchdog.onWatchdogTrigger = () => {
+      // Once: its timer stands at zero from here on.
+      watchdog.alarm.enable = false;
+      onReset(watchdog.reason);
+    };
     this.chip.core.VTOR = VECTORS;
     this.chip.core.reset();
     this.hangs = false;

@@ -15,7 +15,7 @@ const HOT = { length: 0.1603, ohm: 11.9 };
 
 export class Wires {
   constructor(machine, { supplyV = 6.5, tapsM = [0, 0.15] } = {}) {
-    Object.assign(this, { machine, supplyV, tapsM });
+    Object.assign(this, { machine, supplyV, tapsM, heats: true });
     this.wires = GATES.map((pin) => ({ pin, celsius: AMBIENT_C, isOn: false, since: 0, level: 0, onNs: 0, pulses: 0, isStuck: false, isOpen: false }));
     this.steppedNs = machine.clock.nanos;
     for (const wire of this.wires) machine.pin(wire.pin).addListener(() => this.switch(wire));
@@ -53,7 +53,7 @@ export class Wires {
   heat(now) {
     const seconds = (now - this.steppedNs) * 1e-9;
     this.steppedNs = now;
-    for (const wire of this.wires) {
+    for (const wire of this.heats ? this.wires : []) {
       const { ohm, amperes } = this.ofWire(wire);
       const watts = wire.isOn ? amperes ** 2 * ohm : 0;
       const end = AMBIENT_C + watts / LOSS_W_PER_K;

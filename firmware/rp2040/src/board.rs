@@ -3,7 +3,7 @@
 use embassy_rp::adc::{Adc, Blocking, Channel};
 use embassy_rp::gpio::{Input, Output};
 use sinew_front_end::{Event, Hardware, RawSample, StopPins};
-use sinew_front_end_board::{MIN_ON_NS, Plan, supply_code};
+use sinew_front_end_board::{CHANNELS, MIN_ON_NS, Plan, pulse as pulse_of, supply_code};
 
 use crate::converter::Converter;
 use crate::line;
@@ -33,8 +33,19 @@ impl Hardware for Board {
     const MIN_ON_NS: u64 = MIN_ON_NS as u64;
 
     fn begin_period(&mut self, duty: &[u16], period_ns: u32) {
-        self.converter.begin(Plan::new(duty, period_ns));
-        self.outputs.begin(duty, period_ns);
+        let plan = Plan::new(duty, period_ns);
+        let mut pulses = [None; CHANNELS];
+        for (pulse, duty) in pulses.iter_mut().zip(duty) {
+            *pulse = pulse_of(*duty, period_ns);
+        }
+        // What takes time comes first, so that pulses and conversions begin together; and nothing comes between: an output is on when
+        // its end is certain.
+        critical_section::with(|_| {
+            let plan = self.converter.load(plan);
+            self.outputs.load(&pulses);
+            self.outputs.go();
+            self.converter.go(plan);
+        });
     }
 
     fn off(&mut self) {

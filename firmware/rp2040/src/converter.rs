@@ -129,17 +129,21 @@ impl Converter {
         });
     }
 
-    /// The sweeps of a period that begins now.
-    pub fn begin(&self, plan: Plan) {
-        critical_section::with(|cs| {
-            self.stop();
-            let planned = if self.answers { plan } else { Plan::NONE };
-            COLLECTOR.borrow_ref_mut(cs).begin(planned, Instant::now().as_micros());
-            for count in planned.counts() {
-                pac::PIO1.txf(0).write_value(count);
-            }
-            pac::PIO1.ctrl().write(|w| w.set_sm_enable(TRIGGER | FOLLOW));
-        });
+    /// The sweeps of a period, ready for [`Converter::go`]; none where it does not answer.
+    pub fn load(&self, plan: Plan) -> Plan {
+        let plan = if self.answers { plan } else { Plan::NONE };
+        self.stop();
+        for count in plan.counts() {
+            pac::PIO1.txf(0).write_value(count);
+        }
+        plan
+    }
+
+    /// The period: its sweeps count from now.
+    pub fn go(&self, plan: Plan) {
+        pac::PIO1.ctrl().write(|w| w.set_sm_enable(TRIGGER | FOLLOW));
+        let now_us = Instant::now().as_micros();
+        critical_section::with(|cs| COLLECTOR.borrow_ref_mut(cs).begin(plan, now_us));
     }
 
     /// No more sweeps. One that has begun goes on, and belongs to nobody.

@@ -8,7 +8,7 @@ use embassy_rp::peripherals::{PIN_2, PIN_3, PIN_4, PIN_5, PIO0};
 use embassy_rp::pio::program::pio_asm;
 use embassy_rp::pio::{Config, Direction, InterruptHandler, Pio, StateMachine};
 use embassy_rp::{Peri, bind_interrupts};
-use sinew_front_end_board::{CHANNELS, pins, pulse};
+use sinew_front_end_board::{CHANNELS, pins};
 
 bind_interrupts!(struct Irqs {
     PIO0_IRQ_0 => InterruptHandler<PIO0>;
@@ -71,17 +71,19 @@ impl Outputs {
         outputs
     }
 
-    /// A period: each output's pulse begins now, all at once.
-    pub fn begin(&self, duties: &[u16], period_ns: u32) {
-        critical_section::with(|_| {
-            self.stop();
-            for (machine, duty) in duties.iter().take(CHANNELS).enumerate() {
-                if let Some(count) = pulse(*duty, period_ns) {
-                    pac::PIO0.txf(machine).write_value(count);
-                }
+    /// Off, with the pulses of a period ready for [`Outputs::go`].
+    pub fn load(&self, pulses: &[Option<u32>; CHANNELS]) {
+        self.stop();
+        for (machine, pulse) in pulses.iter().enumerate() {
+            if let Some(count) = *pulse {
+                pac::PIO0.txf(machine).write_value(count);
             }
-            pac::PIO0.ctrl().write(|w| w.set_sm_enable(ALL));
-        });
+        }
+    }
+
+    /// The period: all pulses begin at once.
+    pub fn go(&self) {
+        pac::PIO0.ctrl().write(|w| w.set_sm_enable(ALL));
     }
 
     /// All off, and nothing left to be put out.
