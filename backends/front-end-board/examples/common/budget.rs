@@ -43,7 +43,7 @@ pub const CANDIDATES: [Candidate; 3] = [
     },
     Candidate {
         name: "ADS8688",
-        source: "data sheet SBAS582: 92 dB, 15 kHz, second order",
+        source: "SBAS582, from memory, not at hand: 92 dB, 15 kHz, second order",
         full_v: 10.24,
         snr_db: 92.0,
         filter: Some((15_000.0, 2)),
@@ -52,7 +52,7 @@ pub const CANDIDATES: [Candidate; 3] = [
     },
     Candidate {
         name: "AD7616",
-        source: "data sheet Rev. 0: 90.5 dB at 1 MSPS, first order, 39 kHz",
+        source: "data sheet Rev. 0, its first page: 90.5 dB at 1 MSPS, first order; from memory: 39 kHz",
         full_v: 10.0,
         snr_db: 90.5,
         filter: Some((39_000.0, 1)),
