@@ -2,7 +2,7 @@
 
 const [CONVST, BUSY, RESET] = [10, 11, 12];
 const PAIR_NS = 1000;
-const WORD_NS = 816; // 17 clocks of 20.8 MHz
+const WORD_NS = 1088; // 17 clocks of 15.6 MHz
 const FULL = { 0: 10, 1: 2.5, 2: 5, 3: 10 };
 
 export class Converter {

@@ -10,7 +10,7 @@ pub const CLOCK_MHZ: u32 = 125;
 pub const SWEEP_NS: u32 = 8_000;
 /// How long before the end of an on-phase its sweep begins: it is over by then.
 pub const LEAD_NS: u32 = SWEEP_NS + 2_000;
-/// From the end of a sweep to the last of its words, at the latest: 16 words at 20.8 MHz (14 µs), and interrupts held up (USB, 15 µs).
+/// From the end of a sweep to the last of its words, at the latest: 16 words at 15.6 MHz (17 µs), and interrupts held up (13 µs).
 pub const READ_NS: u32 = 30_000;
 /// Between the beginnings of two sweeps, at the least: the second overwrites the first's words.
 pub const SPACING_NS: u32 = SWEEP_NS + READ_NS + 2_000;
