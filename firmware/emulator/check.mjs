@@ -80,7 +80,9 @@ const us = (ns) => `${(ns / 1000).toFixed(1)} µs`;
   it.edges.forEach((edges) => (edges.length = 0));
   const begun = it.frames.length;
   it.board.machine.busy = 0;
+  const sent = [];
   for (let period = 0; period < PERIODS; period++) {
+    sent.push(it.board.machine.clock.nanos);
     it.duty(DUTIES);
     it.run(PERIOD_NS);
   }
@@ -89,6 +91,11 @@ const us = (ns) => `${(ns / 1000).toFixed(1)} µs`;
   check('a samples frame a period, none damaged', frames.length === PERIODS && it.reader.damaged === 0, `${frames.length} of ${PERIODS}`);
   const last = frames.at(-1);
   check('state is running, nothing lost or refused', last.state === RUNNING && last.lost === 0 && last.refused === 0);
+  const rises = it.edges[3].filter(({ on }) => on).map(({ ns }) => ns);
+  const lags = sent.map((ns, index) => (rises[index] ?? Infinity) - ns);
+  check('from the frame to its pulses', Math.max(...lags) < 400e3, `${us(Math.min(...lags))} to ${us(Math.max(...lags))}`);
+  const answers = frames.map(({ ns }, index) => ns - sent[index]);
+  check('from the frame to its samples', Math.max(...answers) < PERIOD_NS * 0.6, `${us(Math.min(...answers))} to ${us(Math.max(...answers))}, the longest on-phase is 600 µs of it`);
   check('processor busy, of two milliseconds', busy < 0.7, us(busy * PERIOD_NS));
 
   DUTIES.forEach((duty, channel) => {

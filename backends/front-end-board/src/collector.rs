@@ -9,6 +9,9 @@ use crate::scale::{current_code, voltage_code};
 
 /// A sweep is over so much before it could be only if it is another one: the clocks' resolution.
 const EARLY_US: u64 = 2;
+/// So long before a sweep it is waited for: the firmware's period begins with its frame, the pulses' when that has been decoded and the
+/// period computed, some 0.2 ms later on a processor without division.
+const NEAR_US: u64 = 450;
 
 /// What came of the present period's sweeps.
 #[derive(Debug, Clone)]
@@ -51,13 +54,16 @@ impl Collector {
         }
     }
 
-    /// When the last sweep has been read, if it is at all, µs of the same clock; `None` where nothing is awaited any more.
-    pub fn awaited_us(&self) -> Option<u64> {
-        let last = self.plan.sweeps().last()?;
+    /// Whether it is worth waiting: the last sweep has begun, or is about to, and has not been read, although there is time. One that is
+    /// far off is not waited for: its period is cut short.
+    pub fn is_near(&self, now_us: u64) -> bool {
+        let Some(last) = self.plan.sweeps().last() else { return false };
         let planned = self.plan.sweeps().iter().fold(0, |wires, sweep| wires | sweep.wires);
-        let read =
-            self.codes.iter().enumerate().fold(0, |wires, (wire, codes)| wires | u8::from(codes.is_some()) << wire);
-        (planned != read).then(|| self.begun_us + u64::from(last.at_ns + SWEEP_NS + READ_NS) / 1000)
+        let seen = self.codes.iter().map(Option::is_some);
+        let read = seen.enumerate().fold(0, |wires, (wire, is_seen)| wires | u8::from(is_seen) << wire);
+        let begins_us = self.begun_us + u64::from(last.at_ns) / 1000;
+        let over_us = begins_us + u64::from(SWEEP_NS + READ_NS) / 1000;
+        planned != read && (begins_us.saturating_sub(NEAR_US)..=over_us).contains(&now_us)
     }
 
     /// The samples; `supply` is a code of the line.
@@ -101,13 +107,16 @@ mod tests {
     #[test]
     fn each_sweep_fills_its_own_wires() {
         let mut collector = begun();
-        assert_eq!(collector.awaited_us(), Some(1_000_000 + 490 + 8 + 30));
+        let near = |collector: &Collector, us: u64| collector.is_near(1_000_000 + us);
+        for (us, is_near) in [(39, false), (40, true), (500, true), (528, true), (529, false)] {
+            assert_eq!(near(&collector, us), is_near, "{us}");
+        }
         collector.swept(&WORDS_OF, 1_000_000 + 240 + 8 + 15);
         assert_eq!(sampled(&collector), [true, false, false, false]);
-        assert!(collector.awaited_us().is_some());
+        assert!(near(&collector, 500));
         collector.swept(&WORDS_OF, 1_000_000 + 490 + 8 + 30);
         assert_eq!(sampled(&collector), [true; CHANNELS]);
-        assert_eq!(collector.awaited_us(), None);
+        assert!(!near(&collector, 500));
         collector.begin(Plan::new(&[0], PERIOD_NS), 2_000_000);
         assert_eq!(sampled(&collector), [false; CHANNELS]);
     }
@@ -122,6 +131,6 @@ mod tests {
         let mut collector = begun();
         collector.swept(&WORDS_OF, 999_000);
         assert_eq!(sampled(&collector), [false; CHANNELS]);
-        assert_eq!(Collector::new().awaited_us(), None);
+        assert!(!Collector::new().is_near(0));
     }
 }

@@ -166,12 +166,10 @@ impl Converter {
 
     /// What the period's sweeps gave. Waits for the last one, some 40 µs: it ends at the instant at which it is asked for.
     pub fn samples(&self, supply: u16, samples: &mut [RawSample]) {
-        loop {
-            let awaited = critical_section::with(|cs| COLLECTOR.borrow_ref(cs).awaited_us());
-            if awaited.is_none_or(|awaited_us| Instant::now().as_micros() > awaited_us) {
-                break;
-            }
-        }
+        while {
+            let now_us = Instant::now().as_micros();
+            critical_section::with(|cs| COLLECTOR.borrow_ref(cs).is_near(now_us))
+        } {}
         critical_section::with(|cs| COLLECTOR.borrow_ref(cs).samples(supply, samples));
     }
 }
