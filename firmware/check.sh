@@ -2,6 +2,7 @@
 # Builds the firmware where its target is to be had, lints it, and tries it in the emulator; says so, and succeeds, where not.
 #   firmware/check.sh                      rustup's target, or a compiler with its sources beside it
 #   SINEW_FIRMWARE_STRICT=1 firmware/…     fails where it cannot be built or tried
+#   SINEW_BINARY=…/sinew firmware/…        also lets that driver drive it
 set -euo pipefail
 cd "$(dirname "$0")"
 target=thumbv6m-none-eabi
@@ -44,3 +45,6 @@ node -e 'if (typeof require("zlib").crc32 !== "function") process.exit(1)' 2>/de
   skip "built, not tried: the emulator needs Node 20.15 or newer"
 [ -d node_modules/rp2040js ] || npm ci --silent || skip "built, not tried: npm cannot bring rp2040js"
 node check.mjs "$elf"
+if [ -n "${SINEW_BINARY:-}" ]; then
+  node drive.mjs "$elf" "$SINEW_BINARY"
+fi
