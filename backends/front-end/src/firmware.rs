@@ -29,8 +29,6 @@ use crate::wire::{Decoder, MAX_BODY_TO_DEVICE, MAX_FRAME};
 
 /// Duty frames of nothing but zeros before anything is put out.
 const ARMING_FRAMES: u8 = 2;
-/// Shortest on-phase in which a conversion fits, ns.
-const MIN_ON_NS: u64 = 5_000;
 /// An emergency stop is looked at so often in a period.
 const LOOKS: u64 = 4;
 
@@ -45,6 +43,10 @@ pub struct StopPins {
 
 /// What a firmware needs of its microcontroller.
 pub trait Hardware {
+    /// Shortest on-phase in which its converters settle and convert, ns. One that short is always left of a duty that is cut down, so that
+    /// the current is known; in a shorter one no sample is expected.
+    const MIN_ON_NS: u64 = 5_000;
+
     /// Begins a period now: every output goes on and, after its share of `period_ns` (`duty` of 65535), off, and stays off
     /// until this is called again. Conversions are triggered at the end of each output's on-phase, or at three quarters of
     /// the period where that comes first; where `duty` is 0, at an eighth of it: a current there shows that a power stage conducts
@@ -373,7 +375,7 @@ impl Firmware {
     }
 
     /// Begins a period: a frame's own, or one with the same duties again.
-    fn begin(&mut self, now_ns: u64, framed: bool, hardware: &mut impl Hardware) {
+    fn begin<H: Hardware>(&mut self, now_ns: u64, framed: bool, hardware: &mut H) {
         let Some(session) = self.session else { return };
         if !self.sampled {
             self.sample(now_ns, hardware);
@@ -381,7 +383,7 @@ impl Firmware {
         let running = self.state == State::Running;
         let conducts = self.guard.iter().take(session.channels).any(|guard| guard.conducts);
         self.supply(running && self.may_supply && !conducts, hardware);
-        let least = (MIN_ON_NS * u64::from(FULL_DUTY)).div_ceil(session.period_ns).min(FULL_DUTY.into()) as u16;
+        let least = (H::MIN_ON_NS * u64::from(FULL_DUTY)).div_ceil(session.period_ns).min(FULL_DUTY.into()) as u16;
         let period_us = (session.period_ns / 1000) as u32;
         let mut longest = 0;
         self.limited = 0;
@@ -415,7 +417,7 @@ impl Firmware {
     }
 
     /// Judges the present period by its samples, of which it leaves what the driver is to have. One that is not `whole` was not sampled.
-    fn judge(&mut self, samples: &mut [RawSample], whole: bool, now_ns: u64, hardware: &mut impl Hardware) {
+    fn judge<H: Hardware>(&mut self, samples: &mut [RawSample], whole: bool, now_ns: u64, hardware: &mut H) {
         let Some(session) = self.session else { return };
         self.sampled = true;
         let elapsed_us = (now_ns.saturating_sub(self.judged_ns) / 1000).min(u32::MAX.into()) as u32;
@@ -431,7 +433,7 @@ impl Firmware {
                 duty: *duty,
                 current_ma: (raw.current != NOT_SAMPLED).then(|| milliamperes(raw.current)),
                 full_scale_ma: range.current_ua / 1000,
-                measurable: whole && on_ns >= MIN_ON_NS,
+                measurable: whole && on_ns >= H::MIN_ON_NS,
                 stage: hardware.stage_fault(channel),
                 elapsed_us,
             };
