@@ -19,6 +19,7 @@ mod linux;
 mod manifests;
 mod neighbours;
 mod new;
+mod packages;
 mod process_faults;
 mod program;
 mod python;
