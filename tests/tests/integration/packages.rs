@@ -40,6 +40,10 @@ fn assets(folder: &str) -> Vec<(String, String)> {
 fn what_a_package_is_made_of_is_there() {
     let make = text("release/make");
     for folder in PACKAGED {
+        let manifest = manifest(folder);
+        let deb = &manifest["package"]["metadata"]["deb"];
+        let licence = checkout().join(folder).join(word(&deb["license-file"][0]));
+        assert!(licence.is_file(), "{folder}: there is no {}", licence.display());
         for (from, to) in assets(folder) {
             assert!(!to.starts_with('/'), "{folder}: {to} begins with a slash");
             if let Some(staged) = from.strip_prefix("target/release/packaged/") {
@@ -47,7 +51,7 @@ fn what_a_package_is_made_of_is_there() {
                 let first = staged.split('/').next().expect("a name");
                 assert!(make.contains(&format!("$staged/{first}")), "release/make does not write {from} of {folder}");
             } else if let Some(program) = from.strip_prefix("target/release/") {
-                let programs = manifest(folder)["bin"].as_array().expect("a list").clone();
+                let programs = manifest["bin"].as_array().expect("a list");
                 assert!(programs.iter().any(|of| word(&of["name"]) == program), "{folder} has no program {program}");
             } else {
                 let place = checkout().join(folder).join(from.trim_end_matches("/*").trim_end_matches("/**"));
