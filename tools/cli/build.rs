@@ -1,4 +1,4 @@
-//! What `sinew --version` says beside the number: the commit a release was built from, and its date. A development build says that it is one,
+//! What `sinew --version` says beside the number: the commit a release was built from, its date, for which machine and with which features. A development build says that it is one,
 //! and is not compiled anew for every commit.
 
 use std::process::Command;
@@ -8,6 +8,16 @@ fn main() {
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let from = if is_release { of_release() } else { "development build".into() };
     println!("cargo::rustc-env=SINEW_BUILT_FROM={from}");
+    println!("cargo::rustc-env=SINEW_BUILT_FOR={}", std::env::var("TARGET").expect("cargo tells it"));
+    println!("cargo::rustc-env=SINEW_FEATURES={}", features());
+}
+
+/// Those it is built with, of those that may be left out.
+fn features() -> String {
+    let names = std::env::vars().filter_map(|(name, _)| Some(name.strip_prefix("CARGO_FEATURE_")?.to_lowercase()));
+    let mut names: Vec<String> = names.filter(|name| name != "default").map(|name| name.replace('_', "-")).collect();
+    names.sort();
+    if names.is_empty() { "all; none may be left out".into() } else { names.join(", ") }
 }
 
 /// The commit and its date; where there is no repository (a source archive), that it is not known.

@@ -17,7 +17,7 @@ use crate::value::unknown_hint;
 use walk::{descend, within};
 
 /// The rig file of the built-in hexapod.
-pub const HEXAPOD_TOML: &str = include_str!("../../../examples/hexapod.toml");
+pub const HEXAPOD_TOML: &str = include_str!("hexapod.toml");
 
 impl Rig {
     /// Reads a rig file.

@@ -21,6 +21,7 @@ mod manifests;
 mod mistakes;
 mod neighbours;
 mod new;
+mod packages;
 mod process_faults;
 mod program;
 mod python;

@@ -174,7 +174,7 @@ fn the_page_shows_the_unit_file_as_it_is() {
 fn systemd_takes_the_unit_file() {
     let rig = Rig::bench(&["left"], "");
     let binary = sinew().to_str().expect("a plain path");
-    let unit = unit().replace("/usr/local/bin/sinew", binary);
+    let unit = unit().replace("ExecStart=sinew ", &format!("ExecStart={binary} "));
     assert!(unit.contains(binary));
     let path = rig.file("sinew@.service");
     fs::write(&path, unit).expect("the folder is writable");

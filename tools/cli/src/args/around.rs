@@ -108,9 +108,13 @@ pub struct Completions {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  sinew man run | man -l -                               one page, to read
   sinew man --out ~/.local/share/man/man1 && man sinew-run")]
 pub struct Man {
-    /// The folder for the pages, one for each command; made where it is missing.
+    /// The command whose page goes to stdout, such as `run` or `recording info`; without one, that of sinew itself.
+    #[arg(value_name = "COMMAND", conflicts_with = "out")]
+    pub command: Vec<String>,
+    /// The folder for all pages, one for each command; made where it is missing.
     #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    pub out: Option<PathBuf>,
 }

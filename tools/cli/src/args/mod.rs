@@ -29,7 +29,7 @@ use crate::log::Wordiness;
 
 /// Drives shape-memory-alloy wires in real time: each wire is heated by pulses and measured by its own voltages.
 #[derive(Debug, Parser)]
-#[command(name = "sinew", version = VERSION, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "sinew", version = VERSION, long_version = LONG_VERSION, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -56,6 +56,17 @@ impl Cli {
 
 /// The number, and what this program was built from.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SINEW_BUILT_FROM"), ")");
+
+/// What `--version` says besides: for which machine, and with which of the features that may be left out.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    " (",
+    env!("SINEW_BUILT_FROM"),
+    ")\nfor ",
+    env!("SINEW_BUILT_FOR"),
+    "\nfeatures: ",
+    env!("SINEW_FEATURES")
+);
 
 const EXIT_CODES: &str = "\
 Start here:

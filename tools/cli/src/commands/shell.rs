@@ -17,14 +17,31 @@ pub fn completions(args: &args::Completions) -> Outcome {
 
 /// `sinew man`.
 pub fn man(args: &args::Man) -> Outcome {
-    let failed = |error: std::io::Error| {
-        Failure::own(format!("{}: cannot be written: {error}", args.out.display()))
-            .hint("choose a folder where you may write")
-    };
-    fs::create_dir_all(&args.out).map_err(failed)?;
     let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
-    clap_mangen::generate_to(command, &args.out).map_err(failed)?;
-    output::note(format_args!("written: {}, with a page for each command", args.out.join("sinew.1").display()));
+    let Some(folder) = &args.out else { return one_page(&command, &args.command) };
+    let failed = |error: std::io::Error| {
+        Failure::own(format!("{}: cannot be written: {error}", folder.display()))
+            .hint("choose a folder where you may write")
+    };
+    fs::create_dir_all(folder).map_err(failed)?;
+    clap_mangen::generate_to(command, folder).map_err(failed)?;
+    output::note(format_args!("written: {}, with a page for each command", folder.join("sinew.1").display()));
     Ok(())
+}
+
+/// The page of the command that these words name, to stdout.
+fn one_page(of: &clap::Command, words: &[String]) -> Outcome {
+    let mut command = of;
+    for word in words {
+        command = command.find_subcommand(word).ok_or_else(|| {
+            Failure::input(format!("{} has no command `{word}`", command.get_bin_name().unwrap_or("sinew")))
+                .hint("`sinew --help` lists the commands")
+        })?;
+    }
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command.clone())
+        .render(&mut page)
+        .map_err(|error| Failure::own(format!("the page cannot be made: {error}")))?;
+    output::print(String::from_utf8_lossy(&page))
 }

@@ -104,6 +104,25 @@ fn a_shell_completes_every_command_and_each_has_its_page() {
     scratch.sinew(["man", "--out", "man"]).done();
     let page = std::fs::read_to_string(scratch.path("man/sinew-diagnose.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("holdout"), "{page}");
+    // every command that does something has its page, with an example
+    let pages: Vec<String> = std::fs::read_dir(scratch.path("man"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert!(pages.len() > 35, "{pages:?}");
+    let mut without = Vec::new();
+    for page in &pages {
+        let words: Vec<&str> = page.trim_end_matches(".1").split('-').skip(1).collect();
+        let is_a_group = pages.iter().any(|other| other.starts_with(&format!("{}-", page.trim_end_matches(".1"))));
+        let text = std::fs::read_to_string(scratch.path("man").join(page)).unwrap();
+        if !is_a_group && !text.contains("Example") {
+            without.push(words.join(" "));
+        }
+    }
+    assert!(without.is_empty(), "no example of: {without:?}");
+    let single = scratch.sinew(["man", "diagnose"]).done();
+    assert_eq!(single, page);
+    scratch.sinew(["man", "walk"]).refused(&["walk", "sinew --help"]);
     let first = std::fs::read_to_string(scratch.path("man/sinew.1")).unwrap();
     assert!(first.contains("sinew\\-run") || first.contains("sinew-run"), "{first}");
     scratch.file("file", "mine");

@@ -23,7 +23,9 @@ fn help_goes_to_stdout_and_is_no_error() {
     assert!(scratch.sinew(["--help"]).done().contains("sinew run"));
     assert!(scratch.sinew(["set", "--help"]).done().contains("stroke=40%"));
     assert!(scratch.sinew(["bench", "loop", "--help"]).done().contains("--channels 64"));
-    assert!(scratch.sinew(["--version"]).done().starts_with("sinew "));
+    let long = scratch.sinew(["--version"]).done();
+    assert!(long.starts_with("sinew ") && long.contains("\nfor ") && long.contains("\nfeatures: "), "{long}");
+    assert_eq!(scratch.sinew(["-V"]).done().trim_end(), long.lines().next().unwrap());
 }
 
 #[test]
