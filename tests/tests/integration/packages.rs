@@ -46,7 +46,10 @@ fn what_a_package_is_made_of_is_there() {
         assert!(licence.is_file(), "{folder}: there is no {}", licence.display());
         let glibc = make.lines().find_map(|line| line.strip_prefix("glibc=")).expect("it says for which");
         let asks = word(&deb["depends"]);
-        assert!(asks.starts_with(&format!("libc6 (>= {glibc})")), "{folder}: built for glibc {glibc}, but asks for {asks}");
+        assert!(
+            asks.starts_with(&format!("libc6 (>= {glibc})")),
+            "{folder}: built for glibc {glibc}, but asks for {asks}"
+        );
         for (from, to) in assets(folder) {
             assert!(!to.starts_with('/'), "{folder}: {to} begins with a slash");
             if let Some(staged) = from.strip_prefix("target/release/packaged/") {
