@@ -49,21 +49,3 @@ pub const TABLE: [(u8, &str, &str); 16] = [
     (LED, "light", "–"),
     (SUPPLY, "supply ÷ 4", "–"),
 ];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    extern crate std;
-
-    #[test]
-    fn no_pin_is_used_twice_and_the_page_has_them_all() {
-        let page = include_str!("../../../docs/board.md");
-        for (index, (pin, name, held)) in TABLE.iter().enumerate() {
-            assert!(TABLE[..index].iter().all(|(other, ..)| other != pin), "GP{pin} twice");
-            let row = std::format!("| GP{pin} | {name} | {held} |");
-            assert!(page.contains(&row), "docs/board.md lacks the row {row:?}");
-        }
-        assert_eq!(page.lines().filter(|line| line.starts_with("| GP")).count(), TABLE.len());
-    }
-}

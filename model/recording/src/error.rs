@@ -424,6 +424,11 @@ impl Error {
 
 /// The hint for a column that the contract does not know.
 fn map_or_ignore(column: &str, nearest: Option<&str>) -> String {
+    // Under its new name alone it would be wrong by that factor.
+    if let Some((known, factor)) = suggest::in_another_unit(column) {
+        let entry = suggest::map_entry(known, column, Some(factor));
+        return format!("map it in the rig file: [recording.columns] {entry}; or pass --ignore-columns");
+    }
     let meant = nearest.map(|n| format!("did you mean \"{n}\"? otherwise ")).unwrap_or_default();
     let foreign = suggest::map_entry("NAME", column, None);
     format!("{meant}map it in the rig file ([recording.columns] {foreign}) or pass --ignore-columns")

@@ -33,6 +33,25 @@ pub(crate) fn time_scale(name: &str) -> Option<f64> {
     }
 }
 
+/// The known column that such a name is in another unit of, and the factor to the column's own: `position_mm` or `Position [mm]`.
+pub(crate) fn in_another_unit(name: &str) -> Option<(&'static str, f64)> {
+    let name = name.to_lowercase();
+    let parts: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).filter(|part| !part.is_empty()).collect();
+    let (unit, quantity) = parts.split_last()?;
+    let unit = unit.replace('µ', "u");
+    let known = |name: &&str| name.rsplit_once('_').is_some_and(|(known, _)| known == quantity.join("_"));
+    let column = std::iter::once(TIME).chain(Column::ALL.iter().map(|c| c.name())).find(known)?;
+    let (_, own) = column.rsplit_once('_')?;
+    let factor = match unit.strip_suffix(own)? {
+        "k" => 1e3,
+        "c" if own == "m" => 1e-2,
+        "m" => 1e-3,
+        "u" => 1e-6,
+        _ => return None,
+    };
+    Some((column, factor))
+}
+
 /// An entry of the rig file's `[recording.columns]`.
 pub(crate) fn map_entry(quantity: &str, column: &str, scale: Option<f64>) -> String {
     let scale = scale.map(|s| format!(", scale = {s:?}")).unwrap_or_default();
@@ -59,6 +78,18 @@ mod tests {
         assert_eq!(nearest("martensite"), None);
         assert_eq!(nearest("Pos"), None);
         assert_eq!(nearest(&"x".repeat(100_000)), None);
+    }
+
+    #[test]
+    fn another_unit_has_its_factor() {
+        assert_eq!(in_another_unit("position_mm"), Some(("position_m", 1e-3)));
+        assert_eq!(in_another_unit("Position [cm]"), Some(("position_m", 1e-2)));
+        assert_eq!(in_another_unit("current (mA)"), Some(("current_a", 1e-3)));
+        assert_eq!(in_another_unit("force_kn"), Some(("force_n", 1e3)));
+        assert_eq!(in_another_unit("v1_µv"), Some(("v1_v", 1e-6)));
+        for name in ["position_m", "position_inch", "position", "mm", "", "duty_%", "temperature_c", "foo_mm"] {
+            assert_eq!(in_another_unit(name), None, "{name}");
+        }
     }
 
     #[test]

@@ -58,12 +58,35 @@ pub(crate) fn parse(text: &str) -> Result<Table, Vec<SyntaxError>> {
     let lines = Lines::new(text);
     let (root, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
-        return Err(errors
-            .iter()
-            .map(|e| (e.span().map_or(1, |span| lines.at(span.start)), e.message().trim().replace('\n', "; ")))
-            .collect());
+        let mut told: Vec<SyntaxError> = Vec::new();
+        for error in &errors {
+            let line = error.span().map_or(1, |span| lines.at(span.start));
+            // What is behind the first mistake of a line is most often no other.
+            if told.last().is_some_and(|(last, _)| *last == line) {
+                continue;
+            }
+            let message = match decimal_comma(text.lines().nth(line - 1).unwrap_or_default()) {
+                Some(number) => {
+                    format!("{number} has a comma for its decimal sign, expected {}", number.replace(',', "."))
+                }
+                None => error.message().trim().replace('\n', "; "),
+            };
+            told.push((line, message));
+        }
+        return Err(told);
     }
     Ok(table(root.get_ref(), &lines))
+}
+
+/// A number of this line that is written with a comma, as in `diameter_mm = 0,125`; a list has its commas in brackets.
+fn decimal_comma(line: &str) -> Option<&str> {
+    line.match_indices(',').find_map(|(at, _)| {
+        let digits = |text: &str| text.chars().take_while(char::is_ascii_digit).count();
+        let before = line[..at].chars().rev().take_while(char::is_ascii_digit).count();
+        let after = digits(&line[at + 1..]);
+        let assigned = line[..at - before].trim_end_matches('-').trim_end().ends_with('=');
+        (before > 0 && after > 0 && assigned).then(|| &line[at - before..at + 1 + after])
+    })
 }
 
 fn table(from: &DeTable<'_>, lines: &Lines) -> Table {
@@ -119,6 +142,17 @@ mod tests {
             },
             other => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn a_line_has_one_mistake_and_a_decimal_comma_is_told_as_one() {
+        let wrong =
+            parse("a = 1\nwire = { diameter_mm = 0,125, length_mm = -160,5 }\nb = [1,2]\nc = = 3,4\n").unwrap_err();
+        let [(2, comma), (4, _)] = &wrong[..] else { panic!("{wrong:?}") };
+        assert_eq!(comma, "0,125 has a comma for its decimal sign, expected 0.125");
+        assert_eq!(decimal_comma("a = [1,2]"), None);
+        assert_eq!(decimal_comma("preload_n = -2,6"), Some("2,6"));
+        assert_eq!(decimal_comma("ü = { x = 1, y = 2 }"), None);
     }
 
     #[test]

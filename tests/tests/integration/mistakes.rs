@@ -57,7 +57,7 @@ macro_rules! bench {
 /// A channel that is right but for what is given.
 macro_rules! channel {
     ($text:literal) => {
-        concat!("[[channel]]\nname = \"left\"\n", $text, "\n")
+        concat!("[[channel]]\nname = \"left\"\n", $text, "\ndrive = { supply_v = 6.0 }\nload = { mass_kg = 0.13 }\n")
     };
 }
 
@@ -165,9 +165,7 @@ const MISTAKES: &[Mistake] = &[
             "bench.toml",
             bench!(
                 "[backend]\nkind = \"serial\"\nserial.port = \"/dev/ttyACM7\"\n",
-                channel!(
-                    "wire = { diameter_mm = 0.125, length_mm = 160.0 }\ntaps = { l0_mm = 10.0, ls_mm = 140.0 }\ndrive = { supply_v = 6.0, shunt_ohm = 0.1 }"
-                )
+                channel!("wire = { diameter_mm = 0.125, length_mm = 160.0 }\ntaps = { l0_mm = 10.0, ls_mm = 140.0 }")
             ),
         )],
         &["run", "bench.toml", "--for", "1", "--no-monitor"],

@@ -61,6 +61,26 @@ pub fn has_place(path: &Path) -> Outcome {
     }
 }
 
+/// Finds out before the work, not after it, that a folder to be written to has no place.
+pub fn can_become_folder(out: &Path) -> Outcome {
+    let there = out.ancestors().map(|path| if path.as_os_str().is_empty() { Path::new(".") } else { path });
+    let Some(nearest) = there.into_iter().find(|path| path.exists()) else { return Ok(()) };
+    if !nearest.is_dir() {
+        return Err(Failure::input(format!("{}: is a file, not a folder", nearest.display()))
+            .hint("choose another --out, or move that file away"));
+    }
+    tempfile_in(nearest).map_err(|error| {
+        Failure::input(format!("{}: cannot be written to: {error}", nearest.display()))
+            .hint("choose an --out where you may write")
+    })
+}
+
+/// Makes a file and takes it away again: permissions say less than trying.
+fn tempfile_in(folder: &Path) -> std::io::Result<()> {
+    let path = folder.join(format!(".sinew.{}.part", std::process::id()));
+    std::fs::write(&path, "").and_then(|()| std::fs::remove_file(&path))
+}
+
 /// Writes a file whole or not at all, by way of one beside it.
 pub fn write_file(path: &Path, text: impl AsRef<[u8]>) -> Outcome {
     let failed = |error: io::Error| {

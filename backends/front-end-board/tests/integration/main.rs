@@ -1,11 +1,11 @@
-//! The noise budget of the board holds, and its page says what it comes to.
+//! The noise budget of the board holds, and its page says what it comes to, and has its pins.
 
 #[path = "../../examples/common/budget.rs"]
 #[allow(dead_code, reason = "the example prints what is not judged here")]
 mod budget;
 
 use budget::{CANDIDATES, RATE_HZ, SENSING_DUTY, WANTED_M, current_a, rows, shunt_noise_v, sigma_m, total_v};
-use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM};
+use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, pins};
 
 const PAGE: &str = include_str!("../../../../docs/board.md");
 
@@ -44,4 +44,14 @@ fn the_converter_that_was_chosen_is_the_one_that_can() {
         assert!(PAGE.lines().any(|line| line.starts_with(&format!("| {} |", candidate.name)) && line.contains(&sigma)));
         assert!(PAGE.contains(candidate.source), "docs/board.md names the source: {}", candidate.source);
     }
+}
+
+#[test]
+fn no_pin_is_used_twice_and_the_page_has_them_all() {
+    for (index, (pin, name, held)) in pins::TABLE.iter().enumerate() {
+        assert!(pins::TABLE[..index].iter().all(|(other, ..)| other != pin), "GP{pin} twice");
+        let row = format!("| GP{pin} | {name} | {held} |");
+        assert!(PAGE.contains(&row), "docs/board.md lacks the row {row:?}");
+    }
+    assert_eq!(PAGE.lines().filter(|line| line.starts_with("| GP")).count(), pins::TABLE.len());
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use sinew_bench::{Answer, Choice, Filter, Plan, Plant, Ran};
 use sinew_rig::nearest;
 
-use super::diagnose::{can_become_folder, write_all};
+use super::diagnose::write_all;
 use super::fitting::{Progress, command};
 use super::list;
 use super::monitor::signals;
@@ -28,7 +28,7 @@ const LONG: usize = 100;
 pub fn bench_control(args: &args::BenchControl) -> Outcome {
     let plan = plan(args)?;
     for folder in [&args.out, &args.pictures].into_iter().flatten() {
-        can_become_folder(folder)?;
+        output::can_become_folder(folder)?;
     }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.jobs.map_or(0, usize::from))

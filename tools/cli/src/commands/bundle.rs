@@ -16,10 +16,10 @@ use sinew_report::Source;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::diagnose::can_become_folder;
 use super::fitting::{command, sha256};
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::output;
 
 /// What says what the archive is.
 const MANIFEST: &str = "bundle.json";
@@ -90,11 +90,8 @@ impl Bundle {
             return Err(Failure::input(format!("{}: is there already", path.display()))
                 .hint("choose another --bundle: nothing is overwritten"));
         }
-        match folder_of(path).is_dir() {
-            true => can_become_folder(folder_of(path)),
-            false => Err(Failure::input(format!("{}: the folder for it is not there", path.display()))
-                .hint("make it, or choose another --bundle")),
-        }
+        output::has_place(path)?;
+        output::can_become_folder(folder_of(path))
     }
 
     /// Writes the archive of a diagnosis that has been made, where one is asked for: what was fitted and what was held out, its inputs as they

@@ -7,7 +7,7 @@ use sinew_diagnosis::Settings;
 use sinew_machine::characterise::{Characterised, Recorded, fit, fitted_rig, foretell, judge, tasks};
 use sinew_machine::{Ending, analysis, record};
 
-use super::diagnose::{can_become_folder, write_all};
+use super::diagnose::write_all;
 use super::fitting::{Progress, diagnosis_failure, warn};
 use super::identify::{columns, parameters_table};
 use super::monitor::signals;
@@ -20,7 +20,7 @@ use crate::output;
 /// Runs the command.
 pub fn characterise(args: &args::Characterise) -> Outcome {
     let bench = Bench::read(&args.rig, args.channel.as_deref(), args.truth.as_deref())?;
-    can_become_folder(&args.out)?;
+    output::can_become_folder(&args.out)?;
     let (model, spec) = (&bench.wire().model, &bench.rig.machine);
     let asked = signals()?;
     let mut recorded = Vec::new();

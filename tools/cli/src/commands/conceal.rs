@@ -15,7 +15,7 @@ use sinew_physics::effects;
 use sinew_recording::{Column, Recording};
 use sinew_rig::nearest;
 
-use super::diagnose::{JSON, as_csv, can_become_folder, write_all};
+use super::diagnose::{JSON, as_csv, write_all};
 use super::fitting::{Progress, sha256};
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -39,7 +39,7 @@ pub fn conceal(args: &args::Conceal) -> Outcome {
         return Err(Failure::input(format!("{}: is there already", folder.display()))
             .hint("choose another name: nothing is overwritten"));
     }
-    can_become_folder(folder)?;
+    output::can_become_folder(folder)?;
     let choice = choice(args)?;
     let (name, seed) = (name(folder), args.seed.map_or_else(random, Ok)?);
     let order = Order { name, choice, level: args.level, seed, second_recording: args.recordings > 1 };

@@ -53,7 +53,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let input = Input::read(fitting, &args.holdout)?;
     let recordings = || fitting.recordings.iter().chain(&args.holdout);
     let files = sources(fitting, recordings())?;
-    can_become_folder(&args.out)?;
+    output::can_become_folder(&args.out)?;
     for name in [REPORT, JSON, IMPROVED, PICTURE, NEXT_PROGRAMME] {
         let path = args.out.join(name);
         spare_inputs(&path, fitting, recordings())?;
@@ -108,26 +108,6 @@ pub fn is_no_folder(path: &Path) -> Outcome {
         return Err(Failure::input(format!("{}: is a folder", path.display())).hint("choose another --out"));
     }
     Ok(())
-}
-
-/// Finds out before the work, not after it, that the answer has no place.
-pub fn can_become_folder(out: &Path) -> Outcome {
-    let there = out.ancestors().map(|path| if path.as_os_str().is_empty() { Path::new(".") } else { path });
-    let Some(nearest) = there.into_iter().find(|path| path.exists()) else { return Ok(()) };
-    if !nearest.is_dir() {
-        return Err(Failure::input(format!("{}: is a file, not a folder", nearest.display()))
-            .hint("choose another --out, or move that file away"));
-    }
-    tempfile_in(nearest).map_err(|error| {
-        Failure::input(format!("{}: cannot be written to: {error}", nearest.display()))
-            .hint("choose an --out where you may write")
-    })
-}
-
-/// Makes a file and takes it away again: permissions say less than trying.
-fn tempfile_in(folder: &Path) -> std::io::Result<()> {
-    let path = folder.join(format!(".sinew.{}.part", std::process::id()));
-    fs::write(&path, "").and_then(|()| fs::remove_file(&path))
 }
 
 /// Writes all files or none: each beside its place first, then all of them moved there.

@@ -6,7 +6,7 @@ use clap::Parser;
 use serde_json::Value;
 
 use super::bundle::Bundle;
-use super::diagnose::{JSON, can_become_folder};
+use super::diagnose::JSON;
 use super::{diagnose, whole_rig};
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -20,7 +20,7 @@ pub fn repeat(args: &args::Repeat) -> Outcome {
         return Err(Failure::input(format!("{}: is there already", out.display()))
             .hint("choose another --out: nothing is overwritten"));
     }
-    can_become_folder(&out)?;
+    output::can_become_folder(&out)?;
     let out = std::path::absolute(&out)
         .map_err(|error| Failure::own(format!("{}: has no absolute path: {error}", out.display())))?;
     let mut again = command(&bundle, &args.bundle, &out)?;

@@ -8,7 +8,7 @@ use sinew_machine::hanging::{DAMPING_NOTE, playable};
 use sinew_machine::plan::{DAMPING, spaced, strokes};
 use sinew_machine::{Options, Programme, Quantity, Report, RoutineKind, analysis, record};
 
-use super::diagnose::{can_become_folder, write_all};
+use super::diagnose::write_all;
 use super::monitor::signals;
 use super::mounted::{Bench, Done, Task};
 use super::simulate::recording_failure;
@@ -107,7 +107,7 @@ fn list(json: bool) -> Outcome {
 fn routine(kind: RoutineKind, mounted: &args::Mounted, choose: &dyn Fn(&mut Options, &Bench)) -> Outcome {
     let bench = Bench::read(&mounted.rig, mounted.channel.as_deref(), mounted.truth.as_deref())?;
     if let Some(out) = &mounted.out {
-        can_become_folder(out)?;
+        output::can_become_folder(out)?;
     }
     let (model, spec) = (&bench.wire().model, &bench.rig.machine);
     let mut options = Options::default_for(kind, model, spec);

@@ -2,7 +2,7 @@
 
 use sinew_thesis::{Chapter, Verdict};
 
-use super::diagnose::{can_become_folder, write_all};
+use super::diagnose::write_all;
 use super::fitting::{Progress, command};
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -18,7 +18,7 @@ pub fn thesis(args: &args::Thesis) -> Outcome {
         return output::print(sinew_thesis::list(&chapters));
     }
     if let Some(out) = &args.out {
-        can_become_folder(out)?;
+        output::can_become_folder(out)?;
     }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.jobs.map_or(0, usize::from))

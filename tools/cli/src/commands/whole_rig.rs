@@ -8,7 +8,7 @@ use sinew_report::About;
 use sinew_rig::Rig;
 
 use super::bundle::{self, Bundle};
-use super::diagnose::{IMPROVED, JSON, PICTURE, REPORT, as_csv, can_become_folder, is_no_folder, list, write_all};
+use super::diagnose::{IMPROVED, JSON, PICTURE, REPORT, as_csv, is_no_folder, list, write_all};
 use super::fitting::{command, has_colour, read_all, sources, spare_inputs, width, work};
 use super::load_rig_with;
 use super::monitor::signals;
@@ -60,10 +60,10 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let recordings = || fitted.iter().chain(&held_out).map(|given| &given.path);
     let wires = read(&rig, &fitted, &held_out, fitting.ignore_columns)?;
     let files = sources(fitting, recordings())?;
-    can_become_folder(&args.out)?;
+    output::can_become_folder(&args.out)?;
     let folders = || std::iter::once(args.out.clone()).chain(wires.iter().map(|wire| folder(args, &rig, wire)));
     for folder in folders() {
-        can_become_folder(&folder)?;
+        output::can_become_folder(&folder)?;
         for name in [REPORT, JSON, IMPROVED, PICTURE, NEXT_PROGRAMME] {
             spare_inputs(&folder.join(name), fitting, recordings())?;
             is_no_folder(&folder.join(name))?;
