@@ -62,7 +62,7 @@ pub(crate) fn parse(text: &str) -> Result<Table, Vec<SyntaxError>> {
         for error in &errors {
             let line = error.span().map_or(1, |span| lines.at(span.start));
             // What is behind the first mistake of a line is most often no other.
-            if told.last().is_some_and(|(last, _)| *last == line) {
+            if told.iter().any(|(other, _)| *other == line) {
                 continue;
             }
             let message = match decimal_comma(text.lines().nth(line - 1).unwrap_or_default()) {

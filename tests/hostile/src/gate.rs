@@ -150,7 +150,7 @@ impl Run<'_> {
                 let late = step & 0x40 != 0;
                 for _ in 0..=u32::from(step >> 3 & 7) * 3 {
                     let (sequence, request) = self.request(script, late);
-                    self.send(which, &request, step & 0x80 != 0, Some(sequence).filter(|_| !late));
+                    self.send(which, &request, step & 0x80 != 0, sequence);
                 }
             }
             3 => {
@@ -199,8 +199,8 @@ impl Run<'_> {
         }
     }
 
-    /// A request of any contents under a number of its own.
-    fn request(&mut self, script: &mut Script, late: bool) -> (u64, Vec<u8>) {
+    /// A request of any contents; and its number, where it is one that may be heard.
+    fn request(&mut self, script: &mut Script, late: bool) -> (Option<u64>, Vec<u8>) {
         self.bench.sequence += 1;
         let sequence = self.bench.sequence;
         let any = |script: &mut Script| f64::from_bits(script.u64());
@@ -222,7 +222,9 @@ impl Run<'_> {
         // those of a stream are refused with other words, and approach in any time
         let (over_s, stream) = if what.is_multiple_of(2) { (any(script), script.u64()) } else { (0.0, 0) };
         let terms = Terms { until_ns: if late { 1 } else { u64::MAX }, over_s, stream };
-        (sequence, fuzzing::request(terms, &commands))
+        // What only switches off is never too late.
+        let is_heard = !late || Command::only_switch_off(&commands);
+        (is_heard.then_some(sequence), fuzzing::request(terms, &commands))
     }
 
     /// Sends it, if he can. `request`: its number, where it is one that may be heard.

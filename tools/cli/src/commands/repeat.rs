@@ -171,24 +171,24 @@ fn most(differences: &[Difference]) -> String {
 /// Verdict and effects; of a whole rig, each wire's.
 fn said(answer: &Value) -> String {
     let mut words = Vec::new();
-    gather(answer, &mut words);
+    gather("", answer, &mut words);
     words.join(", ")
 }
 
-fn gather(value: &Value, words: &mut Vec<String>) {
-    match value {
-        Value::Object(fields) => {
-            for (name, value) in fields {
-                match (name.as_str(), value) {
-                    ("verdict", Value::String(verdict)) => words.push(verdict.clone()),
-                    ("effects", Value::Array(effects)) => {
-                        words.extend(effects.iter().filter_map(|effect| effect["id"].as_str()).map(str::to_string));
-                    }
-                    _ => gather(value, words),
-                }
+fn gather(name: &str, value: &Value, words: &mut Vec<String>) {
+    match (name, value) {
+        ("verdict", Value::String(verdict)) => words.push(verdict.clone()),
+        ("effects", Value::Array(effects)) => {
+            words.extend(effects.iter().filter_map(|effect| effect["id"].as_str()).map(str::to_string));
+        }
+        (_, Value::Object(fields)) => {
+            // The verdict first, as people say it.
+            let first = fields.get_key_value("verdict").into_iter();
+            for (name, value) in first.chain(fields.iter().filter(|(name, _)| *name != "verdict")) {
+                gather(name, value, words);
             }
         }
-        Value::Array(values) => values.iter().for_each(|value| gather(value, words)),
+        (_, Value::Array(values)) => values.iter().for_each(|value| gather("", value, words)),
         _ => {}
     }
 }
