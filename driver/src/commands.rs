@@ -262,10 +262,8 @@ impl Desk {
             self.claims.look(now, &shared.claims);
             let now_ns = sinew_ipc::monotonic_ns();
             // Nobody waits any more for what is late, and for what a loop is held up with it is answered. What switches off stays.
-            let is_over = |w: &Waiting| match Command::only_switch_off(w.request.commands()) {
-                true => ended,
-                false => ended || now - w.since >= PATIENCE || w.request.is_late(now_ns).is_some(),
-            };
+            let is_given_up = |w: &Waiting| now - w.since >= PATIENCE || w.request.is_late(now_ns).is_some();
+            let is_over = |w: &Waiting| ended || !w.request.only_switches_off() && is_given_up(w);
             let over: Vec<u64> = waiting.iter().filter(|(_, w)| is_over(w)).map(|(ticket, _)| *ticket).collect();
             for ticket in over {
                 // One that has begun is answered by what comes of it.
@@ -346,8 +344,7 @@ impl Desk {
     fn overtake(&mut self, request: &Request, waiting: &mut HashMap<u64, Waiting>) {
         let (asker, stream) = (request.asker(), request.terms().stream);
         let is_held_on = |held: &Request| {
-            Command::only_switch_off(held.commands())
-                || stream != 0 && (held.terms().stream, held.asker()) != (stream, asker)
+            held.only_switches_off() || stream != 0 && (held.terms().stream, held.asker()) != (stream, asker)
         };
         let (held, overtaken) = std::mem::take(&mut self.held).into_iter().partition(is_held_on);
         self.held = held;
@@ -356,8 +353,7 @@ impl Desk {
             return;
         }
         let is_before = |w: &Waiting| {
-            (w.request.terms().stream, w.request.asker()) == (stream, asker)
-                && !Command::only_switch_off(w.request.commands())
+            (w.request.terms().stream, w.request.asker()) == (stream, asker) && !w.request.only_switches_off()
         };
         let before: Vec<u64> = waiting.iter().filter(|(_, w)| is_before(w)).map(|(ticket, _)| *ticket).collect();
         for ticket in before {

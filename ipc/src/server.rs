@@ -496,6 +496,11 @@ impl Request {
         self.terms
     }
 
+    /// Whether it only switches off: then it is never late, nor overtaken.
+    pub fn only_switches_off(&self) -> bool {
+        Command::only_switch_off(&self.commands)
+    }
+
     /// What it is answered if it is too late by now to be carried out.
     pub fn is_late(&self, now_ns: u64) -> Option<Outcome> {
         self.terms.is_late(&self.commands, now_ns)

@@ -5,6 +5,7 @@ mod args;
 mod backend;
 mod commands;
 mod failure;
+mod format;
 mod log;
 mod output;
 mod score;

@@ -55,18 +55,17 @@ impl Cli {
 }
 
 /// The number, and what this program was built from.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SINEW_BUILT_FROM"), ")");
+macro_rules! version {
+    () => {
+        concat!(env!("CARGO_PKG_VERSION"), " (", env!("SINEW_BUILT_FROM"), ")")
+    };
+}
 
+/// As `-V` says it.
+pub const VERSION: &str = version!();
 /// What `--version` says besides: for which machine, and with which of the features that may be left out.
-const LONG_VERSION: &str = concat!(
-    env!("CARGO_PKG_VERSION"),
-    " (",
-    env!("SINEW_BUILT_FROM"),
-    ")\nfor ",
-    env!("SINEW_BUILT_FOR"),
-    "\nfeatures: ",
-    env!("SINEW_FEATURES")
-);
+const LONG_VERSION: &str =
+    concat!(version!(), "\nfor ", env!("SINEW_BUILT_FOR"), "\nfeatures: ", env!("SINEW_FEATURES"));
 
 const EXIT_CODES: &str = "\
 Start here:

@@ -6,13 +6,13 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{Read, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::io::{Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sinew_recording::Utc;
 use sinew_report::Source;
+use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
@@ -30,7 +30,7 @@ const SCHEMA: &str = "sinew.bundle/1";
 /// Where what went in lies.
 const INPUTS: &str = "inputs";
 /// Where the answer lies.
-pub const ANSWER: &str = "answer";
+const ANSWER: &str = "answer";
 /// More files, or larger ones, are no bundle: an hour at a kilohertz is a twentieth of it as text.
 const MOST_FILES: usize = 1000;
 const MOST_BYTES: u64 = 8 << 30;
@@ -42,9 +42,9 @@ pub struct Manifest {
     /// Version and commit of the program that answered.
     pub version: String,
     /// When.
-    pub date: String,
+    date: String,
     /// The command as it was typed.
-    pub typed: String,
+    typed: String,
     /// Its words, for the places in the archive; without `sinew`, and without where to write.
     pub words: Vec<String>,
     /// Every file but this one and the README, by its place.
@@ -116,8 +116,8 @@ impl Bundle {
         let words = words(args, &recordings, &mut inputs)?;
         let mut files = Vec::new();
         let mut entries = BTreeMap::new();
-        for (place, typed, bytes) in inputs.files {
-            entries.insert(place.clone(), Entry { sha256: sha256(&bytes), typed: Some(typed) });
+        for Input { place, typed, sha256, bytes } in inputs.files {
+            entries.insert(place.clone(), Entry { sha256, typed: Some(typed) });
             files.push((place, bytes));
         }
         for (path, text) in answer {
@@ -139,26 +139,23 @@ impl Bundle {
 
     /// Writes it, whole or not at all.
     fn write(&self, path: &Path) -> Outcome {
-        let failed = |error: &dyn std::fmt::Display| {
-            Failure::own(format!("{}: cannot be written: {error}", path.display()))
-                .hint("check the folder, its free space and that you may write there")
-        };
-        // Readable like any file that is made here.
-        let everybody = fs::Permissions::from_mode(0o666);
-        let part = tempfile::Builder::new().prefix(".sinew-").permissions(everybody).tempfile_in(folder_of(path));
-        let mut part = part.map_err(|error| failed(&error))?;
-        let manifest = serde_json::to_string_pretty(&self.manifest).map_err(|error| failed(&error))? + "\n";
-        let words = [(MANIFEST, manifest.into_bytes()), (README, self.readme().into_bytes())];
-        let words = words.iter().map(|(name, bytes)| (*name, bytes));
-        let mut zip = ZipWriter::new(part.as_file_mut());
+        let packed = self.packed().map_err(|error| Failure::own(format!("{}: {error}", path.display())))?;
+        output::write_file(path, packed)
+    }
+
+    /// The bytes of the archive.
+    fn packed(&self) -> Result<Vec<u8>, ZipError> {
+        let manifest = serde_json::to_string_pretty(&self.manifest).map_err(std::io::Error::from)? + "\n";
+        let readme = self.readme();
+        let words = [(MANIFEST, manifest.as_bytes()), (README, readme.as_bytes())];
+        let files = self.files.iter().map(|(place, bytes)| (place.as_str(), &bytes[..]));
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).large_file(true);
-        for (name, bytes) in words.chain(self.files.iter().map(|(name, bytes)| (name.as_str(), bytes))) {
-            zip.start_file(name, options).map_err(|error| failed(&error))?;
-            zip.write_all(bytes).map_err(|error| failed(&error))?;
+        for (name, bytes) in words.into_iter().chain(files) {
+            zip.start_file(name, options)?;
+            zip.write_all(bytes)?;
         }
-        zip.finish().map_err(|error| failed(&error))?;
-        part.persist(path).map_err(|error| failed(&error.error))?;
-        Ok(())
+        Ok(zip.finish()?.into_inner())
     }
 
     /// Reads one, and refuses what is none, or is not as it was made.
@@ -256,29 +253,39 @@ fn folder_of(path: &Path) -> &Path {
 /// What goes in, each file once.
 struct Inputs<'a> {
     sources: &'a [Source],
-    /// Place, path as typed, contents.
-    files: Vec<(String, String, Vec<u8>)>,
+    files: Vec<Input>,
+}
+
+/// A file that goes in.
+struct Input {
+    /// Its place in the archive.
+    place: String,
+    /// Its path as typed.
+    typed: String,
+    sha256: String,
+    bytes: Vec<u8>,
 }
 
 impl Inputs<'_> {
     /// The place of a file in the archive.
     fn place(&mut self, path: &Path) -> Result<String, Failure> {
         let typed = path.display().to_string();
-        if let Some((place, ..)) = self.files.iter().find(|(_, there, _)| *there == typed) {
-            return Ok(place.clone());
+        if let Some(there) = self.files.iter().find(|there| there.typed == typed) {
+            return Ok(there.place.clone());
         }
         let bytes =
             fs::read(path).map_err(|error| Failure::input(format!("{typed}: cannot be read again: {error}")))?;
+        let sha256 = sha256(&bytes);
         let was = self.sources.iter().find(|source| source.path == typed);
-        if was.is_none_or(|source| source.sha256 != sha256(&bytes)) {
+        if was.is_none_or(|source| source.sha256 != sha256) {
             return Err(Failure::input(format!("{typed}: has changed since it was diagnosed"))
                 .hint("the answer is written, the bundle is not: run it again while the files stay as they are"));
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_free = |place: &String| self.files.iter().all(|(there, ..)| there != place);
+        let is_free = |place: &String| self.files.iter().all(|there| there.place != *place);
         let numbered = (2..).map(|number| format!("{INPUTS}/{number}/{name}"));
         let place = std::iter::once(format!("{INPUTS}/{name}")).chain(numbered).find(is_free).unwrap_or_default();
-        self.files.push((place.clone(), typed, bytes));
+        self.files.push(Input { place: place.clone(), typed, sha256, bytes });
         Ok(place)
     }
 

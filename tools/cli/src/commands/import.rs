@@ -7,11 +7,12 @@ use sinew_import::{Bench, confirm, guess, mapping, recording};
 use sinew_recording::{Options, Recording, write};
 use sinew_rig::{Channel, FileFormat, Mapping, Rig};
 
-use super::export::{Format, foreign, spare};
+use super::export::{foreign, spare};
 use super::simulate::recording_failure;
 use super::{choose_channel, load_rig, rig_failure};
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::format::Format;
 use crate::output;
 
 /// Runs the command.

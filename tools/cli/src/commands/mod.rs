@@ -46,6 +46,7 @@ use sinew_rig::{Catalogue, Channel, HEXAPOD_TOML, Rig, nearest};
 
 use crate::args;
 use crate::failure::{Failure, Outcome};
+use crate::format::Format;
 
 /// Reads a rig file, or takes the built-in hexapod.
 fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
@@ -67,8 +68,7 @@ fn load_rig_with(path: Option<&Path>, laws: &args::Laws) -> Result<Rig, Failure>
 
 /// Refuses a recording in the place of a rig file, by its name, before every line of it is told as a mistake.
 fn is_no_recording(path: &Path) -> Outcome {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    match [".csv", ".csv.gz", ".mcap", ".parquet"].iter().any(|ending| name.ends_with(ending)) {
+    match Format::of(path).is_some() {
         true => Err(Failure::input(format!("{}: is a recording by its name, not a rig file", path.display()))
             .hint("the rig file comes first, a .toml; the recording after it")),
         false => Ok(()),
