@@ -576,10 +576,18 @@ impl Channel {
         self.guard.heat()
     }
 
-    /// The most its output gives until it hears of another duty: by the one that is in force, or the one it is given next, W.
+    /// What a record of its output has to say at this moment. The most that is given until the output hears of another duty is by the
+    /// one in force, or the one it is given next.
     #[inline]
-    pub fn most_given_w(&self) -> f64 {
-        self.applied_duty.max(self.duty) * self.on_power_w
+    pub fn to_recall(&self) -> Recalled {
+        let heat = self.guard.heat();
+        Recalled {
+            temperature_c: heat.temperature_c(),
+            surely_c: heat.surely_c(),
+            account_j: heat.account_j(),
+            given_w: self.applied_duty.max(self.duty) * self.on_power_w,
+            since_s: 0.0,
+        }
     }
 
     /// Where its strokes are counted from.

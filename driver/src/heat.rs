@@ -151,6 +151,8 @@ pub struct Passed {
 pub struct Recalled {
     /// Temperature at worst then, °C.
     pub temperature_c: f64,
+    /// Temperature that it surely had then, °C; NaN where that is not known.
+    pub surely_c: f64,
     /// The account then, J; NaN where only the temperature is known.
     pub account_j: f64,
     /// The most its output can have given it since, until it fell silent, W.
@@ -240,7 +242,7 @@ impl Heat {
     /// From now on the wire is one of which a record says this: what its output gave it in silence without any loss, and then no more than
     /// it surely loses. Whether it is one that can be: else the history is unknown.
     pub fn recall(&mut self, recalled: &Recalled) -> bool {
-        let &Recalled { temperature_c, account_j, given_w, since_s } = recalled;
+        let &Recalled { temperature_c, surely_c, account_j, given_w, since_s } = recalled;
         if !(temperature_c.is_finite() && given_w.is_finite() && since_s >= 0.0) {
             self.forget();
             return false;
@@ -251,6 +253,9 @@ impl Heat {
         let cooled_c = self.cooling.cooled_c(hottest_c, self.budgets.ambient_c, since_s - silence_s);
         let drained = (-self.derating.leak_per_s() * (since_s - silence_s)).exp();
         self.remember(cooled_c, (account_j + given_j) * drained);
+        // A load that was jammed may be so still, and its wire says nothing of its heat.
+        let surely_k = (surely_c - self.budgets.ambient_c) * (-self.cooling.most_leak_per_s() * since_s).exp();
+        self.surely_j = self.cooling.heat_capacity_j_per_k * surely_k.max(0.0); // NaN is none
         true
     }
 
@@ -258,7 +263,7 @@ impl Heat {
     /// by its slowest law.
     pub fn was_unused(&mut self, since_s: f64) {
         let Budgets { temperature_c, energy_j: account_j, .. } = self.budgets;
-        self.recall(&Recalled { temperature_c, account_j, given_w: 0.0, since_s });
+        self.recall(&Recalled { temperature_c, surely_c: f64::NAN, account_j, given_w: 0.0, since_s });
     }
 
     /// The account of a wire that is as hot as this, °C, and may have been so for long, J.
@@ -294,6 +299,12 @@ impl Heat {
                 }
             }
         }
+    }
+
+    /// The temperature the wire has at the least, °C: what power alone leaves in it under the most loss.
+    #[inline]
+    pub fn surely_c(&self) -> f64 {
+        self.budgets.ambient_c + self.surely_j / self.cooling.heat_capacity_j_per_k
     }
 
     /// Whether its load is held: then what its length says of its temperature is wrong, and so is what an estimator learns from it.
@@ -370,7 +381,7 @@ impl Heat {
             self.fill(power_w, dt_s);
             self.surely_fill(power_w, dt_s, martensite - before);
         }
-        let surely_c = self.budgets.ambient_c + self.surely_j / self.cooling.heat_capacity_j_per_k;
+        let surely_c = self.surely_c();
         let estimate_c = if estimate_c < surely_c { surely_c } else { estimate_c };
         self.estimate_c = estimate_c;
         let assumed = self.assumed_c.take();
@@ -615,6 +626,25 @@ mod tests {
         assert!(heat.temperature_c() < 30.0 && heat.filled() < 0.01, "{heat:?}");
         heat.was_unused(f64::NAN);
         assert_eq!(heat.temperature_c(), 150.0);
+    }
+
+    /// What a jammed wire surely has is no less because its driver was born anew.
+    #[test]
+    fn heat_that_was_surely_put_in_outlasts_a_restart() {
+        let heated = Passed { power_w: 3.0, ..DARK };
+        let mut before = at_rest();
+        (0..200).for_each(|_| before.pass(&heated));
+        let surely_c = before.surely_c();
+        assert!((50.0..66.0).contains(&surely_c), "of 40 K at the most: {surely_c}");
+        let (temperature_c, account_j) = (before.temperature_c(), before.account_j());
+        let record = |surely_c| Recalled { temperature_c, surely_c, account_j, given_w: 0.0, since_s: 0.2 };
+        let mut after = at_rest();
+        assert!(after.recall(&record(surely_c)));
+        // 0.2 s of the most loss, 1.6 · 0.008 W/K of 0.015 J/K.
+        let expected_c = 25.0 + (surely_c - 25.0) * (-1.6 * 0.008 / 0.015 * 0.2f64).exp();
+        assert!((after.surely_c() - expected_c).abs() < 1e-9, "{} {expected_c}", after.surely_c());
+        assert!(after.recall(&record(f64::NAN)));
+        assert_eq!(after.surely_c(), 25.0, "a record that does not know it");
     }
 
     /// An estimate that falls at once to the air's temperature, or one that goes on cooling by the wire's own law with its heat balance.

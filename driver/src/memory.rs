@@ -23,9 +23,9 @@ use sinew_page::Page;
 use crate::engine::Engine;
 use crate::heat::Recalled;
 
-/// Words of a record: which output, which start of the machine, when (ns on CLOCK_BOOTTIME), temperature at worst (°C), account (J),
-/// the most its output gives (W), how its driver ended, what the output shows as long as nobody else uses it.
-const WORDS: usize = 8;
+/// Words of a record: which output, which start of the machine, when (ns on CLOCK_BOOTTIME), temperature at worst and at the least (°C),
+/// account (J), the most its output gives (W), how its driver ended, what the output shows as long as nobody else uses it.
+const WORDS: usize = 9;
 /// How its driver ended: its outputs went to zero, by itself or by its silence.
 const WENT_OUT: u64 = 1;
 /// Not every output confirmed zero.
@@ -109,11 +109,10 @@ impl Memory {
     fn write(&mut self, engine: &Engine, backend: &impl Backend, state: u64) {
         for (index, (kept, channel)) in self.pages.iter_mut().zip(engine.channels()).enumerate() {
             let Some(kept) = kept else { continue };
-            let heat = channel.heat();
-            let [temperature, account, most] =
-                [heat.temperature_c(), heat.account_j(), channel.most_given_w()].map(f64::to_bits);
+            let Recalled { temperature_c, surely_c, account_j, given_w, .. } = channel.to_recall();
+            let [temperature, least, account, most] = [temperature_c, surely_c, account_j, given_w].map(f64::to_bits);
             let mark = backend.mark(index);
-            kept.page.write(&[kept.output, self.boot, self.kept_ns, temperature, account, most, state, mark]);
+            kept.page.write(&[kept.output, self.boot, self.kept_ns, temperature, least, account, most, state, mark]);
         }
     }
 }
@@ -146,7 +145,7 @@ impl Known {
 impl Kept {
     /// What the record says, if it is one, and nobody else has used the output since.
     fn read(&self, shown: u64, boot: u64, now_ns: u64) -> Option<Recalled> {
-        let [output, found_boot, at_ns, temperature, account, most, state, mark] = self.page.read()?;
+        let [output, found_boot, at_ns, temperature, least, account, most, state, mark] = self.page.read()?;
         let is_ours = mark == shown && mark != 0;
         let account_j = f64::from_bits(account);
         let is_of_now = output == self.output && found_boot == boot && at_ns <= now_ns;
@@ -154,6 +153,7 @@ impl Kept {
         let since_s = now_ns.saturating_sub(at_ns) as f64 * 1e-9;
         is_valid.then(|| Recalled {
             temperature_c: f64::from_bits(temperature),
+            surely_c: f64::from_bits(least),
             account_j,
             given_w: f64::from_bits(most),
             since_s,
@@ -214,10 +214,10 @@ mod tests {
         Kept { page: Page::open(&folder.join(name)).unwrap(), output: 1 }
     }
 
-    /// A record of 80 °C and 0.5 J, with 2 W, ten seconds after the machine's start.
+    /// A record of 60 to 80 °C and 0.5 J, with 2 W, ten seconds after the machine's start.
     fn written(kept: &mut Kept, state: u64, mark: u64) {
-        let [temperature, account, most] = [80.0f64, 0.5, 2.0].map(f64::to_bits);
-        kept.page.write(&[1, BOOT, 10 * SECOND_NS, temperature, account, most, state, mark]);
+        let [temperature, least, account, most] = [80.0f64, 60.0, 0.5, 2.0].map(f64::to_bits);
+        kept.page.write(&[1, BOOT, 10 * SECOND_NS, temperature, least, account, most, state, mark]);
     }
 
     #[test]
@@ -227,7 +227,7 @@ mod tests {
         let of = |kept: &Kept, past: Past, boot: u64, now_s: u64| Known::of(Some(kept), &past, boot, now_s * SECOND_NS);
         assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Nothing, "nothing was written");
         written(&mut kept, WENT_OUT, 5);
-        let recalled = Recalled { temperature_c: 80.0, account_j: 0.5, given_w: 2.0, since_s: 10.0 };
+        let recalled = Recalled { temperature_c: 80.0, surely_c: 60.0, account_j: 0.5, given_w: 2.0, since_s: 10.0 };
         assert_eq!(of(&kept, SHOWN, BOOT, 20), Known::Recalled(recalled));
         assert_eq!(of(&kept, Past { mark: 6, ..SHOWN }, BOOT, 20), Known::Nothing, "another session");
         assert_eq!(of(&kept, Past::UNKNOWN, BOOT, 20), Known::Nothing, "an output that does not tell");

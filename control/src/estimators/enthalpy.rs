@@ -181,6 +181,7 @@ impl EnthalpyObserver {
     fn step(&mut self, seen: &Observation, dt: f64) -> Estimate {
         // a length that no wire can have is none
         let measured = (seen.length_m - self.map.length).abs() < self.map.length;
+        let first = measured && !self.seen;
         if measured {
             self.follow(seen.length_m - self.map.length, dt);
         } else {
@@ -203,7 +204,9 @@ impl EnthalpyObserver {
             let most = (heat * dt).abs() / release;
             self.fraction + (self.clipped(self.fraction, predicted - shift) - self.fraction).max(-most).min(most)
         };
-        self.temperature += (heat * dt + release * (fraction - self.fraction)) * m.per_heat_capacity;
+        // What the first length tells of the phase is no change of it: no heat went into it.
+        let change = if first { 0.0 } else { fraction - self.fraction };
+        self.temperature += (heat * dt + release * change) * m.per_heat_capacity;
         self.fraction = fraction;
 
         let curves = Curves::at(m, fraction, stress);

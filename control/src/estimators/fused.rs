@@ -388,6 +388,7 @@ impl FusedEstimator {
     #[inline]
     fn balance(&mut self, power: f64, stress: f64, dt: f64) {
         let fraction = self.fraction_at(self.motion.x, stress);
+        // Until a length has come the phase is the model's guess, and costs nothing.
         let change = if self.seen { fraction - self.fraction } else { 0.0 };
         self.fraction = fraction;
         let m = &self.map;
@@ -443,6 +444,8 @@ impl FusedEstimator {
         if measured && !self.seen {
             self.motion = Motion { x: elongation, model: 0.0, bias: 0.0, xx: variance, xb: 0.0, bb: 0.0 };
             self.seen = true;
+            // What is learned of the phase is no change of it: no heat went into it.
+            self.fraction = self.fraction_at(elongation, self.map.stress(elongation, 0.0));
             return 0.0;
         }
         let ModelVelocity { velocity_m_s, falls_per_s, doubt_m_s } = self.model_velocity(dt);

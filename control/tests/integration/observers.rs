@@ -2,7 +2,7 @@
 
 use crate::observing::{ESTIMATORS, Watch, draught, table_10, transients};
 use crate::rig::{CONVERTER, figure_wire, other_wires};
-use sinew_control::{EstimatorKind, StateEstimator};
+use sinew_control::{EstimatorKind, Observation, StateEstimator};
 
 /// Seeds of this test alone.
 const SEEDS: [u64; 3] = [11, 12, 13];
@@ -78,6 +78,27 @@ fn a_lost_length_is_survived() {
             if k > 4000 {
                 let off = estimate.martensite - watch.bench.wire.martensite();
                 assert!(off.abs() < 0.03, "{name} {k}: {off}");
+            }
+        }
+    }
+}
+
+/// An estimator that is begun beside a hot wire of known temperature: what the first length tells of the phase is no change of it, and takes
+/// no latent heat (44 K of this alloy's) from a wire that was austenite all along.
+#[test]
+fn the_first_length_of_a_hot_wire_costs_no_heat() {
+    for (model, stroke) in [(figure_wire(), 0.98), (figure_wire(), 0.5), (table_10(), 0.98), (table_10(), 0.5)] {
+        for kind in EstimatorKind::ALL.into_iter().filter(|kind| kind.is_protective()) {
+            let mut watch = Watch::new(&model, &model, 1e3, CONVERTER, 7);
+            watch.follow(6.0, |_| stroke, |_, _| false);
+            let mut begun = StateEstimator::new(&model, kind);
+            begun.begin_at(watch.bench.wire.temperature_c());
+            for k in 0..300 {
+                watch.cycle(watch.bench.range.length_m(stroke));
+                let dark = Observation { length_m: f64::NAN, resistance_ohm: f64::NAN, ..watch.bench.observation };
+                let estimate = begun.update(if k < 3 { &dark } else { &watch.bench.observation });
+                let off_k = estimate.temperature_c - watch.bench.wire.temperature_c();
+                assert!(off_k.abs() < 6.0, "{kind:?} at {stroke}, cycle {k}: {off_k} K");
             }
         }
     }

@@ -153,7 +153,8 @@ impl<S: Source<Cycle = SessionCycle, Error = Error>> Replay<S> {
     fn begin_later(&mut self) {
         for (channel, state) in self.backend.recorded().0.channels.iter().enumerate() {
             let temperature_c = state.temperature_c;
-            self.engine.recall(channel, &Recalled { temperature_c, account_j: f64::NAN, given_w: 0.0, since_s: 0.0 });
+            let (surely_c, account_j) = (f64::NAN, f64::NAN);
+            self.engine.recall(channel, &Recalled { temperature_c, surely_c, account_j, given_w: 0.0, since_s: 0.0 });
         }
     }
 

@@ -21,7 +21,8 @@ impl Record {
     /// Of a wire that has rested until the clock began.
     pub fn rested(rig: &Rig) -> Record {
         let temperature_c = rig.channels[0].model.ambient_c;
-        Record { recalled: Recalled { temperature_c, account_j: 0.0, given_w: 0.0, since_s: 0.0 }, at_s: 0.0 }
+        let surely_c = temperature_c;
+        Record { recalled: Recalled { temperature_c, surely_c, account_j: 0.0, given_w: 0.0, since_s: 0.0 }, at_s: 0.0 }
     }
 }
 
@@ -70,10 +71,7 @@ impl Mortal {
         self.engine.cycle(beat, exchanged, samples, &mut self.duty, |_| {});
         self.supply.switch(&self.engine, wires);
         self.engine.describe(beat.now_ns, DriverState::Running, &mut self.snapshot);
-        let channel = &self.engine.channels()[0];
-        let (temperature_c, account_j) = (channel.heat().temperature_c(), channel.heat().account_j());
-        let recalled = Recalled { temperature_c, account_j, given_w: channel.most_given_w(), since_s: 0.0 };
-        Record { recalled, at_s: wires.time_s() }
+        Record { recalled: self.engine.channels()[0].to_recall(), at_s: wires.time_s() }
     }
 }
 
