@@ -7,8 +7,8 @@
 //!   phases the switch has no effect, conducting (a current) or not (the supply).
 //! - With separate inputs it takes a *dark* period, one with duty 0, to detect it. A dark period costs a length sample, so it is
 //!   inserted only on suspicion: the channel gets only the sensing pulse, and the wire shortens nevertheless,
-//!   or it is not at its cold end and does not lengthen; or its duty is derated and it stays hot. Suspicion alone trips nothing (the wire
-//!   may have been pulled): a current in the dark period does, see [`crate::supervisor`].
+//!   or it is not at its cold end and does not lengthen, or has no time to show that; or its duty is derated and it stays hot. Suspicion
+//!   alone trips nothing (the wire may have been pulled): a current in the dark period does, see [`crate::supervisor`].
 //!
 //! A stage that conducts badly shows as a voltage drop beyond that of the wire and the known resistances.
 
@@ -24,6 +24,8 @@ const SAME: f64 = 0.1;
 const GUARD: f64 = 8.0;
 /// The load's swing is over so long after the heat has gone, s.
 const SWING_S: f64 = 0.02;
+/// Share of the time in which full power heats a wire beyond its limit that may go by before it is looked at: a suspicion costs a sample.
+const PATIENCE: f64 = 0.25;
 /// Between two looks at where the wire has gone, s.
 const LOOK_S: f64 = 0.05;
 /// Longest between two dark periods of a wire that stands where it is not cold, s: each one that shows nothing doubles it.
@@ -191,7 +193,8 @@ impl StageWatch {
             return false;
         }
         self.low_s += dt_s;
-        if self.low_s < SWING_S {
+        let patience_s = PATIENCE * spare_s;
+        if self.low_s < SWING_S.min(patience_s) {
             return false;
         }
         let length_m = motion.length_m;
@@ -202,17 +205,23 @@ impl StageWatch {
         if self.since_dark_s < FEWEST_PERIODS * dt_s {
             return false;
         }
+        let is_cold = length_m >= self.cold_m - COLD_END * self.stroke_m;
+        // There is no time to see where it goes; and a wire that is much too hot lengthens as well, by expansion.
+        let is_hurried = !(spare_s >= FEWEST_PERIODS * dt_s);
+        if is_hurried && !is_cold {
+            return true;
+        }
         let moved_m = length_m - self.looked_m;
         let shortens = moved_m < -MOVED * self.stroke_m;
         if shortens && self.since_look_s > FEWEST_PERIODS * dt_s {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
             return true;
         }
-        if self.since_look_s < self.look_every_s.min(spare_s).max(WATCHED_PERIODS * dt_s) {
+        if self.since_look_s < self.look_every_s.min(patience_s).max(WATCHED_PERIODS * dt_s) {
             return false;
         }
         (self.looked_m, self.since_look_s) = (length_m, 0.0);
-        let held = length_m < self.cold_m - COLD_END * self.stroke_m && moved_m < MOVED * self.stroke_m;
+        let held = !is_cold && moved_m < MOVED * self.stroke_m;
         if held {
             self.look_every_s = (2.0 * self.look_every_s).min(LONGEST_S);
         }
