@@ -47,7 +47,7 @@ mod words;
 use sinew_diagnosis::{Diagnosis, Figures, RigDiagnosis};
 
 pub use about::{About, Source};
-pub use terminal::text;
+pub use terminal::{text, wrapped};
 
 /// The page: `report.html`.
 pub fn html(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> String {

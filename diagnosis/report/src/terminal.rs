@@ -166,7 +166,7 @@ impl Lines {
 
 /// Words on lines of at most `width` characters; a longer word has a line of its own. Control characters, which could
 /// command the terminal, count as spaces.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty()) {
         match lines.last_mut() {

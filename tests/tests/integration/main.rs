@@ -35,4 +35,5 @@ mod stop;
 mod terminals;
 mod threads;
 mod together;
+mod tour;
 mod tune;

@@ -39,6 +39,7 @@ fn main() -> ExitCode {
         Command::Identify(args) => commands::identify::identify(args),
         Command::Diagnose(args) if args.whole_rig => commands::whole_rig::diagnose(args),
         Command::Diagnose(args) => commands::diagnose::diagnose(args),
+        Command::Tour(args) => commands::tour::tour(args),
         Command::Repeat(args) => commands::repeat::repeat(args),
         Command::Conceal(args) => commands::conceal::conceal(args),
         Command::Reveal(args) => commands::conceal::reveal(args),

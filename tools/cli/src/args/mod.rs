@@ -69,6 +69,7 @@ const LONG_VERSION: &str =
 
 const EXIT_CODES: &str = "\
 Start here:
+  sinew tour                       what there is to see, in three minutes
   sinew run                        the built-in simulated hexapod, walking on the spot
   sinew new bench                  a rig file of your own, from what lies on your bench
   sinew monitor                    watch it from another terminal
@@ -114,6 +115,8 @@ pub enum Command {
     Conceal(Conceal),
     /// What was hidden in a recording, beside what a diagnosis found.
     Reveal(Reveal),
+    /// See what this program does, in three minutes: a wire moves, a program dies, physics is missing. Leaves nothing behind.
+    Tour(Tour),
     /// Bring a recording into CSV or Parquet.
     Export(Export),
     /// Bring a foreign recording in, or say what is in one.
@@ -516,6 +519,28 @@ pub struct Repeat {
     /// Threads; without it, as many as there are processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
+}
+
+/// `sinew tour`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew tour
+  sinew tour --no-wait --seed 7         without waiting for Enter, and the same effect every time
+  sinew tour --keep seen                keeps the files, and the report of the diagnosis
+
+Types the commands that you would type, in a folder for temporary files and with a driver of its own: drivers that run already are not touched. At the
+end, and after Ctrl-C, the driver is off and the folder is gone.")]
+pub struct Tour {
+    /// Do not wait for Enter between its parts.
+    #[arg(long)]
+    pub no_wait: bool,
+    /// What the hidden effect comes from, 0 to 4294967295. Without it, another one each time.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// Keep what was made in this folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub keep: Option<PathBuf>,
 }
 
 /// `sinew doctor`.

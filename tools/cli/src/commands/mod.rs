@@ -37,6 +37,7 @@ pub mod simulate;
 pub mod status;
 pub mod test;
 pub mod thesis;
+pub mod tour;
 pub mod tune;
 pub mod whole_rig;
 
