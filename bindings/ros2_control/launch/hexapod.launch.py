@@ -1,15 +1,18 @@
 """The built-in hexapod under ros2_control, with a driver running: sinew run."""
 
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
-from launch.substitutions import FileContent, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch_ros.parameter_descriptions import ParameterValue
 
 
 def generate_launch_description():
-    share = FindPackageShare("sinew_ros2_control")
-    controllers = PathJoinSubstitution([share, "config", "hexapod.yaml"])
-    description = FileContent(PathJoinSubstitution([share, "urdf", "hexapod.urdf"]))
+    share = Path(get_package_share_directory("sinew_ros2_control"))
+    controllers = str(share / "config" / "hexapod.yaml")
+    # as text: a URDF that is looked at as YAML may be taken for something else
+    description = ParameterValue((share / "urdf" / "hexapod.urdf").read_text(), value_type=str)
     return LaunchDescription(
         [
             Node(

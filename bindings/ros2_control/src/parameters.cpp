@@ -103,7 +103,7 @@ HardwareParameters hardware_of(const hardware_interface::HardwareInfo &info) {
     hardware.rig = params.text("rig", "");
     if (const auto priority = params.number("priority", 0.0, 9.0)) {
         if (*priority != std::floor(*priority)) {
-            params.wrong("priority is a whole number from 0 to 9");
+            params.wrong("priority is not whole; write one of 0 to 9");
         }
         hardware.priority = static_cast<std::uint32_t>(*priority);
     }

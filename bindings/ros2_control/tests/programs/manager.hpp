@@ -4,7 +4,6 @@
 #define MANAGER_HPP
 
 #include <dlfcn.h>
-#include <tinyxml2.h>
 
 #include <chrono>
 #include <cmath>
@@ -37,6 +36,21 @@ using CallbackReturn = hardware_interface::CallbackReturn;
 inline constexpr unsigned int update_rate = 100;
 
 // ---- the URDF -------------------------------------------------------------------------------------------------------------------------
+
+#if __has_include("hardware_interface/component_parser.hpp")
+#include "hardware_interface/component_parser.hpp"
+
+/// The manager's own parser.
+inline hardware_interface::HardwareInfo read_urdf(const std::string &text) {
+    auto systems = hardware_interface::parse_control_resources_from_urdf(text);
+    CHECK(systems.size() == 1);
+    // 0: the manager's
+    CHECK(systems.front().rw_rate == 0);
+    systems.front().rw_rate = update_rate;
+    return systems.front();
+}
+#else
+#include <tinyxml2.h>
 
 inline std::unordered_map<std::string, std::string> params_of(const tinyxml2::XMLElement &element) {
     std::unordered_map<std::string, std::string> params;
@@ -91,6 +105,7 @@ inline hardware_interface::HardwareInfo read_urdf(const std::string &text) {
     info.original_xml = text;
     return info;
 }
+#endif
 
 // ---- the lifecycle --------------------------------------------------------------------------------------------------------------------
 
