@@ -371,8 +371,8 @@ void antagonists() {
 /// A wire gets a fault some time after the start.
 void fault(const std::string &on_fault) {
     Manager manager(library, "sinew_ros2_control::System");
-    const std::string more = param("on_fault", on_fault);
-    CHECK(start(manager, bench(rig, more)) == State::active);
+    const bool resets = on_fault == "reset";
+    CHECK(start(manager, bench(rig, resets ? param("reset_faults", "true") : param("on_fault", on_fault))) == State::active);
     const sinew::Client client = sinew::Client::connect(rig);
     CHECK(manager.switch_mode({"hip/position", "right/stroke"}, {}) == return_type::OK);
     const auto command = [&] {
@@ -393,8 +393,15 @@ void fault(const std::string &on_fault) {
     } else {
         CHECK(manager.state == (on_fault == "error" ? State::unconfigured : State::inactive));
         CHECK(soon(client, {"right"}, SINEW_MODE_OFF));
-        // It stays off until somebody has mended and reset it.
         CHECK(manager.configure() == State::inactive);
+        if (resets) {
+            // It goes on as soon as the cause has gone.
+            manager.until("the fault to be reset", [&] { return manager.activate() == State::active; });
+            manager.until("the wire to be driven again", [&] { return is(seen(client, "left"), SINEW_MODE_LENGTH); }, command);
+            CHECK(manager.deactivate() == State::inactive);
+            return;
+        }
+        // It stays off until somebody has mended and reset it.
         CHECK(manager.activate() == State::inactive);
     }
     std::puts("off");
