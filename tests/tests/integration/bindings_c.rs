@@ -14,12 +14,13 @@ use std::time::Duration;
 use crate::clients::{hexapod, walks_and_lets_go};
 
 const C: &[&str] = &["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
-const CPP: &[&str] = &["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
+pub const CPP: &[&str] = &["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 /// Besides: what the sanitizers find ends the program.
-const SANITIZED: &[&str] = &["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"];
+pub const SANITIZED: &[&str] =
+    &["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"];
 
 /// Where the client is installed for these tests.
-fn prefix() -> &'static Path {
+pub fn prefix() -> &'static Path {
     static PREFIX: OnceLock<PathBuf> = OnceLock::new();
     PREFIX.get_or_init(|| {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
@@ -37,7 +38,7 @@ fn prefix() -> &'static Path {
 }
 
 /// Whether this program is there; said where it is not.
-fn is_there(program: &str) -> bool {
+pub fn is_there(program: &str) -> bool {
     let found = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !found {
         println!("skipped for want of {program}");
@@ -46,14 +47,14 @@ fn is_there(program: &str) -> bool {
 }
 
 /// The compilers of a language that are there. One at least is needed: cargo links with it.
-fn compilers(candidates: [&'static str; 2]) -> Vec<&'static str> {
+pub fn compilers(candidates: [&'static str; 2]) -> Vec<&'static str> {
     let found: Vec<&str> = candidates.into_iter().filter(|compiler| is_there(compiler)).collect();
     assert!(!found.is_empty(), "none of {candidates:?}");
     found
 }
 
 /// Those of them that come with sanitizers.
-fn sanitizing(candidates: [&'static str; 2]) -> Vec<&'static str> {
+pub fn sanitizing(candidates: [&'static str; 2]) -> Vec<&'static str> {
     let empty = prefix().join("empty.c");
     fs::write(&empty, "int main(void) { return 0; }\n").expect("a writable folder");
     let can = |compiler: &&str| {
@@ -71,7 +72,7 @@ fn sanitizing(candidates: [&'static str; 2]) -> Vec<&'static str> {
 
 /// Runs a command that has to succeed; what it said on stdout.
 #[track_caller]
-fn succeeds(command: &mut Command) -> String {
+pub fn succeeds(command: &mut Command) -> String {
     let said = command.stdin(Stdio::null()).output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
     let (out, err) = (String::from_utf8_lossy(&said.stdout), String::from_utf8_lossy(&said.stderr));
     assert!(said.status.success(), "{command:?}:\n{out}{err}");
@@ -91,19 +92,24 @@ fn built(compiler: &str, flags: &[&str], source: &Path) -> PathBuf {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let program = prefix().join(format!("program-{}", COUNT.fetch_add(1, Ordering::Relaxed)));
     let mut compile = Command::new(compiler);
-    compile.args(flags).arg(source).arg("-o").arg(&program).arg("-I").arg(prefix().join("include"));
-    compile.arg("-L").arg(prefix().join("lib")).args(["-lsinew", "-lm", "-lpthread"]);
-    compile.arg(format!("-Wl,-rpath,{}", prefix().join("lib").display()));
-    succeeds(&mut compile);
+    compile.args(flags).arg(source).arg("-o").arg(&program);
+    succeeds(against_the_client(&mut compile));
     program
 }
 
-fn source(path: &str) -> PathBuf {
+/// A compiler's command, told where the shared library and its headers are.
+pub fn against_the_client(compile: &mut Command) -> &mut Command {
+    compile.arg("-I").arg(prefix().join("include"));
+    compile.arg("-L").arg(prefix().join("lib")).args(["-lsinew", "-lm", "-lpthread"]);
+    compile.arg(format!("-Wl,-rpath,{}", prefix().join("lib").display()))
+}
+
+pub fn source(path: &str) -> PathBuf {
     checkout().join("bindings").join(path)
 }
 
 /// A program of these tests, started for a rig.
-fn program(path: &Path, arguments: &[&str]) -> Command {
+pub fn program(path: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(path);
     command.args(arguments);
     // An error ends it with a code of its own, so that it is not taken for the program's.

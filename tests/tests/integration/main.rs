@@ -28,6 +28,7 @@ mod python;
 mod recording;
 mod report;
 mod restart;
+mod ros2_control;
 mod scope;
 mod service;
 mod simulate;

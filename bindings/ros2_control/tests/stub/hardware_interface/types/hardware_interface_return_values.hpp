@@ -1,0 +1,9 @@
+// Stub for tests alone: see README.md.
+#ifndef HARDWARE_INTERFACE__TYPES__HARDWARE_INTERFACE_RETURN_VALUES_HPP_
+#define HARDWARE_INTERFACE__TYPES__HARDWARE_INTERFACE_RETURN_VALUES_HPP_
+#include <cstdint>
+
+namespace hardware_interface {
+enum class return_type : std::uint8_t { OK = 0, ERROR = 1, DEACTIVATE = 2 };
+}  // namespace hardware_interface
+#endif  // HARDWARE_INTERFACE__TYPES__HARDWARE_INTERFACE_RETURN_VALUES_HPP_

@@ -1,0 +1,11 @@
+// Stub for tests alone: see README.md.
+#ifndef HARDWARE_INTERFACE__TYPES__HARDWARE_INTERFACE_TYPE_VALUES_HPP_
+#define HARDWARE_INTERFACE__TYPES__HARDWARE_INTERFACE_TYPE_VALUES_HPP_
+
+namespace hardware_interface {
+constexpr char HW_IF_POSITION[] = "position";
+constexpr char HW_IF_VELOCITY[] = "velocity";
+constexpr char HW_IF_EFFORT[] = "effort";
+constexpr char HW_IF_TEMPERATURE[] = "temperature";
+}  // namespace hardware_interface
+#endif  // HARDWARE_INTERFACE__TYPES__HARDWARE_INTERFACE_TYPE_VALUES_HPP_

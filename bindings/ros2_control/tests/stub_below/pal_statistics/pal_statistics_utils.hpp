@@ -1,0 +1,2 @@
+// Stub for tests alone: see README.md of this folder.
+#pragma once

@@ -1,0 +1,3 @@
+// Stub for tests alone: see README.md of this folder.
+#pragma once
+#include "rclcpp/rclcpp.hpp"
