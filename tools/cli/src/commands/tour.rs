@@ -21,6 +21,8 @@ use crate::output;
 
 /// Name of the rig, of its folder and of its file.
 const RIG: &str = "tour";
+/// Where a path is short.
+const SHORT: &str = "/tmp";
 /// How long a driver may take until it is seen, and until it has ended.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// How often it is looked whether somebody asks for the end.
@@ -53,6 +55,8 @@ struct Guide {
     program: PathBuf,
     /// Where everything is written.
     folder: tempfile::TempDir,
+    /// Where its driver is found: sockets need a short path, which that of temporary files need not be.
+    running: tempfile::TempDir,
     /// The driver that runs, and what it says.
     driver: Option<(Child, PathBuf)>,
     asked: Arc<AtomicBool>,
@@ -63,12 +67,16 @@ impl Guide {
     fn new(args: &args::Tour) -> Result<Guide, Failure> {
         let program = std::env::current_exe()
             .map_err(|error| Failure::own(format!("where this program lies is not known: {error}")))?;
-        let folder = tempfile::Builder::new().prefix("sinew-tour-").tempdir().map_err(|error| {
+        let mut new = tempfile::Builder::new();
+        new.prefix("sinew-tour-");
+        let folder = new.tempdir().map_err(|error| {
             Failure::own(format!("no folder for temporary files: {error}"))
                 .hint("set TMPDIR to one where you may write")
         })?;
+        let running =
+            new.tempdir_in(SHORT).map_err(|error| Failure::own(format!("{SHORT}: cannot be written: {error}")))?;
         let waits = !args.no_wait && io::stdin().is_terminal() && io::stdout().is_terminal();
-        Ok(Guide { program, folder, driver: None, asked: signals()?, waits })
+        Ok(Guide { program, folder, running, driver: None, asked: signals()?, waits })
     }
 
     fn show(&mut self, args: &args::Tour) -> Outcome {
@@ -212,7 +220,7 @@ impl Guide {
         let folder = self.folder.path();
         let mut command = Command::new(&self.program);
         command.args(words).current_dir(folder).stdin(Stdio::null());
-        command.env("SINEW_RUNTIME_DIR", folder.join("running")).env("SINEW_STATE_DIR", folder.join("state"));
+        command.env("SINEW_RUNTIME_DIR", self.running.path()).env("SINEW_STATE_DIR", folder.join("state"));
         command
     }
 
