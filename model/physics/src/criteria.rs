@@ -83,7 +83,7 @@ impl Path {
         let (low, high) = criterion.bounds(direction);
         let bounds = (curve.theta_at(low), curve.theta_at(high));
         let origin = theta.clamp(bounds.0, bounds.1);
-        let scale = leaving(direction, at) / leaving(direction, &curve.at(origin).fraction);
+        let scale = leaving(direction, at) / leaving(direction, &curve.point(origin).fraction);
         let share = if scale < 1.0 { hysteresis.inner_share() } else { 1.0 };
         Path { direction, bounds, origin, scale, from: *at, share }
     }
@@ -93,6 +93,7 @@ impl Path {
     }
 
     /// The mixture and its slope at ϑ.
+    #[inline(never)]
     pub(crate) fn at(&self, hysteresis: &Hysteresis, theta: f64) -> Point {
         let held = Point { fraction: self.from, slope: 0.0, outer: false };
         let curve = hysteresis.curve(self.direction);
@@ -102,9 +103,9 @@ impl Path {
             return held;
         }
         let moves = bounded == theta;
-        let inner = curve.at(self.origin + self.share * (bounded - self.origin));
+        let inner = curve.point(self.origin + self.share * (bounded - self.origin));
         let left = self.scale * leaving(self.direction, &inner.fraction);
-        let outer = curve.at(bounded);
+        let outer = curve.point(bounded);
         // inside the loop the outer curve is met in the end; beyond it, it never is
         let met = self.scale <= 1.0 && leaving(self.direction, &outer.fraction) < left;
         let (left, slope) = if met {

@@ -80,7 +80,14 @@ impl Curve {
         self.centre_c + z / self.steepness_per_k
     }
 
-    pub(crate) fn at(&self, theta: f64) -> Point {
+    /// The same as [`Curve::at`], for those who are not in a hurry: a call site less to inline.
+    #[inline(never)]
+    pub(crate) fn point(&self, theta: f64) -> Point {
+        self.at(theta)
+    }
+
+    #[inline(always)]
+    fn at(&self, theta: f64) -> Point {
         let k = self.steepness_per_k;
         let z = k * (theta - self.centre_c);
         match &self.warp {

@@ -112,7 +112,11 @@ impl Reference {
                 Load::ImposedPosition => Motion::Position,
                 Load::ImposedForce => Motion::Force,
             },
-            drive: model.drive.kind,
+            drive: match model.drive.kind {
+                // the wire is given the current that its amplifier regulates
+                DriveKind::Amplifier(_) => DriveKind::Current,
+                kind => kind,
+            },
             mixing: m.mixing,
             stiffness_base,
             stiffness_slope,
@@ -163,7 +167,7 @@ impl Reference {
         }
     }
 
-    /// Mean electrical heating power, in W. The input of an amplifier is the current that it is set to here.
+    /// Mean electrical heating power, in W.
     pub(crate) fn power(&self, inputs: &Inputs, resistance: f64) -> f64 {
         match self.drive {
             DriveKind::Pwm => {
@@ -171,9 +175,7 @@ impl Reference {
                 formulas::heating_power_w(inputs.drive, current, resistance)
             }
             DriveKind::Power => inputs.drive,
-            DriveKind::Current | DriveKind::Amplifier(_) => {
-                formulas::heating_power_w(1.0, self.current(inputs, resistance), resistance)
-            }
+            DriveKind::Current | DriveKind::Amplifier(_) => formulas::heating_power_w(1.0, inputs.drive, resistance),
             DriveKind::Temperature => 0.0,
         }
     }
@@ -183,10 +185,7 @@ impl Reference {
         match self.drive {
             DriveKind::Pwm => formulas::current_a(inputs.supply_v, resistance, self.series_ohm),
             DriveKind::Power => (inputs.drive.max(0.0) / resistance).sqrt(),
-            DriveKind::Current => inputs.drive,
-            DriveKind::Amplifier(_) => {
-                formulas::regulated_a(inputs.drive, inputs.supply_v, resistance, self.series_ohm)
-            }
+            DriveKind::Current | DriveKind::Amplifier(_) => inputs.drive,
             DriveKind::Temperature => 0.0,
         }
     }

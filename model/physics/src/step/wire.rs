@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::formulas;
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::model::WireModel;
-use crate::params::{Criterion, DriveKind};
+use crate::params::{Amplifier, Criterion, DriveKind};
 use crate::signals::{EnergyBalance, Inputs, Outputs};
 
 /// Below this nothing moves, in K: 10⁻¹¹ m on a 160 mm wire.
@@ -63,8 +63,8 @@ pub struct Wire {
     energy: EnergyBalance,
     /// Pieces may be as long as this where the load alone asks for shorter ones, s.
     long_piece: f64,
-    /// What an amplifier is set to, behind its low-pass, A.
-    set_a: f64,
+    /// The amplifier that the wire's current comes from, and what that is set to, behind its low-pass, A.
+    amplifier: Option<(Amplifier, f64)>,
     /// Mass of the load where that is jammed now, kg.
     free_mass_kg: Option<f64>,
 }
@@ -107,14 +107,16 @@ impl Wire {
             elapsed: 0.0,
             energy: EnergyBalance::default(),
             long_piece: 0.0,
-            set_a: 0.0,
+            // the low-pass starts empty
+            amplifier: match model.drive.kind {
+                DriveKind::Amplifier(amplifier) => Some((amplifier, 0.0)),
+                _ => None,
+            },
             free_mass_kg: None,
         };
-        wire.current = match model.drive.kind {
-            // the low-pass starts empty
-            DriveKind::Amplifier(_) => 0.0,
-            _ => wire.balance.reference.current(first, state.resistance),
-        };
+        if wire.amplifier.is_none() {
+            wire.current = wire.balance.reference.current(first, state.resistance);
+        }
         let seen = wire.seen();
         if let Some(terms) = &mut wire.balance.terms {
             terms.remember(&seen);
@@ -198,24 +200,14 @@ impl Wire {
         if let Some(terms) = &mut self.balance.terms {
             terms.time = self.elapsed;
         }
-        let amplifier = match self.balance.reference.drive {
-            DriveKind::Amplifier(amplifier) => Some(amplifier),
-            _ => None,
-        };
         let mut heat_in = 0.0;
         // a count, not `elapsed < dt`: rounding must not add a piece
         let mut piece = 0.0;
+        if self.amplifier.is_some() {
+            heat_in = self.amplified(inputs, h, pieces, imposed_rate);
+            piece = pieces;
+        }
         while piece < pieces {
-            let set;
-            let inputs = match amplifier {
-                None => inputs,
-                Some(amplifier) => {
-                    let (set_a, drive) = amplifier.follow(self.set_a, inputs.drive, h);
-                    self.set_a = set_a;
-                    set = Inputs { drive, ..*inputs };
-                    &set
-                }
-            };
             heat_in += if self.balance.terms.is_some() {
                 self.piece::<true>(inputs, h, imposed_rate, temperature_rate)
             } else {
@@ -226,12 +218,9 @@ impl Wire {
         self.elapsed += dt_s;
         self.imposed = inputs.imposed;
         self.power = heat_in / dt_s;
-        self.current = match amplifier {
+        self.current = match self.amplifier {
             None => self.balance.reference.current(inputs, self.state.resistance),
-            Some(_) => {
-                let set = Inputs { drive: self.set_a, ..*inputs };
-                self.balance.reference.current(&set, self.state.resistance)
-            }
+            Some((_, set_a)) => self.regulated_a(set_a, inputs.supply_v),
         };
         self.energy.heat_in_j += heat_in;
         let c = &self.balance;
@@ -240,6 +229,29 @@ impl Wire {
         if self.balance.terms.is_some() {
             self.keep_for_later();
         }
+    }
+
+    /// The pieces of a step under an amplifier, which is set to what its low-pass makes of the duty; returns the electrical heat, J.
+    #[cold]
+    #[inline(never)]
+    fn amplified(&mut self, inputs: &Inputs, h: f64, pieces: f64, imposed_rate: f64) -> f64 {
+        let Some((amplifier, mut set_a)) = self.amplifier else { return 0.0 };
+        let (mut heat_in, mut piece) = (0.0, 0.0);
+        while piece < pieces {
+            let (end_a, mean_a) = amplifier.follow(set_a, inputs.drive, h);
+            set_a = end_a;
+            let drive = self.regulated_a(mean_a, inputs.supply_v);
+            // a wire without effects has no terms to ask: the two need not be told apart here
+            heat_in += self.piece::<true>(&Inputs { drive, ..*inputs }, h, imposed_rate, 0.0);
+            piece += 1.0;
+        }
+        self.amplifier = Some((amplifier, set_a));
+        heat_in
+    }
+
+    /// What an amplifier that is set to this drives through the wire as it is, A.
+    fn regulated_a(&self, set_a: f64, supply_v: f64) -> f64 {
+        formulas::regulated_a(set_a, supply_v, self.state.resistance, self.balance.reference.series_ohm)
     }
 
     /// What the effects need of the end of a step.
@@ -332,11 +344,6 @@ impl Wire {
     fn solve<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage, h: f64) -> Trial {
         let from = self.state;
         let Rates { before, last } = self.theta_rates;
-        if self.balance.reference.criterion != Criterion::DrivingTemperature {
-            let trial = self.solve_by_rival::<EFFECTS>(inputs, stage);
-            self.state = trial.state;
-            return trial;
-        }
         let trial = match self.carry_on::<EFFECTS>(inputs, stage, (2.0 * last - before) * h) {
             Some(trial) => trial,
             None => self.set_out::<EFFECTS>(inputs, stage),
@@ -380,6 +387,10 @@ impl Wire {
 
     /// From standing: finds the direction, reverses the branch if it must, and solves by Newton inside a bracket.
     fn set_out<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
+        // a rival has no branch to carry on, so that every piece of its wire comes by here
+        if self.balance.reference.criterion != Criterion::DrivingTemperature {
+            return self.solve_by_rival::<EFFECTS>(inputs, stage);
+        }
         let from = &self.state;
         let terms = self.terms::<EFFECTS>();
         let still = self.balance.standing(terms, from);
@@ -407,6 +418,7 @@ impl Wire {
     /// By a rival criterion, which is asked where the piece would go if the phase stood still. Where it is not met that is where the piece
     /// goes: temperature and stress do not depend on ϑ but through the phase.
     #[cold]
+    #[inline(never)]
     fn solve_by_rival<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
         let (c, terms, from) = (&self.balance, self.terms::<EFFECTS>(), &self.state);
         let still = Point { fraction: from.fraction, slope: 0.0, outer: false };
