@@ -350,7 +350,7 @@ impl Run {
                 drive: match drive {
                     DriveKind::Pwm | DriveKind::Power => mean(&|i| i.drive),
                     // heats by its square
-                    DriveKind::Current => mean(&|i| i.drive * i.drive).sqrt(),
+                    DriveKind::Current | DriveKind::Amplifier(_) => mean(&|i| i.drive * i.drive).sqrt(),
                     // is there at the end
                     DriveKind::Temperature => end.drive,
                 },

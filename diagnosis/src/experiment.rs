@@ -214,7 +214,7 @@ impl Programme {
 /// What ties are broken by: programmes between the least and the most that was driven.
 fn programmes(kind: DriveKind, least: f64, most: f64) -> Vec<Programme> {
     let unit = match kind {
-        DriveKind::Pwm => "duty",
+        DriveKind::Pwm | DriveKind::Amplifier(_) => "duty",
         DriveKind::Power => "W",
         DriveKind::Current => "A",
         DriveKind::Temperature => "°C",

@@ -42,7 +42,7 @@ pub fn variables(rig: &Rig, channel: usize) -> Vec<Variable> {
 
     let drive: fn(&mut Inputs) -> &mut f64 = |inputs| &mut inputs.drive;
     list.push(match model.drive.kind {
-        DriveKind::Pwm => input("duty", "", "Duty of the PWM, 0 to 1", drive),
+        DriveKind::Pwm | DriveKind::Amplifier(_) => input("duty", "", "Duty of the PWM, 0 to 1", drive),
         DriveKind::Power => input("power_w", "W", "Heating power", drive),
         DriveKind::Current => input("current_a", "A", "Current", drive),
         DriveKind::Temperature => input("temperature_c", "degC", "Wire temperature, imposed", drive),
@@ -56,7 +56,7 @@ pub fn variables(rig: &Rig, channel: usize) -> Vec<Variable> {
         Load::ImposedPosition => list.push(input("position_m", "m", "Elongation, imposed, positive longer", imposed)),
         Load::ImposedForce => list.push(input("force_n", "N", "Tension, imposed", imposed)),
     }
-    if model.drive.kind == DriveKind::Pwm {
+    if matches!(model.drive.kind, DriveKind::Pwm | DriveKind::Amplifier(_)) {
         list.push(input("supply_v", "V", "Supply voltage", |inputs| &mut inputs.supply_v));
     }
     list.push(input("ambient_c", "degC", "Temperature of the air", |inputs| &mut inputs.ambient_c));

@@ -60,6 +60,7 @@ impl Courses {
             let draws = |drive: f64, current_a: f64| match model.drive.kind {
                 DriveKind::Pwm => (drive, current_a),
                 DriveKind::Current => (1.0, drive),
+                DriveKind::Amplifier(_) => (1.0, current_a),
                 // nobody knows what for
                 DriveKind::Power | DriveKind::Temperature => (0.0, 0.0),
             };

@@ -72,6 +72,21 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
+    /// Half of what a bounded law's start and finish are apart, as z = k (ϑ − centre).
+    pub(crate) const HALF_SPAN: f64 = 0.5 * BOUNDED_SPAN;
+
+    /// ϑ where z = k (ϑ − centre) is this.
+    pub(crate) fn theta_at(&self, z: f64) -> f64 {
+        self.centre_c + z / self.steepness_per_k
+    }
+
+    /// The same as [`Curve::at`], for those who are not in a hurry: a call site less to inline.
+    #[inline(never)]
+    pub(crate) fn point(&self, theta: f64) -> Point {
+        self.at(theta)
+    }
+
+    #[inline(always)]
     fn at(&self, theta: f64) -> Point {
         let k = self.steepness_per_k;
         let z = k * (theta - self.centre_c);
@@ -222,6 +237,19 @@ impl Hysteresis {
         self.heating.warp = heating.ready();
         self.cooling.warp = cooling.ready();
         self.tails_cross |= self.heating.warp != self.cooling.warp;
+    }
+
+    /// The outer curve that a way in `direction` ends on.
+    pub(crate) fn curve(&self, direction: Direction) -> &Curve {
+        match direction {
+            Direction::Heating => &self.heating,
+            Direction::Cooling => &self.cooling,
+        }
+    }
+
+    /// 1 − w.
+    pub(crate) fn inner_share(&self) -> f64 {
+        self.inner_share
     }
 
     /// Moves the cooling curve to `shift` K above where the material has it.

@@ -39,6 +39,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod criteria;
 pub mod effects;
 mod error;
 pub mod formulas;
@@ -65,4 +66,6 @@ pub use step::{Undefined, Unknown, Wire, cold_length_m, hot_length_m};
 pub use surroundings::{Surroundings, drawn_meanwhile_a};
 pub use warp::{Side, Warp};
 
-pub use params::{Convection, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps};
+pub use params::{
+    Amplifier, Convection, Criterion, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps,
+};

@@ -46,6 +46,8 @@ pub struct Material {
     pub martensite_resistivity_slope_ohm_m_per_k: f64,
     /// The law of the outer transformation curves.
     pub kinetics: Kinetics,
+    /// When the phase moves along them.
+    pub criterion: Criterion,
     /// How the moduli of the phases combine.
     pub mixing: Mixing,
     /// How the loss to the air depends on temperature.
@@ -75,6 +77,7 @@ impl Default for Material {
             austenite_resistivity_slope_ohm_m_per_k: 0.05e-8,
             martensite_resistivity_slope_ohm_m_per_k: 0.15e-8,
             kinetics: Kinetics::Logistic,
+            criterion: Criterion::DrivingTemperature,
             mixing: Mixing::Series,
             convection: Convection::Constant,
         }
@@ -102,6 +105,23 @@ pub enum Kinetics {
         /// v_M of the cooling curve, dimensionless.
         cooling_skew: f64,
     },
+}
+
+/// When the phase moves, and which way. All but [`Criterion::DrivingTemperature`] are there for comparison: where they are not met the
+/// phase stands still, whatever the outer curves say. Starts and finishes lie half of 9.21/k to either side of A and M.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criterion {
+    /// By the direction of ϑ = T − σ/α, without bounds (eq. 12): the reference.
+    DrivingTemperature,
+    /// Tanaka's, by the direction of the stress: towards austenite as it falls, from A_s on; towards martensite as it rises, from M_s on;
+    /// neither finishes (eq. 8).
+    Tanaka,
+    /// Liang and Rogers', by the direction of the temperature, between start and finish (eq. 9).
+    LiangRogers,
+    /// Brinson's, by the direction of the stress, between start and finish (eq. 10).
+    Brinson,
+    /// Elahinia and Ahmadian's, by the direction of ϑ, between start and finish (eq. 11).
+    ElahiniaAhmadian,
 }
 
 /// How the moduli of the two phases combine.
@@ -158,7 +178,7 @@ pub struct Taps {
 }
 
 /// What the drive's input column means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DriveKind {
     /// Duty 0..1 of the supply.
     Pwm,
@@ -166,8 +186,21 @@ pub enum DriveKind {
     Power,
     /// A steady current in A; P = I²R.
     Current,
+    /// Duty 0..1 of a current amplifier (fig. 64, 83); P = I²R of the current that it regulates.
+    Amplifier(Amplifier),
     /// The wire's temperature in °C, imposed as in a furnace: no heat balance.
     Temperature,
+}
+
+/// The current amplifier of fig. 64 and 83: the PWM passes a first-order low-pass, and what comes out of that sets the current, whatever the
+/// wire's resistance, up to what the supply drives through it (the compliance limit). The ripple that the low-pass leaves of the PWM is
+/// left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Amplifier {
+    /// Current at duty 1, in A.
+    pub full_current_a: f64,
+    /// Cut-off of the low-pass, in Hz.
+    pub filter_hz: f64,
 }
 
 /// The heating circuit.

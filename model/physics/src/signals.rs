@@ -3,7 +3,7 @@
 /// What acts on the wire during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
-    /// Duty 0..1, power in W, current in A or temperature in °C, by the drive's kind. A temperature is reached at the
+    /// Duty 0..1, power in W, current in A or temperature in °C, by the drive's kind; an amplifier takes a duty. A temperature is reached at the
     /// end of the step.
     pub drive: f64,
     /// Supply voltage V_s, in V.

@@ -3,7 +3,7 @@
 use crate::effects::catalogue;
 use crate::error::Error;
 use crate::model::WireModel;
-use crate::params::{Kinetics, Load};
+use crate::params::{DriveKind, Kinetics, Load};
 
 impl WireModel {
     /// Checks every parameter against its physical range.
@@ -69,6 +69,10 @@ impl WireModel {
         check("shunt_ohm", self.drive.shunt_ohm, 0.0, 1000.0)?;
         check("switch_ohm", self.drive.switch_ohm, 0.0, 1000.0)?;
         check("lead_ohm", self.drive.lead_ohm, 0.0, 1000.0)?;
+        if let DriveKind::Amplifier(amplifier) = self.drive.kind {
+            check("full_current_a", amplifier.full_current_a, 1e-4, 1000.0)?;
+            check("filter_hz", amplifier.filter_hz, 0.1, 100_000.0)?;
+        }
         if let Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n } = self.load {
             check("mass_kg", mass_kg, 1e-6, 1e4)?;
             check("damping_n_s_per_m", damping_n_s_per_m, 0.0, 1e6)?;

@@ -113,7 +113,7 @@ impl Column {
 /// The column that drives a wire of this kind.
 pub const fn drive_column(kind: DriveKind) -> Column {
     match kind {
-        DriveKind::Pwm => Column::Duty,
+        DriveKind::Pwm | DriveKind::Amplifier(_) => Column::Duty,
         DriveKind::Power => Column::PowerW,
         DriveKind::Current => Column::CurrentA,
         DriveKind::Temperature => Column::TemperatureC,
@@ -140,6 +140,7 @@ pub(crate) const fn drive_word(kind: DriveKind) -> &'static str {
         DriveKind::Pwm => "pwm",
         DriveKind::Power => "power",
         DriveKind::Current => "current",
+        DriveKind::Amplifier(_) => "amplifier",
         DriveKind::Temperature => "temperature",
     }
 }

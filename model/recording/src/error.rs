@@ -241,7 +241,7 @@ pub enum What {
 }
 
 /// What in the rig file asks for an input column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Needed {
     /// The kind of its drive.
     Drive(DriveKind),

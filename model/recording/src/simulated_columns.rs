@@ -38,7 +38,7 @@ impl SimulatedColumns {
             .chain(optional.into_iter().filter(|column| recording.get(*column).is_some()))
             .collect();
         // a furnace and a given power tell nothing of currents and voltages
-        let electrical = matches!(model.drive.kind, DriveKind::Pwm | DriveKind::Current);
+        let electrical = matches!(model.drive.kind, DriveKind::Pwm | DriveKind::Current | DriveKind::Amplifier(_));
         let outputs = [
             (Column::CurrentA, electrical),
             (Column::V1V, electrical && model.taps.is_some()),

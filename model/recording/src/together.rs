@@ -46,6 +46,7 @@ pub fn simulated_together(rig: &Rig, run: &[(usize, &Recording)]) -> Result<Vec<
                 match rig.channels[run[i].0].model.drive.kind {
                     DriveKind::Pwm => [given.drive, wires[i].current_a()],
                     DriveKind::Current => [1.0, given.drive],
+                    DriveKind::Amplifier(_) => [1.0, wires[i].current_a()],
                     DriveKind::Power | DriveKind::Temperature => [0.0, 0.0],
                 }
             })

@@ -54,7 +54,13 @@ impl Rig {
                     problem(Some(index), format!("{}.{key}", section.local()).trim_start_matches('.'), what);
                 }
             }
-            if channel.model.drive.kind != DriveKind::Pwm {
+            if let DriveKind::Amplifier(_) = channel.model.drive.kind {
+                // its heat accounts take a duty for the share of the period in which the measured current flows
+                let message = "cannot be driven: the driver would take an amplifier's steady current for that of an on-phase, and believe \
+                               less heat than there is; expected \"pwm\", or sinew simulate"
+                    .into();
+                problem(Some(index), "drive.kind", What::Contradiction { message });
+            } else if channel.model.drive.kind != DriveKind::Pwm {
                 let message = "cannot be driven: the driver heats by PWM only, expected \"pwm\"".into();
                 problem(Some(index), "drive.kind", What::Contradiction { message });
             } else if channel.model.drive.supply_v <= 0.0 {

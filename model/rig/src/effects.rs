@@ -170,7 +170,7 @@ pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, catalogue:
             draught(reader, node.line, keys, label);
         }
         if !effect.applies_to(&channel.model) {
-            let message = "has nothing to act on with this drive, load and taps; take it out".into();
+            let message = "has nothing to act on with this drive, load, taps and criterion; take it out".into();
             reader.problem(node.line, Some(label), path, What::Contradiction { message });
         }
     }

@@ -113,7 +113,7 @@ pub(crate) fn tables_with(name: &str) -> Vec<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use sinew_physics::Kinetics;
+    use sinew_physics::{Amplifier, DriveKind, Kinetics};
 
     use super::*;
     use crate::key::{Default, Kind, Value};
@@ -178,6 +178,8 @@ mod tests {
                 let mut rig = crate::Rig::hexapod();
                 rig.channels[0].model.taps = None;
                 rig.channels[0].model.material.kinetics = Kinetics::Richards { heating_skew: 1.0, cooling_skew: 1.0 };
+                let amplifier = Amplifier { full_current_a: 0.5, filter_hz: 40.0 };
+                rig.channels[0].model.drive.kind = DriveKind::Amplifier(amplifier);
                 rig.channels[0].model.material.martensite_temperature_c = -200.0;
                 // A hair inside: the way to SI and back may end a last digit outside.
                 let inside =

@@ -13,7 +13,7 @@ use super::sensing::Sensing;
 use super::thermal::Thermal;
 use crate::error::Error;
 use crate::model::WireModel;
-use crate::params::{DriveKind, Kinetics, Load, Material};
+use crate::params::{Criterion, DriveKind, Kinetics, Load, Material};
 
 /// A row of the catalogue; see `row::Effect` for its fields.
 pub type Effect = row::Effect<WireModel>;
@@ -131,6 +131,10 @@ fn new_row(law: &'static Law) -> Effect {
     }
 }
 
+/// Effects that have parts of the wire, or a curve that stress moves, or a lag, follow eq. 12: a rival criterion knows one phase.
+const ONE_PHASE_ONLY: [&str; 5] =
+    ["kinetic.curves", "kinetic.unequal_slopes", "kinetic.distributed", "kinetic.lag", "thermal.end_conduction"];
+
 impl Effect {
     /// Whether the model leaves this effect out: all its switches are at their null.
     pub fn is_null(&self, model: &WireModel) -> bool {
@@ -147,16 +151,18 @@ impl Effect {
 
     /// Whether the effect can show on such a rig at all.
     pub fn applies_to(&self, model: &WireModel) -> bool {
-        match self.needs {
-            Needs::Nothing => true,
-            Needs::Heating => model.drive.kind != DriveKind::Temperature,
-            Needs::Supply => model.drive.kind == DriveKind::Pwm,
-            Needs::Taps => model.taps.is_some(),
-            Needs::SkewedCurves => {
-                matches!(model.material.kinetics, Kinetics::Logistic | Kinetics::Richards { .. })
+        let follows = model.material.criterion == Criterion::DrivingTemperature || !ONE_PHASE_ONLY.contains(&self.id);
+        follows
+            && match self.needs {
+                Needs::Nothing => true,
+                Needs::Heating => model.drive.kind != DriveKind::Temperature,
+                Needs::Supply => model.drive.kind == DriveKind::Pwm,
+                Needs::Taps => model.taps.is_some(),
+                Needs::SkewedCurves => {
+                    matches!(model.material.kinetics, Kinetics::Logistic | Kinetics::Richards { .. })
+                }
+                Needs::FreeEnd => model.load != Load::ImposedPosition,
             }
-            Needs::FreeEnd => model.load != Load::ImposedPosition,
-        }
     }
 
     /// Checks the parameters of an effect that is on.
@@ -164,8 +170,12 @@ impl Effect {
         if self.home == Home::Material || self.is_null(model) {
             return Ok(());
         }
+        let rival = model.material.criterion != Criterion::DrivingTemperature && ONE_PHASE_ONLY.contains(&self.id);
         for parameter in self.parameters {
             let found = parameter.get(model);
+            if let Some(null) = parameter.null(model).filter(|null| rival && found != *null) {
+                return Err(Error::OutOfRange { key: path(self.id, parameter.key), found, low: null, high: null });
+            }
             let slack = 8.0 * f64::EPSILON * found.abs();
             if !(found >= parameter.low - slack && found <= parameter.high + slack) {
                 return Err(Error::OutOfRange {

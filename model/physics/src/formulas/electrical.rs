@@ -1,6 +1,6 @@
 //! The heating circuit, the wire's resistance, and what taps say of the length (eq. 36–44).
 
-use crate::params::{Drive, Geometry, Material, Taps};
+use crate::params::{Amplifier, Drive, Geometry, Material, Taps};
 
 impl Drive {
     /// Switch and shunt, between the wire's fixed end and ground, in Ω: what an input shared by supply and current reads
@@ -34,6 +34,31 @@ impl Drive {
 #[inline]
 pub fn current_a(supply_v: f64, wire_ohm: f64, series_ohm: f64) -> f64 {
     supply_v / (wire_ohm + series_ohm)
+}
+
+impl Amplifier {
+    /// What is left of a difference between the set current and the duty's after `dt_s`: e^(−2πf t).
+    #[inline]
+    pub fn left_after(&self, dt_s: f64) -> f64 {
+        (-std::f64::consts::TAU * self.filter_hz * dt_s).exp()
+    }
+
+    /// What the set current, in A, is after `dt_s` at a duty, and the root of its mean square meanwhile, in A: what heats.
+    #[inline]
+    pub fn follow(&self, set_a: f64, duty: f64, dt_s: f64) -> (f64, f64) {
+        let target = self.full_current_a * duty.clamp(0.0, 1.0);
+        let (off, left, z) = (set_a - target, self.left_after(dt_s), std::f64::consts::TAU * self.filter_hz * dt_s);
+        // the means of e^(−z) and of its square over the span
+        let (mean, mean_square) = ((1.0 - left) / z, 0.5 * (1.0 - left * left) / z);
+        let square = target * target + off * (2.0 * target * mean + off * mean_square);
+        (target + off * left, square.max(0.0).sqrt())
+    }
+}
+
+/// Current of an amplifier that is set to `set_a`, in A: that, or what its supply drives through the wire where that is less.
+#[inline]
+pub fn regulated_a(set_a: f64, supply_v: f64, wire_ohm: f64, series_ohm: f64) -> f64 {
+    set_a.min(current_a(supply_v, wire_ohm, series_ohm))
 }
 
 /// Electrical power P = D I² R in the wire, in W: `duty` 1 is the on-phase itself, or a steady current (before eq. 31).
@@ -149,6 +174,26 @@ mod tests {
         let share = share_between_taps(volts(taps.l0_m), volts(taps.second_m()), volts(length));
         assert!((taps.length_m(share) - length).abs() < 1e-12);
         assert!((resistivity_ohm_m(volts(length) / current, length, area) - 81e-8).abs() < 1e-18);
+    }
+
+    /// Against the low-pass in small steps.
+    #[test]
+    fn an_amplifier_follows_its_duty_as_its_low_pass_does() {
+        let amplifier = Amplifier { full_current_a: 0.5, filter_hz: 40.0 };
+        for (set_a, duty, dt_s) in [(0.0, 1.0, 0.004), (0.4, 0.1, 0.02), (0.2, 0.4, 1e-4), (0.3, 0.6, 10.0)] {
+            let n = 200_000;
+            let h = dt_s / f64::from(n);
+            let (mut i, mut square) = (set_a, 0.0);
+            for _ in 0..n {
+                let next = i + h * std::f64::consts::TAU * 40.0 * (0.5 * duty - i);
+                square += 0.5 * (i * i + next * next) / f64::from(n);
+                i = next;
+            }
+            let (end, rms) = amplifier.follow(set_a, duty, dt_s);
+            assert!((end - i).abs() < 1e-4 && (rms - square.sqrt()).abs() < 1e-4, "{end} {i} {rms} {}", square.sqrt());
+        }
+        assert_eq!(regulated_a(0.3, 6.0, 10.0, 0.0), 0.3);
+        assert_eq!(regulated_a(0.9, 6.0, 10.0, 2.0), 0.5);
     }
 
     #[test]

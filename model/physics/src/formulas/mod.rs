@@ -20,8 +20,8 @@ mod wire;
 
 pub use control::{sliding_surface, sliding_surface_first_order};
 pub use electrical::{
-    current_a, dual_variance, heating_power_w, mixture, phase_resistivity, resistance_ohm, resistivity_ohm_m,
-    share_between_taps,
+    current_a, dual_variance, heating_power_w, mixture, phase_resistivity, regulated_a, resistance_ohm,
+    resistivity_ohm_m, share_between_taps,
 };
 pub use kinetic::{SURELY_HOT_K, logistic, logit, stress_shift_k};
 pub use mechanical::{STANDARD_GRAVITY_M_S2, compliance, load_pull_n};

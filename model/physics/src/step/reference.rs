@@ -9,7 +9,7 @@ use crate::effects::thermal::Skin;
 use crate::formulas;
 use crate::kinetics::{Fraction, Hysteresis};
 use crate::model::WireModel;
-use crate::params::{Convection, DriveKind, Load, Mixing, Taps};
+use crate::params::{Convection, Criterion, DriveKind, Load, Mixing, Taps};
 use crate::signals::Inputs;
 
 /// Longest step taken in one piece, in s. Longer ones are divided evenly.
@@ -33,6 +33,7 @@ pub(crate) enum Motion {
 #[derive(Debug, Clone)]
 pub(crate) struct Reference {
     pub(crate) hysteresis: Hysteresis,
+    pub(crate) criterion: Criterion,
     pub(crate) motion: Motion,
     pub(crate) drive: DriveKind,
     pub(crate) mixing: Mixing,
@@ -100,6 +101,7 @@ impl Reference {
         let settling = Settling::of(model);
         Reference {
             hysteresis: effects.kinetic.curves(m),
+            criterion: m.criterion,
             motion: match model.load {
                 Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n } => Motion::Dynamic {
                     mass: mass_kg,
@@ -110,7 +112,11 @@ impl Reference {
                 Load::ImposedPosition => Motion::Position,
                 Load::ImposedForce => Motion::Force,
             },
-            drive: model.drive.kind,
+            drive: match model.drive.kind {
+                // the wire is given the current that its amplifier regulates
+                DriveKind::Amplifier(_) => DriveKind::Current,
+                kind => kind,
+            },
             mixing: m.mixing,
             stiffness_base,
             stiffness_slope,
@@ -169,7 +175,7 @@ impl Reference {
                 formulas::heating_power_w(inputs.drive, current, resistance)
             }
             DriveKind::Power => inputs.drive,
-            DriveKind::Current => formulas::heating_power_w(1.0, inputs.drive, resistance),
+            DriveKind::Current | DriveKind::Amplifier(_) => formulas::heating_power_w(1.0, inputs.drive, resistance),
             DriveKind::Temperature => 0.0,
         }
     }
@@ -179,7 +185,7 @@ impl Reference {
         match self.drive {
             DriveKind::Pwm => formulas::current_a(inputs.supply_v, resistance, self.series_ohm),
             DriveKind::Power => (inputs.drive.max(0.0) / resistance).sqrt(),
-            DriveKind::Current => inputs.drive,
+            DriveKind::Current | DriveKind::Amplifier(_) => inputs.drive,
             DriveKind::Temperature => 0.0,
         }
     }

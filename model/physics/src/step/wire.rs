@@ -12,11 +12,12 @@ use super::ends::Ledger;
 use super::own::Undefined;
 use super::reference::{Motion, Reference, State, fitted_implicitness};
 use super::terms::{Terms, Unknown};
+use crate::criteria::{Drift, Path};
 use crate::error::Error;
 use crate::formulas;
-use crate::kinetics::{Branch, Direction, Fraction, Hysteresis};
+use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::model::WireModel;
-use crate::params::DriveKind;
+use crate::params::{Amplifier, Criterion, DriveKind};
 use crate::signals::{EnergyBalance, Inputs, Outputs};
 
 /// Below this nothing moves, in K: 10⁻¹¹ m on a 160 mm wire.
@@ -44,6 +45,8 @@ pub struct Wire {
     balance: Balance,
     state: State,
     branch: Option<Branch>,
+    /// What a rival criterion follows in place of the branch; `None` while it holds the phase still.
+    path: Option<Path>,
     /// They give the guess for the next piece.
     theta_rates: Rates,
     /// The piece length that `implicitness` belongs to, s.
@@ -60,6 +63,8 @@ pub struct Wire {
     energy: EnergyBalance,
     /// Pieces may be as long as this where the load alone asks for shorter ones, s.
     long_piece: f64,
+    /// The amplifier that the wire's current comes from, and what that is set to, behind its low-pass, A.
+    amplifier: Option<(Amplifier, f64)>,
     /// Mass of the load where that is jammed now, kg.
     free_mass_kg: Option<f64>,
 }
@@ -91,6 +96,7 @@ impl Wire {
             balance,
             state,
             branch: None,
+            path: None,
             theta_rates: Rates::default(),
             fitted_to: 0.0,
             implicitness: 0.5,
@@ -101,9 +107,16 @@ impl Wire {
             elapsed: 0.0,
             energy: EnergyBalance::default(),
             long_piece: 0.0,
+            // the low-pass starts empty
+            amplifier: match model.drive.kind {
+                DriveKind::Amplifier(amplifier) => Some((amplifier, 0.0)),
+                _ => None,
+            },
             free_mass_kg: None,
         };
-        wire.current = wire.balance.reference.current(first, state.resistance);
+        if wire.amplifier.is_none() {
+            wire.current = wire.balance.reference.current(first, state.resistance);
+        }
         let seen = wire.seen();
         if let Some(terms) = &mut wire.balance.terms {
             terms.remember(&seen);
@@ -190,6 +203,10 @@ impl Wire {
         let mut heat_in = 0.0;
         // a count, not `elapsed < dt`: rounding must not add a piece
         let mut piece = 0.0;
+        if self.amplifier.is_some() {
+            heat_in = self.amplified(inputs, h, pieces, imposed_rate);
+            piece = pieces;
+        }
         while piece < pieces {
             heat_in += if self.balance.terms.is_some() {
                 self.piece::<true>(inputs, h, imposed_rate, temperature_rate)
@@ -201,7 +218,10 @@ impl Wire {
         self.elapsed += dt_s;
         self.imposed = inputs.imposed;
         self.power = heat_in / dt_s;
-        self.current = self.balance.reference.current(inputs, self.state.resistance);
+        self.current = match self.amplifier {
+            None => self.balance.reference.current(inputs, self.state.resistance),
+            Some((_, set_a)) => self.regulated_a(set_a, inputs.supply_v),
+        };
         self.energy.heat_in_j += heat_in;
         let c = &self.balance;
         self.energy.sensible_j = c.reference.heat_capacity * (self.state.temperature - self.started.temperature);
@@ -209,6 +229,29 @@ impl Wire {
         if self.balance.terms.is_some() {
             self.keep_for_later();
         }
+    }
+
+    /// The pieces of a step under an amplifier, which is set to what its low-pass makes of the duty; returns the electrical heat, J.
+    #[cold]
+    #[inline(never)]
+    fn amplified(&mut self, inputs: &Inputs, h: f64, pieces: f64, imposed_rate: f64) -> f64 {
+        let Some((amplifier, mut set_a)) = self.amplifier else { return 0.0 };
+        let (mut heat_in, mut piece) = (0.0, 0.0);
+        while piece < pieces {
+            let (end_a, mean_a) = amplifier.follow(set_a, inputs.drive, h);
+            set_a = end_a;
+            let drive = self.regulated_a(mean_a, inputs.supply_v);
+            // a wire without effects has no terms to ask: the two need not be told apart here
+            heat_in += self.piece::<true>(&Inputs { drive, ..*inputs }, h, imposed_rate, 0.0);
+            piece += 1.0;
+        }
+        self.amplifier = Some((amplifier, set_a));
+        heat_in
+    }
+
+    /// What an amplifier that is set to this drives through the wire as it is, A.
+    fn regulated_a(&self, set_a: f64, supply_v: f64) -> f64 {
+        formulas::regulated_a(set_a, supply_v, self.state.resistance, self.balance.reference.series_ohm)
     }
 
     /// What the effects need of the end of a step.
@@ -344,6 +387,10 @@ impl Wire {
 
     /// From standing: finds the direction, reverses the branch if it must, and solves by Newton inside a bracket.
     fn set_out<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
+        // a rival has no branch to carry on, so that every piece of its wire comes by here
+        if self.balance.reference.criterion != Criterion::DrivingTemperature {
+            return self.solve_by_rival::<EFFECTS>(inputs, stage);
+        }
         let from = &self.state;
         let terms = self.terms::<EFFECTS>();
         let still = self.balance.standing(terms, from);
@@ -358,47 +405,97 @@ impl Wire {
             _ => self.balance.reverse(direction, from),
         };
         let (c, terms) = (&self.balance, self.terms::<EFFECTS>());
-        // the near end of the bracket is where we stand; the far end is found on the way
-        let (mut low, mut high) = match direction {
-            Direction::Heating => (from.theta, f64::INFINITY),
-            Direction::Cooling => (f64::NEG_INFINITY, from.theta),
-        };
-        let mut theta = from.theta;
-        let mut point = c.point(terms, &branch, theta, from);
-        let mut newton_may = true;
-        for _ in 0..MOST_ITERATIONS {
-            let width = high - low;
-            let mut next = theta - trial.residual / c.residual_slope(terms, stage, from, &trial, point.slope);
-            if !(newton_may && next > low && next < high) {
-                next = if width.is_finite() {
-                    0.5 * (low + high)
-                } else {
-                    // the slope was no guide: the bare residual leads past the solution
-                    theta + 2.0 * trial.residual
-                };
-            }
-            let moved = next - theta;
-            theta = next;
-            point = c.point(terms, &branch, theta, from);
-            trial = c.trial(terms, inputs, stage, from, theta, &point, trial.state.as_guess());
-            if trial.residual > 0.0 {
-                low = theta;
-            } else {
-                high = theta;
-            }
-            // across a whole transformation Newton can swing from one flat end to the other: halve then
-            newton_may = high - low <= 0.5 * width;
-            if is_solved(&trial, from.theta) || moved.abs() <= 1e-3 * THETA_TOLERANCE_K {
-                break;
-            }
-        }
+        let point = bracketed(c, terms, inputs, stage, from, direction, &mut trial, |theta| {
+            c.point(terms, &branch, theta, from)
+        });
         if point.outer {
             branch.ride_outer();
         }
         self.branch = Some(branch);
         trial
     }
+
+    /// By a rival criterion, which is asked where the piece would go if the phase stood still. Where it is not met that is where the piece
+    /// goes: temperature and stress do not depend on ϑ but through the phase.
+    #[cold]
+    #[inline(never)]
+    fn solve_by_rival<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
+        let (c, terms, from) = (&self.balance, self.terms::<EFFECTS>(), &self.state);
+        let still = Point { fraction: from.fraction, slope: 0.0, outer: false };
+        let mut trial = c.trial(terms, inputs, stage, from, from.theta, &still, from.as_guess());
+        trial = c.trial(terms, inputs, stage, from, from.theta, &still, trial.state.as_guess());
+        let drift = Drift {
+            temperature: trial.state.temperature - from.temperature,
+            stress: trial.state.stress - from.stress,
+            theta: trial.residual,
+        };
+        let reference = &c.reference;
+        let Some(direction) = reference.criterion.admits(&drift) else {
+            trial.state.theta += trial.residual;
+            self.path = None;
+            return trial;
+        };
+        let path = match self.path {
+            Some(path) if path.direction() == direction => path,
+            _ => Path::new(reference.criterion, &reference.hysteresis, direction, from.theta, &from.fraction),
+        };
+        bracketed(c, terms, inputs, stage, from, direction, &mut trial, |theta| path.at(&reference.hysteresis, theta));
+        self.path = Some(path);
+        trial
+    }
 }
+
+/// Solves by Newton inside a bracket, from the `trial` where the wire stands on in `direction`, along the phase that `point_at` has for a
+/// ϑ. Leaves the solution in `trial` and returns its phase.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn bracketed(
+    c: &Balance,
+    terms: Option<&Terms>,
+    inputs: &Inputs,
+    stage: &Stage,
+    from: &State,
+    direction: Direction,
+    trial: &mut Trial,
+    point_at: impl Fn(f64) -> Point,
+) -> Point {
+    // the near end of the bracket is where we stand; the far end is found on the way
+    let (mut low, mut high) = match direction {
+        Direction::Heating => (from.theta, f64::INFINITY),
+        Direction::Cooling => (f64::NEG_INFINITY, from.theta),
+    };
+    let mut theta = from.theta;
+    let mut point = point_at(theta);
+    let mut newton_may = true;
+    for _ in 0..MOST_ITERATIONS {
+        let width = high - low;
+        let mut next = theta - trial.residual / c.residual_slope(terms, stage, from, trial, point.slope);
+        if !(newton_may && next > low && next < high) {
+            next = if width.is_finite() {
+                0.5 * (low + high)
+            } else {
+                // the slope was no guide: the bare residual leads past the solution
+                theta + 2.0 * trial.residual
+            };
+        }
+        let moved = next - theta;
+        theta = next;
+        point = point_at(theta);
+        *trial = c.trial(terms, inputs, stage, from, theta, &point, trial.state.as_guess());
+        if trial.residual > 0.0 {
+            low = theta;
+        } else {
+            high = theta;
+        }
+        // across a whole transformation Newton can swing from one flat end to the other: halve then
+        newton_may = high - low <= 0.5 * width;
+        if is_solved(trial, from.theta) || moved.abs() <= 1e-3 * THETA_TOLERANCE_K {
+            break;
+        }
+    }
+    point
+}
+
 /// What the air takes from a wire `above` it without effects, in W (eq. 27).
 fn loss_to_air(reference: &Reference, above: f64) -> f64 {
     reference.skin.loss_coefficient(above) * above
@@ -432,7 +529,7 @@ impl Wire {
         }
         state.resistance = c.resistance(None, &state);
         self.state = state;
-        self.branch = None;
+        (self.branch, self.path) = (None, None);
         self.theta_rates = Rates::default();
     }
 

@@ -190,3 +190,42 @@ fn rest_lengths_bracket_the_stroke() {
     wire.step(&m.rest_inputs(), 1.0);
     assert!((0.16 + wire.position_m() - cold).abs() < 1e-7);
 }
+
+/// The current amplifier gives I²R of the current that it regulates, whatever the supply, until that is at its end; and the low-pass is
+/// the same in steps of any length.
+#[test]
+fn an_amplifier_heats_by_the_current_it_regulates() {
+    let mut m = model();
+    m.drive.kind = DriveKind::Amplifier(Amplifier { full_current_a: 0.3, filter_hz: 40.0 });
+    let heated = |supply_v: f64, dt: f64| {
+        let mut wire = Wire::new(&m).unwrap();
+        let mut heat = 0.0;
+        // 50 ms on, 50 ms off, and again
+        for period in 0..20 {
+            let duty = if period % 2 == 0 { 0.8 } else { 0.1 };
+            for _ in 0..(0.05 / dt).round() as usize {
+                wire.step(&Inputs { drive: duty, supply_v, ..m.rest_inputs() }, dt);
+                let o = wire.outputs();
+                heat += o.power_w * dt;
+                assert!(o.current_a <= supply_v / (o.resistance_ohm + m.outside_ohm()) + 1e-12);
+            }
+        }
+        assert!((wire.energy().heat_in_j - heat).abs() < 1e-12 && wire.energy().residual_j().abs() < 1e-9);
+        (wire.outputs(), heat)
+    };
+    let (fine, heat) = heated(12.0, 1e-4);
+    let (coarse, coarse_heat) = heated(12.0, 5e-3);
+    assert!((heat / coarse_heat - 1.0).abs() < 1e-3, "{heat} {coarse_heat}");
+    assert!((fine.temperature_c - coarse.temperature_c).abs() < 0.1, "{} {}", fine.temperature_c, coarse.temperature_c);
+    // twice the supply changes nothing while it is enough
+    assert_eq!(heated(24.0, 1e-4), (fine, heat));
+    // and 1 V through more than 9 Ω is less than 0.24 A
+    let (starved, less) = heated(1.0, 1e-4);
+    assert!(less < 0.5 * heat && starved.current_a < 0.03 + 1e-3, "{less} {heat} {}", starved.current_a);
+    // closed form: target 0.24 A and 0.03 A, the difference decaying by 2π 40/s in each half
+    let tau = 1.0 / (std::f64::consts::TAU * 40.0);
+    let mean_square =
+        0.5 * (0.24f64.powi(2) + 0.03f64.powi(2)) + (0.21 * 0.03 * 2.0 - 0.21 * 0.24 * 2.0 + 0.21 * 0.21) * tau / 0.1;
+    let ohm = heat / (mean_square * 1.0);
+    assert!((ohm / fine.resistance_ohm - 1.0).abs() < 0.05, "{ohm} {}", fine.resistance_ohm);
+}

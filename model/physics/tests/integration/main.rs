@@ -1,6 +1,7 @@
 //! The wire and its effects.
 
 mod closed_forms;
+mod criteria;
 mod effects;
 mod joint;
 mod properties;

@@ -67,7 +67,7 @@ fn model() -> impl Strategy<Value = WireModel> {
     (
         material(),
         (0.02f64..1.0, 20.0f64..1000.0),
-        (0u8..4, 0u8..5),
+        (0u8..5, 0u8..5),
         (1e-3f64..1.0, 0.0f64..100.0, 0.0f64..1000.0, 0.0f64..400.0),
         (1.0f64..300.0, -20.0f64..60.0, 0.0f64..=1.0),
     )
@@ -83,8 +83,17 @@ fn model() -> impl Strategy<Value = WireModel> {
                     material,
                     taps: Some(Taps { l0_m: 0.1 * geometry.length_m, ls_m: 0.8 * geometry.length_m }),
                     drive: Drive {
-                        kind: [DriveKind::Pwm, DriveKind::Power, DriveKind::Current, DriveKind::Temperature]
-                            [usize::from(drive)],
+                        kind: match drive {
+                            0 => DriveKind::Pwm,
+                            1 => DriveKind::Power,
+                            2 => DriveKind::Current,
+                            3 => DriveKind::Temperature,
+                            // the supply is its limit now and then
+                            _ => DriveKind::Amplifier(Amplifier {
+                                full_current_a: (power / resistance).sqrt().clamp(1e-3, 900.0),
+                                filter_hz: 40.0,
+                            }),
+                        },
                         supply_v: (power * resistance).sqrt().min(900.0),
                         shunt_ohm: 0.1,
                         switch_ohm: 0.02,
@@ -120,7 +129,7 @@ fn inputs(model: &WireModel, drive: f64, load: f64) -> Inputs {
     let peak = model.drive.supply_v.powi(2) * area / (80e-8 * model.geometry.length_m);
     Inputs {
         drive: match model.drive.kind {
-            DriveKind::Pwm => drive,
+            DriveKind::Pwm | DriveKind::Amplifier(_) => drive,
             DriveKind::Power => drive * peak,
             DriveKind::Current => (drive * peak * area / (80e-8 * model.geometry.length_m)).sqrt(),
             DriveKind::Temperature => -20.0 + 300.0 * drive,

@@ -1,6 +1,6 @@
 //! `[channel.material]`: the alloy.
 
-use sinew_physics::{Convection, Kinetics, Mixing, WireModel};
+use sinew_physics::{Convection, Criterion, Kinetics, Mixing, WireModel};
 
 use crate::declare::rows::*;
 
@@ -8,6 +8,16 @@ key_words! {
     Mixing, default Series = "series"; {
         Series = "series",
         Parallel = "parallel",
+    }
+}
+
+key_words! {
+    Criterion, default DrivingTemperature = "driving_temperature"; {
+        DrivingTemperature = "driving_temperature",
+        Tanaka = "tanaka",
+        LiangRogers = "liang_rogers",
+        Brinson = "brinson",
+        ElahiniaAhmadian = "elahinia_ahmadian",
     }
 }
 
@@ -144,6 +154,10 @@ pub(crate) fn section() -> Section<WireModel> {
             "heating_skew" = skew(heating_skew), number(si("1"), 0.05, 20.0), Number(1.0), only of_richards();
             /// v_M of Richards' curves (eq. 21); only with kinetics `richards`.
             "cooling_skew" = skew(cooling_skew), number(si("1"), 0.05, 20.0), Number(1.0), only of_richards();
+            /// When the phase moves: as T − σ/α does, unbounded (eq. 12, the reference), or by a rival that holds it still elsewhere: by the
+            /// stress alone from the start on (eq. 8), by the temperature alone (eq. 9), by the stress alone (eq. 10) or by T − σ/α (eq. 11)
+            /// between start and finish, 4.6/k to either side of A and M. Not with effects that part the phase or let it lag.
+            "criterion" = alloy(criterion), Criterion::KIND, Criterion::DEFAULT;
             /// How the phases' moduli combine: Reuss (eq. 4) or Voigt (eq. 3).
             "mixing" = alloy(mixing), Mixing::KIND, Mixing::DEFAULT;
             /// Loss to the air by h, or by eq. 34.

@@ -1,5 +1,6 @@
 //! Every kind of mistake is found at its line, with its key and what would be right.
 
+use sinew_physics::{Amplifier, DriveKind};
 use sinew_rig::{Error, Mapping, Rig};
 
 pub const GOOD: &str = r#"[rig]
@@ -243,13 +244,55 @@ fn sixty_four_channels_and_no_more() {
     assert_eq!(error.lines().count(), 1);
 }
 
+/// What each criterion and each kind of drive does without.
+#[test]
+fn criteria_and_amplifiers() {
+    let brinson =
+        "[channel.effects.\"kinetic.lag\"]\nseconds = 0.1\n[channel.effects.\"thermal.radiation\"]\nemissivity = 0.5\n";
+    with(brinson, "accepted");
+    assert_eq!(
+        messages("latent_heat_j_per_kg = 24200\n", &format!("criterion = \"brinson\"\n{brinson}")),
+        "rig.toml:23: channel \"wire\": effects.\"kinetic.lag\" has nothing to act on with this drive, load, taps and criterion; \
+         take it out",
+    );
+    says("supply_v = 6.0", "supply_v = 6.0\nkind = \"amplifier\"\nfull_current_a = 0.4\nfilter_hz = 20", "accepted");
+    says(
+        "supply_v = 6.0",
+        "kind = \"amplifier\"",
+        "rig.toml:15: channel \"wire\": drive.supply_v is missing, expected the supply voltage in V, such as 6.0 (or another drive \
+         kind)\nrig.toml:15: channel \"wire\": drive.full_current_a is missing, expected the regulated current at duty 1 in A, \
+         such as 0.5",
+    );
+    says(
+        "supply_v = 6.0",
+        "supply_v = 6.0\nfull_current_a = 0.4",
+        "rig.toml:17: channel \"wire\": drive.full_current_a makes no sense without kind = \"amplifier\"; add that or take it out",
+    );
+    let amplified = GOOD.replace("supply_v = 6.0", "kind = \"amplifier\"\nsupply_v = 6.0\nfull_current_a = 0.4");
+    let rig = Rig::parse(&amplified, "rig.toml").unwrap();
+    let drive = rig.channels[0].model.drive.kind;
+    assert_eq!(drive, DriveKind::Amplifier(Amplifier { full_current_a: 0.4, filter_hz: 40.0 }));
+    assert_eq!(Rig::parse(&rig.to_toml(), "rig.toml").unwrap().channels[0].model, rig.channels[0].model);
+    let error = rig.check_drivable().unwrap_err().to_string();
+    assert!(
+        error.starts_with("rig.toml:16: channel \"wire\": drive.kind cannot be driven: the driver would take"),
+        "{error}"
+    );
+}
+
 #[test]
 fn kinds() {
     says(
         "supply_v = 6.0",
         "kind = \"pmw\"\nsupply_v = 6.0",
         "rig.toml:16: channel \"wire\": drive.kind is \"pmw\", \
-         expected \"pwm\", \"power\", \"current\" or \"temperature\"; did you mean \"pwm\"?",
+         expected \"pwm\", \"power\", \"current\", \"temperature\" or \"amplifier\"; did you mean \"pwm\"?",
+    );
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "criterion = \"brinso\"",
+        "rig.toml:22: channel \"wire\": material.criterion is \"brinso\", expected \"driving_temperature\", \"tanaka\", \
+         \"liang_rogers\", \"brinson\" or \"elahinia_ahmadian\"; did you mean \"brinson\"?",
     );
     says(
         "latent_heat_j_per_kg = 24200",
@@ -475,7 +518,7 @@ fn effects() {
     let furnace = format!("{}[channel.drive]\nkind = \"temperature\"\n", draught("gain = 1\nstart_s = 0\nend_s = 9"));
     assert_eq!(
         messages("[channel.drive]\nsupply_v = 6.0\n", &furnace),
-        "rig.toml:15: channel \"wire\": effects.\"thermal.draught\" has nothing to act on with this drive, load and taps; \
+        "rig.toml:15: channel \"wire\": effects.\"thermal.draught\" has nothing to act on with this drive, load, taps and criterion; \
          take it out",
     );
     // At their null all are accepted, whatever their other parameters say.

@@ -51,6 +51,7 @@ austenite_temperature_c = 4.0
 [channel.material]
 kinetics = "richards"
 heating_skew = 1.5
+criterion = "brinson"
 mixing = "parallel"
 convection = "natural"
 

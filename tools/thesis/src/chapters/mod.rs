@@ -1,5 +1,6 @@
 //! The rows, a file for each chapter.
 
+mod amplifier;
 pub(crate) mod apart;
 pub(crate) mod appendix;
 pub(crate) mod eight;

@@ -6,6 +6,7 @@ use sinew_physics::formulas::{cooling_time_s, current_a, heating_power_w, relaxe
 use sinew_physics::{Convection, Drive, DriveKind, Geometry, Inputs, Kinetics, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
 
+use super::amplifier;
 use crate::axes::{STRAIN, STRESS, TEMPERATURE, TIME};
 use crate::chapter::Chapter::Six;
 use crate::chapter::Place::{Displayed, Equation, Figure};
@@ -457,10 +458,9 @@ fn electrical() -> Vec<Row> {
             "PWM through an RC of 40 Hz, then a regulated current, whatever the \
                 wire's resistance.",
         )
-        .not_built(
-            "the amplifier as a drive of a channel: RC, regulated current, \
-            compliance limit",
-        ),
+        .code("model/physics/src/params.rs", "pub struct Amplifier")
+        .code("model/physics/src/formulas/electrical.rs", "pub fn regulated_a")
+        .agrees(amplifier::regulated),
         figure(
             66,
             "binary segments",

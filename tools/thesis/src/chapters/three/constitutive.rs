@@ -1,17 +1,17 @@
-//! The constitutive model: strain, mixing, thermal expansion, and when it transforms.
+//! The constitutive model: strain, mixing, thermal expansion.
 
 use sinew_physics::formulas::compliance;
 use sinew_physics::{Material, Mixing};
 use sinew_plot::Ink;
 
 use super::shared::{
-    BALANCE, FORMULAS, KINETICS, LOOP_MPA, MECHANICAL, PARAMS, displayed, draw_loops, equation, figure, moved,
-    strained, superelastic, whole_strain,
+    BALANCE, LOOP_MPA, MECHANICAL, PARAMS, displayed, draw_loops, equation, figure, strained, superelastic,
+    whole_strain,
 };
 use crate::axes::{STRAIN, TEMPERATURE};
 use crate::found::Tried;
 use crate::row::Row;
-use crate::wires::{MPA, at, imposed, in_a_furnace, largest, least};
+use crate::wires::{MPA, imposed, in_a_furnace, largest};
 
 pub(super) fn constitutive() -> Vec<Row> {
     vec![
@@ -200,77 +200,4 @@ fn strain_per_martensite(material: Material) -> Tried<(f64, f64)> {
     let elastic = c * (way.stress_mpa[i] - way.stress_mpa[i - 1]) * MPA;
     let per = (way.strain[i] - way.strain[i - 1] - elastic) / (way.martensite[i] - way.martensite[i - 1]);
     Ok((per, 0.5 * (way.stress_mpa[i] + way.stress_mpa[i - 1]) * MPA))
-}
-
-pub(super) fn criteria() -> Vec<Row> {
-    let rival = |number, title, states| {
-        equation(number, title, states).not_built(
-            "the rival criteria of transformation, selectable beside those of eq. \
-                12",
-        )
-    };
-    vec![
-        rival(
-            8,
-            "Tanaka's criteria",
-            "Transformation goes on while the stress falls below A_s's line, or \
-                rises above M_s's.",
-        ),
-        rival(
-            9,
-            "Liang and Rogers' criteria",
-            "The same by temperature, and bounded by the lines of start and finish.",
-        ),
-        rival(10, "Brinson's criteria", "The same bounds by stress."),
-        rival(
-            11,
-            "Elahinia and Ahmadian's criteria",
-            "The direction is that of T − σ/C, so that stress alone moves the \
-                phase; still bounded.",
-        ),
-        equation(
-            12,
-            "the direction of transformation",
-            "Towards austenite while Ṫ − σ̇/C > 0, towards martensite while it is \
-                < 0, without bounds.",
-        )
-        .code(FORMULAS, "pub fn stress_shift_k")
-        .code(KINETICS, "dϑ/dt > 0: towards austenite (eq. 12)")
-        .agrees(|_, found| {
-            // 1/α = 0.125 K/MPa: 24 MPa count as 3 K
-            found.above("martensite gained by + 2 K and + 24 MPa", "1", 0.0, moved(2.0, 24.0)?);
-            found.below("martensite gained by + 4 K and + 24 MPa", "1", 0.0, moved(4.0, 24.0)?);
-            found.nothing("martensite gained by + 3 K and + 24 MPa", "1", 1e-9, moved(3.0, 24.0)?);
-            Ok(())
-        }),
-        figure(
-            10,
-            "a calorimeter's curves",
-            "Heat flows most where the transformation is fastest: at A on \
-                heating, at M on cooling.",
-        )
-        .code(KINETICS, "pub struct Hysteresis")
-        .agrees(|_, found| {
-            let way =
-                imposed(&in_a_furnace(Material::default(), 1.0), &[[20.0, 0.0], [140.0, 0.0], [20.0, 0.0]], 2400)?;
-            let rate = |range: std::ops::Range<usize>| -> (Vec<f64>, Vec<f64>) {
-                let of = range.map(|i| {
-                    let kelvin = way.temperature_c[i + 1] - way.temperature_c[i];
-                    let middle = 0.5 * (way.temperature_c[i + 1] + way.temperature_c[i]);
-                    // latent heat of a kelvin's change
-                    (middle, -24.2 * (way.martensite[i + 1] - way.martensite[i]) / kelvin.abs())
-                });
-                of.unzip()
-            };
-            let (heating, cooling) = (rate(0..2400), rate(2400..4800));
-            found.near("most heat taken up at", "°C", 93.0, 0.1, at(&heating.1, &heating.0, largest(&heating.1)));
-            found.near("most heat given off at", "°C", 67.0, 0.1, at(&cooling.1, &cooling.0, least(&cooling.1)));
-            found.legend(Ink::Series(0), "heating");
-            found.legend(Ink::Series(1), "cooling");
-            let flow = ("Latent heat taken up, J/(g K)", "1");
-            found.line(TEMPERATURE, flow, Ink::Series(0), heating);
-            found.line(TEMPERATURE, flow, Ink::Series(1), cooling);
-            Ok(())
-        }),
-    ]
 }

@@ -2,6 +2,7 @@
 
 mod constitutive;
 mod continuity;
+mod criteria;
 mod kinetics;
 mod shared;
 
@@ -9,7 +10,7 @@ use crate::row::Row;
 
 pub(crate) fn rows() -> Vec<Row> {
     let mut rows = constitutive::constitutive();
-    rows.extend(constitutive::criteria());
+    rows.extend(criteria::criteria());
     rows.extend(kinetics::kinetics());
     rows.extend(continuity::summary());
     rows.extend(continuity::continuity());
