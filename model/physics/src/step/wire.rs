@@ -405,9 +405,8 @@ impl Wire {
             _ => self.balance.reverse(direction, from),
         };
         let (c, terms) = (&self.balance, self.terms::<EFFECTS>());
-        let point = bracketed(c, terms, inputs, stage, from, direction, &mut trial, |theta| {
-            c.point(terms, &branch, theta, from)
-        });
+        let (trial, point) =
+            bracketed(c, terms, inputs, stage, from, direction, trial, |theta| c.point(terms, &branch, theta, from));
         if point.outer {
             branch.ride_outer();
         }
@@ -439,14 +438,15 @@ impl Wire {
             Some(path) if path.direction() == direction => path,
             _ => Path::new(reference.criterion, &reference.hysteresis, direction, from.theta, &from.fraction),
         };
-        bracketed(c, terms, inputs, stage, from, direction, &mut trial, |theta| path.at(&reference.hysteresis, theta));
+        let (trial, _) =
+            bracketed(c, terms, inputs, stage, from, direction, trial, |theta| path.at(&reference.hysteresis, theta));
         self.path = Some(path);
         trial
     }
 }
 
 /// Solves by Newton inside a bracket, from the `trial` where the wire stands on in `direction`, along the phase that `point_at` has for a
-/// ϑ. Leaves the solution in `trial` and returns its phase.
+/// ϑ. Returns the solution and its phase.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 fn bracketed(
@@ -456,9 +456,9 @@ fn bracketed(
     stage: &Stage,
     from: &State,
     direction: Direction,
-    trial: &mut Trial,
+    mut trial: Trial,
     point_at: impl Fn(f64) -> Point,
-) -> Point {
+) -> (Trial, Point) {
     // the near end of the bracket is where we stand; the far end is found on the way
     let (mut low, mut high) = match direction {
         Direction::Heating => (from.theta, f64::INFINITY),
@@ -469,7 +469,7 @@ fn bracketed(
     let mut newton_may = true;
     for _ in 0..MOST_ITERATIONS {
         let width = high - low;
-        let mut next = theta - trial.residual / c.residual_slope(terms, stage, from, trial, point.slope);
+        let mut next = theta - trial.residual / c.residual_slope(terms, stage, from, &trial, point.slope);
         if !(newton_may && next > low && next < high) {
             next = if width.is_finite() {
                 0.5 * (low + high)
@@ -481,7 +481,7 @@ fn bracketed(
         let moved = next - theta;
         theta = next;
         point = point_at(theta);
-        *trial = c.trial(terms, inputs, stage, from, theta, &point, trial.state.as_guess());
+        trial = c.trial(terms, inputs, stage, from, theta, &point, trial.state.as_guess());
         if trial.residual > 0.0 {
             low = theta;
         } else {
@@ -489,11 +489,11 @@ fn bracketed(
         }
         // across a whole transformation Newton can swing from one flat end to the other: halve then
         newton_may = high - low <= 0.5 * width;
-        if is_solved(trial, from.theta) || moved.abs() <= 1e-3 * THETA_TOLERANCE_K {
+        if is_solved(&trial, from.theta) || moved.abs() <= 1e-3 * THETA_TOLERANCE_K {
             break;
         }
     }
-    point
+    (trial, point)
 }
 
 /// What the air takes from a wire `above` it without effects, in W (eq. 27).
