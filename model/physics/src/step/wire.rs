@@ -203,15 +203,15 @@ impl Wire {
         let mut heat_in = 0.0;
         // a count, not `elapsed < dt`: rounding must not add a piece
         let mut piece = 0.0;
-        if self.amplifier.is_some() {
-            heat_in = self.amplified(inputs, h, pieces, imposed_rate);
+        if self.amplifier.is_some() || self.has_rival() {
+            heat_in = self.rare_pieces(inputs, h, pieces, imposed_rate, temperature_rate);
             piece = pieces;
         }
         while piece < pieces {
             heat_in += if self.balance.terms.is_some() {
-                self.piece::<true>(inputs, h, imposed_rate, temperature_rate)
+                self.piece::<true, false>(inputs, h, imposed_rate, temperature_rate)
             } else {
-                self.piece::<false>(inputs, h, imposed_rate, temperature_rate)
+                self.piece::<false, false>(inputs, h, imposed_rate, temperature_rate)
             };
             piece += 1.0;
         }
@@ -231,21 +231,29 @@ impl Wire {
         }
     }
 
-    /// The pieces of a step under an amplifier, which is set to what its low-pass makes of the duty; returns the electrical heat, J.
+    /// Whether its phase moves by another criterion than eq. 12.
+    fn has_rival(&self) -> bool {
+        self.balance.reference.criterion != Criterion::DrivingTemperature
+    }
+
+    /// The pieces of a step under an amplifier, which is set to what its low-pass makes of the duty, or by a rival criterion: apart, so that no
+    /// other wire pays for them. Returns the electrical heat, J.
     #[cold]
     #[inline(never)]
-    fn amplified(&mut self, inputs: &Inputs, h: f64, pieces: f64, imposed_rate: f64) -> f64 {
-        let Some((amplifier, mut set_a)) = self.amplifier else { return 0.0 };
+    fn rare_pieces(&mut self, inputs: &Inputs, h: f64, pieces: f64, imposed_rate: f64, temperature_rate: f64) -> f64 {
+        let mut inputs = *inputs;
+        let duty = inputs.drive;
         let (mut heat_in, mut piece) = (0.0, 0.0);
         while piece < pieces {
-            let (end_a, mean_a) = amplifier.follow(set_a, inputs.drive, h);
-            set_a = end_a;
-            let drive = self.regulated_a(mean_a, inputs.supply_v);
+            if let Some((amplifier, set_a)) = self.amplifier {
+                let (end_a, mean_a) = amplifier.follow(set_a, duty, h);
+                inputs.drive = self.regulated_a(mean_a, inputs.supply_v);
+                self.amplifier = Some((amplifier, end_a));
+            }
             // a wire without effects has no terms to ask: the two need not be told apart here
-            heat_in += self.piece::<true>(&Inputs { drive, ..*inputs }, h, imposed_rate, 0.0);
+            heat_in += self.piece::<true, true>(&inputs, h, imposed_rate, temperature_rate);
             piece += 1.0;
         }
-        self.amplifier = Some((amplifier, set_a));
         heat_in
     }
 
@@ -278,7 +286,13 @@ impl Wire {
     }
 
     /// One piece of length `h`; returns the electrical heat, J.
-    fn piece<const EFFECTS: bool>(&mut self, inputs: &Inputs, h: f64, imposed_rate: f64, temperature_rate: f64) -> f64 {
+    fn piece<const EFFECTS: bool, const RARE: bool>(
+        &mut self,
+        inputs: &Inputs,
+        h: f64,
+        imposed_rate: f64,
+        temperature_rate: f64,
+    ) -> f64 {
         if h != self.fitted_to {
             self.fitted_to = h;
             self.implicitness = fitted_implicitness(h * self.balance.reference.fastest_rate);
@@ -299,7 +313,7 @@ impl Wire {
         let imposed = self.imposed + imposed_rate * h;
         let furnace = start.temperature + temperature_rate * h;
         let stage = c.stage(terms, inputs, &start, h, self.implicitness, heat_base, imposed, furnace);
-        let end = self.solve::<EFFECTS>(inputs, &stage, h);
+        let end = self.solve::<EFFECTS, RARE>(inputs, &stage, h);
         if !self.balance.reference.has_inertia() {
             self.state.velocity = (self.state.position - start.position) / h;
         }
@@ -341,12 +355,12 @@ impl Wire {
     }
 
     /// Solves the piece of length `h` from the present state and moves there.
-    fn solve<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage, h: f64) -> Trial {
+    fn solve<const EFFECTS: bool, const RARE: bool>(&mut self, inputs: &Inputs, stage: &Stage, h: f64) -> Trial {
         let from = self.state;
         let Rates { before, last } = self.theta_rates;
         let trial = match self.carry_on::<EFFECTS>(inputs, stage, (2.0 * last - before) * h) {
             Some(trial) => trial,
-            None => self.set_out::<EFFECTS>(inputs, stage),
+            None => self.set_out::<EFFECTS, RARE>(inputs, stage),
         };
         self.theta_rates = Rates { before: last, last: (trial.state.theta - from.theta) / h };
         self.state = trial.state;
@@ -386,9 +400,9 @@ impl Wire {
     }
 
     /// From standing: finds the direction, reverses the branch if it must, and solves by Newton inside a bracket.
-    fn set_out<const EFFECTS: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
+    fn set_out<const EFFECTS: bool, const RARE: bool>(&mut self, inputs: &Inputs, stage: &Stage) -> Trial {
         // a rival has no branch to carry on, so that every piece of its wire comes by here
-        if self.balance.reference.criterion != Criterion::DrivingTemperature {
+        if RARE && self.has_rival() {
             return self.solve_by_rival::<EFFECTS>(inputs, stage);
         }
         let from = &self.state;
