@@ -436,8 +436,9 @@ impl Channel {
             let derated = self.flags & (ChannelState::FLAG_HEAT_BUDGET | ChannelState::FLAG_TEMPERATURE_BUDGET) != 0;
             let target_m = self.target_m();
             if let Some(standstill) = &mut self.standstill {
-                let (filled, length_m) = (self.guard.heat().filled(), self.motion.length_m);
-                self.held = standstill.is_held(filled, derated, length_m, target_m, tick.dt_s);
+                // What the observer makes of a length that was not measured is no motion.
+                let length_m = if self.reading.health.is_ok() { self.motion.length_m } else { f64::NAN };
+                self.held = standstill.is_held(self.guard.heat().filled(), derated, length_m, target_m, tick.dt_s);
             }
             let spare_s = self.guard.heat().spare_s();
             if self.stage.wants_dark(low, derated, spare_s, &self.motion, tick.dt_s) {

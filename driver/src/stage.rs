@@ -200,6 +200,7 @@ impl StageWatch {
         let length_m = motion.length_m;
         if self.looked_m.is_nan() {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
+            self.look_every_s = LOOK_S.min(patience_s);
         }
         self.since_look_s += dt_s;
         if self.since_dark_s < FEWEST_PERIODS * dt_s {
@@ -217,7 +218,7 @@ impl StageWatch {
             (self.looked_m, self.since_look_s) = (length_m, 0.0);
             return true;
         }
-        if self.since_look_s < self.look_every_s.min(patience_s).max(WATCHED_PERIODS * dt_s) {
+        if self.since_look_s < self.look_every_s.min(spare_s).max(WATCHED_PERIODS * dt_s) {
             return false;
         }
         (self.looked_m, self.since_look_s) = (length_m, 0.0);

@@ -408,7 +408,7 @@ impl Wire {
         let from = &self.state;
         let terms = self.terms::<EFFECTS>();
         let still = self.balance.standing(terms, from);
-        let mut trial = self.balance.trial(terms, inputs, stage, from, from.theta, &still, from.as_guess());
+        let trial = self.balance.trial(terms, inputs, stage, from, from.theta, &still, from.as_guess());
         // the residual falls with ϑ, so its sign where we stand is the direction of motion
         if trial.residual.abs() <= THETA_TOLERANCE_K {
             return trial;
