@@ -264,8 +264,10 @@ impl Error {
             Error::AlreadyRunning { rig, pid } => {
                 format!("stop it with `sinew stop --rig {rig}` or `kill {pid}`, or give this rig another name")
             }
-            Error::NotRunning { running, .. } if running.is_empty() => "start the driver with `sinew run`".into(),
-            Error::NotRunning { running, .. } => format!("start it with `sinew run`; running: {}", running.join(", ")),
+            Error::NotRunning { running, .. } if running.is_empty() => "start the driver: `sinew run RIG.toml`".into(),
+            Error::NotRunning { running, .. } => {
+                format!("start it: `sinew run RIG.toml`; running: {}", running.join(", "))
+            }
             Error::Starting { pid, .. } => {
                 format!("try again in a moment; if it stays so, look what process {pid} does")
             }

@@ -285,6 +285,17 @@ def test_an_interrupt_ends_a_wait_and_the_block_leaves_its_channels_off(rig):
     wait_until(rig, lambda: rig["left"].mode == "off")
 
 
+def test_a_setpoint_that_is_mistyped_is_no_new_attribute(rig):
+    left = rig["left"]
+    with pytest.raises(AttributeError, match="strok.*did you mean 'stroke'"):
+        left.strok = 0.4
+    with pytest.raises(AttributeError, match="did you mean 'length_m'"):
+        left.length_mm = 164.0
+    with pytest.raises(AttributeError, match="stroke, length_m or duty"):
+        left.colour = "red"
+    assert left.mode == "off"
+
+
 def test_the_state_of_a_rig_shows_in_a_notebook(rig):
     page = rig._repr_html_()
     assert page.count("<tr>") == 3 and "left" in page and rig.name in page

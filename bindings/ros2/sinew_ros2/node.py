@@ -82,7 +82,7 @@ class SinewNode(Node):
 
     def _nobody(self) -> str:
         """Why there is no rig."""
-        return self._said or "no driver is connected; start one with `sinew run`"
+        return self._said or "no driver is connected; start one with `sinew run RIG.toml`"
 
     def _asked(self, ask: Callable[[sinew.Rig], object]) -> Optional[str]:
         """Asks the driver for something; what is wrong and what to do about it, where it was not done."""

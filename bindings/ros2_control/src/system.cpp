@@ -150,7 +150,7 @@ System::CallbackReturn System::on_configure(const rclcpp_lifecycle::State &) {
             const auto found = sinew::Client::discover();
             if (found.size() != 1) {
                 return failed(CallbackReturn::FAILURE, "on_configure",
-                              found.empty() ? "no driver runs; start one with `sinew run`"
+                              found.empty() ? "no driver runs; start one with `sinew run RIG.toml`"
                                             : "several drivers run; name the one meant: <param name=\"rig\"> in <hardware>");
             }
             name = found.front();

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import html
 import math
 import subprocess
@@ -70,7 +71,7 @@ def connect(rig: Optional[str] = None, *, patience_s: float = 2.0, answer_s: flo
     if rig is None:
         running = discover()
         if not running:
-            raise NotRunning("no driver is running", "start one with `sinew run` or sinew.run()")
+            raise NotRunning("no driver is running", "start one with `sinew run RIG.toml` or sinew.run()")
         if len(running) > 1:
             raise BadInput(f"{len(running)} drivers are running", f"name one of them: {', '.join(running)}")
         rig = running[0]
@@ -84,6 +85,14 @@ class Channel:
     and ``channel.stroke`` is how far it has come. A setpoint holds for the channel's default lease (:attr:`lease_s`)
     unless it is given within :meth:`Rig.lease` or with ``hold=``, and has to be renewed before.
     """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # A setpoint that is mistyped would be a new attribute, and the wire would stay where it is.
+        if "lease_s" in self.__dict__ and not hasattr(type(self), name) and name not in self.__dict__:
+            near = difflib.get_close_matches(name, ("stroke", "length_m", "duty"), 1, 0.5)
+            hint = f"; did you mean {near[0]!r}?" if near else "; what is assigned is stroke, length_m or duty"
+            raise AttributeError(f"a channel has no {name!r}{hint}")
+        object.__setattr__(self, name, value)
 
     def __init__(self, rig: "Rig", index: int, info: Mapping) -> None:
         self._rig, self.index = rig, index

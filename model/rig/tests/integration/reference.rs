@@ -36,12 +36,25 @@ fn priors() -> String {
     let mut out = "| key | 1 σ |\n|---|---|\n".to_string();
     for (key, prior) in default_priors() {
         let sigma = match prior {
-            Prior::Relative(fraction) => format!("{} %", (fraction * 100.0).round()),
-            Prior::Absolute(kelvin) => format!("{kelvin} K"),
+            // rounding hides that 0.02 · 100 is no whole number
+            Prior::Relative(fraction) => format!("{} %", (fraction * 1e4).round() / 1e2),
+            Prior::Absolute(sigma) => format!("{sigma}{}", unit_of(key)),
         };
         writeln!(out, "| `{key}` | {sigma} |").unwrap();
     }
     out
+}
+
+/// The unit of a key whose prior is not relative.
+fn unit_of(key: &str) -> &'static str {
+    let units = [("_c", " K"), ("_v", " V"), ("_a", " A"), ("_n", " N"), ("_m", " m")];
+    match units.into_iter().find(|(end, _)| key.ends_with(end)) {
+        Some((_, unit)) => unit,
+        None => {
+            assert!(key.starts_with("sensing.gain."), "{key}: a unit, or none?");
+            ""
+        }
+    }
 }
 
 fn effects() -> String {

@@ -35,7 +35,7 @@ pub fn foxglove(args: &args::Foxglove) -> Outcome {
 /// The rig that is meant; a named one may have no driver yet.
 fn rig(target: &args::Target) -> Result<String, Failure> {
     live::rig(target).map_err(|failure| match failure.code() {
-        1 => failure.hint("start one with `sinew run`, or name the rig with --rig: its driver is waited for"),
+        1 => failure.hint("start one with `sinew run RIG.toml`, or name the rig with --rig: its driver is waited for"),
         _ => failure,
     })
 }

@@ -26,7 +26,8 @@ pub fn rig(target: &Target) -> Result<String, Failure> {
     }
     let running = Client::discover().map_err(failure)?;
     match running.as_slice() {
-        [] => Err(Failure::own("no driver is running").hint("start one with `sinew run`")),
+        [] => Err(Failure::own("no driver is running")
+            .hint("start one: `sinew run RIG.toml`; without a file it is the built-in hexapod")),
         [only] => Ok(only.clone()),
         several => Err(Failure::input(format!("{} drivers are running", several.len()))
             .hint(format!("choose one with --rig: {}", list(several.iter().map(String::as_str))))),

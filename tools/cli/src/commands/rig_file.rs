@@ -22,6 +22,8 @@ struct Answer<'a> {
     rig: &'a str,
     rate_hz: f64,
     backend: &'static str,
+    /// Why `sinew run` refuses it all the same; null where it does not.
+    not_driven: Option<String>,
     channel: Vec<Wire<'a>>,
 }
 
@@ -60,13 +62,14 @@ pub fn check(args: &args::Check) -> Outcome {
         rig: &rig.name,
         rate_hz: rig.rate_hz,
         backend: rig.backend.kind.word(),
+        not_driven: rig.check_drivable().err().map(|error| error.to_string()),
         channel: rig.channels.iter().enumerate().map(|(index, channel)| Wire::of(&rig, index, channel)).collect(),
     };
     if args.json { output::print_json(&answer) } else { output::print(text(&answer)) }
 }
 
 fn text(answer: &Answer<'_>) -> String {
-    let Answer { file, rig, rate_hz, backend, channel, .. } = answer;
+    let Answer { file, rig, rate_hz, backend, not_driven, channel, .. } = answer;
     let wires = if channel.len() == 1 { "wire" } else { "wires" };
     let mut text = format!("{file}: right. Rig {rig}: {} {wires} at {rate_hz} Hz, {backend}\n\n", channel.len());
     let width = channel.iter().map(|wire| wire.name.chars().count()).max().unwrap_or(0).max(7);
@@ -81,10 +84,22 @@ fn text(answer: &Answer<'_>) -> String {
         let _ = writeln!(
             text,
             "{:<width$}  {:>8}  {:>8}  {stroke:>9}  {:>6.2}  {:>6.0}",
-            wire.name, wire.diameter_mm, wire.length_mm, wire.maximum_current_a, wire.maximum_temperature_c
+            wire.name,
+            shown(wire.diameter_mm),
+            shown(wire.length_mm),
+            wire.maximum_current_a,
+            wire.maximum_temperature_c
         );
     }
+    if let Some(why) = not_driven {
+        let _ = writeln!(text, "\nIt can be simulated and fitted; `sinew run` refuses it:\n{why}");
+    }
     text
+}
+
+/// A number of millimetres, without the digits that inches leave.
+fn shown(number: f64) -> f64 {
+    (number * 1e4).round() / 1e4
 }
 
 /// `sinew schema`.

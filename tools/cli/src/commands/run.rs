@@ -39,6 +39,11 @@ const HEARING: Duration = Duration::from_millis(200);
 /// Runs the command.
 pub fn run(args: &args::Run) -> Outcome {
     let rig = at_speed(load_rig_with(args.rig.as_deref(), &args.laws)?, args.speed)?;
+    if args.rig.is_none()
+        && let Some(passed_over) = passed_over(Path::new("."))
+    {
+        output::note(format_args!("note: this is the built-in {}; `sinew run {passed_over}` drives yours", rig.name));
+    }
     if let Some(path) = &args.report {
         output::has_place(path)?;
     }
@@ -97,6 +102,14 @@ pub fn run(args: &args::Run) -> Outcome {
             .hint("please report it, with what stands above")),
         Ending::Duration | Ending::Stopped => Ok(()),
     }
+}
+
+/// A rig file in this folder, which nobody has named: the first by its name.
+fn passed_over(folder: &Path) -> Option<String> {
+    let files = std::fs::read_dir(folder).ok()?.flatten();
+    let names = files.filter_map(|entry| entry.file_name().into_string().ok());
+    let has_rig = |name: &String| Rig::load(&folder.join(name)).is_ok();
+    names.filter(|name| name.ends_with(".toml")).filter(has_rig).min()
 }
 
 /// The rig with the speed of time that is asked for.
