@@ -207,9 +207,9 @@ impl StageWatch {
             return false;
         }
         let is_cold = length_m >= self.cold_m - COLD_END * self.stroke_m;
-        // There is no time to see where it goes; and a wire that is much too hot lengthens as well, by expansion.
-        let is_hurried = !(spare_s >= FEWEST_PERIODS * dt_s);
-        if is_hurried && !is_cold {
+        // Without time there is no seeing where it goes (nor where that is not known); and a wire that is much too hot lengthens as well, by expansion.
+        let has_time = spare_s >= FEWEST_PERIODS * dt_s;
+        if !has_time && !is_cold {
             return true;
         }
         let moved_m = length_m - self.looked_m;

@@ -1,4 +1,4 @@
-//! The tables of docs/board.md: `cargo run -p sinew-front-end-board --example noise`.
+//! The tables of docs/board.md: `cargo run -p sinew-front-end-board --example noise_budget`.
 
 #[path = "common/budget.rs"]
 mod budget;
