@@ -107,6 +107,8 @@ pub fn run(args: &args::Run) -> Outcome {
 /// A rig file in this folder, which nobody has named: the first by its name.
 fn passed_over(folder: &Path) -> Option<String> {
     let files = std::fs::read_dir(folder).ok()?.flatten();
+    // A pipe of that name would have us wait for a writer.
+    let files = files.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
     let names = files.filter_map(|entry| entry.file_name().into_string().ok());
     let has_rig = |name: &String| Rig::load(&folder.join(name)).is_ok();
     names.filter(|name| name.ends_with(".toml")).filter(has_rig).min()
