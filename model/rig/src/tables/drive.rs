@@ -15,7 +15,15 @@ const KINDS: [(&str, DriveKind); 5] = [
     ("amplifier", DriveKind::Amplifier(Amplifier { full_current_a: f64::NAN, filter_hz: FILTER_HZ })),
 ];
 
-const KIND: Kind = Kind::Choice(&["pwm", "power", "current", "temperature", "amplifier"]);
+const KIND: Kind = Kind::Choice(&{
+    let mut words = [""; KINDS.len()];
+    let mut i = 0;
+    while i < words.len() {
+        words[i] = KINDS[i].0;
+        i += 1;
+    }
+    words
+});
 
 /// Cut-off of the low-pass of fig. 64 and 83.
 const FILTER_HZ: f64 = 40.0;
