@@ -189,7 +189,7 @@ impl StageWatch {
     #[inline]
     fn moves_unasked(&mut self, low: bool, spare_s: f64, motion: &Motion, dt_s: f64) -> bool {
         if !low {
-            (self.low_s, self.look_every_s, self.looked_m) = (0.0, LOOK_S, f64::NAN);
+            (self.low_s, self.looked_m) = (0.0, f64::NAN);
             return false;
         }
         self.low_s += dt_s;
