@@ -53,6 +53,13 @@ pub struct Diagnosis {
     pub seed: u64,
 }
 
+impl Diagnosis {
+    /// Whether what was found accounts for the recording: what remains is noise, or less than that of curves that are described.
+    pub fn is_explained(&self) -> bool {
+        self.remains.is_explained(self.curves.as_ref())
+    }
+}
+
 /// The answer in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -76,6 +83,11 @@ impl Verdict {
             Verdict::PhysicsMissing => "physics_missing",
             Verdict::UnknownPhysics => "unknown_physics",
         }
+    }
+
+    /// Whether the model's physics is as it was: nothing was named that is missing from it.
+    pub const fn is_complete(self) -> bool {
+        matches!(self, Verdict::Agrees | Verdict::ParametersOff)
     }
 }
 
@@ -212,6 +224,17 @@ pub struct Remains {
     pub windows: Vec<Window>,
     /// Under which conditions.
     pub conditions: Vec<Condition>,
+}
+
+impl Remains {
+    /// Whether nothing is left but noise, and less than that in every sensor of `curves` that were found.
+    pub(crate) fn is_explained(&self, curves: Option<&FoundEffect>) -> bool {
+        match self.looks_like {
+            LooksLike::Noise => true,
+            LooksLike::Curves => curves.is_some() && self.sensors.values().all(|left| left.over_noise < 1.0),
+            LooksLike::MissingMechanism => false,
+        }
+    }
 }
 
 /// What is left in one sensor.

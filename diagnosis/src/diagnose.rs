@@ -245,7 +245,12 @@ impl Found {
         }
         let verdict = self.verdict(&effects, &beyond_tolerance);
         progress("next experiment", 0.0);
-        let next = describe::next_experiment(searched, verdict, compared, &rivals, &effects);
+        let remains = remains::remains(data, compared, left, curves.is_some());
+        let next = if verdict.is_complete() && !remains.is_explained(curves.as_ref()) {
+            words::unexplained(&beyond_tolerance)
+        } else {
+            describe::next_experiment(searched, verdict, compared, &rivals, &effects)
+        };
         let guilty = match verdict {
             Verdict::Agrees | Verdict::ParametersOff => None,
             Verdict::PhysicsMissing => effects.first().and_then(|e| chosen.fit.space.effect(&e.id)).map(|e| e.equation),
@@ -253,7 +258,6 @@ impl Found {
         };
         let location = describe::location(data, guilty, compared, located);
         let unknown = outside.as_ref().map(|o| o.describe(chosen, &intervals, recalibrated.score, improved.score));
-        let remains = remains::remains(data, compared, left, curves.is_some());
         let of_form = outside.as_ref().map_or(0.0, |o| o.explanation.evidence - selection.reference.evidence);
         let rise = selection.first_rise().max(of_form);
         let diagnosis = Diagnosis {
@@ -265,7 +269,8 @@ impl Found {
                 &effects,
                 unknown.as_ref(),
                 &location,
-                &words::what_is_left(&remains, curves.as_ref()),
+                &remains,
+                curves.as_ref(),
                 &beyond_tolerance,
             ),
             noise: describe::noise_by_column(data),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sinew_physics::effects::Effect;
 
-use crate::answer::{BeyondTolerance, EffectSize, FoundEffect, Grade, Location, LooksLike, Remains, Unknown, Verdict};
+use crate::answer::{BeyondTolerance, EffectSize, FoundEffect, Grade, Location, Remains, Unknown, Verdict};
 use crate::data::Data;
 use crate::experiment::{NextExperiment, Proposal};
 use crate::fit::Fit;
@@ -14,6 +14,9 @@ use crate::stages::Compared;
 
 /// Separations below this, in RMS over noise, are not worth a recording.
 const WORTH_IT: f64 = 0.1;
+
+/// Where the offset of a position sensor stands in a rig file.
+const OFFSET_OF_POSITION: &str = "sensing.offset.position_m";
 
 /// The rig file's key of a coordinate of the reference model.
 pub(crate) fn key_of(coordinate: &Coordinate) -> String {
@@ -85,9 +88,12 @@ pub(crate) fn summary(
     effects: &[FoundEffect],
     unknown: Option<&Unknown>,
     location: &Location,
-    left: &str,
+    remains: &Remains,
+    curves: Option<&FoundEffect>,
     beyond_tolerance: &[BeyondTolerance],
 ) -> String {
+    let left = what_is_left(remains, curves);
+    let is_explained = remains.is_explained(curves);
     let (given, before, after) = (compared.as_given.score, compared.recalibrated.score, compared.improved.score);
     let (g, b, a) = (number(given.chi_kept()), number(before.chi_kept()), number(after.chi_kept()));
     let off: String = beyond_tolerance.iter().map(|off| format!(" {}.", off.says)).collect();
@@ -97,14 +103,22 @@ pub(crate) fn summary(
         ids => format!(" Suspected, on weaker evidence: {}.", ids.join(" and ")),
     };
     match verdict {
-        Verdict::Agrees => format!(
+        Verdict::Agrees if is_explained => format!(
             "The rig file as given explains the recording: on data kept back its error is {g} times the noise of the \
              sensors.{left}{suspicion}"
         ),
-        Verdict::ParametersOff => format!(
+        Verdict::Agrees => format!(
+            "No other parameters do better than the rig file's, and no effect of the catalogue is clearly needed; but the \
+             recording is not explained: on data kept back the error is {g} times the noise of the sensors.{left}{suspicion}"
+        ),
+        Verdict::ParametersOff if is_explained => format!(
             "No physics is missing: with other parameters the same model explains the recording. On data kept back the \
              error falls from {g} to {b} times the noise of the sensors; no effect of the catalogue is clearly \
              needed.{off}{left}{suspicion}"
+        ),
+        Verdict::ParametersOff => format!(
+            "Parameters are off, but they do not explain the recording, and no effect of the catalogue clearly does: on data \
+             kept back the error falls from {g} to {b} times the noise of the sensors.{off}{left}{suspicion}"
         ),
         Verdict::PhysicsMissing => {
             let names: Vec<&str> = of_grade(effects, false).map(|e| e.id.as_str()).collect();
@@ -152,7 +166,7 @@ fn of_grade(effects: &[FoundEffect], suspected: bool) -> impl Iterator<Item = &F
 }
 
 /// What the curves have to do with it, where they have a shape of their own, and what is left, where it is more than noise.
-pub(crate) fn what_is_left(remains: &Remains, curves: Option<&FoundEffect>) -> String {
+fn what_is_left(remains: &Remains, curves: Option<&FoundEffect>) -> String {
     let chi = number(remains.chi);
     let of_curves = curves.map_or_else(String::new, |curves| {
         let before = curves.evidence.holdout_chi_before;
@@ -173,9 +187,8 @@ pub(crate) fn what_is_left(remains: &Remains, curves: Option<&FoundEffect>) -> S
             curves.grade.says()
         )
     });
-    match (remains.looks_like, curves) {
-        (LooksLike::Noise, _) | (LooksLike::Curves, Some(_)) => return of_curves,
-        _ => {}
+    if remains.is_explained(curves) {
+        return of_curves;
     }
     let most = remains.sensors.iter().max_by(|a, b| a.1.over_noise.total_cmp(&b.1.over_noise));
     let most = most.map_or_else(String::new, |(column, left)| {
@@ -261,6 +274,20 @@ pub(crate) fn explore(proposal: Option<Proposal>) -> NextExperiment {
 /// Where the programme of a proposal stands.
 fn where_it_is(proposal: &Proposal) -> String {
     proposal.programme.as_ref().map_or(String::new(), |programme| format!(" Its drive is in {}.", programme.name()))
+}
+
+/// Something is left, and nothing that was tried explains it: where a zero may be arbitrary that comes first.
+pub(crate) fn unexplained(beyond_tolerance: &[BeyondTolerance]) -> NextExperiment {
+    let is_of_zero = beyond_tolerance.iter().any(|off| off.key == OFFSET_OF_POSITION);
+    NextExperiment::in_words(if is_of_zero {
+        "First make sure of the zero of position_m, which is far from the wire's rest: where it is arbitrary, set \
+         [channel.sensors] position_zero = \"free\" in the rig file and diagnose again."
+            .into()
+    } else {
+        "Check first what the rig file states of the rig, by what is warned of. Then record slow ramps at two loads: they show on \
+         what state it depends that is left."
+            .into()
+    })
 }
 
 /// Nothing is missing: which parameter is known least.

@@ -396,7 +396,7 @@ fn over_noise(measured: &[f64], simulated: &[f64], noise: f64) -> Vec<f64> {
 
 /// Residual by condition: before and after side by side on one scale, or once where there is no such difference.
 pub(crate) fn maps(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
-    let complete = words::is_complete(diagnosis.verdict);
+    let complete = diagnosis.verdict.is_complete();
     html! {
         @for map in figures.maps.iter().filter(|m| !m.before.is_empty()) {
             @let darkest = extent(map.before.iter().chain(&map.after).flatten().copied()).map_or(1.0, |(_, h)| h);

@@ -41,7 +41,7 @@ pub(crate) fn page(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> M
 /// The answer in words and three numbers.
 fn answer(diagnosis: &Diagnosis) -> Markup {
     let Overall { as_given, recalibrated, improved } = Overall::of(diagnosis);
-    let complete = words::is_complete(diagnosis.verdict);
+    let complete = diagnosis.verdict.is_complete();
     html! {
         section #answer {
             p.verdict { (words::verdict(diagnosis.verdict)) }
@@ -132,7 +132,7 @@ fn errors(diagnosis: &Diagnosis) -> Markup {
 
 /// Which equation, when, under which conditions.
 fn location(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
-    let complete = words::is_complete(diagnosis.verdict);
+    let complete = diagnosis.verdict.is_complete();
     html! {
         section #where {
             h2 { "Where" }
@@ -230,7 +230,7 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
     html! {
         section #what {
             h2 { (title) }
-            @if words::is_complete(diagnosis.verdict) {
+            @if diagnosis.verdict.is_complete() {
                 @if diagnosis.curves.is_some() {
                     p { "No mechanism clearly is. The transformation curves have another shape than the rig file's." }
                 } @else {

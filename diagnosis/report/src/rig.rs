@@ -2,7 +2,7 @@
 //! terminal.
 
 use maud::{Markup, html};
-use sinew_diagnosis::{Grade, RigDiagnosis, SharedFinding, Verdict};
+use sinew_diagnosis::{Diagnosis, Grade, RigDiagnosis, SharedFinding, Verdict};
 use sinew_plot::quantity::{chi, estimate, number, probability};
 use sinew_plot::{Section, Sheet};
 
@@ -31,7 +31,7 @@ pub(crate) fn page(diagnosis: &RigDiagnosis, about: &About) -> Markup {
 /// The same for a terminal of `width` columns.
 pub(crate) fn text(diagnosis: &RigDiagnosis, width: usize, colour: bool) -> String {
     let mut lines = Lines::new(width, colour);
-    lines.headline(&headline(diagnosis), diagnosis.verdict);
+    lines.headline(&headline(diagnosis), diagnosis.verdict, diagnosis.channels.values().all(Diagnosis::is_explained));
     for finding in &diagnosis.shared {
         lines.says("shared", &said(finding));
     }
@@ -54,9 +54,14 @@ pub(crate) fn text(diagnosis: &RigDiagnosis, width: usize, colour: bool) -> Stri
 fn headline(diagnosis: &RigDiagnosis) -> String {
     let confirmed = diagnosis.shared.iter().filter(|finding| finding.grade != Grade::Suspected);
     let ids = confirmed.map(|finding| finding.id.clone()).collect::<Vec<_>>();
-    let wires = diagnosis.channels.iter().filter(|(_, wire)| !words::is_complete(wire.verdict));
+    let wires = diagnosis.channels.iter().filter(|(_, wire)| !wire.verdict.is_complete());
     let names = wires.map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    let unexplained = diagnosis.channels.iter().filter(|(_, wire)| !wire.is_explained());
+    let unexplained = unexplained.map(|(name, _)| name.clone()).collect::<Vec<_>>();
     match (ids.is_empty(), names.is_empty()) {
+        (true, true) if !unexplained.is_empty() => {
+            format!("Nothing that is missing is found, but not all is explained: {}", list(&unexplained))
+        }
         (true, true) if diagnosis.verdict == Verdict::Agrees => "The simulation agrees with the recordings".into(),
         (true, true) => "The physics suffices; parameters were off".into(),
         (true, false) => format!("Physics is missing in {}; the wires share nothing", list(&names)),

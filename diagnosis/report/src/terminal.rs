@@ -4,7 +4,7 @@ use sinew_diagnosis::{Diagnosis, FittedParameter, FoundEffect, Unknown, Verdict}
 use sinew_plot::quantity::{chi, estimate, percent, probability, signed};
 
 use crate::summary::{FAR_SIGMAS, Overall, largest_changes, sigmas};
-use crate::words::{headline, is_complete, list, places};
+use crate::words::{headline, list, places};
 
 /// Narrower than this a terminal is not taken at its word.
 const LEAST_WIDTH: usize = 40;
@@ -18,10 +18,10 @@ const INDENT: usize = 9;
 /// Ends with a newline.
 pub fn text(diagnosis: &Diagnosis, width: usize, colour: bool) -> String {
     let mut answer = Lines::new(width, colour);
-    answer.headline(&headline(diagnosis), diagnosis.verdict);
+    answer.headline(&headline(diagnosis), diagnosis.verdict, diagnosis.is_explained());
     answer.says("", &diagnosis.summary);
     answer.says("fit", &fit(diagnosis));
-    if !is_complete(diagnosis.verdict) {
+    if !diagnosis.verdict.is_complete() {
         answer.says("where", &place(diagnosis));
         for effect in &diagnosis.effects {
             answer.says("what", &found(effect));
@@ -122,10 +122,10 @@ impl Lines {
         Lines { lines: String::new(), width: width.max(LEAST_WIDTH), colour }
     }
 
-    pub(crate) fn headline(&mut self, text: &str, verdict: Verdict) {
+    pub(crate) fn headline(&mut self, text: &str, verdict: Verdict, is_explained: bool) {
         let shade = match verdict {
-            Verdict::Agrees | Verdict::ParametersOff => "1;32",
-            Verdict::PhysicsMissing => "1;33",
+            Verdict::Agrees | Verdict::ParametersOff if is_explained => "1;32",
+            Verdict::Agrees | Verdict::ParametersOff | Verdict::PhysicsMissing => "1;33",
             Verdict::UnknownPhysics => "1;35",
         };
         for line in wrapped(text, self.width) {

@@ -2,7 +2,7 @@
 
 use sinew_diagnosis::{Diagnosis, Grade, Location, Verdict};
 use sinew_physics::effects::Equation;
-use sinew_plot::quantity::{fixed, percent};
+use sinew_plot::quantity::{chi, fixed, percent};
 use sinew_recording::Column;
 
 /// The answer as a headline.
@@ -10,13 +10,23 @@ pub(crate) fn headline(diagnosis: &Diagnosis) -> String {
     let found = diagnosis.effects.iter().filter(|e| e.grade != Grade::Suspected);
     let found = list(&found.map(|e| effect_name(&e.id)).collect::<Vec<_>>());
     match diagnosis.verdict {
-        Verdict::Agrees => "The simulation agrees with the recording".into(),
-        Verdict::ParametersOff => "The physics suffices; its parameters were off".into(),
+        Verdict::Agrees if diagnosis.is_explained() => "The simulation agrees with the recording".into(),
+        Verdict::ParametersOff if diagnosis.is_explained() => "The physics suffices; its parameters were off".into(),
+        Verdict::Agrees => format!("Not explained: {}", left(diagnosis)),
+        Verdict::ParametersOff if diagnosis.curves.is_some() => {
+            format!("Parameters are off, and the curves have a shape of their own; {}", left(diagnosis))
+        }
+        Verdict::ParametersOff => format!("Parameters are off, but do not explain the recording: {}", left(diagnosis)),
         Verdict::PhysicsMissing if found.is_empty() => "Physics is missing".into(),
         Verdict::PhysicsMissing => format!("Physics is missing: {found}"),
         Verdict::UnknownPhysics if found.is_empty() => "Something is missing that is not in the catalogue".into(),
         Verdict::UnknownPhysics => format!("Something is missing that is not in the catalogue, beside {found}"),
     }
+}
+
+/// What nothing that was tried explains.
+fn left(diagnosis: &Diagnosis) -> String {
+    format!("an error of {} times the noise is left", chi(diagnosis.remains.chi))
 }
 
 /// The verdict in a word or two.
@@ -27,11 +37,6 @@ pub(crate) fn verdict(verdict: Verdict) -> &'static str {
         Verdict::PhysicsMissing => "physics missing",
         Verdict::UnknownPhysics => "unknown physics",
     }
-}
-
-/// Whether nothing is missing from the model's physics.
-pub(crate) fn is_complete(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::Agrees | Verdict::ParametersOff)
 }
 
 /// What a sensor measures, and the unit of its column.

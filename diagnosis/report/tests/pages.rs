@@ -30,6 +30,22 @@ fn one_of_each_verdict() -> [(&'static str, (Diagnosis, Figures)); 4] {
     ]
 }
 
+/// What is left counts before what was tried: a headline promises nothing that the figures take back.
+#[test]
+fn a_recording_that_is_not_explained_is_not_said_to_be() {
+    for (mut diagnosis, figures) in [specimen::agrees(), specimen::parameters_off()] {
+        assert!(diagnosis.is_explained());
+        diagnosis.remains.chi = 538.0;
+        diagnosis.remains.looks_like = LooksLike::MissingMechanism;
+        let (words, page) = (text(&diagnosis, 200, true), html(&diagnosis, &figures, &about()));
+        for said in [&words, &page] {
+            assert!(said.contains("an error of 538 times the noise is left"), "{words}");
+            assert!(!said.contains("physics suffices") && !said.contains("simulation agrees"), "{words}");
+        }
+        assert!(words.starts_with("\u{1b}[1;33m"), "not in the colour of what is well: {words}");
+    }
+}
+
 /// Also leaves the pages where a person can look at them: `target/tmp/report-*.html`.
 #[test]
 fn a_page_has_every_section_and_stays_small() {

@@ -190,6 +190,21 @@ fn tolerances_are_no_finding_and_what_is_beyond_them_is() {
     assert_eq!(diagnosis.beyond_tolerance[0].key, "spring_n_per_m", "{:?}", diagnosis.beyond_tolerance);
 }
 
+/// A position that counts from anywhere, of which the rig file says that it counts from L₀: whatever the verdict, what is left
+/// is said first, and what to do about it.
+#[test]
+fn what_is_not_explained_is_not_said_to_be() {
+    let mut recording = record(&real(), 24);
+    let moved: Vec<f64> = recording.get(Column::PositionM).unwrap().iter().map(|v| v - 0.006).collect();
+    recording.set(Column::PositionM, moved).unwrap();
+    let diagnosis = answer(&recording, 0).diagnosis;
+    assert!(diagnosis.remains.chi > 10.0 && !diagnosis.is_explained(), "{}", diagnosis.summary);
+    assert!(!diagnosis.summary.contains("No physics is missing"), "{}", diagnosis.summary);
+    if diagnosis.verdict.is_complete() {
+        assert!(diagnosis.next_experiment.contains("position_zero"), "{}", diagnosis.next_experiment);
+    }
+}
+
 /// What no effect of the catalogue is gets no name of one, but its equation: a load that runs into rubber, and an encoder
 /// whose marks are uneven.
 #[test]

@@ -4,14 +4,17 @@
 use std::error::Error;
 use std::fs;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use rustix::process::{Resource, Rlimit, setrlimit};
+use rustix::time::{ClockId, clock_gettime};
 use sinew_concealed::generator::case::Answer;
 use sinew_concealed::reported::{Reported, Took};
 use sinew_diagnosis::{Diagnosis, Settings, diagnose};
 use sinew_recording::{Options, Recording};
 use sinew_rig::{Catalogue, Rig};
 
+use crate::frozen;
 use crate::holdout;
 
 /// The diagnosis' own random numbers start here, whatever the case.
@@ -23,6 +26,22 @@ pub fn read(rig: &Rig, path: &Path) -> Result<Recording, sinew_recording::Error>
     sinew_recording::read(path, &Options { columns: Some(&rig.recording.columns), model, ..Options::default() })
 }
 
+/// Lets this process compute for no longer than `limit` on each of `threads`: SIGXCPU ends it then.
+///
+/// # Errors
+/// The system's.
+pub fn compute_at_most(limit: Duration, threads: usize) -> Result<(), Box<dyn Error>> {
+    let seconds = limit.as_secs().saturating_mul(threads as u64);
+    let most = Rlimit { current: Some(seconds), maximum: None };
+    Ok(setrlimit(Resource::Cpu, most)?)
+}
+
+/// Time the threads of this process have computed, s.
+fn computing_s() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
 /// Diagnoses the case in `folder` on `threads` threads; leaves `diagnosis.json`, `improved.toml` and `said.json` there.
 ///
 /// # Errors
@@ -31,7 +50,8 @@ pub fn diagnose_case(folder: &Path, threads: usize) -> Result<Reported, Box<dyn 
     let answer: Answer = serde_json::from_slice(&fs::read(folder.join("answer.json"))?)?;
     let started = Instant::now();
     let reached = reach(folder, threads);
-    let took = Took { seconds: started.elapsed().as_secs_f64(), memory_mib: peak_memory_mib() };
+    let took =
+        Took { seconds: started.elapsed().as_secs_f64(), computing_s: computing_s(), memory_mib: peak_memory_mib() };
     let mut reported = match reached {
         Ok((diagnosis, improved)) => {
             let json = serde_json::to_string_pretty(&diagnosis)? + "\n";
@@ -48,7 +68,7 @@ pub fn diagnose_case(folder: &Path, threads: usize) -> Result<Reported, Box<dyn 
         }
         Err(error) => Reported::refused(&error),
     };
-    reported.took = took;
+    (reported.took, reported.program) = (took, frozen::program().map_err(|e| e.to_string())?);
     fs::write(folder.join("said.json"), serde_json::to_string_pretty(&reported)? + "\n")?;
     Ok(reported)
 }

@@ -196,7 +196,8 @@ fn table(text: &mut String, all: &[Judged]) {
     let what = "effect's size: median width of the interval, over the true model's";
     line(text, what, "≤ 2×", &found, met(width <= 2.0, width.is_finite()));
     line(text, "parameters on nulls: 90 % intervals that hold the truth", "", &percent(&f.parameters), "");
-    for (cost, what) in [(f.long, "90 s at 200 Hz, 2 threads"), (f.short, "30–60 s at 100 Hz, 1 thread")] {
+    for (cost, what) in [(f.long, "90 s at 200 Hz, 2 threads"), (f.short, "30–60 s at 100 Hz, 1 thread's computing")]
+    {
         let Cost { median_s, p95_s, most_s, of, .. } = cost;
         let [middle, high, longest] = [median_s, p95_s, most_s].map(|s| number(s, 1));
         let found = format!("{middle} / {high} / {longest} s ({of} cases)");

@@ -4,6 +4,7 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 use sinew_concealed::generator::plan::{Seeds, plan, table};
@@ -56,6 +57,19 @@ pub fn generators() -> Result<String, Failure> {
         hash.update([0]);
     }
     Ok(hex(&hash.finalize()))
+}
+
+/// SHA-256 of this program: what one build of the diagnosis says is not another's.
+///
+/// # Errors
+/// Those of the file system.
+pub fn program() -> Result<String, Failure> {
+    static HASH: OnceLock<String> = OnceLock::new();
+    if let Some(hash) = HASH.get() {
+        return Ok(hash.clone());
+    }
+    let hash = hex(&Sha256::digest(fs::read(std::env::current_exe()?)?));
+    Ok(HASH.get_or_init(|| hash).clone())
 }
 
 /// The file as it would be written now.

@@ -62,7 +62,7 @@ struct Which {
     /// Cases at once; the long ones always run one after the other, on two threads
     #[arg(long, global = true, default_value_t = 1)]
     jobs: usize,
-    /// Seconds after which a diagnosis is ended and counts as none
+    /// Seconds of computing, on each of its threads, after which a diagnosis is ended and counts as none
     #[arg(long, global = true, default_value_t = 300)]
     limit: u64,
     /// Seconds after which no further case is begun; how many those are is said, and they count nowhere
@@ -128,9 +128,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match &arguments.command {
         Some(Command::Generate { out }) => generate(&arguments.which, out),
-        Some(Command::One { folder, threads }) => {
-            diagnose_case::diagnose_case(folder, *threads).map(|_| ()).map_err(|error| error.to_string().into())
-        }
+        Some(Command::One { folder, threads }) => one(&arguments.which, folder, *threads),
         Some(Command::Order(order)) => order.run(),
         Some(Command::Plan) => frozen::write().map(|path| println!("{}", path.display())),
         Some(Command::Document { out }) => document(&arguments, out),
@@ -143,6 +141,12 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn one(which: &Which, folder: &Path, threads: usize) -> Result<(), Failure> {
+    let done = diagnose_case::compute_at_most(which.limits().case, threads)
+        .and_then(|()| diagnose_case::diagnose_case(folder, threads));
+    done.map(|_| ()).map_err(|error| error.to_string().into())
 }
 
 fn generate(which: &Which, out: &Path) -> Result<(), Failure> {

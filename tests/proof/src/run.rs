@@ -1,18 +1,21 @@
 //! Runs the cases: each made in a folder, diagnosed by a process of its own, judged from what that left behind.
 
+use std::collections::BTreeSet;
 use std::fs;
+use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sinew_concealed::generator::case::Answer;
+use rustix::process::Signal;
 use sinew_concealed::generator::plan::Spec;
 use sinew_concealed::judged::Judged;
-use sinew_concealed::reported::{CRASHED, Reported};
+use sinew_concealed::reported::{CRASHED, Reported, Took};
 
 use crate::failure::Failure;
+use crate::frozen;
 use crate::made;
 use crate::score::{figures, judged};
 
@@ -24,15 +27,15 @@ const LONG_THREADS: usize = 2;
 /// How long it may take.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// A diagnosis that takes longer is ended, and counts as none.
+    /// A diagnosis whose threads compute for longer, each, is ended and counts as none; a busy machine's waits do not count.
     pub case: Duration,
     /// No case is begun later than this after the first.
     pub begin: Option<Duration>,
 }
 
 /// Makes and diagnoses every case of `specs` in folders under `out`, `jobs` at once on one thread each; the long ones
-/// afterwards, one at a time on two. Every answer is written at once; with `resume`, what has been made or reported
-/// already is taken as it is.
+/// afterwards, one at a time on two. Every answer is written at once; with `resume`, what has been made already, or
+/// reported by this very program, is taken as it is.
 ///
 /// # Errors
 /// What kept a case from being made or judged; a diagnosis that fails is a case like any other.
@@ -63,8 +66,10 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Durati
     let said_file = folder.join(SAID);
     let before = if resume { made::found(spec, folder)? } else { None };
     let answer = match before {
-        Some(answer) if said_file.exists() => return reported(spec, answer, &said_file),
-        Some(answer) => answer,
+        Some(answer) => match said(&said_file)? {
+            Some(said) if said.program == frozen::program()? => return Ok(judged(spec, answer, said)),
+            _ => answer,
+        },
         None => made::write(spec, folder)?,
     };
     if said_file.exists() {
@@ -72,9 +77,9 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Durati
     }
     let reported = match diagnosed(folder, threads, limit) {
         Ok(()) => serde_json::from_slice(&fs::read(said_file)?)?,
-        Err((why, seconds)) => {
+        Err(Ended { why, took }) => {
             let mut none = Reported::refused(&format!("{CRASHED}: {why}"));
-            none.took.seconds = seconds;
+            (none.took, none.program) = (took, frozen::program()?);
             fs::write(said_file, serde_json::to_string_pretty(&none)? + "\n")?;
             none
         }
@@ -82,53 +87,64 @@ fn judge(spec: &Spec, folder: &Path, threads: usize, resume: bool, limit: Durati
     Ok(judged(spec, answer, reported))
 }
 
-/// The judgement on what an earlier run reported.
-fn reported(spec: &Spec, answer: Answer, said_file: &Path) -> Result<Judged, Failure> {
-    Ok(judged(spec, answer, serde_json::from_slice(&fs::read(said_file)?)?))
+/// What was reported in that file, if there is one.
+fn said(file: &Path) -> Result<Option<Reported>, Failure> {
+    Ok(if file.exists() { Some(serde_json::from_slice(&fs::read(file)?)?) } else { None })
 }
 
 /// What earlier runs left in folders under `out`, of these cases.
 ///
 /// # Errors
-/// A file that is there and cannot be read.
+/// A file that is there and cannot be read; reports of more than one program.
 pub fn left_behind(specs: &[Spec], out: &Path) -> Result<Vec<Judged>, Failure> {
-    let left = |spec: &Spec| {
+    let left = |spec: &Spec| -> Result<Option<Judged>, Failure> {
         let folder = out.join(&spec.name);
-        let said_file = folder.join(SAID);
-        let answer = made::found(spec, &folder)?.filter(|_| said_file.exists());
-        answer.map(|answer| reported(spec, answer, &said_file)).transpose()
+        let Some(answer) = made::found(spec, &folder)? else { return Ok(None) };
+        Ok(said(&folder.join(SAID))?.map(|said| judged(spec, answer, said)))
     };
     let all: Result<Vec<_>, Failure> = specs.iter().map(left).collect();
-    Ok(all?.into_iter().flatten().collect())
+    let all: Vec<Judged> = all?.into_iter().flatten().collect();
+    let programs: BTreeSet<&str> = all.iter().map(|judged| judged.reported.program.as_str()).collect();
+    if programs.len() > 1 {
+        let out = out.display();
+        let count = programs.len();
+        return Err(format!(
+            "{out}: holds what {count} builds of the diagnosis said; score one of them, with --resume"
+        )
+        .into());
+    }
+    Ok(all)
 }
 
-/// Runs this program again for the one case.
-fn diagnosed(folder: &Path, threads: usize, limit: Duration) -> Result<(), (String, f64)> {
+/// A diagnosis that ended without an answer.
+struct Ended {
+    why: String,
+    took: Took,
+}
+
+/// Runs this program again for the one case, and waits.
+fn diagnosed(folder: &Path, threads: usize, limit: Duration) -> Result<(), Ended> {
     let started = Instant::now();
-    ended(folder, threads, limit).map_err(|why| (why, started.elapsed().as_secs_f64()))
-}
-
-/// Runs it and waits, at most for `limit`.
-fn ended(folder: &Path, threads: usize, limit: Duration) -> Result<(), String> {
-    let program = std::env::current_exe().map_err(|e| e.to_string())?;
+    let ended = |why: String| {
+        let seconds = started.elapsed().as_secs_f64();
+        Ended { why, took: Took { seconds, ..Took::default() } }
+    };
+    let program = std::env::current_exe().map_err(|e| ended(e.to_string()))?;
+    let errors = fs::File::create(folder.join("errors.txt")).map_err(|e| ended(e.to_string()))?;
     let mut command = Command::new(program);
     command.arg("one").arg(folder).arg("--threads").arg(threads.to_string());
-    let errors = fs::File::create(folder.join("errors.txt")).map_err(|e| e.to_string())?;
-    let mut child =
-        command.stdout(Stdio::null()).stderr(errors).stdin(Stdio::null()).spawn().map_err(|e| e.to_string())?;
-    let started = Instant::now();
-    loop {
-        match child.try_wait().map_err(|e| e.to_string())? {
-            Some(status) if status.success() => return Ok(()),
-            Some(status) => return Err(status.to_string()),
-            None if started.elapsed() > limit => {
-                child.kill().map_err(|e| e.to_string())?;
-                child.wait().map_err(|e| e.to_string())?;
-                return Err(format!("stopped after {} s", limit.as_secs()));
-            }
-            None => std::thread::sleep(Duration::from_millis(30)),
-        }
+    command.arg("--limit").arg(limit.as_secs().to_string());
+    let status = command.stdout(Stdio::null()).stderr(errors).stdin(Stdio::null()).status();
+    let status = status.map_err(|e| ended(e.to_string()))?;
+    if status.success() {
+        return Ok(());
     }
+    if status.signal() != Some(Signal::XCPU.as_raw()) {
+        return Err(ended(status.to_string()));
+    }
+    let mut over = ended(format!("stopped after {} s of computing", limit.as_secs()));
+    over.took.computing_s = limit.as_secs_f64() * threads as f64;
+    Err(over)
 }
 
 /// A line on the last case, and the score so far.
@@ -144,7 +160,7 @@ fn report(done: &[Judged], of: usize) {
         last.answer.kind,
         last.answer.level,
         last.first(),
-        last.reported.took.seconds,
+        last.reported.took.computing_s,
         f.false_alarms.count,
         f.false_alarms.of,
         f.first.count,

@@ -23,6 +23,9 @@ pub struct Named {
 pub struct Took {
     /// Wall time, s.
     pub seconds: f64,
+    /// Time its threads computed, all together, s: what it would take on a machine that does nothing else, whatever that
+    /// one did.
+    pub computing_s: f64,
     /// Largest resident memory, MiB.
     pub memory_mib: f64,
 }
@@ -56,6 +59,8 @@ pub struct Reported {
     pub held: Option<f64>,
     /// What it took.
     pub took: Took,
+    /// SHA-256 of the program that was asked.
+    pub program: String,
 }
 
 impl Reported {
