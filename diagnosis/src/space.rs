@@ -273,14 +273,19 @@ impl Space {
     /// The wire's model at `z`.
     pub(crate) fn model(&self, z: &[f64]) -> Option<WireModel> {
         let mut rig = Rig::clone(&self.rig);
-        self.apply(z, &mut rig).ok()?;
+        self.put(z, &mut rig, |value| value).ok()?;
         Some(rig.channels.swap_remove(self.channel).model)
     }
 
-    /// Writes what belongs to the wire at `z` into a rig.
+    /// Writes what belongs to the wire at `z` into a rig that people read: in digits that no interval is narrower than.
     pub(crate) fn apply(&self, z: &[f64], rig: &mut Rig) -> Result<(), sinew_rig::Error> {
+        self.put(z, rig, |value| format!("{value:.6e}").parse().unwrap_or(value))
+    }
+
+    /// Sets what belongs to the wire at `z`, every value as `digits` makes it.
+    fn put(&self, z: &[f64], rig: &mut Rig, digits: impl Fn(f64) -> f64) -> Result<(), sinew_rig::Error> {
         for (coordinate, z) in self.coordinates.iter().zip(z) {
-            let value = coordinate.value(*z);
+            let value = digits(coordinate.value(*z));
             match &coordinate.what {
                 What::Key(key) => rig.set_parameter(self.channel, key, value)?,
                 What::BothModuli => {

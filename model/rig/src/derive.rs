@@ -85,6 +85,9 @@ pub(crate) struct Reach {
     model: WireModel,
     hot_m: f64,
     cold_m: f64,
+    /// Stress of the hot and of the cold wire, in Pa.
+    hot_pa: f64,
+    cold_pa: f64,
     /// A at the stress of the hot wire, in °C.
     stressed_c: f64,
 }
@@ -93,12 +96,11 @@ impl Reach {
     /// Of a channel's wire, which may be one of a joint's.
     pub(crate) fn of(channel: &Channel, joint: Option<&Joint>) -> Reach {
         let model = channel.nominal_model(joint);
-        let (hot_m, hot_stress) = equilibrium(&model, true);
-        let hot_stress = joint.map_or(hot_stress, |joint| joint.max_tension_n / model.geometry.area_m2());
-        let (cold_m, _) = equilibrium(&model, false);
-        let m = &model.material;
-        let stressed_c = m.austenite_at_c(hot_stress);
-        Reach { model, hot_m, cold_m, stressed_c }
+        let (hot_m, hot_pa) = equilibrium(&model, true);
+        let hot_pa = joint.map_or(hot_pa, |joint| joint.max_tension_n / model.geometry.area_m2());
+        let (cold_m, cold_pa) = equilibrium(&model, false);
+        let stressed_c = model.material.austenite_at_c(hot_pa);
+        Reach { model, hot_m, cold_m, hot_pa, cold_pa, stressed_c }
     }
 
     /// Way between hot and cold, in m.
@@ -141,6 +143,30 @@ impl Reach {
     pub(crate) fn hot_ohm(&self, temperature_c: f64) -> f64 {
         let resistivity = self.model.material.austenite_resistivity(temperature_c).max(1e-9);
         resistance_ohm(resistivity, self.hot_m, self.model.geometry.area_m2())
+    }
+
+    /// The most its load pulls at rest, hot or cold, in N.
+    pub(crate) fn largest_pull_n(&self) -> f64 {
+        self.hot_pa.max(self.cold_pa) * self.model.geometry.area_m2()
+    }
+
+    /// Where half of the hot wire has shortened, in °C, and the power that holds it there, in W.
+    pub(crate) fn shortened_c(&self) -> f64 {
+        self.stressed_c
+    }
+
+    pub(crate) fn shortens_w(&self) -> f64 {
+        loss_w(&self.model, self.stressed_c)
+    }
+
+    /// Where half of the wire has become martensite again under its load, in °C, and the power that holds it there, in W.
+    pub(crate) fn relaxed_c(&self) -> f64 {
+        let m = &self.model.material;
+        m.martensite_temperature_c + m.austenite_at_c(self.cold_pa) - m.austenite_temperature_c
+    }
+
+    pub(crate) fn relaxed_w(&self) -> f64 {
+        loss_w(&self.model, self.relaxed_c())
     }
 
     /// Heat to bring the wire from ambient to a temperature, all of it transforming, in J.

@@ -83,7 +83,7 @@ impl Rig {
 }
 
 /// The line of a channel's key in a rig's text, or of the nearest thing above it; for checks after reading.
-fn line_of(source: &Source, channel: Option<usize>, path: &str) -> usize {
+pub(crate) fn line_of(source: &Source, channel: Option<usize>, path: &str) -> usize {
     let Ok(root) = tree::parse(source.text.strip_prefix('\u{feff}').unwrap_or(&source.text)) else { return 1 };
     let (mut line, mut table) = (1, &root);
     if let Some(index) = channel {

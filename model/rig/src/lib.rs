@@ -35,6 +35,7 @@ mod choose;
 mod complete;
 mod declare;
 mod derive;
+mod doubts;
 mod drivable;
 mod edit;
 mod effects;
@@ -53,6 +54,7 @@ mod wires;
 mod write;
 
 pub use choose::NotChosen;
+pub use doubts::{Doubt, LASTING_PULL_PA};
 pub use drivable::LEAST_SILENCE_PERIODS;
 pub use error::{Error, Problem, What};
 pub use key::Prior;

@@ -9,12 +9,22 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     if word.chars().count() > 80 {
         return None;
     }
-    candidates
-        .into_iter()
-        .map(|c| (osa_distance(&word, &c.to_lowercase()), c))
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let slip = candidates
+        .iter()
+        .map(|c| (osa_distance(&word, &c.to_lowercase()), *c))
         .filter(|(d, c)| *d <= 1 + c.chars().count() / 4)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, c)| c)
+        .min_by_key(|(d, _)| *d);
+    slip.map(|(_, c)| c).or_else(|| in_another_unit(&word, &candidates))
+}
+
+/// The one candidate that is the same but for its unit, or the lack of one: `rate_hertz` for `rate_hz`, `mass` for `mass_kg`.
+fn in_another_unit<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    let of = |stem: &str| {
+        let mut same = candidates.iter().filter(|c| c.rsplit_once('_').is_some_and(|(its, _)| its == stem));
+        same.next().filter(|_| same.next().is_none()).copied()
+    };
+    of(word).or_else(|| of(word.rsplit_once('_')?.0))
 }
 
 #[cfg(test)]
@@ -28,6 +38,11 @@ mod tests {
         assert_eq!(nearest("length_m", keys), Some("length_mm"));
         assert_eq!(nearest("LENGTH_MM", keys), Some("length_mm"));
         assert_eq!(nearest("colour", keys), None);
+        let keys = ["rate_hz", "mass_kg", "length_mm", "length_weight"];
+        assert_eq!(nearest("rate_hertz", keys), Some("rate_hz"));
+        assert_eq!(nearest("mass", keys), Some("mass_kg"));
+        assert_eq!(nearest("mass_grams", keys), Some("mass_kg"));
+        assert_eq!(nearest("length_inches", keys), None, "two are the same but for the last word");
         assert_eq!(nearest(&"x".repeat(100_000), keys), None);
     }
 }

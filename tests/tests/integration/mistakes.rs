@@ -79,7 +79,7 @@ const MISTAKES: &[Mistake] = &[
     plain("a setpoint without its unit", &["set", "left", "stroke=40"]),
     plain("a setpoint in words", &["set", "left", "up"]),
     plain("a channel without a setpoint", &["set", "left"]),
-    plain("play without a driver", &["play", "run.csv"]),
+    with("play without a driver", &[("gait.csv", "time_s,left\n0,40%\n")], &["play", "gait.csv"]),
     // Rig files
     with(
         "a key with a typing error",
@@ -186,6 +186,15 @@ const MISTAKES: &[Mistake] = &[
         )],
         &["run", "bench.toml", "--for", "1", "--no-monitor"],
     ),
+    with(
+        "a program that is misspelt",
+        &[(
+            "bench.toml",
+            bench!("program = \"wlak\"\n", channel!("wire = { diameter_mm = 0.125, length_mm = 160.0 }")),
+        )],
+        &["check", "bench.toml"],
+    ),
+    with("setpoints without a unit", &[("gait.csv", "time_s,left\n0,0.4\n")], &["play", "gait.csv"]),
     // Recordings
     plain("a recording that is not there", &["diagnose", "bench.toml", "monday.csv", "--out", "answer"]),
     plain("a recording that is too short", &["diagnose", "bench.toml", "run.csv", "--out", "answer"]),
@@ -298,4 +307,30 @@ fn each_is_told_with_its_place_and_remedy() {
         assert_eq!(there, here, "another text; read it, then run with SINEW_BLESS=1");
     }
     assert_eq!(there, text, "another list; read it, then run with SINEW_BLESS=1");
+}
+
+/// What is allowed and hardly meant is no mistake: it is asked about, on its line, and the exit code is 0.
+#[test]
+fn a_load_and_a_supply_for_another_wire_are_asked_about() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rig = "[rig]\nname = \"mistakes\"\n\n[[channel]]\nname = \"left\"\n\
+               wire = { kind = \"flexinol-150-lt\", length_mm = 160.0 }\ndrive = { supply_v = 48.0 }\nload = { mass_kg = 5.0 }\n";
+    fs::write(folder.path().join("bench.toml"), rig).expect("a file");
+    let checked = |words: &[&str]| {
+        let done = Command::new(sinew()).args(words).current_dir(folder.path()).output().expect("sinew starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        String::from_utf8(done.stdout).expect("text")
+    };
+    let text = checked(&["check", "bench.toml"]);
+    for asked in [
+        "Is this meant?",
+        "bench.toml:8: channel \"left\": load.mass_kg",
+        "bench.toml:7: channel \"left\": drive.supply_v",
+    ] {
+        assert!(text.contains(asked), "{asked}: {text}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&checked(&["check", "bench.toml", "--json"])).expect("JSON");
+    let keys: Vec<&str> =
+        json["doubts"].as_array().expect("a list").iter().filter_map(|doubt| doubt["key"].as_str()).collect();
+    assert_eq!(keys, ["load.mass_kg", "drive.supply_v"]);
 }

@@ -29,7 +29,7 @@ pub struct Row {
 }
 
 impl Score {
-    /// Reads a file: `time_s` and a column for each channel, with a setpoint as in the monitor in each cell, or nothing.
+    /// Reads a file: `time_s` and a column for each channel, with a setpoint in each cell, its unit with it, or nothing.
     pub fn read(path: &Path) -> Result<Score, Failure> {
         let place = path.display();
         let broken = |error: csv::Error| {
@@ -80,7 +80,7 @@ fn row(record: &StringRecord, channels: &[String]) -> Result<Row, (String, Strin
         time_s.ok_or_else(|| (format!("`{time}` is no time"), "seconds from the start, 0 or more".to_string()))?;
     let setpoint = |(cell, name): (&str, &String)| match cell {
         "" => Ok(None),
-        cell => Setpoint::parse_typed(cell).map(Some).map_err(|e| (format!("{name}: {}", e.message), e.hint)),
+        cell => Setpoint::parse_cell(cell).map(Some).map_err(|e| (format!("{name}: {}", e.message), e.hint)),
     };
     let setpoints = record.iter().skip(1).zip(channels).map(setpoint).collect::<Result<_, _>>()?;
     Ok(Row { time_s, setpoints })

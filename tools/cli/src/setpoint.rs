@@ -110,24 +110,41 @@ impl Setpoint {
         }
     }
 
-    /// Reads what was typed in the monitor: as on the command line, and a bare number or percentage is the stroke.
+    /// Reads what was typed in the monitor: as on the command line, a percentage without a name is a stroke, and so is a bare
+    /// number, which stands there as it is typed.
     ///
     /// # Errors
     /// As [`Setpoint::parse`].
     pub fn parse_typed(text: &str) -> Result<Setpoint, SetpointError> {
-        let text = text.trim();
-        if text.contains('=') || text == "off" {
-            return Setpoint::parse(text);
+        match text.trim() {
+            t if is_bare(t) => Setpoint::parse(&format!("stroke={t}%")),
+            t => Setpoint::parse_cell(t),
         }
-        let digits = |t: &str| t.ends_with(|c: char| c.is_ascii_digit() || c == '.');
-        match text {
+    }
+
+    /// Reads a cell of a file: as on the command line, and the unit alone says which quantity. A bare number is an error: nobody
+    /// sees whether 0.4 is a share or per cent.
+    ///
+    /// # Errors
+    /// As [`Setpoint::parse`].
+    pub fn parse_cell(text: &str) -> Result<Setpoint, SetpointError> {
+        match text.trim() {
+            t if t.contains('=') => Setpoint::parse(t),
+            t if is_bare(t) => {
+                let message = format!("`{t}` does not say of what");
+                Err(SetpointError { message, hint: "write the unit: 40%, 164mm, 2N, or duty=0.1".into() })
+            }
             t if t.ends_with('%') => Setpoint::parse(&format!("stroke={t}")),
             t if t.ends_with('N') => Setpoint::parse(&format!("force={t}")),
             t if t.ends_with('m') => Setpoint::parse(&format!("length={t}")),
-            t if digits(t) => Setpoint::parse(&format!("stroke={t}%")),
             t => Setpoint::parse(t),
         }
     }
+}
+
+/// Whether this is a number without a unit or a name.
+fn is_bare(text: &str) -> bool {
+    !text.contains('=') && text.ends_with(|c: char| c.is_ascii_digit() || c == '.')
 }
 
 /// Whether `c`, after `before`, still belongs to a number.
@@ -229,5 +246,8 @@ mod tests {
         assert!(near(Setpoint::parse_typed("duty=0.2").unwrap(), Setpoint::Duty(0.2)));
         assert_eq!(Setpoint::parse_typed("off").unwrap(), Setpoint::Off);
         assert!(Setpoint::parse_typed("120").is_err());
+        assert!(near(Setpoint::parse_cell("40%").unwrap(), Setpoint::Stroke(0.4)));
+        assert!(near(Setpoint::parse_cell("duty=0.4").unwrap(), Setpoint::Duty(0.4)));
+        assert!(Setpoint::parse_cell("0.4").is_err_and(|error| error.hint.contains("40%")));
     }
 }

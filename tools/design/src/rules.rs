@@ -5,9 +5,8 @@
 //! work (eq. 14) over its own heating (eq. 11) comes to, which is about a fifth of it.
 
 use sinew_physics::Geometry;
+use sinew_rig::LASTING_PULL_PA;
 
-/// Stress a wire pulls with for 100 000 cycles, Pa (eq. 2).
-const PULL_PA: f64 = 170e6;
 /// Stress that stretches it again as it cools, Pa (eq. 3).
 const PRELOAD_PA: f64 = 100e6;
 /// Share of its length by which it shortens (eq. 4).
@@ -39,7 +38,7 @@ impl WireRules {
 
     /// Largest pull, N (eq. 2).
     pub fn max_force_n(&self) -> f64 {
-        PULL_PA * self.area_m2()
+        LASTING_PULL_PA * self.area_m2()
     }
 
     /// Least pull that stretches the cooling wire, N (eq. 3).

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sinew_control::StrokeRange;
 use sinew_driver::Program;
-use sinew_rig::{NO_PROGRAM, Rig, STEPS, WALK};
+use sinew_rig::{NO_PROGRAM, Rig, STEPS, WALK, nearest};
 
 use super::unknown_channel;
 use crate::failure::Failure;
@@ -44,6 +44,18 @@ pub fn of(rig: &Rig) -> Result<Option<Program>, Failure> {
         file => {
             // beside the rig file, wherever that is read from
             let path = Path::new(rig.file()).parent().unwrap_or(Path::new("")).join(file);
+            if !path.exists() {
+                let words = [NO_PROGRAM, STEPS, WALK];
+                let meant = nearest(file, words).map_or_else(String::new, |word| format!("did you mean \"{word}\"? "));
+                let what = format!(
+                    "{}: program \"{file}\" is none that is built in, and no file of that name is there",
+                    rig.file()
+                );
+                return Err(Failure::input(what).hint(format!(
+                    "{meant}it is one of {}, or a CSV file of setpoints beside the rig file",
+                    words.join(", ")
+                )));
+            }
             played(rig, &path, &Score::read(&path)?).map(Some)
         }
     }

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use sinew_control::StrokeRange;
-use sinew_rig::{Channel, Rig};
+use sinew_rig::{Channel, Doubt, Rig};
 
-use super::load_rig_with;
+use super::{load_rig_with, program};
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
@@ -24,7 +24,24 @@ struct Answer<'a> {
     backend: &'static str,
     /// Why `sinew run` refuses it all the same; null where it does not.
     not_driven: Option<String>,
+    /// What is allowed and hardly meant.
+    doubts: Vec<Doubted>,
     channel: Vec<Wire<'a>>,
+}
+
+/// A number that is allowed and hardly meant.
+#[derive(Debug, Serialize)]
+struct Doubted {
+    line: usize,
+    channel: String,
+    key: &'static str,
+    says: String,
+}
+
+impl From<Doubt> for Doubted {
+    fn from(Doubt { line, channel, key, says }: Doubt) -> Doubted {
+        Doubted { line, channel, key, says }
+    }
 }
 
 /// One wire in short; what cannot be worked out is null.
@@ -56,6 +73,8 @@ impl Wire<'_> {
 /// `sinew check`.
 pub fn check(args: &args::Check) -> Outcome {
     let rig = load_rig_with(Some(&args.rig), &args.laws)?;
+    // what moves it without anybody's command belongs to it: a mistake there is one here
+    program::of(&rig)?;
     let answer = Answer {
         schema: CHECK,
         file: rig.file(),
@@ -63,13 +82,14 @@ pub fn check(args: &args::Check) -> Outcome {
         rate_hz: rig.rate_hz,
         backend: rig.backend.kind.word(),
         not_driven: rig.check_drivable().err().map(|error| error.to_string()),
+        doubts: rig.doubts().into_iter().map(Doubted::from).collect(),
         channel: rig.channels.iter().enumerate().map(|(index, channel)| Wire::of(&rig, index, channel)).collect(),
     };
     if args.json { output::print_json(&answer) } else { output::print(text(&answer)) }
 }
 
 fn text(answer: &Answer<'_>) -> String {
-    let Answer { file, rig, rate_hz, backend, not_driven, channel, .. } = answer;
+    let Answer { file, rig, rate_hz, backend, not_driven, doubts, channel, .. } = answer;
     let wires = if channel.len() == 1 { "wire" } else { "wires" };
     let mut text = format!("{file}: right. Rig {rig}: {} {wires} at {rate_hz} Hz, {backend}\n\n", channel.len());
     let width = channel.iter().map(|wire| wire.name.chars().count()).max().unwrap_or(0).max(7);
@@ -90,6 +110,12 @@ fn text(answer: &Answer<'_>) -> String {
             wire.maximum_current_a,
             wire.maximum_temperature_c
         );
+    }
+    if !doubts.is_empty() {
+        text.push_str("\nIs this meant?\n");
+    }
+    for Doubted { line, channel, key, says } in doubts {
+        let _ = writeln!(text, "{file}:{line}: channel \"{channel}\": {key}: {says}");
     }
     if let Some(why) = not_driven {
         let _ = writeln!(text, "\nIt can be simulated and fitted; `sinew run` refuses it:\n{why}");

@@ -16,7 +16,7 @@ use sinew_driver::{Driver, DriverHandle, Error, Options, RunReport, Stopper, Tap
 use sinew_ipc::Client;
 use sinew_realtime as realtime;
 use sinew_realtime::Wish;
-use sinew_rig::{BackendKind, Pace, Rig};
+use sinew_rig::{BackendKind, Doubt, Pace, Rig};
 use sinew_threads::{Comes, Thread};
 
 use super::live::{self, Live};
@@ -43,6 +43,9 @@ pub fn run(args: &args::Run) -> Outcome {
         && let Some(passed_over) = passed_over(Path::new("."))
     {
         output::note(format_args!("note: this is the built-in {}; `sinew run {passed_over}` drives yours", rig.name));
+    }
+    for Doubt { line, channel, key, says } in rig.doubts() {
+        output::note(format_args!("doubt: {}:{line}: channel \"{channel}\": {key}: {says}", rig.file()));
     }
     if let Some(path) = &args.report {
         output::has_place(path)?;
