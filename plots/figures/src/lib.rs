@@ -37,6 +37,8 @@ mod thin;
 
 pub use error::Error;
 pub use figure::{Curve, Figure, Panel, USUAL_CHANNELS, gather};
+// what a figure is made of
+pub use sinew_plot::{Field, Ink};
 pub use source::{Sample, Source};
 
 /// What is shown.

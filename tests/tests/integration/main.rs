@@ -32,6 +32,7 @@ mod ros2_control;
 mod scope;
 mod service;
 mod simulate;
+mod standards;
 mod stop;
 mod terminals;
 mod threads;

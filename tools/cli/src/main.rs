@@ -61,6 +61,7 @@ fn main() -> ExitCode {
             RecordingWhat::Recover(args) => commands::recording::recover(args),
         },
         Command::Plot(args) => commands::plot::plot(args),
+        Command::Astm(args) => commands::astm::astm(args),
         Command::Tune(args) => commands::tune::tune(args),
         Command::Export(args) => commands::export::export(args),
         Command::Import(args) => commands::import::import(args),

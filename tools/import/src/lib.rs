@@ -2,7 +2,8 @@
 //!
 //! [`read`](read()) turns any file that is known into named columns of numbers, a [`Table`]; [`guess`](guess()) says which column is what, in
 //! which unit and which way round, with what speaks for it and what is in doubt; [`confirm`] and [`mapping`](mapping()) write that down for people and
-//! as the mapping of a rig file; [`recording`](recording()) brings a table in by a mapping. Nothing is changed that is not said.
+//! as the mapping of a rig file; [`recording`](recording()) brings a table in by a mapping; [`quantity`](quantity()) finds one quantity of a material
+//! test. Nothing is changed that is not said.
 //!
 //! # Example
 //! ```
@@ -38,6 +39,7 @@ mod hdf5;
 mod import;
 mod mat;
 mod numbers;
+mod quantity;
 mod read;
 mod reading;
 mod report;
@@ -53,6 +55,7 @@ pub use bench::Bench;
 pub use error::Error;
 pub use guess::{Guess, Understood, guess};
 pub use import::recording;
+pub use quantity::{Found, Quantity, quantity};
 pub use read::{MAX_BYTES, read, read_bytes};
 pub use report::{confirm, mapping};
 pub use table::{Column, ROW_NUMBER, Table};

@@ -37,6 +37,11 @@ impl Peak {
     pub fn span_k(&self) -> f64 {
         (self.finish_c.value - self.start_c.value).abs()
     }
+
+    /// Steepness of the logistic transformation with this peak, 1/K.
+    pub fn steepness_per_k(&self) -> f64 {
+        LOGISTIC_SPAN / self.span_k()
+    }
 }
 
 /// Both peaks.

@@ -147,6 +147,54 @@ mod tests {
         assert!(thermal_cycle(&t, &strain).is_err());
     }
 
+    /// A column of a CSV file by its name.
+    fn column(text: &str, name: &str) -> Vec<f64> {
+        let place =
+            text.lines().next().and_then(|header| header.split(',').position(|column| column == name)).expect(name);
+        text.lines().skip(1).filter_map(|line| line.split(',').nth(place)?.parse().ok()).collect()
+    }
+
+    /// Furnace loops of real alloys. Nobody knows their true figures, but what must hold of any: M_f < M_s < A_f, A_s < A_f, start and
+    /// finish as more stress has them, higher, and no more strain than there is.
+    #[test]
+    fn loops_of_real_alloys_are_read_and_stress_shifts_them_upwards() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/real");
+        if !folder.exists() {
+            eprintln!("skipped: {} is not there", folder.display());
+            return;
+        }
+        for files in [
+            ["isobaric-flexinol/50mpa.csv", "isobaric-flexinol/150mpa.csv", "isobaric-flexinol/200mpa.csv"],
+            ["isobaric-nitihf/7mpa.csv", "isobaric-nitihf/100mpa.csv", "isobaric-nitihf/300mpa.csv"],
+        ] {
+            let cycles = files.map(|file| {
+                let text = std::fs::read_to_string(folder.join(file)).expect("the file");
+                let strain: Vec<f64> = column(&text, "position_m").iter().map(|x| x / 0.1).collect();
+                let cycle =
+                    thermal_cycle(&column(&text, "temperature_c"), &strain).unwrap_or_else(|e| panic!("{file}: {e}"));
+                let ThermalCycle { heating, cooling, .. } = cycle;
+                assert!(
+                    cooling.finish_c.value < cooling.start_c.value && heating.start_c.value < heating.finish_c.value,
+                    "{file}: {cycle:?}"
+                );
+                assert!(
+                    cooling.start_c.value < heating.finish_c.value && cycle.hysteresis_width_k > 10.0,
+                    "{file}: {cycle:?}"
+                );
+                assert!(
+                    cycle.transformation_strain > 0.5 * cycle.actuation_strain.abs()
+                        && cycle.transformation_strain < 0.05,
+                    "{file}: {cycle:?}"
+                );
+                cycle
+            });
+            assert!(
+                cycles.windows(2).all(|pair| pair[0].cooling.middle_c() < pair[1].cooling.middle_c()),
+                "{files:?}: {cycles:?}"
+            );
+        }
+    }
+
     proptest! {
         /// Noise of a hundredth of the strain moves the middles by less than a kelvin, whatever the curve.
         #[test]

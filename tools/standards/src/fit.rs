@@ -35,15 +35,23 @@ impl Line {
 }
 
 /// The tangent at `x` of a cubic through the points within `half` of it, by least squares: an inflection in there does not make it flatter, as
-/// it does a straight line. `points` are in order of x. None where there are too few.
+/// it does a straight line. Where fewer are so near it is the nearest ones. `points` are in order of x. None where there are too few at all.
 pub(crate) fn tangent(points: &[(f64, f64)], x: f64, half: f64) -> Option<Line> {
     const TERMS: usize = 4;
-    let from = points.partition_point(|(at, _)| *at < x - half);
-    let to = points.partition_point(|(at, _)| *at <= x + half);
-    let near = &points[from..to];
-    if near.len() < TERMS + 1 {
-        return None;
+    const LEAST: usize = TERMS + 3;
+    let mut from = points.partition_point(|(at, _)| *at < x - half);
+    let mut to = points.partition_point(|(at, _)| *at <= x + half);
+    while to - from < LEAST {
+        let below = from.checked_sub(1).map(|i| x - points[i].0);
+        match (below, points.get(to).map(|(at, _)| at - x)) {
+            (Some(below), Some(above)) if above < below => to += 1,
+            (Some(_), _) => from -= 1,
+            (None, Some(_)) => to += 1,
+            (None, None) => return None,
+        }
     }
+    let near = &points[from..to];
+    let half = near.iter().map(|(at, _)| (at - x).abs()).fold(0.0, f64::max);
     let powers = DMatrix::from_fn(near.len(), TERMS, |row, power| ((near[row].0 - x) / half).powi(power as i32));
     let values = DVector::from_iterator(near.len(), near.iter().map(|(_, y)| *y));
     let found = powers.svd(true, true).solve(&values, 1e-12).ok()?;
@@ -60,7 +68,9 @@ mod tests {
         let points: Vec<(f64, f64)> = (0..200).map(|i| 0.02 * f64::from(i)).map(|x| (x, cubic(x))).collect();
         let line = tangent(&points, 1.3, 0.4).expect("points enough");
         assert!((line.y(1.3) - cubic(1.3)).abs() < 1e-9 && (line.slope - (2.0 - 1.3 + 0.75 * 1.69)).abs() < 1e-9);
-        assert!(tangent(&points, 1.3, 0.01).is_none());
+        let nearest = tangent(&points, 1.3, 0.0).expect("the nearest ones");
+        assert!((nearest.y(1.3) - cubic(1.3)).abs() < 1e-9);
+        assert!(tangent(&points[..6], 1.3, 9.0).is_none());
     }
 
     #[test]

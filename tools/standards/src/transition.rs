@@ -47,6 +47,11 @@ impl Transition {
     pub fn span_k(&self) -> f64 {
         (self.finish_c.value - self.start_c.value).abs()
     }
+
+    /// Steepness of the logistic curve with these tangents, 1/K.
+    pub fn steepness_per_k(&self) -> f64 {
+        STRAIN_SPAN / self.span_k()
+    }
 }
 
 /// What tangents are laid through, as shares of the way from start to finish: half the stretch around the steepest place, and how far from that

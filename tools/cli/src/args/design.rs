@@ -132,11 +132,11 @@ fn force(text: &str) -> Result<f64, String> {
     quantity(text, "force", &[("N", 1.0), ("mN", 1e-3)], 1e-4..=1e4, "2N")
 }
 
-fn length(text: &str) -> Result<f64, String> {
+pub(super) fn length(text: &str) -> Result<f64, String> {
     quantity(text, "length", &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], 1e-4..=10.0, "6mm")
 }
 
-fn diameter(text: &str) -> Result<f64, String> {
+pub(super) fn diameter(text: &str) -> Result<f64, String> {
     quantity(text, "diameter", &[("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6)], 1e-5..=2e-3, "0.15mm")
 }
 

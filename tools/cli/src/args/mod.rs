@@ -1,6 +1,7 @@
 //! The command line for clap: every command with its options and an example.
 
 mod around;
+mod astm;
 mod bridge;
 mod conceal;
 mod design;
@@ -16,6 +17,7 @@ use clap::{ArgAction, Args, Parser, Subcommand};
 use sinew_ipc::MOST_PRIORITY;
 
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
+pub use astm::{Astm, Standard};
 pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
 pub use conceal::{Conceal, Reveal};
 pub use design::{Design, Joint, Method};
@@ -121,6 +123,8 @@ pub enum Command {
     Export(Export),
     /// Bring a foreign recording in, or say what is in one.
     Import(Import),
+    /// Transformation temperatures, strains and plateaus off a material laboratory's curve, as the ASTM standards have them.
+    Astm(Box<Astm>),
     /// Let the driver's sensing and control run again on a recording's voltages, and list what differs.
     Replay(Replay),
     /// Draw recordings: over time, as loops, in the phase plane; as SVG, PNG or a page to zoom into.

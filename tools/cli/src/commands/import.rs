@@ -109,6 +109,6 @@ fn understood(args: &args::Import, mapping: &Mapping, channel: &Channel) -> Resu
     recording(&args.foreign, &table, mapping, Some(&channel.model)).map_err(recording_failure)
 }
 
-fn import_failure(error: sinew_import::Error) -> Failure {
+pub(super) fn import_failure(error: sinew_import::Error) -> Failure {
     Failure::input(error.place_and_message()).hint(error.hint)
 }

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod admission;
+pub mod astm;
 mod attached;
 pub mod bench;
 pub mod bench_control;

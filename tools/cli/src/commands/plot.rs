@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::Path;
 
-use sinew_figures::{Error, Kind, Order, Source, gather};
+use sinew_figures::{Error, Figure, Kind, Order, Source, gather};
 
 use super::simulate::recording_failure;
 use crate::args::{self, PlotKind};
@@ -17,7 +17,7 @@ const PAGE: (usize, usize) = (150_000, 25_000);
 
 /// What a figure becomes.
 #[derive(Clone, Copy, PartialEq)]
-enum Form {
+pub(super) enum Form {
     Svg,
     Png,
     Html,
@@ -49,14 +49,19 @@ pub fn plot(args: &args::Plot) -> Outcome {
     let figure = gather(&sources, &order, &mut |done, total| progress.show(done, total)).map_err(failure)?;
     progress.clear();
     figure.notes.iter().for_each(output::note);
-    match form {
-        Form::Svg => output::write_file(&args.output, figure.svg()),
-        Form::Html => output::write_file(&args.output, figure.html()),
-        Form::Png => output::write_file(&args.output, figure.png().map_err(failure)?),
+    write(&figure, &args.output)
+}
+
+/// Writes a figure in the form that its name asks for.
+pub(super) fn write(figure: &Figure, path: &Path) -> Outcome {
+    match form(path)? {
+        Form::Svg => output::write_file(path, figure.svg()),
+        Form::Html => output::write_file(path, figure.html()),
+        Form::Png => output::write_file(path, figure.png().map_err(failure)?),
     }
 }
 
-fn form(path: &Path) -> Result<Form, Failure> {
+pub(super) fn form(path: &Path) -> Result<Form, Failure> {
     let ending = path.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
     match ending.as_deref() {
         Some("svg") => Ok(Form::Svg),

@@ -440,6 +440,9 @@ pub fn findings(run: &Run<'_>) -> Vec<Finding> {
     let mut all = Vec::new();
     for level in 0..levels {
         all.extend(findings_of_level(run, &loops, level));
+        if let Some(cycle) = cycles.iter().find(|cycle| cycle.level == level) {
+            all.extend(by_standard(cycle, &level_name(run, level)));
+        }
     }
     all.extend(phase_diagram(run, &loops, levels));
     all
@@ -472,6 +475,26 @@ fn findings_of_level(run: &Run<'_>, loops: &[(usize, Loop)], level: usize) -> Ve
             Finding::from(key, name, unit, &of, &found, format!("{how}{repeated}"))
         })
         .collect()
+}
+
+/// The figures of ASTM F2516 of a level's first cycle, where that is pulled and let go as far as the standard has it.
+fn by_standard(cycle: &Cycle, of: &str) -> Vec<Finding> {
+    let (strain, stress_pa): (Vec<f64>, Vec<f64>) = cycle.loading.iter().chain(&cycle.unloading).copied().unzip();
+    let Ok(found) = sinew_standards::tension(&strain, &stress_pa) else { return Vec::new() };
+    // the standard reads a curve, and says nothing of how sure that is
+    let read = |value: f64| Estimate { value, sigma: f64::NAN };
+    let finding = |key, name, unit, value: f64, how: &str| {
+        Finding::new(key, name, unit, of, read(value), format!("ASTM F2516, strain from 7 MPa on: {how}"))
+    };
+    let upper =
+        finding("ups_mpa", "Upper plateau strength, UPS", "MPa", 1e-6 * found.upper_plateau_pa, "at 3 %, loading");
+    let lower = found
+        .lower_plateau_pa
+        .map(|pa| finding("lps_mpa", "Lower plateau strength, LPS", "MPa", 1e-6 * pa, "at 2.5 %, unloading"));
+    let residual = found.residual_elongation.map(|strain| {
+        finding("residual_elongation_percent", "Residual elongation, El_r", "%", 100.0 * strain, "at 7 MPa, unloading")
+    });
+    [Some(upper), lower, residual].into_iter().flatten().collect()
 }
 
 /// What a level is called.
