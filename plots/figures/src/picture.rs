@@ -27,6 +27,7 @@ impl Figure {
             let caption = match panel.kind {
                 Kind::Time => y.title(),
                 Kind::Lateness => panel.caption.clone(),
+                _ if y.unit().is_empty() => panel.caption.clone(),
                 _ => format!("{}, {}", panel.caption, y.unit()),
             };
             let is_time = panel.kind == Kind::Time;

@@ -8,6 +8,7 @@ mod failure;
 mod format;
 mod log;
 mod output;
+mod progress;
 mod score;
 mod screen;
 mod setpoint;

@@ -295,22 +295,21 @@ impl Read {
         let marks = self.figures.marks();
         let named: Vec<&str> = marks.iter().map(|(name, _)| *name).collect();
         let legend = vec![(Ink::Plain, self.y.column.clone()), (Ink::Before, named.join(", "))];
+        let temperature = || Field { title: "Temperature".into(), unit: "°C" };
         let axes = match &self.figures {
             Figures::Tension(_) => {
                 (Field { title: "Strain".into(), unit: "1" }, Field { title: "Stress".into(), unit: "Pa" })
             }
-            figures => {
-                let unit = match figures {
-                    Figures::Calorimetry { .. } if self.y.is_of_sample => "W",
-                    Figures::Calorimetry { .. } => "W/kg",
-                    _ => "1",
-                };
-                (Field { title: "Temperature".into(), unit: "°C" }, Field { title: self.y.column.clone(), unit })
+            Figures::Calorimetry { .. } => {
+                let unit = if self.y.is_of_sample { "W" } else { "W/kg" };
+                (temperature(), Field { title: "Heat flow".into(), unit })
             }
+            Figures::Cycle(_) => (temperature(), Field { title: "Strain".into(), unit: "1" }),
+            Figures::Recovery(_) => (temperature(), Field { title: self.y.column.clone(), unit: "1" }),
         };
         let panel = Panel {
             kind,
-            caption: self.y.column.clone(),
+            caption: axes.1.title.clone(),
             x: axes.0,
             y: axes.1,
             curves: std::iter::once(curve).chain(marks.into_iter().map(mark)).collect(),

@@ -7,12 +7,13 @@ use sinew_bench::{Answer, Choice, Filter, Plan, Plant, Ran};
 use sinew_rig::nearest;
 
 use super::diagnose::write_all;
-use super::fitting::{Progress, command};
+use super::fitting::command;
 use super::list;
 use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// The answer for programs.
 const JSON: &str = "bench.json";

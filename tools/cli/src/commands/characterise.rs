@@ -8,7 +8,7 @@ use sinew_machine::characterise::{Characterised, Recorded, fit, fitted_rig, fore
 use sinew_machine::{Ending, analysis, record};
 
 use super::diagnose::write_all;
-use super::fitting::{Progress, diagnosis_failure, warn};
+use super::fitting::{diagnosis_failure, warn};
 use super::identify::{columns, parameters_table};
 use super::monitor::signals;
 use super::mounted::{Bench, Done, Task};
@@ -16,6 +16,7 @@ use super::simulate::recording_failure;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// Runs the command.
 pub fn characterise(args: &args::Characterise) -> Outcome {

@@ -16,10 +16,11 @@ use sinew_recording::{Column, Recording};
 use sinew_rig::nearest;
 
 use super::diagnose::{JSON, as_csv, write_all};
-use super::fitting::{Progress, sha256};
+use super::fitting::sha256;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// The answer in its envelope.
 const SEALED: &str = "answer.sealed";

@@ -6,12 +6,12 @@ use sinew_exchange::{CsvFile, Imported, SessionPart, Table, csv, parquet};
 use sinew_recording::session::{About, Session};
 use sinew_recording::{Options, Recording, write};
 
-use super::fitting::Progress;
 use super::simulate::recording_failure;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::format::Format;
 use crate::output;
+use crate::progress::Progress;
 
 /// Runs the command.
 pub fn export(args: &args::Export) -> Outcome {

@@ -1,10 +1,8 @@
 //! Shared by `identify` and `diagnose`: reading the rig and its recordings, protecting files from being overwritten, showing
 //! the progress.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
 
 use sha2::{Digest, Sha256};
 use sinew_diagnosis::{Error, MOST_SAMPLES, Settings};
@@ -17,9 +15,7 @@ use super::{choose_channel, load_rig_with, rig_failure};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
-
-/// The progress line is drawn no oftener.
-const REDRAW: Duration = Duration::from_millis(100);
+use crate::progress::Progress;
 
 /// A rig, the channel meant, and what was recorded on it.
 pub struct Input {
@@ -134,60 +130,6 @@ pub fn diagnosis_failure(error: &Error) -> Failure {
         _ if error.is_bad_input() => Failure::input(error.message()).hint(error.hint()),
         _ => Failure::own(error.message()).hint(error.hint()),
     }
-}
-
-/// A line on stderr that is drawn over itself, where stderr is a terminal; nothing otherwise.
-pub struct Progress {
-    shown: Option<Mutex<Shown>>,
-}
-
-/// What the line says now.
-struct Shown {
-    stage: String,
-    drawn: Option<Instant>,
-}
-
-impl Progress {
-    /// Nothing is shown yet.
-    pub fn new() -> Progress {
-        let can_redraw = std::env::var_os("TERM").is_some_and(|term| term != "dumb");
-        let shown =
-            (io::stderr().is_terminal() && can_redraw).then(|| Mutex::new(Shown { stage: String::new(), drawn: None }));
-        Progress { shown }
-    }
-
-    /// Says how far a stage is, 0..1.
-    pub fn tell(&self, stage: &str, share: f64) {
-        // while another thread draws there is nothing new to show
-        let Some(Ok(mut shown)) = self.shown.as_ref().map(Mutex::try_lock) else { return };
-        let now = Instant::now();
-        if shown.stage == stage && shown.drawn.is_some_and(|drawn| now - drawn < REDRAW) {
-            return;
-        }
-        draw(&line(stage, share));
-        *shown = Shown { stage: stage.to_string(), drawn: Some(now) };
-    }
-
-    /// Takes the line away.
-    pub fn clear(&self) {
-        if let Some(Ok(shown)) = self.shown.as_ref().map(Mutex::lock)
-            && shown.drawn.is_some()
-        {
-            draw("");
-        }
-    }
-}
-
-/// What the line says.
-fn line(stage: &str, share: f64) -> String {
-    let percent = (100.0 * share.clamp(0.0, 1.0)).round();
-    if percent > 0.0 { format!("{stage} … {percent} %") } else { format!("{stage} …") }
-}
-
-/// Draws over the line; a terminal that is gone is no reason to stop.
-fn draw(text: &str) {
-    let mut stderr = io::stderr().lock();
-    let _ = write!(stderr, "\r\x1b[K{text}").and_then(|()| stderr.flush());
 }
 
 /// Whether stdout shows colours.

@@ -12,10 +12,11 @@ use sinew_machine::{About, Machine, Options, Ran, Routine, RoutineKind, Row, Sim
 use sinew_recording::session;
 use sinew_rig::{Channel, Rig};
 
-use super::fitting::{Progress, command};
+use super::fitting::command;
 use super::simulate::recording_failure;
 use super::{choose_channel, load_rig};
 use crate::failure::Failure;
+use crate::progress::Progress;
 
 /// One run of a routine.
 pub struct Task<'a> {

@@ -1,6 +1,5 @@
 //! `sinew plot`: recordings as figures.
 
-use std::io::IsTerminal;
 use std::path::Path;
 
 use sinew_figures::{Error, Figure, Kind, Order, Source, gather};
@@ -9,6 +8,7 @@ use super::simulate::recording_failure;
 use crate::args::{self, PlotKind};
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// Stretches of all curves of a picture together, and of one: finer than a printer.
 const PICTURE: (usize, usize) = (60_000, 1000);
@@ -45,8 +45,9 @@ pub fn plot(args: &args::Plot) -> Outcome {
         points,
         stretches,
     };
-    let mut progress = Progress::new();
-    let figure = gather(&sources, &order, &mut |done, total| progress.show(done, total)).map_err(failure)?;
+    let progress = Progress::new();
+    let figure =
+        gather(&sources, &order, &mut |done, total| progress.count("reading", done, total)).map_err(failure)?;
     progress.clear();
     figure.notes.iter().for_each(output::note);
     write(&figure, &args.output)
@@ -95,31 +96,4 @@ fn failure(error: Error) -> Failure {
         _ => Failure::input(error),
     };
     if remedy.is_empty() { failure } else { failure.hint(remedy) }
-}
-
-/// A line on a terminal that says how far the reading is, once it takes longer than a moment.
-struct Progress {
-    started: std::time::Instant,
-    shown: bool,
-}
-
-impl Progress {
-    fn new() -> Progress {
-        Progress { started: std::time::Instant::now(), shown: false }
-    }
-
-    fn show(&mut self, done: u64, total: u64) {
-        if self.started.elapsed().as_millis() < 500 || !std::io::stderr().is_terminal() {
-            return;
-        }
-        self.shown = true;
-        let percent = (100 * done).checked_div(total).unwrap_or(0).min(100);
-        eprint!("\rreading {percent} %");
-    }
-
-    fn clear(&self) {
-        if self.shown {
-            eprint!("\r\x1b[K");
-        }
-    }
 }

@@ -1,7 +1,6 @@
 //! `sinew recording`: the contents of a recording, its integrity check, and recovery of a damaged one.
 
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -12,6 +11,7 @@ use super::record::{gaps, size};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// Versions of the JSON.
 const INFO: &str = "sinew.recording/1";
@@ -150,8 +150,8 @@ impl Info<'_> {
 
 /// `sinew recording doctor`.
 pub fn doctor(args: &args::RecordingInfo) -> Outcome {
-    let mut progress = Progress::new("checking");
-    let checkup = check(&args.file, |done, all| progress.show(done, all));
+    let progress = Progress::new();
+    let checkup = check(&args.file, |done, all| progress.count("checking", done, all));
     progress.clear();
     let checkup = checkup.map_err(failure)?;
     if args.json {
@@ -236,8 +236,8 @@ pub fn recover(args: &args::RecordingRecover) -> Outcome {
         return Err(Failure::input(format!("{}: is there already", target.display()))
             .hint("choose another name with -o, or --force to replace it"));
     }
-    let mut progress = Progress::new("recovering");
-    let recovered = mend(&args.file, &target, |done, all| progress.show(done, all));
+    let progress = Progress::new();
+    let recovered = mend(&args.file, &target, |done, all| progress.count("recovering", done, all));
     progress.clear();
     let recovered = recovered.map_err(failure)?;
     if args.json {
@@ -312,31 +312,4 @@ pub fn failure(error: Error) -> Failure {
     let own = matches!(error.what, What::Unwritable { .. });
     let failure = if own { Failure::own(error.message()) } else { Failure::input(error.message()) };
     failure.hint(error.hint())
-}
-
-/// How far a long work is, in a line that changes; only on a terminal.
-struct Progress {
-    what: &'static str,
-    shows: bool,
-    last: u64,
-}
-
-impl Progress {
-    fn new(what: &'static str) -> Progress {
-        Progress { what, shows: io::stderr().is_terminal(), last: u64::MAX }
-    }
-
-    fn show(&mut self, done: u64, all: u64) {
-        let percent = done * 100 / all.max(1);
-        if self.shows && percent != self.last {
-            self.last = percent;
-            let _ = write!(io::stderr(), "\r\x1b[2K{} {percent} %", self.what);
-        }
-    }
-
-    fn clear(&mut self) {
-        if self.shows {
-            let _ = write!(io::stderr(), "\r\x1b[2K");
-        }
-    }
 }

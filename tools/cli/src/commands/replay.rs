@@ -14,12 +14,12 @@ use sinew_rig::Rig;
 use toml_edit::{DocumentMut, Item, Value};
 
 use super::export::spare;
-use super::fitting::Progress;
 use super::simulate::recording_failure;
 use super::{load_rig, rig_failure, unknown_channel};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// Runs the command.
 pub fn replay(args: &args::Replay) -> Outcome {

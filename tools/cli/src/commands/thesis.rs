@@ -3,10 +3,11 @@
 use sinew_thesis::{Chapter, Verdict};
 
 use super::diagnose::write_all;
-use super::fitting::{Progress, command};
+use super::fitting::command;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Progress;
 
 /// The book.
 const PAGE: &str = "index.html";

@@ -1,0 +1,78 @@
+//! How far long work is: one line on stderr where that is a terminal, and nothing otherwise.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::log;
+
+/// What a stage counts to.
+const WHOLE: u64 = 1000;
+/// How often a second it is drawn, at most.
+const DRAWS_PER_S: u8 = 10;
+/// Work that is done sooner shows nothing.
+const SOON: Duration = Duration::from_millis(300);
+/// With a stage that says how far it is, and with one that does not.
+const MEASURED: &str = "{msg} {bar:24} {percent:>3} %, {eta} left";
+const UNMEASURED: &str = "{msg} … {elapsed}";
+
+/// A line that is drawn over itself; several threads may tell it.
+pub struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// Nothing is shown yet.
+    pub fn new() -> Progress {
+        let is_shown = !log::is_quiet() && std::env::var_os("TERM").is_some_and(|term| term != "dumb");
+        // a stderr that is no terminal hides it as well
+        let target =
+            if is_shown { ProgressDrawTarget::stderr_with_hz(DRAWS_PER_S) } else { ProgressDrawTarget::hidden() };
+        Progress { bar: ProgressBar::with_draw_target(Some(WHOLE), target).with_style(style(UNMEASURED)) }
+    }
+
+    /// Says how far a stage is, 0..1; 0 where it does not say.
+    pub fn tell(&self, stage: &str, share: f64) {
+        if self.bar.is_hidden() || self.bar.elapsed() < SOON {
+            return;
+        }
+        let is_new = self.bar.message() != stage;
+        if is_new {
+            self.bar.reset();
+            self.bar.set_message(stage.to_string());
+        }
+        let place = (WHOLE as f64 * share.clamp(0.0, 1.0)) as u64;
+        let was_measured = self.bar.position() > 0;
+        if is_new || was_measured != (place > 0) {
+            self.bar.set_style(style(if place > 0 { MEASURED } else { UNMEASURED }));
+        }
+        self.bar.set_position(place);
+    }
+
+    /// The same in counts of something.
+    pub fn count(&self, stage: &str, done: u64, all: u64) {
+        self.tell(stage, done as f64 / all.max(1) as f64);
+    }
+
+    /// Takes the line away.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A template of ours; the bar's own where it were wrong, which a test excludes.
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("█▌ ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_templates_are_right() {
+        for template in [MEASURED, UNMEASURED] {
+            ProgressStyle::with_template(template).expect("a template");
+        }
+    }
+}
