@@ -135,7 +135,7 @@ pub fn required_inputs(model: &WireModel) -> impl Iterator<Item = Column> + use<
 }
 
 /// The word for a drive in the rig file.
-pub(crate) const fn drive_word(kind: DriveKind) -> &'static str {
+pub const fn drive_word(kind: DriveKind) -> &'static str {
     match kind {
         DriveKind::Pwm => "pwm",
         DriveKind::Power => "power",

@@ -45,7 +45,7 @@ mod together;
 mod utc;
 mod write;
 
-pub use column::{Column, TIME, drive_column, imposed_column, required_inputs};
+pub use column::{Column, TIME, drive_column, drive_word, imposed_column, required_inputs};
 pub use error::{Error, Miscount, Needed, What};
 pub use options::{MAX_ROWS, Options};
 pub use read::{read, read_from, read_table};

@@ -1,6 +1,7 @@
 //! Which column is what: names, units, and what the numbers and the rig file say.
 
-use sinew_recording::{Column as Quantity, TIME};
+use sinew_physics::DriveKind;
+use sinew_recording::{Column as Quantity, TIME, drive_column, drive_word};
 use sinew_rig::{Column as Mapped, Mapping};
 
 use crate::bench::Bench;
@@ -458,8 +459,15 @@ impl Guesser<'_> {
         let Some(bench) = self.bench else { return };
         for needed in [Some(bench.drive), bench.imposed].into_iter().flatten() {
             if self.chosen(needed).is_none() {
-                self.doubts
-                    .push(format!("no column is taken for {}, which the rig file's wire is driven by", needed.name()));
+                let mut doubt =
+                    format!("no column is taken for {}, which the rig file's wire is driven by", needed.name());
+                let drives = [DriveKind::Pwm, DriveKind::Power, DriveKind::Current, DriveKind::Temperature];
+                let other = drives.into_iter().find(|kind| self.chosen(drive_column(*kind)).is_some());
+                if let (true, Some(kind)) = (needed == bench.drive, other) {
+                    let (column, word) = (drive_column(kind).name(), drive_word(kind));
+                    doubt += &format!("; if {column} is what drove it, set [channel.drive] kind = \"{word}\"");
+                }
+                self.doubts.push(doubt);
             }
         }
     }

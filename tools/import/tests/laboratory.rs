@@ -200,3 +200,14 @@ fn real_recordings_are_understood() {
     }
     assert!(files > 0);
 }
+
+/// A wire that was driven by a current, and a rig file that says PWM: the remedy is named.
+#[test]
+fn another_drive_than_the_rig_files_is_proposed() {
+    let rig = Rig::parse(RIG, "rig.toml").expect("a rig");
+    let text = "t [s],Current [mA],Position [mm]\n0,100,7.0\n1,150,6.0\n2,200,5.0\n3,250,4.0\n";
+    let table = sinew_import::read_bytes(text.as_bytes(), &sinew_rig::FileFormat::default()).expect("a table");
+    let guess = sinew_import::guess(&table, Some(&Bench::of(&rig.channels[0])), None);
+    let said = sinew_import::confirm("lab.csv", &table, &guess);
+    assert!(said.contains("if current_a is what drove it, set [channel.drive] kind = \"current\""), "{said}");
+}
