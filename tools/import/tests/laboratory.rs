@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use sinew_import::{Bench, confirm, guess, mapping, read, recording};
+use sinew_import::{Bench, confirm, guess, mapping, read, read_bytes, recording};
 use sinew_recording::{Column, Recording, TIME};
 use sinew_rig::{FileFormat, Mapping, Rig};
 
@@ -206,8 +206,8 @@ fn real_recordings_are_understood() {
 fn another_drive_than_the_rig_files_is_proposed() {
     let rig = Rig::parse(RIG, "rig.toml").expect("a rig");
     let text = "t [s],Current [mA],Position [mm]\n0,100,7.0\n1,150,6.0\n2,200,5.0\n3,250,4.0\n";
-    let table = sinew_import::read_bytes(text.as_bytes(), &sinew_rig::FileFormat::default()).expect("a table");
-    let guess = sinew_import::guess(&table, Some(&Bench::of(&rig.channels[0])), None);
-    let said = sinew_import::confirm("lab.csv", &table, &guess);
+    let table = read_bytes(text.as_bytes(), &FileFormat::default()).expect("a table");
+    let guess = guess(&table, Some(&Bench::of(&rig.channels[0])), None);
+    let said = confirm("lab.csv", &table, &guess);
     assert!(said.contains("if current_a is what drove it, set [channel.drive] kind = \"current\""), "{said}");
 }
