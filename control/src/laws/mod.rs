@@ -6,7 +6,9 @@
 mod hold;
 mod linearised;
 mod optimal;
+mod pace;
 mod pid;
+mod predictive;
 mod rapid_heating;
 mod relay;
 mod servo;
@@ -191,6 +193,18 @@ laws! {
                     s.range,
                 )
             },
+        }
+    }
+    predictive::ModelPredictive {
+        /// Model predictive control: shooting over the wire's model within the limits of its power.
+        ModelPredictive {
+            word: "model_predictive",
+            takes: ["lambda_per_s"],
+            needs_estimate: true,
+            law: "the power of the next block after which the wire's model, braked as it can be, comes to rest at the reference; \
+                  within the limits, again every 2 ms, see below",
+            defaults: "λ as below",
+            new: |s| ModelPredictive::new(s.map, s.lambda, s.hold_band(), s.range),
         }
     }
 }

@@ -32,6 +32,8 @@ laws! {
     VelocityServo = "velocity_servo", takes ["lambda_per_s"];
     /// Robust servo on the velocity linearisation with scheduled gains.
     VelocityServoScheduled = "velocity_servo_scheduled", takes ["lambda_per_s"];
+    /// Model predictive control: shooting over the wire's model within the limits of its power.
+    ModelPredictive = "model_predictive", takes ["lambda_per_s"];
 }
 
 words! {
