@@ -1,12 +1,12 @@
 //! Steps with the state known: a law that is told length, temperature and phase as they are, without an estimator between them.
 //!
 //! What is left over the time-optimal bound is then the law's own. As in the driver a duty takes effect one period after the
-//! measurement it was made from, and sensing pulses go on.
+//! state it was made from; whoever is told the state needs no sensing pulse, so that the least duty is none.
 
-use sinew_control::{Algorithm, Controller, Demand, Estimate, StrokeRange};
+use sinew_control::{Algorithm, Controller, Demand, Estimate, Settings, StrokeRange};
 use sinew_driver::setup;
-use sinew_physics::formulas::{WORKING_EXCESS_K, heating_power_w, logit};
-use sinew_physics::{Inputs, Wire, WireModel};
+use sinew_physics::formulas::{WORKING_EXCESS_K, heating_power_w, load_pull_n, logit};
+use sinew_physics::{Inputs, Load, Wire, WireModel};
 
 use crate::bound::{Aim, swing_s, time_optimal};
 use crate::{BAND, Choice, Error, Plant};
@@ -36,8 +36,7 @@ impl ExactStep {
     }
 }
 
-/// Steps of a plant, whose driver knows it, to each of `strokes` (0..1) in turn under the law of `choice`, after half a second of
-/// sensing pulses.
+/// Steps of a plant, whose driver knows it, to each of `strokes` (0..1) in turn under the law of `choice`, from cold.
 ///
 /// # Errors
 /// [`Error::Rig`] where the rig file does not allow the choice on this plant, or the plant is a pair of wires.
@@ -50,13 +49,11 @@ pub fn exact_steps(plant: &Plant, choice: &Choice, strokes: &[f64]) -> Result<Ve
     let model = &channel.model;
     let range = StrokeRange::of(model).map_err(|error| refused(&error))?;
     let (dt_s, max_duty) = (1.0 / believed.rate_hz, channel.limits.max_duty);
-    let mut told = Told { law: Algorithm::new(model, &setup::settings(channel)), model, dt_s };
+    let settings = Settings { minimum_duty: 0.0, ..setup::settings(channel) };
+    let mut told = Told { law: Algorithm::new(model, &settings), model, dt_s };
     let mut wire = Wire::new(model).map_err(|error| refused(&error))?;
     let inputs = model.rest_inputs();
-    let mut duty = channel.control.minimum_duty;
-    for _ in 0..(0.5 / dt_s) as usize {
-        wire.step(&Inputs { drive: duty, ..inputs }, dt_s);
-    }
+    let mut duty = settings.minimum_duty;
     let band_m = BAND * range.stroke_m();
     let cycles = (plant.watch_s / dt_s) as usize;
     Ok(strokes
@@ -99,7 +96,15 @@ impl Told<'_> {
     fn duty(&mut self, wire: &Wire, reference_m: f64) -> f64 {
         let (m, material) = (self.model, &self.model.material);
         let length_m = m.geometry.length_m + wire.position_m();
-        let (stress_pa, martensite) = (wire.stress_pa(), wire.martensite());
+        let martensite = wire.martensite();
+        // as the estimators have it: the load's pull without its inertia (eq. 51)
+        let stress_pa = match m.load {
+            Load::SpringMassDamper { damping_n_s_per_m, spring_n_per_m, preload_n, .. } => {
+                let (x, v) = (wire.position_m(), wire.velocity_m_s());
+                load_pull_n(preload_n, spring_n_per_m, damping_n_s_per_m, x, v) / m.geometry.area_m2()
+            }
+            Load::ImposedPosition | Load::ImposedForce => wire.stress_pa(),
+        };
         let centre = |centre_c: f64, steepness_per_k: f64| {
             centre_c + logit(martensite.clamp(EDGE, 1.0 - EDGE)) / steepness_per_k + stress_pa * material.stress_shift_k_per_pa
         };
