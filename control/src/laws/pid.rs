@@ -71,8 +71,7 @@ impl Pid {
     pub(super) fn give_with(&mut self, g: &PidGains, demand: &Demand, fed_forward: f64) -> f64 {
         let error = demand.length_m - demand.reference_m;
         self.velocity += (demand.velocity_m_s - self.velocity) * demand.dt_s / (g.filter_s + demand.dt_s);
-        let wanted =
-            g.proportional_per_m * error + g.derivative_s_per_m * self.velocity + self.integral + fed_forward;
+        let wanted = g.proportional_per_m * error + g.derivative_s_per_m * self.velocity + self.integral + fed_forward;
         // in this order a NaN becomes the minimum
         let given = wanted.max(self.range.minimum).min(self.range.maximum);
         let dt = demand.dt_s.min(g.tracking_s);

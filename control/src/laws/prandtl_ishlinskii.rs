@@ -142,7 +142,8 @@ impl Loop {
         let share = |x: f64| (cold_m - model.geometry.length_m - x) / stroke_m;
         let stress = [cold_m, hot_m].map(|length| map.stress(length - model.geometry.length_m, 0.0) * map.shift);
         let high = map.heating_centre + stress[0].max(stress[1]) + BEYOND_WIDTHS * map.heating_width;
-        let low = (map.cooling_centre + stress[0].min(stress[1]) - BEYOND_WIDTHS * map.cooling_width).max(model.ambient_c);
+        let low =
+            (map.cooling_centre + stress[0].min(stress[1]) - BEYOND_WIDTHS * map.cooling_width).max(model.ambient_c);
         // up: the curve. Its zero is halfway.
         let up = slowly(&mut wire, &model, map.loss, high, |_| false);
         let middle = crossing(&up, |x| share(x) - 0.5)?;

@@ -17,7 +17,12 @@ fn main() {
             print!("{:<12} {controller:<20}", plant.name);
             for step in steps.unwrap_or_else(|error| panic!("{error}")) {
                 let ratio = step.ratio().unwrap_or(f64::NAN);
-                print!("  {:>2.0}%: {ratio:.3} ({:.2} %, {:.2} %)", 100.0 * step.to, 100.0 * step.overshoot, 100.0 * step.rms);
+                print!(
+                    "  {:>2.0}%: {ratio:.3} ({:.2} %, {:.2} %)",
+                    100.0 * step.to,
+                    100.0 * step.overshoot,
+                    100.0 * step.rms
+                );
             }
             println!();
         }

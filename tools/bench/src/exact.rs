@@ -44,7 +44,10 @@ pub fn exact_steps(plant: &Plant, choice: &Choice, strokes: &[f64]) -> Result<Ve
     let refused = |error: &dyn std::fmt::Display| Error::Rig(error.to_string());
     let believed = plant.believed(choice, 0)?;
     let [channel] = believed.channels.as_slice() else {
-        return Err(Error::Rig(format!("{}: its wires are no single wire, so no law of a channel drives them", plant.name)));
+        return Err(Error::Rig(format!(
+            "{}: its wires are no single wire, so no law of a channel drives them",
+            plant.name
+        )));
     };
     let model = &channel.model;
     let range = StrokeRange::of(model).map_err(|error| refused(&error))?;
@@ -106,7 +109,9 @@ impl Told<'_> {
             Load::ImposedPosition | Load::ImposedForce => wire.stress_pa(),
         };
         let centre = |centre_c: f64, steepness_per_k: f64| {
-            centre_c + logit(martensite.clamp(EDGE, 1.0 - EDGE)) / steepness_per_k + stress_pa * material.stress_shift_k_per_pa
+            centre_c
+                + logit(martensite.clamp(EDGE, 1.0 - EDGE)) / steepness_per_k
+                + stress_pa * material.stress_shift_k_per_pa
         };
         let resistance_ohm = wire.resistance_ohm();
         let d = &m.drive;
@@ -121,8 +126,7 @@ impl Told<'_> {
             length_m,
             loss_w: m.loss_w_per_k(WORKING_EXCESS_K) * (wire.temperature_c() - m.ambient_c),
             loss_sigma_w: 0.0,
-            release_j: m.latent_heat_j()
-                + m.geometry.volume_m3() * stress_pa * material.transformation_strain,
+            release_j: m.latent_heat_j() + m.geometry.volume_m3() * stress_pa * material.transformation_strain,
             full_power_w: heating_power_w(1.0, amps, resistance_ohm),
             velocity_m_s: wire.velocity_m_s(),
         };
