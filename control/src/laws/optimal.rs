@@ -27,16 +27,16 @@ const RETURN_PER_S: f64 = 120.0;
 const RETURN_SAMPLES: f64 = 4.0;
 
 /// How fast the last correction out of a hold approaches its curve: widths per second, and 1/s of what is beyond so many widths.
-const CREEP_WIDTHS_PER_S: f64 = 1.5;
-const CREEP_PER_S: f64 = 15.0;
-const CREEP_BEYOND_WIDTHS: f64 = 1.5;
+pub(super) const CREEP_WIDTHS_PER_S: f64 = 1.5;
+pub(super) const CREEP_PER_S: f64 = 15.0;
+pub(super) const CREEP_BEYOND_WIDTHS: f64 = 1.5;
 /// Rate at which a held wire is kept at its temperature, and brought to it from a kelvin off, 1/s: slow, because every ripple of the
 /// temperature ratchets it along the curve that it is nearer to.
-const KEEP_PER_S: f64 = 1.5;
-const BRING_PER_S: f64 = 8.0;
+pub(super) const KEEP_PER_S: f64 = 1.5;
+pub(super) const BRING_PER_S: f64 = 8.0;
 
 /// How far below its curve a wire is kept that is ahead of its reference by as much as it may be near it, and at most, in widths.
-const PAST_WIDTHS: f64 = 2.0;
+pub(super) const PAST_WIDTHS: f64 = 2.0;
 const MOST_PAST_WIDTHS: f64 = 2.0;
 
 /// Near-time-optimal sliding mode.

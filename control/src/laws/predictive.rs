@@ -12,7 +12,9 @@
 //! [`Hold`] keeps a wire inside its hysteresis: a law of its own, because moving on there costs more than it gains.
 
 use super::hold::Hold;
-use super::optimal::fastest;
+use super::optimal::{
+    BRING_PER_S, CREEP_BEYOND_WIDTHS, CREEP_PER_S, CREEP_WIDTHS_PER_S, KEEP_PER_S, PAST_WIDTHS, fastest,
+};
 use super::pace::Pace;
 use crate::cycle::Curves;
 use crate::demand::{Demand, Law, Range};
@@ -35,16 +37,6 @@ const COUNTED: f64 = 0.5;
 const SHORTENING: (f64, f64) = (0.7, 0.85);
 const UNSURE: f64 = 3.0;
 const LENGTHENING: f64 = 0.4;
-/// How fast the last correction out of a hold approaches its curve: widths per second, and 1/s of what is beyond so many widths.
-const CREEP_WIDTHS_PER_S: f64 = 1.5;
-const CREEP_PER_S: f64 = 15.0;
-const CREEP_BEYOND_WIDTHS: f64 = 1.5;
-/// Rate at which a held wire is kept at its temperature, and brought to it from a kelvin off, 1/s.
-const KEEP_PER_S: f64 = 1.5;
-const BRING_PER_S: f64 = 8.0;
-/// How far below its curve a wire past its reference is kept, in widths.
-const PAST_WIDTHS: f64 = 2.0;
-
 /// Shooting over the wire's model.
 #[derive(Debug, Clone)]
 pub struct ModelPredictive {
@@ -226,7 +218,8 @@ impl ModelPredictive {
             cooling_c: still(seen.cooling_curve_c, m.cooling_width),
         };
         let pace = self.pace.velocity;
-        let stepped = self.reference != demand.reference_m;
+        // one that moves is met at the next plan; the first of all, from NaN, has stepped
+        let stays = (self.reference - demand.reference_m).abs() < self.hold.reach();
         self.reference = demand.reference_m;
         if let Some(target) = self.hold.decide(m, demand, error, pace, curves, self.lambda) {
             let off = target - seen.temperature_c;
@@ -235,7 +228,7 @@ impl ModelPredictive {
             return (seen.loss_w + m.heat_capacity * rate * off) / seen.full_power_w;
         }
         self.age_s += demand.dt_s;
-        if stepped || self.age_s >= PERIOD_S - 0.5 * demand.dt_s {
+        if !stays || self.age_s >= PERIOD_S - 0.5 * demand.dt_s {
             self.age_s = 0.0;
             self.planned = self.plan(demand, error, s, curves) / seen.full_power_w;
         }
