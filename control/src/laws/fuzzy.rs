@@ -56,7 +56,7 @@ const RESET: [[u8; SETS]; SETS] = [
 /// In how far `value`, −1 to 1 and beyond, is in two neighbouring of the sets: the lower one, and the share of the upper one.
 #[inline]
 fn sets(value: f64) -> (usize, f64) {
-    let place = (0.5 * (value + 1.0)).max(0.0).min(1.0) * (SETS - 1) as f64;
+    let place = (0.5 * (value + 1.0)).clamp(0.0, 1.0) * (SETS - 1) as f64;
     let lower = (place as usize).min(SETS - 2);
     (lower, place - lower as f64)
 }

@@ -82,7 +82,7 @@ struct Curve {
 impl Curve {
     #[inline]
     fn inverse(&self, stroke: f64) -> f64 {
-        let place = ((stroke - EDGE) / (1.0 - 2.0 * EDGE)).max(0.0).min(1.0) * PIECES as f64;
+        let place = ((stroke - EDGE) / (1.0 - 2.0 * EDGE)).clamp(0.0, 1.0) * PIECES as f64;
         let piece = (place as usize).min(PIECES - 1);
         let share = place - piece as f64;
         self.at[piece] + share * (self.at[piece + 1] - self.at[piece])
@@ -93,6 +93,8 @@ impl Curve {
 #[derive(Debug, Clone, Copy)]
 struct Loop {
     inverse: Plays<PLAYS>,
+    /// What the plays of a cold wire have last put out.
+    cold: [f64; PLAYS],
     curve: Curve,
     /// Length when cold, and stroke, m.
     cold_m: f64,
@@ -127,11 +129,11 @@ impl Loop {
     fn simulated(model: &WireModel, map: &WireMap) -> Option<Loop> {
         // what heats it does not matter, nor what lies beyond the reference model; a load that nobody knows is none
         let load = if map.load_known {
-            model.load.clone()
+            model.load
         } else {
             Load::SpringMassDamper { mass_kg: 0.01, damping_n_s_per_m: 1.0, spring_n_per_m: 0.0, preload_n: 0.0 }
         };
-        let drive = Drive { kind: DriveKind::Power, ..model.drive.clone() };
+        let drive = Drive { kind: DriveKind::Power, ..model.drive };
         let model = WireModel { load, drive, effects: Effects::default(), taps: None, ..model.clone() };
         let (cold_m, hot_m) = (sinew_physics::cold_length_m(&model).ok()?, sinew_physics::hot_length_m(&model).ok()?);
         let stroke_m = cold_m - hot_m;
@@ -189,7 +191,7 @@ impl Loop {
             *at += middle - offset;
         }
         let inverse = Plays::new(threshold, weight, model.ambient_c).inverse();
-        Some(Loop { inverse, curve, cold_m, stroke_m })
+        Some(Loop { inverse, cold: inverse.state, curve, cold_m, stroke_m })
     }
 }
 
@@ -201,9 +203,8 @@ fn crossing(way: &Way, of: impl Fn(f64) -> f64) -> Option<f64> {
 /// D = loss(P⁻¹(S⁻¹(x_ref)))/P_max + K_P e + ∫K_I e dt.
 #[derive(Debug, Clone)]
 pub struct PrandtlIshlinskii {
+    /// None of a wire that does not move.
     hysteresis: Option<Loop>,
-    /// As newly made: for a reset.
-    fresh: Option<Loop>,
     pid: Pid,
     loss: f64,
     ambient: f64,
@@ -212,10 +213,8 @@ pub struct PrandtlIshlinskii {
 
 impl PrandtlIshlinskii {
     pub(crate) fn new(model: &WireModel, map: WireMap, gains: PidGains, range: Range) -> PrandtlIshlinskii {
-        let hysteresis = Loop::simulated(model, &map);
         PrandtlIshlinskii {
-            hysteresis,
-            fresh: hysteresis,
+            hysteresis: Loop::simulated(model, &map),
             pid: Pid::new(gains, true, range),
             loss: map.loss,
             ambient: map.ambient,
@@ -239,7 +238,9 @@ impl Law for PrandtlIshlinskii {
     }
 
     fn reset(&mut self) {
-        self.hysteresis = self.fresh;
+        if let Some(wire) = &mut self.hysteresis {
+            wire.inverse.state = wire.cold;
+        }
         self.pid.reset();
     }
 }
