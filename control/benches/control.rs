@@ -81,6 +81,42 @@ fn law(bencher: Bencher, kind: AlgorithmKind) {
     run(bencher, kind, None, true);
 }
 
+/// The dearest cycle of `model_predictive`: one in which it plans, and the power lies between its limits, so that it is searched for.
+#[divan::bench]
+fn a_plan_of_model_predictive(bencher: Bencher) {
+    let settings = Settings { kind: AlgorithmKind::ModelPredictive, ..Settings::default() };
+    let mut law = Algorithm::new(&wire(), &settings);
+    let mut k = 0u32;
+    bencher.bench_local(|| {
+        k = (k + 1) % 32;
+        // on its way, at the distance where it has to be braked
+        let length_m = 0.16346 + 1e-6 * f64::from(k);
+        let estimate = Estimate {
+            temperature_c: 104.0,
+            martensite: 0.5,
+            hottest_c: 110.0,
+            stress_pa: 160e6,
+            heating_curve_c: 103.0,
+            cooling_curve_c: 77.0,
+            length_m,
+            loss_w: 0.5,
+            loss_sigma_w: 0.05,
+            release_j: 0.35,
+            full_power_w: 3.0,
+            velocity_m_s: -5e-3,
+        };
+        law.duty(black_box(&Demand {
+            reference_m: 0.16318,
+            length_m,
+            velocity_m_s: -5e-3,
+            acceleration_m_s2: 0.0,
+            resistance_ohm: f64::NAN,
+            dt_s: 2e-3,
+            estimate,
+        }))
+    });
+}
+
 /// The default: what a channel pays for both.
 #[divan::bench(sample_size = 1000)]
 fn fused_and_time_optimal(bencher: Bencher) {

@@ -179,6 +179,11 @@ impl WireMap {
         self.length * self.thermoelastic * self.compliance(xi)
     }
 
+    /// ∂ξ/∂ε at constant stress and temperature; `s` = σ + θ(T − T_0).
+    pub fn per_strain(&self, s: f64) -> f64 {
+        1.0 / self.strain_per_fraction(s)
+    }
+
     /// What a branch is like at this phase; `s` = σ + θ(T − T_0).
     #[inline]
     pub fn branch(&self, fraction: f64, s: f64) -> Branch {

@@ -61,6 +61,11 @@ impl Hold {
         *self = Hold::new(self.band);
     }
 
+    /// Half width of the band, m.
+    pub fn band(&self) -> f64 {
+        self.band
+    }
+
     /// Whether a reference of this velocity, m/s, is followed rather than waited for.
     pub fn is_tracking(&self, pace: f64) -> bool {
         pace.abs() > TRACKING * self.band

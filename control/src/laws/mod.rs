@@ -3,10 +3,14 @@
 //! **To add a law**: write its file here, with a type that is a [`Law`]; add its `mod` line and its row below; run
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::`. Rig file, driver, bench, command line and docs follow from the row.
 
+mod fuzzy;
 mod hold;
 mod linearised;
 mod optimal;
+mod pace;
 mod pid;
+mod prandtl_ishlinskii;
+mod predictive;
 mod rapid_heating;
 mod relay;
 mod servo;
@@ -191,6 +195,42 @@ laws! {
                     s.range,
                 )
             },
+        }
+    }
+    predictive::ModelPredictive {
+        /// Model predictive control: shooting over the wire's model within the limits of its power.
+        ModelPredictive {
+            word: "model_predictive",
+            takes: ["lambda_per_s"],
+            needs_estimate: true,
+            law: "the power of the next block after which the wire's model, braked as it can be, comes to rest at the reference; \
+                  within the limits, again every 2 ms, see below",
+            defaults: "λ as below",
+            new: |s| ModelPredictive::new(s.map, s.lambda, s.hold_band(), s.range),
+        }
+    }
+    prandtl_ishlinskii::PrandtlIshlinskii {
+        /// Inverse of a modified Prandtl–Ishlinskii operator as feed-forward, with proportional-integral control.
+        PrandtlIshlinskii {
+            word: "prandtl_ishlinskii",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s"],
+            needs_estimate: false,
+            law: "D = h A_s (P⁻¹(S⁻¹(x_ref)) − T_∞)/P_max + K_P e + ∫K_I e dt; P a sum of 16 plays of the temperature, S a curve, both \
+                  taken from the simulated loop of the rig file's wire",
+            defaults: "K_P and T_i as of `pi`",
+            new: |s| PrandtlIshlinskii::new(s.model, s.map, s.pi_gains(), s.range),
+        }
+    }
+    fuzzy::FuzzyPid {
+        /// Proportional-integral-derivative with gains tuned by fuzzy rules.
+        FuzzyPid {
+            word: "fuzzy_pid",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "`pid` with K_P and K_D 1 to 1.9 times, T_i 1 to 2.5 times theirs, by 49 rules on e and ẋ (Zhao, Tomizuka, Isaka 1993; \
+                  the ranges are ours)",
+            defaults: "as `pid`; big is e = 0.1 S, ẋ = 0.5 S/s",
+            new: |s| FuzzyPid::new(s.pid_gains(), s.stroke, s.range),
         }
     }
 }

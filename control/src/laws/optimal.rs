@@ -14,6 +14,7 @@
 //! does not know. Near the reference the temperature is held as in [`super::sliding`].
 
 use super::hold::Hold;
+use super::pace::Pace;
 use crate::cycle::Curves;
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
@@ -21,23 +22,21 @@ use crate::wire_map::WireMap;
 /// Share of the braking power that the surface counts on, of a shortening and of a lengthening wire.
 const RESERVE_SHORTENING: f64 = 0.7;
 const RESERVE_LENGTHENING: f64 = 0.4;
-/// Time over which the speed of a reference is averaged, s.
-const PACE_TIME_S: f64 = 0.02;
 /// Fastest return to the surface, in 1/s, and in samples.
 const RETURN_PER_S: f64 = 120.0;
 const RETURN_SAMPLES: f64 = 4.0;
 
 /// How fast the last correction out of a hold approaches its curve: widths per second, and 1/s of what is beyond so many widths.
-const CREEP_WIDTHS_PER_S: f64 = 1.5;
-const CREEP_PER_S: f64 = 15.0;
-const CREEP_BEYOND_WIDTHS: f64 = 1.5;
+pub(super) const CREEP_WIDTHS_PER_S: f64 = 1.5;
+pub(super) const CREEP_PER_S: f64 = 15.0;
+pub(super) const CREEP_BEYOND_WIDTHS: f64 = 1.5;
 /// Rate at which a held wire is kept at its temperature, and brought to it from a kelvin off, 1/s: slow, because every ripple of the
 /// temperature ratchets it along the curve that it is nearer to.
-const KEEP_PER_S: f64 = 1.5;
-const BRING_PER_S: f64 = 8.0;
+pub(super) const KEEP_PER_S: f64 = 1.5;
+pub(super) const BRING_PER_S: f64 = 8.0;
 
 /// How far below its curve a wire is kept that is ahead of its reference by as much as it may be near it, and at most, in widths.
-const PAST_WIDTHS: f64 = 2.0;
+pub(super) const PAST_WIDTHS: f64 = 2.0;
 const MOST_PAST_WIDTHS: f64 = 2.0;
 
 /// Near-time-optimal sliding mode.
@@ -54,30 +53,6 @@ pub struct TimeOptimal {
     /// Excess temperature that is missing to the surface, K; positive = heat.
     surface: f64,
     pace: Pace,
-}
-
-/// How fast the reference moves.
-#[derive(Debug, Clone, Copy)]
-struct Pace {
-    reference: f64,
-    /// m/s; 0 for a reference that steps.
-    velocity: f64,
-}
-
-impl Pace {
-    const NONE: Pace = Pace { reference: f64::NAN, velocity: 0.0 };
-
-    #[inline]
-    fn follow(&mut self, reference: f64, dt: f64, jump: f64) {
-        let moved = reference - self.reference;
-        self.reference = reference;
-        if moved.abs() < jump {
-            // (moved/dt − v) dt/(dt + τ), which an instant of no length must not divide by
-            self.velocity += (moved - self.velocity * dt) / (dt + PACE_TIME_S);
-        } else {
-            self.velocity = 0.0;
-        }
-    }
 }
 
 /// Half of a wire's hysteresis: the curve it moves on, which way, and what brakes it there.
@@ -195,7 +170,7 @@ impl TimeOptimal {
 }
 
 /// Fastest return to the surface that load and wire can follow, 1/s, at mid-stroke.
-fn fastest(m: &WireMap) -> f64 {
+pub(super) fn fastest(m: &WireMap) -> f64 {
     if m.mass <= 0.0 || m.shift <= 0.0 {
         return RETURN_PER_S;
     }

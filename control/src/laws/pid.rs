@@ -59,25 +59,37 @@ impl Pid {
     }
 }
 
+impl Pid {
+    /// The duty where `fed_forward` is added to the sum of the three terms; the demand is usable.
+    #[inline]
+    pub(super) fn give(&mut self, demand: &Demand, fed_forward: f64) -> f64 {
+        self.give_with(&{ self.gains }, demand, fed_forward)
+    }
+
+    /// The same with other gains than its own.
+    #[inline]
+    pub(super) fn give_with(&mut self, g: &PidGains, demand: &Demand, fed_forward: f64) -> f64 {
+        let error = demand.length_m - demand.reference_m;
+        self.velocity += (demand.velocity_m_s - self.velocity) * demand.dt_s / (g.filter_s + demand.dt_s);
+        let wanted = g.proportional_per_m * error + g.derivative_s_per_m * self.velocity + self.integral + fed_forward;
+        // in this order a NaN becomes the minimum
+        let given = wanted.max(self.range.minimum).min(self.range.maximum);
+        let dt = demand.dt_s.min(g.tracking_s);
+        let rate = g.integral_per_m_s * error + (given - wanted) / g.tracking_s;
+        self.integral = (self.integral + rate * dt).clamp(-10.0, 10.0);
+        given
+    }
+}
+
 impl Law for Pid {
     #[inline]
     fn duty(&mut self, demand: &Demand) -> Option<f64> {
         if !demand.is_usable() {
             return None;
         }
-        let g = &self.gains;
-        let error = demand.length_m - demand.reference_m;
-        self.velocity += (demand.velocity_m_s - self.velocity) * demand.dt_s / (g.filter_s + demand.dt_s);
-        let mut wanted = g.proportional_per_m * error + g.derivative_s_per_m * self.velocity + self.integral;
-        if self.feedforward && demand.estimate.is_usable() {
-            wanted += demand.estimate.loss_w / demand.estimate.full_power_w;
-        }
-        // in this order a NaN becomes the minimum
-        let given = wanted.max(self.range.minimum).min(self.range.maximum);
-        let dt = demand.dt_s.min(g.tracking_s);
-        let rate = g.integral_per_m_s * error + (given - wanted) / g.tracking_s;
-        self.integral = (self.integral + rate * dt).clamp(-10.0, 10.0);
-        Some(given)
+        let seen = &demand.estimate;
+        let loss = if self.feedforward && seen.is_usable() { seen.loss_w / seen.full_power_w } else { 0.0 };
+        Some(self.give(demand, loss))
     }
 
     fn reset(&mut self) {

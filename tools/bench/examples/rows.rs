@@ -1,4 +1,5 @@
-//! Rows of the bench as a table: `rows [PLANT|-] [CONTROLLER|-] [ESTIMATOR|-] [SEEDS]`.
+//! Rows of the bench as a table: `rows [PLANT|-] [CONTROLLER|-] [ESTIMATOR|-] [SEEDS] [scoring]`; with `scoring` on the seeds that are
+//! scored with and with every plant, else on those to develop with.
 
 use sinew_bench::{Filter, Plan, run, score};
 
@@ -10,7 +11,12 @@ fn main() {
     };
     let seeds = arguments.get(3).map_or(1, |word| word.parse().expect("a number of seeds"));
     let filter = Filter { plants: words(0), controllers: words(1), estimators: words(2) };
-    let ran = run(&Plan::quick(seeds).only(&filter), &|_| ());
+    let plan = match arguments.get(4).map(String::as_str) {
+        None => Plan::quick(seeds),
+        Some("scoring") => Plan::full(seeds),
+        Some(other) => panic!("`scoring` or nothing, not {other}"),
+    };
+    let ran = run(&plan.only(&filter), &|_| ());
     println!(
         "{:<20} {:<26} {:<22} {:<10} {:>6} {:>6} {:>5} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}",
         "plant",

@@ -22,6 +22,7 @@
 mod answer;
 pub mod bound;
 mod choice;
+mod exact;
 pub mod findings;
 pub mod follow;
 mod page;
@@ -37,6 +38,7 @@ mod trial;
 pub use answer::{About, Answer, Reachable, SCHEMA, reachable, sensing_report};
 pub use bound::{Bound, time_optimal};
 pub use choice::Choice;
+pub use exact::{ExactStep, exact_steps};
 pub use page::{page, pictures};
 pub use plant::{Family, Plant};
 pub use row::{Figures, Row, Trace, Traces};

@@ -1,5 +1,6 @@
 //! Every control law of the rig file, by its word, in the driver's engine before simulated wires with noise.
 
+use sinew_backend::allocations::{calls_of_this_thread, is_counting};
 use sinew_backend::{Backend, Sample};
 use sinew_driver::{Answer, Ask, Beat, Engine, Occurrence, Order};
 use sinew_rig::{Algorithm, Rig};
@@ -32,7 +33,7 @@ fn rig() -> Rig {
     Rig::parse(&text, "laws.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Each brings its wire to 40 % of the stroke or about it, without a fault and without leaving its duties.
+/// Each brings its wire to 40 % of the stroke or about it, without a fault, without leaving its duties, and without allocating.
 #[test]
 fn every_law_drives_its_wire() {
     let rig = rig();
@@ -43,6 +44,8 @@ fn every_law_drives_its_wire() {
     let (mut samples, mut duty) = (vec![Sample::NONE; count], vec![0.0; count]);
     let mut errors = vec![0.0f64; count];
     let cycles = 10_000u64;
+    assert!(is_counting());
+    let mut allocations = 0;
     for cycle in 0..cycles {
         let now_ns = cycle * 1_000_000;
         if cycle == 50 {
@@ -53,9 +56,11 @@ fn every_law_drives_its_wire() {
             }
         }
         let exchanged = backend.exchange(&duty, &mut samples);
+        let before = calls_of_this_thread();
         engine.cycle(Beat { now_ns, missed: 0 }, exchanged, &samples, &mut duty, |event| {
             assert!(!matches!(event.what, Occurrence::Tripped(_)), "{event:?}");
         });
+        allocations += calls_of_this_thread() - before;
         for (index, channel) in engine.channels().iter().enumerate() {
             let limits = &rig.channels[index].limits;
             assert!((0.0..=limits.max_duty).contains(&duty[index]), "{index}: {}", duty[index]);
@@ -66,6 +71,7 @@ fn every_law_drives_its_wire() {
             }
         }
     }
+    assert_eq!(allocations, 0);
     for (channel, error) in rig.channels.iter().zip(&errors) {
         // the relay cycles by a tenth of the stroke, the static servo takes its time; who is the default does neither
         let most = if channel.control.algorithm == Algorithm::SlidingMode { 0.005 } else { 0.1 };

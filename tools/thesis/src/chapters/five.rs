@@ -92,8 +92,8 @@ pub(crate) fn rows() -> Vec<Row> {
                 reported.",
         )
         .not_built(
-            "the rivals of the table as laws of the bench: Prandtl–Ishlinskii, \
-            H∞, fuzzy, neural and others",
+            "the other rivals of the table as laws of the bench: H∞, neural, \
+            stress models, pairs and others",
         ),
     ]
 }

@@ -32,6 +32,12 @@ laws! {
     VelocityServo = "velocity_servo", takes ["lambda_per_s"];
     /// Robust servo on the velocity linearisation with scheduled gains.
     VelocityServoScheduled = "velocity_servo_scheduled", takes ["lambda_per_s"];
+    /// Model predictive control: shooting over the wire's model within the limits of its power.
+    ModelPredictive = "model_predictive", takes ["lambda_per_s"];
+    /// Inverse of a modified Prandtl–Ishlinskii operator as feed-forward, with proportional-integral control.
+    PrandtlIshlinskii = "prandtl_ishlinskii", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s"];
+    /// Proportional-integral-derivative with gains tuned by fuzzy rules.
+    FuzzyPid = "fuzzy_pid", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
 }
 
 words! {
