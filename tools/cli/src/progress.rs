@@ -41,7 +41,7 @@ impl Progress {
             self.bar.reset();
             self.bar.set_message(stage.to_string());
         }
-        let place = (WHOLE as f64 * share.clamp(0.0, 1.0)) as u64;
+        let place = place(share);
         let was_measured = self.bar.position() > 0;
         if is_new || was_measured != (place > 0) {
             self.bar.set_style(style(if place > 0 { MEASURED } else { UNMEASURED }));
@@ -60,6 +60,11 @@ impl Progress {
     }
 }
 
+/// Where the bar stands.
+fn place(share: f64) -> u64 {
+    (WHOLE as f64 * share.clamp(0.0, 1.0)) as u64
+}
+
 /// A template of ours; the bar's own where it were wrong, which a test excludes.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("█▌ ")
@@ -68,6 +73,11 @@ fn style(template: &str) -> ProgressStyle {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_share_that_is_none_stays_within_the_bar() {
+        assert_eq!([0.0, 0.256, 7.0, -1.0, f64::NAN].map(place), [0, 256, WHOLE, 0, 0]);
+    }
 
     #[test]
     fn the_templates_are_right() {

@@ -181,11 +181,4 @@ mod tests {
         assert_eq!(quoted("it's"), "'it'\\''s'");
         assert_eq!(quoted(""), "''");
     }
-
-    #[test]
-    fn the_line_says_how_far_it_is() {
-        assert_eq!(line("fitting", 0.0), "fitting …");
-        assert_eq!(line("fitting", 0.256), "fitting … 26 %");
-        assert_eq!(line("fitting", 7.0), "fitting … 100 %");
-    }
 }
