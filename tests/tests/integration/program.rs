@@ -71,7 +71,8 @@ fn a_program_that_cannot_be_is_refused_with_its_place() {
         }
         run(["run".as_ref(), rig.path().as_os_str()]).refused(words);
     };
-    refused("nowhere.csv", None, &["nowhere.csv", "check the path"]);
+    refused("nowhere.csv", None, &["nowhere.csv", "no file of that name", "beside the rig file"]);
+    refused("wlak", None, &["wlak", "did you mean \"walk\"?"]);
     refused("walk", None, &["legs of 3 wires, the rig has 2", "steps"]);
     refused("wave.csv", Some("time_s,c\n0,10%\n"), &["wave.csv", "no channel \"c\""]);
     refused("wave.csv", Some("time_s,a\n0,duty=0.1\n"), &["wave.csv", "a at 0 s", "sinew play"]);

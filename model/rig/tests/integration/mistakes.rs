@@ -592,7 +592,7 @@ fn simulated_faults() {
         "rig.toml:24: simulation.fault.kind is \"open\", expected \"open_wire\", \"shorted_wire\", \"probe_lost\", \
          \"contact_resistance\", \"probe_stuck\", \"supply_dip\", \"supply_high\", \
          \"stage_on\", \"stage_weak\", \"write_fails\", \"jammed\", \"adc_stuck\", \"adc_saturated\", \"adc_nan\", \"backend_error\", \"estop_open\" \
-         or \"estop_reset\"",
+         or \"estop_reset\"; did you mean \"open_wire\"?",
     );
     with(
         &fault("kind = \"open_wire\""),
@@ -637,7 +637,7 @@ fn backends() {
         "backend.serial.port is \"\", expected a device: text without control characters",
     );
     with("[backend.serial]\nwatchdog_periods = 1", "backend.serial.watchdog_periods is 1, expected 2 to 1000");
-    with("[backend.serial]\nbaud = 9600", "backend.serial.baud is unknown; expected port, baud_hz, watchdog_periods");
+    with("[backend.serial]\nbaud = 9600", "backend.serial.baud is unknown, did you mean baud_hz?");
     let serial = "[backend]\nkind = \"serial\"\nserial.port = \"/dev/ttyACM0\"\n";
     with(&format!("{serial}[simulation]\npace = \"as_fast_as_possible\""), "simulation.pace makes no sense with wires");
 

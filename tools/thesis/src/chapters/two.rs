@@ -259,7 +259,7 @@ fn table() -> Vec<Row> {
             Ok(())
         }),
         rule(2, "largest force", "170 MPa, for 10⁵ cycles; chapter 4 has 100 MPa for as many.")
-            .code(RULES, "const PULL_PA")
+            .code("model/rig/src/doubts.rs", "pub const LASTING_PULL_PA")
             .differs("the thesis has two stresses for the same life; the rules take the table's", |_, found| {
                 let mpa = WIRE.max_force_n() / WIRE.area_m2() / 1e6;
                 found.near("stress for 10⁵ cycles, by chapter 4", "MPa", 100.0, 10.0, mpa);
