@@ -81,17 +81,20 @@ fn inside_them(share: &EffectSize) -> String {
     )
 }
 
+/// What an answer is made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Findings<'a> {
+    pub(crate) effects: &'a [FoundEffect],
+    pub(crate) curves: Option<&'a FoundEffect>,
+    pub(crate) unknown: Option<&'a Unknown>,
+    pub(crate) location: &'a Location,
+    pub(crate) remains: &'a Remains,
+    pub(crate) beyond_tolerance: &'a [BeyondTolerance],
+}
+
 /// The answer in a few sentences.
-pub(crate) fn summary(
-    verdict: Verdict,
-    compared: &Compared,
-    effects: &[FoundEffect],
-    unknown: Option<&Unknown>,
-    location: &Location,
-    remains: &Remains,
-    curves: Option<&FoundEffect>,
-    beyond_tolerance: &[BeyondTolerance],
-) -> String {
+pub(crate) fn summary(verdict: Verdict, compared: &Compared, findings: Findings<'_>) -> String {
+    let Findings { effects, curves, unknown, location, remains, beyond_tolerance } = findings;
     let left = what_is_left(remains, curves);
     let is_explained = remains.is_explained(curves);
     let (given, before, after) = (compared.as_given.score, compared.recalibrated.score, compared.improved.score);
