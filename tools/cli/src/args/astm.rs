@@ -20,8 +20,8 @@ Examples:
   sinew astm e3097 loop.csv --length 100mm --diameter 0.5mm elongation and force instead of strain and stress
   sinew astm f2516 tension.csv --column strain=\"Ext. 2\" --json
 
-Reads whatever `sinew import` reads: text of any separator and decimal sign, Excel, OpenDocument, MATLAB, HDF5, LabVIEW. Columns are
-found by their names and units. Temperatures are where tangents meet; behind ± stands how far they move with the choice of the stretch
+Reads whatever `sinew import` reads: text of any separator and decimal sign, Excel, OpenDocument, MATLAB, HDF5, LabVIEW. Columns are \
+found by their names and units. Temperatures are where tangents meet; behind ± stands how far they move with the choice of the stretch \
 the tangents are laid through, not the thermometer's error. What a rig file can take is printed last.")]
 pub struct Astm {
     /// Which standard's quantities.
