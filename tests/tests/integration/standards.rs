@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use sinew_tests::sinew;
+use sinew_tests::{checkout, sinew};
 
 /// A calorimeter's export: remarks above, semicolons, decimal commas, Windows-1252; logistic transformations of k = 0.4/K at 93 and 67 °C,
 /// 24.2 J/g at 10 K/min.
@@ -66,4 +66,16 @@ fn what_is_missing_is_told_with_what_there_is() {
     fs::write(folder.path().join("half.csv"), half).expect("a file");
     let (is_well, _, errors) = run(folder.path(), &["astm", "e3097", "half.csv"]);
     assert!(!is_well && errors.contains("half.csv: shows no cooling"), "{errors}");
+}
+
+/// The page shows what the example gives.
+#[test]
+fn the_page_shows_what_the_example_gives() {
+    let (is_well, text, errors) = run(&checkout(), &["astm", "f2004", "examples/dsc.csv"]);
+    assert!(is_well, "{errors}");
+    let page = fs::read_to_string(checkout().join("docs/standards.md")).expect("the page");
+    assert!(
+        page.contains(&format!("$ sinew astm f2004 examples/dsc.csv\n{text}```")),
+        "docs/standards.md shows otherwise:\n{text}"
+    );
 }
