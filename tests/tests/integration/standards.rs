@@ -71,7 +71,7 @@ fn what_is_missing_is_told_with_what_there_is() {
 /// The page shows what the example gives.
 #[test]
 fn the_page_shows_what_the_example_gives() {
-    let (is_well, text, errors) = run(&checkout(), &["astm", "f2004", "examples/dsc.csv"]);
+    let (is_well, text, errors) = run(checkout(), &["astm", "f2004", "examples/dsc.csv"]);
     assert!(is_well, "{errors}");
     let page = fs::read_to_string(checkout().join("docs/standards.md")).expect("the page");
     assert!(
