@@ -1,6 +1,6 @@
 //! What a rig file may well mean, and hardly does: loads that wear a wire out, supplies that its sensing pulse alone heats it with.
 
-use sinew_physics::{DriveKind, Load};
+use sinew_physics::Load;
 
 use crate::derive::{self, Reach};
 use crate::drivable::line_of;
@@ -85,7 +85,6 @@ fn senses_too_hot(channel: &Channel, reach: &Reach) -> Option<(&'static str, Str
 
 /// Full duty does not heat the wire to where it shortens.
 fn stays_cold(channel: &Channel, reach: &Reach) -> Option<(&'static str, String)> {
-    let DriveKind::Pwm = channel.model.drive.kind else { return None };
     let on = derive::full_on(channel, channel.limits.max_temperature_c)?;
     let most_w = channel.limits.max_duty * on.largest_power_w;
     let needed_w = reach.shortens_w();

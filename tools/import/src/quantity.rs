@@ -45,16 +45,32 @@ const BY_MASS: [(&str, f64, &str); 4] =
     [("mw/mg", 1e3, "mW/mg"), ("w/g", 1e3, "W/g"), ("mw/g", 1.0, "mW/g"), ("w/kg", 1.0, "W/kg")];
 
 impl Quantity {
-    fn name(self) -> &'static str {
+    /// All of them.
+    pub const ALL: [Quantity; 7] = [
+        Quantity::Temperature,
+        Quantity::Strain,
+        Quantity::Stress,
+        Quantity::Elongation,
+        Quantity::Force,
+        Quantity::HeatFlow,
+        Quantity::Time,
+    ];
+
+    /// Its word on a command line.
+    pub const fn word(self) -> &'static str {
         match self {
             Quantity::Temperature => "temperature",
             Quantity::Strain => "strain",
             Quantity::Stress => "stress",
             Quantity::Elongation => "elongation",
             Quantity::Force => "force",
-            Quantity::HeatFlow => "heat flow",
+            Quantity::HeatFlow => "heat-flow",
             Quantity::Time => "time",
         }
+    }
+
+    fn name(self) -> String {
+        self.word().replace('-', " ")
     }
 
     fn is(self, role: Role) -> bool {
@@ -101,7 +117,7 @@ pub fn quantity(table: &Table, of: Quantity, wanted: Option<&str>) -> Result<Fou
         [one] => of_column(one, of),
         [] => Err(Error::new(
             format!("has no column that is called a {name}"),
-            format!("name it: --column {}=NAME; its columns: {}", name.replace(' ', "-"), columns()),
+            format!("name it: --column {}=NAME; its columns: {}", of.word(), columns()),
         )),
         several => Err(Error::new(
             format!(
@@ -109,7 +125,7 @@ pub fn quantity(table: &Table, of: Quantity, wanted: Option<&str>) -> Result<Fou
                 several.len(),
                 several.iter().map(|c| format!("\"{}\"", shorten(&c.name))).collect::<Vec<_>>().join(", ")
             ),
-            format!("say which: --column {}=NAME", name.replace(' ', "-")),
+            format!("say which: --column {}=NAME", of.word()),
         )),
     }
 }

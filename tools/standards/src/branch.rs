@@ -9,7 +9,7 @@ const LEAST_SWEEP_K: f64 = 5.0;
 
 /// Which way the temperature went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stretch {
+pub(crate) enum Stretch {
     /// Up.
     Heating,
     /// Down.

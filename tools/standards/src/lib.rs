@@ -29,7 +29,6 @@ mod fit;
 mod tension;
 mod transition;
 
-pub use branch::Stretch;
 pub use calorimetry::{Calorimetry, LOGISTIC_SPAN, Peak, calorimetry};
 pub use cycle::{Recovery, ThermalCycle, recovery, thermal_cycle};
 pub use error::Error;

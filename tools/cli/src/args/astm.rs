@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use sinew_import::Quantity;
 
 use super::design::{diameter, length};
 use super::test::positive;
 
 /// A quantity and the column that holds it.
-pub type Named = (String, String);
+pub type Named = (Quantity, String);
 
 /// `sinew astm`.
 #[derive(Debug, Args)]
@@ -75,11 +76,12 @@ pub enum Standard {
 }
 
 fn named(text: &str) -> Result<Named, String> {
-    const QUANTITIES: [&str; 7] = ["temperature", "strain", "stress", "elongation", "force", "heat-flow", "time"];
-    match text.split_once('=') {
-        Some((quantity, name)) if QUANTITIES.contains(&quantity) && !name.is_empty() => {
-            Ok((quantity.into(), name.into()))
-        }
-        _ => Err(format!("as in temperature=\"T sample\"; quantities: {}", QUANTITIES.join(", "))),
-    }
+    let named = text.split_once('=').filter(|(_, name)| !name.is_empty()).and_then(|(word, name)| {
+        let quantity = Quantity::ALL.into_iter().find(|quantity| quantity.word() == word)?;
+        Some((quantity, name.to_string()))
+    });
+    named.ok_or_else(|| {
+        let words = Quantity::ALL.map(Quantity::word).join(", ");
+        format!("as in temperature=\"T sample\"; quantities: {words}")
+    })
 }

@@ -6,7 +6,6 @@ use serde::Serialize;
 use sinew_figures::{Curve, Field, Figure, Ink, Kind, Panel};
 use sinew_import::{Found, Quantity, Table, quantity};
 use sinew_physics::{Geometry, Material};
-
 use sinew_rig::{FileFormat, rounded};
 use sinew_standards::{
     Calorimetry, Estimate, Peak, Recovery, Tension, ThermalCycle, Transition, calorimetry, recovery, tension,
@@ -33,8 +32,10 @@ pub fn astm(args: &args::Astm) -> Outcome {
     let curve = Curves { args, table: &table };
     let read = match args.standard {
         Standard::F2004 => curve.calorimetry()?,
-        Standard::F2082 => curve.recovery(&[Quantity::Strain, Quantity::Elongation])?,
-        Standard::E3098 => curve.recovery(&[Quantity::Strain])?,
+        // what is bent has a deflection, and that goes back like a strain
+        Standard::F2082 => curve
+            .recovery(curve.strain().or_else(|no_strain| curve.of(Quantity::Elongation).map_err(|_| no_strain))?)?,
+        Standard::E3098 => curve.recovery(curve.strain()?)?,
         Standard::E3097 => curve.thermal_cycle()?,
         Standard::F2516 => curve.tension()?,
     };
@@ -112,16 +113,7 @@ struct Curves<'a> {
 
 impl Curves<'_> {
     fn of(&self, of: Quantity) -> Result<Found, Failure> {
-        let word = match of {
-            Quantity::Temperature => "temperature",
-            Quantity::Strain => "strain",
-            Quantity::Stress => "stress",
-            Quantity::Elongation => "elongation",
-            Quantity::Force => "force",
-            Quantity::HeatFlow => "heat-flow",
-            Quantity::Time => "time",
-        };
-        let named = self.args.columns.iter().find(|(quantity, _)| quantity == word).map(|(_, name)| name.as_str());
+        let named = self.args.columns.iter().find(|(quantity, _)| *quantity == of).map(|(_, name)| name.as_str());
         quantity(self.table, of, named).map_err(|error| {
             let place = format!("{}: {}", self.args.file.display(), error.message);
             Failure::input(place).hint(error.hint)
@@ -218,9 +210,14 @@ impl Curves<'_> {
         });
         let mut material = Vec::new();
         if let Some(stress_pa) = stress_pa {
-            let shift_k = Material::default().stress_shift_k_per_pa * stress_pa;
-            let remark =
-                format!("less {} K, which {} MPa shift it by 0.125 K/MPa", rounded(shift_k), rounded(stress_pa * 1e-6));
+            let shift_k_per_pa = Material::default().stress_shift_k_per_pa;
+            let shift_k = shift_k_per_pa * stress_pa;
+            let remark = format!(
+                "less {} K, which {} MPa shift it by {} K/MPa",
+                rounded(shift_k),
+                rounded(stress_pa * 1e-6),
+                rounded(shift_k_per_pa * 1e6)
+            );
             material.push(("austenite_temperature_c", cycle.heating.middle_c() - shift_k, remark.clone()));
             material.push(("martensite_temperature_c", cycle.cooling.middle_c() - shift_k, remark));
         }
@@ -230,13 +227,8 @@ impl Curves<'_> {
         Ok(Read { x, y, stress_pa, figures: Figures::Cycle(cycle), material })
     }
 
-    fn recovery(&self, by: &[Quantity]) -> Result<Read, Failure> {
+    fn recovery(&self, y: Found) -> Result<Read, Failure> {
         let x = self.of(Quantity::Temperature)?;
-        let mut y = self.strain();
-        for of in by {
-            y = y.or_else(|before| self.of(*of).map_err(|_| before));
-        }
-        let y = y?;
         let found = recovery(&x.values, &y.values).map_err(|e| self.failure(e))?;
         let material = vec![
             ("austenite_temperature_c", found.heating.middle_c(), "without stress".into()),
