@@ -311,6 +311,12 @@ impl Process {
         Process::spawn(command, Stdio::piped())
     }
 
+    /// Starts it with this as its standard input.
+    #[track_caller]
+    pub fn start_reading(command: &mut Command, stdin: impl Into<Stdio>) -> Process {
+        Process::spawn(command, stdin.into())
+    }
+
     #[track_caller]
     fn spawn(command: &mut Command, stdin: Stdio) -> Process {
         let said = tempfile::Builder::new().prefix("sinew-said-").tempdir().expect("a temporary folder");

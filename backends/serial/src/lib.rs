@@ -26,3 +26,12 @@ mod port;
 pub use backend::SerialBackend;
 pub use error::Error;
 pub use figures::LineFigures;
+
+/// Opens a serial line for this process alone, for whoever wants what is on it rather than a front-end: raw, non-blocking,
+/// nothing left over of what came before.
+///
+/// # Errors
+/// [`Error::Open`], [`Error::NotALine`], [`Error::Taken`], [`Error::Line`].
+pub fn open_line(path: &str, baud_hz: u32) -> Result<std::os::fd::OwnedFd, Error> {
+    port::Port::open(path, baud_hz).map(port::Port::into_fd)
+}

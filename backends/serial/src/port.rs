@@ -46,6 +46,11 @@ impl Port {
         Ok(Port(fd))
     }
 
+    /// The open device alone, with its lock.
+    pub fn into_fd(self) -> OwnedFd {
+        self.0
+    }
+
     /// What has arrived; `Ok(0)` = nothing. The end of the line is an error.
     ///
     /// It asks first how much there is. Reading from a terminal with nothing to be read waits, non-blocking or not, for the kernel's

@@ -1,9 +1,14 @@
 //! `sinew scope` in a real browser: a page that shows a running driver, commands it with the token and not without.
 
+use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
 
 use sinew_ipc::{Client, Mode};
 use sinew_tests::browser::Browser;
@@ -189,4 +194,143 @@ fn foreign_pages_do_not_come_in() {
     scope.signal(libc::SIGTERM);
     let ended = scope.finish().expect(0);
     assert!(ended.stderr.contains("2 × a request for another host, 2 × a page of another origin"), "{}", ended.stderr);
+}
+
+/// Somebody who prints rows of this function of their number, two hundred a second, until dropped.
+struct Board {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Board {
+    fn printing(mut line: impl Write + Send + 'static, head: &'static str, row: fn(f64) -> String) -> Board {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopping = stop.clone();
+        let thread = std::thread::spawn(move || {
+            let mut said = write!(line, "{head}");
+            for count in 0.. {
+                if said.is_err() || stopping.load(Ordering::Relaxed) {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(5));
+                said = writeln!(line, "{}", row(f64::from(count)));
+            }
+        });
+        Board { stop, thread: Some(thread) }
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// A scope of a stream, and its address with the token.
+fn plotter(more: &[&str], stdin: impl Into<Stdio>) -> (Process, String) {
+    let mut scope = Process::start_reading(Command::new(sinew()).arg("scope").args(more), stdin);
+    scope.wait_for_word("http://");
+    let url = wait_for("the address", || scope.stdout().lines().next().map(str::to_owned));
+    (scope, url)
+}
+
+#[test]
+fn a_stream_of_numbers_is_drawn_recorded_and_saved() {
+    let Some(mut browser) = Browser::start(1400, 900) else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    let board = Board::printing(writer, "booting\nt_ms;force [N];pull [N];temp [°C]\n", |n| {
+        // as a laboratory in Germany prints it
+        format!("{};{};{};{}", 5.0 * n, 2.0 + (n / 50.0).sin(), 1.0, 20.0 + n / 100.0).replace('.', ",")
+    });
+    let record_dir = folder.path().to_str().expect("a plain path");
+    let (scope, url) = plotter(&["--stdin", "--record-dir", record_dir], reader);
+
+    browser.open(&url);
+    browser.wait("page.curves && page.curves.length > 300 && page.status?.driver === 'running'");
+    assert_eq!(browser.eval("page.rig.channels.map((c) => c.name).join()"), "t,force,pull,temp");
+    assert_eq!(browser.eval("page.panels.map((p) => p.name).join()"), "N,°C", "a clock is not drawn");
+    assert_eq!(browser.eval("page.panels[0].lines.length"), 2, "of one unit, in one panel");
+    // by the board's own clock, however it came
+    let apart = "(() => { const t = page.curves.time, n = page.curves.length; return t[n - 1] - t[n - 101]; })()";
+    let apart = browser.eval(apart).as_f64().expect("s");
+    assert!((apart - 0.5).abs() < 1e-3, "{apart}");
+    browser.eval("page.selected = 2");
+    browser.wait("$('card').textContent.includes('mean1.000 N') && $('card').textContent.includes('deviation0')");
+    if let Some(picture) = std::env::var_os("SINEW_PICTURES") {
+        browser.wait("page.curves.length > 1500");
+        browser.eval("page.selected = 1");
+        std::thread::sleep(Duration::from_millis(300));
+        browser.picture(&PathBuf::from(picture).join("stream.png"));
+    }
+
+    browser.eval("$('record').click()");
+    browser.wait("page.status?.recording?.seconds > 0.5");
+    browser.eval("$('record').click()");
+    browser.wait("page.status && !page.status.recording");
+    let files = entries(folder.path());
+    assert_eq!(files.len(), 1, "{files:?}");
+    let text = std::fs::read_to_string(folder.path().join(&files[0])).expect("it was written");
+    assert!(text.starts_with("time_s,t [ms],force [N],pull [N],temp [°C]\n0.000000,"), "{text}");
+    assert!(text.lines().count() > 50);
+    // what is shown, as a file of the page's own
+    browser.eval("HTMLAnchorElement.prototype.click = function () { fetchBlob(this); }; \
+                  window.fetchBlob = () => {}; URL.createObjectURL = (blob) => { blob.text().then((t) => { window.saved = t; }); return 'blob:'; }; save()");
+    browser.wait("window.saved?.startsWith('time_s,force [N],pull [N],temp [°C]\\n0.000000,')");
+
+    drop(board);
+    browser.wait("page.status?.driver === 'ended' && !$('banner').hidden");
+    browser.wait("page.curves.length > 300");
+    scope.signal(libc::SIGTERM);
+    scope.finish().expect(0);
+}
+
+/// A serial line: the end that a board writes to, and the device.
+fn line() -> (File, PathBuf) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a pseudo terminal");
+    grantpt(&board).expect("its other end");
+    unlockpt(&board).expect("its other end");
+    let name = ptsname(&board, Vec::new()).expect("its name").into_string().expect("a plain path");
+    (File::from(board), PathBuf::from(name))
+}
+
+#[test]
+fn a_board_that_is_unplugged_goes_on_when_it_is_back() {
+    let Some(mut browser) = Browser::start(1000, 700) else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let device = folder.path().join("ttyBOARD");
+    let plug = || {
+        let (board, at) = line();
+        let _ = std::fs::remove_file(&device);
+        std::os::unix::fs::symlink(at, &device).expect("a link");
+        board
+    };
+    let row: fn(f64) -> String = |n| format!("temp: {} °C, pull: {} N", 20.0 + n / 100.0, (n / 40.0).cos());
+    let board = plug();
+    let path = device.to_str().expect("a plain path");
+    let (scope, url) = plotter(&["--no-commands", "--serial", path], Stdio::null());
+    let board = Board::printing(board, "garbage", row);
+    browser.open(&url);
+    browser.wait("page.curves && page.curves.length > 100 && page.status?.driver === 'running'");
+    assert_eq!(browser.eval("page.rig.rig + ' ' + page.rig.channels.map((c) => c.name).join()"), "ttyBOARD temp,pull");
+    assert_eq!(browser.eval("page.rig.quantities.map((q) => q.unit).join()"), "°C,N");
+    assert_eq!(browser.eval("$('record').hidden"), true);
+
+    drop(board);
+    browser.wait("page.status?.driver === 'broken'");
+    let last = browser.eval("page.curves.last").as_f64().expect("a time");
+    let _board = Board::printing(plug(), "", row);
+    browser.wait(&format!("page.status?.driver === 'running' && page.curves.last > {last} + 0.2"));
+    scope.signal(libc::SIGTERM);
+    scope.finish().expect(0);
+}
+
+#[test]
+fn what_is_no_stream_is_said() {
+    run(["scope", "--serial", "/dev/null"]).refused(&["--serial", "/dev/ttyACM0"]);
+    run(["scope", "--serial", "/nowhere"]).refused(&["/nowhere", "/dev/serial/by-id"]);
+    run(["scope", "--stdin", "--serial", "/dev/null"]).refused(&["--stdin", "--serial"]);
+    run(["scope", "--names", "a,b"]).refused(&["--names", "--stdin"]);
 }

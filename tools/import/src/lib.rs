@@ -59,3 +59,4 @@ pub use quantity::{Found, Quantity, quantity};
 pub use read::{MAX_BYTES, read, read_bytes};
 pub use report::{confirm, mapping};
 pub use table::{Column, ROW_NUMBER, Table};
+pub use units::heading;

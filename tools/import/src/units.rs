@@ -268,9 +268,42 @@ pub(crate) fn named(text: &str) -> Named {
     named
 }
 
+/// A column's heading taken apart: its name, and its unit as it is usually written or, where it is none that is known, as it stands in
+/// brackets; "" where none is stated.
+pub fn heading(text: &str) -> (String, String) {
+    let Named { name, stated, unknown, loose } = named(text);
+    let known = stated.or(loose).filter(|unit| !unit.symbol.is_empty());
+    match (known, unknown) {
+        (Some(unit), _) => (name, unit.symbol.to_string()),
+        (None, Some(written)) => {
+            let bare = text.find(['[', '(', '{', '<']).map_or(text, |from| &text[..from]).trim();
+            (if bare.is_empty() { name } else { bare.to_string() }, written)
+        }
+        // a unit that no recording has, so without a symbol of its own: as it is written
+        (None, None) if stated.is_some() || loose.is_some() => {
+            let written = text.trim().get(name.len()..).unwrap_or_default().trim_matches([' ', '_', '/', ',', '[', ']', '(', ')', '{', '}']);
+            (name, written.trim_start_matches("in ").to_string())
+        }
+        (None, None) => (name, String::new()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_heading_is_a_name_and_a_unit() {
+        let of = |text: &str| heading(text);
+        let is = |name: &str, unit: &str| (name.to_string(), unit.to_string());
+        assert_eq!(of("Force [N]"), is("Force", "N"));
+        assert_eq!(of("t_ms"), is("t", "ms"));
+        assert_eq!(of("speed [rpm]"), is("speed", "rpm"));
+        assert_eq!(of("fruit (bananas)"), is("fruit", "bananas"));
+        assert_eq!(of("counts"), is("counts", ""));
+        assert_eq!(of("speed_rpm"), is("speed", "rpm"));
+        assert_eq!(of(""), is("", ""));
+    }
 
     #[test]
     fn units_are_found_where_people_write_them() {

@@ -53,8 +53,30 @@ class Curves {
   at(i, at) {
     const bin = Math.max(0, this.indexOf(at + 1e-12) - 1);
     if (!this.length || this.time[bin] > at) return null;
-    const low = this.bins[i * this.values][bin], high = this.bins[(i + 1) * this.values - 1][bin];
-    return Number.isNaN(low) ? null : (low + high) / 2;
+    const value = this.middle(i, bin);
+    return Number.isNaN(value) ? null : value;
+  }
+
+  // The value of series `i` in a bin: its own, or the middle of its least and its largest.
+  middle(i, bin) {
+    return (this.bins[i * this.values][bin] + this.bins[(i + 1) * this.values - 1][bin]) / 2;
+  }
+
+  // The least, the largest, the mean and the standard deviation of series `i` from `from` to `to`.
+  summary(i, from, to) {
+    let count = 0, sum = 0, squares = 0, first = NaN;
+    const [low, high] = this.extent([i], from, to);
+    for (let bin = this.indexOf(from), end = Math.min(this.length, this.indexOf(to) + 1); bin < end; bin++) {
+      const value = this.middle(i, bin);
+      if (Number.isNaN(value)) continue;
+      // from the first value on, or a small motion of a large number would be lost in its square
+      if (count === 0) first = value;
+      count += 1;
+      sum += value - first;
+      squares += (value - first) ** 2;
+    }
+    const mean = sum / count, variance = Math.max(0, squares / count - mean * mean);
+    return { count, low, high, mean: first + mean, deviation: Math.sqrt(variance) };
   }
 
   // The least and the largest value of `series` from `from` to `to`.

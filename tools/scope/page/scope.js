@@ -1,4 +1,5 @@
-// The page of `sinew scope`: what the driver does, as it does it.
+// The page of `sinew scope`: what the driver does, as it does it; or the numbers of a stream (`rig.of` is "stream"), whose
+// columns are the channels and whose units are the quantities.
 //
 // Curves come over a WebSocket in binary frames (data.js), everything else as JSON: `hello` (the rig), `status` (modes,
 // faults, the loop), `may` (whether this page may command) and `answer` (what became of a request). Curves are drawn once
@@ -6,7 +7,8 @@
 "use strict";
 
 const $ = (id) => document.getElementById(id);
-const WINDOWS = [0.5, 1, 2, 5, 10, 20, 30, 60];
+const streams = () => page.rig?.of === "stream";
+const WINDOWS = [0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
 const FIRST = ["length_m", "duty"];
 // A setpoint that is held is renewed so often, and lasts so long without, s. In a tab in the background a browser wakes a
 // page once a second, after some minutes once a minute: then the lease runs out, which is what it is for.
@@ -80,7 +82,11 @@ function hello(rig) {
   if (first || page.names.join() !== names.join()) {
     page.names = names;
     page.selected = 0;
-    page.shown = new Set(names.map((_, i) => i).slice(0, names.length <= 6 ? 6 : 3));
+    const first = names.map((_, i) => i).filter((i) => !rig.channels[i].clock);
+    page.shown = new Set(first.slice(0, names.length <= 6 || streams() ? 12 : 3));
+    if (streams()) page.quantities = rig.quantities.map((q) => q.name).filter((name) => first.some((i) => panelOf(i) === name));
+    page.focus = page.quantities[0];
+    document.body.classList.toggle("streams", streams());
     channels();
     quantities();
     windows();
@@ -93,15 +99,16 @@ function hello(rig) {
 function show() {
   const rig = page.rig;
   if (!rig) return;
-  const place = new Map(rig.quantities.map((q, i) => [q.name, i]));
+  // a column of a stream has one quantity, and is in the panel of its unit
+  const place = (quantity) => (streams() ? 0 : rig.quantities.findIndex((q) => q.name === quantity));
   const wanted = new Set(page.quantities);
   if (wanted.has("length_m") || wanted.has("measured_length_m")) wanted.add("target_m");
   page.series = new Map();
   const series = [];
   for (const quantity of wanted) {
-    for (const channel of [...page.shown].sort((a, b) => a - b)) {
+    for (const channel of shownIn(quantity)) {
       page.series.set(`${quantity} ${channel}`, series.length);
-      series.push([channel, place.get(quantity)]);
+      series.push([channel, place(quantity)]);
     }
   }
   page.generation += 1;
@@ -110,6 +117,19 @@ function show() {
   if (!series.length) page.curves = page.waiting;
   panels();
 }
+
+// The channels that are shown in the panel of this quantity.
+function shownIn(quantity) {
+  const shown = [...page.shown].sort((a, b) => a - b);
+  if (!streams()) return shown;
+  return shown.filter((i) => panelOf(i) === quantity);
+}
+
+// The panel of a stream's column.
+const panelOf = (i) => page.rig.quantities[page.rig.channels[i].panel].name;
+
+// The quantity of a channel whose value stands beside its name.
+const focused = (i) => page.rig.quantities.find((q, k) => (streams() ? k === page.rig.channels[i].panel : q.name === page.focus));
 
 function received(buffer) {
   const frame = readFrame(buffer);
@@ -152,12 +172,19 @@ const BANNERS = {
   stalled: "The driver's loop stands still.",
 };
 
+const STREAM_BANNERS = {
+  ended: "The stream has ended. What came last is still here.",
+  broken: "The line has broken off. This page waits for it and goes on by itself.",
+  silent: "Nothing has come for some seconds.",
+};
+
 function status(now) {
   const before = page.status;
   page.status = now;
-  state(now.driver, { running: "running", starting: "" }[now.driver] ?? "bad");
-  banner(BANNERS[now.driver] ?? (now.dead ?? []).join(" "));
+  state(now.driver, { running: "running", starting: "", waiting: "" }[now.driver] ?? "bad");
+  banner(streams() ? now.problem || STREAM_BANNERS[now.driver] : BANNERS[now.driver] ?? (now.dead ?? []).join(" "));
   traffic(now.traffic);
+  if (streams()) return streamed(now);
   if (now.driver === "gone") { page.held.clear(); card(); return; }
   const us = (v) => (v >= 1000 ? (v / 1000).toFixed(1) + " ms" : v.toFixed(0) + " µs");
   $("rate").textContent = now.rate_hz === null ? "–" : now.rate_hz.toFixed(0) + " Hz";
@@ -165,13 +192,7 @@ function status(now) {
   $("missed").className = now.missed > 0 ? "bad" : "";
   $("late").textContent = `${us(now.lateness_us.p99)} / ${us(now.lateness_us.max)}`;
   $("cycle").textContent = us(now.cycle_us.p99);
-  const lost = now.lost + page.lost;
-  $("lost").textContent = lost;
-  $("lost").className = lost > 0 ? "bad" : "";
-  const recording = now.recording;
-  $("record").setAttribute("aria-pressed", String(!!recording));
-  $("recording").textContent = recording ? recorded(recording) : "Record";
-  $("record").title = recording ? `${recording.file}; click to end` : "Record every cycle of every channel";
+  flow(now);
   now.channels.forEach((channel, i) => {
     const row = page.rows?.[i];
     if (!row) return;
@@ -183,6 +204,27 @@ function status(now) {
   });
   const faulted = (s) => s?.channels?.[page.selected]?.fault?.flag;
   if (faulted(before) !== faulted(now) || before?.channels?.[page.selected]?.mode !== now.channels[page.selected]?.mode) card();
+}
+
+// What is lost on the way here, and what is recorded.
+function flow({ lost, recording }) {
+  $("lost").textContent = lost + page.lost;
+  $("lost").className = lost + page.lost > 0 ? "bad" : "";
+  $("record").setAttribute("aria-pressed", String(!!recording));
+  $("recording").textContent = recording ? recorded(recording) : "Record";
+  $("record").title = recording ? `${recording.file}; click to end` : streams() ? "Record every row, as CSV" : "Record every cycle of every channel";
+}
+
+// How a stream does.
+function streamed(now) {
+  const rate = now.rate_hz;
+  $("rate").textContent = rate === null ? "–" : `${rate.toFixed(rate < 10 ? 1 : 0)} /s`;
+  $("odd").textContent = now.odd;
+  $("odd").className = now.odd > 0 ? "bad" : "";
+  $("words").parentElement.hidden = !now.words;
+  $("words").textContent = now.words;
+  $("words").title = now.words;
+  flow(now);
 }
 
 // What the scope has refused, of anybody's: shown once there is any.
@@ -293,6 +335,7 @@ document.addEventListener("keydown", (event) => {
   if (event.target.closest("input, select, button, textarea")) return;
   if (event.key === " ") { event.preventDefault(); $("pause").click(); }
   if (event.key === "Escape") live();
+  if (event.key === "s" && !event.ctrlKey && !event.metaKey) save();
 });
 
 const hands = {
@@ -330,18 +373,18 @@ function build() {
   $("panels").replaceChildren();
   const rig = page.rig;
   if (!rig) return;
-  const shown = [...page.shown].sort((a, b) => a - b), count = page.quantities.length;
+  const count = page.quantities.length;
   const room = $("panels").clientHeight, width = $("panels").clientWidth;
   const colours = Chart.inks(), inks = colours.series.map(Chart.rgb), pale = Chart.rgb(colours.pale);
   page.panels = page.quantities.map((name) => {
     const quantity = rig.quantities.find((q) => q.name === name);
     const section = document.createElement("section"), title = document.createElement("h2"), unit = document.createElement("span");
     section.className = "panel";
-    title.append(quantity.title + " ", unit);
+    title.append((streams() ? shownIn(name).map((i) => page.names[i]).join(", ") : quantity.title) + " ", unit);
     section.append(title);
     section.addEventListener("pointerenter", () => { page.focus = name; });
     $("panels").append(section);
-    const targets = name === "length_m" || name === "measured_length_m" ? shown : [];
+    const shown = shownIn(name), targets = name === "length_m" || name === "measured_length_m" ? shown : [];
     const dashed = shown.length <= DASHED_UP_TO, ratio = devicePixelRatio;
     const line = (channel) => ({
       series: page.series.get(`${name} ${channel}`), ink: inks[channel % inks.length], width: (dashed ? 1.5 : 1.2) * ratio,
@@ -389,13 +432,14 @@ function values() {
   if (!rig || !curves) return;
   const quantity = rig.quantities.find((q) => q.name === page.focus);
   const { to } = span(), at = page.cursor ?? to;
-  $("valued").textContent = quantity ? `${quantity.title} ${page.cursor === null ? (page.frozen ? "at the end" : "now") : "at the cursor"}` : "";
+  $("valued").textContent = quantity ? `${streams() ? "Values" : quantity.title} ${page.cursor === null ? (page.frozen ? "at the end" : "now") : "at the cursor"}` : "";
   $("cursor").textContent = page.cursor === null ? "" : `Cursor at ${Chart.quantity(at - to, "1", 4)} s`;
   page.rows.forEach((row, i) => {
-    const series = page.series.get(`${page.focus} ${i}`);
+    const of = focused(i), series = page.series.get(`${of?.name} ${i}`);
     const value = series === undefined || page.waiting ? null : curves.at(series, at);
-    row.value.textContent = value === null ? "" : Chart.quantity(value, quantity.unit);
+    row.value.textContent = value === null ? "" : Chart.quantity(value, of.unit);
   });
+  if (streams()) card();
 }
 
 // ——— the selected channel: its state, and commands ———
@@ -412,6 +456,7 @@ function limits(kind, channel) {
 }
 
 function card() {
+  if (streams()) return summary();
   const host = $("card"), channel = page.rig?.channels[page.selected], state = page.status?.channels?.[page.selected];
   if (!channel) return host.replaceChildren();
   const parts = [];
@@ -476,6 +521,55 @@ function card() {
   if (state?.fault) acts.append(button("Reset", "", () => ask({ reset: { channel: page.selected } }).then(say)));
   host.replaceChildren(...parts);
 }
+
+// The selected column over the time that is shown.
+function summary() {
+  const host = $("card"), channel = page.rig.channels[page.selected], of = channel && focused(page.selected);
+  const series = of && page.series.get(`${of.name} ${page.selected}`);
+  if (series === undefined || page.waiting || !page.curves) return host.replaceChildren();
+  const { from, to } = span(), sums = page.curves.summary(series, from, to), title = document.createElement("h2"), list = document.createElement("dl");
+  title.textContent = channel.name;
+  const rows = [["least", sums.low], ["mean", sums.mean], ["largest", sums.high], ["deviation", sums.deviation]];
+  for (const [word, value] of rows) {
+    const dt = document.createElement("dt"), dd = document.createElement("dd"), row = document.createElement("div");
+    dt.textContent = word;
+    dd.textContent = Chart.quantity(value, of.unit);
+    row.append(dt, dd);
+    list.append(row);
+  }
+  const note = document.createElement("p");
+  note.className = "note";
+  note.textContent = `of ${sums.count} values in the time shown`;
+  host.replaceChildren(title, list, note);
+}
+
+// ——— what is shown, as a file ———
+
+function save() {
+  const { rig, curves } = page;
+  if (!rig || !curves?.length) return;
+  const { from, to } = span(), heads = ["time_s"], columns = [];
+  for (const quantity of page.quantities) {
+    const of = rig.quantities.find((q) => q.name === quantity);
+    for (const channel of shownIn(quantity)) {
+      const name = rig.channels[channel].name;
+      heads.push(streams() ? (of.unit === "1" ? name : `${name} [${of.unit}]`) : `${name}.${quantity}`);
+      columns.push(page.series.get(`${quantity} ${channel}`));
+    }
+  }
+  const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const lines = [heads.map(quoted).join(",")];
+  for (let bin = curves.indexOf(from), end = curves.indexOf(to); bin < end; bin++) {
+    const cells = columns.map((series) => curves.middle(series, bin)).map((value) => (Number.isNaN(value) ? "" : String(value)));
+    lines.push([(curves.time[bin] - curves.time[curves.indexOf(from)]).toFixed(6), ...cells].join(","));
+  }
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([lines.join("\n") + "\n"], { type: "text/csv" }));
+  link.download = `${rig.rig}-${new Date().toISOString().slice(0, 19).replaceAll(":", "-")}.csv`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+$("save").onclick = save;
 
 const set = (channel, kind, value) => ask({ set: { channel, kind, value, hold_s: HOLD_S } });
 

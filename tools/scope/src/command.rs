@@ -79,7 +79,7 @@ pub fn ask(shared: &Arc<Shared>, may_command: bool, id: u32, what: Request, plac
 }
 
 fn carry_out(shared: &Shared, what: Request) -> Result<String, String> {
-    let client = shared.view().client.clone().ok_or("no driver is running");
+    let client = shared.view().client.clone().ok_or("there is no driver to command");
     let (channel, kind, value, hold) = match what {
         Request::Record { on } => {
             let mut recorder = shared.recorder.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,27 +1,26 @@
 //! The recent history of every quantity of every channel, decimated to a screen's resolution: a ring of bins.
 //!
-//! Up to 1 kHz a bin is a cycle, and every sample is shown. A faster loop's bins are 1 ms with the least and the largest
+//! Up to 1 kHz a bin is a row, and every sample is shown. A faster source's bins are 1 ms with the least and the largest
 //! value of each, so that no spike is lost and a page's work does not grow with the rate.
 
 use std::ops::Range;
 
-use sinew_ipc::ChannelState;
-
-use crate::quantity::{self, COUNT};
-
 /// Most bins a second.
-const FINEST_HZ: f64 = 1000.0;
-/// Bytes all bins together may take, and for how long at most they reach back, s.
+pub const FINEST_HZ: f64 = 1000.0;
+/// Bytes all bins together may take.
 const BUDGET_BYTES: usize = 80 << 20;
-const LONGEST_S: f64 = 60.0;
 
-/// What distinguishes one driver's bins from another's.
+/// What distinguishes one source's bins from another's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     /// Number of channels.
     pub channels: usize,
-    /// Rate of the loop, Hz.
+    /// Number of quantities of a channel.
+    pub quantities: usize,
+    /// Rows a second, Hz.
     pub rate_hz: f64,
+    /// For how long at most the bins reach back, s.
+    pub longest_s: f64,
 }
 
 impl Shape {
@@ -32,13 +31,13 @@ impl Shape {
 
     /// Values of all series of a bin.
     fn stride(&self) -> usize {
-        self.channels * COUNT * self.values()
+        self.channels * self.quantities * self.values()
     }
 
     /// Bins that are kept.
     pub fn capacity(&self) -> usize {
         let bytes = self.stride().max(1) * size_of::<f32>() + size_of::<f64>();
-        let longest = LONGEST_S * self.rate_hz.clamp(1.0, FINEST_HZ);
+        let longest = self.longest_s * self.rate_hz.clamp(1.0, FINEST_HZ);
         (BUDGET_BYTES / bytes).min(longest as usize).max(64)
     }
 
@@ -53,7 +52,7 @@ impl Shape {
 pub struct Series {
     /// Number of the channel.
     pub channel: usize,
-    /// Its number, of [`quantity::names`].
+    /// Number of the quantity.
     pub quantity: usize,
 }
 
@@ -105,13 +104,13 @@ impl History {
         self.next.saturating_sub(self.time.len() as u64)
     }
 
-    /// Takes a cycle in. Channels beyond the shape's are not looked at, missing ones are unknown.
-    pub fn push(&mut self, time_s: f64, channels: &[ChannelState]) {
+    /// Takes a row in: channel by channel all its quantities, NaN for what is not known. What is missing at the end is not
+    /// known either; what is beyond the shape is not looked at.
+    pub fn push(&mut self, time_s: f64, values: impl IntoIterator<Item = f32>) {
         if self.shape.values() == 1 {
-            let known = channels.iter().take(self.shape.channels);
             self.open.fill(f32::NAN);
-            for (state, of) in known.zip(self.open.chunks_exact_mut(COUNT)) {
-                of.copy_from_slice(&quantity::values(state));
+            for (of, value) in self.open.iter_mut().zip(values) {
+                *of = value;
             }
             self.keep(time_s);
             return;
@@ -119,16 +118,14 @@ impl History {
         if time_s >= self.open_until {
             self.close();
             self.open_at = time_s;
-            // on a grid, so that bins are of one width however the cycles fall
+            // on a grid, so that bins are of one width however the rows fall
             self.open_until = ((time_s * FINEST_HZ).floor() + 1.0) / FINEST_HZ;
         }
         self.empty = false;
-        for (state, of) in channels.iter().take(self.shape.channels).zip(self.open.chunks_exact_mut(2 * COUNT)) {
-            for (pair, value) in of.chunks_exact_mut(2).zip(quantity::values(state)) {
-                // f32::min and max pass over what is not a number
-                pair[0] = pair[0].min(value);
-                pair[1] = pair[1].max(value);
-            }
+        for (pair, value) in self.open.as_chunks_mut::<2>().0.iter_mut().zip(values) {
+            // f32::min and max pass over what is not a number
+            pair[0] = pair[0].min(value);
+            pair[1] = pair[1].max(value);
         }
     }
 
@@ -170,7 +167,7 @@ impl History {
         }
         for series in series {
             for value in 0..each {
-                let place = (series.channel * COUNT + series.quantity) * each + value;
+                let place = (series.channel * self.shape.quantities + series.quantity) * each + value;
                 for bin in bins.clone() {
                     let at = (bin % ring) as usize * stride + place;
                     out.extend_from_slice(&self.values.get(at).copied().unwrap_or(f32::NAN).to_le_bytes());
@@ -187,8 +184,13 @@ mod tests {
 
     const LENGTH: Series = Series { channel: 1, quantity: 0 };
 
-    fn cycle(length_m: f64) -> [ChannelState; 2] {
-        [ChannelState::UNKNOWN, ChannelState { length_m, ..ChannelState::UNKNOWN }]
+    fn shape(channels: usize, rate_hz: f64) -> Shape {
+        Shape { channels, quantities: 3, rate_hz, longest_s: 60.0 }
+    }
+
+    /// Two channels of three quantities, of which one is known.
+    fn row(length: f64) -> [f32; 4] {
+        [f32::NAN, f32::NAN, f32::NAN, length as f32]
     }
 
     fn read(history: &History, from: u64) -> (Vec<f64>, Vec<f32>) {
@@ -200,13 +202,12 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_loop_keeps_every_cycle_and_forgets_the_oldest() {
-        assert_eq!(quantity::names().next(), Some("length_m"));
-        let mut history = History::new(Shape { channels: 2, rate_hz: 1000.0 });
+    fn a_slow_source_keeps_every_row_and_forgets_the_oldest() {
+        let mut history = History::new(shape(2, 1000.0));
         let capacity = history.shape().capacity() as u64;
         assert_eq!(capacity, 60_000);
         for i in 0..capacity + 10 {
-            history.push(i as f64 * 1e-3, &cycle(i as f64));
+            history.push(i as f64 * 1e-3, row(i as f64));
         }
         assert_eq!((history.first(), history.next()), (10, capacity + 10));
         assert_eq!(read(&history, capacity + 7).1, [7.0, 8.0, 9.0].map(|i| capacity as f32 + i));
@@ -217,9 +218,9 @@ mod tests {
 
     #[test]
     fn a_long_history_is_written_in_pieces() {
-        let mut history = History::new(Shape { channels: 2, rate_hz: 1000.0 });
+        let mut history = History::new(shape(2, 1000.0));
         for i in 0..1000 {
-            history.push(f64::from(i), &cycle(f64::from(i)));
+            history.push(f64::from(i), row(f64::from(i)));
         }
         let (mut next, mut pieces) = (0, Vec::new());
         while next < history.next() {
@@ -235,11 +236,11 @@ mod tests {
     }
 
     #[test]
-    fn a_fast_loop_keeps_the_least_and_the_largest_of_each_millisecond() {
-        let mut history = History::new(Shape { channels: 2, rate_hz: 5000.0 });
+    fn a_fast_source_keeps_the_least_and_the_largest_of_each_millisecond() {
+        let mut history = History::new(shape(2, 5000.0));
         for i in 0..20 {
             let spike = if i == 7 { 100.0 } else { f64::from(i) };
-            history.push(1.0 + 1e-9 + f64::from(i) * 2e-4, &cycle(spike));
+            history.push(1.0 + 1e-9 + f64::from(i) * 2e-4, row(spike));
         }
         history.gap(1.1);
         let (times, values) = read(&history, 0);
@@ -252,10 +253,10 @@ mod tests {
 
     #[test]
     fn the_largest_rig_keeps_within_the_budget() {
-        let shape = Shape { channels: 64, rate_hz: 5000.0 };
-        assert!(shape.capacity() * shape.stride() * 4 <= BUDGET_BYTES);
-        assert!(shape.span_s() > 5.0, "{}", shape.span_s());
-        let odd = Shape { channels: 0, rate_hz: 0.0 };
-        History::new(odd).push(0.0, &[]);
+        let largest = Shape { quantities: 30, ..shape(64, 5000.0) };
+        assert!(largest.capacity() * largest.stride() * 4 <= BUDGET_BYTES);
+        assert!(largest.span_s() > 4.0, "{}", largest.span_s());
+        let odd = shape(0, 0.0);
+        History::new(odd).push(0.0, []);
     }
 }

@@ -1,4 +1,4 @@
-//! A running driver in a browser: a live page on loopback.
+//! A running driver in a browser: a live page on loopback. Or, in the same page, a stream of numbers ([`Stream`]).
 //!
 //! An ordinary thread (`watch`) reads every cycle as any client does, so it loads the driver no more than a second
 //! monitor. It keeps the recent history in a ring of bins (`history`). Each open page subscribes to channels and
@@ -16,8 +16,8 @@
 //! ```no_run
 //! use sinew_scope::{Options, Scope};
 //!
-//! let options = Options { rig: "hexapod".into(), port: 0, record_dir: ".".into(), commands: false };
-//! let scope = Scope::open(options)?;
+//! let options = Options { port: 0, record_dir: ".".into(), commands: false };
+//! let scope = Scope::open("hexapod", options)?;
 //! println!("open {}", scope.url(false));
 //! let traffic = scope.traffic();
 //! scope.serve(|| false)?; // until the closure says that it is time
@@ -36,6 +36,7 @@ mod record;
 mod server;
 mod session;
 mod shared;
+mod stream;
 mod view;
 mod watch;
 
@@ -44,12 +45,13 @@ use std::path::PathBuf;
 pub use error::Error;
 pub use server::Scope;
 pub use sinew_server::{Figures, Traffic};
+pub use stream::columns::{Came, Column, Columns};
+pub use stream::lines::Lines;
+pub use stream::Stream;
 
 /// What kind of scope.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The rig whose driver is watched, through all its restarts.
-    pub rig: String,
     /// Port of 127.0.0.1; 0 = any that is free.
     pub port: u16,
     /// Where the page's recordings go.

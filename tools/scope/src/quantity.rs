@@ -1,4 +1,4 @@
-//! What of a channel can be shown: every published field that is a float.
+//! What of a driver's channel can be shown: every published field that is a float.
 
 use sinew_ipc::ChannelState;
 

@@ -16,42 +16,70 @@ use sinew_server::{Limits, Line, Refusal, Traffic, listen, serve, turn_away};
 use sinew_threads::Thread;
 
 use crate::access::{AccessControl, Token};
+use crate::history::FINEST_HZ;
 use crate::record::Button;
 use crate::shared::Shared;
+use crate::stream::{self, Stream};
 use crate::view::{View, json};
 use crate::watch::watch;
 use crate::{Error, Options, page, session};
 
-/// A scope that is open: its port is taken, its driver found.
+/// A scope that is open: its port is taken, its source found.
 pub struct Scope {
     shared: Arc<Shared>,
     listener: TcpListener,
-    stream: CycleStream,
+    source: Source,
     port: u16,
 }
 
+/// Where what is shown comes from.
+enum Source {
+    Driver(CycleStream),
+    Stream(Stream),
+}
+
 impl Scope {
-    /// Finds the driver and takes the port.
+    /// Of the driver of this rig, through all its restarts: finds it and takes the port.
     ///
     /// # Errors
     /// [`Error::Driver`] when it does not run, [`Error::Port`] when the port is taken, [`Error::Random`].
-    pub fn open(options: Options) -> Result<Scope, Error> {
-        let client = Client::connect(&options.rig).map_err(Error::Driver)?;
-        let stream = client.stream().map_err(Error::Driver)?;
+    pub fn open(rig: &str, options: Options) -> Result<Scope, Error> {
+        let client = Client::connect(rig).map_err(Error::Driver)?;
+        let source = Source::Driver(client.stream().map_err(Error::Driver)?);
+        let view = View::new(Arc::new(client), options.commands);
+        let button = Button::of_driver(&options.record_dir, rig);
+        Scope::of(rig, source, view, button, options)
+    }
+
+    /// Of a stream of numbers: takes the port.
+    ///
+    /// # Errors
+    /// [`Error::Port`] when the port is taken, [`Error::Random`].
+    pub fn plot(stream: Stream, options: Options) -> Result<Scope, Error> {
+        let name = stream.name().to_string();
+        let mut view = View::of(stream::shape(0, FINEST_HZ));
+        let records = options.commands;
+        view.begin(stream::shape(0, FINEST_HZ), |shape, epoch| stream::hello(&name, &[], records, shape, epoch));
+        let button = Button::of_stream(&options.record_dir, &name);
+        Scope::of(&name, Source::Stream(stream), view, button, options)
+    }
+
+    fn of(name: &str, source: Source, view: View, button: Button, options: Options) -> Result<Scope, Error> {
         let refused = |e: std::io::Error| Error::Port { port: options.port, reason: e.to_string() };
         let listener = listen((Ipv4Addr::LOCALHOST, options.port).into()).map_err(refused)?;
         let port = listener.local_addr().map_err(refused)?.port();
         let shared = Shared {
+            name: name.to_string(),
             token: Token::new()?,
             access: AccessControl::new(port),
             traffic: Arc::new(Traffic::new(Limits::default())),
             stop: AtomicBool::new(false),
-            recorder: Mutex::new(Button::new(&options)),
-            view: Mutex::new(View::new(Arc::new(client), options.commands)),
+            recorder: Mutex::new(button),
+            view: Mutex::new(view),
             origin_ns: sinew_ipc::monotonic_ns(),
             options,
         };
-        Ok(Scope { shared: Arc::new(shared), listener, stream, port })
+        Ok(Scope { shared: Arc::new(shared), listener, source, port })
     }
 
     /// The page's address. With the token it may command; without, whoever has it may look.
@@ -71,11 +99,15 @@ impl Scope {
     /// [`Error::System`] when there is no thread or event loop to be had, [`Error::Died`] when the one that watches has died.
     pub fn serve(self, stop: impl Fn() -> bool) -> Result<(), Error> {
         let system = |e: std::io::Error| Error::System { reason: e.to_string() };
-        let Scope { shared, listener, stream, .. } = self;
+        let Scope { shared, listener, source, .. } = self;
         let watcher = {
             let (over, shared) = (shared.clone(), shared.clone());
             let start = Thread::Watcher.start().ends_when(move || over.stop.load(Ordering::Relaxed));
-            start.spawn(move || watch(&shared, stream)).map_err(system)?
+            let watched = move || match source {
+                Source::Driver(cycles) => watch(&shared, cycles),
+                Source::Stream(stream) => stream::watch(&shared, stream),
+            };
+            start.spawn(watched).map_err(system)?
         };
         let is_over = || stop() || watcher.is_finished();
         let served = serve(listener, router(shared.clone()), shared.traffic.clone(), is_over);

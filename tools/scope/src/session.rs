@@ -19,7 +19,6 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use crate::command::{self, Answer, Request};
 use crate::history::Series;
-use crate::quantity::COUNT;
 use crate::shared::Shared;
 use crate::view::json;
 
@@ -30,7 +29,7 @@ const STATUS_EVERY: u32 = 6;
 /// Frames that may be unacknowledged.
 const IN_FLIGHT: u32 = 4;
 /// Most series a page may show at once.
-const MOST_SERIES: usize = 64 * COUNT;
+const MOST_SERIES: usize = 64 * 64;
 
 /// What a page sends.
 #[derive(Deserialize)]
@@ -127,8 +126,8 @@ impl Shown {
     /// Other curves: from as far back as there is.
     fn show(&mut self, generation: u32, series: Vec<[usize; 2]>) {
         self.generation = generation;
-        let known = series.into_iter().filter(|[_, quantity]| *quantity < COUNT);
-        self.series = known.take(MOST_SERIES).map(|[channel, quantity]| Series { channel, quantity }).collect();
+        let wanted = series.into_iter().take(MOST_SERIES);
+        self.series = wanted.map(|[channel, quantity]| Series { channel, quantity }).collect();
         self.next = 0;
         self.lost = 0;
     }
@@ -144,8 +143,8 @@ impl Shown {
         if hello.is_some() || idle || self.sent.wrapping_sub(self.seen) >= IN_FLIGHT {
             return (hello, status, None);
         }
-        let channels = history.shape().channels;
-        self.series.retain(|series| series.channel < channels);
+        let shape = history.shape();
+        self.series.retain(|series| series.channel < shape.channels && series.quantity < shape.quantities);
         if self.next > 0 {
             self.lost += history.first().saturating_sub(self.next);
         }

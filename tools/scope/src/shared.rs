@@ -12,6 +12,8 @@ use crate::view::View;
 
 /// What the watching thread, the server and the pages share.
 pub struct Shared {
+    /// Of the rig, or of the stream.
+    pub name: String,
     pub options: Options,
     pub token: Token,
     pub access: AccessControl,

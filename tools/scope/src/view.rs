@@ -1,4 +1,4 @@
-//! What the pages see of the driver: its curves, and what is sent to a page of everything else.
+//! What the pages see: curves, and what is sent to a page of everything else.
 
 use std::sync::Arc;
 
@@ -9,7 +9,10 @@ use sinew_plot::Field;
 use crate::history::{History, Shape};
 use crate::quantity;
 
-/// What the pages see of the driver.
+/// For how long at most the curves of a driver reach back, s.
+const LONGEST_S: f64 = 60.0;
+
+/// What the pages see.
 pub struct View {
     /// The curves.
     pub history: History,
@@ -19,13 +22,15 @@ pub struct View {
     pub hello: String,
     /// What does, as a message to a page.
     pub status: String,
-    /// The connection, while there is one.
+    /// The connection to a driver, while there is one.
     pub client: Option<Arc<Client>>,
 }
 
 #[derive(Serialize)]
 struct Hello<'a> {
     kind: &'static str,
+    /// What is shown: a driver, or a stream of numbers.
+    of: &'static str,
     rig: &'a str,
     rate_hz: f64,
     simulated: bool,
@@ -36,15 +41,16 @@ struct Hello<'a> {
     capacity: usize,
     span_s: f64,
     commands: bool,
-    quantities: Vec<Named>,
+    quantities: Vec<Panel<'a>>,
     channels: Vec<Channel<'a>>,
 }
 
+/// A panel of the page.
 #[derive(Serialize)]
-struct Named {
-    name: &'static str,
-    title: String,
-    unit: &'static str,
+pub(crate) struct Panel<'a> {
+    pub name: &'a str,
+    pub title: String,
+    pub unit: &'a str,
 }
 
 #[derive(Serialize)]
@@ -60,24 +66,27 @@ struct Channel<'a> {
 impl View {
     /// Of a driver that was just found.
     pub fn new(client: Arc<Client>, commands: bool) -> View {
-        let mut view = View {
-            history: History::new(shape(&client)),
-            epoch: 0,
-            hello: String::new(),
-            status: String::new(),
-            client: None,
-        };
+        let mut view = View::of(shape(&client));
         view.meet(client, commands);
         view
     }
 
-    /// Takes up a driver. One with the same channels and rate as the last goes on in the same curves.
-    pub fn meet(&mut self, client: Arc<Client>, commands: bool) {
-        let shape = shape(&client);
+    /// Of something of this shape, of which nothing is known yet.
+    pub fn of(shape: Shape) -> View {
+        View { history: History::new(shape), epoch: 0, hello: String::new(), status: String::new(), client: None }
+    }
+
+    /// Shows something else from here on: what it is, and its curves, of this shape.
+    pub fn begin(&mut self, shape: Shape, hello: impl FnOnce(&Shape, u64) -> String) {
         if shape != *self.history.shape() {
-            self.history = History::new(shape.clone());
+            self.history = History::new(shape);
         }
         self.epoch += 1;
+        self.hello = hello(self.history.shape(), self.epoch);
+    }
+
+    /// Takes up a driver. One with the same channels and rate as the last goes on in the same curves.
+    pub fn meet(&mut self, client: Arc<Client>, commands: bool) {
         let info = client.info();
         let channels = client.channels().iter().map(|c| Channel {
             name: c.name.as_str(),
@@ -89,28 +98,36 @@ impl View {
         });
         let quantities = quantity::names().map(|name| {
             let Field { title, unit } = Field::of(name);
-            Named { name, title, unit }
+            Panel { name, title, unit }
         });
-        self.hello = json(&Hello {
-            kind: "hello",
-            rig: info.rig.as_str(),
-            rate_hz: info.rate_hz,
-            simulated: info.simulated != 0,
-            version: env!("CARGO_PKG_VERSION"),
-            epoch: self.epoch,
-            values: shape.values(),
-            capacity: shape.capacity(),
-            span_s: shape.span_s(),
-            commands,
-            quantities: quantities.collect(),
-            channels: channels.collect(),
+        self.begin(shape(&client), |shape, epoch| {
+            json(&Hello {
+                kind: "hello",
+                of: "driver",
+                rig: info.rig.as_str(),
+                rate_hz: info.rate_hz,
+                simulated: info.simulated != 0,
+                version: env!("CARGO_PKG_VERSION"),
+                epoch,
+                values: shape.values(),
+                capacity: shape.capacity(),
+                span_s: shape.span_s(),
+                commands,
+                quantities: quantities.collect(),
+                channels: channels.collect(),
+            })
         });
         self.client = Some(client);
     }
 }
 
 fn shape(client: &Client) -> Shape {
-    Shape { channels: client.channels().len(), rate_hz: client.info().rate_hz }
+    Shape {
+        channels: client.channels().len(),
+        quantities: quantity::COUNT,
+        rate_hz: client.info().rate_hz,
+        longest_s: LONGEST_S,
+    }
 }
 
 /// As JSON; what cannot be written so is not sent.

@@ -10,13 +10,14 @@ use sinew_sensing::Health;
 use sinew_server::Figures;
 
 use crate::history::History;
+use crate::quantity;
 use crate::shared::Shared;
 use crate::view::json;
 
 /// Between two looks at what is not a curve: modes, faults, the loop.
-const LOOK: Duration = Duration::from_millis(100);
-/// Between two attempts to find a driver again.
-const RETRY: Duration = Duration::from_millis(300);
+pub const LOOK: Duration = Duration::from_millis(100);
+/// Between two attempts to find a driver, or a line, again.
+pub const RETRY: Duration = Duration::from_millis(300);
 /// A rate is counted over at least this long.
 const RATE_SPAN: Duration = Duration::from_secs(1);
 
@@ -90,7 +91,7 @@ pub fn watch(shared: &Shared, mut stream: CycleStream) {
             std::thread::sleep(RETRY);
             let options = ClientOptions { connect: Duration::ZERO, ..ClientOptions::default() };
             let found =
-                Client::connect_with(&shared.options.rig, options).and_then(|client| Ok((client.stream()?, client)));
+                Client::connect_with(&shared.name, options).and_then(|client| Ok((client.stream()?, client)));
             if let Ok((new, client)) = found {
                 stream = new;
                 shared.view().meet(Arc::new(client), shared.options.commands);
@@ -141,7 +142,7 @@ fn take(shared: &Shared, history: &mut History, cycle: &sinew_ipc::Cycle<'_>) {
     if cycle.lost > 0 {
         history.gap(time_s);
     }
-    history.push(time_s, cycle.channels);
+    history.push(time_s, cycle.channels.iter().flat_map(quantity::values));
 }
 
 fn status(shared: &Shared, client: &Client, stream: &CycleStream, rate: &mut Rate) -> String {

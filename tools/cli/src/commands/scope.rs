@@ -1,9 +1,12 @@
-//! `sinew scope`: the running driver in a browser.
+//! `sinew scope`: the running driver, or a stream of numbers, in a browser.
 
+use std::io::IsTerminal;
+use std::os::fd::AsFd;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use sinew_scope::{Error, Options, Scope};
+use sinew_scope::{Error, Options, Scope, Stream};
+use sinew_serial_backend as serial;
 
 use super::live;
 use super::monitor::signals;
@@ -18,15 +21,23 @@ pub fn scope(args: &args::Scope) -> Outcome {
         return Err(Failure::input(format!("{}: is no folder", args.record_dir.display()))
             .hint(format!("mkdir -p {}", args.record_dir.display())));
     }
-    // the same driver from here on, through its restarts
-    let rig = live::connect(&args.target)?.info().rig.to_string();
-    let options = Options { rig, port: args.port, record_dir: args.record_dir.clone(), commands: !args.no_commands };
-    let scope = Scope::open(options).map_err(failure)?;
+    let options = Options { port: args.port, record_dir: args.record_dir.clone(), commands: !args.no_commands };
+    let scope = match stream(args)? {
+        Some(stream) => Scope::plot(stream.named(&args.names), options),
+        None if !args.names.is_empty() => {
+            return Err(Failure::input("--names: a driver's channels have their names from the rig file")
+                .hint("it goes with --stdin or --serial"));
+        }
+        // the same driver from here on, through its restarts
+        None => Scope::open(live::connect(&args.target)?.info().rig.as_str(), options),
+    };
+    let scope = scope.map_err(failure)?;
     let asked = signals()?;
     log::never_wait()?;
     output::print(format_args!("{}\n", scope.url(!args.no_commands)))?;
     if !args.no_commands {
-        output::note(format_args!("to watch only: {}", scope.url(false)));
+        let only = if args.stdin || args.serial.is_some() { "without the right to record" } else { "to watch only" };
+        output::note(format_args!("{only}: {}", scope.url(false)));
     }
     output::note("Ctrl-C ends it");
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
@@ -34,6 +45,32 @@ pub fn scope(args: &args::Scope) -> Outcome {
     let served = scope.serve(|| asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end));
     output::note(traffic.figures());
     served.map_err(failure)
+}
+
+/// The stream that is to be shown instead of a driver.
+fn stream(args: &args::Scope) -> Result<Option<Stream>, Failure> {
+    if args.stdin {
+        let stdin = std::io::stdin();
+        if stdin.is_terminal() {
+            return Err(Failure::input("--stdin: nothing is piped in")
+                .hint("my-logger | sinew scope --stdin; a device on a serial line: sinew scope --serial /dev/ttyUSB0"));
+        }
+        let pipe = stdin.as_fd().try_clone_to_owned().map_err(|error| Failure::own(format!("--stdin: {error}")))?;
+        return Ok(Some(Stream::of_pipe("stdin", pipe)));
+    }
+    let Some(device) = args.serial.clone() else { return Ok(None) };
+    let baud = args.baud;
+    let line = serial::open_line(&device, baud).map_err(|error| {
+        let hint = match error {
+            serial::Error::NotALine { .. } => "--serial takes a device, such as /dev/ttyACM0: `ls /dev/serial/by-id`",
+            serial::Error::Taken { .. } => "another program has it: a driver, a terminal, another scope?",
+            _ => error.remedy(),
+        };
+        Failure::input(format!("--serial: {error}")).hint(hint)
+    })?;
+    let name = device.rsplit('/').next().unwrap_or(&device).to_string();
+    let again = move || serial::open_line(&device, baud).map_err(std::io::Error::other);
+    Ok(Some(Stream::of_line(&name, line, again)))
 }
 
 fn failure(error: Error) -> Failure {

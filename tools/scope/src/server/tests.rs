@@ -7,12 +7,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use sinew_ipc::ChannelState;
 use sinew_server::{Figures, Flow, answer};
 use tokio::sync::oneshot;
 
 use super::*;
-use crate::history::{History, Shape};
+use crate::history::Shape;
 
 /// How long a test waits for what has to come.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -31,16 +30,18 @@ impl Server {
     fn new(limits: Limits) -> Server {
         let listener = listen((Ipv4Addr::LOCALHOST, 0).into()).unwrap();
         let port = listener.local_addr().unwrap().port();
-        let options = Options { rig: "none".into(), port, record_dir: ".".into(), commands: true };
-        let history = History::new(Shape { channels: 1, rate_hz: 1000.0 });
-        let [hello, status] = ["hello", "status"].map(|kind| json!({ "kind": kind }).to_string());
+        let options = Options { port, record_dir: ".".into(), commands: true };
+        let mut view = View::of(Shape { channels: 1, quantities: 2, rate_hz: 1000.0, longest_s: 60.0 });
+        [view.hello, view.status] = ["hello", "status"].map(|kind| json!({ "kind": kind }).to_string());
+        view.epoch = 1;
         let shared = Arc::new(Shared {
+            name: "none".into(),
             token: Token::new().unwrap(),
             access: AccessControl::new(port),
             traffic: Arc::new(Traffic::new(limits)),
             stop: AtomicBool::new(false),
-            recorder: Mutex::new(Button::new(&options)),
-            view: Mutex::new(View { history, epoch: 1, hello, status, client: None }),
+            recorder: Mutex::new(Button::of_driver(&options.record_dir, "none")),
+            view: Mutex::new(view),
             origin_ns: 0,
             options,
         });
@@ -446,7 +447,7 @@ fn wrong_tokens_and_commands_without_one_are_counted() {
 fn a_long_history_comes_in_frames_of_bounded_length() {
     let server = Server::new(Limits { frame: 4000, ..Limits::default() });
     for i in 0..1000 {
-        server.shared.view().history.push(f64::from(i), &[ChannelState::UNKNOWN]);
+        server.shared.view().history.push(f64::from(i), [1.0, 2.0]);
     }
     let mut page = server.page();
     page.say(&json!({ "do": "show", "generation": 1, "series": [[0, 0]] }));

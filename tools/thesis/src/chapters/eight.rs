@@ -3,6 +3,7 @@
 use sinew_physics::{Geometry, Inputs, Load, Wire, WireModel};
 use sinew_plot::Ink;
 use sinew_rig::{Machine, Rig};
+use sinew_scope::{Came, Columns, Lines};
 
 use super::amplifier;
 use crate::chapter::Chapter::Eight;
@@ -19,6 +20,49 @@ const RIG: &str = "[rig]\nname = \"machine\"\nrate_hz = 80.0\n\n[machine]\n\n[[c
 
 fn machine() -> Tried<Machine> {
     Ok(Rig::parse(RIG, "the book's own rig")?.machine)
+}
+
+/// A second of a board's output: 500 numbers in rows of so many, printed in one of the ways in which boards print.
+struct PrintedStream {
+    rows: Vec<Vec<f64>>,
+    text: String,
+}
+
+/// What boards print: from one number a row to fifty, with and without names, as a laboratory in Germany would have it too.
+fn printed_streams() -> Vec<PrintedStream> {
+    let plain = |by: &str, decimal: &str| {
+        let (by, decimal) = (by.to_string(), decimal.to_string());
+        move |row: &[f64]| row.iter().map(|n| n.to_string().replace('.', &decimal)).collect::<Vec<_>>().join(&by)
+    };
+    let named = |row: &[f64]| row.iter().enumerate().map(|(i, n)| format!("n{i}: {n}")).collect::<Vec<_>>().join(", ");
+    let ways: [Box<dyn Fn(&[f64]) -> String>; 5] =
+        [Box::new(plain(" ", ".")), Box::new(plain(", ", ".")), Box::new(plain(";", ",")), Box::new(plain("\t", ".")), Box::new(named)];
+    let mut streams = Vec::new();
+    for columns in [1, 2, 5, 10, 20, 50] {
+        for way in &ways {
+            let number = |i: usize| (0.37 * i as f64).sin() * 10f64.powi(i as i32 % 7 - 3);
+            let rows: Vec<Vec<f64>> =
+                (0..500 / columns).map(|row| (0..columns).map(|column| number(row * columns + column)).collect()).collect();
+            let text = rows.iter().map(|row| way(row) + "\r\n").collect();
+            streams.push(PrintedStream { rows, text });
+        }
+    }
+    streams
+}
+
+impl PrintedStream {
+    /// How many of its numbers come back, when it comes in pieces as a serial line hands them over.
+    fn read_back(&self) -> usize {
+        let (mut lines, mut columns, mut rows) = (Lines::default(), Columns::default(), Vec::new());
+        for piece in self.text.as_bytes().chunks(37) {
+            lines.take(piece, |line| {
+                if line.is_some_and(|line| matches!(columns.take(line), Came::Row | Came::Others)) {
+                    rows.push(columns.row().to_vec());
+                }
+            });
+        }
+        self.rows.iter().zip(&rows).flat_map(|(sent, read)| sent.iter().zip(read)).filter(|(sent, read)| sent == read).count()
+    }
 }
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -96,10 +140,16 @@ pub(crate) fn rows() -> Vec<Row> {
             "It draws and keeps whatever numbers come over a serial line, up to \
                 500 a second.",
         )
-        .not_built(
-            "the scope on any stream of numbers, from a serial line or standard \
-            input",
-        ),
+        .code("tools/scope/src/stream.rs", "pub struct Stream")
+        .code("tools/scope/src/stream/columns.rs", "pub struct Columns")
+        .agrees(|_, found| {
+            let streams = printed_streams();
+            let printed: usize = streams.iter().map(|stream| stream.rows.len() * stream.rows[0].len()).sum();
+            let read: usize = streams.iter().map(PrintedStream::read_back).sum();
+            found.above("numbers a second that were printed", "1", 499.0, 500.0);
+            found.equal("of them read again, by place and value", "1", 1.0, read as f64 / printed as f64);
+            Ok(())
+        }),
         figure(
             85,
             "a wire at seven powers",
