@@ -2,7 +2,7 @@
 //! indirection.
 
 use crate::demand::{Controller, Demand, Law, Modulation, Range};
-use crate::laws::{AlgorithmKind, AnyLaw, Given, PidGains, Priming, RapidHeating, Setup};
+use crate::laws::{AlgorithmKind, AnyLaw, Given, PidGains, Priming, RapidHeating, Segment, Setup};
 use sinew_physics::WireModel;
 
 /// Numbers of a channel's law. `None` = from the wire.
@@ -28,6 +28,8 @@ pub struct Settings {
     /// Whether the estimated loss to the air is added to what the law asks for: with PI and PID, by default not, and with
     /// input–output linearisation, whose offset β it is, by default yes.
     pub heat_loss_feedforward: Option<bool>,
+    /// Which piece of a wire of binary segments it is; default the only one.
+    pub segment: Option<Segment>,
     /// Whether full power comes before the law, and by what it knows when to stop; `None` = the law alone.
     pub rapid_heating: Option<Priming>,
 }
@@ -44,6 +46,7 @@ impl Default for Settings {
             pid: None,
             relay_band_m: None,
             heat_loss_feedforward: None,
+            segment: None,
             rapid_heating: None,
         }
     }
@@ -72,6 +75,7 @@ impl Algorithm {
             relay_band_m: settings.relay_band_m,
             gains: settings.pid,
             heat_loss_feedforward: settings.heat_loss_feedforward,
+            segment: settings.segment,
         };
         let setup = Setup::new(model, range, given);
         Algorithm {

@@ -74,7 +74,7 @@ pub use estimators::{
 };
 pub use joint::{JointDemand, JointEstimate, JointLaw, JointObserver, JointSettings};
 pub use lambda::{Lambda, MARGIN, default_lambda};
-pub use laws::{AlgorithmKind, KEYS_OF_LAWS, LawRow, PidGains, Priming, TensionLimits};
+pub use laws::{AlgorithmKind, KEYS_OF_LAWS, LawRow, PidGains, Priming, Segment, TensionLimits};
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};
 pub use reach::{Holding, Limits, Reach, ReachConfig, Shares};
 pub use stroke::{CommandError, StrokeRange, length_for_force};

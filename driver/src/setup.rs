@@ -1,6 +1,6 @@
 //! Configures a channel from the rig file: sensor, observer, check of the taps, law, estimator.
 
-use sinew_control::{AlgorithmKind, EstimatorKind, Modulation, PidGains, Priming, Settings, StrokeRange};
+use sinew_control::{AlgorithmKind, EstimatorKind, Modulation, PidGains, Priming, Segment, Settings, StrokeRange};
 use sinew_physics::formulas::{SURELY_HOT_K, WORKING_EXCESS_K, heating_power_w, logit, resistance_ohm, stress_shift_k};
 use sinew_physics::{Load, WireModel};
 use sinew_rig::{
@@ -30,6 +30,7 @@ pub fn settings(channel: &RigChannel) -> Settings {
         }),
         relay_band_m: control.relay_band_m,
         heat_loss_feedforward: control.heat_loss_feedforward,
+        segment: Some(Segment { digit: control.segment - 1, digits: control.segments }),
         rapid_heating: match control.rapid_heating {
             RapidHeating::Off => None,
             RapidHeating::Temperature => Some(Priming::Temperature),

@@ -338,8 +338,10 @@ impl FusedEstimator {
         let velocity = if self.is_sane(velocity) {
             velocity
         } else {
-            // inputs that no wire gives: forget what they did rather than pass it on
-            self.reset();
+            // Inputs that no wire gives: forget what they did rather than pass it on. That no wire is like this does not make
+            // this one cold: it is as hot as it can have been.
+            let hottest = if self.hottest.is_finite() { self.hottest } else { HOTTEST_C };
+            self.begin_at(hottest.clamp(self.start.temperature_c, HOTTEST_C));
             0.0
         };
         let m = &self.map;
@@ -449,6 +451,7 @@ impl FusedEstimator {
             return 0.0;
         }
         let ModelVelocity { velocity_m_s, falls_per_s, doubt_m_s } = self.model_velocity(dt);
+        let (before, ends) = (self.motion.x, self.ends());
         let follows = dt / (dt + self.inertia_s).max(SHORTEST_STEP_S);
         let m = &mut self.motion;
         m.model += follows * (velocity_m_s - m.model);
@@ -473,8 +476,24 @@ impl FusedEstimator {
             m.correct(surprise, 1.0, variance);
         } else {
             self.astray = 0.0;
+            // No model leads a wire past its ends. A length that was measured beyond them stays where it was.
+            let (hot, cold) = ends;
+            let kept = m.x.clamp(hot.min(before), cold.max(before));
+            if kept != m.x {
+                (m.x, m.bias, m.model) = (kept, 0.0, 0.0);
+                return 0.0;
+            }
         }
         velocity + self.motion.bias
+    }
+
+    /// Elongations of the wire as wholly austenite and as wholly martensite, in m.
+    #[inline]
+    fn ends(&self) -> (f64, f64) {
+        let (m, temperature) = (&self.map, self.heat.state[T]);
+        let stress = m.stress(self.motion.x, 0.0);
+        let (one, other) = (m.elongation(0.0, stress, temperature), m.elongation(self.strain, stress, temperature));
+        (one.min(other), one.max(other))
     }
 
     #[inline]

@@ -13,6 +13,7 @@ mod prandtl_ishlinskii;
 mod predictive;
 mod rapid_heating;
 mod relay;
+mod segment;
 mod servo;
 mod setup;
 mod sliding;
@@ -24,6 +25,7 @@ mod tension;
 pub use pid::PidGains;
 pub use rapid_heating::Priming;
 pub(crate) use rapid_heating::RapidHeating;
+pub use segment::Segment;
 pub(crate) use setup::{Given, Setup};
 pub use table::LawRow;
 pub use tension::TensionLimits;
@@ -35,13 +37,15 @@ use servo::Schedule;
 use sliding::SurfaceLaw;
 
 /// Keys of `[channel.control]` that only some laws take.
-pub const KEYS_OF_LAWS: [&str; 6] = [
+pub const KEYS_OF_LAWS: [&str; 8] = [
     "lambda_per_s",
     "heat_loss_feedforward",
     "pi_proportional_per_mm",
     "pi_integral_per_mm_s",
     "pid_derivative_s_per_mm",
     "relay_band_mm",
+    "segment",
+    "segments",
 ];
 
 // For each type of law its words in the rig file. `takes`: which of KEYS_OF_LAWS mean something with it. `law` and
@@ -231,6 +235,18 @@ laws! {
                   the ranges are ours)",
             defaults: "as `pid`; big is e = 0.1 S, ẋ = 0.5 S/s",
             new: |s| FuzzyPid::new(s.pid_gains(), s.stroke, s.range),
+        }
+    }
+    segment::BinarySegment {
+        /// One of several pieces of doubled lengths, heated wholly or not at all.
+        BinarySegment {
+            word: "binary_segment",
+            takes: ["segment", "segments"],
+            needs_estimate: true,
+            law: "of n pieces in series the k-th heats, until surely austenite, where binary digit k of (2ⁿ − 1) s is one, s the \
+                  stroke that all of them are told (fig. 66), see below",
+            defaults: "one piece: on above half of S",
+            new: |s| BinarySegment::new(s.model, s.map, s.segment, s.range),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What the laws of a channel are made from: the wire, its limits, and the rig file's numbers with their defaults.
 
 use super::pid::PidGains;
+use super::segment::Segment;
 use crate::demand::Range;
 use crate::lambda;
 use crate::wire_map::WireMap;
@@ -20,6 +21,8 @@ pub(crate) struct Setup<'a> {
     pub lambda: f64,
     /// The whole stroke, m.
     pub stroke: f64,
+    /// Which piece of a wire it is.
+    pub segment: Option<Segment>,
     hold_band_m: Option<f64>,
     relay_band_m: Option<f64>,
     gains: Option<PidGains>,
@@ -35,6 +38,7 @@ pub(crate) struct Given {
     pub relay_band_m: Option<f64>,
     pub gains: Option<PidGains>,
     pub heat_loss_feedforward: Option<bool>,
+    pub segment: Option<Segment>,
 }
 
 impl<'a> Setup<'a> {
@@ -50,6 +54,7 @@ impl<'a> Setup<'a> {
             range,
             lambda,
             stroke: lambda::speeds(&map, map.full_power).stroke,
+            segment: given.segment,
             hold_band_m: given.hold_band_m,
             relay_band_m: given.relay_band_m,
             gains: given.gains,

@@ -83,6 +83,33 @@ fn a_lost_length_is_survived() {
     }
 }
 
+/// However long no length comes: no model leads a wire past its ends, and none of it makes a hot wire cold. (The last velocity was
+/// believed for as long as nothing contradicted it; a wire of no length was then begun anew, at the air's temperature.)
+#[test]
+fn a_wire_that_is_not_measured_stays_within_its_ends() {
+    for (model, stroke) in [(figure_wire(), 1.05), (figure_wire(), 0.5), (table_10(), 1.05), (table_10(), 0.0)] {
+        for kind in EstimatorKind::ALL {
+            let mut watch = Watch::new(&model, &model, 1e3, CONVERTER, 8);
+            let range = watch.bench.range;
+            let mut alone = StateEstimator::new(&model, kind);
+            for k in 0..60_000 {
+                watch.cycle(range.length_m(if k < 1000 { 0.3 } else { stroke }));
+                let seen = watch.bench.observation;
+                let unseen = Observation { length_m: f64::NAN, resistance_ohm: f64::NAN, ..seen };
+                let estimate = alone.update(if k < 2000 { &seen } else { &unseen });
+                let beyond = (estimate.length_m - range.cold_m).max(range.hot_m - estimate.length_m);
+                // the linear ones know no ends, but end
+                let most = if kind.is_protective() { 0.1 } else { 1.0 } * range.stroke_m();
+                assert!(beyond < most, "{kind:?} to {stroke}, cycle {k}: {beyond} m beyond its ends");
+                if kind.is_protective() {
+                    let cold_k = watch.bench.wire.temperature_c() - estimate.temperature_c;
+                    assert!(cold_k < 30.0, "{kind:?} to {stroke}, cycle {k}: believed {cold_k} K too cold");
+                }
+            }
+        }
+    }
+}
+
 /// An estimator that is begun beside a hot wire of known temperature: what the first length tells of the phase is no change of it, and takes
 /// no latent heat (44 K of this alloy's) from a wire that was austenite all along.
 #[test]

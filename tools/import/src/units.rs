@@ -281,7 +281,11 @@ pub fn heading(text: &str) -> (String, String) {
         }
         // a unit that no recording has, so without a symbol of its own: as it is written
         (None, None) if stated.is_some() || loose.is_some() => {
-            let written = text.trim().get(name.len()..).unwrap_or_default().trim_matches([' ', '_', '/', ',', '[', ']', '(', ')', '{', '}']);
+            let written = text
+                .trim()
+                .get(name.len()..)
+                .unwrap_or_default()
+                .trim_matches([' ', '_', '/', ',', '[', ']', '(', ')', '{', '}']);
             (name, written.trim_start_matches("in ").to_string())
         }
         (None, None) => (name, String::new()),

@@ -45,9 +45,9 @@ use std::path::PathBuf;
 pub use error::Error;
 pub use server::Scope;
 pub use sinew_server::{Figures, Traffic};
+pub use stream::Stream;
 pub use stream::columns::{Came, Column, Columns};
 pub use stream::lines::Lines;
-pub use stream::Stream;
 
 /// What kind of scope.
 #[derive(Debug, Clone)]

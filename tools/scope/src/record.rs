@@ -67,7 +67,9 @@ impl Button {
                 Running::Cycles(recorder)
             }
             What::Rows(heads) if heads.is_empty() => return Err("no numbers have come yet".into()),
-            What::Rows(heads) => Running::Rows(Rows::create(self.folder.join(format!("{}-{stamp}.csv", self.name)), heads)?),
+            What::Rows(heads) => {
+                Running::Rows(Rows::create(self.folder.join(format!("{}-{stamp}.csv", self.name)), heads)?)
+            }
         };
         let path = running.file().display().to_string();
         self.running = Some(running);

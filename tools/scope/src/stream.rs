@@ -435,11 +435,14 @@ mod tests {
         let columns = ["a [N]", "b", "c [N]"].map(Column::of);
         let told = hello("board", &columns, true, &shape(3, FINEST_HZ), 1);
         let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-        assert_eq!(told["channels"], serde_json::json!([
-            { "name": "a", "panel": 0, "clock": false },
-            { "name": "b", "panel": 1, "clock": false },
-            { "name": "c", "panel": 0, "clock": false },
-        ]));
+        assert_eq!(
+            told["channels"],
+            serde_json::json!([
+                { "name": "a", "panel": 0, "clock": false },
+                { "name": "b", "panel": 1, "clock": false },
+                { "name": "c", "panel": 0, "clock": false },
+            ])
+        );
         assert_eq!(told["quantities"][0]["unit"], "N");
     }
 }

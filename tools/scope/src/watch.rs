@@ -90,8 +90,7 @@ pub fn watch(shared: &Shared, mut stream: CycleStream) {
         while !stopping() && !sinew_threads::is_struck() {
             std::thread::sleep(RETRY);
             let options = ClientOptions { connect: Duration::ZERO, ..ClientOptions::default() };
-            let found =
-                Client::connect_with(&shared.name, options).and_then(|client| Ok((client.stream()?, client)));
+            let found = Client::connect_with(&shared.name, options).and_then(|client| Ok((client.stream()?, client)));
             if let Ok((new, client)) = found {
                 stream = new;
                 shared.view().meet(Arc::new(client), shared.options.commands);

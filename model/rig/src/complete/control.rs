@@ -37,6 +37,11 @@ pub(super) fn fill_gains(channel: &mut Channel, stroke_m: f64, stated: &Stated<'
 /// The duty that is always on against the largest one, of a complete channel.
 pub(super) fn relations(reader: &mut Reader<'_>, channel: &Channel, stated: &Stated<'_>) {
     let Channel { limits, control, model, .. } = channel;
+    if control.segment > control.segments {
+        let message =
+            format!("is {} of {} pieces: segments says how many there are", control.segment, control.segments);
+        reader.contradiction(stated, &[("control", "segment"), ("control", "segments")], message);
+    }
     if model.drive.kind == DriveKind::Pwm && control.minimum_duty >= limits.max_duty {
         reader.contradiction(
             stated,

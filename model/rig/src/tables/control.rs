@@ -116,6 +116,10 @@ table! {
         /// Half width of the band of `relay` in which nothing is switched.
         relay_band_m: Option<f64> = "relay_band_mm", number(milli("mm"), 0.0, 1000.0),
             Computed("1 % of the stroke"), only of_law();
+        /// Which of the pieces of `binary_segment` the channel is: 1 = the shortest, each one more twice as long.
+        segment: u32 = "segment", integer(1, 12), Integer(1), only of_law();
+        /// How many pieces there are.
+        segments: u32 = "segments", integer(1, 12), Integer(1), only of_law();
     }
 }
 

@@ -52,8 +52,9 @@ fn stream(args: &args::Scope) -> Result<Option<Stream>, Failure> {
     if args.stdin {
         let stdin = std::io::stdin();
         if stdin.is_terminal() {
-            return Err(Failure::input("--stdin: nothing is piped in")
-                .hint("my-logger | sinew scope --stdin; a device on a serial line: sinew scope --serial /dev/ttyUSB0"));
+            return Err(Failure::input("--stdin: nothing is piped in").hint(
+                "my-logger | sinew scope --stdin; a device on a serial line: sinew scope --serial /dev/ttyUSB0",
+            ));
         }
         let pipe = stdin.as_fd().try_clone_to_owned().map_err(|error| Failure::own(format!("--stdin: {error}")))?;
         return Ok(Some(Stream::of_pipe("stdin", pipe)));

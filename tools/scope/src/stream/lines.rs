@@ -120,7 +120,9 @@ pub fn read(line: &str) -> Said<'_> {
         pieces.into_iter().map(|piece| value(piece, parting.leaves_commas())).collect::<Option<Vec<_>>>()
     });
     match numbers {
-        Some(values) if values.iter().any(|value| !value.number.is_nan() || value.name.is_some()) => Said::Numbers(values),
+        Some(values) if values.iter().any(|value| !value.number.is_nan() || value.name.is_some()) => {
+            Said::Numbers(values)
+        }
         // nothing but signs between nothing
         Some(_) => Said::Nothing,
         None => {
@@ -234,7 +236,8 @@ mod tests {
     #[test]
     fn numbers_are_read_as_people_print_them() {
         let plain = |line: &str| numbers(line).into_iter().map(|(_, number, _)| number).collect::<Vec<_>>();
-        for line in ["1 -2.5 3e-2", "1,-2.5,0.03", "1, -2.5, 0.03,", "1;-2,5;0,03", "1\t-2,5\t0,03", " 1   -2.5,0.03 "] {
+        for line in ["1 -2.5 3e-2", "1,-2.5,0.03", "1, -2.5, 0.03,", "1;-2,5;0,03", "1\t-2,5\t0,03", " 1   -2.5,0.03 "]
+        {
             assert_eq!(plain(line), [1.0, -2.5, 0.03], "{line}");
         }
         for line in ["temp:21.5 hum:40", "temp: 21.5, hum: 40", "temp = 21.5; hum = 40", "temp=21.5\thum=40"] {

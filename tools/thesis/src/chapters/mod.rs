@@ -8,6 +8,7 @@ pub(crate) mod eleven;
 pub(crate) mod five;
 pub(crate) mod four;
 pub(crate) mod nine;
+mod segments;
 pub(crate) mod seven;
 pub(crate) mod six;
 pub(crate) mod ten;

@@ -6,7 +6,7 @@ use sinew_physics::formulas::{cooling_time_s, current_a, heating_power_w, relaxe
 use sinew_physics::{Convection, Drive, DriveKind, Geometry, Inputs, Kinetics, Load, Material, Wire, WireModel};
 use sinew_plot::Ink;
 
-use super::amplifier;
+use super::{amplifier, segments};
 use crate::axes::{STRAIN, STRESS, TEMPERATURE, TIME};
 use crate::chapter::Chapter::Six;
 use crate::chapter::Place::{Displayed, Equation, Figure};
@@ -467,7 +467,8 @@ fn electrical() -> Vec<Row> {
             "Taps at doubling lengths, segments wholly hot or cold: n taps give \
                 2^n lengths, without a sensor.",
         )
-        .not_built("segments as a kind of channel"),
+        .code("control/src/laws/segment.rs", "pub struct BinarySegment")
+        .agrees(segments::all_lengths),
     ]
 }
 

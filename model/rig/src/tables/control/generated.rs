@@ -38,6 +38,8 @@ laws! {
     PrandtlIshlinskii = "prandtl_ishlinskii", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s"];
     /// Proportional-integral-derivative with gains tuned by fuzzy rules.
     FuzzyPid = "fuzzy_pid", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// One of several pieces of doubled lengths, heated wholly or not at all.
+    BinarySegment = "binary_segment", takes ["segment", "segments"];
 }
 
 words! {
