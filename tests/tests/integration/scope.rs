@@ -42,6 +42,7 @@ fn a_page_shows_eighteen_channels_and_commands_with_the_token_alone() {
     browser.open(&url);
     shows_what_is_running(&mut browser);
     selects_channels_and_quantities(&mut browser);
+    finds_orders_and_pins(&mut browser);
     pauses_and_zooms(&mut browser);
     holds_a_setpoint(&mut browser, &client);
     records(&mut browser, &folder, &rig.file("all.svg"), &client.channels()[2].name.to_string());
@@ -84,6 +85,42 @@ fn selects_channels_and_quantities(browser: &mut Browser) {
     browser.wait("page.panels[1].lines.length === 17 && page.curves.series === 51");
     browser.eval("[...document.querySelectorAll('#quantities button')].find((b) => b.textContent === 'Wire temperature').click()");
     browser.wait("page.panels.length === 3 && page.panels[2].name === 'temperature_c' && page.panels[2].range");
+}
+
+/// Eighteen names are found by a part of them, put in order, pinned, and shown leg by leg; all of it by keys, too.
+fn finds_orders_and_pins(browser: &mut Browser) {
+    let seen = "[...document.querySelectorAll('#channels li:not(.away) .name')].map((b) => b.textContent)";
+    let press = |key: &str| {
+        format!("document.body.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true, cancelable: true }}))")
+    };
+    browser.eval(&press("/"));
+    assert_eq!(browser.eval("document.activeElement.id"), "find");
+    browser.eval("$('find').value = 'FEMUR'; $('find').oninput()");
+    assert_eq!(browser.eval(&format!("{seen}.length")), 6);
+    assert_eq!(browser.eval(&format!("{seen}.every((name) => name.endsWith('femur'))")), true);
+    browser.eval("$('find').value = ''; $('find').oninput(); $('find').blur()");
+    browser.eval("$('order').value = 'hottest'; $('order').onchange()");
+    let heats = "page.arranged.map((i) => page.status.channels[i].temperature_c)";
+    browser.wait(&format!("{heats}.every((c, at, all) => at === 0 || c < all[at - 1] + 6) && {heats}[0] > {heats}[17] + 6"));
+    browser.eval("page.selected = 7");
+    browser.eval(&press("p"));
+    assert_eq!(browser.eval(&format!("{seen}[0]")), browser.eval("page.names[7]"));
+    browser.eval("$('order').value = 'rig'; $('order').onchange()");
+    browser.eval(&press("ArrowDown"));
+    assert_eq!(browser.eval("page.selected"), 0, "the one below the pinned one");
+    browser.eval(&press("p"));
+    browser.eval("page.selected = 7");
+    browser.eval(&press("p"));
+    // the first is still pinned, which is where it stands anyway
+    assert_eq!(browser.eval("page.arranged.join() === page.names.map((_, i) => i).join()"), true);
+    let before = browser.eval("JSON.stringify([...page.shown])");
+    browser.eval("$('groups').children[1].click()");
+    browser.wait("page.panels[0].lines.length === 6 && page.shown.size === 3");
+    browser.eval(&format!("page.shown = new Set({}); mark(); show()", before.as_str().expect("a list")));
+    browser.wait("page.curves.series === 68");
+    browser.eval(&press("?"));
+    assert_eq!(browser.eval("$('help').open"), true);
+    browser.eval("$('help').close()");
 }
 
 /// Paused, the time stands still while data go on coming; a drag over a curve zooms; and back.

@@ -15,6 +15,10 @@ const FIRST = ["length_m", "duty"];
 const RENEW_S = 0.4, HOLD_S = 1.5;
 // Curves run so far behind the newest bin, s: the driver sends in batches, and a curve that stops and jumps is hard to read.
 const BEHIND_S = 0.08;
+// Up to so many channels there is nothing to find or to group.
+const FEW = 6;
+// Wires that differ by less are equally hot to the list.
+const HEAT_STEP_K = 3;
 // Above so many channels dashes only clutter, and cost time to draw.
 const DASHED_UP_TO = 6;
 
@@ -22,7 +26,7 @@ const page = {
   socket: null, rig: null, status: null, may: false,
   shown: new Set(), quantities: [...FIRST], selected: 0, focus: FIRST[0],
   generation: 0, curves: null, series: new Map(), lost: 0,
-  window: 10, frozen: null, cursor: null,
+  window: 10, frozen: null, cursor: null, pinned: new Set(), arranged: [],
   clock: null, panels: [], built: 0, dirty: true, held: new Map(), asked: new Map(), ids: 0,
 };
 
@@ -82,6 +86,8 @@ function hello(rig) {
   if (first || page.names.join() !== names.join()) {
     page.names = names;
     page.selected = 0;
+    page.pinned = new Set();
+    $("find").value = "";
     const first = names.map((_, i) => i).filter((i) => !rig.channels[i].clock);
     page.shown = new Set(first.slice(0, names.length <= 6 || streams() ? 12 : 3));
     if (streams()) page.quantities = rig.quantities.map((q) => q.name).filter((name) => first.some((i) => panelOf(i) === name));
@@ -250,11 +256,77 @@ function channels() {
     const mode = document.createElement("span"), value = document.createElement("span");
     mode.className = "mode";
     value.className = "value";
-    li.append(shows, of, mode, value);
-    return { li, shows, mode, value };
+    const pin = button("☆", "pin", () => pinned(i));
+    pin.setAttribute("aria-label", `pin ${name} to the top`);
+    li.append(shows, of, mode, value, pin);
+    return { li, shows, mode, value, pin };
   });
-  $("channels").replaceChildren(...page.rows.map((row) => row.li));
+  $("finding").hidden = page.names.length <= FEW;
+  page.arranged = [];
+  arrange();
+  groups();
   mark();
+}
+
+// ——— many channels: found, ordered, pinned, in groups ———
+
+function pinned(i) {
+  if (!page.pinned.delete(i)) page.pinned.add(i);
+  mark();
+  arrange();
+}
+
+// Puts the list into the order that is asked for: pinned ones first, and only those that are looked for.
+function arrange() {
+  const wanted = $("find").value.trim().toLowerCase(), order = $("order").value, states = page.status?.channels ?? [];
+  const fault = (i) => (states[i]?.fault ? 0 : states[i]?.health ? 1 : 2);
+  // in steps, and among equals as before: a list that never stands still cannot be read
+  const heat = (i) => Math.round((states[i]?.temperature_c ?? -1000) / HEAT_STEP_K);
+  const place = new Map(page.arranged.map((i, at) => [i, at]));
+  const by = {
+    rig: () => 0,
+    hottest: (a, b) => heat(b) - heat(a) || (place.get(a) ?? a) - (place.get(b) ?? b),
+    faults: (a, b) => fault(a) - fault(b),
+  }[order];
+  const pins = (i) => (page.pinned.has(i) ? 0 : 1);
+  const arranged = page.names.map((_, i) => i).sort((a, b) => pins(a) - pins(b) || by(a, b) || a - b);
+  page.rows.forEach((row, i) => row.li.classList.toggle("away", !page.names[i].toLowerCase().includes(wanted)));
+  if (arranged.join() === page.arranged.join()) return;
+  page.arranged = arranged;
+  const focused = document.activeElement;
+  $("channels").replaceChildren(...arranged.map((i) => page.rows[i].li));
+  if ($("channels").contains(focused)) focused.focus();
+}
+$("find").oninput = arrange;
+$("order").onchange = arrange;
+setInterval(() => { if (page.rows && $("order").value !== "rig") arrange(); }, 1000);
+
+// Channels whose names have all but the last word in common, as the joints of a leg: one click shows them alone.
+function groups() {
+  const found = new Map();
+  page.names.forEach((name, i) => {
+    const at = name.lastIndexOf("_");
+    if (at > 0) found.set(name.slice(0, at), [...(found.get(name.slice(0, at)) ?? []), i]);
+  });
+  const several = [...found].filter(([, members]) => members.length > 1);
+  $("groups").hidden = page.names.length <= FEW || several.length < 2;
+  $("groups").replaceChildren(...several.map(([name, members]) => {
+    const chip = button(name.replaceAll("_", " "), "", () => { page.shown = new Set(members); page.selected = members[0]; mark(); card(); show(); });
+    chip.title = members.map((i) => page.names[i]).join(", ");
+    chip.dataset.members = members.join();
+    return chip;
+  }));
+}
+
+// Selects the channel so many lines further down the list.
+function step(by) {
+  const seen = page.arranged.filter((i) => !page.rows[i].li.classList.contains("away"));
+  const at = seen.indexOf(page.selected), next = seen[Math.max(0, Math.min(seen.length - 1, at < 0 ? 0 : at + by))];
+  if (next === undefined) return;
+  page.selected = next;
+  page.rows[next].li.scrollIntoView({ block: "nearest" });
+  mark();
+  card();
 }
 
 function button(words, classes, act) {
@@ -273,7 +345,10 @@ function mark() {
     row.li.classList.toggle("selected", i === page.selected);
     row.shows.setAttribute("aria-pressed", String(page.shown.has(i)));
     row.shows.replaceChildren(Chart.sample(i, dashed));
+    row.pin.setAttribute("aria-pressed", String(page.pinned.has(i)));
+    row.pin.textContent = page.pinned.has(i) ? "★" : "☆";
   });
+  for (const chip of $("groups").children) chip.setAttribute("aria-pressed", String(chip.dataset.members === [...page.shown].sort((a, b) => a - b).join()));
   $("all").textContent = page.shown.size === page.names.length ? "one" : "all";
 }
 
@@ -332,11 +407,28 @@ function live() { page.frozen = null; paused(); }
 $("pause").onclick = () => { page.frozen = page.frozen ? null : span(); paused(); };
 $("live").onclick = live;
 document.addEventListener("keydown", (event) => {
-  if (event.target.closest("input, select, button, textarea")) return;
-  if (event.key === " ") { event.preventDefault(); $("pause").click(); }
-  if (event.key === "Escape") live();
-  if (event.key === "s" && !event.ctrlKey && !event.metaKey) save();
+  if (event.key === "Escape" && event.target === $("find")) { $("find").value = ""; arrange(); $("find").blur(); return; }
+  if (event.target.closest("input, select, textarea, dialog") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === " " && event.target.closest("button")) return;
+  const act = KEYS[event.key];
+  if (!act || !page.rows) return;
+  event.preventDefault();
+  act();
 });
+
+const KEYS = {
+  " ": () => $("pause").click(),
+  Escape: live,
+  s: save,
+  "/": () => $("find").focus(),
+  ArrowDown: () => step(1),
+  ArrowUp: () => step(-1),
+  v: () => toggle(page.selected),
+  p: () => pinned(page.selected),
+  a: () => $("all").click(),
+  "?": () => $("help").showModal(),
+};
+$("keys").onclick = () => $("help").showModal();
 
 const hands = {
   zoom: (from, to) => { if (to - from > 1e-4) { page.frozen = { from, to }; paused(); } },

@@ -51,6 +51,7 @@ struct Quantiles {
 struct State {
     mode: &'static str,
     lease_s: f64,
+    temperature_c: f64,
     health: Option<&'static str>,
     fault: Option<FaultText>,
 }
@@ -150,6 +151,7 @@ fn status(shared: &Shared, client: &Client, stream: &CycleStream, rate: &mut Rat
     let states = snapshot.channels().iter().map(|state| State {
         mode: state.mode().name(),
         lease_s: state.lease_s,
+        temperature_c: state.temperature_c,
         health: u8::try_from(state.health)
             .ok()
             .and_then(Health::from_code)
