@@ -35,7 +35,7 @@ pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
 pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
     let times_s = (0.0, end_s + 1.0);
     let event = effect.parameters.iter().any(is_time);
-    let has_shapes = effect.nature != Nature::Shape && effect.parameters.iter().any(|p| !p.is_switch());
+    let has_shapes = effect.nature != Nature::Shape && effect.parameters.iter().any(EffectParameter::is_shape);
     let several = has_shapes && !event || is_crooked(effect);
     let shapes = if several { vec![0.1, 0.75] } else { vec![0.5] };
     let switches = effect.parameters.iter().filter(|p| p.is_switch()).count();
@@ -120,6 +120,8 @@ fn parameter(
             let size = if sign > 0.0 { above } else { below };
             (null + sign * first * size, scale, 0.05, EFFECT_STEP)
         }
+        // without a scale a search leaves it alone
+        Role::Held { .. } => (p.get(model), 0.0, 0.0, EFFECT_STEP),
         Role::Shape { .. } => {
             let scale = 0.5 * (high - low);
             (low + shape * (high - low), scale, 0.3, EFFECT_STEP)
