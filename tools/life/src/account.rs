@@ -5,8 +5,10 @@ use sinew_physics::formulas::{self, BREAK_IN_CYCLES, CycleUse};
 use sinew_recording::Utc;
 
 use crate::counter::{Counter, Cycle};
-use crate::store::SCHEMA;
 use crate::wire::{Identity, Sample, Wire};
+
+/// Version of an account's file.
+pub const SCHEMA: &str = "sinew.life-account/1";
 
 /// A share of a wire's life, with the interval in which it is for most wires.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]

@@ -31,6 +31,17 @@ pub enum Error {
         /// Why not.
         reason: String,
     },
+    /// It is not said of which of a rig's channels a recording is.
+    NotChosen(sinew_rig::NotChosen),
+    /// A recording has no such channel.
+    NoChannel {
+        /// The recording.
+        file: String,
+        /// The name that was given.
+        name: String,
+        /// Those it has.
+        there: Vec<String>,
+    },
     /// The thread that writes cannot be started.
     Thread(io::Error),
 }
@@ -47,14 +58,16 @@ impl Error {
                     .into()
             }
             Error::Recording(error) => error.hint(),
-            Error::NoRig { .. } => "name the rig file with --rig".into(),
+            Error::NoRig { .. } => "name its rig file with --rig".into(),
+            Error::NotChosen(error) => error.remedy("--channel"),
+            Error::NoChannel { there, .. } => format!("its channels are {}", there.join(", ")),
             Error::Thread(_) => "check the limits on threads and memory (`ulimit -a`)".into(),
         }
     }
 
     /// Whether what was given is wrong, and not the machine.
     pub fn is_input(&self) -> bool {
-        matches!(self, Error::Damaged { .. } | Error::Recording(_) | Error::NoRig { .. })
+        !matches!(self, Error::File { .. } | Error::Thread(_))
     }
 }
 
@@ -67,6 +80,8 @@ impl fmt::Display for Error {
             }
             Error::Recording(error) => f.write_str(&error.message()),
             Error::NoRig { file, reason } => write!(f, "{file}: {reason}"),
+            Error::NotChosen(error) => error.fmt(f),
+            Error::NoChannel { file, name, .. } => write!(f, "{file}: has no channel \"{name}\""),
             Error::Thread(error) => write!(f, "a thread could not be started: {error}"),
         }
     }

@@ -44,10 +44,10 @@ mod recording;
 mod store;
 mod wire;
 
-pub use account::{Account, BrokenIn, Report, Share};
+pub use account::{Account, BrokenIn, Report, SCHEMA, Share};
 pub use counter::{Counter, Cycle, LEAST_SHARE, MOST_OPEN, Moment};
 pub use error::Error;
 pub use keep::{Accounts, Kept};
 pub use recording::of_recording;
-pub use store::{SCHEMA, Store};
+pub use store::Store;
 pub use wire::{Identity, Sample, Wire};

@@ -15,7 +15,7 @@ use crate::wire::{Sample, Wire};
 /// recording has its rig file with it. `channel` names one of them.
 ///
 /// # Errors
-/// [`Error::Recording`], [`Error::NoRig`].
+/// [`Error::Recording`], [`Error::NoRig`], [`Error::NotChosen`], [`Error::NoChannel`].
 pub fn of_recording(path: &Path, rig: Option<&Rig>, channel: Option<&str>) -> Result<Vec<Account>, Error> {
     if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) {
         let session = Session::open(path)?;
@@ -26,7 +26,7 @@ pub fn of_recording(path: &Path, rig: Option<&Rig>, channel: Option<&str>) -> Re
     let file = path.display().to_string();
     let no_rig = |reason: String| Error::NoRig { file: file.clone(), reason };
     let rig = rig.ok_or_else(|| no_rig("it does not say of what wire it is".into()))?;
-    let index = rig.chosen(channel).map_err(|error| no_rig(error.to_string()))?;
+    let index = rig.chosen(channel).map_err(Error::NotChosen)?;
     let options =
         Options { ignore_columns: true, columns: Some(&rig.recording.columns), channel, ..Options::default() };
     let recording = read(path, &options)?;
@@ -51,7 +51,8 @@ fn of_session(session: &Session, rig: Option<&Rig>, channel: Option<&str>) -> Re
         wires.push((place, wire, account));
     }
     if wires.is_empty() {
-        return Err(no_rig(format!("it has no channel \"{}\"", channel.unwrap_or_default())));
+        let (name, there) = (channel.unwrap_or_default().into(), layout.channels.clone());
+        return Err(Error::NoChannel { file: session.name().into(), name, there });
     }
     // a field that a recording of an earlier version lacks is not known
     let field = |name: &str| layout.field(name).unwrap_or(usize::MAX);

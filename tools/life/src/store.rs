@@ -6,11 +6,9 @@ use std::path::{Path, PathBuf};
 
 use sinew_recording::{Part, Utc};
 
-use crate::account::Account;
+use crate::account::{Account, SCHEMA};
 use crate::error::Error;
 
-/// Version of an account's file.
-pub const SCHEMA: &str = "sinew.life-account/1";
 /// An account is a few kilobytes; what is larger is none.
 const MOST_BYTES: u64 = 256 << 10;
 /// Accounts of wires that were replaced, in a folder of this name.
