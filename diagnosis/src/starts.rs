@@ -156,3 +156,30 @@ pub(crate) fn terms(effect: &'static Effect, space: &Space) -> Vec<Candidate> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_physics::effects::effect;
+    use sinew_rig::Rig;
+
+    use super::*;
+
+    /// How soon an effect of use settles is in no recording of one: a search tries it as if nothing but its switch were there.
+    #[test]
+    fn what_is_held_is_no_part_of_a_search() {
+        let model = Rig::hexapod().channels[0].model.clone();
+        for id in ["kinetic.training_drift", "mechanical.ratcheting"] {
+            let effect = effect(id).expect(id);
+            let candidates = starts(effect, &model, &[], 30.0);
+            let [Candidate { start, .. }] = candidates.as_slice() else { panic!("{id}: {} starts", candidates.len()) };
+            let scales: Vec<(&str, bool)> = effect
+                .parameters
+                .iter()
+                .zip(&start.parameters)
+                .map(|(p, (_, scale, ..))| (p.key, *scale > 0.0))
+                .collect();
+            assert_eq!(scales[1..], [("settles_after_cycles", false)], "{id}");
+            assert!(scales[0].1, "{id}: its switch is free");
+        }
+    }
+}
