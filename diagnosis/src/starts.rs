@@ -35,7 +35,7 @@ pub(crate) fn missing(model: &WireModel) -> Vec<&'static Effect> {
 pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64, f64)], end_s: f64) -> Vec<Candidate> {
     let times_s = (0.0, end_s + 1.0);
     let event = effect.parameters.iter().any(is_time);
-    let has_shapes = effect.nature != Nature::Shape && effect.parameters.iter().any(|p| !p.is_switch());
+    let has_shapes = effect.nature != Nature::Shape && effect.parameters.iter().any(EffectParameter::is_shape);
     let several = has_shapes && !event || is_crooked(effect);
     let shapes = if several { vec![0.1, 0.75] } else { vec![0.5] };
     let switches = effect.parameters.iter().filter(|p| p.is_switch()).count();
@@ -120,6 +120,8 @@ fn parameter(
             let size = if sign > 0.0 { above } else { below };
             (null + sign * first * size, scale, 0.05, EFFECT_STEP)
         }
+        // without a scale a search leaves it alone
+        Role::Held { .. } => (p.get(model), 0.0, 0.0, EFFECT_STEP),
         Role::Shape { .. } => {
             let scale = 0.5 * (high - low);
             (low + shape * (high - low), scale, 0.3, EFFECT_STEP)
@@ -153,4 +155,31 @@ pub(crate) fn terms(effect: &'static Effect, space: &Space) -> Vec<Candidate> {
             },
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_physics::effects::effect;
+    use sinew_rig::Rig;
+
+    use super::*;
+
+    /// How soon an effect of use settles is in no recording of one: a search tries it as if nothing but its switch were there.
+    #[test]
+    fn what_is_held_is_no_part_of_a_search() {
+        let model = Rig::hexapod().channels[0].model.clone();
+        for id in ["kinetic.training_drift", "mechanical.ratcheting"] {
+            let effect = effect(id).expect(id);
+            let candidates = starts(effect, &model, &[], 30.0);
+            let [Candidate { start, .. }] = candidates.as_slice() else { panic!("{id}: {} starts", candidates.len()) };
+            let scales: Vec<(&str, bool)> = effect
+                .parameters
+                .iter()
+                .zip(&start.parameters)
+                .map(|(p, (_, scale, ..))| (p.key, *scale > 0.0))
+                .collect();
+            assert_eq!(scales[1..], [("settles_after_cycles", false)], "{id}");
+            assert!(scales[0].1, "{id}: its switch is free");
+        }
+    }
 }

@@ -50,6 +50,9 @@ impl Case {
                 .parameters
                 .iter()
                 .map(|p| {
+                    if !p.is_switch() && !p.is_shape() {
+                        return (p.default(&self.rig.channels[0].model), 0.0, 0.0, 0.02);
+                    }
                     let value =
                         sizes.get(p.key).and_then(Value::as_f64).unwrap_or(0.5 * (p.plausible.0 + p.plausible.1));
                     (value, 0.5 * (p.plausible.1 - p.plausible.0), 0.05, 0.02)

@@ -1,13 +1,14 @@
 //! What a rig file may well mean, and hardly does: loads that wear a wire out, supplies that its sensing pulse alone heats it with.
 
 use sinew_physics::Load;
+use sinew_physics::formulas::LASTING_STRESS_PA;
 
 use crate::derive::{self, Reach};
 use crate::drivable::line_of;
 use crate::tables::{Channel, Rig};
 
 /// What wires are loaded with for a life of 10⁵ cycles, Pa (thesis, table 3, eq. 2); data sheets recommend 172 MPa.
-pub const LASTING_PULL_PA: f64 = 170e6;
+pub const LASTING_PULL_PA: f64 = LASTING_STRESS_PA;
 /// Recommended is not allowed: a wire that pulls half as much again at the end of its stroke lives shorter, and is built. Only
 /// what is beyond that is worth a word.
 const WORTH_A_WORD: f64 = 1.5;

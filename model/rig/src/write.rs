@@ -193,7 +193,7 @@ fn write_effects(table: &mut dyn TableLike, channel: &Channel, base: Option<&Cha
             let written = table_if(table, &path).is_some_and(|t| t.contains_key(p.key));
             if changed && now == default && (!acts || p.is_switch()) {
                 remove(table, &path, p.key);
-            } else if changed || (begins && !written && !p.is_switch()) {
+            } else if changed || (begins && !written && p.is_shape()) {
                 put(table, &path, p.key, effects::in_file(p, model).into());
             }
         }

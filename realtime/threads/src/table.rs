@@ -23,6 +23,7 @@ pub enum Thread {
     Watcher,
     Reader,
     Herald,
+    Account,
 }
 
 /// What comes of a thread's death.
@@ -63,7 +64,7 @@ const fn row(
 }
 
 /// Every thread, in the order of [`Thread`].
-pub const TABLE: [Row; 16] = [
+pub const TABLE: [Row; 17] = [
     row(
         Thread::Main,
         "main",
@@ -84,7 +85,7 @@ pub const TABLE: [Row; 16] = [
         Thread::Publisher,
         "publisher",
         "`run`, `bench loop`",
-        "hands every cycle on to clients and black box",
+        "hands every cycle on to clients, black box and accounts",
         Comes::End,
         "the driver ends: nobody could see any more what it does",
     ),
@@ -191,6 +192,14 @@ pub const TABLE: [Row; 16] = [
         "tells the service manager that the loop goes on",
         Comes::End,
         "the driver ends: the service manager would kill it, for want of a word",
+    ),
+    row(
+        Thread::Account,
+        "account",
+        "`run`",
+        "writes the accounts of the wires' lives",
+        Comes::Less,
+        "nothing is added to the accounts until the driver is started anew",
     ),
 ];
 

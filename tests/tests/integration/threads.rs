@@ -20,7 +20,7 @@ const LONG: Duration = Duration::from_secs(120);
 /// The ways a thread dies.
 const WAYS: [&str; 2] = ["panic", "end"];
 /// Threads whose death the tests here cause.
-pub const STRUCK: [Thread; 15] = [
+pub const STRUCK: [Thread; 16] = [
     Thread::Main,
     Thread::Loop,
     Thread::Publisher,
@@ -36,6 +36,7 @@ pub const STRUCK: [Thread; 15] = [
     Thread::Watcher,
     Thread::Reader,
     Thread::Herald,
+    Thread::Account,
 ];
 
 /// Whether the programs under test let threads be struck; says so where they do not.
@@ -250,6 +251,23 @@ fn a_driver_whose_black_box_has_died_says_so_and_goes_on() {
         assert_eq!(report["black_boxes"].as_array().map(Vec::len), Some(0), "{report:#}");
         let error = report["black_box_error"].as_str().expect("an error");
         assert!(error.contains("has died"), "{error}");
+    }
+}
+
+#[test]
+fn a_driver_whose_accounts_are_not_written_any_more_says_so_and_goes_on() {
+    if !can_strike() {
+        return;
+    }
+    for how in WAYS {
+        let rig = Rig::bench(&["wire"], "");
+        let (driver, strike, report) = driver(&rig, &[]);
+        let client = at_work(&rig);
+        strike.strike(Thread::Account, how);
+        is_published(&rig, &client, Thread::Account);
+        client.set_duty("wire", 0.05, LONG).expect("it takes commands");
+        let (_, finished) = ended_in_order(driver, &report, Thread::Account);
+        assert!(finished.stderr.contains("nothing was added to them"), "{finished:?}");
     }
 }
 

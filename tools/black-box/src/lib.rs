@@ -47,7 +47,7 @@ use sinew_rig::Rig;
 use sinew_threads::Thread;
 
 pub use error::Error;
-pub use place::{Place, folder};
+pub use place::{Place, folder, state_folder};
 use tap::Keeper;
 use writer::Writer;
 pub use written::Written;

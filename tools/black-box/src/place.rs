@@ -9,23 +9,26 @@ use sinew_recording::{Part, Utc};
 
 use crate::error::Error;
 
-/// The folder of this user's black boxes: `black-box` in `$SINEW_STATE_DIR`, else in `$XDG_STATE_HOME/sinew`, else in
-/// `~/.local/state/sinew`.
-///
-/// # Errors
-/// [`Error::NoPlace`] where none of the three is set.
-pub fn folder() -> Result<PathBuf, Error> {
-    folder_by(|name| std::env::var_os(name))
+/// The folder of what sinew keeps for this user: `$SINEW_STATE_DIR`, else `$XDG_STATE_HOME/sinew`, else `~/.local/state/sinew`; `None` where
+/// none of the three is set.
+pub fn state_folder() -> Option<PathBuf> {
+    state_folder_by(|name| std::env::var_os(name))
 }
 
-fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, Error> {
+/// The folder of this user's black boxes: `black-box` in his [state folder](state_folder).
+///
+/// # Errors
+/// [`Error::NoPlace`] where there is none.
+pub fn folder() -> Result<PathBuf, Error> {
+    state_folder().map(|path| path.join("black-box")).ok_or(Error::NoPlace)
+}
+
+fn state_folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     // The standard says: a path that is not absolute is as good as none.
     let absolute = |name: &str| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let own = variable("SINEW_STATE_DIR").filter(|path| !path.is_empty()).map(PathBuf::from);
-    let state = own
-        .or_else(|| absolute("XDG_STATE_HOME").map(|path| path.join("sinew")))
-        .or_else(|| absolute("HOME").map(|path| path.join(".local/state/sinew")));
-    state.map(|path| path.join("black-box")).ok_or(Error::NoPlace)
+    own.or_else(|| absolute("XDG_STATE_HOME").map(|path| path.join("sinew")))
+        .or_else(|| absolute("HOME").map(|path| path.join(".local/state/sinew")))
 }
 
 /// The black boxes of one rig in a folder.
@@ -181,14 +184,14 @@ mod tests {
     fn the_folder_is_the_first_that_is_set() {
         let by = |set: &[(&str, &str)]| {
             let set: Vec<(String, OsString)> = set.iter().map(|(name, to)| (name.to_string(), to.into())).collect();
-            folder_by(|name| set.iter().find(|(known, _)| known == name).map(|(_, to)| to.clone()))
+            state_folder_by(|name| set.iter().find(|(known, _)| known == name).map(|(_, to)| to.clone()))
         };
         let found = |set: &[(&str, &str)]| by(set).unwrap().display().to_string();
         let home = ("HOME", "/home/x");
-        assert_eq!(found(&[home]), "/home/x/.local/state/sinew/black-box");
-        assert_eq!(found(&[home, ("XDG_STATE_HOME", "/s")]), "/s/sinew/black-box");
-        assert_eq!(found(&[home, ("XDG_STATE_HOME", "s")]), "/home/x/.local/state/sinew/black-box");
-        assert_eq!(found(&[home, ("SINEW_STATE_DIR", "/d"), ("XDG_STATE_HOME", "/s")]), "/d/black-box");
-        assert!(matches!(by(&[]), Err(Error::NoPlace)));
+        assert_eq!(found(&[home]), "/home/x/.local/state/sinew");
+        assert_eq!(found(&[home, ("XDG_STATE_HOME", "/s")]), "/s/sinew");
+        assert_eq!(found(&[home, ("XDG_STATE_HOME", "s")]), "/home/x/.local/state/sinew");
+        assert_eq!(found(&[home, ("SINEW_STATE_DIR", "/d"), ("XDG_STATE_HOME", "/s")]), "/d");
+        assert_eq!(by(&[]), None);
     }
 }

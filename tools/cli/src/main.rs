@@ -61,6 +61,7 @@ fn main() -> ExitCode {
             RecordingWhat::Doctor(args) => commands::recording::doctor(args),
             RecordingWhat::Recover(args) => commands::recording::recover(args),
         },
+        Command::Life(args) => commands::life::life(args),
         Command::Plot(args) => commands::plot::plot(args),
         Command::Astm(args) => commands::astm::astm(args),
         Command::Tune(args) => commands::tune::tune(args),

@@ -1,6 +1,7 @@
 //! What is asked of a design: what is to move, with what mechanism, and what there is to heat with.
 
 use crate::route::Route;
+use crate::rules::Allowed;
 
 /// How a joint's wire is fixed to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +95,8 @@ pub struct Requirement {
     pub source: Source,
     /// Air, °C.
     pub ambient_c: f64,
+    /// Cycles that nearly every such wire is to last; `None`: the 100 000 of the rules.
+    pub life_cycles: Option<f64>,
 }
 
 impl Requirement {
@@ -108,6 +111,12 @@ impl Requirement {
             wires: None,
             source: Source::of_voltage(None),
             ambient_c: 25.0,
+            life_cycles: None,
         }
+    }
+
+    /// The stress and strain that leave the wires the life asked for.
+    pub fn allowed(&self) -> Allowed {
+        self.life_cycles.map_or(Allowed::TABLE, Allowed::for_life)
     }
 }

@@ -39,7 +39,7 @@ pub use path::Path;
 pub use predict::{HeldBack, Prediction, predict};
 pub use rig_file::{load_of, rig_file, swing_s};
 pub use route::{Route, TUBE_BORE, TUBE_FRICTION, TUBE_OUTER};
-pub use rules::WireRules;
+pub use rules::{Allowed, WireRules};
 pub use simulate::{Simulated, simulate};
 pub use sizing::{Lack, MOST_LEVER_RAD, MOST_WIRES, STOCK_DIAMETERS_M, Sizing, sizings};
 pub use task::{Cycle, Obstacle, Task};

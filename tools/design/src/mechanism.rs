@@ -49,7 +49,7 @@ pub struct Worth {
 impl Worth {
     /// What the wire costs, US$ (eq. 13).
     pub fn cost_usd(&self) -> f64 {
-        WireRules { diameter_m: 0.0, length_m: self.wire_m }.cost_usd()
+        WireRules::of(0.0, self.wire_m).cost_usd()
     }
 
     /// Strokes there and back in a second, Hz.
@@ -90,7 +90,7 @@ impl Mechanism {
 
     /// What comes of it with a wire of this diameter in a room of its length.
     pub fn worth(&self, room: &WireRules) -> Worth {
-        let of = |diameter_m: f64, length_m: f64| WireRules { diameter_m, length_m };
+        let of = |diameter_m: f64, length_m: f64| WireRules { diameter_m, length_m, ..*room };
         let straight = |wire: &WireRules, parts: u32| Worth {
             stroke_m: wire.stroke_m(),
             force_n: wire.useful_force_n(),
@@ -154,7 +154,7 @@ fn coil(room: &WireRules, index: f64) -> Worth {
     let shear = ROOT_3 * room.stroke_m() / room.length_m;
     let per_coil_m = std::f64::consts::PI * coil_m * coil_m * shear / d;
     let coils = room.length_m / (d + per_coil_m);
-    let wire = WireRules { diameter_m: d, length_m: coils * std::f64::consts::PI * coil_m };
+    let wire = WireRules { length_m: coils * std::f64::consts::PI * coil_m, ..*room };
     Worth {
         stroke_m: coils * per_coil_m,
         force_n: force_at(room.useful_force_n()),
@@ -168,7 +168,7 @@ fn coil(room: &WireRules, index: f64) -> Worth {
 mod tests {
     use super::*;
 
-    const ROOM: WireRules = WireRules { diameter_m: 0.125e-3, length_m: 0.1 };
+    const ROOM: WireRules = WireRules::of(0.125e-3, 0.1);
 
     /// No mechanism does more work than its wire; those without friction do all of it.
     #[test]

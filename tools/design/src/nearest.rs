@@ -46,6 +46,8 @@ pub enum Change {
     Method(Method),
     /// Colder air, °C.
     Ambient(f64),
+    /// A shorter life, cycles.
+    Life(f64),
     /// Another diameter than the one asked for, m.
     Diameter(f64),
 }
@@ -129,6 +131,7 @@ fn numbers(asked: &Requirement) -> Vec<Number> {
     add(torque, false, |asked, v| moved(asked, Some(v), None), Change::Torque);
     add(stroke, false, |asked, v| moved(asked, None, Some(v)), Change::Stroke);
     add(angle, false, |asked, v| moved(asked, None, Some(v)), Change::Angle);
+    add(asked.life_cycles, false, |asked, v| Requirement { life_cycles: Some(v), ..*asked }, Change::Life);
     add(asked.span_m, false, |asked, v| Requirement { span_m: Some(v), ..*asked }, Change::Span);
     let (mut passes, mut bent) = (None, None);
     match asked.route {

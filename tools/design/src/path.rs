@@ -53,7 +53,7 @@ mod tests {
     /// The power is the same whichever way the current runs, as long as each wire has the same current; and V²/R = I² R.
     #[test]
     fn a_way_changes_voltage_and_current_and_not_the_power() {
-        let wire = WireRules { diameter_m: 0.15e-3, length_m: 0.2 };
+        let wire = WireRules::of(0.15e-3, 0.2);
         let each_a = 0.4;
         for (in_series, rows) in [(1, 6), (2, 3), (3, 2), (6, 1)] {
             let path = Path { in_series, rows };

@@ -4,7 +4,7 @@
 
 use sinew_physics::Material;
 
-use crate::rules::WireRules;
+use crate::rules::{Allowed, WireRules};
 
 /// Friction of a wire in a tube of PTFE, if nothing else is said (0.04 to 0.1).
 pub const TUBE_FRICTION: f64 = 0.05;
@@ -65,9 +65,9 @@ impl Route {
     }
 
     /// The most passes, or the most that a tube is bent, rad, with which there is something left to pull with.
-    pub fn limit(&self) -> f64 {
+    pub fn limit(&self, allowed: Allowed) -> f64 {
         // what is kept, squared, is what the preload is of the pull
-        let wire = WireRules { diameter_m: 1e-3, length_m: 1.0 };
+        let wire = WireRules { allowed, ..WireRules::of(1e-3, 1.0) };
         let least = 0.5 * (wire.max_force_n() / wire.preload_n()).ln();
         match *self {
             Route::Straight => f64::INFINITY,
@@ -94,7 +94,7 @@ impl Route {
 mod tests {
     use super::*;
 
-    const WIRE: WireRules = WireRules { diameter_m: 0.125e-3, length_m: 0.1 };
+    const WIRE: WireRules = WireRules::of(0.125e-3, 0.1);
 
     /// The whole surface would gain as many times as the tube is thicker; and a thick wire has the surface already.
     #[test]
@@ -110,9 +110,9 @@ mod tests {
     #[test]
     fn beyond_its_limit_nothing_moves() {
         let tube = |bent_rad| Route::Tube { bent_rad, friction: 0.08 };
-        let limit = tube(1.0).limit();
+        let limit = tube(1.0).limit(Allowed::TABLE);
         assert!(tube(0.999 * limit).useful_n(&WIRE) > 0.0 && tube(1.001 * limit).useful_n(&WIRE) < 0.0, "{limit}");
-        let passes = Route::Pulleys(2).limit() as u32;
+        let passes = Route::Pulleys(2).limit(Allowed::TABLE) as u32;
         assert!(Route::Pulleys(passes).useful_n(&WIRE) > 0.0, "{passes}");
         assert!(Route::Pulleys(passes + 1).useful_n(&WIRE) < 0.0, "{passes}");
         assert_eq!(Route::Straight.useful_n(&WIRE), WIRE.useful_force_n());

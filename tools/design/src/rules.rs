@@ -5,23 +5,62 @@
 //! work (eq. 14) over its own heating (eq. 11) comes to, which is about a fifth of it.
 
 use sinew_physics::Geometry;
-use sinew_rig::LASTING_PULL_PA;
+use sinew_physics::formulas::{CycleUse, LASTING_STRAIN, LASTING_STRESS_PA, cycles_to_failure, stress_for_life_pa};
 
 /// Stress that stretches it again as it cools, Pa (eq. 3).
 const PRELOAD_PA: f64 = 100e6;
-/// Share of its length by which it shortens (eq. 4).
-const STROKE: f64 = 0.04;
+/// The least strain that a longer life is bought with: below it a wire is hardly more than its clamps.
+const LEAST_STRAIN: f64 = 0.001;
+/// Strains that are looked at between that and the table's.
+const STRAINS: u32 = 400;
 
-/// A wire by its size alone.
+/// What a wire is asked for, which is what it lasts by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Allowed {
+    /// Largest stress, Pa (eq. 2).
+    pub stress_pa: f64,
+    /// Share of its length by which it shortens (eq. 4).
+    pub strain: f64,
+}
+
+impl Allowed {
+    /// What table 3 has for 100 000 cycles: 170 MPa and 4 %.
+    pub const TABLE: Allowed = Allowed { stress_pa: LASTING_STRESS_PA, strain: LASTING_STRAIN };
+
+    /// What nearly every wire lasts so many cycles of, by the law of [`sinew_physics::formulas::cycles_to_failure`]: of all stresses and strains
+    /// that leave it such a life those that leave the most work beyond the preload, and never more than the table's.
+    pub fn for_life(cycles: f64) -> Allowed {
+        let at = |step: u32| {
+            let strain = LASTING_STRAIN * (LEAST_STRAIN / LASTING_STRAIN).powf(f64::from(step) / f64::from(STRAINS));
+            Allowed { stress_pa: stress_for_life_pa(cycles, strain).min(LASTING_STRESS_PA), strain }
+        };
+        let work = |allowed: &Allowed| (allowed.stress_pa - PRELOAD_PA) * allowed.strain;
+        (1..=STRAINS).map(at).fold(at(0), |best, next| if work(&next) > work(&best) { next } else { best })
+    }
+
+    /// The most cycles that can be asked for: those that nearly every wire lasts of the least strain under the table's stress.
+    pub fn most_cycles() -> f64 {
+        cycles_to_failure(&CycleUse { strain: LEAST_STRAIN, ..CycleUse::TABLE }).least
+    }
+}
+
+/// A wire by its size, and what it is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WireRules {
     /// Diameter, m.
     pub diameter_m: f64,
     /// Length, m.
     pub length_m: f64,
+    /// What it is asked for.
+    pub allowed: Allowed,
 }
 
 impl WireRules {
+    /// A wire by its size, m, which is asked for what the table has.
+    pub const fn of(diameter_m: f64, length_m: f64) -> WireRules {
+        WireRules { diameter_m, length_m, allowed: Allowed::TABLE }
+    }
+
     fn geometry(&self) -> Geometry {
         Geometry { diameter_m: self.diameter_m, length_m: self.length_m }
     }
@@ -38,7 +77,7 @@ impl WireRules {
 
     /// Largest pull, N (eq. 2).
     pub fn max_force_n(&self) -> f64 {
-        LASTING_PULL_PA * self.area_m2()
+        self.allowed.stress_pa * self.area_m2()
     }
 
     /// Least pull that stretches the cooling wire, N (eq. 3).
@@ -53,12 +92,12 @@ impl WireRules {
 
     /// Stroke that can be counted on, m (eq. 4).
     pub fn stroke_m(&self) -> f64 {
-        STROKE * self.length_m
+        self.allowed.strain * self.length_m
     }
 
     /// The wire that has this stroke, m (eq. 4 the other way).
-    pub fn length_for_stroke_m(stroke_m: f64) -> f64 {
-        stroke_m / STROKE
+    pub fn length_for_stroke_m(stroke_m: f64, allowed: Allowed) -> f64 {
+        stroke_m / allowed.strain
     }
 
     /// Smallest radius it may be bent to, m (eq. 5).
@@ -102,8 +141,8 @@ impl WireRules {
     }
 
     /// The shortest wire of a diameter that does this work, m (method A: L = E/(2.2 D²), with the 2.2 not rounded).
-    pub fn length_for_work_m(diameter_m: f64, work_j: f64) -> f64 {
-        work_j / (WireRules { diameter_m, length_m: 1.0 }).work_j()
+    pub fn length_for_work_m(diameter_m: f64, work_j: f64, allowed: Allowed) -> f64 {
+        work_j / WireRules { allowed, ..WireRules::of(diameter_m, 1.0) }.work_j()
     }
 
     /// The thickest wire that cools in this time, m (method A: D = √(0.0172 t), D in mm).
@@ -127,7 +166,7 @@ mod tests {
     use super::*;
 
     fn wire(diameter_mm: f64) -> WireRules {
-        WireRules { diameter_m: diameter_mm * 1e-3, length_m: 0.16 }
+        WireRules::of(diameter_mm * 1e-3, 0.16)
     }
 
     fn close(found: f64, expected: f64, share: f64) {
@@ -149,11 +188,28 @@ mod tests {
     #[test]
     fn method_a_is_the_rules_the_other_way() {
         let diameter_m = WireRules::diameter_for_cooling_m(0.9);
-        let length_m = WireRules::length_for_work_m(diameter_m, 5e-3);
-        let wire = WireRules { diameter_m, length_m };
+        let length_m = WireRules::length_for_work_m(diameter_m, 5e-3, Allowed::TABLE);
+        let wire = WireRules::of(diameter_m, length_m);
         close(wire.cooling_time_s(), 0.9, 1e-12);
         close(wire.work_j(), 5e-3, 1e-12);
         close(length_m, 1e-3 * 5.0 / (2.2 * (diameter_m * 1e3).powi(2)), 0.01);
+    }
+
+    /// A wanted life is had, at what it costs in stress and strain; one that is no longer than the table's costs nothing.
+    #[test]
+    fn what_is_allowed_lasts_as_long_as_is_wanted() {
+        assert_eq!(Allowed::for_life(1e5), Allowed::TABLE);
+        assert_eq!(Allowed::for_life(1e3), Allowed::TABLE);
+        let mut before = Allowed::TABLE;
+        for cycles in [2e5, 5e5, 1e6, 3e6, 0.999 * Allowed::most_cycles()] {
+            let allowed = Allowed::for_life(cycles);
+            let Allowed { stress_pa, strain } = allowed;
+            let life = cycles_to_failure(&CycleUse { peak_stress_pa: stress_pa, strain, ..CycleUse::TABLE });
+            assert!(life.least >= cycles * (1.0 - 1e-9), "{cycles} {allowed:?} {life:?}");
+            assert!(life.least <= 1.05 * cycles, "more than is wanted: {cycles} {allowed:?} {life:?}");
+            assert!(strain < before.strain && stress_pa > PRELOAD_PA && stress_pa <= LASTING_STRESS_PA);
+            before = allowed;
+        }
     }
 
     /// The maker's 0.0045 $/mm, and eq. 17's example of 2.2 % for 0.125 mm × 160 mm at 6 V.

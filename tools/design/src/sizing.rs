@@ -166,18 +166,19 @@ struct Body {
 
 impl Body {
     fn of(requirement: &Requirement, diameter_m: f64) -> Body {
-        let wire_of = |length_m: f64| WireRules { diameter_m, length_m };
+        let allowed = requirement.allowed();
+        let wire_of = |length_m: f64| WireRules { diameter_m, length_m, allowed };
         let passes = requirement.route.passes();
         // as much wire as there is room for, in a tube as much as is wanted
         let room_m = requirement.span_m.zip(passes).map(|(span_m, passes)| span_m * passes);
         // method A: the length that does the work, in one wire or in as many as are asked for, or as the room has it
         let by_energy = || {
-            let whole = WireRules::length_for_work_m(diameter_m, requirement.motion.work_j());
+            let whole = WireRules::length_for_work_m(diameter_m, requirement.motion.work_j(), allowed);
             room_m.unwrap_or(whole / f64::from(requirement.wires.unwrap_or(1)))
         };
         let (wire, lever, joint, pull_n, mut lack) = match requirement.motion {
             Motion::Linear { force_n, stroke_m } => {
-                let straight = WireRules::length_for_stroke_m(stroke_m);
+                let straight = WireRules::length_for_stroke_m(stroke_m, allowed);
                 let room = room_m.unwrap_or(f64::INFINITY);
                 let (length, lack) = match requirement.method {
                     Some(Method::Energy) => (by_energy(), None),
@@ -211,7 +212,7 @@ impl Body {
         };
         let useful_n = requirement.route.useful_n(&wire);
         if useful_n <= 0.0 {
-            let lack = Some(Lack::Friction(requirement.route.limit()));
+            let lack = Some(Lack::Friction(requirement.route.limit(allowed)));
             return Body { wire, wires: requirement.wires.unwrap_or(1), lever, joint, pull_n, lack };
         }
         let needed = (pull_n / useful_n * (1.0 - 1e-9)).ceil().clamp(1.0, f64::from(MOST_WIRES)) as u32;

@@ -1,7 +1,7 @@
 //! The test machine: chapter 8 of the thesis as software.
 //!
 //! [`Machine`] is the interface of every testing machine; [`SimulatedMachine`] simulates one. A [`Routine`] is a
-//! state machine over the measurements, made of [`Stage`]s; [`plan`] has the seven of the thesis, and one that plays a [`Programme`]. [`run()`](run::run)
+//! state machine over the measurements, made of [`Stage`]s; [`plan`] has the seven of the thesis, one that plays a [`Programme`], and one that breaks a wire in. [`run()`](run::run)
 //! runs it on a machine while [`Watch`] checks the limits, and [`record`] makes a recording of it for `simulate`,
 //! `identify` and `diagnose`.
 //!
@@ -36,6 +36,7 @@ pub mod record;
 mod report;
 mod routine;
 pub mod run;
+pub mod settling;
 mod simulated;
 mod stage;
 mod watch;

@@ -22,7 +22,10 @@ fn drawings(run: &Run<'_>) -> (Vec<(Ink, String)>, Vec<Drawing>) {
             drawings.splice(0..0, bode(run, &all));
             (legend, drawings)
         }
-        RoutineKind::PositionRegulation | RoutineKind::PositionTracking | RoutineKind::Programme => over_time(run),
+        RoutineKind::PositionRegulation
+        | RoutineKind::PositionTracking
+        | RoutineKind::Programme
+        | RoutineKind::BreakIn => over_time(run),
     }
 }
 
@@ -203,7 +206,7 @@ fn asked(run: &Run<'_>) -> Markup {
     match run.kind {
         RoutineKind::DirectStrain => rows.push(("strains", format!("{} %", list(&o.strains, 100.0)))),
         RoutineKind::DirectLoad => rows.push(("loads", format!("{} N", list(&o.loads_n, 1.0)))),
-        RoutineKind::ConstantForceSweep => {
+        RoutineKind::ConstantForceSweep | RoutineKind::BreakIn => {
             rows.push(("load", format!("{} N", list(&o.loads_n[..o.loads_n.len().min(1)], 1.0))))
         }
         RoutineKind::ConstantStrainSweep => {
@@ -223,6 +226,13 @@ fn asked(run: &Run<'_>) -> Markup {
         }
         RoutineKind::PositionRegulation => rows.push(("each held for", format!("{} s", number(o.hold_s)))),
         _ => rows.push(("wave", format!("{} of {} Hz", o.shape.word(), list(&o.frequencies_hz, 1.0)))),
+    }
+    if run.kind == RoutineKind::BreakIn {
+        let within = &o.tolerance;
+        rows.push((
+            "settled within",
+            format!("{} % of strain, {} K", number(100.0 * within.strain), number(within.kelvin)),
+        ));
     }
     rows.push(("cycles", o.cycles.to_string()));
     table(rows)

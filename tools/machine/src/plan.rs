@@ -1,15 +1,16 @@
-//! The seven routines of chapter 8, and one that plays a file: which stages each is made of, and the defaults.
+//! The seven routines of chapter 8, one that plays a file, and one that breaks a wire in (chapter 4): which stages each is made of, and the defaults.
 
 use std::sync::Arc;
 
 use sinew_control::{AlgorithmKind, EstimatorKind, Settings};
-use sinew_physics::formulas::cooling_time_s;
+use sinew_physics::formulas::{BREAK_IN_CYCLES, cooling_time_s};
 use sinew_physics::{WireModel, cold_length_m, hot_length_m};
 use sinew_rig::Machine as Spec;
 
 use crate::hanging::{Disturbance, Loop, Plant, controlled, playable};
 use crate::programme::{End, Programme};
 use crate::routine::Routine;
+use crate::settling::{Settling, Tolerance};
 use crate::stage::{Heat, Motion, Part, Stage, Until};
 use crate::wave::{Quantity, Shape, Wave};
 
@@ -32,6 +33,8 @@ pub enum RoutineKind {
     TrackingSweep,
     /// A file says what heats the wire and where its end is.
     Programme,
+    /// Heat up and down under one load until one cycle is like the other.
+    BreakIn,
 }
 
 impl RoutineKind {
@@ -57,6 +60,7 @@ impl RoutineKind {
             RoutineKind::PositionTracking => "position-tracking",
             RoutineKind::TrackingSweep => "tracking-sweep",
             RoutineKind::Programme => "programme",
+            RoutineKind::BreakIn => "break-in",
         }
     }
 
@@ -77,6 +81,9 @@ impl RoutineKind {
             RoutineKind::PositionTracking => "a law lets a hanging mass follow a wave: tracking error",
             RoutineKind::TrackingSweep => "a law lets a hanging mass follow ever faster sines: closed-loop bandwidth",
             RoutineKind::Programme => "play a file, such as the next.csv that a diagnosis proposes",
+            RoutineKind::BreakIn => {
+                "heat up and down under one load until strain and temperatures settle: how many cycles that takes"
+            }
         }
     }
 
@@ -124,6 +131,8 @@ pub struct Options {
     pub estimator: EstimatorKind,
     /// What is played.
     pub programme: Option<Arc<Programme>>,
+    /// How near cycles have to be for a wire to have settled.
+    pub tolerance: Tolerance,
 }
 
 /// Stress of the default load, Pa.
@@ -206,9 +215,15 @@ impl Options {
             settings: Settings { minimum_duty: 0.0, ..Settings::default() },
             estimator: EstimatorKind::Fused,
             programme: None,
+            tolerance: Tolerance { strain: 5e-5, kelvin: 0.1 },
         };
         if !direct {
             options.loads_n = vec![load_n];
+        }
+        if kind == RoutineKind::BreakIn {
+            // so slow that all of the wire follows, both ways
+            options.frequencies_hz = vec![0.05 / time_s];
+            options.cycles = BREAK_IN_CYCLES.1 as usize;
         }
         if kind == RoutineKind::ConstantStrainSweep {
             options.strains = vec![0.5 * strain];
@@ -248,6 +263,7 @@ pub fn stages(kind: RoutineKind, model: &WireModel, options: &Options) -> Vec<St
         RoutineKind::PositionRegulation => plan.regulation(),
         RoutineKind::PositionTracking | RoutineKind::TrackingSweep => plan.tracking(),
         RoutineKind::Programme => plan.programme(),
+        RoutineKind::BreakIn => plan.break_in(),
     }
     plan.stages
 }
@@ -257,6 +273,9 @@ pub fn routine(kind: RoutineKind, model: &WireModel, spec: &Spec, options: &Opti
     let routine = Routine::new(stages(kind, model, options), model, spec);
     if let Some(programme) = options.programme.as_ref().filter(|_| kind == RoutineKind::Programme) {
         return routine.with_programme(Arc::clone(programme));
+    }
+    if kind == RoutineKind::BreakIn {
+        return routine.until_settled(Settling::new(options.tolerance, model, spec.rate_hz));
     }
     if !kind.is_closed_loop() {
         return routine;
@@ -389,6 +408,19 @@ impl<'a> Plan<'a> {
         for &frequency_hz in &o.frequencies_hz {
             let heat = Heat::Program(o.quantity, Wave { shape: o.shape, ends: (low, high), frequency_hz });
             self.periods(motion, heat, frequency_hz, Part::Sweep { frequency_hz });
+        }
+    }
+
+    /// One period of the heater after the other, under one load.
+    fn break_in(&mut self) {
+        let o = self.options;
+        let (motion, (low, high)) = (Motion::Force(self.load_n()), self.ends());
+        let Some(&frequency_hz) = o.frequencies_hz.first() else { return };
+        self.take_up(self.load_n());
+        let heat = Heat::Program(o.quantity, Wave { shape: o.shape, ends: (low, high), frequency_hz });
+        for cycle in 0..o.cycles {
+            let period = self.prepare(motion, heat, 1.0 / frequency_hz);
+            self.push(Stage { part: Part::Cycle { cycle }, ..period });
         }
     }
 

@@ -8,7 +8,8 @@ use sinew_rig::Machine as Spec;
 use crate::hanging::{Disturbance, Hanging, Loop, Plant};
 use crate::machine::{Heater, Order, Reading, Travel, delay_s};
 use crate::programme::{End, Programme};
-use crate::stage::{Heat, Motion, Stage, Until};
+use crate::settling::Settling;
+use crate::stage::{Heat, Motion, Part, Stage, Until};
 use crate::wave::Quantity;
 
 /// How near the wire's end has to be to where it was sent, microsteps.
@@ -51,6 +52,9 @@ pub struct Routine {
     stiffness_n_per_m: f64,
     hanging: Option<Hanging>,
     programme: Option<Arc<Programme>>,
+    settling: Option<Settling>,
+    /// What was commanded of the heater last, in its quantity's unit.
+    heat: f64,
     at: usize,
     /// Periods in the present stage.
     periods: u64,
@@ -68,6 +72,8 @@ impl Routine {
             stiffness_n_per_m: model.stiffest_n_per_m(),
             hanging: None,
             programme: None,
+            settling: None,
+            heat: 0.0,
             at: 0,
             periods: 0,
             settled_s: 0.0,
@@ -87,7 +93,13 @@ impl Routine {
         self
     }
 
-    /// All stages.
+    /// Which ends as soon as the wire has settled.
+    pub(crate) fn until_settled(mut self, settling: Settling) -> Routine {
+        self.settling = Some(settling);
+        self
+    }
+
+    /// All stages; of a routine that ended because the wire had settled, those that were run.
     pub fn stages(&self) -> &[Stage] {
         &self.stages
     }
@@ -106,7 +118,18 @@ impl Routine {
 
     /// What to do next, after the last reading; `None` when the routine is done.
     pub fn next(&mut self, reading: &Reading) -> Option<Directive> {
+        let is_cycle = |stage: &Stage| matches!(stage.part, Part::Cycle { .. });
+        let in_cycle = self.stages.get(self.at).is_some_and(is_cycle);
+        if let Some(settling) = self.settling.as_mut().filter(|_| in_cycle && self.periods > 0) {
+            settling.see(reading.position_m, self.heat);
+        }
         while self.is_over(reading)? {
+            if self.stages.get(self.at).is_some_and(is_cycle)
+                && self.settling.as_mut().is_some_and(Settling::ends_cycle)
+            {
+                // what would have come is not left out: it is not needed
+                self.stages.truncate(self.at + 1);
+            }
             self.at += 1;
             self.periods = 0;
             self.settled_s = 0.0;
@@ -162,6 +185,7 @@ impl Routine {
                 (of(quantity, value), value)
             }
         };
+        self.heat = heat;
         self.periods += 1;
         let order = Order { travel, heater, chamber_c: stage.chamber_c };
         Some(Directive { order, target, heat, duty, disturbance_n, stage: self.at })

@@ -38,6 +38,11 @@ pub enum Part {
         /// Hz.
         frequency_hz: f64,
     },
+    /// One cycle of heating, of those a wire is broken in by.
+    Cycle {
+        /// Which, from 0.
+        cycle: usize,
+    },
     /// A programme from a file.
     Programme,
 }

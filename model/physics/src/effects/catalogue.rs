@@ -19,7 +19,7 @@ use crate::params::{Criterion, DriveKind, Kinetics, Load, Material};
 pub type Effect = row::Effect<WireModel>;
 /// A parameter of an effect; see `row::EffectParameter` for its fields.
 pub type EffectParameter = row::EffectParameter<WireModel>;
-/// What a parameter does for its effect: switch or shape; see `row::Role`.
+/// What a parameter does for its effect: switch, shape, or a shape that is held; see `row::Role`.
 pub type Role = row::Role<WireModel>;
 
 /// The catalogue by group: the reference model's own coefficients, the mechanisms by equation, the empirical forms.
@@ -196,11 +196,16 @@ impl EffectParameter {
         matches!(self.role, Role::Switch { .. })
     }
 
+    /// Whether it says how its effect acts, and a recording tells it.
+    pub fn is_shape(&self) -> bool {
+        matches!(self.role, Role::Shape { .. })
+    }
+
     /// A switch's null on this model, in the rig file's unit.
     pub fn null(&self, model: &WireModel) -> Option<f64> {
         match &self.role {
             Role::Switch { null } => Some(null.of(model)),
-            Role::Shape { .. } => None,
+            Role::Shape { .. } | Role::Held { .. } => None,
         }
     }
 
@@ -208,7 +213,7 @@ impl EffectParameter {
     pub fn default(&self, model: &WireModel) -> f64 {
         match &self.role {
             Role::Switch { null } => null.of(model),
-            Role::Shape { default } => *default,
+            Role::Shape { default } | Role::Held { default } => *default,
         }
     }
 

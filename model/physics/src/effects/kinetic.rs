@@ -1,6 +1,7 @@
 //! Terms of the phase (eq. 20–26).
 
-use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, shape, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, held, shape, switch};
+use crate::formulas::settled;
 use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::params::{Kinetics, Material};
 use crate::warp::Warp;
@@ -297,17 +298,20 @@ impl Lag {
     }
 }
 
-/// `kinetic.training_drift`: A and M move by this with every full cycle, a travel of ξ by 2.
+/// `kinetic.training_drift`: A and M move by this with every full cycle, a travel of ξ by 2, for good or until they have settled
+/// ([`settled`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TrainingDrift {
-    /// Shift per cycle, in K.
+    /// Shift per cycle, in K; of a wire that settles, in its first one.
     pub kelvin_per_cycle: f64,
+    /// Cycles after which a cycle's shift is e^−1 of the first one's; 0 = it never settles.
+    pub settles_after_cycles: f64,
 }
 
 impl TrainingDrift {
     /// How far A and M have moved after ξ has travelled ∫|dξ|, in K.
     fn shift(&self, travel: f64) -> f64 {
-        self.kelvin_per_cycle * 0.5 * travel
+        settled(self.kelvin_per_cycle, self.settles_after_cycles, 0.5 * travel)
     }
 }
 
@@ -597,18 +601,30 @@ impl<M: Has<Kinetic>> Group<M> for Kinetic {
             nature: Nature::Mechanism,
             home: Home::Table,
             needs: Needs::Nothing,
-            term: "A, M → A, M + drift ∫|dξ|/2",
-            says: "Every cycle moves the transformation temperatures a little",
-            parameters: &[switch!(
-                0.0,
-                "kelvin_per_cycle",
-                "K",
-                (-50.0, 50.0),
-                (-1.0, 1.0),
-                1.0,
-                training_drift.kelvin_per_cycle,
-                "shift of A and M per full cycle"
-            )],
+            term: "A, M → A, M + drift N_0 (1 − exp(−n/N_0)), n = ∫|dξ|/2, N_0 = settles_after_cycles; drift n where that is 0",
+            says: "Every cycle moves the transformation temperatures a little, for good or until the wire is broken in",
+            parameters: &[
+                switch!(
+                    0.0,
+                    "kelvin_per_cycle",
+                    "K",
+                    (-50.0, 50.0),
+                    (-1.0, 1.0),
+                    1.0,
+                    training_drift.kelvin_per_cycle,
+                    "shift of A and M per full cycle; of a wire that settles, in its first one"
+                ),
+                held!(
+                    0.0,
+                    "settles_after_cycles",
+                    "1",
+                    (0.0, 1e6),
+                    (10.0, 50.0),
+                    1.0,
+                    training_drift.settles_after_cycles,
+                    "full cycles after which a cycle's shift is 37 % of the first one's; 0 never settles. A search leaves it as it is"
+                ),
+            ],
         },
     ];
 }

@@ -1,6 +1,7 @@
 //! Terms of strain, load and friction (eq. 23, 51).
 
-use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, switch};
+use super::row::{Effect, Equation, Group, Has, Home, Nature, Needs, held, switch};
+use crate::formulas::settled;
 
 /// Terms of strain and load.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -73,17 +74,20 @@ impl Mechanical {
     }
 }
 
-/// `mechanical.ratcheting`: permanent strain gained with every full cycle, a travel of ξ by 2.
+/// `mechanical.ratcheting`: permanent strain gained with every full cycle, a travel of ξ by 2, for good or until it has settled
+/// ([`settled`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ratcheting {
-    /// Strain per cycle.
+    /// Strain per cycle; of a wire that settles, in its first one.
     pub strain_per_cycle: f64,
+    /// Cycles after which a cycle's strain is e^−1 of the first one's; 0 = it never settles.
+    pub settles_after_cycles: f64,
 }
 
 impl Ratcheting {
     /// Permanent strain after ξ has travelled ∫|dξ|.
     fn strain(&self, travel: f64) -> f64 {
-        self.strain_per_cycle * 0.5 * travel
+        settled(self.strain_per_cycle, self.settles_after_cycles, 0.5 * travel)
     }
 }
 
@@ -195,18 +199,30 @@ impl<M: Has<Mechanical>> Group<M> for Mechanical {
             nature: Nature::Mechanism,
             home: Home::Table,
             needs: Needs::Nothing,
-            term: "ε → ε + strain_per_cycle ∫|dξ|/2",
-            says: "Every cycle leaves a little permanent strain",
-            parameters: &[switch!(
-                0.0,
-                "strain_per_cycle",
-                "1",
-                (-0.02, 0.02),
-                (2e-5, 5e-4),
-                1.0,
-                ratcheting.strain_per_cycle,
-                "permanent strain per full cycle"
-            )],
+            term: "ε → ε + strain_per_cycle N_0 (1 − exp(−n/N_0)), n = ∫|dξ|/2, N_0 = settles_after_cycles; strain_per_cycle n where that is 0",
+            says: "Every cycle leaves a little permanent strain, for good or until the wire is broken in",
+            parameters: &[
+                switch!(
+                    0.0,
+                    "strain_per_cycle",
+                    "1",
+                    (-0.02, 0.02),
+                    (2e-5, 5e-4),
+                    1.0,
+                    ratcheting.strain_per_cycle,
+                    "permanent strain per full cycle; of a wire that settles, in its first one"
+                ),
+                held!(
+                    0.0,
+                    "settles_after_cycles",
+                    "1",
+                    (0.0, 1e6),
+                    (10.0, 50.0),
+                    1.0,
+                    ratcheting.settles_after_cycles,
+                    "full cycles after which a cycle's strain is 37 % of the first one's; 0 never settles. A search leaves it as it is"
+                ),
+            ],
         },
         Effect {
             id: "mechanical.frame_compliance",

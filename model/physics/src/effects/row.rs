@@ -157,6 +157,11 @@ pub enum Role<M> {
         /// Its value where the rig file gives none.
         default: f64,
     },
+    /// The same, but nothing of one recording tells it: a search leaves it where the rig file has it.
+    Held {
+        /// Its value where the rig file gives none.
+        default: f64,
+    },
 }
 
 /// Where a switch leaves its effect out.
@@ -240,4 +245,10 @@ macro_rules! shape {
         $crate::effects::row::parameter!($crate::effects::row::Role::Shape { default: $default }, $($rest)+)
     };
 }
-pub(crate) use {parameter, shape, switch};
+/// A shape that no search moves: see `parameter`.
+macro_rules! held {
+    ($default:expr, $($rest:tt)+) => {
+        $crate::effects::row::parameter!($crate::effects::row::Role::Held { default: $default }, $($rest)+)
+    };
+}
+pub(crate) use {held, parameter, shape, switch};

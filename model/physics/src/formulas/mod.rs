@@ -10,10 +10,12 @@
 //! - `mechanical`: compliance, stiffness, the pull of the load (eq. 3, 4, 51)
 //! - `kinetic`: the driving temperature and the logistic curve, both ways (eq. 12, 20)
 //! - `control`: the sliding surfaces (chapter 11)
+//! - `life`: cycles to failure, and how the first ones settle (chapter 4)
 
 mod control;
 mod electrical;
 mod kinetic;
+mod life;
 mod mechanical;
 mod thermal;
 mod wire;
@@ -24,6 +26,10 @@ pub use electrical::{
     resistivity_ohm_m, share_between_taps,
 };
 pub use kinetic::{SURELY_HOT_K, logistic, logit, stress_shift_k};
+pub use life::{
+    BREAK_IN_CYCLES, CycleUse, LASTING_CYCLES, LASTING_STRAIN, LASTING_STRESS_PA, Life, cycles_to_failure, overheated,
+    settled, stress_for_life_pa,
+};
 pub use mechanical::{STANDARD_GRAVITY_M_S2, compliance, load_pull_n};
 pub(crate) use thermal::CONVECTION_EXPONENT;
 pub use thermal::{WORKING_EXCESS_K, convection_growth, cooling_time_s, relaxed};

@@ -43,7 +43,7 @@ fn describe(out: &mut String, effect: &'static Effect) {
         let null = null(p);
         let default = match (effect.home, p.role) {
             (Home::Table, Role::Shape { .. }) if effect.id == DRAUGHT => "**required** where it acts".to_string(),
-            (Home::Table, Role::Shape { default }) => Plain(default).to_string(),
+            (Home::Table, Role::Shape { default } | Role::Held { default }) => Plain(default).to_string(),
             (Home::Table, Role::Switch { .. }) => null.clone(),
             (Home::Material, _) => p.get(&Rig::hexapod().channels[0].model).to_string(),
         };

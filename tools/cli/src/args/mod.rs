@@ -6,6 +6,7 @@ mod bridge;
 mod conceal;
 mod design;
 mod exchange;
+mod life;
 mod look;
 mod recording;
 mod test;
@@ -22,6 +23,7 @@ pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
 pub use conceal::{Conceal, Reveal};
 pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
+pub use life::Life;
 pub use look::{Plot, PlotKind, Scope};
 pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};
 pub use test::*;
@@ -105,6 +107,8 @@ pub enum Command {
     Record(Record),
     /// Look into a recording, check it, mend it.
     Recording(Recording),
+    /// What each wire has done, what that used of its life, and what is left of it.
+    Life(Life),
     /// Let a recording's inputs drive the model, and write what the sensors would have measured.
     Simulate(Simulate),
     /// Fit the model's parameters to recordings, with their intervals.

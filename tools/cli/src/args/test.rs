@@ -43,6 +43,8 @@ pub enum TestRoutine {
     PositionTracking(PositionTracking),
     /// A law lets a hanging mass follow ever faster sines: closed-loop bandwidth.
     TrackingSweep(TrackingSweep),
+    /// Heat and cool under one load until strain and temperatures settle: how many cycles a new wire takes.
+    BreakIn(BreakIn),
     /// Play a file: what heats the wire and where its end is, such as the next.csv that a diagnosis proposes.
     Programme(Programme),
     /// All that a new wire needs, the fit to it, and how well that foretells routines it was not fitted to.
@@ -194,6 +196,40 @@ pub struct ConstantStrainSweep {
     /// The strain that is held.
     #[arg(long, value_name = "%", value_parser = strain)]
     pub strain: Option<Values>,
+}
+
+/// `sinew test break-in`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew test break-in rig.toml                                   until it has settled, 150 cycles at most
+  sinew test break-in rig.toml --load 1.5N --cycles 60 --strain-within 0.01% --kelvin-within 0.5 --out broken-in
+  sinew test break-in rig.toml --truth new-wire.toml             a simulated wire that settles (docs/life.md)
+
+Ends when three cycles in a row are like the one before each, in the strain of the cold and of the hot wire and in the heat at which half
+of the way is done, both ways.")]
+pub struct BreakIn {
+    /// Rig and output.
+    #[command(flatten)]
+    pub mounted: Mounted,
+    /// The load that is held.
+    #[arg(long, value_name = "N", value_parser = load)]
+    pub load: Option<Values>,
+    /// Between which powers the heater goes: power=0-1.3W.
+    #[arg(long, value_name = "power=LOW-HIGH", value_parser = heating)]
+    pub heating: Option<Heating>,
+    /// Cycles a second; without it, so few that all of the wire follows.
+    #[arg(long, value_name = "Hz", value_parser = frequencies)]
+    pub frequency: Option<Values>,
+    /// Cycles at the most.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(4..=1000))]
+    pub cycles: Option<u16>,
+    /// Strains that differ by no more are the same; without it, 0.005 %.
+    #[arg(long, value_name = "%", value_parser = strain)]
+    pub strain_within: Option<Values>,
+    /// Temperatures that differ by no more are the same, K; without it, 0.1.
+    #[arg(long, value_name = "K", value_parser = positive)]
+    pub kelvin_within: Option<f64>,
 }
 
 /// What the open-loop sweeps share.

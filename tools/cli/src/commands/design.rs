@@ -94,8 +94,8 @@ fn requirement(args: &args::Design) -> Result<Requirement, Failure> {
         args::Method::Energy => Method::Energy,
         args::Method::Stroke => Method::Stroke,
     });
-    let args::Design { cycle_s, span_m, wires, ambient_c, .. } = *args;
-    Ok(Requirement { motion, method, cycle_s, span_m, route, wires, source, ambient_c })
+    let args::Design { cycle_s, span_m, wires, ambient_c, life_cycles, .. } = *args;
+    Ok(Requirement { motion, method, cycle_s, span_m, route, wires, source, ambient_c, life_cycles })
 }
 
 /// That no wire does it, why the one that comes nearest does not, and what can be asked for instead.
@@ -156,6 +156,7 @@ fn instead(nearest: &Nearest) -> String {
         Change::Current(a) => format!("--current {}A", text::digits(a)),
         Change::MostCurrent(a) => format!("--most-current {}A", text::digits(a)),
         Change::InSeries(count) => format!("--in-series {count}"),
+        Change::Life(cycles) => format!("--life {}", text::digits(cycles)),
         Change::Ambient(celsius) => format!("--ambient {celsius}"),
         Change::Joint(Joint::Pulley) => "--joint pulley".into(),
         Change::Joint(Joint::Lever) => "--joint lever".into(),

@@ -18,6 +18,7 @@ mod fitting;
 mod herald;
 pub mod identify;
 pub mod import;
+pub mod life;
 pub mod live;
 pub mod monitor;
 mod mounted;

@@ -19,6 +19,7 @@ use sinew_realtime::Wish;
 use sinew_rig::{BackendKind, Doubt, Pace, Rig};
 use sinew_threads::{Comes, Thread};
 
+use super::life::{self, Taps};
 use super::live::{self, Live};
 use super::monitor::{ENDING, has_screen, lines};
 use super::{herald, load_rig_with, program};
@@ -58,7 +59,10 @@ pub fn run(args: &args::Run) -> Outcome {
     // Nor does a file that may not grow any further (`ulimit -f`) end it: that is the black box's to find out.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
-    let (black_box, tap) = black_box(&rig, simulated).unzip();
+    let (black_box, seconds) = black_box(&rig, simulated).unzip();
+    let (accounts, lives) = life::keep(&rig, simulated).unzip();
+    let taps: Vec<Box<dyn Tap>> = seconds.into_iter().chain(lives).collect();
+    let tap = (!taps.is_empty()).then(|| Box::new(Taps(taps)) as Box<dyn Tap>);
     log::never_wait()?;
     let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
     stop_when_asked(asked, driver.stopper(), wish_of(&rig))?;
@@ -78,7 +82,8 @@ pub fn run(args: &args::Run) -> Outcome {
         let written = black_box.finish();
         (report.black_boxes, report.black_box_error) = (written.files, written.failure);
     }
-    output::note(summary(&report).trim_end());
+    let lives = accounts.map_or_else(String::new, |accounts| life::summary(&accounts.finish()));
+    output::note((summary(&report) + &lives).trim_end());
     if let Some(line) = line {
         output::note(format_args!(
             "  line      {} frames sent, {} answered in time, {} late, {} damaged, {} not taken; {} connections, {} trips",

@@ -64,6 +64,15 @@ pub fn test(args: &args::Test) -> Outcome {
             cycles(options, args.cycles);
             frequencies(options, args.frequencies.as_ref());
         }),
+        TestRoutine::BreakIn(args) => routine(RoutineKind::BreakIn, &args.mounted, &|options, _| {
+            heating(options, args.heating.as_ref());
+            cycles(options, args.cycles);
+            frequencies(options, args.frequency.as_ref());
+            set(&mut options.loads_n, args.load.as_ref());
+            let typed = args.strain_within.as_ref().and_then(|within| within.values.first());
+            options.tolerance.strain = typed.copied().unwrap_or(options.tolerance.strain);
+            options.tolerance.kelvin = args.kelvin_within.unwrap_or(options.tolerance.kelvin);
+        }),
         TestRoutine::Programme(args) => {
             let programme = Arc::new(read_programme(&args.programme)?);
             routine(RoutineKind::Programme, &args.mounted, &|options, _| {
@@ -89,13 +98,12 @@ fn list(json: bool) -> Outcome {
         about: &'static str,
     }
     let all = RoutineKind::OF_THESIS.map(|kind| (kind.word(), kind.about()));
-    let kind = RoutineKind::Programme;
-    let programme = (kind.word(), kind.about());
+    let others = [RoutineKind::BreakIn, RoutineKind::Programme].map(|kind| (kind.word(), kind.about()));
     let last = (
         "characterise",
         "all that a new wire needs, the fit to it, and how well that foretells what it was not fitted to",
     );
-    let entries = all.into_iter().chain([programme, last]).map(|(name, about)| Entry { name, about });
+    let entries = all.into_iter().chain(others).chain([last]).map(|(name, about)| Entry { name, about });
     if json {
         return output::print_json(&entries.collect::<Vec<_>>());
     }
@@ -246,7 +254,12 @@ fn check(kind: RoutineKind, options: &Options, bench: &Bench) -> Outcome {
                 "write --heating power=4W: the power at duty 1".into(),
             );
         }
-    } else if matches!(kind, RoutineKind::ConstantForceSweep | RoutineKind::ConstantStrainSweep)
+    } else if kind == RoutineKind::BreakIn && options.quantity != Quantity::Power {
+        return refuse(
+            "--heating: a break-in sets a power, by which temperatures are reckoned".into(),
+            "write --heating power=0-1.3W".into(),
+        );
+    } else if matches!(kind, RoutineKind::ConstantForceSweep | RoutineKind::ConstantStrainSweep | RoutineKind::BreakIn)
         && options.heating.len() > 2
     {
         return refuse("--heating: a sweep has two ends".into(), "write --heating power=0-1.3W".into());

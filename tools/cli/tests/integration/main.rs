@@ -4,6 +4,7 @@ mod around;
 mod bench_control;
 mod design;
 mod exchange;
+mod life;
 mod plot;
 mod run;
 mod simulate;

@@ -35,6 +35,7 @@ impl Scratch {
             .args(args)
             .current_dir(self.folder.path())
             .env("SINEW_RUNTIME_DIR", self.runtime())
+            .env("SINEW_STATE_DIR", self.path("state"))
             .env("NO_COLOR", "1")
             .output()
             .expect("the program runs");

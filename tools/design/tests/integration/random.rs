@@ -65,6 +65,7 @@ pub fn demand(random: &mut Xoshiro256PlusPlus) -> Requirement {
         wires: one_of(random, &[None, None, None, Some(count)]),
         source,
         ambient_c: random.random_range(5.0..40.0),
+        life_cycles: None,
     }
 }
 

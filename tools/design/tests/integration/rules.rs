@@ -142,7 +142,7 @@ fn the_nearest_demand_works() {
         _ => None,
     });
     // two wires of 0.2 mm pull 2 × 70 MPa · A
-    let most_n = 2.0 * WireRules { diameter_m: 0.2e-3, length_m: 0.15 }.useful_force_n();
+    let most_n = 2.0 * WireRules::of(0.2e-3, 0.15).useful_force_n();
     assert!(force.is_some_and(|force_n| force_n <= most_n && force_n > 0.9 * most_n), "{force:?} of {most_n}");
     let wires = found.iter().find_map(|near| match near.change {
         Change::Wires(wires) => Some(wires),

@@ -5,6 +5,7 @@ mod line;
 pub mod loops;
 pub mod played;
 mod run;
+pub mod settled;
 pub mod steps;
 pub mod sweep;
 
@@ -21,5 +22,6 @@ pub fn findings(run: &Run<'_>) -> Vec<Finding> {
         RoutineKind::PositionRegulation => steps::findings(run),
         RoutineKind::PositionTracking | RoutineKind::TrackingSweep => sweep::closed_loop(run),
         RoutineKind::Programme => played::findings(run),
+        RoutineKind::BreakIn => settled::findings(run),
     }
 }

@@ -261,3 +261,52 @@ fn a_programme_is_played_as_it_stands() {
     let chi = foretold.expect("inputs").chi;
     assert!((0.9..1.15).contains(&chi), "{chi}");
 }
+
+/// A new wire settles as its effects say: the routine ends when they are smaller than the tolerance, and says by how much it moved.
+#[test]
+fn a_new_wire_is_cycled_until_it_has_settled() {
+    let rig = rig();
+    let (model, n_0, first_k, first) = (&rig.channels[0].model, 6.0, -1.0, 4e-4);
+    let mut o = options(&rig, RoutineKind::BreakIn);
+    o.cycles = 60;
+    let judge = |truth: &WireModel| {
+        let (ran, routine) = run_until(&rig, truth, RoutineKind::BreakIn, &o, f64::INFINITY);
+        assert_eq!(ran.ending, Ending::Complete);
+        let (stages, rows) = (routine.stages(), &ran.rows[..]);
+        let run = analysis::Run { kind: RoutineKind::BreakIn, options: &o, stages, rows, model, spec: &rig.machine };
+        analysis::findings(&run)
+    };
+    let value = |all: &[Finding], key: &str| find(all, key, 0).value;
+
+    let old = judge(model);
+    assert!(value(&old, "cycles_to_settle").unwrap() <= 3.0 && value(&old, "cycles").unwrap() <= 6.0, "{old:?}");
+
+    let mut new = model.clone();
+    new.effects.kinetic.training_drift =
+        sinew_physics::effects::TrainingDrift { kelvin_per_cycle: first_k, settles_after_cycles: n_0 };
+    new.effects.mechanical.ratcheting =
+        sinew_physics::effects::Ratcheting { strain_per_cycle: first, settles_after_cycles: n_0 };
+    let all = judge(&new);
+    // what a cycle moves is smaller than both tolerances from here on
+    let smaller = |size: f64, within: f64| n_0 * (size / within).ln();
+    let expected = smaller(first, o.tolerance.strain).max(smaller(-first_k, o.tolerance.kelvin));
+    let took = value(&all, "cycles_to_settle").expect("it settles");
+    assert!((took - expected).abs() < 4.0, "{took} cycles where {expected} are right");
+    assert!(value(&all, "cycles").unwrap() < 30.0);
+    // the first cycle has moved it already when half of its way is done
+    let moved = |size: f64| size * n_0 * ((-0.3 / n_0).exp() - (-(took + 2.0) / n_0).exp());
+    let cold = value(&all, "cold_moved_percent").unwrap();
+    assert!((cold / (100.0 * moved(first)) - 1.0).abs() < 0.2, "{cold} %");
+    let heating_k = value(&all, "heating_moved_k").unwrap();
+    assert!((heating_k / moved(first_k) - 1.0).abs() < 0.3, "{heating_k} K");
+
+    // one that never settles is cycled to the end, and that is said
+    new.effects.kinetic.training_drift.settles_after_cycles = 0.0;
+    o.cycles = 12;
+    let (ran, routine) = run_until(&rig, &new, RoutineKind::BreakIn, &o, f64::INFINITY);
+    let (stages, rows) = (routine.stages(), &ran.rows[..]);
+    let run = analysis::Run { kind: RoutineKind::BreakIn, options: &o, stages, rows, model, spec: &rig.machine };
+    let all = analysis::findings(&run);
+    assert_eq!((value(&all, "cycles_to_settle"), value(&all, "cycles")), (None, Some(12.0)));
+    assert!(find(&all, "cycles_to_settle", 0).how.contains("after 12 cycles"));
+}

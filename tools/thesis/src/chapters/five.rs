@@ -36,7 +36,7 @@ pub(crate) fn rows() -> Vec<Row> {
         )
         .code("tools/design/src/mechanism.rs", "pub fn worth")
         .agrees(|_, found| {
-            let room = WireRules { diameter_m: 0.125e-3, length_m: 0.1 };
+            let room = WireRules::of(0.125e-3, 0.1);
             let of = |mechanism: Mechanism| mechanism.worth(&room);
             let [straight, parallel, rod, _, _, pulleys, tube, coil, _] = Mechanism::ALL.map(of);
             found.above(

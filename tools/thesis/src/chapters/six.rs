@@ -587,7 +587,7 @@ fn to_the_air() -> Vec<Row> {
                         lambda(&natural(), 0.0924e-3),
                     );
                     found.near("3/λ of 0.125 mm by eq. 35, over eq. 6", "1", 6.0, 0.1, {
-                        3.0 / by_35(0.125) / WireRules { diameter_m: 0.125e-3, length_m: 0.16 }.cooling_time_s()
+                        3.0 / by_35(0.125) / WireRules::of(0.125e-3, 0.16).cooling_time_s()
                     });
                     Ok(())
                 },
@@ -595,7 +595,7 @@ fn to_the_air() -> Vec<Row> {
         figure(69, "force against bandwidth", "A thicker wire pulls more and moves more slowly.")
             .code("tools/design/src/rules.rs", "pub fn cooling_time_s")
             .agrees(|_, found| {
-                let rules = |d_mm: f64| WireRules { diameter_m: d_mm * 1e-3, length_m: 0.16 };
+                let rules = |d_mm: f64| WireRules::of(d_mm * 1e-3, 0.16);
                 let diameters: Vec<f64> = (5..=100).map(|i| 0.005 * f64::from(i)).collect();
                 let force: Vec<f64> = diameters.iter().map(|d| rules(*d).max_force_n()).collect();
                 let bandwidth: Vec<f64> = diameters.iter().map(|d| 1.0 / rules(*d).cooling_time_s()).collect();

@@ -18,7 +18,7 @@ fn the_catalogue_is_that_of_the_contract() {
             row.parameters.iter().filter(|p| p.is_switch()).map(|p| (p.key, p.null(&model).unwrap())).collect();
         assert_eq!(found, *switches, "{id}");
         let found: Vec<_> =
-            row.parameters.iter().filter(|p| matches!(p.role, Role::Shape { .. })).map(|p| p.key).collect();
+            row.parameters.iter().filter(|p| !matches!(p.role, Role::Switch { .. })).map(|p| p.key).collect();
         assert_eq!(found, *shapes, "{id}");
     }
     let empirical: Vec<_> = catalogue().filter(|e| e.nature == Nature::Empirical).map(|e| e.id).collect();

@@ -60,10 +60,10 @@ pub const CONTRACT: &[Row] = &[
     ("kinetic.unequal_slopes", &[("cooling_extra_k_per_mpa", 0.0)], &[]),
     ("kinetic.distributed", &[("spread_k", 0.0)], &[]),
     ("kinetic.lag", &[("seconds", 0.0)], &[]),
-    ("kinetic.training_drift", &[("kelvin_per_cycle", 0.0)], &[]),
+    ("kinetic.training_drift", &[("kelvin_per_cycle", 0.0)], &["settles_after_cycles"]),
     ("mechanical.friction", &[("coulomb_n", 0.0)], &[]),
     ("mechanical.capstan", &[("mu_theta", 0.0)], &[]),
-    ("mechanical.ratcheting", &[("strain_per_cycle", 0.0)], &[]),
+    ("mechanical.ratcheting", &[("strain_per_cycle", 0.0)], &["settles_after_cycles"]),
     ("mechanical.frame_compliance", &[("compliance_m_per_n", 0.0)], &[]),
     ("mechanical.stress_dependent_strain", &[("stress_scale_mpa", 0.0)], &[]),
     ("mechanical.two_way", &[("strain", 0.0)], &[]),
@@ -100,7 +100,7 @@ pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
         ("kinetic.unequal_slopes", vec![("cooling_extra_k_per_mpa", -0.04)]),
         ("kinetic.distributed", vec![("spread_k", 5.0)]),
         ("kinetic.lag", vec![("seconds", 0.2)]),
-        ("kinetic.training_drift", vec![("kelvin_per_cycle", 0.8)]),
+        ("kinetic.training_drift", vec![("kelvin_per_cycle", 0.8), ("settles_after_cycles", 3.0)]),
         ("mechanical.friction", vec![("coulomb_n", 0.15)]),
         ("mechanical.capstan", vec![("mu_theta", 0.1)]),
         ("mechanical.ratcheting", vec![("strain_per_cycle", 3e-4)]),
@@ -129,6 +129,11 @@ pub fn settings() -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
 /// Step of the integration, s, and after how many of them a row is kept.
 const STEP_S: f64 = 4e-5;
 const KEPT: usize = 1250;
+
+/// What cycles of a rate each come to that dies away over so many of them; 0 = it does not.
+fn settling(rate: f64, over: f64, cycles: f64) -> f64 {
+    if over == 0.0 { rate * cycles } else { rate * over * (1.0 - (-cycles / over).exp()) }
+}
 
 /// The state of the explicit integration.
 struct Explicit {
@@ -188,12 +193,14 @@ struct Numbers {
     extra_k_per_mpa: f64,
     lag_s: f64,
     drift_k: f64,
+    drift_settles: f64,
     scale_mpa: f64,
     two_way: f64,
     elastic_work: f64,
     austenite_extra_per_k: f64,
     martensite_extra_per_k: f64,
     ratchet: f64,
+    ratchet_settles: f64,
     frame_m_per_n: f64,
     austenite_per_gpa: f64,
     martensite_per_gpa: f64,
@@ -222,12 +229,14 @@ impl Numbers {
             extra_k_per_mpa: get("kinetic.unequal_slopes", "cooling_extra_k_per_mpa"),
             lag_s: get("kinetic.lag", "seconds"),
             drift_k: get("kinetic.training_drift", "kelvin_per_cycle"),
+            drift_settles: get("kinetic.training_drift", "settles_after_cycles"),
             scale_mpa: get("mechanical.stress_dependent_strain", "stress_scale_mpa"),
             two_way: get("mechanical.two_way", "strain"),
             elastic_work: get("thermal.elastic_work", "share"),
             austenite_extra_per_k: get("mechanical.phase_expansion", "austenite_extra_per_k"),
             martensite_extra_per_k: get("mechanical.phase_expansion", "martensite_extra_per_k"),
             ratchet: get("mechanical.ratcheting", "strain_per_cycle"),
+            ratchet_settles: get("mechanical.ratcheting", "settles_after_cycles"),
             frame_m_per_n: get("mechanical.frame_compliance", "compliance_m_per_n"),
             austenite_per_gpa: get("electrical.resistivity_stress", "austenite_per_gpa"),
             martensite_per_gpa: get("electrical.resistivity_stress", "martensite_per_gpa"),
@@ -322,7 +331,7 @@ impl<'a> Equations<'a> {
         s.strain = compliance * (stress + m.thermoelastic_pa_per_k * warm)
             + (self.oriented(stress) + two_way) * xi
             + ((1.0 - xi) * self.numbers.austenite_extra_per_k + xi * self.numbers.martensite_extra_per_k) * warm
-            + self.numbers.ratchet * 0.5 * s.travel;
+            + settling(self.numbers.ratchet, self.numbers.ratchet_settles, 0.5 * s.travel);
         let austenite = (m.austenite_resistivity_ohm_m + m.austenite_resistivity_slope_ohm_m_per_k * warm)
             * (1.0 + self.numbers.austenite_per_gpa * 1e-9 * stress);
         let martensite = (m.martensite_resistivity_ohm_m + m.martensite_resistivity_slope_ohm_m_per_k * warm)
@@ -383,7 +392,7 @@ impl<'a> Equations<'a> {
 
     /// ξ at a temperature at the end of the step that begins in `s`; the grains go along.
     fn phase(&self, s: &Explicit, temperature: f64, stress: f64, grains: &mut [f64]) -> f64 {
-        let shift = self.numbers.drift_k * 0.5 * s.travel;
+        let shift = settling(self.numbers.drift_k, self.numbers.drift_settles, 0.5 * s.travel);
         let lag = self.numbers.lag_s;
         for (i, offset) in self.offsets.iter().enumerate() {
             let theta = temperature - self.model.material.stress_shift_k_per_pa * stress - shift;

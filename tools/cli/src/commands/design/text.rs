@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use sinew_control::Limits;
 use sinew_design::{
-    Design, HeldBack, Joint, Lack, Mechanism, Motion, Requirement, Route, Shortfall, Simulated, TUBE_BORE, TUBE_OUTER,
-    WireRules,
+    Allowed, Design, HeldBack, Joint, Lack, Mechanism, Motion, Requirement, Route, Shortfall, Simulated, TUBE_BORE,
+    TUBE_OUTER, WireRules,
 };
+use sinew_physics::formulas::{CycleUse, cycles_to_failure};
 
 /// Tension over what a wire bears that is said.
 const WORTH_SAYING: f64 = 0.05;
@@ -22,6 +23,11 @@ pub(super) fn digits(value: f64) -> String {
 fn number(value: f64) -> String {
     let places = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 3) as usize;
     format!("{value:.places$}")
+}
+
+/// A number of cycles.
+fn count(cycles: f64) -> String {
+    if cycles < 1e6 { format!("{cycles:.0}") } else { format!("{cycles:.1e}") }
 }
 
 /// One line a diameter.
@@ -95,16 +101,22 @@ pub(super) fn shortfall(requirement: &Requirement, design: &Design, why: &Shortf
     let linear = matches!(requirement.motion, Motion::Linear { .. });
     match why {
         Shortfall::Lack(Lack::Pull(has)) if linear => {
-            format!("they pull {} N beyond what stretches them again, at the 170 MPa that a wire bears", digits(*has))
+            format!(
+                "they pull {} N beyond what stretches them again, at the {} that a wire bears",
+                digits(*has),
+                bears(design)
+            )
         }
         Shortfall::Lack(Lack::Pull(has)) => {
             format!(
-                "they turn {} mNm beyond what stretches them again, at the 170 MPa that a wire bears",
-                digits(has * 1e3)
+                "they turn {} mNm beyond what stretches them again, at the {} that a wire bears",
+                digits(has * 1e3),
+                bears(design)
             )
         }
         Shortfall::Lack(Lack::Strain(has_m)) => format!(
-            "a wire contracts by 4 %, which is {} mm of the room there is, and --method stroke allows no lever",
+            "a wire contracts by {} %, which is {} mm of the room there is, and --method stroke allows no lever",
+            digits(100.0 * design.sizing.wire.allowed.strain),
             digits(has_m * 1e3)
         ),
         Shortfall::Lack(Lack::Radius(radius_m)) => format!(
@@ -152,6 +164,11 @@ pub(super) fn shortfall(requirement: &Requirement, design: &Design, why: &Shortf
         Shortfall::TooShort(_) => "its whole stroke leaves no end beyond the one asked for".into(),
         Shortfall::Refused(words) => format!("the driver does not take it: {words}"),
     }
+}
+
+/// The stress a wire bears for as long as it is to last.
+fn bears(design: &Design) -> String {
+    format!("{} MPa", digits(design.sizing.wire.allowed.stress_pa / 1e6))
 }
 
 /// What to build.
@@ -257,6 +274,19 @@ fn build(requirement: &Requirement, design: &Design) -> String {
 /// What to build, and what it will do by the rules, as predicted, and as simulated.
 pub(super) fn answer(requirement: &Requirement, design: &Design, simulated: &Simulated, reach: Limits) -> String {
     let mut text = build(requirement, design);
+    if let Some(cycles) = requirement.life_cycles {
+        let Allowed { stress_pa, strain } = design.sizing.wire.allowed;
+        let life = cycles_to_failure(&CycleUse { peak_stress_pa: stress_pa, strain, ..CycleUse::TABLE });
+        let _ = writeln!(
+            text,
+            "  for a life of {} cycles: at most {} and {} % of strain (docs/life.md: most such wires\n  last {:.1e} to {:.1e} of them)",
+            count(cycles),
+            bears(design),
+            digits(100.0 * strain),
+            life.least,
+            life.most
+        );
+    }
     let Some(said) = &design.prediction else { return text };
     let (s, cycle) = (&design.sizing, simulated.cycle.as_ref());
     let wires = f64::from(s.wires);
@@ -294,8 +324,9 @@ pub(super) fn answer(requirement: &Requirement, design: &Design, simulated: &Sim
     if over > WORTH_SAYING {
         let _ = writeln!(
             text,
-            "\nmoving, it bears {:.0} % more than eq. 2's 170 MPa: take more wires for its life",
-            100.0 * over
+            "\nmoving, it bears {:.0} % more than {}: take more wires for its life",
+            100.0 * over,
+            if requirement.life_cycles.is_some() { bears(design) } else { "eq. 2's 170 MPa".into() }
         );
     }
     let lambda = |limit: Option<f64>| limit.map_or_else(|| "none".into(), digits);
