@@ -190,6 +190,16 @@ fn table(reports: &[Report]) -> String {
     text
 }
 
+/// What has been used of the lives of a rig's wires, as a line of the monitor has it; `None` where this user has no account that can be read.
+pub fn used(rig: &str, simulated: bool, channels: impl Iterator<Item = String>) -> Vec<Option<String>> {
+    let store = store().ok();
+    let of = |channel: String| {
+        let used = store.as_ref()?.read(rig, &channel, simulated).ok()??.report().used;
+        Some(format!("{} ({} to {})", percent(used.middle), percent(used.least), percent(used.most)))
+    };
+    channels.map(of).collect()
+}
+
 /// The accounts of a rig's wires, and the tap that keeps them. A driver without is better than none: what is wrong is a warning.
 pub fn keep(rig: &Rig, simulated: bool) -> Option<(Accounts, Box<dyn Tap>)> {
     let warn = |failure: Failure| output::note(format_args!("warning: no account of the wires' lives: {failure}"));

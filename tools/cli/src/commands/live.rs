@@ -1,6 +1,6 @@
 //! Connection of the commands to a running driver: selecting it, its state, its answers.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use sinew_driver::report::Quantiles;
 use sinew_ipc::{
@@ -8,7 +8,7 @@ use sinew_ipc::{
 };
 use sinew_sensing::Health;
 
-use super::list;
+use super::{life, list};
 use crate::args::Target;
 use crate::failure::Failure;
 use crate::screen::view::{Row, Timing, View};
@@ -115,15 +115,20 @@ pub struct Live {
     /// Cycle and time of an earlier look, ns: for the rate.
     earlier: Option<(u64, u64)>,
     rate_hz: f64,
+    /// What is used of each wire's life, and when that was read.
+    lives: Vec<Option<String>>,
+    lives_read: Option<Instant>,
 }
 
+/// Accounts of wires are written each minute: looked at so often.
+const LIVES_EVERY: Duration = Duration::from_secs(20);
 /// The rate is taken over at least this long, ns.
 const RATE_SPAN_NS: u64 = 1_000_000_000;
 
 impl Live {
     /// Over a connection.
     pub fn new(client: Client) -> Live {
-        Live { client, earlier: None, rate_hz: f64::NAN }
+        Live { client, earlier: None, rate_hz: f64::NAN, lives: Vec::new(), lives_read: None }
     }
 
     /// The connection.
@@ -144,7 +149,17 @@ impl Live {
             None if snapshot.cycle > 0 => self.earlier = Some((snapshot.cycle, snapshot.monotonic_ns)),
             _ => {}
         }
-        view(&self.client, &snapshot, &stats, self.rate_hz)
+        if self.lives_read.is_none_or(|read| read.elapsed() >= LIVES_EVERY) {
+            let info = self.client.info();
+            let names = self.client.channels().iter().map(|info| info.name.to_string());
+            self.lives = life::used(&info.rig.to_string(), info.simulated != 0, names);
+            self.lives_read = Some(Instant::now());
+        }
+        let mut view = view(&self.client, &snapshot, &stats, self.rate_hz);
+        for (row, life) in view.channels.iter_mut().zip(&self.lives) {
+            row.life.clone_from(life);
+        }
+        view
     }
 
     /// Commands a channel for so long; says what was taken, or why not and what to do.
@@ -202,6 +217,7 @@ fn view(client: &Client, snapshot: &Snapshot, stats: &LoopStats, rate_hz: f64) -
             .and_then(Health::from_code)
             .filter(|health| !health.is_ok())
             .map(Health::describe),
+        life: None,
     });
     View {
         rig: info.rig.to_string(),

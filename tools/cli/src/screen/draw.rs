@@ -381,6 +381,9 @@ fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
     if let Some(owner) = row.owner() {
         lines.push(pair("claimed by", owner));
     }
+    if let Some(life) = &row.life {
+        lines.push(pair("life used", life.clone()));
+    }
     if let Some(fault) = row.fault {
         lines.push(Line::styled(format!("✖ {}: {}", words(fault.flag), fault.cause), palette.fault()));
         lines.push(Line::raw(fault.remedy));
@@ -592,6 +595,15 @@ mod tests {
         compare(&lines, "120x40.txt");
         let text = lines.join("\n");
         assert!(text.contains("estimated") && text.contains("100 %"));
+    }
+
+    #[test]
+    fn a_wire_with_an_account_shows_what_is_used_of_its_life() {
+        let mut app = app();
+        let selected = app.selected;
+        app.view.as_mut().unwrap().channels[selected].life = Some("3.1 % (1.0 % to 9.9 %)".into());
+        let text = screen(&app, 160, 50).join("\n");
+        assert!(text.contains("life used") && text.contains("3.1 % (1.0 %"), "{text}");
     }
 
     #[test]

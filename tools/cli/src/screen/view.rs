@@ -41,6 +41,8 @@ pub struct Row {
     pub health: Option<&'static str>,
     /// The budget that holds the duty back, if one does.
     pub held_by: Option<&'static str>,
+    /// What has been used of its wire's life, where this user has its account.
+    pub life: Option<String>,
 }
 
 /// How the loop does, from its own histograms.
@@ -236,6 +238,7 @@ pub mod tests {
                 fault: faulty.then_some(&OPEN),
                 health: (index == 9).then_some("out of range"),
                 held_by: (index == 11).then_some("heat"),
+                life: None,
             }
         };
         View {

@@ -28,7 +28,7 @@ fn all_routines_are_listed_and_have_help() {
         let help = scratch.sinew(["test", name, "--help"]).done();
         assert!(help.contains("Examples:") && help.contains(&format!("sinew test {name}")), "{help}");
     }
-    assert_eq!(listed.as_array().map(Vec::len), Some(9));
+    assert_eq!(listed.as_array().map(Vec::len), Some(10));
 }
 
 #[test]
