@@ -15,7 +15,7 @@ use super::stroke::stroke_rad;
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C};
 use crate::estimate::{Estimate, Observation};
 use crate::wire_map::WireMap;
-use sinew_physics::{Drive, DriveKind, Effects, Error, Inputs, Joint, Load, Wire, WireModel};
+use sinew_physics::{Drive, DriveKind, Effects, Error, Inputs, Joint, Load, Material, Wire, WireModel};
 
 /// Rate at which the angle follows what is measured, 1/s; and that of slack wires, which the model knows nothing of.
 const ANGLE_RATE: f64 = 25.0;
@@ -119,6 +119,8 @@ impl JointObserver {
             let model = WireModel {
                 load: Load::ImposedPosition,
                 drive: Drive { kind: DriveKind::Power, ..model.drive },
+                // nor what it would have to remember to be corrected
+                material: Material { detwinning: None, ..model.material },
                 effects: Effects::default(),
                 ..model.clone()
             };

@@ -52,6 +52,7 @@ mod rest;
 mod signals;
 mod step;
 mod surroundings;
+mod twins;
 mod validate;
 mod warp;
 
@@ -67,5 +68,6 @@ pub use surroundings::{Surroundings, drawn_meanwhile_a};
 pub use warp::{Side, Warp};
 
 pub use params::{
-    Amplifier, Convection, Criterion, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material, Mixing, Taps,
+    Amplifier, Convection, Criterion, Detwinning, Drive, DriveKind, Geometry, Initial, Kinetics, Load, Material,
+    Mixing, Taps,
 };

@@ -48,6 +48,8 @@ pub struct Material {
     pub kinetics: Kinetics,
     /// When the phase moves along them.
     pub criterion: Criterion,
+    /// Where twinned martensite is a part of its own; `None` where all martensite is detwinned.
+    pub detwinning: Option<Detwinning>,
     /// How the moduli of the phases combine.
     pub mixing: Mixing,
     /// How the loss to the air depends on temperature.
@@ -78,6 +80,7 @@ impl Default for Material {
             martensite_resistivity_slope_ohm_m_per_k: 0.15e-8,
             kinetics: Kinetics::Logistic,
             criterion: Criterion::DrivingTemperature,
+            detwinning: None,
             mixing: Mixing::Series,
             convection: Convection::Constant,
         }
@@ -122,6 +125,16 @@ pub enum Criterion {
     Brinson,
     /// Elahinia and Ahmadian's, by the direction of ϑ, between start and finish (eq. 11).
     ElahiniaAhmadian,
+}
+
+/// The stresses between which twinned martensite becomes detwinned, along a cosine (Brinson 1993, whose NiTi has 100 and 170 MPa). Only
+/// what is detwinned has the strain ε_L; what stress has detwinned stays so until it is austenite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detwinning {
+    /// Stress σ_s up to which twinned martensite stays as it is, in Pa.
+    pub start_pa: f64,
+    /// Stress σ_f from which on all of it is detwinned, in Pa.
+    pub finish_pa: f64,
 }
 
 /// How the moduli of the two phases combine.

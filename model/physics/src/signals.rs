@@ -54,7 +54,8 @@ pub struct EnergyBalance {
     pub sensible_j: f64,
     /// Latent heat taken up by forming austenite, m ΔH (ξ_start − ξ).
     pub latent_j: f64,
-    /// Mechanical work of transformation, −∫A_c L_0 σ ε_L dξ.
+    /// Mechanical work of transformation, −∫A_c L_0 σ ε_L dξ; of ξ_S where twinned martensite is a part of its own, so that what detwins
+    /// it is in there. The wire turns it into heat, without any that is latent.
     pub work_j: f64,
 }
 

@@ -5,6 +5,9 @@ use crate::error::Error;
 use crate::model::WireModel;
 use crate::params::{DriveKind, Kinetics, Load};
 
+/// Detwinning takes at least so much stress from its start to its finish, MPa: no wire gets longer at a stroke.
+const LEAST_DETWINNING_MPA: f64 = 1.0;
+
 impl WireModel {
     /// Checks every parameter against its physical range.
     ///
@@ -47,6 +50,11 @@ impl WireModel {
         if let Kinetics::Richards { heating_skew, cooling_skew } = m.kinetics {
             check("heating_skew", heating_skew, 0.05, 20.0)?;
             check("cooling_skew", cooling_skew, 0.05, 20.0)?;
+        }
+        if let Some(detwinning) = &m.detwinning {
+            let start = detwinning.start_pa * 1e-6;
+            check("detwinning_start_mpa", start, 0.0, 2000.0)?;
+            check("detwinning_finish_mpa", detwinning.finish_pa * 1e-6, start + LEAST_DETWINNING_MPA, 2000.0)?;
         }
         if m.martensite_temperature_c > m.austenite_temperature_c {
             return Err(Error::OutOfRange {

@@ -135,6 +135,10 @@ fn new_row(law: &'static Law) -> Effect {
 const ONE_PHASE_ONLY: [&str; 5] =
     ["kinetic.curves", "kinetic.unequal_slopes", "kinetic.distributed", "kinetic.lag", "thermal.end_conduction"];
 
+/// Effects that part the phase or let it lag, or orient martensite without memory: detwinning follows one phase, and is what orients it.
+const ALL_DETWINNED: [&str; 4] =
+    ["kinetic.distributed", "kinetic.lag", "mechanical.stress_dependent_strain", "thermal.end_conduction"];
+
 impl Effect {
     /// Whether the model leaves this effect out: all its switches are at their null.
     pub fn is_null(&self, model: &WireModel) -> bool {
@@ -149,10 +153,16 @@ impl Effect {
         }
     }
 
+    /// Whether the effect cannot be had beside the model's detwinning.
+    pub fn is_barred_by_detwinning(&self, model: &WireModel) -> bool {
+        model.material.detwinning.is_some() && ALL_DETWINNED.contains(&self.id)
+    }
+
     /// Whether the effect can show on such a rig at all.
     pub fn applies_to(&self, model: &WireModel) -> bool {
         let follows = model.material.criterion == Criterion::DrivingTemperature || !ONE_PHASE_ONLY.contains(&self.id);
         follows
+            && !self.is_barred_by_detwinning(model)
             && match self.needs {
                 Needs::Nothing => true,
                 Needs::Heating => model.drive.kind != DriveKind::Temperature,
@@ -171,9 +181,10 @@ impl Effect {
             return Ok(());
         }
         let rival = model.material.criterion != Criterion::DrivingTemperature && ONE_PHASE_ONLY.contains(&self.id);
+        let barred = rival || self.is_barred_by_detwinning(model);
         for parameter in self.parameters {
             let found = parameter.get(model);
-            if let Some(null) = parameter.null(model).filter(|null| rival && found != *null) {
+            if let Some(null) = parameter.null(model).filter(|null| barred && found != *null) {
                 return Err(Error::OutOfRange { key: path(self.id, parameter.key), found, low: null, high: null });
             }
             let slack = 8.0 * f64::EPSILON * found.abs();

@@ -10,9 +10,12 @@ use crate::kinetics::{Branch, Direction, Fraction, Point};
 use crate::model::WireModel;
 use crate::params::DriveKind;
 use crate::signals::Inputs;
+use crate::twins::Twins;
 
 /// More rounds than strain as a curve of stress needs: from no stress, one for each scale of the curve.
 const MOST_ROUNDS: u32 = 40;
+/// The same where martensite detwins: halving finds the stresses between which it does, however close they are, and Newton the rest.
+const MOST_ROUNDS_OF_TWINS: u32 = 100;
 /// Stress is found to this share of itself …
 const STRESS_TOLERANCE: f64 = 1e-10;
 /// … or to this, in Pa.
@@ -65,6 +68,8 @@ struct Elastic {
     thermoelastic: f64,
     /// Shape strain per ξ that does work.
     shape: f64,
+    /// Shape strain that detwinned martensite has gained in the piece, where that is a part of its own.
+    gained: f64,
 }
 
 /// What the load asks of the wire's end: its strain, or the tension on it.
@@ -86,6 +91,8 @@ struct Heating {
     /// Change of ξ in the piece.
     change: f64,
     fraction: Fraction,
+    /// Stress at the start of the piece, Pa.
+    from_stress: f64,
     /// Stress of the last trial, Pa.
     stress: f64,
 }
@@ -96,6 +103,8 @@ struct Solved {
     stress: f64,
     elastic: Elastic,
     half_work: f64,
+    /// Work of what detwins in the piece under the stress of its start, J.
+    early_work: f64,
     follow: f64,
 }
 
@@ -137,7 +146,8 @@ impl Balance {
         let (compliance, _) = self.reference.compliance(fraction);
         let shape = self.reference.transformation_strain;
         let thermoelastic = self.reference.thermoelastic;
-        let plain = Elastic { free: shape * fraction.martensite, compliance, soft: 0.0, thermoelastic, shape };
+        let plain =
+            Elastic { free: shape * fraction.martensite, compliance, soft: 0.0, thermoelastic, shape, gained: 0.0 };
         match terms {
             None => plain,
             Some(terms) => self.elastic_with(terms, fraction, at, plain),
@@ -149,10 +159,17 @@ impl Balance {
         let xi = fraction.martensite;
         elastic.thermoelastic +=
             mechanical.phase_expansion.extra_per_k(fraction.austenite, fraction.martensite) / elastic.compliance;
-        let (_, steeper) = mechanical.stress_dependent_strain.oriented(at);
-        elastic.soft = self.reference.transformation_strain * steeper * xi;
-        elastic.shape = mechanical.shape(self.reference.transformation_strain, at);
-        elastic.free = elastic.shape * xi - elastic.soft * at;
+        elastic.shape = terms.shape(self.reference.transformation_strain, at);
+        if let Some(twins) = &terms.twins {
+            let now = twins.at(fraction, at);
+            elastic.soft = self.reference.transformation_strain * now.slope;
+            elastic.gained = self.reference.transformation_strain * now.gained;
+            elastic.free = elastic.shape * xi + self.reference.transformation_strain * now.fraction - elastic.soft * at;
+        } else {
+            let (_, steeper) = mechanical.stress_dependent_strain.oriented(at);
+            elastic.soft = self.reference.transformation_strain * steeper * xi;
+            elastic.free = elastic.shape * xi - elastic.soft * at;
+        }
         let form = &terms.effects.empirical.mechanical;
         let (linear, square) = (form.get(Term::Stress) / STRESS_PA, form.get(Term::Stress2) / STRESS_PA / STRESS_PA);
         // the library's σ has a bound, beyond which its square no longer grows
@@ -252,6 +269,9 @@ impl Balance {
 
     /// The wire at rest at `temperature`, its phase clipped into the outer curves at the stress it then has.
     pub(crate) fn at_rest(&mut self, temperature: f64, asked: Fraction, inputs: &Inputs) -> State {
+        if let Some(terms) = &mut self.terms {
+            terms.twins = self.reference.detwinning.map(Twins::new);
+        }
         let mut state = self.equilibrium(temperature, asked, inputs);
         // cold ends, a cooling curve moved by stress and closed forms depend on the state they belong to
         for _ in 0..4 {
@@ -262,6 +282,9 @@ impl Balance {
             terms.settle(&self.reference, &state, asked, inputs.ambient_c);
             self.terms = Some(terms);
             state = self.equilibrium(temperature, asked, inputs);
+        }
+        if let Some(twins) = self.terms.as_mut().and_then(|terms| terms.twins.as_mut()) {
+            twins.arrive(&state.fraction, state.stress);
         }
         state
     }
@@ -283,16 +306,17 @@ impl Balance {
             taut.max(0.0)
         };
         let stress = |fraction: &Fraction| -> f64 {
-            let mut stress = 0.0;
-            for _ in 0..MOST_ROUNDS {
+            let (mut stress, mut bracket) = (0.0, Bracket::default());
+            for _ in 0..most_rounds(terms) {
                 let elastic = self.elastic(terms, fraction, stress);
                 let found = stress_of(
                     elastic.free + elastic.compliance * elastic.thermoelastic * warm,
                     elastic.compliance + elastic.soft,
                 );
                 let moved = (found - stress).abs();
-                stress = found;
-                if !terms.is_some_and(|terms| terms.bends) || is_same_stress(moved, found) {
+                let same = !terms.is_some_and(|terms| terms.bends) || is_same_stress(moved, found);
+                stress = if same { found } else { bracket.next(terms, stress, found) };
+                if same {
                     break;
                 }
             }
@@ -449,7 +473,7 @@ impl Balance {
         let shape_before = match terms {
             None => self.reference.transformation_strain,
             Some(terms) => {
-                terms.effects.mechanical.shape(self.reference.transformation_strain, from.stress)
+                terms.shape(self.reference.transformation_strain, from.stress)
                     + self.elastic_work(terms, &from.fraction, from.stress)
             }
         };
@@ -460,7 +484,8 @@ impl Balance {
             + self.reference.latent * change
             + work_before;
         let imposed = (self.reference.drive == DriveKind::Temperature).then_some(stage.temperature);
-        let heating = Heating { heat, capacity, imposed, change, fraction, stress: guess.stress };
+        let heating =
+            Heating { heat, capacity, imposed, change, fraction, from_stress: from.stress, stress: guess.stress };
         let stretch = stage.position_base * self.reference.per_length;
         let line = match self.reference.motion {
             Motion::Force if stage.inertia == 0.0 => {
@@ -477,7 +502,7 @@ impl Balance {
                 (line, solved)
             }
         };
-        let Solved { temperature, stress, elastic, half_work, follow } = solved;
+        let Solved { temperature, stress, elastic, half_work, early_work, follow } = solved;
         let (position, velocity) = match self.reference.motion {
             Motion::Dynamic { .. } => {
                 let moved = (line.push - line.give * stress) / line.inertia;
@@ -493,7 +518,10 @@ impl Balance {
         let mut state =
             State { theta, fraction, temperature, stress, position, velocity, resistance: guess.resistance };
         state.resistance = self.resistance(terms, &state);
-        let work = work_before + half_work * stress;
+        let mut work = work_before + half_work * stress;
+        if terms.is_some() {
+            work += early_work;
+        }
         let mut residual = temperature - self.reference.stress_shift * stress - theta;
         if let Some(terms) = terms {
             residual += terms.shift(change);
@@ -512,12 +540,19 @@ impl Balance {
     /// Heat and motion together: σ = (pull − follow θ T) / hold in the heat balance.
     #[inline(always)]
     fn solve(&self, terms: Option<&Terms>, line: &Line, heating: &Heating) -> Solved {
-        let mut at = heating.stress;
+        let (mut at, mut bracket) = (heating.stress, Bracket::default());
         let mut rounds = 0;
         loop {
             rounds += 1;
             let elastic = self.elastic(terms, &heating.fraction, at);
-            let half_work = 0.5 * self.reference.volume * elastic.shape * heating.change;
+            let mut half_work = 0.5 * self.reference.volume * elastic.shape * heating.change;
+            let (mut heat, mut early_work) = (heating.heat, 0.0);
+            if terms.is_some() {
+                let half_gained = 0.5 * self.reference.volume * elastic.gained;
+                early_work = half_gained * heating.from_stress;
+                heat += early_work;
+                half_work += half_gained;
+            }
             let (mut pull, mut follow, hold) = match line.force {
                 Some(force) => ((force / self.reference.area).max(0.0), 0.0, 1.0),
                 None => {
@@ -535,7 +570,7 @@ impl Balance {
             let temperature_at = |pull: f64, follow: f64| match heating.imposed {
                 Some(temperature) => temperature,
                 None => {
-                    (heating.heat * hold + half_work * pull)
+                    (heat * hold + half_work * pull)
                         / (heating.capacity * hold + half_work * follow * elastic.thermoelastic)
                 }
             };
@@ -547,10 +582,10 @@ impl Balance {
                 temperature = temperature_at(pull, follow);
             }
             let bends = terms.is_some_and(|terms| terms.bends);
-            if !bends || is_same_stress((stress - at).abs(), stress) || rounds == MOST_ROUNDS {
-                return Solved { temperature, stress, elastic, half_work, follow: follow / hold };
+            if !bends || is_same_stress((stress - at).abs(), stress) || rounds == most_rounds(terms) {
+                return Solved { temperature, stress, elastic, half_work, early_work, follow: follow / hold };
             }
-            at = stress;
+            at = bracket.next(terms, at, stress);
         }
     }
 
@@ -596,11 +631,17 @@ impl Balance {
         slope: f64,
     ) -> f64 {
         let state = &trial.state;
-        let heat_per_fraction = if self.reference.drive == DriveKind::Temperature {
+        let mut shape = self.reference.transformation_strain;
+        let mut softer = 0.0;
+        if let Some(twins) = terms.and_then(|terms| terms.twins.as_ref()) {
+            let now = twins.at(&state.fraction, state.stress);
+            softer = shape * now.slope;
+            shape *= now.per_fraction;
+        }
+        let mut heat_per_fraction = if self.reference.drive == DriveKind::Temperature {
             0.0
         } else {
-            let work =
-                0.5 * self.reference.volume * self.reference.transformation_strain * (from.stress + state.stress);
+            let work = 0.5 * self.reference.volume * shape * (from.stress + state.stress);
             (self.reference.latent + work)
                 / (self.reference.heat_capacity + stage.heat_tau * self.reference.skin.loss_w_per_k)
         };
@@ -608,13 +649,63 @@ impl Balance {
         let (compliance, compliance_slope) = self.reference.compliance(&state.fraction);
         let thermal = self.reference.thermoelastic * (state.temperature - self.reference.reference_c);
         let stress_per_fraction = -trial.follow
-            * ((self.reference.transformation_strain + compliance_slope * (state.stress + thermal)) / compliance
+            * ((shape + compliance_slope * (state.stress + thermal)) / compliance
                 + self.reference.thermoelastic * heat_per_fraction);
+        if terms.is_some() && self.reference.drive != DriveKind::Temperature {
+            // what stress detwins less, as it falls, is heat missing
+            heat_per_fraction +=
+                0.5 * self.reference.volume * softer * (from.stress + state.stress) * stress_per_fraction
+                    / (self.reference.heat_capacity + stage.heat_tau * self.reference.skin.loss_w_per_k);
+        }
         let mut gain = heat_per_fraction - self.reference.stress_shift * stress_per_fraction;
         if let Some(terms) = terms {
             gain += terms.shift_per_fraction();
         }
         (gain * slope - 1.0).min(LEAST_SLOPE)
+    }
+}
+
+/// How many rounds strain as a curve of stress may take.
+#[inline(always)]
+fn most_rounds(terms: Option<&Terms>) -> u32 {
+    if terms.is_some_and(|terms| terms.twins.is_some()) { MOST_ROUNDS_OF_TWINS } else { MOST_ROUNDS }
+}
+
+/// Keeps Newton's rounds for the stress together where strain is no longer convex in it. As far as detwinned martensite gives way that is
+/// an S, from one flat end of which Newton swings to the other: halve then. Strain grows with stress, so that where a round leads is the
+/// side on which the solution is.
+struct Bracket {
+    low: f64,
+    high: f64,
+}
+
+impl Default for Bracket {
+    fn default() -> Self {
+        Bracket { low: f64::NEG_INFINITY, high: f64::INFINITY }
+    }
+}
+
+impl Bracket {
+    /// Where the next round is taken, after one at `at` that led to `found`, in Pa.
+    #[inline(always)]
+    fn next(&mut self, terms: Option<&Terms>, at: f64, found: f64) -> f64 {
+        match terms.and_then(|terms| terms.twins.as_ref()) {
+            None => found,
+            Some(_) => self.within(at, found),
+        }
+    }
+
+    fn within(&mut self, at: f64, found: f64) -> f64 {
+        let width = self.high - self.low;
+        if found > at {
+            self.low = at
+        } else {
+            self.high = at
+        }
+        let now = self.high - self.low;
+        // one side that creeps up is no progress
+        let newton_may = now <= 0.5 * width && found > self.low && found < self.high;
+        if now.is_infinite() || newton_may { found } else { 0.5 * (self.low + self.high) }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::effects::thermal::Skin;
 use crate::formulas;
 use crate::kinetics::{Fraction, Hysteresis};
 use crate::model::WireModel;
-use crate::params::{Convection, Criterion, DriveKind, Load, Mixing, Taps};
+use crate::params::{Convection, Criterion, Detwinning, DriveKind, Load, Mixing, Taps};
 use crate::signals::Inputs;
 
 /// Longest step taken in one piece, in s. Longer ones are divided evenly.
@@ -34,6 +34,7 @@ pub(crate) enum Motion {
 pub(crate) struct Reference {
     pub(crate) hysteresis: Hysteresis,
     pub(crate) criterion: Criterion,
+    pub(crate) detwinning: Option<Detwinning>,
     pub(crate) motion: Motion,
     pub(crate) drive: DriveKind,
     pub(crate) mixing: Mixing,
@@ -102,6 +103,7 @@ impl Reference {
         Reference {
             hysteresis: effects.kinetic.curves(m),
             criterion: m.criterion,
+            detwinning: m.detwinning,
             motion: match model.load {
                 Load::SpringMassDamper { mass_kg, damping_n_s_per_m, spring_n_per_m, preload_n } => Motion::Dynamic {
                     mass: mass_kg,

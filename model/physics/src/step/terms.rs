@@ -17,6 +17,7 @@ use crate::kinetics::{Branch, Direction, Fraction, Hysteresis, Point};
 use crate::model::WireModel;
 use crate::params::DriveKind;
 use crate::signals::{Inputs, Outputs};
+use crate::twins::Twins;
 
 /// An unknown input to each equation, for whoever looks for what a model leaves out. All zero is none. It holds until
 /// it is set again.
@@ -70,6 +71,8 @@ pub(crate) struct Terms {
     equilibrium: Fraction,
     pub(crate) ends: Option<Ends>,
     memory: Option<Memory>,
+    /// What is twinned of the martensite.
+    pub(crate) twins: Option<Twins>,
     /// ξ as strain needs σ, in a curve.
     pub(crate) bends: bool,
     /// Some empirical form is on: otherwise its library is not evaluated.
@@ -146,9 +149,12 @@ impl Terms {
         // amplifiers act on signals, not on the wire: they cost no terms
         let sensing = model.effects.sensing.without_amplifiers();
         let effects = Effects { sensing, own: model.effects.own.acting(), ..model.effects.clone() };
-        (effects != Effects::default()).then(|| {
+        let twins = model.material.detwinning.map(Twins::new);
+        (effects != Effects::default() || twins.is_some()).then(|| {
             let mut terms = Terms::with_stroke(effects, stroke);
             terms.own = OwnTerms::of(model);
+            terms.bends |= twins.is_some();
+            terms.twins = twins;
             terms
         })
     }
@@ -179,6 +185,7 @@ impl Terms {
             equilibrium: none,
             ends: None,
             memory: None,
+            twins: None,
             bends,
             forms,
             own: None,
@@ -358,6 +365,9 @@ impl Terms {
             hear(&mut self.rates.phase, change);
             hear(&mut self.rates.warming, end.temperature - start.temperature);
         }
+        if let Some(twins) = &mut self.twins {
+            twins.arrive(&end.fraction, end.stress);
+        }
         self.time += h;
         if let Some(mut own) = self.own.take() {
             let quantities = self.quantities(&own.size, end, self.time, self.air.ambient(At::End));
@@ -509,6 +519,12 @@ impl Terms {
 
 // strain and load
 impl Terms {
+    /// Shape strain per ξ under a stress in Pa, where it is the same for all martensite.
+    pub(crate) fn shape(&self, transformation_strain: f64, stress: f64) -> f64 {
+        let alike = if self.twins.is_some() { 0.0 } else { transformation_strain };
+        self.effects.mechanical.shape(alike, stress)
+    }
+
     /// Constant strain of the piece.
     pub(crate) fn strain(&self) -> f64 {
         self.now.strain
@@ -661,5 +677,32 @@ impl Terms {
         if let Some(memory) = &self.memory {
             memory.recall(o);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::{Detwinning, Drive, Geometry, Initial, Load, Material};
+
+    /// A wire without effects and without detwinning has no terms: it takes the reference model's own steps, bit for bit.
+    #[test]
+    fn detwinning_makes_terms_and_nothing_else_does() {
+        let mut model = WireModel {
+            geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
+            material: Material::default(),
+            taps: None,
+            drive: Drive { kind: DriveKind::Pwm, supply_v: 6.0, shunt_ohm: 0.1, switch_ohm: 0.02, lead_ohm: 0.0 },
+            load: Load::ImposedForce,
+            initial: Initial::default(),
+            ambient_c: 25.0,
+            effects: Effects::default(),
+        };
+        assert!(Terms::of(&model).is_none());
+        model.effects.mechanical.friction.coulomb_n = 0.1;
+        assert!(Terms::of(&model).is_some_and(|terms| terms.twins.is_none() && !terms.bends));
+        model.effects = Effects::default();
+        model.material.detwinning = Some(Detwinning { start_pa: 100e6, finish_pa: 170e6 });
+        assert!(Terms::of(&model).is_some_and(|terms| terms.twins.is_some() && terms.bends));
     }
 }

@@ -523,7 +523,7 @@ fn is_solved(trial: &Trial, start_theta: f64) -> bool {
 impl Wire {
     /// Moves temperature and phase by what an observer knows better, K and martensite fraction, the phase no further than the
     /// outer curves allow. The end stays where it is, so that a held wire's stress follows (eq. 23). No energy is booked: it
-    /// is the knowledge that changes. Does nothing to a wire with effects, or for a number that is none.
+    /// is the knowledge that changes. Does nothing to a wire with effects or detwinning, or for a number that is none.
     pub fn correct(&mut self, kelvins: f64, martensite: f64) {
         let c = &self.balance;
         if c.terms.is_some() || !(kelvins.is_finite() && martensite.is_finite()) {
@@ -612,6 +612,12 @@ impl Wire {
     /// Martensite fraction ξ, 0..1.
     pub fn martensite(&self) -> f64 {
         self.state.fraction.martensite
+    }
+
+    /// Detwinned part ξ_S of the martensite fraction, 0..ξ: all of it where the material has no detwinning.
+    pub fn detwinned(&self) -> f64 {
+        let twins = self.balance.terms.as_ref().and_then(|terms| terms.twins.as_ref());
+        twins.map_or(self.state.fraction.martensite, |twins| twins.fraction())
     }
 
     /// The phase mixture, both parts to full resolution.

@@ -6,3 +6,4 @@ mod effects;
 mod joint;
 mod properties;
 mod reference;
+mod twins;

@@ -219,6 +219,50 @@ fn a_hundred_thousand_random_rigs_stay_physical() {
         .unwrap();
 }
 
+/// Stresses of detwinning, also far apart and next to each other.
+fn detwinning() -> impl Strategy<Value = Detwinning> {
+    (0.0f64..300.0, 0.0f64..2.5).prop_map(|(start_mpa, log_span)| {
+        let start_pa = start_mpa * 1e6;
+        Detwinning { start_pa, finish_pa: start_pa + 1.001e6 * 10f64.powf(log_span) }
+    })
+}
+
+/// With twinned martensite as well; its detwinned part stays a part of it, and no strain comes of nothing.
+#[test]
+fn random_rigs_with_twins_stay_physical() {
+    let mut runner =
+        TestRunner::new(Config { cases: 10_000, failure_persistence: None, rng_seed: seed(), ..Config::default() });
+    runner
+        .run(&(model(), detwinning(), history()), |(mut model, detwinning, history)| {
+            model.material.detwinning = Some(detwinning);
+            let mut wire = Wire::with_inputs(&model, &inputs(&model, 0.2, 0.4)).expect("the strategy stays in range");
+            check(&model, &wire)?;
+            for (drive, load, log_dt, repeats) in history {
+                let inputs = inputs(&model, drive, load);
+                for _ in 0..repeats {
+                    let (before, share) = (wire.driving_temperature_c(), wire.detwinned() / wire.martensite());
+                    let was = wire.martensite();
+                    wire.step(&inputs, 10f64.powf(log_dt));
+                    check(&model, &wire)?;
+                    let (now, xi) = (wire.detwinned(), wire.martensite());
+                    prop_assert!((-1e-12..=xi + 1e-12).contains(&now), "{now} of {xi}");
+                    if wire.stress_pa() >= detwinning.finish_pa {
+                        prop_assert!(now >= xi - 1e-12, "{now} of {xi} under {} Pa", wire.stress_pa());
+                    }
+                    // what was detwinned is so as long as it is martensite
+                    if log_dt < -3.7 && was > 1e-6 {
+                        prop_assert!(now >= share * was.min(xi) - 1e-9, "{now} of {share} of {was}, now {xi}");
+                    }
+                    if log_dt < -3.7 && !matches!(model.material.kinetics, Kinetics::SquareRoot) {
+                        check_solved(&model, &wire, (wire.driving_temperature_c() - before).abs())?;
+                    }
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+}
+
 #[test]
 fn longer_histories_keep_the_ledger_closed() {
     let mut runner =
@@ -310,6 +354,36 @@ fn check_with_effects(model: &WireModel, wire: &Wire) -> Result<(), TestCaseErro
         prop_assert!(o.martensite >= lower.martensite - 1e-9, "below g_M: {} {}", o.martensite, lower.martensite);
     }
     check_ledger(model, wire)
+}
+
+/// What detwinning can be had beside, all at once.
+#[test]
+fn random_effects_beside_twins_stay_physical() {
+    let mut runner =
+        TestRunner::new(Config { cases: 3000, failure_persistence: None, rng_seed: seed(), ..Config::default() });
+    runner
+        .run(&(model(), detwinning(), effects(), 0.0f64..0.6, history()), |(model, of, drawn, crowd, history)| {
+            let mut model = with_effects(model, &drawn, crowd);
+            model.material.detwinning = Some(of);
+            for row in catalogue() {
+                if row.is_barred_by_detwinning(&model) {
+                    row.set_null(&mut model);
+                }
+            }
+            let mut wire = Wire::with_inputs(&model, &inputs(&model, 0.2, 0.4)).expect("plausible is in range");
+            check_with_effects(&model, &wire)?;
+            for (drive, load, log_dt, repeats) in history {
+                let inputs = inputs(&model, drive, load);
+                for _ in 0..repeats {
+                    wire.step(&inputs, 10f64.powf(log_dt));
+                    check_with_effects(&model, &wire)?;
+                    let (now, xi) = (wire.detwinned(), wire.martensite());
+                    prop_assert!((-1e-12..=xi + 1e-12).contains(&now), "{now} of {xi}");
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
 }
 
 #[test]
