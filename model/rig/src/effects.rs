@@ -170,7 +170,12 @@ pub(crate) fn read(reader: &mut Reader<'_>, node: &Node, label: &str, catalogue:
             draught(reader, node.line, keys, label);
         }
         if !effect.applies_to(&channel.model) {
-            let message = "has nothing to act on with this drive, load, taps and criterion; take it out".into();
+            let message = if effect.is_barred_by_detwinning(&channel.model) {
+                "cannot be had beside detwinning_start_mpa in [channel.material]; take one of the two out"
+            } else {
+                "has nothing to act on with this drive, load, taps and criterion; take it out"
+            };
+            let message = message.into();
             reader.problem(node.line, Some(label), path, What::Contradiction { message });
         }
     }

@@ -1,8 +1,10 @@
 //! `[channel.material]`: the alloy.
 
-use sinew_physics::{Convection, Criterion, Kinetics, Mixing, WireModel};
+use sinew_physics::{Convection, Criterion, Detwinning, Kinetics, Mixing, WireModel};
 
 use crate::declare::rows::*;
+use crate::error::What;
+use crate::notes::{Reader, Stated};
 
 key_words! {
     Mixing, default Series = "series"; {
@@ -87,6 +89,35 @@ fn of_richards() -> Only<WireModel> {
     )
 }
 
+/// A stress of detwinning; that martensite can be twinned at all is what one of them being set says.
+macro_rules! detwinning {
+    ($field:ident) => {
+        Accessor::new(
+            |model: &WireModel| model.material.detwinning.map(|of| Value::Number(of.$field)),
+            |model, value| {
+                let unread = Detwinning { start_pa: f64::NAN, finish_pa: f64::NAN };
+                model.material.detwinning.get_or_insert(unread).$field.assign(value);
+            },
+        )
+    };
+}
+
+/// Where it begins and where it ends, or neither.
+fn detwinning_is_whole(reader: &mut Reader<'_>, model: &WireModel, stated: &Stated<'_>) {
+    let Some(Detwinning { start_pa, finish_pa }) = model.material.detwinning else { return };
+    let mut problem = |key: &'static str, beside: &'static str, what: What| {
+        let line = stated.line_at(&["material", if stated.gives("material", key) { key } else { beside }]);
+        reader.problem(line, stated.label(), format!("material.{key}"), what);
+    };
+    let (start, finish) = ("detwinning_start_mpa", "detwinning_finish_mpa");
+    for (key, beside, is, such) in [(start, finish, start_pa, 100.0), (finish, start, finish_pa, 170.0)] {
+        if is.is_nan() && !stated.gives("material", key) {
+            let expected = format!("a stress in MPa beside {beside}, such as {such:?}; or leave out both");
+            return problem(key, beside, What::Missing { expected });
+        }
+    }
+}
+
 /// Keys of `[channel.material]`.
 pub(crate) fn section() -> Section<WireModel> {
     Section {
@@ -158,11 +189,19 @@ pub(crate) fn section() -> Section<WireModel> {
             /// stress alone from the start on (eq. 8), by the temperature alone (eq. 9), by the stress alone (eq. 10) or by T − σ/α (eq. 11)
             /// between start and finish, 4.6/k to either side of A and M. Not with effects that part the phase or let it lag.
             "criterion" = alloy(criterion), Criterion::KIND, Criterion::DEFAULT;
+            /// Stress up to which twinned martensite stays twinned; only with `detwinning_finish_mpa`. Left out, all martensite is detwinned and
+            /// ε_L long. Given, that part alone is which stress has detwinned (chapter 3; Brinson 1993, whose NiTi has 100 and 170 MPa), and stays so
+            /// without it until it is heated: a cold wire pulled out of shape, which heat brings back. The wire starts with what its load at rest
+            /// detwins. For `simulate` and the simulated backend: estimators, laws and `design` count on all of ε_L. Not beside `kinetic.distributed`,
+            /// `kinetic.lag`, `mechanical.stress_dependent_strain` and `thermal.end_conduction`.
+            "detwinning_start_mpa" = detwinning(start_pa), number(mega("MPa"), 0.0, 2000.0), Computed("all is detwinned");
+            /// Stress from which on all martensite is detwinned; at least 1 MPa more than `detwinning_start_mpa`.
+            "detwinning_finish_mpa" = detwinning(finish_pa), number(mega("MPa"), 1.0, 2000.0), Computed("all is detwinned");
             /// How the phases' moduli combine: Reuss (eq. 4) or Voigt (eq. 3).
             "mixing" = alloy(mixing), Mixing::KIND, Mixing::DEFAULT;
             /// Loss to the air by h, or by eq. 34.
             "convection" = alloy(convection), Convection::KIND, Convection::DEFAULT;
         },
-        check: None,
+        check: Some(Box::new(detwinning_is_whole)),
     }
 }

@@ -1,6 +1,6 @@
 //! Every kind of mistake is found at its line, with its key and what would be right.
 
-use sinew_physics::{Amplifier, DriveKind};
+use sinew_physics::{Amplifier, Detwinning, DriveKind};
 use sinew_rig::{Error, Mapping, Rig};
 
 pub const GOOD: &str = r#"[rig]
@@ -278,6 +278,52 @@ fn criteria_and_amplifiers() {
         error.starts_with("rig.toml:16: channel \"wire\": drive.kind cannot be driven: the driver would take"),
         "{error}"
     );
+}
+
+/// Detwinning has a start and a finish, and effects that it cannot be had beside.
+#[test]
+fn detwinning() {
+    let both = "detwinning_start_mpa = 100.0\ndetwinning_finish_mpa = 170.0";
+    says("latent_heat_j_per_kg = 24200", both, "accepted");
+    let rig = Rig::parse(&GOOD.replace("latent_heat_j_per_kg = 24200", both), "rig.toml").unwrap();
+    let detwinning = rig.channels[0].model.material.detwinning;
+    assert_eq!(detwinning, Some(Detwinning { start_pa: 100e6, finish_pa: 170e6 }));
+    assert_eq!(Rig::parse(&rig.to_toml(), "rig.toml").unwrap().channels[0].model, rig.channels[0].model);
+    assert_eq!(Rig::parse(GOOD, "rig.toml").unwrap().channels[0].model.material.detwinning, None);
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "detwinning_start_mpa = 100.0",
+        "rig.toml:22: channel \"wire\": material.detwinning_finish_mpa is missing, expected a stress in MPa beside \
+         detwinning_start_mpa, such as 170.0; or leave out both",
+    );
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "detwinning_finish_mpa = 170.0",
+        "rig.toml:22: channel \"wire\": material.detwinning_start_mpa is missing, expected a stress in MPa beside \
+         detwinning_finish_mpa, such as 100.0; or leave out both",
+    );
+    says(
+        "latent_heat_j_per_kg = 24200",
+        "detwinning_start_mpa = 100.0\ndetwinning_finish_mpa = 100.5",
+        "rig.toml:23: channel \"wire\": material.detwinning_finish_mpa is 100.5, expected 101 to 2000",
+    );
+    for (id, key) in [
+        ("kinetic.distributed", "spread_k = 5"),
+        ("kinetic.lag", "seconds = 0.1"),
+        ("mechanical.stress_dependent_strain", "stress_scale_mpa = 50"),
+        ("thermal.end_conduction", "conductivity_w_per_m_k = 18"),
+    ] {
+        let effect = format!("[channel.effects.\"{id}\"]\n{key}\n");
+        with(&effect, "accepted");
+        assert_eq!(
+            messages("latent_heat_j_per_kg = 24200\n", &format!("{both}\n{effect}")),
+            format!(
+                "rig.toml:24: channel \"wire\": effects.\"{id}\" cannot be had beside detwinning_start_mpa in \
+                 [channel.material]; take one of the two out"
+            ),
+        );
+    }
+    with(&format!("{both}\n[channel.effects.\"mechanical.two_way\"]\nstrain = 0.005\n"), "accepted");
 }
 
 #[test]

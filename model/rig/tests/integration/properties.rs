@@ -52,6 +52,8 @@ austenite_temperature_c = 4.0
 kinetics = "richards"
 heating_skew = 1.5
 criterion = "brinson"
+detwinning_start_mpa = 100.0
+detwinning_finish_mpa = 170.0
 mixing = "parallel"
 convection = "natural"
 
