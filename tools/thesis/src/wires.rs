@@ -2,7 +2,8 @@
 
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 use sinew_physics::{
-    Drive, DriveKind, Effects, EnergyBalance, Geometry, Initial, Inputs, Kinetics, Load, Material, Wire, WireModel,
+    Detwinning, Drive, DriveKind, Effects, EnergyBalance, Geometry, Initial, Inputs, Kinetics, Load, Material, Wire,
+    WireModel,
 };
 
 use crate::found::Tried;
@@ -55,6 +56,11 @@ pub(crate) fn in_a_furnace(material: Material, martensite: f64) -> WireModel {
         initial: Initial { temperature_c: None, martensite },
         ..hanging()
     }
+}
+
+/// The alloy with twinned martensite as a part of its own, detwinned between table 3's stress and Brinson's, 100 and 170 MPa.
+pub(crate) fn twinned() -> Material {
+    Material { detwinning: Some(Detwinning { start_pa: 100.0 * MPA, finish_pa: 170.0 * MPA }), ..Material::default() }
 }
 
 /// The alloy with one of the kinetics.

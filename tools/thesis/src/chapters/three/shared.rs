@@ -15,6 +15,7 @@ pub(super) const KINETICS: &str = "model/physics/src/kinetics.rs";
 pub(super) const PARAMS: &str = "model/physics/src/params.rs";
 pub(super) const REFERENCE: &str = "model/physics/src/step/reference.rs";
 pub(super) const BALANCE: &str = "model/physics/src/step/balance.rs";
+pub(super) const TWINS: &str = "model/physics/src/twins.rs";
 pub(super) const MECHANICAL: &str = "model/physics/src/formulas/mechanical.rs";
 pub(super) const FORMULAS: &str = "model/physics/src/formulas/kinetic.rs";
 
