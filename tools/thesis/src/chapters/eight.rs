@@ -35,7 +35,8 @@ fn printed_streams() -> Vec<PrintedStream> {
         move |row: &[f64]| row.iter().map(|n| n.to_string().replace('.', &decimal)).collect::<Vec<_>>().join(&by)
     };
     let named = |row: &[f64]| row.iter().enumerate().map(|(i, n)| format!("n{i}: {n}")).collect::<Vec<_>>().join(", ");
-    let ways: [Box<dyn Fn(&[f64]) -> String>; 5] = [
+    type Print = dyn Fn(&[f64]) -> String;
+    let ways: [Box<Print>; 5] = [
         Box::new(plain(" ", ".")),
         Box::new(plain(", ", ".")),
         Box::new(plain(";", ",")),
