@@ -279,13 +279,24 @@ impl Viewer {
         self.socket.send(Message::text(said.to_string())).expect("it listens");
     }
 
+    /// The next message. A machine that was paused is no reason to give up.
+    #[track_caller]
+    fn read(&mut self) -> Message {
+        loop {
+            match self.socket.read() {
+                Err(tungstenite::Error::Io(error)) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                read => return read.expect("it says something"),
+            }
+        }
+    }
+
     /// The next message in JSON of this kind.
     #[track_caller]
     fn says(&mut self, op: &str) -> Value {
         let end = Instant::now() + PATIENCE;
         loop {
             assert!(Instant::now() < end, "no {op} comes among the data");
-            let Message::Text(text) = self.socket.read().expect("it says something") else { continue };
+            let Message::Text(text) = self.read() else { continue };
             let said: Value = serde_json::from_str(&text).expect("JSON");
             if said["op"] == "advertise" {
                 let channels = said["channels"].as_array().expect("topics").iter();
@@ -310,7 +321,7 @@ impl Viewer {
         let end = Instant::now() + PATIENCE;
         loop {
             assert!(Instant::now() < end, "no data come");
-            if let Message::Binary(frame) = self.socket.read().expect("it says something") {
+            if let Message::Binary(frame) = self.read() {
                 assert_eq!(frame[0], 1, "data of a topic");
                 let id = u32::from_le_bytes(frame[1..5].try_into().expect("four bytes"));
                 return (id, u64::from_le_bytes(frame[5..13].try_into().expect("eight bytes")), frame[13..].to_vec());

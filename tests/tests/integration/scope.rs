@@ -91,7 +91,9 @@ fn selects_channels_and_quantities(browser: &mut Browser) {
 fn finds_orders_and_pins(browser: &mut Browser) {
     let seen = "[...document.querySelectorAll('#channels li:not(.away) .name')].map((b) => b.textContent)";
     let press = |key: &str| {
-        format!("document.body.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true, cancelable: true }}))")
+        format!(
+            "document.body.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true, cancelable: true }}))"
+        )
     };
     browser.eval(&press("/"));
     assert_eq!(browser.eval("document.activeElement.id"), "find");
@@ -101,7 +103,9 @@ fn finds_orders_and_pins(browser: &mut Browser) {
     browser.eval("$('find').value = ''; $('find').oninput(); $('find').blur()");
     browser.eval("$('order').value = 'hottest'; $('order').onchange()");
     let heats = "page.arranged.map((i) => page.status.channels[i].temperature_c)";
-    browser.wait(&format!("{heats}.every((c, at, all) => at === 0 || c < all[at - 1] + 6) && {heats}[0] > {heats}[17] + 6"));
+    browser.wait(&format!(
+        "{heats}.every((c, at, all) => at === 0 || c < all[at - 1] + 6) && {heats}[0] > {heats}[17] + 6"
+    ));
     browser.eval("page.selected = 7");
     browser.eval(&press("p"));
     assert_eq!(browser.eval(&format!("{seen}[0]")), browser.eval("page.names[7]"));
@@ -297,7 +301,7 @@ fn a_stream_of_numbers_is_drawn_recorded_and_saved() {
     browser.wait("$('card').textContent.includes('mean1.000 N') && $('card').textContent.includes('deviation0')");
     if let Some(picture) = std::env::var_os("SINEW_PICTURES") {
         browser.wait("page.curves.length > 1500");
-        browser.eval("page.selected = 1");
+        browser.eval("page.selected = 1; mark()");
         std::thread::sleep(Duration::from_millis(300));
         browser.picture(&PathBuf::from(picture).join("stream.png"));
     }
