@@ -25,8 +25,8 @@ enum What {
 }
 
 enum Running {
-    Cycles(Recorder),
-    Rows(Rows),
+    Cycles(Box<Recorder>),
+    Rows(Box<Rows>),
 }
 
 /// How a recording does, for the page.
@@ -64,11 +64,12 @@ impl Button {
                     let remedy = error.remedy();
                     if remedy.is_empty() { error.to_string() } else { format!("{error}; {remedy}") }
                 })?;
-                Running::Cycles(recorder)
+                Running::Cycles(Box::new(recorder))
             }
             What::Rows(heads) if heads.is_empty() => return Err("no numbers have come yet".into()),
             What::Rows(heads) => {
-                Running::Rows(Rows::create(self.folder.join(format!("{}-{stamp}.csv", self.name)), heads)?)
+                let path = self.folder.join(format!("{}-{stamp}.csv", self.name));
+                Running::Rows(Box::new(Rows::create(path, heads)?))
             }
         };
         let path = running.file().display().to_string();

@@ -27,6 +27,9 @@ const LONGEST_S: f64 = 600.0;
 const SILENCE: Duration = Duration::from_secs(3);
 /// Rows that come together came no further apart than this, s: a pipe hands over in pieces what was written evenly.
 const APART_S: f64 = 0.02;
+/// A board's clock that leaps ahead by so much, s, is believed once so many rows on end say so.
+const LEAP_S: f64 = 10.0;
+const BELIEVED: u32 = 3;
 /// A rate is counted over at least this long.
 const RATE_SPAN: Duration = Duration::from_secs(1);
 
@@ -335,6 +338,8 @@ struct Clock {
     /// The moment on the curves' axis at which that column says 0, s.
     origin_s: Option<f64>,
     last_s: f64,
+    /// How many rows on end were far ahead of it.
+    leaps: u32,
     /// Something is missing before the next row.
     is_anew: bool,
 }
@@ -375,13 +380,20 @@ impl Clock {
             let seconds = match told.filter(|told| told.is_finite()) {
                 None => arrived,
                 Some(told) => {
-                    let by_clock = self.origin_s.map(|origin| origin + told).filter(|at| *at > self.last_s && !is_anew);
-                    by_clock.unwrap_or_else(|| {
+                    let by_clock = self.origin_s.map(|origin| origin + told);
+                    let leaps = by_clock.is_some_and(|at| at > self.last_s.max(arrived) + LEAP_S);
+                    self.leaps = if leaps { self.leaps + 1 } else { 0 };
+                    match by_clock.filter(|at| *at > self.last_s && !is_anew && !leaps) {
+                        Some(at) => at,
+                        // a digit too many, once: else all that follows would lie in the past
+                        None if leaps && self.leaps < BELIEVED => self.last_s,
                         // a clock that starts, or goes back because its board has been reset
-                        is_anew |= self.origin_s.is_some();
-                        self.origin_s = Some(arrived.max(self.last_s) - told);
-                        arrived
-                    })
+                        None => {
+                            is_anew |= self.origin_s.is_some();
+                            self.origin_s = Some(arrived.max(self.last_s) - told);
+                            arrived
+                        }
+                    }
                 }
             };
             // two rows are never at one moment, and none is before another
@@ -426,6 +438,9 @@ mod tests {
         let reset = clock.times(&rows(&[0.0, 10.0]), 6.0);
         near(&reset, &[5.98, 5.99]);
         assert_eq!((reset[0].is_anew, reset[1].is_anew), (true, false));
+        // a digit too many is not the time, three of them are
+        near(&clock.times(&rows(&[20.0, 99_000.0, 30.0]), 6.05), &[6.0, 6.0, 6.01]);
+        near(&clock.times(&rows(&[99_000.0, 99_010.0, 99_020.0, 99_030.0]), 6.2)[2..], &[6.18, 6.19]);
         assert_eq!(Clock::find(&[Column::of("time")]), None, "of no unit");
         assert_eq!(Clock::find(&[Column::of("millis")]), Some((0, 1e-3)));
     }

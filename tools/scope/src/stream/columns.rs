@@ -111,14 +111,14 @@ impl Columns {
         };
         if others {
             let named = self.words.len() == count;
-            for at in self.columns.len()..count {
+            for (at, value) in values.iter().enumerate().skip(self.columns.len()) {
                 let mut column = match (self.given.get(at), self.words.get(at)) {
                     (Some(given), _) => given.clone(),
                     (None, Some(word)) if named => word.clone(),
                     _ => Column { name: format!("column {}", at + 1), unit: String::new() },
                 };
                 if column.unit.is_empty() {
-                    column.unit = values[at].unit.to_string();
+                    column.unit = value.unit.to_string();
                 }
                 self.columns.push(column);
             }
