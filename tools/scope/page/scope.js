@@ -199,17 +199,30 @@ function status(now) {
   $("late").textContent = `${us(now.lateness_us.p99)} / ${us(now.lateness_us.max)}`;
   $("cycle").textContent = us(now.cycle_us.p99);
   flow(now);
+  const usual = usualMode(now.channels);
   now.channels.forEach((channel, i) => {
     const row = page.rows?.[i];
     if (!row) return;
     const odd = channel.health && !channel.fault;
     const words = channel.fault ? channel.fault.flag : odd ? channel.health : page.held.has(i) ? "held" : channel.mode;
     row.mode.textContent = words;
+    // names need the room: what all the others do as well is said once, above
+    row.mode.hidden = words === usual;
     row.mode.className = "mode" + (channel.fault ? " fault" : odd ? " odd" : page.held.has(i) ? " held" : "");
     row.mode.title = channel.fault ? `${channel.fault.cause}. ${channel.fault.remedy}` : "";
   });
   const faulted = (s) => s?.channels?.[page.selected]?.fault?.flag;
   if (faulted(before) !== faulted(now) || before?.channels?.[page.selected]?.mode !== now.channels[page.selected]?.mode) card();
+}
+
+// The mode most channels are in, where there are many of them: said once instead of in every line.
+function usualMode(channels) {
+  const counts = new Map();
+  for (const { mode } of channels) counts.set(mode, (counts.get(mode) ?? 0) + 1);
+  const [mode, count] = [...counts].sort((a, b) => b[1] - a[1])[0] ?? [];
+  const usual = channels.length > FEW && count > 1 ? mode : null;
+  $("usual").textContent = usual === null ? "" : `${count === channels.length ? "all" : count}: ${usual}`;
+  return usual;
 }
 
 // What is lost on the way here, and what is recorded.
