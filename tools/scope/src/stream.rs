@@ -18,7 +18,7 @@ use self::columns::{Came, Column, Columns};
 use self::lines::Lines;
 use crate::history::{FINEST_HZ, Shape};
 use crate::shared::Shared;
-use crate::view::{Panel, json};
+use crate::view::{Hello, Panel, json};
 use crate::watch::{LOOK, RETRY};
 
 /// For how long at most the curves reach back, s.
@@ -73,21 +73,6 @@ pub(crate) fn shape(columns: usize, rate_hz: f64) -> Shape {
 /// The numbers as a page is told of them: a panel for each unit, and in which one a column is.
 pub(crate) fn hello(name: &str, columns: &[Column], records: bool, shape: &Shape, epoch: u64) -> String {
     #[derive(Serialize)]
-    struct Hello<'a> {
-        kind: &'static str,
-        of: &'static str,
-        rig: &'a str,
-        simulated: bool,
-        version: &'static str,
-        epoch: u64,
-        values: usize,
-        capacity: usize,
-        span_s: f64,
-        commands: bool,
-        quantities: Vec<Panel<'a>>,
-        channels: Vec<Channel<'a>>,
-    }
-    #[derive(Serialize)]
     struct Channel<'a> {
         name: &'a str,
         /// Number of its panel.
@@ -104,25 +89,12 @@ pub(crate) fn hello(name: &str, columns: &[Column], records: bool, shape: &Shape
         });
         Channel { name: &column.name, panel, clock: clock == Some(at) }
     });
-    let channels = channels.collect();
+    let channels: Vec<Channel<'_>> = channels.collect();
     let quantities = units.iter().map(|unit| match *unit {
         "" => Panel { name: "numbers", title: "Numbers".into(), unit: "1" },
         unit => Panel { name: unit, title: unit.into(), unit },
     });
-    json(&Hello {
-        kind: "hello",
-        of: "stream",
-        rig: name,
-        simulated: false,
-        version: env!("CARGO_PKG_VERSION"),
-        epoch,
-        values: shape.values(),
-        capacity: shape.capacity(),
-        span_s: shape.span_s(),
-        commands: records,
-        quantities: quantities.collect(),
-        channels,
-    })
+    json(&Hello::new("stream", name, records, shape, epoch).with(quantities, channels.into_iter()))
 }
 
 #[derive(Serialize)]

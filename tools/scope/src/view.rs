@@ -26,13 +26,13 @@ pub struct View {
     pub client: Option<Arc<Client>>,
 }
 
+/// What does not change of what is shown: the first message to a page. `C` is what it is told of a channel.
 #[derive(Serialize)]
-struct Hello<'a> {
+pub(crate) struct Hello<'a, C> {
     kind: &'static str,
     /// What is shown: a driver, or a stream of numbers.
     of: &'static str,
     rig: &'a str,
-    rate_hz: f64,
     simulated: bool,
     version: &'static str,
     epoch: u64,
@@ -42,7 +42,32 @@ struct Hello<'a> {
     span_s: f64,
     commands: bool,
     quantities: Vec<Panel<'a>>,
-    channels: Vec<Channel<'a>>,
+    channels: Vec<C>,
+}
+
+impl<'a, C: Serialize> Hello<'a, C> {
+    /// Of curves of this shape; `of` and `name` are what is shown, `commands` is whether a page may ask for anything.
+    pub fn new(of: &'static str, name: &'a str, commands: bool, shape: &Shape, epoch: u64) -> Hello<'a, C> {
+        Hello {
+            kind: "hello",
+            of,
+            rig: name,
+            simulated: false,
+            version: env!("CARGO_PKG_VERSION"),
+            epoch,
+            values: shape.values(),
+            capacity: shape.capacity(),
+            span_s: shape.span_s(),
+            commands,
+            quantities: Vec::new(),
+            channels: Vec::new(),
+        }
+    }
+
+    /// With these panels and channels.
+    pub fn with(self, quantities: impl Iterator<Item = Panel<'a>>, channels: impl Iterator<Item = C>) -> Hello<'a, C> {
+        Hello { quantities: quantities.collect(), channels: channels.collect(), ..self }
+    }
 }
 
 /// A panel of the page.
@@ -101,21 +126,8 @@ impl View {
             Panel { name, title, unit }
         });
         self.begin(shape(&client), |shape, epoch| {
-            json(&Hello {
-                kind: "hello",
-                of: "driver",
-                rig: info.rig.as_str(),
-                rate_hz: info.rate_hz,
-                simulated: info.simulated != 0,
-                version: env!("CARGO_PKG_VERSION"),
-                epoch,
-                values: shape.values(),
-                capacity: shape.capacity(),
-                span_s: shape.span_s(),
-                commands,
-                quantities: quantities.collect(),
-                channels: channels.collect(),
-            })
+            let hello = Hello::new("driver", info.rig.as_str(), commands, shape, epoch).with(quantities, channels);
+            json(&Hello { simulated: info.simulated != 0, ..hello })
         });
         self.client = Some(client);
     }
