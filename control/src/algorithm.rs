@@ -28,8 +28,8 @@ pub struct Settings {
     /// Whether the estimated loss to the air is added to what the law asks for: with PI and PID, by default not, and with
     /// input–output linearisation, whose offset β it is, by default yes.
     pub heat_loss_feedforward: Option<bool>,
-    /// Which piece of a wire of binary segments it is; default the only one.
-    pub segment: Option<Segment>,
+    /// Which piece of a wire of binary segments it is.
+    pub segment: Segment,
     /// Whether full power comes before the law, and by what it knows when to stop; `None` = the law alone.
     pub rapid_heating: Option<Priming>,
 }
@@ -46,7 +46,7 @@ impl Default for Settings {
             pid: None,
             relay_band_m: None,
             heat_loss_feedforward: None,
-            segment: None,
+            segment: Segment::default(),
             rapid_heating: None,
         }
     }

@@ -223,10 +223,10 @@ impl Driver {
     /// # Errors
     /// Everything that is found out before the first cycle; then nothing is left running and outputs are zero.
     pub fn start<B: Backend + 'static>(rig: &Rig, backend: B, options: Options) -> Result<DriverHandle, Error> {
-        Driver::start_tapped(rig, backend, options, None)
+        Driver::start_tapped(rig, backend, options, Vec::new())
     }
 
-    /// The same with an observer of every cycle, such as a black box.
+    /// The same with observers of every cycle, such as a black box, in this order.
     ///
     /// # Errors
     /// As [`Driver::start`].
@@ -234,7 +234,7 @@ impl Driver {
         rig: &Rig,
         backend: B,
         options: Options,
-        tap: Option<Box<dyn Tap>>,
+        taps: Vec<Box<dyn Tap>>,
     ) -> Result<DriverHandle, Error> {
         let program = options.program.clone();
         let backend_is_new = backend.is_at_rest();
@@ -304,7 +304,7 @@ impl Driver {
             let shared = shared.clone();
             start.spawn(move || {
                 realtime::go_first(&wish);
-                publish::publish(publishing, services.cycles, tap, &shared);
+                publish::publish(publishing, services.cycles, taps, &shared);
             })
         };
         let desk = {

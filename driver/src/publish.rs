@@ -24,11 +24,11 @@ const BATCH_AGE: Duration = Duration::from_millis(10);
 const RING_SHARE: u32 = 20;
 
 /// Publishes until the loop has ended and its ring is empty. `port` is `None` where nothing is to be published: then the ring is
-/// only emptied. `tap` is dropped at the end, when it has seen every cycle.
+/// only emptied. `taps` are dropped at the end, when they have seen every cycle.
 pub(crate) fn publish(
     mut cycles: Consumer<HeldCycle>,
     mut port: Option<CyclePublisher>,
-    mut tap: Option<Box<dyn Tap>>,
+    mut taps: Vec<Box<dyn Tap>>,
     shared: &Shared,
 ) {
     let mut next_ring = Instant::now();
@@ -39,7 +39,7 @@ pub(crate) fn publish(
         let mut news = false;
         while cycles
             .take(|cycle| {
-                if let Some(tap) = &mut tap {
+                for tap in &mut taps {
                     tap.cycle(&cycle.header, &cycle.channels);
                 }
                 if let Some(port) = &mut port {

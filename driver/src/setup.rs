@@ -30,7 +30,7 @@ pub fn settings(channel: &RigChannel) -> Settings {
         }),
         relay_band_m: control.relay_band_m,
         heat_loss_feedforward: control.heat_loss_feedforward,
-        segment: Some(Segment { digit: control.segment - 1, digits: control.segments }),
+        segment: Segment { digit: control.segment - 1, digits: control.segments },
         rapid_heating: match control.rapid_heating {
             RapidHeating::Off => None,
             RapidHeating::Temperature => Some(Priming::Temperature),

@@ -451,7 +451,8 @@ impl FusedEstimator {
             return 0.0;
         }
         let ModelVelocity { velocity_m_s, falls_per_s, doubt_m_s } = self.model_velocity(dt);
-        let (before, ends) = (self.motion.x, self.ends());
+        let ends = (!measured).then(|| self.ends());
+        let before = self.motion.x;
         let follows = dt / (dt + self.inertia_s).max(SHORTEST_STEP_S);
         let m = &mut self.motion;
         m.model += follows * (velocity_m_s - m.model);
@@ -474,10 +475,10 @@ impl FusedEstimator {
             self.astray += (surprise / spread.sqrt() - self.astray) / LOST_SAMPLES;
             self.variance += (dt / 1.0).min(0.1) * ((surprise * surprise - m.xx).max(0.05 * spread) - self.variance);
             m.correct(surprise, 1.0, variance);
-        } else {
+        }
+        if let Some((hot, cold)) = ends {
             self.astray = 0.0;
             // No model leads a wire past its ends. A length that was measured beyond them stays where it was.
-            let (hot, cold) = ends;
             let kept = m.x.clamp(hot.min(before), cold.max(before));
             if kept != m.x {
                 (m.x, m.bias, m.model) = (kept, 0.0, 0.0);

@@ -18,6 +18,13 @@ pub struct Segment {
     pub digits: u32,
 }
 
+impl Default for Segment {
+    /// The only one.
+    fn default() -> Segment {
+        Segment { digit: 0, digits: 1 }
+    }
+}
+
 impl Segment {
     /// Most pieces: more are shorter than the error of the longest.
     pub const MOST: u32 = 12;
@@ -42,10 +49,9 @@ pub struct BinarySegment {
 }
 
 impl BinarySegment {
-    pub(crate) fn new(model: &WireModel, map: WireMap, segment: Option<Segment>, range: Range) -> BinarySegment {
-        let Segment { digit, digits } = segment.unwrap_or(Segment { digit: 0, digits: 1 });
-        let digits = digits.clamp(1, Segment::MOST);
-        let segment = Segment { digit: digit.min(digits - 1), digits };
+    pub(crate) fn new(model: &WireModel, map: WireMap, segment: Segment, range: Range) -> BinarySegment {
+        let digits = segment.digits.clamp(1, Segment::MOST);
+        let segment = Segment { digit: segment.digit.min(digits - 1), digits };
         // a model that is no wire has no stroke, and is never heated
         let stroke = StrokeRange::of(model).unwrap_or(StrokeRange { cold_m: f64::NAN, hot_m: f64::NAN });
         BinarySegment { segment, stroke, map, range, level: None }
@@ -96,7 +102,7 @@ mod tests {
 
     fn piece(digit: u32, digits: u32) -> BinarySegment {
         let range = Range::new(0.02, 0.7, Modulation::Switched);
-        BinarySegment::new(&wire(), WireMap::new(&wire()), Some(Segment { digit, digits }), range)
+        BinarySegment::new(&wire(), WireMap::new(&wire()), Segment { digit, digits }, range)
     }
 
     /// Duty at this stroke of the whole, of a piece at this temperature.

@@ -22,7 +22,7 @@ pub(crate) struct Setup<'a> {
     /// The whole stroke, m.
     pub stroke: f64,
     /// Which piece of a wire it is.
-    pub segment: Option<Segment>,
+    pub segment: Segment,
     hold_band_m: Option<f64>,
     relay_band_m: Option<f64>,
     gains: Option<PidGains>,
@@ -38,7 +38,7 @@ pub(crate) struct Given {
     pub relay_band_m: Option<f64>,
     pub gains: Option<PidGains>,
     pub heat_loss_feedforward: Option<bool>,
-    pub segment: Option<Segment>,
+    pub segment: Segment,
 }
 
 impl<'a> Setup<'a> {

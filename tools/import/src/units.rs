@@ -139,10 +139,30 @@ const UNITS: &[(&str, Dimension, f64, &str)] = {
     ]
 };
 
-/// Units of what a recording does not have, so that a row of units is known for one.
-const OTHERS: [&str; 22] = [
-    "hz", "khz", "1/s", "rpm", "u/min", "j", "mj", "ws", "wh", "°", "deg", "rad", "bar", "mbar", "mm/s", "m/s", "m/s2",
-    "n/m", "n/mm", "°c/s", "k/s", "mm/min",
+/// Units of what a recording does not have, so that a row of units is known for one: spelling, and as it is usually written.
+const OTHERS: [(&str, &str); 22] = [
+    ("hz", "Hz"),
+    ("khz", "kHz"),
+    ("1/s", "1/s"),
+    ("rpm", "rpm"),
+    ("u/min", "U/min"),
+    ("j", "J"),
+    ("mj", "mJ"),
+    ("ws", "Ws"),
+    ("wh", "Wh"),
+    ("°", "°"),
+    ("deg", "°"),
+    ("rad", "rad"),
+    ("bar", "bar"),
+    ("mbar", "mbar"),
+    ("mm/s", "mm/s"),
+    ("m/s", "m/s"),
+    ("m/s2", "m/s²"),
+    ("n/m", "N/m"),
+    ("n/mm", "N/mm"),
+    ("°c/s", "°C/s"),
+    ("k/s", "K/s"),
+    ("mm/min", "mm/min"),
 ];
 
 /// Written in one way, whatever the letters were: `µ` and `μ`, `℃`, full width, blanks.
@@ -180,11 +200,14 @@ pub(crate) fn unit(text: &str) -> Option<Unit> {
         "mm/mm" | "m/m" | "in/in" | "1" => return exact(Ratio, 1.0, "1"),
         "µε" | "με" | "ue" | "µm/m" | "μm/m" | "um/m" => return exact(Ratio, 1e-6, "µm/m"),
         "‰" => return exact(Ratio, 1e-3, "‰"),
-        "MN" | "MW" | "MV" | "MA" => return exact(Other, 1.0, ""),
+        "MN" => return exact(Other, 1.0, "MN"),
+        "MW" => return exact(Other, 1.0, "MW"),
+        "MV" => return exact(Other, 1.0, "MV"),
+        "MA" => return exact(Other, 1.0, "MA"),
         _ => {}
     }
-    if OTHERS.contains(&word) {
-        return exact(Other, 1.0, "");
+    if let Some((_, symbol)) = OTHERS.iter().find(|(spelling, _)| *spelling == word) {
+        return exact(Other, 1.0, symbol);
     }
     let &(_, dimension, factor, symbol) = UNITS.iter().find(|(spelling, ..)| *spelling == word)?;
     let offset = match symbol {
@@ -272,21 +295,11 @@ pub(crate) fn named(text: &str) -> Named {
 /// brackets; "" where none is stated.
 pub fn heading(text: &str) -> (String, String) {
     let Named { name, stated, unknown, loose } = named(text);
-    let known = stated.or(loose).filter(|unit| !unit.symbol.is_empty());
-    match (known, unknown) {
+    match (stated.or(loose), unknown) {
         (Some(unit), _) => (name, unit.symbol.to_string()),
         (None, Some(written)) => {
             let bare = text.find(['[', '(', '{', '<']).map_or(text, |from| &text[..from]).trim();
             (if bare.is_empty() { name } else { bare.to_string() }, written)
-        }
-        // a unit that no recording has, so without a symbol of its own: as it is written
-        (None, None) if stated.is_some() || loose.is_some() => {
-            let written = text
-                .trim()
-                .get(name.len()..)
-                .unwrap_or_default()
-                .trim_matches([' ', '_', '/', ',', '[', ']', '(', ')', '{', '}']);
-            (name, written.trim_start_matches("in ").to_string())
         }
         (None, None) => (name, String::new()),
     }
@@ -306,6 +319,7 @@ mod tests {
         assert_eq!(of("fruit (bananas)"), is("fruit", "bananas"));
         assert_eq!(of("counts"), is("counts", ""));
         assert_eq!(of("speed_rpm"), is("speed", "rpm"));
+        assert_eq!(of("f [Hz]"), is("f", "Hz"));
         assert_eq!(of(""), is("", ""));
     }
 

@@ -15,7 +15,8 @@ const ALL: [Criterion; 5] = [
 ];
 const K: f64 = 0.31;
 
-fn model(material: Material, martensite: f64) -> WireModel {
+/// A wire in a furnace in a tensile machine: temperature and force imposed.
+pub(crate) fn model(material: Material, martensite: f64) -> WireModel {
     WireModel {
         geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
         material,

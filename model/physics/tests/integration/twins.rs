@@ -1,11 +1,10 @@
 //! Twinned and detwinned martensite (chapter 3, first displayed equation): the shape memory effect in closed form, and all that must be
 //! as without it.
 
+use crate::criteria::model as furnace;
 use proptest::prelude::*;
 use sinew_physics::effects::effect;
-use sinew_physics::{
-    Criterion, Detwinning, Drive, DriveKind, Effects, Error, Geometry, Initial, Inputs, Load, Material, Wire, WireModel,
-};
+use sinew_physics::{Criterion, Detwinning, Drive, DriveKind, Error, Inputs, Load, Material, Wire, WireModel};
 
 const MPA: f64 = 1e6;
 const BRINSON: Detwinning = Detwinning { start_pa: 100.0 * MPA, finish_pa: 170.0 * MPA };
@@ -19,19 +18,6 @@ const ALL: [Criterion; 5] = [
 
 fn twinned() -> Material {
     Material { detwinning: Some(BRINSON), ..Material::default() }
-}
-
-fn furnace(material: Material, martensite: f64) -> WireModel {
-    WireModel {
-        geometry: Geometry { diameter_m: 0.125e-3, length_m: 0.16 },
-        material,
-        taps: None,
-        drive: Drive { kind: DriveKind::Temperature, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 },
-        load: Load::ImposedForce,
-        initial: Initial { temperature_c: None, martensite },
-        ambient_c: 25.0,
-        effects: Effects::default(),
-    }
 }
 
 /// 200 g on the wire, heated by power in air.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sinew_driver::Tap;
-use sinew_ipc::{ChannelState, Client, CycleHeader};
+use sinew_ipc::Client;
 use sinew_life::{Account, Accounts, Error, Kept, Report, Store, Wire, of_recording};
 use sinew_rig::{BackendKind, Rig};
 
@@ -229,17 +229,6 @@ pub fn summary(kept: &Kept) -> String {
         let _ = writeln!(text, "  life      {failure}");
     }
     text
-}
-
-/// Several taps of one driver, in this order.
-pub struct Taps(pub Vec<Box<dyn Tap>>);
-
-impl Tap for Taps {
-    fn cycle(&mut self, header: &CycleHeader, channels: &[ChannelState]) {
-        for tap in &mut self.0 {
-            tap.cycle(header, channels);
-        }
-    }
 }
 
 #[cfg(test)]

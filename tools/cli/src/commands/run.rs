@@ -19,7 +19,7 @@ use sinew_realtime::Wish;
 use sinew_rig::{BackendKind, Doubt, Pace, Rig};
 use sinew_threads::{Comes, Thread};
 
-use super::life::{self, Taps};
+use super::life;
 use super::live::{self, Live};
 use super::monitor::{ENDING, has_screen, lines};
 use super::{herald, load_rig_with, program};
@@ -61,10 +61,9 @@ pub fn run(args: &args::Run) -> Outcome {
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
     let (black_box, seconds) = black_box(&rig, simulated).unzip();
     let (accounts, lives) = life::keep(&rig, simulated).unzip();
-    let taps: Vec<Box<dyn Tap>> = seconds.into_iter().chain(lives).collect();
-    let tap = (!taps.is_empty()).then(|| Box::new(Taps(taps)) as Box<dyn Tap>);
+    let taps = seconds.into_iter().chain(lives).collect();
     log::never_wait()?;
-    let driver = Driver::start_tapped(&rig, backend, options, tap).map_err(|error| driver_failure(&rig, error))?;
+    let driver = Driver::start_tapped(&rig, backend, options, taps).map_err(|error| driver_failure(&rig, error))?;
     stop_when_asked(asked, driver.stopper(), wish_of(&rig))?;
     let told = herald::start(&rig, &driver)?;
     let stopper = driver.stopper();

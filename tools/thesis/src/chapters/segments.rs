@@ -41,7 +41,7 @@ impl Piece {
         let settings = Settings {
             kind: AlgorithmKind::BinarySegment,
             minimum_duty: 0.0,
-            segment: Some(Segment { digit, digits: DIGITS }),
+            segment: Segment { digit, digits: DIGITS },
             ..Settings::default()
         };
         Ok(Piece {
