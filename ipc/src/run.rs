@@ -177,11 +177,13 @@ impl RigLock {
         check_rig_name(rig)?;
         let path = lock_path(dir, rig);
         let failed = |e: std::io::Error| Error::RuntimeDir { path: path.clone(), reason: e.to_string() };
-        // Nobody sweeps meanwhile: a sweeper's passing hold on the file would look like another driver.
+        // Nobody sweeps meanwhile.
         let sweep = Sweep::begin(dir)?;
         let file = loop {
             let file = open(&path, true).map_err(failed)?;
-            if !sys::try_lock(&file, Lock::Exclusive).map_err(failed)? {
+            // Shared as long as the file may be a dead driver's: a client that looks at this moment must not take him for alive, and map
+            // what he left.
+            if !sys::try_lock(&file, Lock::Shared).map_err(failed)? {
                 let pid = Record::read(&file).map_or(0, |record| record.pid);
                 return Err(Error::AlreadyRunning { rig: rig.into(), pid });
             }
@@ -190,7 +192,10 @@ impl RigLock {
                 continue;
             }
             if file.metadata().map_err(failed)?.len() == 0 {
-                break file;
+                match sys::try_lock(&file, Lock::Exclusive).map_err(failed)? {
+                    true => break file,
+                    false => return Err(Error::AlreadyRunning { rig: rig.into(), pid: 0 }),
+                }
             }
             // A dead driver's, and its clients may still be watching: to them a lock on this very file would mean that he is back. They
             // keep the old one, we take a new one.
@@ -350,8 +355,7 @@ impl Sweep {
                 ours::remove_folder(&entry.path(), &prefix(run), &[USERS]);
             } else if name.ends_with(".lock") {
                 let Ok(file) = open(&entry.path(), false) else { continue };
-                let is_dead =
-                    matches!(sys::try_lock(&file, Lock::Exclusive), Ok(true)) && Record::read(&file).is_some();
+                let is_dead = matches!(sys::try_lock(&file, Lock::Shared), Ok(true)) && Record::read(&file).is_some();
                 if is_dead && is_the_file_at(&file, &entry.path()) {
                     let _ = fs::remove_file(entry.path());
                 }
@@ -606,12 +610,7 @@ mod tests {
         let client = Attachment::try_find(&dir.0, "bench", &mut pid).unwrap().unwrap();
         assert!(client.driver_lives());
         let run = killed.run().to_string();
-        // What the kernel does when it is killed: the descriptors close, nothing is removed.
-        let RigLock { ref file, ref users, .. } = killed;
-        let (file, users) = (file.try_clone().unwrap(), users.as_ref().unwrap().try_clone().unwrap());
-        std::mem::forget(killed);
-        unlock(file);
-        unlock(users);
+        kill(killed);
         assert!(!client.driver_lives());
         let next = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
         assert!(dir.entries().contains(&run), "a client still uses it");
@@ -620,6 +619,37 @@ mod tests {
         assert!(!dir.entries().contains(&run), "the last user takes it along");
         drop(next);
         assert_eq!(dir.entries(), [".sweep"]);
+    }
+
+    #[test]
+    fn a_dead_driver_is_never_taken_for_a_living_one_while_others_clear_up_after_him() {
+        let dir = Scratch::new("dead");
+        for round in 0..300 {
+            let dead = RigLock::acquire_in(&dir.0, "bench", PROTOCOL).unwrap();
+            dead.publish(PROTOCOL).unwrap();
+            let run = dead.run().to_string();
+            kill(dead);
+            std::thread::scope(|scope| {
+                // The next one of this rig, or of another one, which sweeps in passing.
+                let rig = ["bench", "other"][round % 2];
+                let next = scope.spawn(|| RigLock::acquire_in(&dir.0, rig, PROTOCOL).unwrap());
+                while !next.is_finished() {
+                    if let Ok(Some(found)) = Attachment::try_find(&dir.0, "bench", &mut 0) {
+                        panic!("round {round}: found run {}, and {run} was the dead one", found.run);
+                    }
+                }
+                next.join().unwrap();
+            });
+        }
+    }
+
+    /// What the kernel does when it is killed: the descriptors close, nothing is removed.
+    fn kill(driver: RigLock) {
+        let RigLock { ref file, ref users, .. } = driver;
+        let (file, users) = (file.try_clone().unwrap(), users.as_ref().unwrap().try_clone().unwrap());
+        std::mem::forget(driver);
+        unlock(file);
+        unlock(users);
     }
 
     #[allow(unsafe_code)]

@@ -79,9 +79,10 @@ pub fn lock(file: &File, lock: Lock) -> io::Result<()> {
     control(file, libc::F_OFD_SETLKW, &mut record(lock))
 }
 
-/// Whether somebody else holds a lock on this file.
+/// Whether somebody else holds this file alone.
 pub fn is_locked(file: &File) -> io::Result<bool> {
-    let mut record = record(Lock::Exclusive);
+    // What would keep a reader out is a writer's.
+    let mut record = record(Lock::Shared);
     control(file, libc::F_OFD_GETLK, &mut record)?;
     Ok(record.l_type != libc::F_UNLCK as libc::c_short)
 }
