@@ -2,8 +2,8 @@
 // columns are the channels and whose units are the quantities.
 //
 // Curves come over a WebSocket in binary frames (data.js), everything else as JSON: `hello` (the rig), `status` (modes,
-// faults, the loop), `may` (whether this page may command) and `answer` (what became of a request). Curves are drawn once
-// a screen frame, from what is there by then.
+// faults, the loop), `may` (whether this page may command), `answer` (what became of a request) and `picture` (the machine,
+// picture.js). Curves are drawn once a screen frame, from what is there by then.
 "use strict";
 
 const $ = (id) => document.getElementById(id);
@@ -29,6 +29,8 @@ const page = {
   window: 10, frozen: null, cursor: null, pinned: new Set(), arranged: [],
   clock: null, panels: [], built: 0, dirty: true, held: new Map(), asked: new Map(), ids: 0,
 };
+
+const picture = new Picture($("picture"), $("says"));
 
 // ——— the line to the server ———
 
@@ -72,6 +74,7 @@ function told(message) {
   if (message.kind === "hello") hello(message);
   else if (message.kind === "status") status(message);
   else if (message.kind === "may") { page.may = message.command; $("record").hidden = !page.may; card(); }
+  else if (message.kind === "picture") { send({ do: "seen", frame: message.frame }); picture.show(message.picture); }
   else if (message.kind === "answer") { page.asked.get(message.id)?.(message); page.asked.delete(message.id); }
 }
 
@@ -82,6 +85,7 @@ function hello(rig) {
   document.title = `${rig.rig} · sinew scope`;
   $("rig").textContent = rig.rig;
   $("simulated").hidden = !rig.simulated;
+  $("machine").hidden = !rig.picture;
   const names = rig.channels.map((c) => c.name);
   if (first || page.names.join() !== names.join()) {
     page.names = names;
@@ -160,7 +164,11 @@ function received(buffer) {
 
 // ——— what does not move ———
 
-function state(words, how = "") { $("driver").textContent = words; $("driver").className = "state " + how; }
+function state(words, how = "") {
+  $("driver").textContent = words;
+  $("driver").className = "state " + how;
+  picture.past(how === "bad");
+}
 function banner(words) { $("banner").hidden = !words; if ($("banner").textContent !== words) $("banner").textContent = words; }
 
 let silence;

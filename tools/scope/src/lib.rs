@@ -9,6 +9,8 @@
 //! A page may command only if it was opened with the token, and only with leases it keeps renewing
 //! (`access`, `command`).
 //!
+//! Whoever opens a scope may say what the machine looks like: it is drawn above the curves ([`Scope::with_picture`]).
+//!
 //! Clients, bytes and rates are bounded: connections as they come in (`sinew_server`), pages while they are open
 //! (`session`). Every refusal is counted.
 //!

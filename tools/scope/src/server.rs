@@ -26,7 +26,7 @@ use crate::{Error, Options, page, session};
 
 /// A scope that is open: its port is taken, its source found.
 pub struct Scope {
-    shared: Arc<Shared>,
+    shared: Shared,
     listener: TcpListener,
     source: Source,
     port: u16,
@@ -75,11 +75,37 @@ impl Scope {
             traffic: Arc::new(Traffic::new(Limits::default())),
             stop: AtomicBool::new(false),
             recorder: Mutex::new(button),
+            picture: None,
             view: Mutex::new(view),
             origin_ns: sinew_ipc::monotonic_ns(),
             options,
         };
-        Ok(Scope { shared: Arc::new(shared), listener, source, port })
+        Ok(Scope { shared, listener, source, port })
+    }
+
+    /// With a picture of the machine above the curves: `picture` draws it as it is at the moment of the call, as JSON.
+    ///
+    /// ```json
+    /// {
+    ///   "shapes": [
+    ///     {"line": [-0.1, 0.0, 0.1, 0.01], "width": 0.004, "ink": "body"},
+    ///     {"disc": [0.03, 0.02], "radius": 0.012, "ink": "load"}
+    ///   ],
+    ///   "half_size": [0.15, 0.06],
+    ///   "says": "ball +30.0 mm, beam +2.9°"
+    /// }
+    /// ```
+    ///
+    /// Everything is in metres, x to the right, y up, from the middle of the picture, of which `half_size` is half the width
+    /// and half the height. What comes first is hindmost. Lines, from `x0, y0` to `x1, y1`, have round ends. An ink is one of
+    /// `frame` (what stands still), `body` (what moves), `wire`, `load` and `goal`. What `says` is written beneath, and is
+    /// all that whoever does not see the page has of it.
+    ///
+    /// The scope passes it on as it is, 31 times a second at most to each page, and only if it differs from the last one. It
+    /// is called by the thread that serves all pages: it has to return at once, and must not panic.
+    pub fn with_picture(mut self, picture: impl Fn() -> String + Send + Sync + 'static) -> Scope {
+        self.shared.picture = Some(Box::new(picture));
+        self
     }
 
     /// The page's address. With the token it may command; without, whoever has it may look.
@@ -100,6 +126,7 @@ impl Scope {
     pub fn serve(self, stop: impl Fn() -> bool) -> Result<(), Error> {
         let system = |e: std::io::Error| Error::System { reason: e.to_string() };
         let Scope { shared, listener, source, .. } = self;
+        let shared = Arc::new(shared);
         let watcher = {
             let (over, shared) = (shared.clone(), shared.clone());
             let start = Thread::Watcher.start().ends_when(move || over.stop.load(Ordering::Relaxed));

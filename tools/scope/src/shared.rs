@@ -10,6 +10,9 @@ use crate::access::{AccessControl, Token};
 use crate::record::Button;
 use crate::view::View;
 
+/// Draws the machine as it is when called, as JSON: [`Scope::with_picture`](crate::Scope::with_picture).
+pub(crate) type Picture = Box<dyn Fn() -> String + Send + Sync>;
+
 /// What the watching thread, the server and the pages share.
 pub struct Shared {
     /// Of the rig, or of the stream.
@@ -20,6 +23,7 @@ pub struct Shared {
     pub traffic: Arc<Traffic>,
     pub stop: AtomicBool,
     pub recorder: Mutex<Button>,
+    pub(crate) picture: Option<Picture>,
     pub(crate) view: Mutex<View>,
     /// Time 0 of the curves, CLOCK_MONOTONIC, ns.
     pub(crate) origin_ns: u64,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde::Serialize;
+use serde_json::{Map, Value};
 use sinew_ipc::Client;
 use sinew_plot::Field;
 
@@ -18,7 +19,7 @@ pub struct View {
     pub history: History,
     /// Raised whenever the history was begun anew.
     pub epoch: u64,
-    /// What does not change, as a message to a page.
+    /// What does not change, as a message to a page, but for the picture: [`View::hello`].
     pub hello: String,
     /// What does, as a message to a page.
     pub status: String,
@@ -108,6 +109,17 @@ impl View {
         }
         self.epoch += 1;
         self.hello = hello(self.history.shape(), self.epoch);
+    }
+
+    /// The first message to a page. That there is a picture of the machine is added here, once for drivers and streams:
+    /// whoever opens a scope says so only afterwards.
+    pub fn hello(&self, pictured: bool) -> String {
+        if !pictured {
+            return self.hello.clone();
+        }
+        let mut hello: Map<String, Value> = serde_json::from_str(&self.hello).unwrap_or_default();
+        hello.insert("picture".into(), true.into());
+        json(&hello)
     }
 
     /// Takes up a driver. One with the same channels and rate as the last goes on in the same curves.

@@ -34,17 +34,28 @@ impl Server {
         let mut view = View::of(Shape { channels: 1, quantities: 2, rate_hz: 1000.0, longest_s: 60.0 });
         [view.hello, view.status] = ["hello", "status"].map(|kind| json!({ "kind": kind }).to_string());
         view.epoch = 1;
-        let shared = Arc::new(Shared {
+        let shared = Shared {
             name: "none".into(),
             token: Token::new().unwrap(),
             access: AccessControl::new(port),
             traffic: Arc::new(Traffic::new(limits)),
             stop: AtomicBool::new(false),
             recorder: Mutex::new(Button::of_driver(&options.record_dir, "none")),
+            picture: None,
             view: Mutex::new(view),
             origin_ns: 0,
             options,
-        });
+        };
+        Server::of(shared, listener)
+    }
+
+    /// What this scope shows to its pages.
+    fn showing(scope: Scope) -> Server {
+        Server::of(scope.shared, scope.listener)
+    }
+
+    fn of(shared: Shared, listener: TcpListener) -> Server {
+        let (shared, port) = (Arc::new(shared), listener.local_addr().unwrap().port());
         let (stop, stopped) = oneshot::channel::<()>();
         let served = shared.clone();
         let thread = std::thread::spawn(move || {
@@ -200,6 +211,23 @@ impl Page {
                 return message;
             }
         }
+    }
+
+    /// Acknowledges what came under this number.
+    fn saw(&mut self, number: &Value) {
+        self.say(&json!({ "do": "seen", "frame": number }));
+    }
+
+    /// How many messages of this kind come before so many looks at the state, ten a second.
+    fn counts(&mut self, kind: &str, looks: usize) -> usize {
+        let (mut count, mut looked) = (0, 0);
+        while looked < looks {
+            let (what, content) = self.receive().expect("a page that is served");
+            let message: Value = if what == TEXT { serde_json::from_slice(&content).unwrap() } else { Value::Null };
+            count += usize::from(message["kind"] == kind);
+            looked += usize::from(message["kind"] == "status");
+        }
+        count
     }
 
     /// The code and reason for which it is closed.
@@ -468,4 +496,94 @@ fn a_long_history_comes_in_frames_of_bounded_length() {
         }
     }
     assert_eq!((bins, frames), (1000, 4), "333 bins of 12 bytes fit into one");
+}
+
+/// A scope of a stream that nothing is written into.
+fn quiet() -> Scope {
+    let (line, _) = std::io::pipe().unwrap();
+    let scope = Scope::plot(
+        Stream::of_pipe("quiet", line.into()),
+        Options { port: 0, record_dir: ".".into(), commands: false },
+    );
+    let scope = scope.unwrap();
+    scope.shared.view().status = json!({ "kind": "status" }).to_string();
+    scope
+}
+
+/// A picture of a ball here, m.
+fn ball_at(x: f64) -> Value {
+    json!({
+        "shapes": [{ "line": [-0.1, 0.0, 0.1, 0.0], "width": 0.004, "ink": "body" }, { "disc": [x, 0.01], "radius": 0.01, "ink": "load" }],
+        "half_size": [0.15, 0.05],
+        "says": format!("ball {x:+.3} m"),
+    })
+}
+
+/// The machine, of which a test moves the ball.
+fn machine() -> (Arc<Mutex<f64>>, Server) {
+    let place = Arc::new(Mutex::new(0.0));
+    let seen = place.clone();
+    (place, Server::showing(quiet().with_picture(move || ball_at(*seen.lock().unwrap()).to_string())))
+}
+
+#[test]
+fn a_page_is_told_of_the_machine_and_shown_it_as_it_moves() {
+    let (place, server) = machine();
+    let mut page = server.page();
+    let hello = page.told("hello");
+    assert_eq!((&hello["picture"], &hello["rig"], &hello["of"]), (&json!(true), &json!("quiet"), &json!("stream")));
+    for x in [0.0, 0.012, -0.03, 0.0] {
+        *place.lock().unwrap() = x;
+        let told = page.told("picture");
+        assert_eq!(told["picture"], ball_at(x));
+        page.saw(&told["frame"]);
+    }
+    // a page that is opened later does not wait for it to move
+    assert_eq!(server.page().told("picture")["picture"], ball_at(0.0));
+}
+
+#[test]
+fn a_machine_that_stands_still_is_sent_once() {
+    let (place, server) = machine();
+    let mut page = server.page();
+    let told = page.told("picture");
+    page.saw(&told["frame"]);
+    assert_eq!(page.counts("picture", 5), 0);
+    *place.lock().unwrap() = 0.02;
+    assert_eq!(page.counts("picture", 5), 1);
+}
+
+#[test]
+fn a_page_that_acknowledges_no_picture_gets_the_last_one_once_it_does() {
+    let place = Arc::new(Mutex::new(0.0));
+    let seen = place.clone();
+    // one that is nowhere twice
+    let moves = move || {
+        let mut x = seen.lock().unwrap();
+        *x += 0.001;
+        ball_at(*x).to_string()
+    };
+    let server = Server::showing(quiet().with_picture(moves));
+    let mut page = server.page();
+    let mut last = Value::Null;
+    for _ in 0..4 {
+        last = page.told("picture");
+    }
+    assert_eq!(page.counts("picture", 5), 0, "four wait for it already");
+    let before = *place.lock().unwrap();
+    page.saw(&last["frame"]);
+    let says = page.told("picture")["picture"]["says"].as_str().expect("words").to_owned();
+    let at: f64 = says.split(' ').nth(1).expect("a place").parse().expect("a number");
+    assert!(at > before - 5e-4, "{says}, but it was at {before} m already");
+}
+
+#[test]
+fn a_scope_without_a_picture_says_and_sends_none() {
+    let server = Server::showing(quiet());
+    let mut page = server.page();
+    let hello = page.told("hello");
+    assert_eq!((&hello["rig"], hello.get("picture")), (&json!("quiet"), None));
+    assert_eq!(page.counts("picture", 5), 0);
+    let view = server.shared.view();
+    assert_eq!(view.hello(false), view.hello, "as it was");
 }
