@@ -4,6 +4,7 @@
 mod adc;
 mod backend;
 mod control;
+mod demonstrator;
 mod joints;
 mod limits;
 mod load;
@@ -16,6 +17,7 @@ use crate::key::local;
 use crate::notes::{Reader, Stated, tidy};
 use crate::tables::{Channel, Joint, Rig, tables_with};
 
+pub(crate) use demonstrator::demonstrator;
 pub(crate) use joints::joints;
 pub(crate) use load::in_joint;
 pub(crate) use wire::of_its_kind;

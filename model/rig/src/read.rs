@@ -159,13 +159,15 @@ fn root(reader: &mut Reader<'_>, root: &Table, catalogue: &Catalogue) -> Rig {
         reader.belonging(section, &rig, &stated);
         given.extend(stated.given);
     }
-    complete::rig(reader, &rig, &Stated { given, header: 1, label: None, table: root, right: true });
+    let stated = Stated { given, header: 1, label: None, table: root, right: true };
+    complete::rig(reader, &rig, &stated);
     rig.joints = root.get("joint").map_or_else(Vec::new, |node| joints::joints(reader, node));
     let read = channels::channels(reader, root.get("channel"), catalogue, &mut rig);
     if let Some(node) = root.get("joint") {
         complete::joints(reader, node, &mut rig);
     }
     complete::channels(reader, &read, &mut rig);
+    complete::demonstrator(reader, &rig, &stated);
     if let Some(node) = root.get("recording") {
         rig.recording = recording::mapping(reader, node);
     }

@@ -11,6 +11,7 @@ pub(crate) mod backend;
 mod black_box;
 pub(crate) mod channel;
 mod control;
+mod demonstrator;
 mod drive;
 mod initial;
 pub(crate) mod joint;
@@ -32,6 +33,7 @@ pub use backend::*;
 pub use black_box::*;
 pub use channel::*;
 pub use control::*;
+pub use demonstrator::*;
 pub use joint::*;
 pub use limits::*;
 pub use machine::*;
@@ -47,8 +49,8 @@ use crate::declare::part;
 use crate::key::{Key, Section};
 
 /// What a rig file is made of, by the names that stand in it without a dot.
-pub(crate) const TOP: [&str; 9] =
-    ["rig", "access", "channel", "joint", "recording", "backend", "black_box", "simulation", "machine"];
+pub(crate) const TOP: [&str; 10] =
+    ["rig", "access", "channel", "joint", "recording", "backend", "black_box", "simulation", "demonstrator", "machine"];
 
 /// Tables of the rig that are more than a plain list of keys and stand in one that is.
 pub(crate) const OTHER_TABLES: [&str; 1] = ["simulation.fault"];
@@ -65,6 +67,7 @@ static OF_RIG: LazyLock<Vec<Section<Rig>>> = LazyLock::new(|| {
     tables.extend([
         part!(black_box::section(), Rig.black_box),
         part!(simulation::section(), Rig.simulation),
+        part!(demonstrator::section(), Rig.demonstrator),
         part!(machine::section(), Rig.machine),
     ]);
     tables

@@ -24,6 +24,7 @@ pub enum Thread {
     Reader,
     Herald,
     Account,
+    Feeder,
 }
 
 /// What comes of a thread's death.
@@ -64,7 +65,7 @@ const fn row(
 }
 
 /// Every thread, in the order of [`Thread`].
-pub const TABLE: [Row; 17] = [
+pub const TABLE: [Row; 18] = [
     row(
         Thread::Main,
         "main",
@@ -200,6 +201,14 @@ pub const TABLE: [Row; 17] = [
         "writes the accounts of the wires' lives",
         Comes::Less,
         "nothing is added to the accounts until the driver is started anew",
+    ),
+    row(
+        Thread::Feeder,
+        "feeder",
+        "`demo`",
+        "hands a robot program what its sensor says",
+        Comes::End,
+        "the driver ends: its robot program would balance blindly",
     ),
 ];
 

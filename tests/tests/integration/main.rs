@@ -10,6 +10,7 @@ mod circles;
 mod clients;
 mod commands;
 mod conceal;
+mod demo;
 mod diagnose;
 mod effects;
 mod exchange;

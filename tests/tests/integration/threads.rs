@@ -18,9 +18,9 @@ use crate::{front_end, linux};
 
 const LONG: Duration = Duration::from_secs(120);
 /// The ways a thread dies.
-const WAYS: [&str; 2] = ["panic", "end"];
+pub const WAYS: [&str; 2] = ["panic", "end"];
 /// Threads whose death the tests here cause.
-pub const STRUCK: [Thread; 16] = [
+pub const STRUCK: [Thread; 17] = [
     Thread::Main,
     Thread::Loop,
     Thread::Publisher,
@@ -37,6 +37,7 @@ pub const STRUCK: [Thread; 16] = [
     Thread::Reader,
     Thread::Herald,
     Thread::Account,
+    Thread::Feeder,
 ];
 
 /// Whether the programs under test let threads be struck; says so where they do not.
@@ -54,7 +55,11 @@ pub struct Strike(PathBuf);
 impl Strike {
     /// For a program that is to be started.
     pub fn of(rig: &Rig, command: &mut Command) -> Strike {
-        let path = rig.file("strike");
+        Strike::by(rig.file("strike"), command)
+    }
+
+    /// The same, by a file at this place.
+    pub fn by(path: PathBuf, command: &mut Command) -> Strike {
         let _ = fs::remove_file(&path);
         command.env(STRIKE_FILE, &path);
         Strike(path)

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use sinew_backend::Backend;
+use sinew_demonstrators::{Demonstrator, DemonstratorBackend, Watch};
 use sinew_linux_backend::{LinuxRig, Settings};
 use sinew_rig::{BackendKind, Rig};
 use sinew_serial_backend::{self as serial, LineFigures, SerialBackend};
@@ -21,6 +22,8 @@ pub struct Chosen {
     pub wires: String,
     /// How the line to a front-end does.
     pub line: Option<Arc<LineFigures>>,
+    /// The machine that a simulated wire moves.
+    pub machine: Option<Watch>,
 }
 
 /// The backend that a rig file asks for.
@@ -31,14 +34,21 @@ pub fn choose(rig: &Rig) -> Result<Chosen, Failure> {
                 sinew_sim_backend::Error::NotDrivable(error) => rig_failure(&error),
                 error => Failure::input(format!("{}: {error}", rig.file())),
             })?;
-            Ok(Chosen { backend: Box::new(backend), simulated: true, wires: "simulated wires".into(), line: None })
+            let wires = "simulated wires".into();
+            let machine = Demonstrator::of(rig).map_err(|error| Failure::input(format!("{}: {error}", rig.file())))?;
+            let Some(machine) = machine else {
+                return Ok(Chosen { backend: Box::new(backend), simulated: true, wires, line: None, machine: None });
+            };
+            let seen = Some(machine.watch());
+            let backend = Box::new(DemonstratorBackend::new(backend, machine));
+            Ok(Chosen { backend, simulated: true, wires, line: None, machine: seen })
         }
         BackendKind::Serial => {
             let backend = SerialBackend::connect(rig).map_err(|error| serial_failure(rig, error))?;
             let wires =
                 format!("wires on {}, {}", rig.backend.serial.port.as_deref().unwrap_or(""), backend.front_end());
             let line = Some(backend.figures());
-            Ok(Chosen { backend: Box::new(backend), simulated: false, wires, line })
+            Ok(Chosen { backend: Box::new(backend), simulated: false, wires, line, machine: None })
         }
         BackendKind::Linux => {
             let backend = LinuxRig::new(Settings::of_rig(rig)).map_err(|error| {
@@ -46,7 +56,7 @@ pub fn choose(rig: &Rig) -> Result<Chosen, Failure> {
                 Failure::input(format!("{}: {error}", rig.file())).hint(remedy)
             })?;
             let wires = "wires on Linux's own outputs".into();
-            Ok(Chosen { backend: Box::new(backend), simulated: false, wires, line: None })
+            Ok(Chosen { backend: Box::new(backend), simulated: false, wires, line: None, machine: None })
         }
     }
 }

@@ -9,6 +9,7 @@ mod format;
 mod log;
 mod output;
 mod progress;
+mod robots;
 mod score;
 mod screen;
 mod setpoint;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Diagnose(args) if args.whole_rig => commands::whole_rig::diagnose(args),
         Command::Diagnose(args) => commands::diagnose::diagnose(args),
         Command::Tour(args) => commands::tour::tour(args),
+        Command::Demo(args) => commands::demo::demo(args),
         Command::Repeat(args) => commands::repeat::repeat(args),
         Command::Conceal(args) => commands::conceal::conceal(args),
         Command::Reveal(args) => commands::conceal::reveal(args),

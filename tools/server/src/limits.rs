@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// Connections open at once, those of live clients among them.
     pub connections: usize,
-    /// New connections. A page of the scope takes nine: its files and the live one.
+    /// New connections. A page of the scope takes ten: its files and the live one.
     pub connecting: Flow,
     /// How long a connection that is not live may last, whatever it does meanwhile: its request and the answer.
     pub request: Duration,

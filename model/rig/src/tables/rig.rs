@@ -3,7 +3,7 @@
 use crate::declare::rows::*;
 use crate::notes::{Reader, Stated};
 use crate::own::Catalogue;
-use crate::tables::{Access, Backend, BlackBox, Channel, Joint, Machine, Mapping, Simulation};
+use crate::tables::{Access, Backend, BlackBox, Channel, Demonstrator, Joint, Machine, Mapping, Simulation};
 use crate::value::MAX_PATH;
 
 /// Longest name of a rig, in bytes.
@@ -51,6 +51,8 @@ pub struct Rig {
     pub black_box: BlackBox,
     /// The simulated backend.
     pub simulation: Simulation,
+    /// The machine that a simulated wire moves.
+    pub demonstrator: Demonstrator,
     /// The tensile testing machine a wire may be mounted in.
     pub machine: Machine,
     pub(crate) source: Source,
@@ -134,6 +136,7 @@ impl Rig {
             backend: Unread::UNREAD,
             black_box: Unread::UNREAD,
             simulation: Simulation::unread(),
+            demonstrator: Unread::UNREAD,
             machine: Unread::UNREAD,
             source: Source::default(),
         }
@@ -144,6 +147,14 @@ impl Rig {
     /// The channel of this name and its index.
     pub fn channel(&self, name: &str) -> Option<(usize, &Channel)> {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
+    }
+
+    /// The channel whose wire moves the demonstrator, where it has one: the named one, else the first.
+    pub fn demonstrator_channel(&self) -> Option<(usize, &Channel)> {
+        match &self.demonstrator.channel {
+            Some(name) => self.channel(name),
+            None => self.channels.iter().enumerate().next(),
+        }
     }
 
     /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.

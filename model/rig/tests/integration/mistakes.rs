@@ -785,3 +785,38 @@ fn a_shared_input_needs_a_shunt_room_and_an_off_phase() {
     assert!(text.contains("circuit = \"separate_taps\""), "{text}");
     assert_eq!(Rig::parse(&text, "").unwrap().channels[0].adc.circuit, sinew_rig::SamplingCircuit::SeparateTaps);
 }
+
+#[test]
+fn a_demonstrator_has_a_wire_that_can_move_it() {
+    let ball = |more: &str, expected: &str| with(&format!("[demonstrator]\nkind = \"ball_on_beam\"\n{more}"), expected);
+    ball("", "accepted");
+    ball("channel = \"wire\"\n", "accepted");
+    ball(
+        "channel = \"wiar\"\n",
+        "rig.toml:25: demonstrator.channel is \"wiar\", expected the name of a channel; did you mean \"wire\"?",
+    );
+    ball(
+        "start_mm = 130\n",
+        "rig.toml:25: demonstrator.start_mm is 130, beside the beam, which ends 120 mm from its pivot",
+    );
+    ball(
+        "draught_for_s = 5\ndraught_every_s = 4\n",
+        "rig.toml:26: demonstrator.draught_every_s is 4, expected more than draught_for_s, 5",
+    );
+    ball(
+        "jitter_us = 1\n",
+        "rig.toml:25: demonstrator.jitter_us makes no sense without pulses; take it out, or set kind = \"servo\"",
+    );
+    with(
+        "[demonstrator]\nkind = \"servo\"\ndegrees_per_ms = 0\n",
+        "rig.toml:25: demonstrator.degrees_per_ms is 0: no pulse would turn it; expected more or less",
+    );
+    assert_eq!(
+        of(&format!("{}[demonstrator]\nkind = \"servo\"\n", GOOD.replace("mass_kg = 0.2", "kind = \"imposed_force\""))),
+        "rig.toml:24: demonstrator.channel is \"wire\", whose load does not move by itself; expected one with a mass_kg"
+    );
+    with(
+        "[demonstrator]\nkind = \"servo\"\n[backend]\nkind = \"serial\"\n[backend.serial]\nport = \"/dev/ttyACM0\"\n",
+        "rig.toml:24: demonstrator.kind makes no sense with wires that are not simulated; take it out",
+    );
+}

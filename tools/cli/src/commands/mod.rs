@@ -10,6 +10,7 @@ mod bundle;
 pub mod characterise;
 mod check;
 pub mod conceal;
+pub mod demo;
 pub mod design;
 pub mod diagnose;
 pub mod doctor;

@@ -23,7 +23,7 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let over = || asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end);
     if has_screen() {
-        terminal::show(&mut live, "quit", &over, None)?;
+        terminal::show(&mut live, "quit", &over, None, None)?;
     } else {
         while lines(&mut live, &over, false)? {}
     }

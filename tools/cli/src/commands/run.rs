@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use signal_hook::consts::{SIGTSTP, SIGXFSZ};
 use sinew_black_box::{BlackBox, Place};
+use sinew_demonstrators::Watch;
 use sinew_driver::report::Ending;
 use sinew_driver::{Driver, DriverHandle, Error, Options, RunReport, Stopper, Tap, wish_of};
 use sinew_ipc::Client;
@@ -48,28 +49,51 @@ pub fn run(args: &args::Run) -> Outcome {
     for Doubt { line, channel, key, says } in rig.doubts() {
         output::note(format_args!("doubt: {}:{line}: channel \"{channel}\": {key}: {says}", rig.file()));
     }
-    if let Some(path) = &args.report {
+    drive(&rig, args.duration_s, args.report.as_deref(), |driven, over| show(args, driven, over))
+}
+
+/// A running driver, for whoever shows it.
+pub struct Driven<'a> {
+    /// Its rig.
+    pub rig: &'a Rig,
+    /// What a person calls its wires.
+    pub wires: &'a str,
+    /// What runs.
+    pub driver: &'a DriverHandle,
+    /// The machine that a simulated wire moves.
+    pub machine: Option<&'a Watch>,
+}
+
+/// Drives a rig for as long as `show` shows it, or it ends by itself; then reports.
+pub fn drive(
+    rig: &Rig,
+    duration_s: Option<f64>,
+    report_to: Option<&Path>,
+    show: impl FnOnce(&Driven<'_>, &dyn Fn() -> bool) -> Outcome,
+) -> Outcome {
+    if let Some(path) = report_to {
         output::has_place(path)?;
     }
     // Before anything is opened: every client takes some.
     sinew_ipc::descriptors::raise_limit();
     let asked = signal_line()?;
-    let Chosen { backend, simulated, wires, line } = backend::choose(&rig)?;
-    let options = Options { duration_s: args.duration_s, program: program::of(&rig)?, simulated, ..Options::default() };
+    let Chosen { backend, simulated, wires, line, machine } = backend::choose(rig)?;
+    let options = Options { duration_s, program: program::of(rig)?, simulated, ..Options::default() };
     // Nor does a file that may not grow any further (`ulimit -f`) end it: that is the black box's to find out.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
-    let (black_box, seconds) = black_box(&rig, simulated).unzip();
-    let (accounts, lives) = life::keep(&rig, simulated).unzip();
+    let (black_box, seconds) = black_box(rig, simulated).unzip();
+    let (accounts, lives) = life::keep(rig, simulated).unzip();
     let taps = seconds.into_iter().chain(lives).collect();
     log::never_wait()?;
-    let driver = Driver::start_tapped(&rig, backend, options, taps).map_err(|error| driver_failure(&rig, error))?;
-    stop_when_asked(asked, driver.stopper(), wish_of(&rig))?;
-    let told = herald::start(&rig, &driver)?;
+    let driver = Driver::start_tapped(rig, backend, options, taps).map_err(|error| driver_failure(rig, error))?;
+    stop_when_asked(asked, driver.stopper(), wish_of(rig))?;
+    let told = herald::start(rig, &driver)?;
     let stopper = driver.stopper();
     // A panic stops the driver before the terminal is put back, which nobody may be reading.
     let main = Thread::Main.start().on_death(move || stopper.fail());
-    let shown = main.run(|| show(args, &rig, &wires, &driver, &|| !driver.is_running())).unwrap_or(Ok(()));
+    let driven = Driven { rig, wires: &wires, driver: &driver, machine: machine.as_ref() };
+    let shown = main.run(|| show(&driven, &|| !driver.is_running())).unwrap_or(Ok(()));
     driver.stop();
     let mut report = driver.join();
     if let Some(told) = told {
@@ -95,7 +119,7 @@ pub fn run(args: &args::Run) -> Outcome {
             line.trips()
         ));
     }
-    if let Some(path) = &args.report {
+    if let Some(path) = report_to {
         let text = output::json(&report)? + "\n";
         if path == Path::new("-") { output::print(text)? } else { output::write_file(path, &text)? }
     }
@@ -219,7 +243,8 @@ fn black_box(rig: &Rig, simulated: bool) -> Option<(BlackBox, Box<dyn Tap>)> {
 }
 
 /// Shows the running driver until `over`.
-fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &dyn Fn() -> bool) -> Outcome {
+fn show(args: &args::Run, driven: &Driven<'_>, over: &dyn Fn() -> bool) -> Outcome {
+    let Driven { rig, wires, driver, machine } = *driven;
     // a separate ordinary client
     let mut live = match Client::connect(&rig.name) {
         Ok(client) => Live::new(client),
@@ -230,7 +255,7 @@ fn show(args: &args::Run, rig: &Rig, wires: &str, driver: &DriverHandle, over: &
     if has_screen() && !args.no_monitor {
         let quiet = log::hold_back();
         let reset_stop = || driver.reset_emergency_stop();
-        let shown = terminal::show(&mut live, "stop", over, Some(&reset_stop));
+        let shown = terminal::show(&mut live, "stop", over, Some(&reset_stop), machine);
         // The terminal may take its time for what was kept back.
         driver.stop();
         drop(quiet);

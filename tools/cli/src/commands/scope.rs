@@ -5,6 +5,8 @@ use std::os::fd::AsFd;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use serde_json::json;
+use sinew_demonstrators::{Picture, Shape, Watch};
 use sinew_scope::{Error, Options, Scope, Stream};
 use sinew_serial_backend as serial;
 
@@ -45,6 +47,26 @@ pub fn scope(args: &args::Scope) -> Outcome {
     let served = scope.serve(|| asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end));
     output::note(traffic.figures());
     served.map_err(failure)
+}
+
+/// The driver of a demonstrator, which runs in this process, with the machine itself.
+pub fn of_demo(rig: &str, machine: Watch, over: &dyn Fn() -> bool) -> Outcome {
+    let options = Options { port: 0, record_dir: ".".into(), commands: true };
+    let scope = Scope::open(rig, options).map_err(failure)?.with_picture(move || picture(&machine.picture()));
+    output::print(format_args!("{}\n", scope.url(true)))?;
+    output::note("Ctrl-C ends it");
+    scope.serve(over).map_err(failure)
+}
+
+/// A picture as the page takes it.
+fn picture(picture: &Picture) -> String {
+    let shapes = picture.shapes.iter().map(|shape| match *shape {
+        Shape::Line { from: [x0, y0], to: [x1, y1], width, ink } => {
+            json!({ "line": [x0, y0, x1, y1], "width": width, "ink": ink.name() })
+        }
+        Shape::Disc { at: [x, y], radius, ink } => json!({ "disc": [x, y], "radius": radius, "ink": ink.name() }),
+    });
+    json!({ "shapes": shapes.collect::<Vec<_>>(), "half_size": picture.half_size, "says": picture.says }).to_string()
 }
 
 /// The stream that is to be shown instead of a driver.

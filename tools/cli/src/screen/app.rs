@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use sinew_demonstrators::Picture;
+
 use super::view::{Row, View};
 use crate::setpoint::Setpoint;
 
@@ -54,6 +56,8 @@ pub enum Message {
 pub struct App {
     /// The latest look, if there was one.
     pub view: Option<View>,
+    /// What the wires move looks like, where it is simulated.
+    pub machine: Option<Picture>,
     /// Index of the channel the keys act on.
     pub selected: usize,
     /// What is being typed.
@@ -76,6 +80,7 @@ impl App {
     pub fn new(quit_word: &'static str) -> Self {
         App {
             view: None,
+            machine: None,
             selected: 0,
             entry: None,
             message: None,

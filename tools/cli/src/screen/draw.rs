@@ -13,6 +13,7 @@ use ratatui::widgets::{Axis, Block, Borders, Chart, Clear, Dataset, GraphType, P
 use sinew_ipc::{ChannelState, Detail, Mode};
 
 use super::app::{App, HISTORY_S, Message};
+use super::machine::{self, draw_machine};
 use super::style::Palette;
 use super::view::{Row, View, micros, number, percent};
 
@@ -43,6 +44,10 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
         _ if rows.left() <= 3 => Rect::ZERO,
         spare => rows.bottom(needed.min(spare.max(1))),
     };
+    let machine = match (&app.machine, rows.left().saturating_sub(table_rows)) {
+        (Some(_), machine::LEAST_ROWS..) => rows.top((rows.left() - table_rows).min(machine::MOST_ROWS)),
+        _ => Rect::ZERO,
+    };
     let spare = rows.left().saturating_sub(table_rows);
     let course = match spare {
         0 => Rect::ZERO,
@@ -52,6 +57,9 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
     let table = rows.top(rows.left());
 
     draw_title(frame.buffer_mut(), title, view, palette);
+    if let Some(picture) = &app.machine {
+        draw_machine(frame, machine, picture, palette);
+    }
     draw_table(frame.buffer_mut(), table, app, view, palette);
     if course.height >= CHART_ROWS {
         draw_course(frame, course, app, view, palette);

@@ -2,6 +2,7 @@
 
 pub mod app;
 pub mod draw;
+mod machine;
 pub mod style;
 pub mod terminal;
 pub mod view;

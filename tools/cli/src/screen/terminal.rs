@@ -13,6 +13,7 @@ use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use ratatui::crossterm::terminal::{EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode};
 use ratatui::crossterm::{Command, QueueableCommand};
+use sinew_demonstrators::Watch;
 use sinew_ipc::Mode;
 use sinew_threads::Thread;
 
@@ -87,12 +88,13 @@ impl Write for Picture {
 }
 
 /// Shows the screen until a key, `over` or the driver's end closes it. `quit_word` is what `q` does, `reset_stop` how the emergency stop is
-/// reset, at the driver's own terminal alone.
+/// reset, at the driver's own terminal alone; `machine` is what the wires move, where it is simulated.
 pub fn show(
     live: &mut Live,
     quit_word: &'static str,
     over: &dyn Fn() -> bool,
     reset_stop: Option<&dyn Fn()>,
+    machine: Option<&Watch>,
 ) -> Outcome {
     let unusable = |error: io::Error| {
         Failure::own(format!("the terminal cannot be used: {error}")).hint("pipe the output to get plain lines")
@@ -112,6 +114,7 @@ pub fn show(
     loop {
         let now_s = started.elapsed().as_secs_f64();
         app.update(live.look());
+        app.machine = machine.map(Watch::picture);
         app.forget(now_s);
         if let Some(view) = &app.view {
             let mut lost = None;

@@ -1,0 +1,1 @@
+../tools/cli/src/robots/ball_on_beam.rs

@@ -1,0 +1,1 @@
+../tools/cli/src/robots/servo.rs

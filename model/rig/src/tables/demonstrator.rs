@@ -1,0 +1,102 @@
+//! `[demonstrator]`: the machine that a simulated wire moves, and what a robot program sees of it.
+
+use crate::declare::rows::*;
+use crate::error::What;
+use crate::notes::{Reader, Stated};
+use crate::tables::MAX_CHANNEL_NAME;
+
+words! {
+    /// A machine of chapter 12.
+    pub enum DemonstratorKind, default None {
+        /// None: the wires move their loads.
+        None = "none",
+        /// A beam that one wire tilts, and a ball on it that rolls; a camera sees the ball.
+        BallOnBeam = "ball_on_beam",
+        /// A lever that one wire turns; a receiver hands over the widths of the pulses it is commanded by.
+        Servo = "servo",
+    }
+}
+
+/// Keys that only a ball on a beam has.
+fn with_ball() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| demonstrator.kind == DemonstratorKind::BallOnBeam,
+        |_, _| "makes no sense without a ball; take it out, or set kind = \"ball_on_beam\"".into(),
+    )
+}
+
+/// Keys that only a servo has.
+fn with_pulses() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| demonstrator.kind == DemonstratorKind::Servo,
+        |_, _| "makes no sense without pulses; take it out, or set kind = \"servo\"".into(),
+    )
+}
+
+table! {
+    "demonstrator", check fits_together:
+    "A machine that a simulated wire moves at the end of a lever, and what a robot program sees of it (chapter 12): `sinew demo` runs it. \
+     What turns with the wire (the beam's inertia, friction and spring, by the lever's square) is the wire's `[channel.load]`.";
+
+    /// A machine of chapter 12 that a simulated wire moves, and what a robot program sees of it.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Demonstrator {
+        /// Which machine.
+        kind: DemonstratorKind = "kind", DemonstratorKind::KIND, DemonstratorKind::DEFAULT;
+        /// Channel whose wire moves it.
+        channel: Option<String> = "channel", name(MAX_CHANNEL_NAME), Computed("the first channel");
+        /// Lever that the wire pulls at: it turns by the wire's way over this, forward where the wire is shorter.
+        lever_m: f64 = "lever_mm", number(milli("mm"), 0.1, 10_000.0), Number(10.0);
+        /// Stroke of the wire at which the angle is zero.
+        level_stroke: f64 = "level_stroke", number(si("1"), 0.0, 1.0), Number(0.5);
+        /// How long the beam is to either side, from pivot to end.
+        half_beam_m: f64 = "half_beam_mm", number(milli("mm"), 1.0, 10_000.0), Number(120.0), only with_ball();
+        /// Mass of the ball.
+        ball_kg: f64 = "ball_g", number(milli("g"), 0.001, 100_000.0), Number(3.0), only with_ball();
+        /// What of its mass resists rolling besides: moment of inertia over m r², 2/5 of a solid ball, 2/3 of a hollow one.
+        ball_inertia: f64 = "ball_inertia", number(si("1"), 0.0, 1.0), Number(0.4), only with_ball();
+        /// Rolling resistance, as a share of the ball's weight.
+        rolling_resistance: f64 = "rolling_resistance", number(si("1"), 0.0, 1.0), Number(0.001), only with_ball();
+        /// Where a hand puts the ball down, from the pivot, once the beam is level.
+        start_m: f64 = "start_mm", number(milli("mm"), -10_000.0, 10_000.0), Number(30.0), only with_ball();
+        /// Pictures of the camera a second, or pulses of the receiver.
+        sensor_hz: f64 = "sensor_hz", number(si("Hz"), 1.0, 1000.0), Number(50.0);
+        /// How old what it says is when it comes.
+        sensor_delay_s: f64 = "sensor_delay_ms", number(milli("ms"), 0.0, 1000.0), Number(20.0);
+        /// Noise of a place the camera sees, RMS.
+        camera_noise_m: f64 = "camera_noise_mm", number(milli("mm"), 0.0, 1000.0), Number(0.5), only with_ball();
+        /// Jitter of a pulse's width, RMS.
+        jitter_s: f64 = "jitter_us", number(micro("µs"), 0.0, 1000.0), Number(0.5), only with_pulses();
+        /// Width of the pulse that asks for the angle zero.
+        centre_pulse_s: f64 = "centre_pulse_us", number(micro("µs"), 100.0, 10_000.0), Number(1500.0), only with_pulses();
+        /// Angle that a pulse wider by 1 ms asks for.
+        rad_per_s: f64 = "degrees_per_ms", number(DEGREES_PER_MS, -10_000.0, 10_000.0), Number(60.0), only with_pulses();
+        /// A draught takes so much more heat from the wire, as a share of what the still air takes.
+        draught: f64 = "draught", number(si("1"), 0.0, 100.0), Number(0.5);
+        /// For so long it blows.
+        draught_s: f64 = "draught_for_s", number(si("s"), 0.0, 1e6), Number(3.0);
+        /// So long from one to the next on average, by chance (`seed` in `[simulation]`); 0 = never.
+        draught_every_s: f64 = "draught_every_s", number(si("s"), 0.0, 1e6), Number(20.0);
+    }
+}
+
+/// One degree a millisecond, in rad/s.
+const DEGREES_PER_MS: Unit = Unit::new("°/ms", std::f64::consts::PI / 180.0 * 1e3, 1.0);
+
+fn fits_together(reader: &mut Reader<'_>, demonstrator: &Demonstrator, stated: &Stated<'_>) {
+    let mut refuse = |key: &'static str, message: String| {
+        let line = stated.line_of_first(&[("demonstrator", key), ("demonstrator", "kind")]);
+        reader.problem(line, None, format!("demonstrator.{key}"), What::Contradiction { message });
+    };
+    let Demonstrator { start_m, half_beam_m, draught_s, draught_every_s, .. } = *demonstrator;
+    if demonstrator.kind == DemonstratorKind::BallOnBeam && start_m.abs() >= half_beam_m {
+        let (start, half) = (start_m * 1e3, half_beam_m * 1e3);
+        refuse("start_mm", format!("is {start}, beside the beam, which ends {half} mm from its pivot"));
+    }
+    if demonstrator.kind == DemonstratorKind::Servo && demonstrator.rad_per_s == 0.0 {
+        refuse("degrees_per_ms", "is 0: no pulse would turn it; expected more or less".into());
+    }
+    if draught_every_s > 0.0 && draught_every_s <= draught_s {
+        refuse("draught_every_s", format!("is {draught_every_s}, expected more than draught_for_s, {draught_s}"));
+    }
+}

@@ -1,0 +1,48 @@
+//! The machines of chapter 12 that simulated wires move ([`[demonstrator]`](sinew_rig::Demonstrator) of a rig file), and what
+//! a robot program sees of them.
+//!
+//! [`Demonstrator`] stands around a simulated rig: after each period it lets its bodies move as far as the wire has turned
+//! them, puts their weight on the wire for the next, and lets its draughts blow. [`DemonstratorBackend`] is both as the driver's
+//! backend. A robot program sees none of it: it has the ordinary client, and the lines of one sensor ([`Watch::reading`]), a camera or a
+//! receiver, late and noisy. Whoever draws or judges has the truth ([`Watch::pose`], [`Watch::tally`]), from any thread.
+//!
+//! ```
+//! use sinew_demonstrators::Demonstrator;
+//! use sinew_backend::Backend;
+//!
+//! let rig = sinew_rig::Rig::parse(sinew_demonstrators::BALL_ON_BEAM, "ball-on-beam.toml")?;
+//! let mut wires = sinew_sim_backend::SimulatedRig::new(&rig)?;
+//! let mut beam = Demonstrator::of(&rig)?.ok_or("it has a demonstrator")?;
+//! wires.start()?;
+//! let mut samples = [sinew_backend::Sample::NONE];
+//! for _ in 0..1000 {
+//!     wires.exchange(&[0.0], &mut samples)?;
+//!     beam.pass(&mut wires);
+//! }
+//! assert!(beam.watch().pose().angle_rad < -0.02, "cold and long, the wire lets its end of the beam down");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod backend;
+mod ball;
+mod bound;
+mod chance;
+mod demonstrator;
+mod picture;
+mod pose;
+mod sensor;
+mod watch;
+
+pub use backend::DemonstratorBackend;
+pub use ball::{Ball, Beam};
+pub use bound::Catchable;
+pub use demonstrator::{Demonstrator, Error};
+pub use picture::{Ink, Picture, Shape};
+pub use pose::Pose;
+pub use watch::{Reading, Tally, Watch};
+
+/// The rig file of the ball on the beam.
+pub const BALL_ON_BEAM: &str = include_str!("ball-on-beam.toml");
+/// The rig file of the micro-servo.
+pub const SERVO: &str = include_str!("servo.toml");

@@ -1,0 +1,144 @@
+//! What a machine looks like, for whoever draws it: straight lines and discs, in metres.
+
+use sinew_rig::{Demonstrator, DemonstratorKind};
+
+use crate::pose::Pose;
+
+/// What a thing is made of, to be drawn in a colour of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ink {
+    /// Frame, ground, marks.
+    Frame,
+    /// What the wire moves.
+    Body,
+    /// The wire.
+    Wire,
+    /// What is handled: a ball.
+    Load,
+    /// Where it is wanted.
+    Goal,
+}
+
+impl Ink {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Ink::Frame => "frame",
+            Ink::Body => "body",
+            Ink::Wire => "wire",
+            Ink::Load => "load",
+            Ink::Goal => "goal",
+        }
+    }
+}
+
+/// A part of a picture; x to the right, y up, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A straight line of this width.
+    Line {
+        /// One end.
+        from: [f64; 2],
+        /// The other.
+        to: [f64; 2],
+        /// How wide, m.
+        width: f64,
+        /// Drawn as.
+        ink: Ink,
+    },
+    /// A disc.
+    Disc {
+        /// Its middle.
+        at: [f64; 2],
+        /// Radius, m.
+        radius: f64,
+        /// Drawn as.
+        ink: Ink,
+    },
+}
+
+/// What a machine looks like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// What is in it, the hindmost first.
+    pub shapes: Vec<Shape>,
+    /// How far it reaches to either side, and up and down, m.
+    pub half_size: [f64; 2],
+    /// What there is to say beside it.
+    pub says: String,
+}
+
+/// What of a rig file there is to draw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Drawn {
+    kind: DemonstratorKind,
+    lever_m: f64,
+    half_beam_m: f64,
+}
+
+/// Radius of a ball in a picture, share of half the beam.
+const BALL: f64 = 0.05;
+
+impl Drawn {
+    pub fn of(declared: &Demonstrator) -> Drawn {
+        let Demonstrator { kind, lever_m, half_beam_m, .. } = *declared;
+        Drawn { kind, lever_m, half_beam_m }
+    }
+
+    /// The picture of a pose, in this draught.
+    pub fn draw(&self, pose: &Pose, draught: f64) -> Picture {
+        let mut picture = match self.kind {
+            DemonstratorKind::Servo => self.servo(pose),
+            DemonstratorKind::BallOnBeam | DemonstratorKind::None => self.beam(pose),
+        };
+        if draught > 0.0 {
+            picture.says += &format!(", draught {:+.0} %", draught * 100.0);
+        }
+        picture
+    }
+
+    fn beam(&self, pose: &Pose) -> Picture {
+        let half = self.half_beam_m;
+        let (sin, cos) = pose.angle_rad.sin_cos();
+        let along = |x: f64, up: f64| [x * cos - up * sin, x * sin + up * cos];
+        let radius = BALL * half;
+        let foot = -0.35 * half;
+        let hook = along(self.lever_m, 0.0);
+        let mut shapes = vec![
+            Shape::Line { from: [0.0, 0.0], to: [0.0, foot], width: 0.02 * half, ink: Ink::Frame },
+            Shape::Line { from: [-0.3 * half, foot], to: [0.5 * half, foot], width: 0.02 * half, ink: Ink::Frame },
+            // the wire hangs from above: shorter, it lifts
+            Shape::Line { from: [hook[0], 0.55 * half], to: hook, width: 0.008 * half, ink: Ink::Wire },
+            Shape::Line { from: along(-half, 0.0), to: along(half, 0.0), width: 0.025 * half, ink: Ink::Body },
+            Shape::Line { from: along(0.0, 0.0), to: along(0.0, 0.06 * half), width: 0.012 * half, ink: Ink::Goal },
+        ];
+        let degrees = pose.angle_rad.to_degrees();
+        let says = if pose.other.is_finite() {
+            let lift = radius + 0.0125 * half;
+            shapes.push(Shape::Disc { at: along(pose.other, lift), radius, ink: Ink::Load });
+            format!("ball {:+.1} mm, beam {degrees:+.1}°", pose.other * 1e3)
+        } else {
+            format!("the ball waits for a level beam, now at {degrees:+.1}°")
+        };
+        Picture { shapes, half_size: [1.1 * half, 0.6 * half], says }
+    }
+
+    fn servo(&self, pose: &Pose) -> Picture {
+        // twice as long as its lever: what one sees is the horn
+        let horn = 2.0 * self.lever_m;
+        let tip = |angle: f64, share: f64| [share * horn * angle.sin(), share * horn * angle.cos()];
+        let mut shapes = vec![Shape::Disc { at: [0.0, 0.0], radius: 0.25 * horn, ink: Ink::Frame }];
+        if pose.other.is_finite() {
+            let (from, to) = (tip(pose.other, 1.02), tip(pose.other, 1.2));
+            shapes.push(Shape::Line { from, to, width: 0.04 * horn, ink: Ink::Goal });
+        }
+        shapes.push(Shape::Line { from: [0.0, 0.0], to: tip(pose.angle_rad, 1.0), width: 0.12 * horn, ink: Ink::Body });
+        let asked = if pose.other.is_finite() {
+            format!(" of {:+.1}° that are asked for", pose.other.to_degrees())
+        } else {
+            String::new()
+        };
+        let says = format!("{:+.1}°{asked}", pose.angle_rad.to_degrees());
+        Picture { shapes, half_size: [1.6 * horn, 1.3 * horn], says }
+    }
+}

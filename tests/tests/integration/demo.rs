@@ -1,0 +1,114 @@
+//! `sinew demo`: driver, machine and robot program together, and what is left of them.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use sinew_tests::{Process, entries, sinew, wait_for, wait_until};
+use sinew_threads::Thread;
+use tempfile::TempDir;
+
+use crate::threads::{Strike, WAYS, can_strike};
+
+/// A demonstrator whose driver nobody else finds.
+pub struct Demo {
+    folder: TempDir,
+    pub command: Command,
+}
+
+impl Demo {
+    pub fn of(args: &[&str]) -> Demo {
+        let folder = tempfile::Builder::new().prefix("sd-").tempdir_in("/tmp").expect("a temporary folder");
+        let mut command = Command::new(sinew());
+        command.arg("demo").args(args);
+        command.env("SINEW_RUNTIME_DIR", folder.path()).env("SINEW_STATE_DIR", folder.path());
+        Demo { folder, command }
+    }
+
+    fn start(&mut self) -> Process {
+        Process::start(&mut self.command)
+    }
+
+    /// Whether a driver runs there.
+    fn is_driven(&self) -> bool {
+        entries(self.folder.path()).iter().any(|name| name.ends_with(".lock"))
+    }
+}
+
+/// The robot program of a demonstrator that runs: a child of its process.
+fn robot(demo: &Process) -> u32 {
+    wait_for("the robot program", || {
+        let children = fs::read_to_string(format!("/proc/{0}/task/{0}/children", demo.pid())).ok()?;
+        children.split_whitespace().find_map(|pid| {
+            let line = fs::read(Path::new("/proc").join(pid).join("cmdline")).ok()?;
+            String::from_utf8_lossy(&line).contains("--robot").then(|| pid.parse().ok())?
+        })
+    })
+}
+
+#[test]
+fn a_ball_is_put_down_and_balanced_and_nothing_is_left() {
+    let mut demo = Demo::of(&["ball-on-beam", "--for", "8", "--no-monitor", "--seed", "2"]);
+    let process = demo.start();
+    let robot = robot(&process);
+    let ended = process.finish().expect(0);
+    // How well it does is the trials' to say: here the machine may be busy. That a ball lies there means that the wire has levelled the beam.
+    assert!(ended.stdout.contains("the ball waits for a level beam") && ended.stdout.contains("\nball "), "{ended:?}");
+    assert!(ended.stdout.lines().last().is_some_and(|line| line.starts_with("ball-on-beam, ")), "{ended:?}");
+    assert!(ended.stderr.contains("faults    none") || ended.stderr.contains("cycle_overrun"), "{ended:?}");
+    assert!(!Path::new("/proc").join(robot.to_string()).exists(), "the robot program has ended");
+    assert!(!demo.is_driven());
+}
+
+#[test]
+fn a_robot_program_that_dies_ends_it_and_is_named() {
+    let mut demo = Demo::of(&["servo", "--for", "60", "--no-monitor"]);
+    let process = demo.start();
+    let robot = robot(&process);
+    wait_until("it to run", || process.stdout().contains('°'));
+    assert!(Command::new("kill").args(["-9", &robot.to_string()]).status().expect("kill").success());
+    let ended = process.finish().expect(1);
+    assert!(ended.stderr.contains("error: the robot program has ended (signal: 9"), "{ended:?}");
+    assert!(!demo.is_driven(), "and the driver with it, in order");
+}
+
+#[test]
+fn a_robot_program_without_its_sensor_ends_its_driver() {
+    if !can_strike() {
+        return;
+    }
+    for how in WAYS {
+        let mut demo = Demo::of(&["servo", "--for", "60", "--no-monitor"]);
+        let strike = Strike::by(demo.folder.path().join("strike"), &mut demo.command);
+        let process = demo.start();
+        robot(&process);
+        wait_until("it to run", || process.stdout().contains('°'));
+        strike.strike(Thread::Feeder, how);
+        let ended = process.finish().expect(1);
+        let does = Thread::Feeder.row().does;
+        assert!(ended.stderr.contains(&format!("the thread that {does} has died")), "{how}: {ended:?}");
+        assert!(!demo.is_driven(), "{how}");
+    }
+}
+
+#[test]
+fn what_there_is_not_is_said_with_what_there_is() {
+    let listed = Demo::of(&[]).start().finish().expect(0);
+    assert!(listed.stdout.contains("sinew demo ball-on-beam") && listed.stdout.contains("sinew demo servo"));
+    let slip = Demo::of(&["ball-on-bean"]).start().finish().expect(2);
+    assert!(slip.stderr.contains("hint: `sinew demo ball-on-beam`"), "{slip:?}");
+}
+
+#[test]
+fn what_is_kept_is_a_rig_that_runs_and_the_program_as_it_stands_in_the_examples() {
+    let there = tempfile::tempdir().expect("a temporary folder");
+    let kept = there.path().join("bench");
+    let name = kept.to_str().expect("a temporary folder's name");
+    Demo::of(&["servo", "--keep", name]).start().finish().expect(0);
+    assert_eq!(entries(&kept), ["servo.rs", "servo.toml"]);
+    let example = sinew_tests::checkout().join("examples/servo.rs");
+    assert_eq!(fs::read(kept.join("servo.rs")).unwrap(), fs::read(example).unwrap());
+    sinew_tests::run(["check".as_ref(), kept.join("servo.toml").as_os_str()]).expect(0);
+    let again = Demo::of(&["servo", "--keep", name]).start().finish().expect(2);
+    assert!(again.stderr.contains("is there already"), "{again:?}");
+}

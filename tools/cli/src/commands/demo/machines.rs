@@ -1,0 +1,111 @@
+//! The machines there are: what is shown of each, and what is claimed.
+
+use sinew_demonstrators::{BALL_ON_BEAM, SERVO, Tally};
+use sinew_rig::Rig;
+
+use crate::args;
+use crate::failure::Failure;
+use crate::robots::{ball_on_beam, servo};
+
+/// What a robot program is when nothing stands between it and its sensor: from what that says (`None`: nothing for
+/// [`Demo::silence_s`]) to the stroke it asks for.
+pub type Mind = Box<dyn FnMut(Option<f64>) -> f64>;
+
+/// One of them.
+pub struct Demo {
+    /// By which it is asked for.
+    pub name: &'static str,
+    /// What it is, for a person.
+    pub about: &'static str,
+    /// Text of the rig file, and of the robot program with its file's name.
+    pub rig: &'static str,
+    pub program: (&'static str, &'static str),
+    /// The wire it commands.
+    pub wire: &'static str,
+    /// How a line of its sensor begins, and the sensor's unit over SI's.
+    pub says: (&'static str, f64),
+    /// After so long a robot program takes notice that its sensor is silent, s.
+    pub silence_s: f64,
+    /// The robot program, on the rig of this name.
+    pub run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
+    /// Of a wire with this way from cold to hot, m.
+    pub mind: fn(f64) -> Mind,
+    /// What is claimed: no larger error than this, in the unit of [`Demo::error`].
+    pub claim: f64,
+    /// The unit an error is told in, and that unit over SI's.
+    pub error: (&'static str, f64),
+}
+
+/// All of them.
+pub const DEMOS: [Demo; 2] = [
+    Demo {
+        name: "ball-on-beam",
+        about: "one wire tilts a beam on which a ball rolls, and a camera sees the ball",
+        rig: BALL_ON_BEAM,
+        program: ("ball_on_beam.rs", include_str!("../../robots/ball_on_beam.rs")),
+        wire: "tilt",
+        says: ("ball_mm", 1e3),
+        silence_s: 0.3,
+        run: ball_on_beam::run,
+        mind: |travel_m| {
+            let mut balance = ball_on_beam::Balance::new(travel_m);
+            Box::new(move |ball_mm| match ball_mm {
+                Some(ball_mm) => balance.sees(ball_mm * 1e-3),
+                None => balance.sees_nothing(),
+            })
+        },
+        claim: 10.0,
+        error: ("mm", 1e3),
+    },
+    Demo {
+        name: "servo",
+        about: "one wire that measures itself turns a horn as the pulses of a radio's receiver ask",
+        rig: SERVO,
+        program: ("servo.rs", include_str!("../../robots/servo.rs")),
+        wire: "horn",
+        says: ("pulse_us", 1e6),
+        silence_s: f64::INFINITY,
+        run: servo::run,
+        mind: |travel_m| {
+            let mut servo = servo::Servo::new(travel_m);
+            Box::new(move |pulse_us| servo.hears(pulse_us.unwrap_or(1500.0)))
+        },
+        claim: 3.0,
+        error: ("°", 180.0 / std::f64::consts::PI),
+    },
+];
+
+impl Demo {
+    /// Its rig, with the seed that is asked for.
+    pub fn rig(&self, args: &args::Demo) -> Result<Rig, Failure> {
+        let mut rig = Rig::parse(self.rig, &format!("the rig file of {}", self.name)).map_err(Failure::own)?;
+        if let Some(seed) = args.seed {
+            rig.simulation.seed = seed.into();
+        }
+        Ok(rig)
+    }
+
+    /// How it has done, for a person.
+    pub fn says_of(&self, tally: &Tally) -> String {
+        let (unit, over_si) = self.error;
+        let Tally { seconds, falls, worst, mean_square } = *tally;
+        let fell = match (self.name, falls) {
+            ("servo", _) => String::new(),
+            (_, 1) => "fell once; ".into(),
+            (_, 0) => "never fell; ".into(),
+            (_, times) => format!("fell {times} times; "),
+        };
+        let (worst, rms) = (worst * over_si, mean_square.sqrt() * over_si);
+        let settled = if worst > 0.0 {
+            format!("once settled never off by more than {worst:.1} {unit}, {rms:.1} {unit} RMS")
+        } else {
+            "it had no time to settle".into()
+        };
+        format!("{}, {seconds:.0} s: {fell}{settled}", self.name)
+    }
+
+    /// Whether that is what is claimed.
+    pub fn succeeds(&self, tally: &Tally) -> bool {
+        tally.falls == 0 && tally.seconds > 0.0 && tally.worst > 0.0 && tally.worst * self.error.1 <= self.claim
+    }
+}
