@@ -17,7 +17,8 @@ pub struct DemonstratorBackend {
 
 impl DemonstratorBackend {
     /// Of these wires, which are those of the demonstrator's rig.
-    pub fn new(wires: SimulatedRig, demonstrator: Demonstrator) -> DemonstratorBackend {
+    pub fn new(mut wires: SimulatedRig, demonstrator: Demonstrator) -> DemonstratorBackend {
+        demonstrator.make_room(&mut wires);
         DemonstratorBackend { wires, demonstrator }
     }
 }

@@ -115,6 +115,20 @@ mod tests {
     }
 
     #[test]
+    fn a_tube_takes_the_heat_faster_than_bare_air() {
+        let text = crate::BOWDEN_SERVO;
+        let tube = text.find("# 500 mm of PTFE tube").unwrap()..text.find("[demonstrator]").unwrap();
+        let bare = text.replace(&text[tube], "");
+        let back_s = |text: &str| {
+            let rig = Rig::parse(text, "tube.toml").unwrap();
+            let angles = turned(&rig, 0, 0.0).unwrap().unwrap();
+            STEP_S * angles.iter().position(|angle| *angle < -0.4).unwrap() as f64
+        };
+        let (tube_s, bare_s) = (back_s(text), back_s(&bare));
+        assert!(tube_s < 0.8 * bare_s, "{tube_s} s in the tube, {bare_s} s without");
+    }
+
+    #[test]
     fn a_thicker_wire_catches_less_by_cooling() {
         let of = |text: &str| {
             let rig = Rig::parse(text, "bound.toml").unwrap();

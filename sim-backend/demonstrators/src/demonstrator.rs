@@ -145,7 +145,13 @@ impl Demonstrator {
         self.watch.clone()
     }
 
-    /// Follows the wires through the period just past, and acts on them in the next. Does not allocate.
+    /// Lets its wire make room for a draught now: the first one allocates, and the loop is no place for that.
+    pub(crate) fn make_room(&self, wires: &mut SimulatedRig) {
+        wires.disturb(self.channel, &World { draught: 1.0, ..World::CALM });
+        wires.disturb(self.channel, &World::CALM);
+    }
+
+    /// Follows the wires through the period just past, and acts on them in the next.
     pub fn pass(&mut self, wires: &mut SimulatedRig) {
         let Some(truth) = wires.truth(self.channel) else { return };
         let time_s = wires.time_s();

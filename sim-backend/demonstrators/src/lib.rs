@@ -44,5 +44,7 @@ pub use watch::{Reading, Tally, Watch};
 
 /// The rig file of the ball on the beam.
 pub const BALL_ON_BEAM: &str = include_str!("ball-on-beam.toml");
+/// The rig file of the servo in a Bowden tube.
+pub const BOWDEN_SERVO: &str = include_str!("bowden-servo.toml");
 /// The rig file of the micro-servo.
 pub const SERVO: &str = include_str!("servo.toml");

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use sinew_tests::browser::Browser;
 use sinew_tests::{Process, entries, sinew, wait_for, wait_until};
 use sinew_threads::Thread;
 use tempfile::TempDir;
@@ -58,6 +59,11 @@ fn a_ball_is_put_down_and_balanced_and_nothing_is_left() {
     assert!(ended.stderr.contains("faults    none") || ended.stderr.contains("cycle_overrun"), "{ended:?}");
     assert!(!Path::new("/proc").join(robot.to_string()).exists(), "the robot program has ended");
     assert!(!demo.is_driven());
+    assert_eq!(
+        entries(demo.folder.path()).iter().filter(|name| !name.starts_with('.')).count(),
+        0,
+        "neither boxes nor accounts"
+    );
 }
 
 #[test]
@@ -89,6 +95,25 @@ fn a_robot_program_without_its_sensor_ends_its_driver() {
         assert!(ended.stderr.contains(&format!("the thread that {does} has died")), "{how}: {ended:?}");
         assert!(!demo.is_driven(), "{how}");
     }
+}
+
+#[test]
+fn a_browser_shows_the_machine_itself() {
+    let Some(mut browser) = Browser::start(1280, 800) else { return };
+    let mut demo = Demo::of(&["bowden-servo", "--for", "60", "--scope"]);
+    let mut process = demo.start();
+    process.wait_for_word("http://");
+    let url = wait_for("the address", || process.stdout().lines().next().map(str::to_owned));
+    browser.open(&url);
+    browser.wait("document.querySelectorAll('#picture line').length >= 2");
+    browser.wait("$('picture').getAttribute('aria-label').includes('that are asked for')");
+    // it moves: the horn is where it was not
+    let horn = "document.querySelector('#picture line:last-of-type').getAttribute('x2')";
+    let before = browser.eval(horn);
+    browser.wait(&format!("{horn} !== '{}'", before.as_str().expect("a place")));
+    process.signal(libc::SIGTERM);
+    process.finish().expect(0);
+    assert!(!demo.is_driven());
 }
 
 #[test]

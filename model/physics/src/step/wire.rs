@@ -139,7 +139,7 @@ impl Wire {
     }
 
     /// Moves the air from now on, so that it takes `gain` more of the heat it takes at rest (0.5 = half as much again; never
-    /// less than −1); it holds until it is set again, and acts beside `thermal.draught`.
+    /// less than −1); it holds until it is set again, and acts beside `thermal.draught`. The first one allocates.
     pub fn set_draught(&mut self, gain: f64) {
         let stirred = 1.0 + gain.max(-1.0);
         match &mut self.balance.terms {

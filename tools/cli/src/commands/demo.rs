@@ -15,7 +15,7 @@ use sinew_rig::nearest;
 
 use super::live::{self, Live};
 use super::monitor::has_screen;
-use super::run::{Driven, drive};
+use super::run::{Asked, Driven, drive};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::log;
@@ -83,7 +83,8 @@ impl Demo {
     fn live(&self, args: &args::Demo) -> Outcome {
         let rig = self.rig(args)?;
         let tally = RefCell::new(None);
-        let driven = drive(&rig, args.duration_s, None, |driven, over| {
+        let asked = Asked { duration_s: args.duration_s, report_to: None, leaves_traces: false };
+        let driven = drive(&rig, &asked, |driven, over| {
             let Some(machine) = driven.machine else {
                 return Err(Failure::own(format!("{}: has no machine", rig.file())));
             };

@@ -49,7 +49,18 @@ pub fn run(args: &args::Run) -> Outcome {
     for Doubt { line, channel, key, says } in rig.doubts() {
         output::note(format_args!("doubt: {}:{line}: channel \"{channel}\": {key}: {says}", rig.file()));
     }
-    drive(&rig, args.duration_s, args.report.as_deref(), |driven, over| show(args, driven, over))
+    let asked = Asked { duration_s: args.duration_s, report_to: args.report.as_deref(), leaves_traces: true };
+    drive(&rig, &asked, |driven, over| show(args, driven, over))
+}
+
+/// What is asked of a run.
+pub struct Asked<'a> {
+    /// After so long it ends by itself, s.
+    pub duration_s: Option<f64>,
+    /// Where its report goes.
+    pub report_to: Option<&'a Path>,
+    /// Whether it keeps black boxes and the accounts of its wires' lives.
+    pub leaves_traces: bool,
 }
 
 /// A running driver, for whoever shows it.
@@ -65,29 +76,25 @@ pub struct Driven<'a> {
 }
 
 /// Drives a rig for as long as `show` shows it, or it ends by itself; then reports.
-pub fn drive(
-    rig: &Rig,
-    duration_s: Option<f64>,
-    report_to: Option<&Path>,
-    show: impl FnOnce(&Driven<'_>, &dyn Fn() -> bool) -> Outcome,
-) -> Outcome {
+pub fn drive(rig: &Rig, asked: &Asked<'_>, show: impl FnOnce(&Driven<'_>, &dyn Fn() -> bool) -> Outcome) -> Outcome {
+    let Asked { duration_s, report_to, leaves_traces } = *asked;
     if let Some(path) = report_to {
         output::has_place(path)?;
     }
     // Before anything is opened: every client takes some.
     sinew_ipc::descriptors::raise_limit();
-    let asked = signal_line()?;
+    let signals = signal_line()?;
     let Chosen { backend, simulated, wires, line, machine } = backend::choose(rig)?;
     let options = Options { duration_s, program: program::of(rig)?, simulated, ..Options::default() };
     // Nor does a file that may not grow any further (`ulimit -f`) end it: that is the black box's to find out.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
         .map_err(|error| Failure::own(format!("signal {SIGXFSZ} cannot be handled: {error}")))?;
-    let (black_box, seconds) = black_box(rig, simulated).unzip();
-    let (accounts, lives) = life::keep(rig, simulated).unzip();
+    let (black_box, seconds) = leaves_traces.then(|| black_box(rig, simulated)).flatten().unzip();
+    let (accounts, lives) = leaves_traces.then(|| life::keep(rig, simulated)).flatten().unzip();
     let taps = seconds.into_iter().chain(lives).collect();
     log::never_wait()?;
     let driver = Driver::start_tapped(rig, backend, options, taps).map_err(|error| driver_failure(rig, error))?;
-    stop_when_asked(asked, driver.stopper(), wish_of(rig))?;
+    stop_when_asked(signals, driver.stopper(), wish_of(rig))?;
     let told = herald::start(rig, &driver)?;
     let stopper = driver.stopper();
     // A panic stops the driver before the terminal is put back, which nobody may be reading.

@@ -1,6 +1,6 @@
 //! The machines there are: what is shown of each, and what is claimed.
 
-use sinew_demonstrators::{BALL_ON_BEAM, SERVO, Tally};
+use sinew_demonstrators::{BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally};
 use sinew_rig::Rig;
 
 use crate::args;
@@ -30,6 +30,8 @@ pub struct Demo {
     pub run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
     /// Of a wire with this way from cold to hot, m.
     pub mind: fn(f64) -> Mind,
+    /// Whether something can fall off it.
+    pub falls: bool,
     /// What is claimed: no larger error than this, in the unit of [`Demo::error`].
     pub claim: f64,
     /// The unit an error is told in, and that unit over SI's.
@@ -37,7 +39,7 @@ pub struct Demo {
 }
 
 /// All of them.
-pub const DEMOS: [Demo; 2] = [
+pub const DEMOS: [Demo; 3] = [
     Demo {
         name: "ball-on-beam",
         about: "one wire tilts a beam on which a ball rolls, and a camera sees the ball",
@@ -54,6 +56,7 @@ pub const DEMOS: [Demo; 2] = [
                 None => balance.sees_nothing(),
             })
         },
+        falls: true,
         claim: 10.0,
         error: ("mm", 1e3),
     },
@@ -61,19 +64,47 @@ pub const DEMOS: [Demo; 2] = [
         name: "servo",
         about: "one wire that measures itself turns a horn as the pulses of a radio's receiver ask",
         rig: SERVO,
-        program: ("servo.rs", include_str!("../../robots/servo.rs")),
-        wire: "horn",
-        says: ("pulse_us", 1e6),
-        silence_s: f64::INFINITY,
-        run: servo::run,
-        mind: |travel_m| {
-            let mut servo = servo::Servo::new(travel_m);
-            Box::new(move |pulse_us| servo.hears(pulse_us.unwrap_or(1500.0)))
-        },
-        claim: 3.0,
-        error: ("°", 180.0 / std::f64::consts::PI),
+        run: |rig| servo::run(rig, MICRO),
+        mind: |travel_m| mind_of_servo(MICRO, travel_m),
+        ..SERVOS
+    },
+    Demo {
+        name: "bowden-servo",
+        about: "the same with half a metre of wire in a Bowden tube, which takes its heat and holds it back",
+        rig: BOWDEN_SERVO,
+        run: |rig| servo::run(rig, BOWDEN),
+        mind: |travel_m| mind_of_servo(BOWDEN, travel_m),
+        ..SERVOS
     },
 ];
+
+/// What servos have in common.
+const SERVOS: Demo = Demo {
+    name: "",
+    about: "",
+    rig: "",
+    program: ("servo.rs", include_str!("../../robots/servo.rs")),
+    wire: "horn",
+    says: ("pulse_us", 1e6),
+    silence_s: f64::INFINITY,
+    run: |rig| servo::run(rig, MICRO),
+    mind: |travel_m| mind_of_servo(MICRO, travel_m),
+    falls: false,
+    claim: 3.0,
+    error: ("°", 180.0 / std::f64::consts::PI),
+};
+
+const MICRO: servo::Horn = servo::Horn { lever_m: 0.004, degrees_per_ms: 60.0 };
+const BOWDEN: servo::Horn = servo::Horn { lever_m: 0.008, degrees_per_ms: 120.0 };
+
+fn mind_of_servo(horn: servo::Horn, travel_m: f64) -> Mind {
+    let mut servo = servo::Servo::new(horn, travel_m);
+    let mut stroke = None;
+    Box::new(move |pulse_us| {
+        stroke = pulse_us.map(|us| servo.hears(us)).or(stroke);
+        stroke.unwrap_or(0.0)
+    })
+}
 
 impl Demo {
     /// Its rig, with the seed that is asked for.
@@ -89,11 +120,11 @@ impl Demo {
     pub fn says_of(&self, tally: &Tally) -> String {
         let (unit, over_si) = self.error;
         let Tally { seconds, falls, worst, mean_square } = *tally;
-        let fell = match (self.name, falls) {
-            ("servo", _) => String::new(),
-            (_, 1) => "fell once; ".into(),
-            (_, 0) => "never fell; ".into(),
-            (_, times) => format!("fell {times} times; "),
+        let fell = match falls {
+            _ if !self.falls => String::new(),
+            0 => "never fell; ".into(),
+            1 => "fell once; ".into(),
+            times => format!("fell {times} times; "),
         };
         let (worst, rms) = (worst * over_si, mean_square.sqrt() * over_si);
         let settled = if worst > 0.0 {

@@ -40,7 +40,7 @@ struct Trial {
     worst: f64,
     rms: f64,
     /// Faults the driver has latched.
-    faults: usize,
+    faults: Vec<&'static str>,
 }
 
 /// Runs them.
@@ -64,7 +64,7 @@ pub fn trials(demo: &Demo, args: &args::Demo, count: u32) -> Outcome {
         .into_iter()
         .map(|(seed, tally, faults)| Trial {
             seed,
-            success: demo.succeeds(&tally) && faults == 0,
+            success: demo.succeeds(&tally) && faults.is_empty(),
             falls: tally.falls,
             worst: tally.worst * over_si,
             rms: tally.mean_square.sqrt() * over_si,
@@ -89,7 +89,8 @@ fn print(answer: &Answer) -> Outcome {
     let Answer { unit, claim, seconds, .. } = *answer;
     output::print(format_args!("seed   falls   faults   worst {unit}   rms {unit}\n"))?;
     for Trial { seed, success, falls, worst, rms, faults } in &answer.trials {
-        let mark = if *success { "" } else { "   ✖" };
+        let mark = if *success { String::new() } else { format!("   ✖ {}", faults.join(", ")) };
+        let faults = faults.len();
         output::print(format_args!("{seed:>4}   {falls:>5}   {faults:>6}   {worst:>8.2}   {rms:>6.2}{mark}\n"))?;
     }
     let (successes, all) = (answer.successes, answer.trials.len());
@@ -105,8 +106,8 @@ fn print(answer: &Answer) -> Outcome {
     Ok(())
 }
 
-/// One trial: how the machine has done, and how many faults the driver has latched.
-fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, usize), Failure> {
+/// One trial: how the machine has done, and which faults the driver has latched.
+fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<&'static str>), Failure> {
     let mut rig = rig.clone();
     rig.simulation.seed = seed;
     let mut bench = Lockstep::new(&rig, None).map_err(|error| Failure::own(error.to_string()))?;
@@ -135,7 +136,7 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, usiz
             bench.move_to(channel, mind(word));
         }
     }
-    Ok((watch.tally(), bench.trips().len()))
+    Ok((watch.tally(), bench.trips().iter().map(|trip| trip.fault.flag()).collect()))
 }
 
 #[cfg(test)]
@@ -143,7 +144,7 @@ mod tests {
     use super::super::machines::DEMOS;
     use super::*;
 
-    fn tried(demo: &Demo, text: &str, seed: u64) -> (Tally, usize) {
+    fn tried(demo: &Demo, text: &str, seed: u64) -> (Tally, Vec<&'static str>) {
         trial(demo, &Rig::parse(text, "trial.toml").unwrap(), seed, 90.0).unwrap()
     }
 
@@ -151,7 +152,7 @@ mod tests {
     fn every_demonstrator_does_what_is_claimed() {
         for demo in &DEMOS {
             let (tally, faults) = tried(demo, demo.rig, 3);
-            assert!(demo.succeeds(&tally) && faults == 0, "{}: {tally:?}, {faults} faults", demo.name);
+            assert!(demo.succeeds(&tally) && faults.is_empty(), "{}: {tally:?}, {faults:?}", demo.name);
             assert!(tally.seconds > 60.0, "{}: {tally:?}", demo.name);
         }
     }
