@@ -11,6 +11,7 @@
 //! small beside the beam's while the ball is near the middle.
 
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2 as G;
+use sinew_rig::Demonstrator;
 
 /// What the ball rolls on and how.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +24,18 @@ pub struct Beam {
     pub inertia: f64,
     /// Rolling resistance, share of its weight.
     pub rolling: f64,
+}
+
+impl Beam {
+    /// That of a rig file.
+    pub fn of(declared: &Demonstrator) -> Beam {
+        Beam {
+            half_m: declared.half_beam_m,
+            ball_kg: declared.ball_kg,
+            inertia: declared.ball_inertia,
+            rolling: declared.rolling_resistance,
+        }
+    }
 }
 
 /// A ball in motion on a beam.

@@ -34,16 +34,11 @@ impl Catchable {
     /// [`Error`] where the physics does not accept the wire.
     pub fn of(rig: &Rig, distance_m: f64) -> Result<Option<Catchable>, Error> {
         let declared = &rig.demonstrator;
-        let Some((channel, _)) = rig.demonstrator_channel() else { return Ok(None) };
+        let [Some((channel, _)), _] = rig.demonstrator_channels() else { return Ok(None) };
         if declared.kind != DemonstratorKind::BallOnBeam {
             return Ok(None);
         }
-        let beam = Beam {
-            half_m: declared.half_beam_m,
-            ball_kg: declared.ball_kg,
-            inertia: declared.ball_inertia,
-            rolling: declared.rolling_resistance,
-        };
+        let beam = Beam::of(declared);
         let most_duty = rig.channels[channel].limits.max_duty;
         let (Some(heated), Some(cooled)) = (turned(rig, channel, most_duty)?, turned(rig, channel, 0.0)?) else {
             return Ok(None);

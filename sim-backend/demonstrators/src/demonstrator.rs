@@ -3,9 +3,10 @@
 use std::fmt;
 
 use sinew_backend::Backend as _;
-use sinew_rig::{DemonstratorKind, Rig};
+use sinew_rig::{Channel, DemonstratorKind, Rig};
 use sinew_sim_backend::{SimulatedRig, World};
 
+use crate::arm::Links;
 use crate::ball::{Ball, Beam};
 use crate::chance::{Draughts, Noise};
 use crate::picture::Drawn;
@@ -23,8 +24,14 @@ const BALL_SETTLES_S: f64 = 10.0;
 const SERVO_SETTLES_S: f64 = 2.5;
 /// … and so long it is asked for one, s.
 const ASKED_FOR_S: f64 = 5.0;
-/// A servo is asked for angles within this share of the wire's stroke to either side of the middle.
+/// A servo is asked for angles within this share of the wire's stroke to either side of the middle, and an arm for places that it reaches
+/// with such angles.
 const ASKED_SHARE: f64 = 0.3;
+/// So long an arm has one target at first, to find out how it moves, and so long each of the others, s …
+const FIRST_TARGET_S: f64 = 20.0;
+const TARGET_S: f64 = 15.0;
+/// … and so long it has to get there before its distance is counted, s.
+const ARM_SETTLES_S: f64 = 8.0;
 
 /// Why there is no demonstrator: the physics does not accept the parameters of its wire.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,15 +45,11 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A machine that one wire of a simulated rig moves.
+/// A machine that wires of a simulated rig move.
 #[derive(Debug)]
 pub struct Demonstrator {
-    channel: usize,
-    lever_m: f64,
-    /// Elongation L − L_0 of the wire at which the angle is zero, m.
-    level_m: f64,
-    /// L_0, m.
-    length_m: f64,
+    /// One, or of an arm two.
+    wires: Vec<Turning>,
     period_s: f64,
     body: Body,
     sensor: Sensor,
@@ -55,10 +58,56 @@ pub struct Demonstrator {
     watch: Watch,
 }
 
+/// A wire at its lever.
+#[derive(Debug, Clone, Copy)]
+struct Turning {
+    channel: usize,
+    lever_m: f64,
+    /// Elongation L − L_0 at which the angle is zero, and L_0, m.
+    level_m: f64,
+    length_m: f64,
+    /// Way from cold to hot, m.
+    travel_m: f64,
+}
+
+impl Turning {
+    fn of(rig: &Rig, (channel, wire): (usize, &Channel)) -> Result<Turning, Error> {
+        let cold_m = sinew_physics::cold_length_m(&wire.model).map_err(Error)?;
+        let hot_m = sinew_physics::hot_length_m(&wire.model).map_err(Error)?;
+        let (travel_m, length_m) = (cold_m - hot_m, wire.model.geometry.length_m);
+        let level_m = cold_m - rig.demonstrator.level_stroke * travel_m - length_m;
+        Ok(Turning { channel, lever_m: rig.demonstrator.lever_m, level_m, length_m, travel_m })
+    }
+
+    fn angle_rad(&self, position_m: f64) -> f64 {
+        (self.level_m - position_m) / self.lever_m
+    }
+}
+
 #[derive(Debug)]
 enum Body {
-    Beam { beam: Beam, start_m: f64, ball: Option<Ball>, level_s: f64 },
-    Servo { asked_rad: f64, until_s: f64, most_rad: f64, centre_s: f64, rad_per_s: f64, pilot: Noise },
+    Beam {
+        beam: Beam,
+        start_m: f64,
+        ball: Option<Ball>,
+        level_s: f64,
+    },
+    Servo {
+        asked_rad: f64,
+        until_s: f64,
+        most_rad: f64,
+        centre_s: f64,
+        rad_per_s: f64,
+        pilot: Noise,
+    },
+    Arm {
+        links: Links,
+        target_m: [f64; 2],
+        until_s: f64,
+        /// Largest angles at which there is a target.
+        most_rad: [f64; 2],
+        whim: Noise,
+    },
 }
 
 /// Keeps the tally.
@@ -87,57 +136,64 @@ impl Score {
 }
 
 impl Demonstrator {
-    /// The machine of a rig file, its wire cold; `None` where it has none.
+    /// The machine of a rig file, its wires cold; `None` where it has none.
     ///
     /// # Errors
-    /// [`Error`] where the physics does not accept the wire.
+    /// [`Error`] where the physics does not accept a wire.
     pub fn of(rig: &Rig) -> Result<Option<Demonstrator>, Error> {
         let declared = &rig.demonstrator;
-        let Some((channel, wire)) = rig.demonstrator_channel() else { return Ok(None) };
-        let cold_m = sinew_physics::cold_length_m(&wire.model).map_err(Error)?;
-        let hot_m = sinew_physics::hot_length_m(&wire.model).map_err(Error)?;
+        let channels = rig.demonstrator_channels().into_iter().flatten();
+        let wires = channels.map(|channel| Turning::of(rig, channel)).collect::<Result<Vec<_>, Error>>()?;
+        let Some(first) = wires.first() else { return Ok(None) };
         let seed = rig.simulation.seed;
-        let (body, noise) = match declared.kind {
+        let asked_rad = |wire: &Turning| ASKED_SHARE * wire.travel_m / wire.lever_m;
+        let (body, noise, pose) = match declared.kind {
             DemonstratorKind::None => return Ok(None),
             DemonstratorKind::BallOnBeam => {
-                let beam = Beam {
-                    half_m: declared.half_beam_m,
-                    ball_kg: declared.ball_kg,
-                    inertia: declared.ball_inertia,
-                    rolling: declared.rolling_resistance,
-                };
-                let body = Body::Beam { beam, start_m: declared.start_m, ball: None, level_s: 0.0 };
-                (body, declared.camera_noise_m)
+                let body = Body::Beam { beam: Beam::of(declared), start_m: declared.start_m, ball: None, level_s: 0.0 };
+                (body, declared.camera_noise_m, Pose::Beam { angle_rad: 0.0, ball_m: f64::NAN })
             }
             DemonstratorKind::Servo => {
                 let body = Body::Servo {
                     asked_rad: 0.0,
                     until_s: 0.0,
-                    most_rad: ASKED_SHARE * (cold_m - hot_m) / declared.lever_m,
+                    most_rad: asked_rad(first),
                     centre_s: declared.centre_pulse_s,
                     rad_per_s: declared.rad_per_s,
                     pilot: Noise::new(seed, 3),
                 };
-                (body, declared.jitter_s)
+                (body, declared.jitter_s, Pose::Servo { angle_rad: 0.0, asked_rad: 0.0 })
+            }
+            DemonstratorKind::Arm => {
+                let [shoulder, elbow] = wires[..] else { return Ok(None) };
+                let links = Links::of(declared);
+                let target_m = links.tip([0.0; 2]).at_m;
+                let body = Body::Arm {
+                    links,
+                    target_m,
+                    until_s: FIRST_TARGET_S,
+                    most_rad: [asked_rad(&shoulder), asked_rad(&elbow)],
+                    whim: Noise::new(seed, 3),
+                };
+                (body, declared.camera_noise_m, Pose::Arm { angles_rad: [0.0; 2], target_m })
             }
         };
+        let mut score = Score::default();
+        score.begin(0.0, FIRST_TARGET_S + ARM_SETTLES_S);
         Ok(Some(Demonstrator {
-            channel,
-            lever_m: declared.lever_m,
-            level_m: cold_m - declared.level_stroke * (cold_m - hot_m) - wire.model.geometry.length_m,
-            length_m: wire.model.geometry.length_m,
             period_s: 1.0 / rig.rate_hz,
             body,
             sensor: Sensor::new(declared.sensor_hz, declared.sensor_delay_s, noise, seed),
             draughts: Draughts::new(declared, seed),
-            score: Score::default(),
-            watch: Watch::new(Drawn::of(declared)),
+            score,
+            watch: Watch::new(Drawn::of(declared), pose),
+            wires,
         }))
     }
 
-    /// The angle it stands at with the wire's end at an elongation L − L_0, in m: rad.
+    /// The angle its first wire holds it at with its end at an elongation L − L_0, in m: rad.
     pub fn angle_rad(&self, position_m: f64) -> f64 {
-        (self.level_m - position_m) / self.lever_m
+        self.wires.first().map_or(f64::NAN, |wire| wire.angle_rad(position_m))
     }
 
     /// Who sees it from another thread.
@@ -145,56 +201,103 @@ impl Demonstrator {
         self.watch.clone()
     }
 
-    /// Lets its wire make room for a draught now: the first one allocates, and the loop is no place for that.
+    /// Lets its wires make room for a draught now: the first one allocates, and the loop is no place for that.
     pub(crate) fn make_room(&self, wires: &mut SimulatedRig) {
-        wires.disturb(self.channel, &World { draught: 1.0, ..World::CALM });
-        wires.disturb(self.channel, &World::CALM);
+        for Turning { channel, .. } in &self.wires {
+            wires.disturb(*channel, &World { draught: 1.0, ..World::CALM });
+            wires.disturb(*channel, &World::CALM);
+        }
     }
 
     /// Follows the wires through the period just past, and acts on them in the next.
     pub fn pass(&mut self, wires: &mut SimulatedRig) {
-        let Some(truth) = wires.truth(self.channel) else { return };
         let time_s = wires.time_s();
-        let angle_rad = self.angle_rad(truth.length_m - self.length_m);
-        let rate_rad_s = -truth.velocity_m_s / self.lever_m;
         let draught = self.draughts.at(time_s);
-        let (seen, other, torque_n_m) = match &mut self.body {
+        // how each joint stands and turns
+        let mut joints = [(0.0, 0.0); 2];
+        for (joint, wire) in joints.iter_mut().zip(&self.wires) {
+            let Some(truth) = wires.truth(wire.channel) else { return };
+            *joint = (wire.angle_rad(truth.length_m - wire.length_m), -truth.velocity_m_s / wire.lever_m);
+        }
+        let Passed { sees, pose, torque_n_m } = self.body.pass(joints, time_s, self.period_s, &mut self.score);
+        // a camera that sees nothing says nothing
+        let said = self.sensor.look(time_s, sees.unwrap_or([f64::NAN; 2]));
+        if let Some(said) = said.filter(|said| said[0].is_finite()) {
+            self.watch.say(said);
+        }
+        for wire in &self.wires {
+            wires.disturb(wire.channel, &World { draught, pull_n: torque_n_m / wire.lever_m, ..World::CALM });
+        }
+        self.watch.set_pose(&pose, draught);
+        self.watch.set_tally(&self.score.tally);
+    }
+}
+
+/// What has come of a period.
+struct Passed {
+    /// What its sensor has before it, if anything.
+    sees: Option<[f64; 2]>,
+    pose: Pose,
+    /// What turns its one joint back.
+    torque_n_m: f64,
+}
+
+impl Body {
+    /// Lets a period pass with each joint at an angle, rad, that turns at a rate, rad/s.
+    fn pass(&mut self, joints: [(f64, f64); 2], time_s: f64, period_s: f64, score: &mut Score) -> Passed {
+        let [(angle_rad, rate_rad_s), _] = joints;
+        match self {
             Body::Beam { beam, start_m, ball, level_s } => {
                 if let Some(rolling) = ball {
-                    rolling.roll(beam, angle_rad, rate_rad_s, self.period_s);
-                    self.score.count(time_s, self.period_s, rolling.at_m);
+                    rolling.roll(beam, angle_rad, rate_rad_s, period_s);
+                    score.count(time_s, period_s, rolling.at_m);
                     if rolling.has_fallen(beam) {
-                        self.score.tally.falls += 1;
+                        score.tally.falls += 1;
                         (*ball, *level_s) = (None, 0.0);
                     }
                 } else {
-                    *level_s = if angle_rad.abs() < LEVEL_RAD { *level_s + self.period_s } else { 0.0 };
+                    *level_s = if angle_rad.abs() < LEVEL_RAD { *level_s + period_s } else { 0.0 };
                     if *level_s >= LEVEL_S {
                         *ball = Some(Ball::put_down(*start_m));
-                        self.score.begin(time_s, BALL_SETTLES_S);
+                        score.begin(time_s, BALL_SETTLES_S);
                     }
                 }
-                match ball {
-                    Some(ball) => (Some(ball.at_m), ball.at_m, ball.torque_n_m(beam, angle_rad, rate_rad_s)),
-                    None => (None, f64::NAN, 0.0),
+                Passed {
+                    sees: ball.map(|ball| [ball.at_m, 0.0]),
+                    pose: Pose::Beam { angle_rad, ball_m: ball.map_or(f64::NAN, |ball| ball.at_m) },
+                    torque_n_m: ball.map_or(0.0, |ball| ball.torque_n_m(beam, angle_rad, rate_rad_s)),
                 }
             }
             Body::Servo { asked_rad, until_s, most_rad, centre_s, rad_per_s, pilot } => {
                 if time_s >= *until_s {
                     *until_s = time_s + ASKED_FOR_S;
                     *asked_rad = *most_rad * (2.0 * pilot.even() - 1.0);
-                    self.score.begin(time_s, SERVO_SETTLES_S);
+                    score.begin(time_s, SERVO_SETTLES_S);
                 }
-                self.score.count(time_s, self.period_s, angle_rad - *asked_rad);
-                (Some(*centre_s + *asked_rad / *rad_per_s), *asked_rad, 0.0)
+                score.count(time_s, period_s, angle_rad - *asked_rad);
+                Passed {
+                    sees: Some([*centre_s + *asked_rad / *rad_per_s, 0.0]),
+                    pose: Pose::Servo { angle_rad, asked_rad: *asked_rad },
+                    torque_n_m: 0.0,
+                }
             }
-        };
-        // a camera that sees no ball says nothing
-        if let Some(said) = self.sensor.look(time_s, seen.unwrap_or(f64::NAN)).filter(|said| said.is_finite()) {
-            self.watch.say(said);
+            Body::Arm { links, target_m, until_s, most_rad, whim } => {
+                if time_s >= *until_s {
+                    *until_s = time_s + TARGET_S;
+                    // wherever it can look
+                    let there = most_rad.map(|most| most * (2.0 * whim.even() - 1.0));
+                    *target_m = links.tip(there).at_m;
+                    score.begin(time_s, ARM_SETTLES_S);
+                }
+                let angles_rad = joints.map(|(angle, _)| angle);
+                let tip = links.tip(angles_rad);
+                score.count(time_s, period_s, tip.distance_m(*target_m));
+                Passed {
+                    sees: Some(tip.sees(*target_m)),
+                    pose: Pose::Arm { angles_rad, target_m: *target_m },
+                    torque_n_m: 0.0,
+                }
+            }
         }
-        wires.disturb(self.channel, &World { draught, pull_n: torque_n_m / self.lever_m, ..World::CALM });
-        self.watch.set_pose(Pose { angle_rad, other }, draught);
-        self.watch.set_tally(&self.score.tally);
     }
 }

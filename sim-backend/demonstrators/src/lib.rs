@@ -7,7 +7,7 @@
 //! receiver, late and noisy. Whoever draws or judges has the truth ([`Watch::pose`], [`Watch::tally`]), from any thread.
 //!
 //! ```
-//! use sinew_demonstrators::Demonstrator;
+//! use sinew_demonstrators::{Demonstrator, Pose};
 //! use sinew_backend::Backend;
 //!
 //! let rig = sinew_rig::Rig::parse(sinew_demonstrators::BALL_ON_BEAM, "ball-on-beam.toml")?;
@@ -19,11 +19,13 @@
 //!     wires.exchange(&[0.0], &mut samples)?;
 //!     beam.pass(&mut wires);
 //! }
-//! assert!(beam.watch().pose().angle_rad < -0.02, "cold and long, the wire lets its end of the beam down");
+//! let Pose::Beam { angle_rad, .. } = beam.watch().pose() else { unreachable!("it is a beam") };
+//! assert!(angle_rad < -0.02, "cold and long, the wire lets its end of the beam down");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
 
+mod arm;
 mod backend;
 mod ball;
 mod bound;
@@ -42,6 +44,8 @@ pub use picture::{Ink, Picture, Shape};
 pub use pose::Pose;
 pub use watch::{Reading, Tally, Watch};
 
+/// The rig file of the arm.
+pub const ARM: &str = include_str!("arm.toml");
 /// The rig file of the ball on the beam.
 pub const BALL_ON_BEAM: &str = include_str!("ball-on-beam.toml");
 /// The rig file of the servo in a Bowden tube.

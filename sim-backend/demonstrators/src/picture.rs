@@ -1,7 +1,8 @@
 //! What a machine looks like, for whoever draws it: straight lines and discs, in metres.
 
-use sinew_rig::{Demonstrator, DemonstratorKind};
+use sinew_rig::Demonstrator;
 
+use crate::arm::{Links, Tip};
 use crate::pose::Pose;
 
 /// What a thing is made of, to be drawn in a colour of its own.
@@ -71,9 +72,9 @@ pub struct Picture {
 /// What of a rig file there is to draw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Drawn {
-    kind: DemonstratorKind,
     lever_m: f64,
     half_beam_m: f64,
+    links: Links,
 }
 
 /// Radius of a ball in a picture, share of half the beam.
@@ -81,15 +82,16 @@ const BALL: f64 = 0.05;
 
 impl Drawn {
     pub fn of(declared: &Demonstrator) -> Drawn {
-        let Demonstrator { kind, lever_m, half_beam_m, .. } = *declared;
-        Drawn { kind, lever_m, half_beam_m }
+        let Demonstrator { lever_m, half_beam_m, .. } = *declared;
+        Drawn { lever_m, half_beam_m, links: Links::of(declared) }
     }
 
     /// The picture of a pose, in this draught.
     pub fn draw(&self, pose: &Pose, draught: f64) -> Picture {
-        let mut picture = match self.kind {
-            DemonstratorKind::Servo => self.servo(pose),
-            DemonstratorKind::BallOnBeam | DemonstratorKind::None => self.beam(pose),
+        let mut picture = match *pose {
+            Pose::Beam { angle_rad, ball_m } => self.beam(angle_rad, ball_m),
+            Pose::Servo { angle_rad, asked_rad } => self.servo(angle_rad, asked_rad),
+            Pose::Arm { angles_rad, target_m } => self.arm(angles_rad, target_m),
         };
         if draught > 0.0 {
             picture.says += &format!(", draught {:+.0} %", draught * 100.0);
@@ -97,9 +99,9 @@ impl Drawn {
         picture
     }
 
-    fn beam(&self, pose: &Pose) -> Picture {
+    fn beam(&self, angle_rad: f64, ball_m: f64) -> Picture {
         let half = self.half_beam_m;
-        let (sin, cos) = pose.angle_rad.sin_cos();
+        let (sin, cos) = angle_rad.sin_cos();
         let along = |x: f64, up: f64| [x * cos - up * sin, x * sin + up * cos];
         let radius = BALL * half;
         let foot = -0.35 * half;
@@ -112,33 +114,54 @@ impl Drawn {
             Shape::Line { from: along(-half, 0.0), to: along(half, 0.0), width: 0.025 * half, ink: Ink::Body },
             Shape::Line { from: along(0.0, 0.0), to: along(0.0, 0.06 * half), width: 0.012 * half, ink: Ink::Goal },
         ];
-        let degrees = pose.angle_rad.to_degrees();
-        let says = if pose.other.is_finite() {
+        let degrees = angle_rad.to_degrees();
+        let says = if ball_m.is_finite() {
             let lift = radius + 0.0125 * half;
-            shapes.push(Shape::Disc { at: along(pose.other, lift), radius, ink: Ink::Load });
-            format!("ball {:+.1} mm, beam {degrees:+.1}°", pose.other * 1e3)
+            shapes.push(Shape::Disc { at: along(ball_m, lift), radius, ink: Ink::Load });
+            format!("ball {:+.1} mm, beam {degrees:+.1}°", ball_m * 1e3)
         } else {
             format!("the ball waits for a level beam, now at {degrees:+.1}°")
         };
         Picture { shapes, half_size: [1.1 * half, 0.6 * half], says }
     }
 
-    fn servo(&self, pose: &Pose) -> Picture {
+    fn servo(&self, angle_rad: f64, asked_rad: f64) -> Picture {
         // twice as long as its lever: what one sees is the horn
         let horn = 2.0 * self.lever_m;
         let tip = |angle: f64, share: f64| [share * horn * angle.sin(), share * horn * angle.cos()];
-        let mut shapes = vec![Shape::Disc { at: [0.0, 0.0], radius: 0.25 * horn, ink: Ink::Frame }];
-        if pose.other.is_finite() {
-            let (from, to) = (tip(pose.other, 1.02), tip(pose.other, 1.2));
-            shapes.push(Shape::Line { from, to, width: 0.04 * horn, ink: Ink::Goal });
-        }
-        shapes.push(Shape::Line { from: [0.0, 0.0], to: tip(pose.angle_rad, 1.0), width: 0.12 * horn, ink: Ink::Body });
-        let asked = if pose.other.is_finite() {
-            format!(" of {:+.1}° that are asked for", pose.other.to_degrees())
-        } else {
-            String::new()
-        };
-        let says = format!("{:+.1}°{asked}", pose.angle_rad.to_degrees());
+        let shapes = vec![
+            Shape::Disc { at: [0.0, 0.0], radius: 0.25 * horn, ink: Ink::Frame },
+            Shape::Line { from: tip(asked_rad, 1.02), to: tip(asked_rad, 1.2), width: 0.04 * horn, ink: Ink::Goal },
+            Shape::Line { from: [0.0, 0.0], to: tip(angle_rad, 1.0), width: 0.12 * horn, ink: Ink::Body },
+        ];
+        let says = format!("{:+.1}° of {:+.1}° that are asked for", angle_rad.to_degrees(), asked_rad.to_degrees());
         Picture { shapes, half_size: [1.6 * horn, 1.3 * horn], says }
+    }
+
+    fn arm(&self, angles_rad: [f64; 2], target_m: [f64; 2]) -> Picture {
+        let reach = self.links.reach_m();
+        let Tip { elbow_m, at_m, .. } = self.links.tip(angles_rad);
+        // the arm reaches up and to the right: the picture's middle lies there
+        let placed = |[x, y]: [f64; 2]| [x - 0.4 * reach, y - 0.45 * reach];
+        let link = |from, to| Shape::Line { from: placed(from), to: placed(to), width: 0.03 * reach, ink: Ink::Body };
+        let joint = |at| Shape::Disc { at: placed(at), radius: 0.03 * reach, ink: Ink::Frame };
+        let shapes = vec![
+            Shape::Line {
+                from: placed([-0.15 * reach, 0.0]),
+                to: placed([0.15 * reach, 0.0]),
+                width: 0.02 * reach,
+                ink: Ink::Frame,
+            },
+            Shape::Disc { at: placed(target_m), radius: 0.035 * reach, ink: Ink::Load },
+            link([0.0, 0.0], elbow_m),
+            link(elbow_m, at_m),
+            joint([0.0, 0.0]),
+            joint(elbow_m),
+            Shape::Disc { at: placed(at_m), radius: 0.012 * reach, ink: Ink::Goal },
+        ];
+        let off_m = (at_m[0] - target_m[0]).hypot(at_m[1] - target_m[1]);
+        let [shoulder, elbow] = angles_rad.map(f64::to_degrees);
+        let says = format!("{:.1} mm off its target, shoulder {shoulder:+.1}°, elbow {elbow:+.1}°", off_m * 1e3);
+        Picture { shapes, half_size: [0.75 * reach, 0.55 * reach], says }
     }
 }

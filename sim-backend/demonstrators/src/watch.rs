@@ -11,18 +11,20 @@ use crate::pose::Pose;
 pub struct Reading {
     /// How often it has said something.
     pub count: u32,
-    /// Of a camera: where the ball is, m. Of a receiver: the pulse's width, s.
-    pub value: f32,
+    /// Of a camera over a beam: where the ball is, m; at an arm: where the target is seen to the side and ahead, m. Of a receiver: the
+    /// pulse's width, s. What there is only one of stands first.
+    pub values: [f32; 2],
 }
 
 /// How the machine has done so far, by the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Tally {
-    /// Simulated time since the ball was first put down, or since the servo was first asked, s.
+    /// Simulated time since the ball was first put down, or since the servo or the arm was first asked, s.
     pub seconds: f64,
     /// How often the ball has fallen off the beam.
     pub falls: u64,
-    /// Largest distance of the ball from the middle, m, and of a servo from its angle, rad: but for the time it has to get there.
+    /// Largest distance of the ball from the middle or of the arm's tip from its target, m, or of a servo from its angle, rad: but for the
+    /// time it has to get there.
     pub worst: f64,
     /// Its mean square.
     pub mean_square: f64,
@@ -30,10 +32,9 @@ pub struct Tally {
 
 #[derive(Debug, Default)]
 struct Cells {
-    angle: AtomicU64,
-    other: AtomicU64,
-    /// A count and an f32: one word, so that neither is seen without the other.
-    reading: AtomicU64,
+    pose: [AtomicU64; 4],
+    /// A count and an f32 in each, so that neither is seen without the other; two of the same count belong together.
+    reading: [AtomicU64; 2],
     tally: [AtomicU64; 4],
     draught: AtomicU64,
 }
@@ -43,18 +44,20 @@ struct Cells {
 pub struct Watch {
     cells: Arc<Cells>,
     of: Drawn,
+    /// How it stood at first.
+    first: Pose,
 }
 
 impl Watch {
-    pub(crate) fn new(of: Drawn) -> Watch {
-        let watch = Watch { cells: Arc::default(), of };
-        watch.set_pose(Pose { angle_rad: 0.0, other: f64::NAN }, 0.0);
+    pub(crate) fn new(of: Drawn, first: Pose) -> Watch {
+        let watch = Watch { cells: Arc::default(), of, first };
+        watch.set_pose(&first, 0.0);
         watch
     }
 
     /// How it stands now.
     pub fn pose(&self) -> Pose {
-        Pose { angle_rad: get(&self.cells.angle), other: get(&self.cells.other) }
+        self.first.with_numbers(self.cells.pose.each_ref().map(get))
     }
 
     /// The share by which a draught takes more heat from the wire now.
@@ -64,8 +67,15 @@ impl Watch {
 
     /// What its sensor has said last.
     pub fn reading(&self) -> Reading {
-        let word = self.cells.reading.load(Ordering::Acquire);
-        Reading { count: (word >> 32) as u32, value: f32::from_bits(word as u32) }
+        loop {
+            let [first, second] = self.cells.reading.each_ref().map(|cell| cell.load(Ordering::Acquire));
+            // between the two it has said something else
+            if first >> 32 == second >> 32 {
+                let values = [first, second].map(|word| f32::from_bits(word as u32));
+                return Reading { count: (first >> 32) as u32, values };
+            }
+            std::hint::spin_loop();
+        }
     }
 
     /// How it has done.
@@ -79,16 +89,19 @@ impl Watch {
         self.of.draw(&self.pose(), self.draught())
     }
 
-    pub(crate) fn set_pose(&self, pose: Pose, draught: f64) {
-        set(&self.cells.angle, pose.angle_rad);
-        set(&self.cells.other, pose.other);
+    pub(crate) fn set_pose(&self, pose: &Pose, draught: f64) {
+        for (cell, number) in self.cells.pose.iter().zip(pose.to_numbers()) {
+            set(cell, number);
+        }
         set(&self.cells.draught, draught);
     }
 
-    pub(crate) fn say(&self, value: f64) {
-        let count = self.reading().count.wrapping_add(1);
-        let word = u64::from(count) << 32 | u64::from((value as f32).to_bits());
-        self.cells.reading.store(word, Ordering::Release);
+    pub(crate) fn say(&self, values: [f64; 2]) {
+        let count = (self.cells.reading[0].load(Ordering::Relaxed) >> 32) as u32;
+        for (cell, value) in self.cells.reading.iter().zip(values) {
+            let word = u64::from(count.wrapping_add(1)) << 32 | u64::from((value as f32).to_bits());
+            cell.store(word, Ordering::Release);
+        }
     }
 
     pub(crate) fn set_tally(&self, tally: &Tally) {

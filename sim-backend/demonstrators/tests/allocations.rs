@@ -2,7 +2,7 @@
 
 use sinew_backend::allocations::{CountingAllocator, calls_of_this_thread};
 use sinew_backend::{Backend, Sample};
-use sinew_demonstrators::{BALL_ON_BEAM, Demonstrator, DemonstratorBackend, SERVO};
+use sinew_demonstrators::{ARM, BALL_ON_BEAM, Demonstrator, DemonstratorBackend, SERVO};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 
@@ -11,11 +11,11 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn no_period_allocates() {
-    for text in [BALL_ON_BEAM, SERVO] {
+    for text in [BALL_ON_BEAM, SERVO, ARM] {
         let rig = Rig::parse(text, "demonstrator.toml").unwrap();
         let wires = SimulatedRig::new(&rig).unwrap();
         let mut backend = DemonstratorBackend::new(wires, Demonstrator::of(&rig).unwrap().unwrap());
-        let mut samples = [Sample::NONE];
+        let mut samples = vec![Sample::NONE; rig.channels.len()];
         backend.start().unwrap();
         for period in 0..120_000_u32 {
             // up and down, so that a ball is put down and falls
@@ -24,7 +24,7 @@ fn no_period_allocates() {
             if period % 1000 == 999 {
                 backend.missed(5);
             }
-            backend.exchange(&[duty], &mut samples).unwrap();
+            backend.exchange(&[duty, duty][..samples.len()], &mut samples).unwrap();
             assert_eq!(calls_of_this_thread(), before, "period {period} of {}", rig.name);
         }
     }

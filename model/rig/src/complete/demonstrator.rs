@@ -1,4 +1,4 @@
-//! The demonstrator: the wire that moves it.
+//! The demonstrator: the wires that move it.
 
 use sinew_physics::Load;
 
@@ -7,32 +7,52 @@ use crate::notes::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, DemonstratorKind, Rig};
 use crate::value::channel_choices;
 
-/// Whether there is a wire that can move it.
+/// Whether there are wires that can move it.
 pub(crate) fn demonstrator(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
-    if rig.demonstrator.kind == DemonstratorKind::None {
+    let kind = rig.demonstrator.kind;
+    // a rig without channels has been told so
+    if kind == DemonstratorKind::None || rig.channels.is_empty() {
         return;
     }
     if rig.backend.kind != BackendKind::Simulated {
         let message = "makes no sense with wires that are not simulated; take it out";
         reader.out_of_place(stated, ("demonstrator", "kind"), message);
     }
-    let name = rig.demonstrator.channel.clone().unwrap_or_default();
-    let what = match rig.demonstrator_channel() {
-        // a rig without channels has been told so
-        None if rig.demonstrator.channel.is_none() => return,
-        None => What::NotAChoice {
-            found: name.clone(),
-            expected: channel_choices(&name, rig.channels.iter().map(|c| c.name.as_str())),
-        },
-        Some((index, Channel { name, .. })) if rig.joint_of(index).is_some() => {
-            What::Contradiction { message: format!("is \"{name}\", which turns a joint; expected a wire of its own") }
-        }
-        Some((_, Channel { name, model, .. })) if !matches!(model.load, Load::SpringMassDamper { .. }) => {
-            let message = format!("is \"{name}\", whose load does not move by itself; expected one with a mass_kg");
-            What::Contradiction { message }
-        }
-        Some(_) => return,
+    let mut refuse = |key: &'static str, what: What| {
+        let line = stated.line_of_first(&[("demonstrator", key), ("demonstrator", "kind")]);
+        reader.problem(line, None, format!("demonstrator.{key}"), what);
     };
-    let line = stated.line_of_first(&[("demonstrator", "channel"), ("demonstrator", "kind")]);
-    reader.problem(line, None, "demonstrator.channel", what);
+    let named = [("channel", &rig.demonstrator.channel), ("elbow_channel", &rig.demonstrator.elbow_channel)];
+    let count = if kind == DemonstratorKind::Arm { 2 } else { 1 };
+    let found = rig.demonstrator_channels();
+    for ((key, name), wire) in named.into_iter().zip(found).take(count) {
+        if let Some(what) = unfit(rig, name.as_deref(), wire) {
+            refuse(key, what);
+        }
+    }
+    if let [Some((shoulder, _)), Some((elbow, channel))] = found
+        && shoulder == elbow
+    {
+        let message = format!("is the shoulder's, \"{}\"; expected another channel", channel.name);
+        refuse("elbow_channel", What::Contradiction { message });
+    }
+}
+
+/// Why a wire cannot move it.
+fn unfit(rig: &Rig, name: Option<&str>, wire: Option<(usize, &Channel)>) -> Option<What> {
+    match (name, wire) {
+        (None, None) => Some(What::Missing { expected: "a second channel, for the elbow".into() }),
+        (Some(name), None) => Some(What::NotAChoice {
+            found: name.into(),
+            expected: channel_choices(name, rig.channels.iter().map(|c| c.name.as_str())),
+        }),
+        (_, Some((index, Channel { name, .. }))) if rig.joint_of(index).is_some() => Some(What::Contradiction {
+            message: format!("is \"{name}\", which turns a joint; expected a wire of its own"),
+        }),
+        (_, Some((_, Channel { name, model, .. }))) if !matches!(model.load, Load::SpringMassDamper { .. }) => {
+            let message = format!("is \"{name}\", whose load does not move by itself; expected one with a mass_kg");
+            Some(What::Contradiction { message })
+        }
+        (_, Some(_)) => None,
+    }
 }

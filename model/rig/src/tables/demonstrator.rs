@@ -14,6 +14,8 @@ words! {
         BallOnBeam = "ball_on_beam",
         /// A lever that one wire turns; a receiver hands over the widths of the pulses it is commanded by.
         Servo = "servo",
+        /// An arm of two links, a wire to each joint; a camera at its tip sees a target.
+        Arm = "arm",
     }
 }
 
@@ -22,6 +24,22 @@ fn with_ball() -> Only<Demonstrator> {
     Only::new(
         |demonstrator, _| demonstrator.kind == DemonstratorKind::BallOnBeam,
         |_, _| "makes no sense without a ball; take it out, or set kind = \"ball_on_beam\"".into(),
+    )
+}
+
+/// Keys that only an arm has.
+fn with_links() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| demonstrator.kind == DemonstratorKind::Arm,
+        |_, _| "makes no sense without links; take it out, or set kind = \"arm\"".into(),
+    )
+}
+
+/// Keys that only what has a camera has.
+fn with_camera() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| matches!(demonstrator.kind, DemonstratorKind::BallOnBeam | DemonstratorKind::Arm),
+        |_, _| "makes no sense without a camera; take it out, or set kind = \"ball_on_beam\" or \"arm\"".into(),
     )
 }
 
@@ -43,8 +61,10 @@ table! {
     pub struct Demonstrator {
         /// Which machine.
         kind: DemonstratorKind = "kind", DemonstratorKind::KIND, DemonstratorKind::DEFAULT;
-        /// Channel whose wire moves it.
+        /// Channel whose wire moves it; of an arm, its shoulder.
         channel: Option<String> = "channel", name(MAX_CHANNEL_NAME), Computed("the first channel");
+        /// Channel whose wire moves the elbow of an arm.
+        elbow_channel: Option<String> = "elbow_channel", name(MAX_CHANNEL_NAME), Computed("the second channel"), only with_links();
         /// Lever that the wire pulls at: it turns by the wire's way over this, forward where the wire is shorter.
         lever_m: f64 = "lever_mm", number(milli("mm"), 0.1, 10_000.0), Number(10.0);
         /// Stroke of the wire at which the angle is zero.
@@ -59,12 +79,20 @@ table! {
         rolling_resistance: f64 = "rolling_resistance", number(si("1"), 0.0, 1.0), Number(0.001), only with_ball();
         /// Where a hand puts the ball down, from the pivot, once the beam is level.
         start_m: f64 = "start_mm", number(milli("mm"), -10_000.0, 10_000.0), Number(30.0), only with_ball();
+        /// From shoulder to elbow.
+        upper_link_m: f64 = "upper_link_mm", number(milli("mm"), 1.0, 100_000.0), Number(150.0), only with_links();
+        /// From elbow to camera.
+        lower_link_m: f64 = "lower_link_mm", number(milli("mm"), 1.0, 100_000.0), Number(120.0), only with_links();
+        /// Where the upper link points at `level_stroke`, from the horizontal.
+        shoulder_rad: f64 = "shoulder_degrees", number(DEGREES, -360.0, 360.0), Number(70.0), only with_links();
+        /// By how much the lower link is turned from the upper one there.
+        elbow_rad: f64 = "elbow_degrees", number(DEGREES, -360.0, 360.0), Number(-70.0), only with_links();
         /// Pictures of the camera a second, or pulses of the receiver.
         sensor_hz: f64 = "sensor_hz", number(si("Hz"), 1.0, 1000.0), Number(50.0);
         /// How old what it says is when it comes.
         sensor_delay_s: f64 = "sensor_delay_ms", number(milli("ms"), 0.0, 1000.0), Number(20.0);
         /// Noise of a place the camera sees, RMS.
-        camera_noise_m: f64 = "camera_noise_mm", number(milli("mm"), 0.0, 1000.0), Number(0.5), only with_ball();
+        camera_noise_m: f64 = "camera_noise_mm", number(milli("mm"), 0.0, 1000.0), Number(0.5), only with_camera();
         /// Jitter of a pulse's width, RMS.
         jitter_s: f64 = "jitter_us", number(micro("µs"), 0.0, 1000.0), Number(0.5), only with_pulses();
         /// Width of the pulse that asks for the angle zero.
@@ -79,6 +107,8 @@ table! {
         draught_every_s: f64 = "draught_every_s", number(si("s"), 0.0, 1e6), Number(20.0);
     }
 }
+
+const DEGREES: Unit = Unit::new("°", std::f64::consts::PI / 180.0, 1.0);
 
 /// One degree a millisecond, in rad/s.
 const DEGREES_PER_MS: Unit = Unit::new("°/ms", std::f64::consts::PI / 180.0 * 1e3, 1.0);

@@ -3,7 +3,9 @@
 use crate::declare::rows::*;
 use crate::notes::{Reader, Stated};
 use crate::own::Catalogue;
-use crate::tables::{Access, Backend, BlackBox, Channel, Demonstrator, Joint, Machine, Mapping, Simulation};
+use crate::tables::{
+    Access, Backend, BlackBox, Channel, Demonstrator, DemonstratorKind, Joint, Machine, Mapping, Simulation,
+};
 use crate::value::MAX_PATH;
 
 /// Longest name of a rig, in bytes.
@@ -149,12 +151,15 @@ impl Rig {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
     }
 
-    /// The channel whose wire moves the demonstrator, where it has one: the named one, else the first.
-    pub fn demonstrator_channel(&self) -> Option<(usize, &Channel)> {
-        match &self.demonstrator.channel {
+    /// The channels whose wires move the demonstrator, where there are these: the named one, else the first; of an arm, that of the elbow
+    /// besides.
+    pub fn demonstrator_channels(&self) -> [Option<(usize, &Channel)>; 2] {
+        let of = |name: &Option<String>, place| match name {
             Some(name) => self.channel(name),
-            None => self.channels.iter().enumerate().next(),
-        }
+            None => self.channels.iter().enumerate().nth(place),
+        };
+        let elbow = (self.demonstrator.kind == DemonstratorKind::Arm).then(|| of(&self.demonstrator.elbow_channel, 1));
+        [of(&self.demonstrator.channel, 0), elbow.flatten()]
     }
 
     /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.

@@ -808,6 +808,18 @@ fn a_demonstrator_has_a_wire_that_can_move_it() {
         "rig.toml:25: demonstrator.jitter_us makes no sense without pulses; take it out, or set kind = \"servo\"",
     );
     with(
+        "[demonstrator]\nkind = \"arm\"\n",
+        "rig.toml:24: demonstrator.elbow_channel is missing, expected a second channel, for the elbow",
+    );
+    with(
+        "[demonstrator]\nkind = \"arm\"\nelbow_channel = \"wire\"\n",
+        "rig.toml:25: demonstrator.elbow_channel is the shoulder's, \"wire\"; expected another channel",
+    );
+    ball(
+        "upper_link_mm = 100\n",
+        "rig.toml:25: demonstrator.upper_link_mm makes no sense without links; take it out, or set kind = \"arm\"",
+    );
+    with(
         "[demonstrator]\nkind = \"servo\"\ndegrees_per_ms = 0\n",
         "rig.toml:25: demonstrator.degrees_per_ms is 0: no pulse would turn it; expected more or less",
     );

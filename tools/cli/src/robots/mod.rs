@@ -1,4 +1,5 @@
 //! The robot programs of `sinew demo`, as they stand in `examples/`: each whole by itself, to be copied.
 
+pub mod arm;
 pub mod ball_on_beam;
 pub mod servo;

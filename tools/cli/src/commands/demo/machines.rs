@@ -1,15 +1,15 @@
 //! The machines there are: what is shown of each, and what is claimed.
 
-use sinew_demonstrators::{BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally};
+use sinew_demonstrators::{ARM, BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally};
 use sinew_rig::Rig;
 
 use crate::args;
 use crate::failure::Failure;
-use crate::robots::{ball_on_beam, servo};
+use crate::robots::{arm, ball_on_beam, servo};
 
 /// What a robot program is when nothing stands between it and its sensor: from what that says (`None`: nothing for
-/// [`Demo::silence_s`]) to the stroke it asks for.
-pub type Mind = Box<dyn FnMut(Option<f64>) -> f64>;
+/// [`Demo::silence_s`]) to the strokes it asks for.
+pub type Mind = Box<dyn FnMut(Option<[f64; 2]>) -> Vec<f64>>;
 
 /// One of them.
 pub struct Demo {
@@ -20,15 +20,15 @@ pub struct Demo {
     /// Text of the rig file, and of the robot program with its file's name.
     pub rig: &'static str,
     pub program: (&'static str, &'static str),
-    /// The wire it commands.
-    pub wire: &'static str,
-    /// How a line of its sensor begins, and the sensor's unit over SI's.
-    pub says: (&'static str, f64),
+    /// The wires it commands.
+    pub wires: &'static [&'static str],
+    /// What its sensor says, by name, and the sensor's unit over SI's.
+    pub says: (&'static [&'static str], f64),
     /// After so long a robot program takes notice that its sensor is silent, s.
     pub silence_s: f64,
     /// The robot program, on the rig of this name.
     pub run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
-    /// Of a wire with this way from cold to hot, m.
+    /// Of a first wire with this way from cold to hot, m.
     pub mind: fn(f64) -> Mind,
     /// Whether something can fall off it.
     pub falls: bool,
@@ -39,21 +39,21 @@ pub struct Demo {
 }
 
 /// All of them.
-pub const DEMOS: [Demo; 3] = [
+pub const DEMOS: [Demo; 4] = [
     Demo {
         name: "ball-on-beam",
         about: "one wire tilts a beam on which a ball rolls, and a camera sees the ball",
         rig: BALL_ON_BEAM,
         program: ("ball_on_beam.rs", include_str!("../../robots/ball_on_beam.rs")),
-        wire: "tilt",
-        says: ("ball_mm", 1e3),
+        wires: &["tilt"],
+        says: (&["ball_mm"], 1e3),
         silence_s: 0.3,
         run: ball_on_beam::run,
         mind: |travel_m| {
             let mut balance = ball_on_beam::Balance::new(travel_m);
             Box::new(move |ball_mm| match ball_mm {
-                Some(ball_mm) => balance.sees(ball_mm * 1e-3),
-                None => balance.sees_nothing(),
+                Some([ball_mm, _]) => vec![balance.sees(ball_mm * 1e-3)],
+                None => vec![balance.sees_nothing()],
             })
         },
         falls: true,
@@ -76,6 +76,23 @@ pub const DEMOS: [Demo; 3] = [
         mind: |travel_m| mind_of_servo(BOWDEN, travel_m),
         ..SERVOS
     },
+    Demo {
+        name: "arm",
+        about: "two wires point a camera at a target, by a program that knows neither angles nor lengths",
+        rig: ARM,
+        program: ("arm.rs", include_str!("../../robots/arm.rs")),
+        wires: &["shoulder", "elbow"],
+        says: (&["x_mm", "y_mm"], 1e3),
+        silence_s: f64::INFINITY,
+        run: arm::run,
+        mind: |_| {
+            let mut gaze = arm::Gaze::new();
+            Box::new(move |target_mm| target_mm.map_or(gaze.strokes(), |mm| gaze.sees(mm)).to_vec())
+        },
+        falls: false,
+        claim: 10.0,
+        error: ("mm", 1e3),
+    },
 ];
 
 /// What servos have in common.
@@ -84,8 +101,8 @@ const SERVOS: Demo = Demo {
     about: "",
     rig: "",
     program: ("servo.rs", include_str!("../../robots/servo.rs")),
-    wire: "horn",
-    says: ("pulse_us", 1e6),
+    wires: &["horn"],
+    says: (&["pulse_us"], 1e6),
     silence_s: f64::INFINITY,
     run: |rig| servo::run(rig, MICRO),
     mind: |travel_m| mind_of_servo(MICRO, travel_m),
@@ -99,11 +116,7 @@ const BOWDEN: servo::Horn = servo::Horn { lever_m: 0.008, degrees_per_ms: 120.0 
 
 fn mind_of_servo(horn: servo::Horn, travel_m: f64) -> Mind {
     let mut servo = servo::Servo::new(horn, travel_m);
-    let mut stroke = None;
-    Box::new(move |pulse_us| {
-        stroke = pulse_us.map(|us| servo.hears(us)).or(stroke);
-        stroke.unwrap_or(0.0)
-    })
+    Box::new(move |pulse_us| pulse_us.into_iter().map(|[us, _]| servo.hears(us)).collect())
 }
 
 impl Demo {

@@ -93,13 +93,15 @@ impl Robot {
 }
 
 /// Hands on what the sensor says, a line each, until it is over or nobody reads.
-fn feed(mut line: ChildStdin, (name, over_si): (&str, f64), machine: &Watch, over: &AtomicBool) {
+fn feed(mut line: ChildStdin, (names, over_si): (&[&str], f64), machine: &Watch, over: &AtomicBool) {
     let mut said = machine.reading().count;
     while !over.load(Ordering::Relaxed) && !sinew_threads::is_struck() {
         let reading = machine.reading();
         if reading.count != said {
             said = reading.count;
-            let text = format!("{name}: {:.3}\n", f64::from(reading.value) * over_si);
+            let words = names.iter().zip(reading.values);
+            let words = words.map(|(name, value)| format!("{name}: {:.3}", f64::from(value) * over_si));
+            let text = words.collect::<Vec<_>>().join(" ") + "\n";
             match line.write_all(text.as_bytes()) {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                 Err(_) => {

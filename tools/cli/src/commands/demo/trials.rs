@@ -113,8 +113,10 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<
     let mut bench = Lockstep::new(&rig, None).map_err(|error| Failure::own(error.to_string()))?;
     let machine = Demonstrator::of(&rig).map_err(Failure::own)?;
     let mut machine = machine.ok_or_else(|| Failure::own(format!("{}: has no machine", rig.file())))?;
-    let missing = || Failure::own(format!("{}: has no wire \"{}\"", rig.file(), demo.wire));
-    let (channel, wire) = rig.channel(demo.wire).ok_or_else(missing)?;
+    let named =
+        |wire: &&str| rig.channel(wire).ok_or_else(|| Failure::own(format!("{}: has no wire \"{wire}\"", rig.file())));
+    let wires = demo.wires.iter().map(named).collect::<Result<Vec<_>, Failure>>()?;
+    let [(_, wire), ..] = wires[..] else { return Err(Failure::own(format!("{}: has no wires", rig.file()))) };
     let cold_m = sinew_physics::cold_length_m(&wire.model).map_err(Failure::own)?;
     let hot_m = sinew_physics::hot_length_m(&wire.model).map_err(Failure::own)?;
     let mut mind = (demo.mind)(cold_m - hot_m);
@@ -125,7 +127,7 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<
         machine.pass(bench.backend());
         let (reading, time_s) = (watch.reading(), bench.time_s());
         let word = if reading.count != said {
-            Some(Some(f64::from(reading.value) * demo.says.1))
+            Some(Some(reading.values.map(|value| f64::from(value) * demo.says.1)))
         } else if time_s - said_s >= demo.silence_s {
             Some(None)
         } else {
@@ -133,7 +135,9 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<
         };
         if let Some(word) = word {
             (said, said_s) = (reading.count, time_s);
-            bench.move_to(channel, mind(word));
+            for ((channel, _), stroke) in wires.iter().zip(mind(word)) {
+                bench.move_to(*channel, stroke);
+            }
         }
     }
     Ok((watch.tally(), bench.trips().iter().map(|trip| trip.fault.flag()).collect()))

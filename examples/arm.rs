@@ -1,0 +1,1 @@
+../tools/cli/src/robots/arm.rs
