@@ -1,6 +1,7 @@
 //! The robot program as a process of its own, and the line on which its sensor talks to it.
 
 use std::io::{self, Write};
+use std::os::unix::process::CommandExt;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -44,6 +45,8 @@ impl Robot {
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(words)
+            // Ctrl-C is for the driver: the robot program ends when its sensor does
+            .process_group(0)
             .spawn()
             .map_err(failed("the robot program cannot be started"))?;
         let line = process.stdin.take().ok_or_else(|| Failure::own("the robot program has no line to its sensor"))?;

@@ -82,20 +82,24 @@ pub fn trials(demo: &Demo, args: &args::Demo, count: u32) -> Outcome {
         trials,
         catchable_mm_s: catchable.map(|speed| [speed.by_heating_m_s, speed.by_cooling_m_s].map(|v| v * 1e3)),
     };
-    if args.json { output::print_json(&answer) } else { print(&answer) }
+    if args.json { output::print_json(&answer) } else { print(&answer, demo.falls) }
 }
 
-fn print(answer: &Answer) -> Outcome {
+fn print(answer: &Answer, falls: bool) -> Outcome {
     let Answer { unit, claim, seconds, .. } = *answer;
     output::print(format_args!("seed   falls   faults   worst {unit}   rms {unit}\n"))?;
     for Trial { seed, success, falls, worst, rms, faults } in &answer.trials {
         let mark = if *success { String::new() } else { format!("   ✖ {}", faults.join(", ")) };
         let faults = faults.len();
-        output::print(format_args!("{seed:>4}   {falls:>5}   {faults:>6}   {worst:>8.2}   {rms:>6.2}{mark}\n"))?;
+        output::print(format_args!(
+            "{seed:>4}   {falls:>5}   {faults:>6}   {worst:>8.2}   {rms:>6.2}{}\n",
+            mark.trim_end()
+        ))?;
     }
     let (successes, all) = (answer.successes, answer.trials.len());
+    let never_fell = if falls { "never fell and, " } else { "" };
     output::print(format_args!(
-        "{successes} of {all}: never fallen and, once settled, within {claim} {unit} for {seconds} s\n"
+        "{successes} of {all} {never_fell}once settled, stayed within {claim} {unit} for {seconds} s\n"
     ))?;
     if let Some([heating, cooling]) = answer.catchable_mm_s {
         output::print(format_args!(
