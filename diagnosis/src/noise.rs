@@ -14,6 +14,8 @@ const DIFFERENCE_ORDERS: [usize; 4] = [2, 3, 4, 5];
 /// Differences beyond so many times their rough scatter are of the signal, and the RMS of a normal variable within that.
 const CUT: f64 = 3.0;
 const RMS_WITHIN_CUT: f64 = 0.986_58;
+/// Largest scaled difference of values that go to and fro between two levels, steps: Σ|w|/(2‖w‖) of the highest order.
+const TO_AND_FRO: f64 = 1.01;
 /// Orders whose scatter is within this factor of the least one say the same.
 const ALIKE: f64 = 1.04;
 /// Fewest samples a noise can be had from.
@@ -141,8 +143,10 @@ fn scatter_of_differences(times: &[f64], values: &[f64], step: f64, order: usize
     }
     sizes.sort_unstable_by(f64::total_cmp);
     let rough = median_of_lattice(&sizes, step * largest_weight) / MEDIAN_OF_NORMAL;
-    // the median knows what is an outlier, the RMS of the rest is the better measure
-    let kept = &sizes[..sizes.partition_point(|size| *size < CUT * rough)];
+    // the median knows what is an outlier, the RMS of the rest is the better measure; where most samples repeat the last one the median
+    // sees no noise, but to and fro between two levels of the grid is what there is of it
+    let limit = (CUT * rough).max(TO_AND_FRO * step);
+    let kept = &sizes[..sizes.partition_point(|size| *size < limit)];
     if kept.is_empty() { rough } else { (dot(kept, kept) / kept.len() as f64).sqrt() / RMS_WITHIN_CUT }
 }
 
@@ -380,6 +384,21 @@ mod tests {
             near(noise.total, (rms * rms + step * step / 12.0).sqrt(), 0.30, &format!("{ratio} steps of noise"));
         }
         assert_eq!(CASE.estimate().step, 0.0);
+    }
+
+    #[test]
+    fn noise_below_a_grid_is_not_cut_off_as_outliers() {
+        // Most samples repeat the last one, and a step of the grid is what there is of the noise.
+        for ratio in [0.15, 0.2, 0.25, 0.3, 0.4, 0.6] {
+            for rate_hz in [50.0, 100.0, 200.0] {
+                let step = 0.2_f64;
+                let rms = ratio * step;
+                let expected = (rms * rms + step * step / 12.0).sqrt();
+                let found = |seed| Case { rate_hz, samples: 5000, rms, step, seed, ..CASE }.estimate().total;
+                let mean = (0..8).map(found).sum::<f64>() / 8.0;
+                near(mean, expected, 0.12, &format!("{ratio} steps of noise at {rate_hz} Hz"));
+            }
+        }
     }
 
     #[test]
