@@ -31,6 +31,8 @@ pub(crate) struct Sensor {
     pub(crate) noise: f64,
     /// The part of it that is new in every sample.
     pub(crate) white: f64,
+    /// RMS of what its converter or a printout rounds off; 0 = not seen.
+    pub(crate) rounding: f64,
     /// Of how many samples a row is the mean that has this noise.
     pub(crate) samples: usize,
 }
@@ -190,8 +192,8 @@ impl Data {
         let columns = columns.into_iter().zip(&kept).filter(|(_, kept)| **kept).map(|(column, _)| column);
         let sensors = columns
             .map(|column| {
-                let Noise { white, total, .. } = noise(column);
-                Sensor { column, noise: total, white, samples: 1 }
+                let Noise { white, total, step } = noise(column);
+                Sensor { column, noise: total, white, rounding: step / 12f64.sqrt(), samples: 1 }
             })
             .collect();
         let position_imposed = imposed_column(&model.load) == Some(Column::PositionM);

@@ -179,7 +179,7 @@ impl Found {
             located.clone()
         };
         // effects that explain the smaller part only have bent to what they are not
-        let outside = match (remains::looks_like(named, &left), located.first()) {
+        let outside = match (remains::looks_like(&searched, named, &left), located.first()) {
             (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &left) => {
                 progress("beyond the catalogue", 0.0);
                 Some(Outside::search(&searched, &selection.reference, most.equation))

@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 use sinew_physics::effects::Effect;
 
-use crate::data::Data;
-use crate::discrepancy::Discrepancy;
+use crate::data::{Data, Sensor};
+use crate::discrepancy::{Discrepancy, Wander};
 use crate::fit::{self, Effort, Fit, Known};
 use crate::residuals::{self, Residuals};
 use crate::space::Space;
@@ -84,6 +84,15 @@ impl Explanation {
     /// Whether it leaves nothing but noise: then nothing can be better.
     pub(crate) fn leaves_noise(&self) -> bool {
         self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < NEXT_TO_NOTHING)
+    }
+
+    /// Whether it is wrong by no more than rounding is, in every sensor of `data`, which it explains: what a converter rounds off keeps its sign
+    /// for as long as the values stand between two levels, as an error of the model does.
+    pub(crate) fn leaves_rounding(&self, data: &Data) -> bool {
+        let is_rounding = |(wander, sensor): (&Wander, &Sensor)| {
+            wander.size < NEXT_TO_NOTHING || wander.size * sensor.noise <= sensor.rounding
+        };
+        self.discrepancy.wanders.iter().all(|run| run.iter().zip(&data.sensors).all(is_rounding))
     }
 
     /// Whether it is wrong by less than the noise in every sensor.

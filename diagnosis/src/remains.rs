@@ -18,11 +18,11 @@ const LARGER_PART: f64 = 0.5;
 /// Where an unknown shift of the transformation explains this share of what the best unknown input does, it may be that.
 const AS_WELL: f64 = 0.85;
 
-/// What an explanation leaves, by what would explain it: noise comes in each sensor by itself and is no larger than it was
+/// What an explanation of `data` leaves, by what would explain it: noise comes in each sensor by itself and is no larger than it was
 /// estimated to be, a mechanism comes in an equation. An unknown shift of the transformation is what curves of another shape
 /// come to, and no closed form of them is ever right: what it explains as well is theirs before it is a mechanism's.
-pub(crate) fn looks_like(chosen: &Explanation, left: &[Located]) -> LooksLike {
-    if chosen.leaves_noise() || chosen.leaves_little() && !locate::is_physical(left) {
+pub(crate) fn looks_like(data: &Data, chosen: &Explanation, left: &[Located]) -> LooksLike {
+    if chosen.leaves_noise() || chosen.leaves_rounding(data) || chosen.leaves_little() && !locate::is_physical(left) {
         return LooksLike::Noise;
     }
     let kinetic = left.iter().filter(|l| l.equation == Equation::Kinetic).map(|l| l.evidence).fold(0.0, f64::max);
@@ -43,7 +43,7 @@ pub(crate) fn is_the_larger_part(located: &[Located], left: &[Located]) -> bool 
 /// follows no closed form, unless a mechanism is missing beside them.
 pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located], has_curves: bool) -> Remains {
     let Compared { chosen, improved, .. } = compared;
-    let looks_like = looks_like(chosen, left);
+    let looks_like = looks_like(data, chosen, left);
     let is_noise = looks_like == LooksLike::Noise;
     Remains {
         chi: improved.score.chi_kept(),

@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_no_simulation() {
         let model = &rig().channels[0].model;
-        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5, white: 1e-5, samples: 1 }];
+        let sensors = [Sensor { column: Column::PositionM, noise: 1e-5, white: 1e-5, rounding: 0.0, samples: 1 }];
         let run = |supply_v: f64| Run {
             name: "a".to_string(),
             time_s: vec![0.01, 0.02],
