@@ -130,6 +130,30 @@ fn parameters_that_are_off_are_no_missing_physics_and_are_found() {
     assert!(outside <= 5, "{outside} of {}", identified.parameters.len());
 }
 
+/// The same through a converter that rounds to steps of so many times each sensor's noise.
+fn rounded(recording: &Recording, steps: f64) -> Recording {
+    let mut rounded = recording.clone();
+    for (column, noise) in SENSORS {
+        let step = steps * noise;
+        let values = recording.get(column).unwrap().iter().map(|value| (value / step).round() * step).collect();
+        rounded.set(column, values).unwrap();
+    }
+    rounded
+}
+
+#[test]
+fn what_a_coarse_converter_rounds_off_is_no_missing_physics() {
+    for (seed, steps) in [(11, 4.0), (12, 8.0), (13, 8.0), (14, 16.0), (15, 16.0), (16, 30.0)] {
+        let found = answer(&rounded(&record(&real(), seed), steps), 2).diagnosis;
+        assert!(
+            matches!(found.verdict, Verdict::ParametersOff | Verdict::Agrees),
+            "steps of {steps} times the noise: {:?}, {:?}",
+            found.verdict,
+            found.remains
+        );
+    }
+}
+
 #[test]
 fn friction_is_named_and_sized_whatever_the_number_of_threads() {
     let mut truth = real();
