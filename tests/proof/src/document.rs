@@ -410,8 +410,8 @@ mod tests {
     fn what_others_wrote_is_kept() {
         let [[begin, end], [first, last]] = KEPT;
         let real = format!("{begin}\n## Real recordings\nas found\n{end}\n\n{first}\nothers\n{last}");
-        let page = page(&cases(), Some(&hashes()), &format!("# Old\n{real}\nrest"));
-        assert!(page.contains(&real) && !page.contains("# Old") && !page.contains("rest"));
+        let page = page(&cases(), Some(&hashes()), &format!("# Old\n{real}\nstood here before"));
+        assert!(page.contains(&real) && !page.contains("# Old") && !page.contains("stood here before"));
         let again = super::page(&[], Some(&hashes()), &page);
         assert!(again.contains(&real));
     }

@@ -7,6 +7,19 @@ use crate::notes::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, DemonstratorKind, Rig};
 use crate::value::channel_choices;
 
+impl Rig {
+    /// The channels whose wires move the demonstrator, where there are these: the named one, else the first; of an arm, that of the elbow
+    /// besides.
+    pub fn demonstrator_channels(&self) -> [Option<(usize, &Channel)>; 2] {
+        let of = |name: &Option<String>, place| match name {
+            Some(name) => self.channel(name),
+            None => self.channels.iter().enumerate().nth(place),
+        };
+        let elbow = (self.demonstrator.kind == DemonstratorKind::Arm).then(|| of(&self.demonstrator.elbow_channel, 1));
+        [of(&self.demonstrator.channel, 0), elbow.flatten()]
+    }
+}
+
 /// Whether there are wires that can move it.
 pub(crate) fn demonstrator(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'_>) {
     let kind = rig.demonstrator.kind;

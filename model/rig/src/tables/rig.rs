@@ -3,9 +3,7 @@
 use crate::declare::rows::*;
 use crate::notes::{Reader, Stated};
 use crate::own::Catalogue;
-use crate::tables::{
-    Access, Backend, BlackBox, Channel, Demonstrator, DemonstratorKind, Joint, Machine, Mapping, Simulation,
-};
+use crate::tables::{Access, Backend, BlackBox, Channel, Demonstrator, Joint, Machine, Mapping, Simulation};
 use crate::value::MAX_PATH;
 
 /// Longest name of a rig, in bytes.
@@ -149,17 +147,6 @@ impl Rig {
     /// The channel of this name and its index.
     pub fn channel(&self, name: &str) -> Option<(usize, &Channel)> {
         self.channels.iter().enumerate().find(|(_, c)| c.name == name)
-    }
-
-    /// The channels whose wires move the demonstrator, where there are these: the named one, else the first; of an arm, that of the elbow
-    /// besides.
-    pub fn demonstrator_channels(&self) -> [Option<(usize, &Channel)>; 2] {
-        let of = |name: &Option<String>, place| match name {
-            Some(name) => self.channel(name),
-            None => self.channels.iter().enumerate().nth(place),
-        };
-        let elbow = (self.demonstrator.kind == DemonstratorKind::Arm).then(|| of(&self.demonstrator.elbow_channel, 1));
-        [of(&self.demonstrator.channel, 0), elbow.flatten()]
     }
 
     /// The joint a channel's wire turns and its side there, 0 = agonist; `None` where it has a load of its own.

@@ -49,7 +49,7 @@ fn main() {
 pub fn run(rig: &str) -> Result<(), Box<dyn Error>> {
     let client = Client::connect(rig)?;
     let channels = [client.channel(WIRES[0])? as u32, client.channel(WIRES[1])? as u32];
-    let mut gaze = Gaze::new();
+    let mut gaze = Gaze::default();
 
     // Lines are read by a thread of their own: a camera that says nothing must not keep this program from noticing.
     let (seen, sees) = channel();
@@ -98,9 +98,9 @@ pub struct Gaze {
     moves_mm: [[f64; 2]; 2],
 }
 
-impl Gaze {
+impl Default for Gaze {
     /// One that knows nothing.
-    pub fn new() -> Gaze {
+    fn default() -> Gaze {
         Gaze {
             strokes: [MIDDLE; 2],
             doing: Doing::Probes(0),
@@ -110,7 +110,9 @@ impl Gaze {
             moves_mm: [[0.0; 2]; 2],
         }
     }
+}
 
+impl Gaze {
     /// The strokes it asks for.
     pub fn strokes(&self) -> [f64; 2] {
         self.strokes

@@ -86,7 +86,7 @@ pub const DEMOS: [Demo; 4] = [
         silence_s: f64::INFINITY,
         run: arm::run,
         mind: |_| {
-            let mut gaze = arm::Gaze::new();
+            let mut gaze = arm::Gaze::default();
             Box::new(move |target_mm| target_mm.map_or(gaze.strokes(), |mm| gaze.sees(mm)).to_vec())
         },
         falls: false,
