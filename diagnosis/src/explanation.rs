@@ -86,7 +86,7 @@ impl Explanation {
         self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < NEXT_TO_NOTHING)
     }
 
-    /// Whether it is wrong by no more than rounding is, in every sensor of `data`, which it explains: what a converter rounds off keeps its sign
+    /// Whether it leaves nothing but noise, or is wrong by no more than rounding is, in every sensor of `data`, which it explains: what a converter rounds off keeps its sign
     /// for as long as the values stand between two levels, as an error of the model does.
     pub(crate) fn leaves_rounding(&self, data: &Data) -> bool {
         let is_rounding = |(wander, sensor): (&Wander, &Sensor)| {

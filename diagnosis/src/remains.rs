@@ -22,7 +22,7 @@ const AS_WELL: f64 = 0.85;
 /// estimated to be, a mechanism comes in an equation. An unknown shift of the transformation is what curves of another shape
 /// come to, and no closed form of them is ever right: what it explains as well is theirs before it is a mechanism's.
 pub(crate) fn looks_like(data: &Data, chosen: &Explanation, left: &[Located]) -> LooksLike {
-    if chosen.leaves_noise() || chosen.leaves_rounding(data) || chosen.leaves_little() && !locate::is_physical(left) {
+    if chosen.leaves_rounding(data) || chosen.leaves_little() && !locate::is_physical(left) {
         return LooksLike::Noise;
     }
     let kinetic = left.iter().filter(|l| l.equation == Equation::Kinetic).map(|l| l.evidence).fold(0.0, f64::max);

@@ -28,7 +28,7 @@ pub struct Catchable {
 }
 
 impl Catchable {
-    /// Within `distance_m`, in still air, by a duty of at most `most_duty`; `None` where the rig has no ball on a beam.
+    /// Within `distance_m`, in still air, by no more than the rig's `maximum_duty`; `None` where the rig has no ball on a beam.
     ///
     /// # Errors
     /// [`Error`] where the physics does not accept the wire.

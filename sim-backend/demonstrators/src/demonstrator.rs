@@ -147,6 +147,7 @@ impl Demonstrator {
         let Some(first) = wires.first() else { return Ok(None) };
         let seed = rig.simulation.seed;
         let asked_rad = |wire: &Turning| ASKED_SHARE * wire.travel_m / wire.lever_m;
+        let mut score = Score::default();
         let (body, noise, pose) = match declared.kind {
             DemonstratorKind::None => return Ok(None),
             DemonstratorKind::BallOnBeam => {
@@ -168,6 +169,7 @@ impl Demonstrator {
                 let [shoulder, elbow] = wires[..] else { return Ok(None) };
                 let links = Links::of(declared);
                 let target_m = links.tip([0.0; 2]).at_m;
+                score.begin(0.0, FIRST_TARGET_S + ARM_SETTLES_S);
                 let body = Body::Arm {
                     links,
                     target_m,
@@ -178,8 +180,6 @@ impl Demonstrator {
                 (body, declared.camera_noise_m, Pose::Arm { angles_rad: [0.0; 2], target_m })
             }
         };
-        let mut score = Score::default();
-        score.begin(0.0, FIRST_TARGET_S + ARM_SETTLES_S);
         Ok(Some(Demonstrator {
             period_s: 1.0 / rig.rate_hz,
             body,

@@ -37,7 +37,6 @@ mod sensor;
 mod watch;
 
 pub use backend::DemonstratorBackend;
-pub use ball::{Ball, Beam};
 pub use bound::Catchable;
 pub use demonstrator::{Demonstrator, Error};
 pub use picture::{Ink, Picture, Shape};

@@ -75,6 +75,15 @@ pub fn can_become_folder(out: &Path) -> Outcome {
     })
 }
 
+/// Finds out before the work that a folder for what `--keep` keeps is there already, or has no place.
+pub fn can_keep_in(folder: &Path) -> Outcome {
+    if folder.exists() {
+        return Err(Failure::input(format!("{}: is there already", folder.display()))
+            .hint("choose another --keep: nothing is overwritten"));
+    }
+    can_become_folder(folder)
+}
+
 /// Makes a file and takes it away again: permissions say less than trying.
 fn tempfile_in(folder: &Path) -> std::io::Result<()> {
     let path = folder.join(format!(".sinew.{}.part", std::process::id()));

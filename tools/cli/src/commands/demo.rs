@@ -10,17 +10,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use sinew_demonstrators::Watch;
-use sinew_ipc::Client;
 use sinew_rig::nearest;
 
-use super::live::{self, Live};
 use super::monitor::has_screen;
 use super::run::{Asked, Driven, drive};
 use crate::args;
 use crate::failure::{Failure, Outcome};
-use crate::log;
 use crate::output;
-use crate::screen::terminal;
 
 use machines::{DEMOS, Demo};
 use robot::Robot;
@@ -60,11 +56,7 @@ fn list() -> Outcome {
 impl Demo {
     /// Writes rig file and robot program.
     fn keep(&self, folder: &Path) -> Outcome {
-        if folder.exists() {
-            return Err(Failure::input(format!("{}: is there already", folder.display()))
-                .hint("choose another --keep: nothing is overwritten"));
-        }
-        output::can_become_folder(folder)?;
+        output::can_keep_in(folder)?;
         fs::create_dir_all(folder).map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
         let (file, program) = self.program;
         let rig = folder.join(format!("{}.toml", self.name));
@@ -111,16 +103,7 @@ impl Demo {
             return super::scope::of_demo(&driven.rig.name, machine.clone(), over);
         }
         if has_screen() && !args.no_monitor {
-            let mut live = match Client::connect(&driven.rig.name) {
-                Ok(client) => Live::new(client),
-                Err(_) if over() => return Ok(()),
-                Err(error) => return Err(live::failure(error)),
-            };
-            let quiet = log::hold_back();
-            let shown = terminal::show(&mut live, "stop", over, None, Some(machine));
-            driven.driver.stop();
-            drop(quiet);
-            return shown;
+            return driven.look()?.map_or(Ok(()), |mut live| driven.on_screen(&mut live, over));
         }
         output::note(format_args!("{}: {}; Ctrl-C ends it", self.name, self.about));
         let mut next = Instant::now();

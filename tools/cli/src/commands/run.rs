@@ -75,6 +75,28 @@ pub struct Driven<'a> {
     pub machine: Option<&'a Watch>,
 }
 
+impl Driven<'_> {
+    /// A separate ordinary client to look with; `None` where a very short run is over before anybody could look.
+    pub fn look(&self) -> Result<Option<Live>, Failure> {
+        match Client::connect(&self.rig.name) {
+            Ok(client) => Ok(Some(Live::new(client))),
+            Err(_) if !self.driver.is_running() => Ok(None),
+            Err(error) => Err(live::failure(error)),
+        }
+    }
+
+    /// Shows it on its own terminal until a key, `over` or its end closes that.
+    pub fn on_screen(&self, live: &mut Live, over: &dyn Fn() -> bool) -> Outcome {
+        let quiet = log::hold_back();
+        let reset_stop = || self.driver.reset_emergency_stop();
+        let shown = terminal::show(live, "stop", over, Some(&reset_stop), self.machine);
+        // The terminal may take its time for what was kept back.
+        self.driver.stop();
+        drop(quiet);
+        shown
+    }
+}
+
 /// Drives a rig for as long as `show` shows it, or it ends by itself; then reports.
 pub fn drive(rig: &Rig, asked: &Asked<'_>, show: impl FnOnce(&Driven<'_>, &dyn Fn() -> bool) -> Outcome) -> Outcome {
     let Asked { duration_s, report_to, leaves_traces } = *asked;
@@ -251,22 +273,10 @@ fn black_box(rig: &Rig, simulated: bool) -> Option<(BlackBox, Box<dyn Tap>)> {
 
 /// Shows the running driver until `over`.
 fn show(args: &args::Run, driven: &Driven<'_>, over: &dyn Fn() -> bool) -> Outcome {
-    let Driven { rig, wires, driver, machine } = *driven;
-    // a separate ordinary client
-    let mut live = match Client::connect(&rig.name) {
-        Ok(client) => Live::new(client),
-        // a very short run may be over before anybody could look
-        Err(_) if !driver.is_running() => return Ok(()),
-        Err(error) => return Err(live::failure(error)),
-    };
+    let Driven { rig, wires, .. } = *driven;
+    let Some(mut live) = driven.look()? else { return Ok(()) };
     if has_screen() && !args.no_monitor {
-        let quiet = log::hold_back();
-        let reset_stop = || driver.reset_emergency_stop();
-        let shown = terminal::show(&mut live, "stop", over, Some(&reset_stop), machine);
-        // The terminal may take its time for what was kept back.
-        driver.stop();
-        drop(quiet);
-        return shown;
+        return driven.on_screen(&mut live, over);
     }
     let info = live.client().info();
     output::note(format_args!(

@@ -33,11 +33,7 @@ const WIDEST: usize = 100;
 /// Runs the command.
 pub fn tour(args: &args::Tour) -> Outcome {
     if let Some(folder) = &args.keep {
-        if folder.exists() {
-            return Err(Failure::input(format!("{}: is there already", folder.display()))
-                .hint("choose another --keep: nothing is overwritten"));
-        }
-        output::can_become_folder(folder)?;
+        output::can_keep_in(folder)?;
     }
     let mut guide = Guide::new(args)?;
     let seen = guide.show(args);

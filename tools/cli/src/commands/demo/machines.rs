@@ -60,22 +60,20 @@ pub const DEMOS: [Demo; 4] = [
         claim: 10.0,
         error: ("mm", 1e3),
     },
-    Demo {
-        name: "servo",
-        about: "one wire that measures itself turns a horn as the pulses of a radio's receiver ask",
-        rig: SERVO,
-        run: |rig| servo::run(rig, MICRO),
-        mind: |travel_m| mind_of_servo(MICRO, travel_m),
-        ..SERVOS
-    },
-    Demo {
-        name: "bowden-servo",
-        about: "the same with half a metre of wire in a Bowden tube, which takes its heat and holds it back",
-        rig: BOWDEN_SERVO,
-        run: |rig| servo::run(rig, BOWDEN),
-        mind: |travel_m| mind_of_servo(BOWDEN, travel_m),
-        ..SERVOS
-    },
+    servo(
+        "servo",
+        "one wire that measures itself turns a horn as the pulses of a radio's receiver ask",
+        SERVO,
+        |rig| servo::run(rig, MICRO),
+        |travel_m| mind_of_servo(MICRO, travel_m),
+    ),
+    servo(
+        "bowden-servo",
+        "the same with half a metre of wire in a Bowden tube, which takes its heat and holds it back",
+        BOWDEN_SERVO,
+        |rig| servo::run(rig, BOWDEN),
+        |travel_m| mind_of_servo(BOWDEN, travel_m),
+    ),
     Demo {
         name: "arm",
         about: "two wires point a camera at a target, by a program that knows neither angles nor lengths",
@@ -95,21 +93,29 @@ pub const DEMOS: [Demo; 4] = [
     },
 ];
 
-/// What servos have in common.
-const SERVOS: Demo = Demo {
-    name: "",
-    about: "",
-    rig: "",
-    program: ("servo.rs", include_str!("../../robots/servo.rs")),
-    wires: &["horn"],
-    says: (&["pulse_us"], 1e6),
-    silence_s: f64::INFINITY,
-    run: |rig| servo::run(rig, MICRO),
-    mind: |travel_m| mind_of_servo(MICRO, travel_m),
-    falls: false,
-    claim: 3.0,
-    error: ("°", 180.0 / std::f64::consts::PI),
-};
+/// A servo with this wire and horn.
+const fn servo(
+    name: &'static str,
+    about: &'static str,
+    rig: &'static str,
+    run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
+    mind: fn(f64) -> Mind,
+) -> Demo {
+    Demo {
+        name,
+        about,
+        rig,
+        program: ("servo.rs", include_str!("../../robots/servo.rs")),
+        wires: &["horn"],
+        says: (&["pulse_us"], 1e6),
+        silence_s: f64::INFINITY,
+        run,
+        mind,
+        falls: false,
+        claim: 3.0,
+        error: ("°", 180.0 / std::f64::consts::PI),
+    }
+}
 
 const MICRO: servo::Horn = servo::Horn { lever_m: 0.004, degrees_per_ms: 60.0 };
 const BOWDEN: servo::Horn = servo::Horn { lever_m: 0.008, degrees_per_ms: 120.0 };

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
+use sinew_control::StrokeRange;
 use sinew_demonstrators::{Catchable, Demonstrator, Tally};
 use sinew_lockstep::Lockstep;
 use sinew_rig::Rig;
@@ -121,9 +122,8 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<
         |wire: &&str| rig.channel(wire).ok_or_else(|| Failure::own(format!("{}: has no wire \"{wire}\"", rig.file())));
     let wires = demo.wires.iter().map(named).collect::<Result<Vec<_>, Failure>>()?;
     let [(_, wire), ..] = wires[..] else { return Err(Failure::own(format!("{}: has no wires", rig.file()))) };
-    let cold_m = sinew_physics::cold_length_m(&wire.model).map_err(Failure::own)?;
-    let hot_m = sinew_physics::hot_length_m(&wire.model).map_err(Failure::own)?;
-    let mut mind = (demo.mind)(cold_m - hot_m);
+    let stroke = StrokeRange::of(&wire.model).map_err(Failure::own)?;
+    let mut mind = (demo.mind)(stroke.stroke_m());
     let watch = machine.watch();
     let (mut said, mut said_s) = (watch.reading().count, 0.0);
     for _ in 0..(seconds * rig.rate_hz) as u64 {
