@@ -39,6 +39,9 @@ pub struct Diagnosis {
     pub unknown: Option<Unknown>,
     /// What is left with everything that was found in the model.
     pub remains: Remains,
+    /// Every model that was tried, best first: the evidence table.
+    #[serde(default)]
+    pub tried: Vec<Tried>,
     /// Constants stated as known that are off by more than their tolerance, and sensors likewise.
     pub beyond_tolerance: Vec<BeyondTolerance>,
     /// Parameters of the reference model that a fit may move, by key.
@@ -297,7 +300,7 @@ pub struct EffectSize {
 }
 
 /// Why an effect is believed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// chi on data kept back with all found effects but this one, everything else refitted.
     pub holdout_chi_before: f64,
@@ -307,6 +310,23 @@ pub struct Evidence {
     pub delta_bic: f64,
     /// Upper bound of the probability of evidence this strong if it were not there.
     pub p_value: f64,
+    /// Rise of the log probability of what was kept back when it is added.
+    #[serde(default)]
+    pub holdout_rise: f64,
+    /// The size that what was kept back asks for by itself; none where that cannot be told.
+    #[serde(default)]
+    pub holdout_size: Option<SizeAsked>,
+}
+
+/// The size of an effect that data ask for which it was not fitted to, over the one it was fitted at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SizeAsked {
+    /// 1 = the same.
+    pub value: f64,
+    /// Lower end of its 90 % interval.
+    pub low: f64,
+    /// Upper end of its 90 % interval.
+    pub high: f64,
 }
 
 /// Another effect in the place of one found.
@@ -380,8 +400,6 @@ pub struct Figures {
     pub maps: Vec<Map>,
     /// The unknown input of each equation over time in the first recording, in `unit`.
     pub unknown_inputs: Vec<UnknownInput>,
-    /// Everything that was tried, best first: the evidence table.
-    pub tried: Vec<Tried>,
 }
 
 /// One recording as measured and simulated, thinned for drawing (at most about 3000 points).
@@ -457,7 +475,7 @@ pub struct UnknownInput {
 }
 
 /// One model that was tried.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tried {
     /// Effects in it beyond the recalibrated model.
     pub effects: Vec<String>,

@@ -29,6 +29,27 @@ pub(crate) fn cut_short(selection: &Selection) -> String {
     )
 }
 
+/// Something showed in the blocks that `seed` keeps back and nowhere else; with those of `other` kept back it was found.
+pub(crate) fn other_blocks(seed: u64, other: u64) -> String {
+    format!(
+        "what is missing shows in blocks that --seed {seed} keeps back, and nowhere else: the answer is that of --seed {other}, \
+         which fits these and keeps others back"
+    )
+}
+
+/// The same, where it was not found, or whole recordings are kept back.
+pub(crate) fn only_where_kept_back(blocks: bool) -> String {
+    let remedy = if blocks {
+        "give a recording that has more of it"
+    } else {
+        "give that recording to fit, and keep another back"
+    };
+    format!(
+        "what was fitted is explained to within the noise of the sensors, what was kept back is not: what is missing, or a \
+         parameter that nothing else tells, acts there only; {remedy}"
+    )
+}
+
 /// What a reader must know of a fit.
 pub(crate) fn warn_of_fit(fit: &Fit, warnings: &mut Vec<String>) {
     if !fit.converged {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use sinew_physics::effects::Nature;
-use sinew_recording::Recording;
+use sinew_recording::{Column, Recording};
 use sinew_rig::Rig;
 
 use crate::answer::*;
@@ -15,9 +15,10 @@ use crate::explanation::{Explanation, Turns};
 use crate::figures;
 use crate::intervals;
 use crate::locate::{self, Located};
-use crate::prepare::{Prepared, Searched};
+use crate::noise::Noise;
+use crate::prepare::{self, Prepared, Searched};
 use crate::remains;
-use crate::select::{self, Selection};
+use crate::select::{self, InPlace, Selection};
 use crate::settings::Settings;
 use crate::shares::Shares;
 use crate::space::Space;
@@ -70,10 +71,34 @@ pub fn diagnose(
     settings: &Settings<'_>,
 ) -> Result<Outcome, Error> {
     in_pool(settings.jobs, || {
-        let Prepared { data, warnings } = Prepared::new(rig, channel, recordings, held_out, settings.seed)?;
-        let space = Space::reference(rig, channel, &data);
-        let from = Searched::new(&data, &space, rig.channels[channel].model.drive.kind);
-        Found::search(rig, channel, data, from, settings)?.outcome(rig, warnings, settings)
+        let search_with = |settings: &Settings<'_>, noise: &BTreeMap<Column, Noise>| {
+            let Prepared { data, warnings } =
+                Prepared::quieter(rig, channel, recordings, held_out, settings.seed, noise)?;
+            let space = Space::reference(rig, channel, &data);
+            let from = Searched::new(&data, &space, rig.channels[channel].model.drive.kind);
+            Found::search(rig, channel, data, from, settings).map(|found| (found, warnings))
+        };
+        let search = |settings: &Settings<'_>| {
+            let (found, warnings) = search_with(settings, &BTreeMap::new())?;
+            let quieter = prepare::quieter(rig, channel, &found.data, &found.compared.improved.residuals);
+            // beside too much noise nothing shows
+            if quieter.is_empty() { Ok((found, warnings)) } else { search_with(settings, &quieter) }
+        };
+        let (found, mut warnings) = search(settings)?;
+        if !found.errs_where_kept_back_only() {
+            return found.outcome(rig, warnings, settings);
+        }
+        // an event in a block that was kept back shows nowhere else: then that block is fitted and others are kept back
+        let others = Settings { seed: settings.seed.wrapping_add(1), ..*settings };
+        if held_out.is_empty()
+            && let Ok((found, mut warnings)) = search(&others)
+            && found.is_borne_out()
+        {
+            warnings.push(describe::other_blocks(settings.seed, others.seed));
+            return found.outcome(rig, warnings, &others);
+        }
+        warnings.push(describe::only_where_kept_back(held_out.is_empty()));
+        found.outcome(rig, warnings, settings)
     })
 }
 
@@ -88,19 +113,26 @@ pub fn identify(
     settings: &Settings<'_>,
 ) -> Result<Identified, Error> {
     in_pool(settings.jobs, || {
-        let prepared = Prepared::new(rig, channel, recordings, &[], settings.seed)?;
-        let mut warnings = prepared.warnings.clone();
-        let data = prepared.data.all_fitted();
-        let space = Space::reference(rig, channel, &data);
+        let fitted_with = |noise: &BTreeMap<Column, Noise>| {
+            let prepared = Prepared::quieter(rig, channel, recordings, &[], settings.seed, noise)?;
+            let data = prepared.data.all_fitted();
+            let space = Space::reference(rig, channel, &data);
+            (settings.progress)("fitting", 0.1);
+            let from = Searched::new(&data, &space, space.drive());
+            let [_, found] =
+                Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME).ok_or(Error::NoFit)?;
+            // what long rows lack where the fit began is not what they lack where it ends
+            let settled = select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
+            Ok::<_, Error>((data, settled, prepared.warnings))
+        };
         (settings.progress)("as given", 0.0);
-        let given = Stage::as_given(&data, &space)?;
-        (settings.progress)("fitting", 0.1);
-        let from = Searched::new(&data, &space, space.drive());
-        let [_, found] =
-            Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME).ok_or(Error::NoFit)?;
-        // what long rows lack where the fit began is not what they lack where it ends
-        let (Searched { data: searched, .. }, found) =
-            select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
+        let mut fitted = fitted_with(&BTreeMap::new())?;
+        let quieter = prepare::quieter(rig, channel, &fitted.0, &Stage::of_fit(&fitted.0, &fitted.1.1.fit)?.residuals);
+        if !quieter.is_empty() {
+            fitted = fitted_with(&quieter)?;
+        }
+        let (data, (Searched { data: searched, .. }, found), mut warnings) = fitted;
+        let given = Stage::as_given(&data, &Space::reference(rig, channel, &data))?;
         let fit = &found.fit;
         describe::warn_of_fit(fit, &mut warnings);
         (settings.progress)("intervals", 0.9);
@@ -166,30 +198,43 @@ impl Found {
         let mut selection = select::select(&from, &space, settings.thorough, progress).ok_or(Error::NoFit)?;
         evidence::regrade(&data, &mut selection);
         let searched = selection.searched.clone();
-        let is_borne_out = selection.in_place.iter().any(|place| place.grade != Grade::Suspected);
+        let is_borne_out = selection.in_place.iter().any(InPlace::is_borne_out);
         let named = if is_borne_out { &selection.chosen } else { &selection.reference };
         progress("locating", 0.0);
         let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
-        // where nothing but noise is left there is nothing to locate
-        let left = if named.leaves_noise() {
+        // what is only suspected may be what is missing: nothing beside it is called unknown
+        let with_suspects = &selection.chosen;
+        let beside = if with_suspects.leaves_noise() {
+            // where nothing but noise is left there is nothing to locate
             Vec::new()
-        } else if is_borne_out {
-            locate::locate(&searched, &named.fit, &|f| progress("locating", f))
-        } else {
+        } else if with_suspects.fit.space.effects.is_empty() {
             located.clone()
+        } else {
+            locate::locate(&searched, &with_suspects.fit, &|f| progress("locating", f))
         };
         // effects that explain the smaller part only have bent to what they are not
-        let outside = match (remains::looks_like(&searched, named, &left), located.first()) {
-            (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &left) => {
+        let outside = match (remains::looks_like(&searched, with_suspects, &beside), located.first()) {
+            (LooksLike::MissingMechanism, Some(most)) if remains::is_the_larger_part(&located, &beside) => {
                 progress("beyond the catalogue", 0.0);
                 Some(Outside::search(&searched, &selection.reference, most.equation))
             }
             _ => None,
         };
+        let left = if is_borne_out { beside } else { located.clone() };
         // and judged by a simulation as fine as the wire takes it
         let chosen = outside.as_ref().map_or(named, |outside| &outside.explanation).clone();
         let compared = Compared::new(&data, as_given, &selection.reference, &chosen)?;
         Ok(Found { data, from, searched, selection, chosen, located, left, outside, compared })
+    }
+
+    /// Whether anything was found that what was kept back bears out.
+    fn is_borne_out(&self) -> bool {
+        self.selection.in_place.iter().any(InPlace::is_borne_out)
+    }
+
+    /// Whether the model that was chosen explains what it was fitted to, and not what was kept back.
+    fn errs_where_kept_back_only(&self) -> bool {
+        self.compared.chosen.errs_where_kept_back_only(&self.data)
     }
 
     /// What a user gets of it.
@@ -207,7 +252,7 @@ impl Found {
         let improved = self.improved(rig, diagnosis.verdict)?;
         (settings.progress)("drawing", 0.0);
         let drive = self.compared.chosen.fit.space.drive();
-        let figures = figures::figures(&self.data, drive, &self.compared, &self.selection, &self.located);
+        let figures = figures::figures(&self.data, drive, &self.compared, &self.located);
         (settings.progress)("done", 1.0);
         Ok(Outcome { diagnosis, figures, improved, next_programme })
     }
@@ -294,6 +339,7 @@ impl Found {
             parameters_share: Shares::of(&chosen.fit).parameters,
             unknown,
             remains,
+            tried: evidence::tried(data, selection),
             beyond_tolerance,
             parameters: describe::parameters(&chosen.fit, &intervals),
             recordings: describe::summaries(data, &chosen.fit, &improved.residuals),

@@ -63,21 +63,36 @@ impl Discrepancy {
 
     /// The most probable one for `left`, residuals over noise that are not whitened, searched from this one.
     pub(crate) fn refitted(&self, data: &Data, left: &Residuals) -> Discrepancy {
-        let largest = Discrepancy::of_range(data, LARGEST, 1.0);
+        let mut refitted = self.most_probable(data, Part::Fitted, LARGEST, left).1;
+        refitted.expect_in_held_out(data);
+        refitted
+    }
+
+    /// The same for what is kept back of `left`.
+    pub(crate) fn on_kept(&self, data: &Data, left: &Residuals) -> Discrepancy {
+        self.most_probable(data, Part::KeptBack, LARGEST, left).1
+    }
+
+    /// The most probable one for a part of `left`, searched from this one, its size at most that share of each sensor's range; before
+    /// it minus twice the logarithm of the probability.
+    fn most_probable(&self, data: &Data, part: Part, most: f64, left: &Residuals) -> (f64, Discrepancy) {
+        let largest = Discrepancy::of_range(data, most, 1.0);
         let places: Vec<(usize, usize)> =
             (0..data.runs.len()).flat_map(|r| (0..data.sensors.len()).map(move |s| (r, s))).collect();
-        let found: Vec<Wander> = places
+        let (deviances, found): (Vec<f64>, Vec<Wander>) = places
             .into_par_iter()
             .map(|(r, s)| {
                 let most = largest.wanders[r][s].size.max(2.0 * SMALLEST);
-                let signal = Signal::of(data, r, s, left);
-                signal.most_probable(Part::Fitted, self.wanders[r][s], most, &left[r][s]).1
+                Signal::of(data, r, s, left).most_probable(part, self.wanders[r][s], most, &left[r][s])
             })
-            .collect();
+            .unzip();
         let sensors = data.sensors.len().max(1);
-        let mut refitted = Discrepancy { wanders: found.chunks(sensors).map(<[Wander]>::to_vec).collect() };
-        refitted.expect_in_held_out(data);
-        refitted
+        (deviances.iter().sum(), Discrepancy { wanders: found.chunks(sensors).map(<[Wander]>::to_vec).collect() })
+    }
+
+    /// Whether it is less than so many times the noise in every sensor.
+    pub(crate) fn is_less_than(&self, noises: f64) -> bool {
+        self.wanders.iter().flatten().all(|wander| wander.size < noises)
     }
 
     /// In a recording that is kept back as a whole an error is expected as large as in the others.
@@ -100,18 +115,7 @@ impl Discrepancy {
     /// own size and memory: one that is found where the fit sees, where it may be none, would make any error elsewhere a
     /// catastrophe.
     pub(crate) fn deviance_kept(&self, data: &Data, left: &Residuals) -> f64 {
-        let places: Vec<(usize, usize)> =
-            (0..data.runs.len()).flat_map(|r| (0..data.sensors.len()).map(move |s| (r, s))).collect();
-        let largest = Discrepancy::of_range(data, 1.0, 1.0);
-        let deviances: Vec<f64> = places
-            .into_par_iter()
-            .map(|(r, s)| {
-                let signal = Signal::of(data, r, s, left);
-                let most = largest.wanders[r][s].size.max(2.0 * SMALLEST);
-                signal.most_probable(Part::KeptBack, self.wanders[r][s], most, &left[r][s]).0
-            })
-            .collect();
-        deviances.iter().sum()
+        self.most_probable(data, Part::KeptBack, 1.0, left).0
     }
 
     /// The data for a model that is wrong by this; `left` are its residuals over noise.

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
-use crate::answer::{Alternative, EffectSize, Evidence, FoundEffect, Grade};
+use crate::answer::{Alternative, EffectSize, Evidence, FoundEffect, Grade, Tried};
+use crate::asked::Asked;
 use crate::data::Data;
 use crate::explanation::Explanation;
 use crate::fit::Fit;
-use crate::grade::chi_kept;
+use crate::grade::{BorneOut, chi_kept};
 use crate::intervals::Interval;
 use crate::select::{InPlace, Selection, TAKEN};
 use crate::shares::Shares;
@@ -44,7 +45,7 @@ pub(crate) fn judge(data: &Data, selection: &Selection, chosen: &Explanation, in
     let shares = Shares::of(&chosen.fit);
     let chi_after = chi_kept(data, &chosen.fit);
     let mut found = Found::default();
-    for InPlace { effect, grade, without, others } in &selection.in_place {
+    for InPlace { effect, borne_out, without, others } in &selection.in_place {
         let mut alternatives: Vec<Alternative> = others
             .par_iter()
             .map(|(other, explanation)| Alternative {
@@ -64,12 +65,14 @@ pub(crate) fn judge(data: &Data, selection: &Selection, chosen: &Explanation, in
             says: words::says(effect, &parameters),
             parameters,
             share: place.and_then(|place| shares.effects.get(place)).copied().unwrap_or(0.0),
-            grade: *grade,
+            grade: borne_out.grade,
             evidence: Evidence {
                 holdout_chi_before: chi_kept(data, &without.fit),
                 holdout_chi_after: chi_after,
                 delta_bic: -2.0 * (best.evidence - without.evidence),
                 p_value: p_value(best.evidence - without.evidence, selection.tried()),
+                holdout_rise: borne_out.rise,
+                holdout_size: borne_out.asked.map(Asked::says),
             },
             cannot_be_told_apart_from: alike.iter().map(|(other, _)| other.id.to_string()).collect(),
             alternatives,
@@ -85,8 +88,10 @@ pub(crate) fn judge(data: &Data, selection: &Selection, chosen: &Explanation, in
 /// Effects none of which what was kept back bears out: they are suspected, and the model is the one without.
 pub(crate) fn suspects(data: &Data, selection: &Selection) -> Vec<FoundEffect> {
     let places = selection.in_place.iter();
-    let mut found: Vec<FoundEffect> =
-        places.map(|place| suspect(data, selection, place.effect, &selection.chosen, &place.without)).collect();
+    let suspected = |place: &InPlace| {
+        suspect(data, selection, place.effect, &selection.chosen, &place.without, Some(place.borne_out))
+    };
+    let mut found: Vec<FoundEffect> = places.map(suspected).collect();
     found.extend(next_in_line(data, selection));
     found
 }
@@ -97,7 +102,7 @@ fn next_in_line(data: &Data, selection: &Selection) -> Option<FoundEffect> {
     let (effect, with) = selection.rounds.last()?.refitted.first()?;
     let is_new = best.fit.space.effects.iter().all(|e| e.id != effect.id);
     let rise = with.evidence - best.evidence;
-    (is_new && (SUSPECTED..TAKEN).contains(&rise)).then(|| suspect(data, selection, effect, with, best))
+    (is_new && (SUSPECTED..TAKEN).contains(&rise)).then(|| suspect(data, selection, effect, with, best, None))
 }
 
 /// An effect that is in the model `with` and in no other.
@@ -107,6 +112,7 @@ fn suspect(
     effect: &'static Effect,
     with: &Explanation,
     without: &Explanation,
+    borne_out: Option<BorneOut>,
 ) -> FoundEffect {
     let fit = &with.fit;
     let places = fit.space.coordinates.iter().zip(&fit.z).zip(fit.deviations());
@@ -126,19 +132,54 @@ fn suspect(
             holdout_chi_after: chi_kept(data, fit),
             delta_bic: -2.0 * rise,
             p_value: p_value(rise, selection.tried()),
+            holdout_rise: borne_out.map_or_else(|| with.rise_on_kept(data, without), |borne_out| borne_out.rise),
+            holdout_size: borne_out.and_then(|borne_out| borne_out.asked).map(Asked::says),
         },
         cannot_be_told_apart_from: Vec::new(),
         alternatives: Vec::new(),
     }
 }
 
+/// Every model that a selection tried, the best on what was kept back first.
+pub(crate) fn tried(data: &Data, selection: &Selection) -> Vec<Tried> {
+    let names = |x: &Explanation| x.fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
+    let row = |x: &Explanation| Tried {
+        effects: names(x),
+        holdout_chi: chi_kept(data, &x.fit),
+        delta_bic: -2.0 * (x.evidence - selection.reference.evidence),
+        chosen: names(x) == names(&selection.chosen),
+        screened: false,
+    };
+    let mut all = vec![row(&selection.chosen), row(&selection.reference)];
+    for round in &selection.rounds {
+        all.extend(round.refitted.iter().map(|(_, x)| row(x)));
+        // what screening alone says of the others, beside what it was added to
+        let base = row(&round.base);
+        all.extend(round.screened.iter().map(|s| Tried {
+            effects: base.effects.iter().cloned().chain([s.candidate.effect.id.to_string()]).collect(),
+            delta_bic: base.delta_bic - 2.0 * s.gain,
+            chosen: false,
+            screened: true,
+            ..base.clone()
+        }));
+    }
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    all.retain(|t| {
+        let new = !seen.contains(&t.effects);
+        seen.push(t.effects.clone());
+        new
+    });
+    all.sort_by(|a, b| a.holdout_chi.total_cmp(&b.holdout_chi));
+    all
+}
+
 /// Suspects what is needed in the long rows of a search only, and not where all of `data` are simulated as they are.
 pub(crate) fn regrade(data: &Data, selection: &mut Selection) {
     let Some(chosen) = selection.chosen.on(data) else { return };
-    selection.in_place.par_iter_mut().filter(|place| place.grade != Grade::Suspected).for_each(|place| {
+    selection.in_place.par_iter_mut().filter(|place| place.is_borne_out()).for_each(|place| {
         let rise = place.without.on(data).map_or(f64::INFINITY, |without| chosen.evidence - without.evidence);
         if rise < TAKEN {
-            place.grade = Grade::Suspected;
+            place.borne_out.grade = Grade::Suspected;
         }
     });
 }

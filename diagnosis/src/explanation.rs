@@ -25,6 +25,8 @@ const ROUGHLY: f64 = 1.0;
 
 /// An error of a model of less than this, in units of noise, is as good as none.
 const NEXT_TO_NOTHING: f64 = 0.25;
+/// One that nobody overlooks.
+const PLAIN: f64 = 2.0;
 
 /// A model fitted, and the error it is known to leave.
 #[derive(Debug, Clone)]
@@ -97,7 +99,22 @@ impl Explanation {
 
     /// Whether it is wrong by less than the noise in every sensor.
     pub(crate) fn leaves_little(&self) -> bool {
-        self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < 1.0)
+        self.discrepancy.is_less_than(1.0)
+    }
+
+    /// The evidence of a model that knows its parameters as well and leaves nothing but noise: what there is to gain.
+    pub(crate) fn evidence_of_noise(&self, data: &Data) -> Option<f64> {
+        let left = residuals::plain_at(data, &self.fit.space, &self.fit.z)?;
+        let noise = Discrepancy::of_range(data, 0.0, 1.0).whitened(data, &left).whitening?;
+        let objective = self.fit.score.fitted_count + self.fit.space.resistance(&self.fit.z);
+        Some(evidence(&self.fit, objective, noise.log_fitted, noise.prior))
+    }
+
+    /// Whether it is wrong by less than the noise wherever it was fitted, and plainly in what was kept back: what is missing, or a
+    /// parameter that nothing else tells, acts only there.
+    pub(crate) fn errs_where_kept_back_only(&self, data: &Data) -> bool {
+        let on_kept = |left| self.discrepancy.on_kept(data, &left).is_less_than(PLAIN);
+        self.leaves_little() && residuals::plain_at(data, &self.fit.space, &self.fit.z).is_some_and(|left| !on_kept(left))
     }
 
     /// From `start`, with an error like `discrepancy` to begin with. `None` where the start is impossible.
@@ -208,8 +225,7 @@ impl Explanation {
         let objective = score.fitted + fit.space.resistance(&fit.z);
         let fit = Fit { score, objective, ..fit };
         let prior_of_error = whitened.whitening.as_ref()?.prior;
-        let evidence = -0.5 * (objective + score.fitted_log + prior_of_error) + fit.space.log_prior()
-            - 0.5 * log_determinant(&fit.information);
+        let evidence = evidence(&fit, objective, score.fitted_log, prior_of_error);
         Some(Explanation { fit, discrepancy, evidence, known })
     }
 
@@ -248,6 +264,12 @@ fn refit(
     let fit = fit::fit_from(&discrepancy.whitened(data, left), space, start, &mut fitted, effort, known)?;
     *left = residuals::with_held_out(data, space, &fit.z, fitted?)?;
     Some(fit)
+}
+
+/// Laplace's approximation at the end of a fit, by its objective, the logarithms of the variances behind it, and what the error of the
+/// model costs by its own prior.
+fn evidence(fit: &Fit, objective: f64, log_variances: f64, prior_of_error: f64) -> f64 {
+    -0.5 * (objective + log_variances + prior_of_error) + fit.space.log_prior() - 0.5 * log_determinant(&fit.information)
 }
 
 /// ln |H| of a positive matrix, directions that nothing holds left out.

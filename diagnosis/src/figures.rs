@@ -3,25 +3,21 @@
 use sinew_physics::DriveKind;
 use sinew_recording::drive_column;
 
-use crate::answer::{Figures, SensorTrace, Traces, Tried, UnknownInput};
+use crate::answer::{Figures, SensorTrace, Traces, UnknownInput};
 use crate::conditions;
 use crate::data::Data;
-use crate::explanation::Explanation;
-use crate::grade;
 use crate::locate::Located;
-use crate::select::Selection;
 use crate::simulate;
 use crate::stages::{Compared, Stage};
 
 /// Most points of a line.
 const MOST_POINTS: usize = 3000;
 
-/// Draws what `compared` left of the data, what `selection` tried, and the unknown inputs of `located`.
+/// Draws what `compared` left of the data, and the unknown inputs of `located`.
 pub(crate) fn figures(
     data: &Data,
     drive: DriveKind,
     compared: &Compared,
-    selection: &Selection,
     located: &[Located],
 ) -> Figures {
     let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
@@ -71,7 +67,6 @@ pub(crate) fn figures(
         recordings,
         maps: conditions::maps(data, &chosen.fit, &recalibrated.residuals, &improved.residuals),
         unknown_inputs: located.iter().map(unknown_input).collect(),
-        tried: tried(data, selection),
     }
 }
 
@@ -85,36 +80,4 @@ fn unknown_input(located: &Located) -> UnknownInput {
         time_s,
         value,
     }
-}
-
-fn tried(data: &Data, selection: &Selection) -> Vec<Tried> {
-    let names = |x: &Explanation| x.fit.space.effects.iter().map(|e| e.id.to_string()).collect::<Vec<_>>();
-    let row = |x: &Explanation| Tried {
-        effects: names(x),
-        holdout_chi: grade::chi_kept(data, &x.fit),
-        delta_bic: -2.0 * (x.evidence - selection.reference.evidence),
-        chosen: names(x) == names(&selection.chosen),
-        screened: false,
-    };
-    let mut all = vec![row(&selection.chosen), row(&selection.reference)];
-    for round in &selection.rounds {
-        all.extend(round.refitted.iter().map(|(_, x)| row(x)));
-        // what screening alone says of the others, beside what it was added to
-        let base = row(&round.base);
-        all.extend(round.screened.iter().map(|s| Tried {
-            effects: base.effects.iter().cloned().chain([s.candidate.effect.id.to_string()]).collect(),
-            delta_bic: base.delta_bic - 2.0 * s.gain,
-            chosen: false,
-            screened: true,
-            ..base.clone()
-        }));
-    }
-    let mut seen: Vec<Vec<String>> = Vec::new();
-    all.retain(|t| {
-        let new = !seen.contains(&t.effects);
-        seen.push(t.effects.clone());
-        new
-    });
-    all.sort_by(|a, b| a.holdout_chi.total_cmp(&b.holdout_chi));
-    all
 }

@@ -52,6 +52,7 @@
 #![forbid(unsafe_code)]
 
 mod answer;
+mod asked;
 mod conditions;
 mod data;
 mod derivatives;

@@ -62,17 +62,29 @@ pub fn estimate(recording: &Recording, column: Column, given: Option<f64>) -> No
     if let Some(rms) = given.filter(|rms| *rms > 0.0 && rms.is_finite()) {
         return Noise { white: rms, total: rms, step };
     }
+    of_values(&times, &values, step)
+}
+
+/// The noise of a sensor by what a model leaves of its recording, where nothing of the signal's own course is left to be taken for
+/// noise: what a fast wire does between two samples is. `step` is the grid that the recording stands on.
+pub(crate) fn of_residuals(times: &[f64], values: &[f64], step: f64) -> Noise {
+    let Noise { white, total, .. } = of_values(times, values, 0.0);
+    let floor = step / 12f64.sqrt();
+    Noise { white: white.max(floor), total: total.max(floor), step }
+}
+
+fn of_values(times: &[f64], values: &[f64], step: f64) -> Noise {
     if values.len() < LEAST_SAMPLES {
         return Noise { white: f64::INFINITY, total: f64::INFINITY, step };
     }
     let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let floor = (step / 12f64.sqrt()).max(FLOOR * largest).max(f64::MIN_POSITIVE);
-    let by_order = DIFFERENCE_ORDERS.map(|order| scatter_of_differences(&times, &values, step, order));
+    let by_order = DIFFERENCE_ORDERS.map(|order| scatter_of_differences(times, values, step, order));
     let least = by_order.into_iter().fold(f64::INFINITY, f64::min);
     // orders that the signal does not disturb differ by chance alone: their mean, as the least of them lies low
     let undisturbed: Vec<f64> = by_order.into_iter().filter(|rms| *rms <= ALIKE * least).collect();
     let white = (undisturbed.iter().sum::<f64>() / undisturbed.len().max(1) as f64).max(floor);
-    let (times, values) = without_outliers(&times, &values, OUTLIER * white);
+    let (times, values) = without_outliers(times, values, OUTLIER * white);
     let total = coloured(&times, &values).map_or(white, |wandering| wandering.max(white));
     Noise { white, total, step }
 }

@@ -11,6 +11,7 @@ use crate::data::{Data, Part, Row, Run, Source};
 use crate::error::{Broken, Error, Trouble};
 use crate::gates;
 use crate::noise::{self, Noise};
+use crate::residuals::Residuals;
 use crate::simulate;
 use crate::space::Space;
 
@@ -37,6 +38,18 @@ impl Prepared {
         held_out: &[Recording],
         seed: u64,
     ) -> Result<Prepared, Error> {
+        Prepared::quieter(rig, channel, recordings, held_out, seed, &BTreeMap::new())
+    }
+
+    /// The same, where some sensors are known to be `quieter` than their recordings look.
+    pub(crate) fn quieter(
+        rig: &Rig,
+        channel: usize,
+        recordings: &[Recording],
+        held_out: &[Recording],
+        seed: u64,
+        quieter: &BTreeMap<Column, Noise>,
+    ) -> Result<Prepared, Error> {
         let channels = rig.channels.len();
         let c = rig.channels.get(channel).ok_or(Error::NoChannel { found: channel, channels })?;
         let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
@@ -59,6 +72,7 @@ impl Prepared {
                 }
             }
         }
+        noise_of.extend(quieter);
         let free_zero = c.position_zero == PositionZero::Free;
         let noise = |column: Column| noise_of.get(&column).copied().unwrap_or(NO_NOISE);
         let data = Data::new(&c.model, free_zero, &sources, &noise, seed)?;
@@ -75,6 +89,29 @@ impl Prepared {
         }
         Ok(Prepared { data, warnings })
     }
+}
+
+/// Noise by what a model leaves counts where it is less than this share of what the recording itself shows.
+const QUIETER: f64 = 0.8;
+
+/// Sensors that are quieter than their recordings look, by what a model leaves of them: `left`, over the noise as it is. A wire that is
+/// faster than its sensors looks as if these were noisy. What the rig file states stays.
+pub(crate) fn quieter(rig: &Rig, channel: usize, data: &Data, left: &Residuals) -> BTreeMap<Column, Noise> {
+    let stated = &rig.channels[channel].noise;
+    let mut quieter = BTreeMap::new();
+    for (s, sensor) in data.sensors.iter().enumerate().filter(|(_, sensor)| !stated.contains_key(sensor.column.name())) {
+        let runs = data.runs.iter().zip(left).filter(|(run, _)| !run.held_out);
+        let of_run = |(run, left): (&Run, &Vec<Vec<f32>>)| {
+            let rows = run.time_s.iter().zip(&left[s]).filter(|(_, r)| r.is_finite());
+            let (times, values): (Vec<f64>, Vec<f64>) = rows.map(|(t, r)| (*t, f64::from(*r) * sensor.noise)).unzip();
+            noise::of_residuals(&times, &values, sensor.rounding * 12f64.sqrt())
+        };
+        let least = runs.map(of_run).min_by(|a, b| a.total.total_cmp(&b.total));
+        if let Some(least) = least.filter(|least| least.total < QUIETER * sensor.noise) {
+            quieter.insert(sensor.column, least);
+        }
+    }
+    quieter
 }
 
 /// How long a row of thinned data may be, and the pieces that it is simulated in, s; halved to less than the last, the wire

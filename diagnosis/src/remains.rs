@@ -43,7 +43,10 @@ pub(crate) fn is_the_larger_part(located: &[Located], left: &[Located]) -> bool 
 /// follows no closed form, unless a mechanism is missing beside them.
 pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located], has_curves: bool) -> Remains {
     let Compared { chosen, improved, .. } = compared;
-    let looks_like = looks_like(data, chosen, left);
+    let looks_like = match looks_like(data, chosen, left) {
+        LooksLike::Noise if chosen.errs_where_kept_back_only(data) => LooksLike::MissingMechanism,
+        looks_like => looks_like,
+    };
     let is_noise = looks_like == LooksLike::Noise;
     Remains {
         chi: improved.score.chi_kept(),

@@ -10,7 +10,7 @@ use crate::data::Data;
 use crate::edges;
 use crate::explanation::{Explanation, Turns};
 use crate::fit::Fit;
-use crate::grade;
+use crate::grade::{self, BorneOut};
 use crate::intervals::Rival;
 use crate::prepare::Searched;
 use crate::screen::{Field, Screened, Sketch, keep_first};
@@ -19,7 +19,8 @@ use crate::starts::{self, Candidate};
 
 /// Rise of the log evidence from which an effect is taken.
 pub(crate) const TAKEN: f64 = 10.0;
-/// The share of what all effects before have brought that one more has to bring where the model leaves more than noise.
+/// The share of what all effects before have brought, or of what there is still to bring, that one more has to bring where the
+/// model leaves more than noise.
 const WORTH_ADDING: f64 = 0.05;
 /// An effect that costs no more evidence than this when it is taken out is not needed.
 const NEEDED: f64 = 5.0;
@@ -71,7 +72,7 @@ pub(crate) struct Selection {
 pub(crate) struct InPlace {
     pub(crate) effect: &'static Effect,
     /// How far what was kept back bears it out.
-    pub(crate) grade: Grade,
+    pub(crate) borne_out: BorneOut,
     /// Everything else refitted.
     pub(crate) without: Explanation,
     /// The best by evidence first.
@@ -86,7 +87,11 @@ impl InPlace {
         with: &Explanation,
         others: Vec<(&'static Effect, Explanation)>,
     ) -> InPlace {
-        InPlace { effect, grade: grade::grade(data, effect, &without, with), without, others }
+        InPlace { effect, borne_out: grade::grade(data, effect, &without, with), without, others }
+    }
+
+    pub(crate) fn is_borne_out(&self) -> bool {
+        self.borne_out.grade != Grade::Suspected
     }
 }
 
@@ -144,7 +149,7 @@ pub(crate) fn select(
         progress(&stage, 0.0);
         let data = &searched.data;
         let late = Field::of(data, &chosen, &mechanisms(data, &chosen), true)?;
-        let least = least_rise(&reference, &chosen);
+        let least = least_rise(data, &reference, &chosen);
         let refitted = additions(data, &chosen, &near, &late, least);
         let best = refitted.first().map(|(_, best)| best.clone());
         let refitted = refitted.into_iter().map(|(effect, with)| (effect, with.at_rest())).collect();
@@ -245,10 +250,9 @@ fn others_in_place(
     if !ask_for_rivals {
         return places;
     }
-    let is_borne_out = |place: &InPlace| place.grade != Grade::Suspected;
     let is_mechanism = |place: &InPlace| place.effect.nature != Nature::Shape;
-    let none = !places.iter().any(|place| is_mechanism(place) && is_borne_out(place));
-    places.par_iter_mut().filter(|place| is_mechanism(place) && (none || is_borne_out(place))).for_each(|place| {
+    let none = !places.iter().any(|place| is_mechanism(place) && place.is_borne_out());
+    places.par_iter_mut().filter(|place| is_mechanism(place) && (none || place.is_borne_out())).for_each(|place| {
         place.others = best_additions(data, &place.without, RIVALS + 1, chosen);
         place.others.retain(|(other, _)| other.id != place.effect.id);
         place.others.truncate(RIVALS);
@@ -257,10 +261,14 @@ fn others_in_place(
 }
 
 /// Rise of the log evidence that one more effect has to bring. Where the model leaves more than noise, others can be bent to
-/// explain some of that: there it has to be a share of what was brought already.
-fn least_rise(reference: &Explanation, chosen: &Explanation) -> f64 {
+/// explain some of that: there it has to be a share of what was brought already, or of what is left where that is less.
+fn least_rise(data: &Data, reference: &Explanation, chosen: &Explanation) -> f64 {
+    if chosen.leaves_little() {
+        return TAKEN;
+    }
     let brought = chosen.evidence - reference.evidence;
-    if chosen.leaves_little() { TAKEN } else { TAKEN.max(WORTH_ADDING * brought) }
+    let to_gain = chosen.evidence_of_noise(data).map_or(f64::INFINITY, |noise| noise - chosen.evidence);
+    TAKEN.max(WORTH_ADDING * brought.min(to_gain))
 }
 
 /// An explanation carried to its end where the search's simulation is exact.

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use sinew_physics::effects::{self, Effect, EffectParameter};
+use sinew_physics::effects::{self, Effect, EffectParameter, Nature};
 use sinew_physics::{DriveKind, WireModel};
 use sinew_recording::Column;
 use sinew_rig::{Prior, Rig};
@@ -16,12 +16,17 @@ const STEP: f64 = 0.02;
 /// The same of what is known to better than this share: its σ is so short that the simulator's own steps would show.
 const FIRM_SHARE: f64 = 0.035;
 const FIRM_STEP: f64 = 0.2;
-/// How far a parameter with a prior may go, in σ.
+/// How far a parameter with a prior may go, in σ; what a sensor is off by goes at least as far as rigs show.
 const FARTHEST_SIGMA: f64 = 8.0;
 /// Transformation temperatures this far above the room's are counted from it, K.
 const LEAST_WARMTH_K: f64 = 10.0;
 /// An effect may be this many times as large as rigs show.
 const BEYOND_PLAUSIBLE: f64 = 4.0;
+/// The wire that the plausible sizes of effects are told of: 0.2 m long.
+const USUAL_DIAMETER_M: f64 = 0.15e-3;
+const USUAL_OHM: f64 = 10.0;
+const USUAL_J_PER_K: f64 = 0.0125;
+const USUAL_W_PER_K: f64 = 0.0094;
 /// Run-to-run scatter of a position's gain where its zero is arbitrary, 1 σ.
 const GAIN_SCATTER: f64 = 0.03;
 /// Run-to-run scatter of a position's zero where it is arbitrary, 1 σ, as a share of the wire's length.
@@ -151,6 +156,9 @@ impl Space {
                 continue;
             }
             let both = one_modulus && key == "austenite_modulus_gpa";
+            let farthest = as_rigs_show(&key).map_or(FARTHEST_SIGMA, |(low, high)| {
+                FARTHEST_SIGMA.max((high - value).abs().max((low - value).abs()) / sigma)
+            });
             // a relative prior says that the sign is known
             let floor = if matches!(prior, Prior::Relative(_)) { 0.02 * value.abs() } else { f64::NEG_INFINITY };
             let (least, most) = if value > 0.0 { (lowest.max(floor), highest) } else { (lowest, highest) };
@@ -170,8 +178,8 @@ impl Space {
                 pull: 1.0,
                 step: if sigma < FIRM_SHARE * value.abs() { FIRM_STEP } else { STEP },
             };
-            coordinate.low = coordinate.at(least).clamp(-FARTHEST_SIGMA, 0.0);
-            coordinate.high = coordinate.at(most).clamp(0.0, FARTHEST_SIGMA);
+            coordinate.low = coordinate.at(least).clamp(-farthest, 0.0);
+            coordinate.high = coordinate.at(most).clamp(0.0, farthest);
             coordinates.push(coordinate);
         }
         let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new() };
@@ -223,7 +231,7 @@ impl Space {
         let model = &self.rig.channels[self.channel].model;
         for (parameter, (value, scale, pull, step)) in effect.parameters.iter().zip(&start.parameters) {
             let origin = parameter.null(model).unwrap_or(*value);
-            let (low, high) = start.bounds(parameter, model);
+            let (low, high) = start.bounds(effect, parameter, model);
             let coordinate = Coordinate {
                 what: What::Effect(effect, parameter),
                 origin,
@@ -378,6 +386,36 @@ impl Space {
     }
 }
 
+/// What rigs show of a gain or an offset of a sensor, by its key in the rig file.
+fn as_rigs_show(key: &str) -> Option<(f64, f64)> {
+    let (id, of) = key.rsplit_once('.').filter(|(id, _)| id.starts_with("sensing."))?;
+    Some(effects::effect(id)?.parameters.iter().find(|p| p.key == of)?.plausible)
+}
+
+/// What rigs show of a parameter of an effect, least and largest. Ohms, newtons and what a sleeve holds are told of a usual wire: one of
+/// a hundred ohms has joints of more, a thick one slides with more force and has thicker sleeves.
+pub(crate) fn plausible(effect: &Effect, parameter: &EffectParameter, model: &WireModel) -> (f64, f64) {
+    if effect.nature != Nature::Mechanism || effect.id.starts_with("own.") {
+        // told of this very rig
+        return parameter.plausible;
+    }
+    let geometry = &model.geometry;
+    let area = geometry.area_m2() / (0.25 * std::f64::consts::PI * USUAL_DIAMETER_M * USUAL_DIAMETER_M);
+    let times = match parameter.unit {
+        "Ω" => model.material.martensite_resistivity_ohm_m * geometry.length_m / geometry.area_m2() / USUAL_OHM,
+        "N" => area,
+        "m/N" => 1.0 / area,
+        "J/K" => model.heat_capacity_j_per_k() / USUAL_J_PER_K,
+        "W/K" => model.constant_loss_w_per_k() / USUAL_W_PER_K,
+        _ => 1.0,
+    };
+    let null = parameter.null(model).unwrap_or(0.0);
+    let (low, high) = parameter.plausible;
+    // a short thick wire has the same joints as any
+    let scaled = |end: f64| null + times.max(1.0) * (end - null);
+    (scaled(low).max(parameter.low), scaled(high).min(parameter.high))
+}
+
 /// Where a fit of an effect starts, by parameter: value, scale (0 = held there), pull and step of the derivative in
 /// scales; and bounds that are narrower than the catalogue's.
 #[derive(Debug, Clone)]
@@ -389,11 +427,11 @@ pub(crate) struct Start {
 
 impl Start {
     /// What the catalogue allows, and not much beyond what rigs show: a size that no rig has is no explanation.
-    fn bounds(&self, parameter: &EffectParameter, model: &WireModel) -> (f64, f64) {
+    fn bounds(&self, effect: &Effect, parameter: &EffectParameter, model: &WireModel) -> (f64, f64) {
         if is_time(parameter) {
             return self.times_s;
         }
-        let (low, high) = parameter.plausible;
+        let (low, high) = plausible(effect, parameter, model);
         let null = parameter.null(model).unwrap_or(0.5 * (low + high));
         // rigs show one sign of most; where the catalogue allows the other, it is as likely to be that large
         let reach = BEYOND_PLAUSIBLE * (high - null).abs().max((low - null).abs());

@@ -3,7 +3,7 @@
 use sinew_physics::WireModel;
 use sinew_physics::effects::{Effect, EffectParameter, Nature, Role};
 
-use crate::space::{EFFECT_STEP, Space, Start, What, is_time};
+use crate::space::{EFFECT_STEP, Space, Start, What, is_time, plausible};
 
 /// Step of the derivative with respect to an edge in time, s.
 const EDGE_STEP_S: f64 = 0.1;
@@ -12,6 +12,9 @@ const EDGE_STEP_S: f64 = 0.1;
 /// derivative, in that.
 const SHAPE_SPREAD: f64 = 0.5;
 const SHAPE_STEP: f64 = 0.05;
+
+/// Plausible sizes of which the least is less than this share of the largest are of several orders of magnitude.
+const MANY_SIZES: f64 = 0.015;
 
 /// An effect that may be missing, and one place to start from.
 #[derive(Debug, Clone)]
@@ -42,7 +45,7 @@ pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64
     let sign = match effect.parameters.iter().find(|p| p.is_switch()) {
         Some(p) if switches == 1 => {
             let null = p.null(model).unwrap_or(0.0);
-            let (low, high) = p.plausible;
+            let (low, high) = plausible(effect, p, model);
             // from near the null a fit finds the sign itself
             if high > null {
                 1.0
@@ -58,12 +61,28 @@ pub(crate) fn starts(effect: &'static Effect, model: &WireModel, windows: &[(f64
     let mut candidates = Vec::new();
     for window in if event { windows } else { &[(0.0, 0.0)] } {
         for shape in &shapes {
-            let parameters =
-                effect.parameters.iter().map(|p| parameter(effect, p, model, sign, *shape, *window, end_s)).collect();
-            candidates.push(Candidate { effect, start: Start { parameters, times_s } });
+            for share in sizes(effect, model) {
+                let of = |p| parameter(effect, p, model, sign * share, *shape, *window, end_s);
+                let parameters = effect.parameters.iter().map(of).collect();
+                candidates.push(Candidate { effect, start: Start { parameters, times_s } });
+            }
         }
     }
     candidates
+}
+
+/// Shares of the largest plausible size that an effect is tried at: where its only switch may be of any of several orders of magnitude,
+/// as in a law whose author knew no better, each of them.
+fn sizes(effect: &Effect, model: &WireModel) -> Vec<f64> {
+    let mut switches = effect.parameters.iter().filter(|p| p.is_switch());
+    let (Some(p), None) = (switches.next(), switches.next()) else { return vec![1.0] };
+    let (low, high) = plausible(effect, p, model);
+    let null = p.null(model).unwrap_or(0.0);
+    let least = (low - null) / (high - null);
+    if !(0.0..MANY_SIZES).contains(&least) || least == 0.0 {
+        return vec![1.0];
+    }
+    std::iter::successors(Some(1.0), |share| Some(0.1 * share)).take_while(|share| *share >= least).collect()
 }
 
 /// Effects that do not grow in proportion to their switch.
@@ -78,7 +97,7 @@ pub(crate) fn is_hidden(effect: &Effect) -> bool {
     ["kinetic.minor_loop", "mechanical.stress_dependent_strain", "thermal.end_conduction"].contains(&effect.id)
 }
 
-/// Value, scale, pull and step of one parameter.
+/// Value, scale, pull and step of one parameter; `sign` is that of a single switch, times the share of its largest size that is tried.
 fn parameter(
     effect: &Effect,
     p: &EffectParameter,
@@ -88,7 +107,7 @@ fn parameter(
     window: (f64, f64),
     end_s: f64,
 ) -> (f64, f64, f64, f64) {
-    let (low, high) = p.plausible;
+    let (low, high) = plausible(effect, p, model);
     if is_time(p) {
         let at = if p.key == "start_s" { window.0 } else { window.1 };
         let scale = 0.25 * end_s;
@@ -118,6 +137,7 @@ fn parameter(
             // at all until it is large, has to start further out
             let first = if is_crooked(effect) { 0.15 + 0.5 * shape } else { 0.02 };
             let size = if sign > 0.0 { above } else { below };
+            let scale = if sign == 0.0 { scale } else { scale * sign.abs() };
             (null + sign * first * size, scale, 0.05, EFFECT_STEP)
         }
         // without a scale a search leaves it alone

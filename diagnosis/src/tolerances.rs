@@ -80,6 +80,7 @@ pub(crate) fn as_effects(
                 holdout_chi_after: compared.improved.score.chi_kept(),
                 delta_bic,
                 p_value: FAMILY_LEVEL,
+                ..Evidence::default()
             },
             alternatives: Vec::new(),
             cannot_be_told_apart_from: Vec::new(),

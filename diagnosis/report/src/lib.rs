@@ -24,6 +24,7 @@
 //! #     parameters_share: 1.0,
 //! #     unknown: None,
 //! #     remains: Default::default(),
+//! #     tried: Vec::new(),
 //! #     beyond_tolerance: Vec::new(),
 //! #     parameters: Default::default(),
 //! #     recordings: Vec::new(),

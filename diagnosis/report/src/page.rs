@@ -26,7 +26,7 @@ pub(crate) fn page(diagnosis: &Diagnosis, figures: &Figures, about: &About) -> M
             Section::unlisted(answer(diagnosis)),
             Section::new("fit", "Fit", fit(diagnosis, figures)),
             Section::new("where", "Where", location(diagnosis, figures)),
-            Section::new("what", "What", what(diagnosis, figures)),
+            Section::new("what", "What", what(diagnosis)),
             Section::new("remains", "What remains", remains(diagnosis)),
             Section::new("parameters", "Parameters", parameters(diagnosis)),
             Section::new("recordings", "Recordings", recordings(diagnosis)),
@@ -222,7 +222,7 @@ fn bar(share: f64) -> Markup {
 }
 
 /// What is missing, why it is believed, and what else was tried.
-fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
+fn what(diagnosis: &Diagnosis) -> Markup {
     let title = match diagnosis.verdict {
         Verdict::Agrees | Verdict::ParametersOff => "Is anything missing?",
         Verdict::PhysicsMissing | Verdict::UnknownPhysics => "What is missing",
@@ -243,7 +243,7 @@ fn what(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
             @if all_found(diagnosis).next().is_some() { (shares(diagnosis)) }
             @for effect in all_found(diagnosis) { (found(effect)) }
             @if let Some(unknown) = &diagnosis.unknown { (outside(unknown)) }
-            (tried(figures))
+            (tried(&diagnosis.tried))
             @if !diagnosis.left.method.is_empty() { p.muted { "How this was judged: " (diagnosis.left.method) } }
         }
     }
@@ -429,8 +429,7 @@ fn outside(unknown: &Unknown) -> Markup {
 }
 
 /// Every model that was tried, best first.
-fn tried(figures: &Figures) -> Markup {
-    let models = &figures.tried;
+fn tried(models: &[Tried]) -> Markup {
     let in_sight = models.len().min(TRIED_IN_SIGHT);
     let worst = models.iter().map(|m| m.holdout_chi).filter(|chi| is_sane(*chi)).fold(1.5, f64::max);
     html! {

@@ -140,7 +140,7 @@ fn names_are_escaped_everywhere_and_nothing_is_fetched() {
     (unknown.equation, unknown.form, unknown.unit) = (NASTY.into(), NASTY.into(), NASTY.into());
     figures.recordings.iter_mut().for_each(|r| r.name = NASTY.into());
     (figures.maps[0].x, figures.maps[0].y) = (NASTY.into(), NASTY.into());
-    figures.tried[0].effects = vec![NASTY.into()];
+    diagnosis.tried[0].effects = vec![NASTY.into()];
     let input = &mut figures.unknown_inputs[0];
     (input.equation, input.what, input.unit) = (NASTY.into(), NASTY.into(), NASTY.into());
     let nasty = || NASTY.to_string();
@@ -224,7 +224,8 @@ fn empty_lists_and_a_single_sample_make_a_page() {
     (figures.maps[0].before, figures.maps[0].after) = (vec![vec![2.0]], vec![vec![1.0]]);
     assert_sound(&diagnosis, &figures);
 
-    figures = Figures { recordings: vec![], maps: vec![], unknown_inputs: vec![], tried: vec![] };
+    figures = Figures { recordings: vec![], maps: vec![], unknown_inputs: vec![] };
+    diagnosis.tried.clear();
     diagnosis.fit = Stages::default();
     diagnosis.location = Location::default();
     diagnosis.noise.clear();
@@ -320,18 +321,11 @@ prop_compose! {
         after in prop::collection::vec(values(), 0..5),
         (equation, what, unit, score) in (name(), name(), name(), value()),
         (time_s, input) in (values(), values()),
-        tried in prop::collection::vec((prop::collection::vec(name(), 0..3), value(), value(), any::<bool>()), 0..15),
     ) -> Figures {
         Figures {
             recordings,
             maps: vec![Map { x, x_edges, y, y_edges, before, after }],
             unknown_inputs: vec![UnknownInput { equation, what, unit, score, time_s, value: input }],
-            tried: tried
-                .into_iter()
-                .map(|(effects, holdout_chi, delta_bic, chosen)| {
-                    Tried { effects, holdout_chi, delta_bic, chosen, screened: !chosen }
-                })
-                .collect(),
         }
     }
 }
@@ -354,7 +348,8 @@ prop_compose! {
     ) -> FoundEffect {
         let alternatives =
             alternatives.into_iter().map(|(id, delta_bic, holdout_chi)| Alternative { id, delta_bic, holdout_chi }).collect();
-        let evidence = Evidence { holdout_chi_before, holdout_chi_after, delta_bic, p_value };
+        let evidence =
+            Evidence { holdout_chi_before, holdout_chi_after, delta_bic, p_value, ..Evidence::default() };
         FoundEffect { id, says, parameters, share, grade, evidence, alternatives, cannot_be_told_apart_from }
     }
 }
@@ -397,6 +392,7 @@ prop_compose! {
         offsets in prop::collection::btree_map(name(), value(), 0..3),
         (warnings, off) in (prop::collection::vec(name(), 0..3), prop::collection::vec((name(), value(), name()), 0..3)),
         (remains, parameters_share) in (remains(), value()),
+        tried in prop::collection::vec((prop::collection::vec(name(), 0..3), value(), value(), any::<bool>()), 0..15),
         seed in any::<u64>(),
     ) -> Diagnosis {
         Diagnosis {
@@ -419,6 +415,12 @@ prop_compose! {
             curves,
             parameters_share,
             remains,
+            tried: tried
+                .into_iter()
+                .map(|(effects, holdout_chi, delta_bic, chosen)| {
+                    Tried { effects, holdout_chi, delta_bic, chosen, screened: !chosen }
+                })
+                .collect(),
             beyond_tolerance: off.into_iter().map(|(key, sigmas, says)| BeyondTolerance { key, sigmas, says }).collect(),
             unknown: unknown.map(|(equation, form, unit, size, holdout_chi_before, holdout_chi_after)| Unknown {
                 coefficients: BTreeMap::from([(form.clone(), size)]),

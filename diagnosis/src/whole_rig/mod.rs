@@ -307,6 +307,8 @@ impl State {
                 holdout_chi_after: mean(1),
                 delta_bic: -2.0 * rise,
                 p_value: evidence::p_value(rise, self.tried.len()),
+                holdout_rise: rise_on_kept,
+                holdout_size: None,
             },
             cannot_be_told_apart_from: Vec::new(),
         };

@@ -49,7 +49,7 @@ pub fn physics_missing() -> (Diagnosis, Figures) {
         ]),
         share: 0.83,
         grade: Grade::OnThisProgrammeOnly,
-        evidence: Evidence { holdout_chi_before: before, holdout_chi_after: after, delta_bic: -5210.0, p_value: 0.001 },
+        evidence: Evidence { holdout_chi_before: before, holdout_chi_after: after, delta_bic: -5210.0, p_value: 0.001, ..Evidence::default() },
         alternatives: vec![
             Alternative { id: "thermal.ambient_drift".into(), delta_bic: 830.0, holdout_chi: 0.7 * before },
             Alternative { id: "thermal.natural_convection".into(), delta_bic: 2411.0, holdout_chi: 0.9 * before },
@@ -64,9 +64,9 @@ pub fn physics_missing() -> (Diagnosis, Figures) {
 pub fn agrees() -> (Diagnosis, Figures) {
     let truth = run(&material(121.2, 93.0), false, 2);
     let model = run(&material(121.2, 93.0), false, 0);
-    let mut figures = figures(&truth, [&model; 3], false);
-    nothing_found(&mut figures);
+    let figures = figures(&truth, [&model; 3], false);
     let mut diagnosis = diagnosis(Verdict::Agrees, &figures);
+    nothing_found(&mut diagnosis);
     diagnosis.summary =
         "The rig file as given explains the recording to within the sensors' noise. Nothing had to be changed.".into();
     diagnosis.left.p_value = 0.43;
@@ -80,9 +80,9 @@ pub fn agrees() -> (Diagnosis, Figures) {
 pub fn parameters_off() -> (Diagnosis, Figures) {
     let truth = run(&material(108.0, 96.0), false, 3);
     let fitted = run(&material(108.0, 96.0), false, 0);
-    let mut figures = figures(&truth, [&run(&material(121.2, 93.0), false, 0), &fitted, &fitted], false);
-    nothing_found(&mut figures);
+    let figures = figures(&truth, [&run(&material(121.2, 93.0), false, 0), &fitted, &fitted], false);
     let mut diagnosis = diagnosis(Verdict::ParametersOff, &figures);
+    nothing_found(&mut diagnosis);
     diagnosis.summary =
         "With other parameters the same physics explains the recording. The wire loses heat 11 % slower than the rig \
         file says and transforms 3 K higher."
@@ -116,13 +116,13 @@ pub fn unknown_physics() -> (Diagnosis, Figures) {
 }
 
 /// What was tried does no better than the recalibrated model.
-fn nothing_found(figures: &mut Figures) {
-    let chi = chi(&figures.recordings[0].sensors, |s| &s.recalibrated);
-    figures.tried.iter_mut().for_each(|t| {
+fn nothing_found(diagnosis: &mut Diagnosis) {
+    let chi = diagnosis.left.chi;
+    diagnosis.tried.iter_mut().for_each(|t| {
         (t.chosen, t.holdout_chi) = (t.effects.is_empty(), chi);
         t.delta_bic = t.delta_bic.abs().min(14.0);
     });
-    figures.tried.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+    diagnosis.tried.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
 }
 
 fn material(convection_w_per_m2_k: f64, austenite_temperature_c: f64) -> Material {
@@ -205,32 +205,9 @@ fn figures(truth: &[(f64, f64, Outputs)], models: [&Vec<(f64, f64, Outputs)>; 3]
         martensite: models[2].iter().step_by(THINNING).map(|(.., o)| o.martensite).collect(),
         sensors,
     };
-    // chi as a share of the recalibrated model's
-    let tried = [
-        (&["thermal.draught"][..], 0.0, -5210.0, false),
-        (&["thermal.draught", "thermal.radiation"], 0.0, -5203.0, false),
-        (&["thermal.ambient_drift"], 0.7, -4380.0, false),
-        (&["thermal.natural_convection"], 0.9, -2799.0, false),
-        (&["electrical.supply_sag"], 0.93, -2308.0, true),
-        (&["thermal.end_conduction"], 0.96, -1207.0, true),
-        (&[], 1.0, 0.0, false),
-        (&["mechanical.friction"], 1.0, 11.0, true),
-    ];
-    let (before, after) = (chi(&traces.sensors, |s| &s.recalibrated), chi(&traces.sensors, |s| &s.improved));
     Figures {
         maps: vec![map(&traces)],
         unknown_inputs: if guilty { unknown_inputs(&traces) } else { Vec::new() },
-        tried: tried
-            .into_iter()
-            .enumerate()
-            .map(|(i, (effects, share, delta_bic, screened))| Tried {
-                effects: effects.iter().map(|e| e.to_string()).collect(),
-                holdout_chi: if share == 0.0 { after } else { share * before },
-                delta_bic,
-                chosen: i == 0,
-                screened,
-            })
-            .collect(),
         recordings: vec![traces],
     }
 }
@@ -288,6 +265,33 @@ fn unknown_inputs(traces: &Traces) -> Vec<UnknownInput> {
         .collect()
 }
 
+/// What was tried, by what the traces leave.
+fn tried(traces: &Traces) -> Vec<Tried> {
+    // chi as a share of the recalibrated model's
+    let tried = [
+        (&["thermal.draught"][..], 0.0, -5210.0, false),
+        (&["thermal.draught", "thermal.radiation"], 0.0, -5203.0, false),
+        (&["thermal.ambient_drift"], 0.7, -4380.0, false),
+        (&["thermal.natural_convection"], 0.9, -2799.0, false),
+        (&["electrical.supply_sag"], 0.93, -2308.0, true),
+        (&["thermal.end_conduction"], 0.96, -1207.0, true),
+        (&[], 1.0, 0.0, false),
+        (&["mechanical.friction"], 1.0, 11.0, true),
+    ];
+    let (before, after) = (chi(&traces.sensors, |s| &s.recalibrated), chi(&traces.sensors, |s| &s.improved));
+    tried
+        .into_iter()
+        .enumerate()
+        .map(|(i, (effects, share, delta_bic, screened))| Tried {
+            effects: effects.iter().map(|e| e.to_string()).collect(),
+            holdout_chi: if share == 0.0 { after } else { share * before },
+            delta_bic,
+            chosen: i == 0,
+            screened,
+        })
+        .collect()
+}
+
 fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
     let traces = &figures.recordings[0];
     let stage = |model: fn(&SensorTrace) -> &[f64]| -> BTreeMap<String, Misfit> {
@@ -323,6 +327,7 @@ fn diagnosis(verdict: Verdict, figures: &Figures) -> Diagnosis {
                 .collect(),
             ..Remains::default()
         },
+        tried: tried(traces),
         beyond_tolerance: vec![],
         parameters: BTreeMap::from([
             ("convection_w_per_m2_k".into(), fitted_as(121.2, 113.0, 1.2, 24.2, "W/(m² K)")),
