@@ -313,20 +313,6 @@ pub struct Evidence {
     /// Rise of the log probability of what was kept back when it is added.
     #[serde(default)]
     pub holdout_rise: f64,
-    /// The size that what was kept back asks for by itself; none where that cannot be told.
-    #[serde(default)]
-    pub holdout_size: Option<SizeAsked>,
-}
-
-/// The size of an effect that data ask for which it was not fitted to, over the one it was fitted at.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SizeAsked {
-    /// 1 = the same.
-    pub value: f64,
-    /// Lower end of its 90 % interval.
-    pub low: f64,
-    /// Upper end of its 90 % interval.
-    pub high: f64,
 }
 
 /// Another effect in the place of one found.

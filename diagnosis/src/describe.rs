@@ -29,20 +29,12 @@ pub(crate) fn cut_short(selection: &Selection) -> String {
     )
 }
 
-/// Something showed in the blocks that `seed` keeps back and nowhere else; with those of `other` kept back it was found.
-pub(crate) fn other_blocks(seed: u64, other: u64) -> String {
-    format!(
-        "what is missing shows in blocks that --seed {seed} keeps back, and nowhere else: the answer is that of --seed {other}, \
-         which fits these and keeps others back"
-    )
-}
-
-/// The same, where it was not found, or whole recordings are kept back.
-pub(crate) fn only_where_kept_back(blocks: bool) -> String {
-    let remedy = if blocks {
-        "give a recording that has more of it"
-    } else {
+/// What was kept back is not explained by what explains all that was fitted: no search sees what acts there only.
+pub(crate) fn only_where_kept_back(data: &Data) -> String {
+    let remedy = if data.runs.iter().any(|run| run.held_out) {
         "give that recording to fit, and keep another back"
+    } else {
+        "another --seed fits other blocks; what it then finds needs a recording that has more of it"
     };
     format!(
         "what was fitted is explained to within the noise of the sensors, what was kept back is not: what is missing, or a \

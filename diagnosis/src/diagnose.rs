@@ -71,33 +71,19 @@ pub fn diagnose(
     settings: &Settings<'_>,
 ) -> Result<Outcome, Error> {
     in_pool(settings.jobs, || {
-        let search_with = |settings: &Settings<'_>, noise: &BTreeMap<Column, Noise>| {
+        let search = |noise: &BTreeMap<Column, Noise>| {
             let Prepared { data, warnings } =
                 Prepared::quieter(rig, channel, recordings, held_out, settings.seed, noise)?;
             let space = Space::reference(rig, channel, &data);
             let from = Searched::new(&data, &space, rig.channels[channel].model.drive.kind);
             Found::search(rig, channel, data, from, settings).map(|found| (found, warnings))
         };
-        let search = |settings: &Settings<'_>| {
-            let (found, warnings) = search_with(settings, &BTreeMap::new())?;
-            let quieter = prepare::quieter(rig, channel, &found.data, &found.compared.improved.residuals);
+        let (mut found, mut warnings) = search(&BTreeMap::new())?;
+        let quieter = prepare::quieter(rig, channel, &found.data, &found.compared.improved.residuals);
+        if !quieter.is_empty() {
             // beside too much noise nothing shows
-            if quieter.is_empty() { Ok((found, warnings)) } else { search_with(settings, &quieter) }
-        };
-        let (found, mut warnings) = search(settings)?;
-        if !found.errs_where_kept_back_only() {
-            return found.outcome(rig, warnings, settings);
+            (found, warnings) = search(&quieter)?;
         }
-        // an event in a block that was kept back shows nowhere else: then that block is fitted and others are kept back
-        let others = Settings { seed: settings.seed.wrapping_add(1), ..*settings };
-        if held_out.is_empty()
-            && let Ok((found, mut warnings)) = search(&others)
-            && found.is_borne_out()
-        {
-            warnings.push(describe::other_blocks(settings.seed, others.seed));
-            return found.outcome(rig, warnings, &others);
-        }
-        warnings.push(describe::only_where_kept_back(held_out.is_empty()));
         found.outcome(rig, warnings, settings)
     })
 }
@@ -227,16 +213,6 @@ impl Found {
         Ok(Found { data, from, searched, selection, chosen, located, left, outside, compared })
     }
 
-    /// Whether anything was found that what was kept back bears out.
-    fn is_borne_out(&self) -> bool {
-        self.selection.in_place.iter().any(InPlace::is_borne_out)
-    }
-
-    /// Whether the model that was chosen explains what it was fitted to, and not what was kept back.
-    fn errs_where_kept_back_only(&self) -> bool {
-        self.compared.chosen.errs_where_kept_back_only(&self.data)
-    }
-
     /// What a user gets of it.
     pub(crate) fn outcome(
         &self,
@@ -245,6 +221,9 @@ impl Found {
         settings: &Settings<'_>,
     ) -> Result<Outcome, Error> {
         describe::warn_of_fit(&self.compared.chosen.fit, &mut warnings);
+        if self.compared.chosen.errs_where_kept_back_only(&self.data) {
+            warnings.push(describe::only_where_kept_back(&self.data));
+        }
         if self.selection.is_cut_short {
             warnings.push(describe::cut_short(&self.selection));
         }

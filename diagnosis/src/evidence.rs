@@ -7,11 +7,10 @@ use rayon::prelude::*;
 use sinew_physics::effects::Effect;
 
 use crate::answer::{Alternative, EffectSize, Evidence, FoundEffect, Grade, Tried};
-use crate::asked::Asked;
 use crate::data::Data;
 use crate::explanation::Explanation;
 use crate::fit::Fit;
-use crate::grade::{BorneOut, chi_kept};
+use crate::grade::chi_kept;
 use crate::intervals::Interval;
 use crate::select::{InPlace, Selection, TAKEN};
 use crate::shares::Shares;
@@ -72,7 +71,6 @@ pub(crate) fn judge(data: &Data, selection: &Selection, chosen: &Explanation, in
                 delta_bic: -2.0 * (best.evidence - without.evidence),
                 p_value: p_value(best.evidence - without.evidence, selection.tried()),
                 holdout_rise: borne_out.rise,
-                holdout_size: borne_out.asked.map(Asked::says),
             },
             cannot_be_told_apart_from: alike.iter().map(|(other, _)| other.id.to_string()).collect(),
             alternatives,
@@ -88,10 +86,8 @@ pub(crate) fn judge(data: &Data, selection: &Selection, chosen: &Explanation, in
 /// Effects none of which what was kept back bears out: they are suspected, and the model is the one without.
 pub(crate) fn suspects(data: &Data, selection: &Selection) -> Vec<FoundEffect> {
     let places = selection.in_place.iter();
-    let suspected = |place: &InPlace| {
-        suspect(data, selection, place.effect, &selection.chosen, &place.without, Some(place.borne_out))
-    };
-    let mut found: Vec<FoundEffect> = places.map(suspected).collect();
+    let mut found: Vec<FoundEffect> =
+        places.map(|place| suspect(data, selection, place.effect, &selection.chosen, &place.without)).collect();
     found.extend(next_in_line(data, selection));
     found
 }
@@ -102,7 +98,7 @@ fn next_in_line(data: &Data, selection: &Selection) -> Option<FoundEffect> {
     let (effect, with) = selection.rounds.last()?.refitted.first()?;
     let is_new = best.fit.space.effects.iter().all(|e| e.id != effect.id);
     let rise = with.evidence - best.evidence;
-    (is_new && (SUSPECTED..TAKEN).contains(&rise)).then(|| suspect(data, selection, effect, with, best, None))
+    (is_new && (SUSPECTED..TAKEN).contains(&rise)).then(|| suspect(data, selection, effect, with, best))
 }
 
 /// An effect that is in the model `with` and in no other.
@@ -112,7 +108,6 @@ fn suspect(
     effect: &'static Effect,
     with: &Explanation,
     without: &Explanation,
-    borne_out: Option<BorneOut>,
 ) -> FoundEffect {
     let fit = &with.fit;
     let places = fit.space.coordinates.iter().zip(&fit.z).zip(fit.deviations());
@@ -132,8 +127,7 @@ fn suspect(
             holdout_chi_after: chi_kept(data, fit),
             delta_bic: -2.0 * rise,
             p_value: p_value(rise, selection.tried()),
-            holdout_rise: borne_out.map_or_else(|| with.rise_on_kept(data, without), |borne_out| borne_out.rise),
-            holdout_size: borne_out.and_then(|borne_out| borne_out.asked).map(Asked::says),
+            holdout_rise: with.rise_on_kept(data, without),
         },
         cannot_be_told_apart_from: Vec::new(),
         alternatives: Vec::new(),

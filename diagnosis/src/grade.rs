@@ -3,7 +3,6 @@
 use sinew_physics::effects::{Effect, Nature};
 
 use crate::answer::Grade;
-use crate::asked::Asked;
 use crate::data::Data;
 use crate::explanation::Explanation;
 use crate::fit::Fit;
@@ -18,15 +17,12 @@ pub(crate) struct BorneOut {
     pub(crate) grade: Grade,
     /// Rise of the log density of what was kept back.
     pub(crate) rise: f64,
-    /// The size it asks for.
-    pub(crate) asked: Option<Asked>,
 }
 
 /// How far what was kept back bears an effect out. Other curves are no finding that what is left could have bent.
 pub(crate) fn grade(data: &Data, effect: &Effect, without: &Explanation, with: &Explanation) -> BorneOut {
     let is_shape = effect.nature == Nature::Shape;
     let rise = with.rise_on_kept(data, without);
-    let asked = if is_shape { None } else { Asked::of(data, with, effect) };
     let explains = is_shape || explains_more_than_it_leaves(data, without, with);
     let grade = if rise < CONFIRMED || !explains {
         Grade::Suspected
@@ -35,7 +31,7 @@ pub(crate) fn grade(data: &Data, effect: &Effect, without: &Explanation, with: &
     } else {
         Grade::OnThisProgrammeOnly
     };
-    BorneOut { grade, rise, asked }
+    BorneOut { grade, rise }
 }
 
 /// Whether an effect takes away more of the error on what is kept back than all that was found leaves there. What nobody explains

@@ -52,7 +52,6 @@
 #![forbid(unsafe_code)]
 
 mod answer;
-mod asked;
 mod conditions;
 mod data;
 mod derivatives;

@@ -259,3 +259,43 @@ impl Searched {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::Stage;
+    use crate::testing::{NOISE, RIG, recording};
+
+    /// A thin wire that never rests: within a second it does more than a polynomial can follow.
+    #[test]
+    fn a_wire_that_never_rests_is_not_taken_for_noise() {
+        let thin = RIG
+            .replace("diameter_mm = 0.125\nlength_mm = 160.0", "diameter_mm = 0.05\nlength_mm = 900.0")
+            .replace("ls_mm = 140.0", "ls_mm = 850.0")
+            .replace("supply_v = 6.0", "supply_v = 30.0")
+            .replace("mass_kg = 0.13\ndamping_n_s_per_m = 30.0\nspring_n_per_m = 150.0", "mass_kg = 0.01\ndamping_n_s_per_m = 1.3\nspring_n_per_m = 1.0")
+            .replace("preload_n = 2.6", "preload_n = 0.1");
+        let mut rig = Rig::parse(&thin, "thin.toml").unwrap();
+        let duty = |time_s: f64| 0.2 + 0.15 * (8.0 * time_s).sin();
+        let recording = recording(&rig.channels[0].model, duty, 3);
+        let data = Prepared::new(&rig, 0, &[recording], &[], 1).unwrap().data;
+        let space = Space::reference(&rig, 0, &data);
+        let left = Stage::as_given(&data, &space).unwrap().residuals;
+        let quieter = quieter(&rig, 0, &data, &left);
+        let mut mended = 0;
+        for sensor in &data.sensors {
+            let (_, truth) = NOISE.into_iter().find(|(column, _)| *column == sensor.column).unwrap();
+            match quieter.get(&sensor.column) {
+                Some(noise) => {
+                    mended += 1;
+                    assert!((noise.total / truth - 1.0).abs() < 0.1, "{:?}: {noise:?}", sensor.column);
+                }
+                None => assert!(sensor.noise < 1.3 * truth, "{:?}: {} of {truth}", sensor.column, sensor.noise),
+            }
+        }
+        assert!(mended > 0, "{:?}", data.sensors.iter().map(|s| (s.column, s.noise)).collect::<Vec<_>>());
+        // what a user states stays
+        rig.channels[0].noise = quieter.keys().map(|column| (column.name().to_string(), 1.0)).collect();
+        assert!(super::quieter(&rig, 0, &data, &left).is_empty());
+    }
+}

@@ -183,6 +183,24 @@ mod tests {
     use sinew_rig::Rig;
 
     use super::*;
+    use crate::testing::RIG;
+
+    #[test]
+    fn a_law_of_unknown_magnitude_is_tried_at_each() {
+        let text = format!(
+            "{RIG}\n[channel.effects.\"own.hardening\"]\nsays = \"It hardens.\"\nenters = \"force\"\n\
+             formula = \"-k * position^3\"\n[channel.effects.\"own.hardening\".parameters.k]\nunit = \"N/m³\"\nnull = 0.0\n\
+             range = [0.0, 1e12]\nplausible = [1e3, 1e8]\nabout = \"stiffness\"\n"
+        );
+        let model = Rig::parse(&text, "rig.toml").unwrap().channels[0].model.clone();
+        let candidates = starts(model.effect("own.hardening").unwrap(), &model, &[], 30.0);
+        let scales: Vec<f64> = candidates.iter().map(|c| c.start.parameters[0].1.log10().round()).collect();
+        assert_eq!(scales, [8.0, 7.0, 6.0, 5.0, 4.0, 3.0]);
+        // each begins well inside its own
+        assert!(candidates.iter().all(|c| c.start.parameters[0].0 < 0.1 * c.start.parameters[0].1));
+        let one = |id| starts(effect(id).unwrap(), &model, &[], 30.0).len();
+        assert_eq!([one("mechanical.frame_compliance"), one("sensing.contact_resistance")], [1, 1]);
+    }
 
     /// How soon an effect of use settles is in no recording of one: a search tries it as if nothing but its switch were there.
     #[test]

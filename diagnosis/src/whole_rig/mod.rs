@@ -308,7 +308,6 @@ impl State {
                 delta_bic: -2.0 * rise,
                 p_value: evidence::p_value(rise, self.tried.len()),
                 holdout_rise: rise_on_kept,
-                holdout_size: None,
             },
             cannot_be_told_apart_from: Vec::new(),
         };
