@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sinew_physics::effects::Equation;
+use sinew_physics::effects::{Equation, Nature};
 
 use crate::answer::{LooksLike, Remains, SensorRemains};
 use crate::conditions;
@@ -20,14 +20,16 @@ const AS_WELL: f64 = 0.85;
 
 /// What an explanation of `data` leaves, by what would explain it: noise comes in each sensor by itself and is no larger than it was
 /// estimated to be, a mechanism comes in an equation. An unknown shift of the transformation is what curves of another shape
-/// come to, and no closed form of them is ever right: what it explains as well is theirs before it is a mechanism's.
+/// come to. Where such curves were found, they are no closer to the wire's than any closed form is: what a shift explains as well is
+/// theirs before it is a mechanism's. Where they were tried and did not help, it is not.
 pub(crate) fn looks_like(data: &Data, chosen: &Explanation, left: &[Located]) -> LooksLike {
     if chosen.leaves_rounding(data) || chosen.leaves_little() && !locate::is_physical(left) {
         return LooksLike::Noise;
     }
+    let has_curves = chosen.fit.space.effects.iter().any(|effect| effect.nature == Nature::Shape);
     let kinetic = left.iter().filter(|l| l.equation == Equation::Kinetic).map(|l| l.evidence).fold(0.0, f64::max);
     match left.first() {
-        Some(most) if kinetic > 0.0 && kinetic >= AS_WELL * most.evidence => LooksLike::Curves,
+        Some(most) if has_curves && kinetic > 0.0 && kinetic >= AS_WELL * most.evidence => LooksLike::Curves,
         _ => LooksLike::MissingMechanism,
     }
 }
