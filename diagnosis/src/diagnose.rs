@@ -105,8 +105,8 @@ pub fn identify(
             let space = Space::reference(rig, channel, &data);
             (settings.progress)("fitting", 0.1);
             let from = Searched::new(&data, &space, space.drive());
-            let [_, found] =
-                Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME).ok_or(Error::NoFit)?;
+            let [_, found] = Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME)
+                .ok_or(Error::NoFit)?;
             // what long rows lack where the fit began is not what they lack where it ends
             let settled = select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
             Ok::<_, Error>((data, settled, prepared.warnings))

@@ -114,7 +114,8 @@ impl Explanation {
     /// parameter that nothing else tells, acts only there.
     pub(crate) fn errs_where_kept_back_only(&self, data: &Data) -> bool {
         let on_kept = |left| self.discrepancy.on_kept(data, &left).is_less_than(PLAIN);
-        self.leaves_little() && residuals::plain_at(data, &self.fit.space, &self.fit.z).is_some_and(|left| !on_kept(left))
+        self.leaves_little()
+            && residuals::plain_at(data, &self.fit.space, &self.fit.z).is_some_and(|left| !on_kept(left))
     }
 
     /// From `start`, with an error like `discrepancy` to begin with. `None` where the start is impossible.
@@ -269,7 +270,8 @@ fn refit(
 /// Laplace's approximation at the end of a fit, by its objective, the logarithms of the variances behind it, and what the error of the
 /// model costs by its own prior.
 fn evidence(fit: &Fit, objective: f64, log_variances: f64, prior_of_error: f64) -> f64 {
-    -0.5 * (objective + log_variances + prior_of_error) + fit.space.log_prior() - 0.5 * log_determinant(&fit.information)
+    -0.5 * (objective + log_variances + prior_of_error) + fit.space.log_prior()
+        - 0.5 * log_determinant(&fit.information)
 }
 
 /// ln |H| of a positive matrix, directions that nothing holds left out.

@@ -14,12 +14,7 @@ use crate::stages::{Compared, Stage};
 const MOST_POINTS: usize = 3000;
 
 /// Draws what `compared` left of the data, and the unknown inputs of `located`.
-pub(crate) fn figures(
-    data: &Data,
-    drive: DriveKind,
-    compared: &Compared,
-    located: &[Located],
-) -> Figures {
+pub(crate) fn figures(data: &Data, drive: DriveKind, compared: &Compared, located: &[Located]) -> Figures {
     let Compared { as_given, recalibrated, improved, chosen, .. } = compared;
     let states = chosen.fit.states(data);
     let recordings = data

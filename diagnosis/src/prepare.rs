@@ -99,7 +99,8 @@ const QUIETER: f64 = 0.8;
 pub(crate) fn quieter(rig: &Rig, channel: usize, data: &Data, left: &Residuals) -> BTreeMap<Column, Noise> {
     let stated = &rig.channels[channel].noise;
     let mut quieter = BTreeMap::new();
-    for (s, sensor) in data.sensors.iter().enumerate().filter(|(_, sensor)| !stated.contains_key(sensor.column.name())) {
+    for (s, sensor) in data.sensors.iter().enumerate().filter(|(_, sensor)| !stated.contains_key(sensor.column.name()))
+    {
         let runs = data.runs.iter().zip(left).filter(|(run, _)| !run.held_out);
         let of_run = |(run, left): (&Run, &Vec<Vec<f32>>)| {
             let rows = run.time_s.iter().zip(&left[s]).filter(|(_, r)| r.is_finite());
@@ -273,7 +274,10 @@ mod tests {
             .replace("diameter_mm = 0.125\nlength_mm = 160.0", "diameter_mm = 0.05\nlength_mm = 900.0")
             .replace("ls_mm = 140.0", "ls_mm = 850.0")
             .replace("supply_v = 6.0", "supply_v = 30.0")
-            .replace("mass_kg = 0.13\ndamping_n_s_per_m = 30.0\nspring_n_per_m = 150.0", "mass_kg = 0.01\ndamping_n_s_per_m = 1.3\nspring_n_per_m = 1.0")
+            .replace(
+                "mass_kg = 0.13\ndamping_n_s_per_m = 30.0\nspring_n_per_m = 150.0",
+                "mass_kg = 0.01\ndamping_n_s_per_m = 1.3\nspring_n_per_m = 1.0",
+            )
             .replace("preload_n = 2.6", "preload_n = 0.1");
         let mut rig = Rig::parse(&thin, "thin.toml").unwrap();
         let duty = |time_s: f64| 0.2 + 0.15 * (8.0 * time_s).sin();

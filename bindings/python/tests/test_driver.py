@@ -165,6 +165,8 @@ def test_every_cycle_comes_in_order_and_none_is_lost(rig):
     assert np.all(np.diff(record.cycle.astype(np.int64)) == 1) and np.all(np.diff(record.time_s) > 0)
     assert record.state.shape == (len(record), 2)
     assert np.array_equal(record["right"]["length_m"], record.state["length_m"][:, 1], equal_nan=True)
+    # its name of once is found as well
+    assert np.array_equal(record.state["observed_length_m"], record.state["length_m"], equal_nan=True)
     frame = record.to_pandas("left")
     assert list(frame.columns) == list(record.state.dtype.names) and frame.index.name == "time_s"
     assert record.to_pandas()["right", "duty"].iloc[-1] == record["right"]["duty"][-1]

@@ -37,6 +37,11 @@ pub fn error(text: impl fmt::Display) {
     log::say(format!("{text}\n").as_bytes());
 }
 
+/// So many of a thing: "1 channel", "18 channels".
+pub fn counted(count: usize, thing: &str) -> String {
+    if count == 1 { format!("1 {thing}") } else { format!("{count} {thing}s") }
+}
+
 /// Prints a value as JSON to stdout; numbers that are not finite become `null`.
 pub fn print_json(value: &impl Serialize) -> Outcome {
     print(format_args!("{}\n", json(value)?))

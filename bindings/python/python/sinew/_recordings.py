@@ -10,7 +10,7 @@ from typing import Any, Iterator, Optional, Sequence, Tuple
 
 import numpy as np
 
-from . import _sinew
+from . import _sinew, _state
 from ._columns import arrays, pandas, recorded
 from ._errors import BadInput, UnknownChannel
 
@@ -146,7 +146,7 @@ def read_recording(
 def read_session(path: os.PathLike | str, *, from_s: float = -math.inf, to_s: float = math.inf) -> Record:
     """Every cycle of a session that ``sinew record`` wrote (``.mcap``), from ``from_s`` to ``to_s`` after its start."""
     session = _sinew.read_session(os.fspath(path), from_s, to_s)
-    dtype = np.dtype([(name, kind) for name, _, kind in session.pop("fields")])
+    dtype = _state.dtype_of((name, kind) for name, _, kind in session.pop("fields"))
     heads = np.frombuffer(session.pop("heads"), dtype="<u8").reshape(-1, 3)
     channels = session.pop("channels")
     state = np.frombuffer(session.pop("cycles"), dtype=dtype).reshape(-1, len(channels)).copy()

@@ -9,7 +9,16 @@ from . import _sinew
 FIELDS = _sinew.fields()
 """Name, dtype, unit and meaning of every field."""
 
-DTYPE = np.dtype([(name, kind) for name, kind, _, _ in FIELDS])
+ALIASES = {"length_m": "observed_length_m"}
+"""Names of once that fields are found by as well: NumPy's titles."""
+
+
+def dtype_of(fields) -> np.dtype:
+    """Of (name, kind) pairs."""
+    return np.dtype([((ALIASES[name], name) if name in ALIASES else name, kind) for name, kind in fields])
+
+
+DTYPE = dtype_of((name, kind) for name, kind, _, _ in FIELDS)
 """One channel in one cycle, in SI units; NaN is not known."""
 
 MODES = dict(_sinew.modes())

@@ -22,7 +22,7 @@ use super::check::{Check, Verdict, check};
 use super::{admission, attached, load_rig};
 use crate::args;
 use crate::failure::Outcome;
-use crate::output;
+use crate::output::{self, counted};
 use crate::screen::view::micros;
 
 /// Shared memory below this may not hold a driver of 64 channels with its streams, bytes.
@@ -72,7 +72,7 @@ pub fn doctor(args: &args::Doctor) -> Outcome {
 
 /// The checks for a person.
 fn text(rig: &Rig, checks: &[Check], lacking: usize) -> String {
-    let mut text = format!("rig {}: {} channels at {} Hz\n\n", rig.name, rig.channels.len(), rig.rate_hz);
+    let mut text = format!("rig {}: {} at {} Hz\n\n", rig.name, counted(rig.channels.len(), "channel"), rig.rate_hz);
     let width = checks.iter().map(|check| check.id.len()).max().unwrap_or(0);
     for check in checks {
         let mark = match check.verdict {

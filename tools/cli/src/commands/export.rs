@@ -10,7 +10,7 @@ use super::simulate::recording_failure;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::format::Format;
-use crate::output;
+use crate::output::{self, counted};
 use crate::progress::Progress;
 
 /// Runs the command.
@@ -40,7 +40,11 @@ pub fn export(args: &args::Export) -> Outcome {
         let rows = parquet(&part, &channels, &args.output);
         progress.clear();
         let rows = rows.map_err(recording_failure)?;
-        output::note(format_args!("{}: {rows} cycles of {} channels", args.output.display(), channels.len()));
+        output::note(format_args!(
+            "{}: {rows} cycles of {}",
+            args.output.display(),
+            counted(channels.len(), "channel")
+        ));
         return Ok(());
     }
     let files: Vec<CsvFile> = match channels.as_slice() {

@@ -13,6 +13,7 @@ use sinew_rig::Rig;
 use sinew_threads::Thread;
 
 use crate::failure::Failure;
+use crate::output::counted;
 
 /// Cycles after which a driver is ready: its backend has brought something back, and the loop has gone on.
 const FIRST_CYCLES: u64 = 3;
@@ -29,7 +30,7 @@ pub fn start(rig: &Rig, driver: &DriverHandle) -> Result<Option<JoinHandle<Optio
         return Ok(None);
     }
     let (progress, over, stopper) = (driver.progress(), driver.stopper(), driver.stopper());
-    let what = format!("{}: {} channels at {} Hz", rig.name, rig.channels.len(), rig.rate_hz);
+    let what = format!("{}: {} at {} Hz", rig.name, counted(rig.channels.len(), "channel"), rig.rate_hz);
     let start = Thread::Herald.start().ends_when(move || over.has_ended()).on_death(move || stopper.fail());
     let failed = |error: std::io::Error| Failure::own(format!("no thread to tell the service manager: {error}"));
     start.spawn(move || Herald::new(progress, what).tell()).map(Some).map_err(failed)

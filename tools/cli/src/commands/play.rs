@@ -9,7 +9,7 @@ use super::monitor::signals;
 use super::{live, unknown_channel};
 use crate::args;
 use crate::failure::Outcome;
-use crate::output;
+use crate::output::{self, counted};
 use crate::score::Score;
 use crate::setpoint::Setpoint;
 
@@ -31,9 +31,9 @@ pub fn play(args: &args::Play) -> Outcome {
     let asked = signals()?;
     let last_s = score.rows.last().map_or(0.0, |row| row.time_s);
     output::note(format_args!(
-        "playing {} rows for {} channels of {}, {:.1} s{}; Ctrl-C ends it",
-        score.rows.len(),
-        channels.len(),
+        "playing {} for {} of {}, {:.1} s{}; Ctrl-C ends it",
+        counted(score.rows.len(), "row"),
+        counted(channels.len(), "channel"),
         client.info().rig,
         last_s / args.speed,
         if args.times > 1 { format!(", {} times", args.times) } else { String::new() }

@@ -16,7 +16,7 @@ use super::monitor::signals;
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::log;
-use crate::output;
+use crate::output::{self, counted};
 
 pub use sinew_recorder::size;
 
@@ -53,7 +53,8 @@ pub fn record(args: &args::Record) -> Outcome {
     };
     let recorder = Recorder::start(client, options).map_err(failure)?;
     output::note(format_args!(
-        "recording {rig} ({channels} channels at {rate_hz} Hz) to {}; Ctrl-C ends it",
+        "recording {rig} ({} at {rate_hz} Hz) to {}; Ctrl-C ends it",
+        counted(channels, "channel"),
         args.file.display()
     ));
     watch(&recorder, &|| asked.load(Ordering::Relaxed));

@@ -18,7 +18,7 @@ use super::simulate::recording_failure;
 use super::{load_rig, rig_failure, unknown_channel};
 use crate::args;
 use crate::failure::{Failure, Outcome};
-use crate::output;
+use crate::output::{self, counted};
 use crate::progress::Progress;
 
 /// Runs the command.
@@ -286,7 +286,14 @@ impl Report {
     fn text(&self) -> String {
         let mut text = String::new();
         let channels = self.channel.len();
-        let _ = writeln!(text, "{}: {} cycles of {channels} channels, under {}", self.recording, self.cycles, self.rig);
+        let _ = writeln!(
+            text,
+            "{}: {} cycles of {}, under {}",
+            self.recording,
+            self.cycles,
+            counted(channels, "channel"),
+            self.rig
+        );
         if self.first_cycle != 1 {
             let _ = writeln!(
                 text,
@@ -322,7 +329,7 @@ impl Report {
             }
         }
         if same > 0 {
-            let _ = writeln!(text, "{same} of {channels} channels are bit for bit the same");
+            let _ = writeln!(text, "{same} of {} the same bit for bit", counted(channels, "channel"));
         }
         let _ = writeln!(
             text,

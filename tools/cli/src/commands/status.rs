@@ -10,7 +10,7 @@ use sinew_ipc::{ChannelState, FieldKind};
 use super::live::{self, Live};
 use crate::args;
 use crate::failure::Outcome;
-use crate::output;
+use crate::output::{self, counted};
 use crate::screen::view::{Row, View, micros, number, percent};
 
 /// What `--json` prints.
@@ -115,10 +115,10 @@ fn of(view: &View) -> Status<'_> {
 fn text(view: &View) -> String {
     let q = view.timing.lateness_us;
     let mut text = format!(
-        "rig {}  pid {}  {} channels at {} Hz for {:.1} s\ncycles {}  missed {}  late µs p50 {} p99 {} p999 {} max {}\n\n",
+        "rig {}  pid {}  {} at {} Hz for {:.1} s\ncycles {}  missed {}  late µs p50 {} p99 {} p999 {} max {}\n\n",
         view.rig,
         view.pid,
-        view.channels.len(),
+        counted(view.channels.len(), "channel"),
         view.rate_hz,
         view.uptime_s,
         view.cycle,

@@ -3,6 +3,7 @@
 //! Eighteen channels fit into 80 × 24. Additional space goes to the bars, to columns of lower priority, and to a
 //! chart of the selected channel; on smaller screens these shrink first, and the table scrolls.
 
+use crate::output::counted;
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -105,8 +106,8 @@ fn draw_title(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
     let mut spans = vec![
         Span::styled(format!(" sinew · {} ", view.rig), palette.title().add_modifier(Modifier::REVERSED)),
         Span::raw(format!(
-            "  {} channels at {:.0} Hz  {}  pid {}",
-            view.channels.len(),
+            "  {} at {:.0} Hz  {}  pid {}",
+            counted(view.channels.len(), "channel"),
             view.rate_hz,
             clock(view.uptime_s),
             view.pid
