@@ -22,6 +22,8 @@ const LARGEST: f64 = 0.02;
 const SMALLEST: f64 = 0.02;
 /// Memories, s; the least is besides at least two rows.
 const MEMORIES_S: (f64, f64) = (0.02, 10.0);
+/// A memory of less than so many times the shortest is as short as there is.
+const BRIEF: f64 = 1.5;
 /// How far the logarithms of size and memory may lie from noise's own size and from one second, 1 σ.
 const SIZE_SPREAD: f64 = 5.0;
 const MEMORY_SPREAD: f64 = 2.5;
@@ -38,6 +40,8 @@ pub(crate) struct Wander {
     pub(crate) size: f64,
     /// Time after which it is forgotten to 1/e, s.
     pub(crate) memory_s: f64,
+    /// Its memory is the shortest there is, about two rows: no model errs so, but filters and amplifiers colour noise.
+    pub(crate) is_brief: bool,
 }
 
 /// The errors of a model, by recording and sensor.
@@ -54,7 +58,7 @@ impl Discrepancy {
             sensors
                 .map(|(s, sensor)| {
                     let size = (share * run.range(s) / sensor.noise).max(SMALLEST);
-                    Wander { size, memory_s }
+                    Wander::new(size, memory_s)
                 })
                 .collect()
         };
@@ -141,6 +145,11 @@ impl Discrepancy {
 }
 
 impl Wander {
+    /// One that is no finding of its own.
+    const fn new(size: f64, memory_s: f64) -> Wander {
+        Wander { size, memory_s, is_brief: false }
+    }
+
     /// Minus twice the logarithm of its own prior.
     fn penalty(self) -> f64 {
         (self.size.ln() / SIZE_SPREAD).powi(2) + (self.memory_s.ln() / MEMORY_SPREAD).powi(2)
@@ -267,14 +276,14 @@ impl Signal {
             .filter(|(_, (sight, _))| part_of(**sight) == Some(part))
             .fold((0.0, 0.0), |(sum, count), (r, (_, white))| (sum + f64::from(*r).powi(2) / white, count + 1.0));
         if count == 0.0 {
-            return (0.0, Wander { size: SMALLEST, memory_s: 1.0 });
+            return (0.0, Wander::new(SMALLEST, 1.0));
         }
         let beyond = (sum / count - 1.0).max(0.01).sqrt();
         let row_s = self.since_s.iter().sum::<f64>() / self.since_s.len().max(1) as f64;
         let shortest = MEMORIES_S.0.max(2.0 * row_s);
-        let kept_in = |size: f64, memory: f64| Wander {
-            size: size.exp().clamp(SMALLEST, most),
-            memory_s: memory.exp().clamp(shortest, MEMORIES_S.1),
+        let kept_in = |size: f64, memory: f64| {
+            let memory_s = memory.exp().clamp(shortest, MEMORIES_S.1);
+            Wander { size: size.exp().clamp(SMALLEST, most), memory_s, is_brief: memory_s < BRIEF * shortest }
         };
         let from = |start: Wander| {
             let mut at = kept_in(start.size.ln(), start.memory_s.ln());
@@ -295,7 +304,7 @@ impl Signal {
             }
             (least, at)
         };
-        let own = Wander { size: beyond, memory_s: 0.3 };
+        let own = Wander::new(beyond, 0.3);
         let (a, b) = (from(start), from(own));
         if a.0 <= b.0 { a } else { b }
     }
@@ -345,7 +354,7 @@ mod tests {
 
     use super::*;
 
-    const WANDER: Wander = Wander { size: 3.0, memory_s: 0.4 };
+    const WANDER: Wander = Wander::new(3.0, 0.4);
 
     /// Rows at uneven times, some missing, two blocks of them kept back.
     fn signal() -> (Signal, Vec<f64>) {
@@ -427,12 +436,19 @@ mod tests {
                 (error + noise) as f32
             })
             .collect();
-        let (_, found) = signal.most_probable(Part::Fitted, Wander { size: 50.0, memory_s: 5.0 }, 100.0, &left);
+        let (_, found) = signal.most_probable(Part::Fitted, Wander::new(50.0, 5.0), 100.0, &left);
         assert!((found.size / WANDER.size - 1.0).abs() < 0.12, "{found:?}");
         assert!((found.memory_s / WANDER.memory_s - 1.0).abs() < 0.25, "{found:?}");
         // and noise alone is none
         let noise: Vec<f32> = (0..n).map(|_| rng.sample(StandardNormal)).collect();
-        let (_, found) = signal.most_probable(Part::Fitted, Wander { size: 5.0, memory_s: 1.0 }, 100.0, &noise);
+        let (_, found) = signal.most_probable(Part::Fitted, Wander::new(5.0, 1.0), 100.0, &noise);
         assert!(found.size < 0.1, "{found:?}");
+        // nor is a filter's: the mean of two neighbours, of noise that was taken a quarter too small
+        let coloured: Vec<f32> =
+            noise.windows(2).map(|pair| 1.3 * (pair[0] + pair[1]) / 2f32.sqrt()).chain([0.0]).collect();
+        let (_, found) = signal.most_probable(Part::Fitted, Wander::new(5.0, 1.0), 100.0, &coloured);
+        assert!(found.is_brief && found.size < 1.0, "{found:?}");
+        let (_, found) = signal.most_probable(Part::Fitted, Wander::new(5.0, 1.0), 100.0, &left);
+        assert!(!found.is_brief, "{found:?}");
     }
 }

@@ -83,16 +83,16 @@ impl Explanation {
         Some([near?, Explanation::by(data, space, &z, &last, turns, known)?])
     }
 
-    /// Whether it leaves nothing but noise: then nothing can be better.
+    /// Whether it leaves nothing but noise, which may have a colour: then nothing can be better.
     pub(crate) fn leaves_noise(&self) -> bool {
-        self.discrepancy.wanders.iter().flatten().all(|wander| wander.size < NEXT_TO_NOTHING)
+        self.discrepancy.wanders.iter().flatten().all(is_noise)
     }
 
     /// Whether it leaves nothing but noise, or is wrong by no more than rounding is, in every sensor of `data`, which it explains: what a converter rounds off keeps its sign
     /// for as long as the values stand between two levels, as an error of the model does.
     pub(crate) fn leaves_rounding(&self, data: &Data) -> bool {
         let is_rounding = |(wander, sensor): (&Wander, &Sensor)| {
-            wander.size < NEXT_TO_NOTHING || wander.size * sensor.noise <= sensor.rounding
+            is_noise(wander) || wander.size * sensor.noise <= sensor.rounding
         };
         self.discrepancy.wanders.iter().all(|run| run.iter().zip(&data.sensors).all(is_rounding))
     }
@@ -265,6 +265,11 @@ fn refit(
     let fit = fit::fit_from(&discrepancy.whitened(data, left), space, start, &mut fitted, effort, known)?;
     *left = residuals::with_held_out(data, space, &fit.z, fitted?)?;
     Some(fit)
+}
+
+/// Whether an error of a model is as good as none, or the colour of noise.
+fn is_noise(wander: &Wander) -> bool {
+    wander.size < NEXT_TO_NOTHING || wander.is_brief && wander.size < 1.0
 }
 
 /// Laplace's approximation at the end of a fit, by its objective, the logarithms of the variances behind it, and what the error of the
