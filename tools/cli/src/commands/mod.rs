@@ -6,6 +6,7 @@ mod attached;
 pub mod bench;
 pub mod bench_control;
 pub mod bridge;
+pub mod bringup;
 mod bundle;
 pub mod characterise;
 mod check;

@@ -1,0 +1,303 @@
+//! Looks at a held driver: what its channels read in the dark, and under the sensing pulse. The supervisor judges every sample before;
+//! what it latches is reset and looked at again, two samples at a time, until there are enough to say why.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use sinew_driver::DriverHandle;
+use sinew_ipc::{ChannelState, Client, CommandKind, CycleStream, Error, Fault, Reason};
+
+use super::held::Hold;
+use crate::commands::live;
+use crate::failure::Failure;
+use crate::output;
+
+/// Samples that a look is made of, where nothing keeps it from having them.
+const SAMPLES: usize = 40;
+/// How often a channel that latches is reset to see more of it.
+const TRIES: usize = 8;
+/// Cycles until what is let through has reached the samples, and those in flight are over.
+const IN_FLIGHT: usize = 5;
+/// Longest wait for a wire of unknown history to count as cool enough for the sensing pulse.
+const COOLING: Duration = Duration::from_secs(120);
+/// Longest look at a channel that may be looked at.
+const PATIENCE: Duration = Duration::from_secs(15);
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The five readings of a channel, or what belongs to each.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Five<T> {
+    /// First tap, V.
+    pub v1: T,
+    /// Second tap, V.
+    pub v2: T,
+    /// Moving end, V.
+    pub v3: T,
+    /// A.
+    pub current: T,
+    /// V.
+    pub supply: T,
+}
+
+/// Mean of a reading and its scatter; NaN where nothing was sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation of one sample.
+    pub sigma: f64,
+    /// Samples.
+    pub count: usize,
+}
+
+impl Default for Reading {
+    fn default() -> Reading {
+        Reading { mean: f64::NAN, sigma: f64::NAN, count: 0 }
+    }
+}
+
+impl Reading {
+    /// Of samples; those that are not there do not count.
+    pub fn of(samples: impl Iterator<Item = f64>) -> Reading {
+        let samples: Vec<f64> = samples.filter(|sample| sample.is_finite()).collect();
+        let count = samples.len();
+        if count == 0 {
+            return Reading::default();
+        }
+        let mean = samples.iter().sum::<f64>() / count as f64;
+        let sigma = (samples.iter().map(|sample| (sample - mean).powi(2)).sum::<f64>() / count as f64).sqrt();
+        Reading { mean, sigma, count }
+    }
+}
+
+/// What was seen of a channel.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// Its readings.
+    pub read: Five<Reading>,
+    /// What the supervisor has latched of it while it was looked at.
+    pub fault: Option<Fault>,
+}
+
+impl Seen {
+    fn of(samples: &[ChannelState], fault: Option<Fault>) -> Seen {
+        let read = |of: fn(&ChannelState) -> f64| Reading::of(samples.iter().map(of));
+        Seen {
+            read: Five {
+                v1: read(|state| state.v1_v),
+                v2: read(|state| state.v2_v),
+                v3: read(|state| state.v3_v),
+                current: read(|state| state.current_a),
+                supply: read(|state| state.supply_v),
+            },
+            fault,
+        }
+    }
+}
+
+/// A cycle of all channels.
+struct Cycle {
+    number: u64,
+    channels: Vec<ChannelState>,
+}
+
+/// One who looks.
+pub struct Look<'a> {
+    driver: &'a DriverHandle,
+    client: Client,
+    stream: CycleStream,
+    hold: Hold,
+    over: &'a dyn Fn() -> bool,
+    /// The latest cycles.
+    last: VecDeque<Cycle>,
+}
+
+impl<'a> Look<'a> {
+    /// At the driver of a rig.
+    pub fn new(rig: &str, driver: &'a DriverHandle, hold: Hold, over: &'a dyn Fn() -> bool) -> Result<Look<'a>, Failure> {
+        let client = Client::connect(rig).map_err(live::failure)?;
+        let stream = client.stream().map_err(live::failure)?;
+        Ok(Look { driver, client, stream, hold, over, last: VecDeque::new() })
+    }
+
+    /// Whether somebody has asked for the end, or the driver has ended.
+    pub fn is_over(&self) -> bool {
+        (self.over)() || sinew_threads::is_struck()
+    }
+
+    fn go_on(&self) -> Result<(), Failure> {
+        match self.is_over() {
+            true => Err(Failure::own("the bring-up was ended; outputs are at zero")),
+            false => Ok(()),
+        }
+    }
+
+    /// Waits for the next cycle.
+    fn next(&mut self) -> Result<bool, Failure> {
+        self.go_on()?;
+        let Some(cycle) = self.stream.next_within(LOOK).map_err(live::failure)? else { return Ok(false) };
+        self.last.push_back(Cycle { number: cycle.header.cycle, channels: cycle.channels.to_vec() });
+        if self.last.len() > 3 {
+            self.last.pop_front();
+        }
+        Ok(true)
+    }
+
+    fn pass(&mut self, cycles: usize) -> Result<(), Failure> {
+        let (mut passed, began) = (0, Instant::now());
+        while passed < cycles && began.elapsed() < PATIENCE {
+            passed += usize::from(self.next()?);
+        }
+        Ok(())
+    }
+
+    /// Forgets what has piled up while a person was asked.
+    fn catch_up(&mut self) -> Result<(), Failure> {
+        while self.stream.next().map_err(live::failure)?.is_some() {}
+        self.last.clear();
+        Ok(())
+    }
+
+    /// All channels with nothing put out.
+    pub fn dark(&mut self) -> Result<Vec<Seen>, Failure> {
+        self.hold.let_through(&[]);
+        self.catch_up()?;
+        self.pass(IN_FLIGHT)?;
+        let mut samples: Vec<Vec<ChannelState>> = Vec::new();
+        let began = Instant::now();
+        while samples.first().is_none_or(|of| of.len() < SAMPLES) && began.elapsed() < PATIENCE {
+            if self.next()?
+                && let Some(cycle) = self.last.back()
+            {
+                samples.resize(cycle.channels.len(), Vec::new());
+                samples.iter_mut().zip(&cycle.channels).for_each(|(of, state)| of.push(*state));
+            }
+        }
+        let stage = |of: &Vec<ChannelState>| of.last().and_then(ChannelState::fault);
+        Ok(samples.iter().map(|of| Seen::of(of, stage(of).filter(|fault| *fault == Fault::StageOn))).collect())
+    }
+
+    /// These channels under the sensing pulse, all others dark; in their order.
+    pub fn pulse(&mut self, channels: &[usize]) -> Result<Vec<Seen>, Failure> {
+        self.hold.let_through(channels);
+        self.catch_up()?;
+        self.pass(IN_FLIGHT)?;
+        let seen = self.gather(channels);
+        self.hold.let_through(&[]);
+        seen
+    }
+
+    fn gather(&mut self, channels: &[usize]) -> Result<Vec<Seen>, Failure> {
+        let mut samples: Vec<Vec<ChannelState>> = vec![Vec::new(); channels.len()];
+        let mut faults: Vec<Option<Fault>> = vec![None; channels.len()];
+        let mut tries = vec![0; channels.len()];
+        let mut began = Instant::now();
+        let (mut cooling, mut is_told) = (Instant::now(), false);
+        loop {
+            let mut is_done = true;
+            for (at, channel) in channels.iter().enumerate() {
+                let Some(state) = self.last.back().map(|cycle| cycle.channels[*channel]) else { continue };
+                if samples[at].len() >= SAMPLES || tries[at] > TRIES {
+                    continue;
+                }
+                is_done = false;
+                if state.flags & ChannelState::FLAG_STOPPED != 0 {
+                    return Err(Failure::own("the emergency stop is open; outputs are at zero and the supply is off")
+                        .hint("release it, and begin again with --from estop"));
+                }
+                let Some(fault) = state.fault().filter(|_| state.duty == 0.0) else { continue };
+                if tries[at] > 0 && samples[at].len() > 2 * (tries[at] - 1) {
+                    faults[at] = Some(fault);
+                }
+                match self.client.command(*channel as u32, CommandKind::Reset, 0.0, Duration::ZERO) {
+                    Ok(reply) => {
+                        tries[at] += 1;
+                        // what was seen before does not show it yet
+                        while self.last.back().is_none_or(|cycle| cycle.number <= reply.cycle) {
+                            if self.next()? {
+                                self.take(channels, &mut samples);
+                            }
+                        }
+                    }
+                    Err(Error::Refused(refusal)) => match refusal.reason {
+                        Reason::TooHot { longest_s, .. } => {
+                            if !is_told {
+                                let most = longest_s.min(COOLING.as_secs_f64()).ceil();
+                                output::note(format_args!(
+                                    "a wire whose past nobody knows counts as hot: waiting for it to have cooled, {most} s at the most"
+                                ));
+                            }
+                            is_told = true;
+                            if cooling.elapsed() > COOLING {
+                                return Err(Failure::own("what is known of the wire's heat does not get less")
+                                    .hint("leave it without supply for a while, and begin again"));
+                            }
+                            began = Instant::now();
+                        }
+                        Reason::CauseRemains(fault) => {
+                            (faults[at], tries[at]) = (Some(fault), tries[at] + 1);
+                        }
+                        // its sensors prove themselves
+                        _ => {}
+                    },
+                    Err(error) => return Err(live::failure(error)),
+                }
+            }
+            if is_done && !self.last.is_empty() || began.elapsed() > PATIENCE {
+                break;
+            }
+            if self.next()? {
+                self.take(channels, &mut samples);
+            }
+            if !is_told {
+                cooling = Instant::now();
+            }
+        }
+        Ok(samples.iter().zip(faults).map(|(of, fault)| Seen::of(of, fault)).collect())
+    }
+
+    /// Takes the samples of the latest cycle that are of a period with duty: what is decided in one cycle is put out in the next, and
+    /// sampled by the one after that.
+    fn take(&self, channels: &[usize], samples: &mut [Vec<ChannelState>]) {
+        let (Some(first), Some(last)) = (self.last.front(), self.last.back()) else { return };
+        if last.number != first.number + 2 {
+            return;
+        }
+        for (channel, samples) in channels.iter().zip(samples) {
+            if first.channels[*channel].duty > 0.0 && !last.channels[*channel].v3_v.is_nan() {
+                samples.push(last.channels[*channel]);
+            }
+        }
+    }
+
+    /// Waits until the emergency stop's contact is so; whether it came to be.
+    pub fn stop_becomes(&self, is_closed: bool, within: Duration) -> Result<bool, Failure> {
+        let began = Instant::now();
+        while began.elapsed() < within {
+            self.go_on()?;
+            if self.hold.stop_is_closed() == Some(is_closed) {
+                return Ok(true);
+            }
+            std::thread::sleep(LOOK);
+        }
+        Ok(false)
+    }
+
+    /// Resets the emergency stop, as who stands by the rig may; whether it is reset.
+    pub fn reset_stop(&mut self) -> Result<bool, Failure> {
+        let began = Instant::now();
+        while began.elapsed() < PATIENCE {
+            self.driver.reset_emergency_stop();
+            self.catch_up()?;
+            self.pass(IN_FLIGHT)?;
+            let stopped = |state: &ChannelState| state.flags & ChannelState::FLAG_STOPPED != 0;
+            if self.last.back().is_some_and(|cycle| !cycle.channels.iter().any(stopped)) {
+                return Ok(true);
+            }
+            if self.hold.stop_is_closed() == Some(false) {
+                return Ok(false);
+            }
+        }
+        Ok(false)
+    }
+}
