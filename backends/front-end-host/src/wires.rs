@@ -307,6 +307,9 @@ fn wired(rig: &Rig, wrong: &[Wrong], mounts: &[Mount]) -> Result<(SimulatedRig, 
     wiring.break_wires(&simulated.faults());
     // A simulated rig starts whatever happens.
     let _ = simulated.start();
+    // It shows the emergency stop's contact open until its first period.
+    let (off, mut samples) = (vec![0.0; rig.channels.len()], vec![Sample::NONE; rig.channels.len()]);
+    let _ = simulated.period(&off, &mut samples);
     Ok((simulated, wiring))
 }
 

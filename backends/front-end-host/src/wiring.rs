@@ -48,13 +48,8 @@ pub enum Input {
     Supply,
 }
 
-const INPUTS: [(&str, Input); 5] = [
-    ("v1", Input::V1),
-    ("v2", Input::V2),
-    ("v3", Input::V3),
-    ("current", Input::Current),
-    ("supply", Input::Supply),
-];
+const INPUTS: [(&str, Input); 5] =
+    [("v1", Input::V1), ("v2", Input::V2), ("v3", Input::V3), ("current", Input::Current), ("supply", Input::Supply)];
 
 /// What can be wrong; channels by their place in the rig file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -394,7 +389,9 @@ impl Wiring {
         for wrong in self.wrong.clone() {
             match wrong {
                 Wrong::Shunt(of, factor) if of == at => sample.current_a *= factor,
-                Wrong::ShuntShorted(of) if of == at => sample.current_a = self.boards[at].adc.current_noise_a * self.draw(),
+                Wrong::ShuntShorted(of) if of == at => {
+                    sample.current_a = self.boards[at].adc.current_noise_a * self.draw()
+                }
                 Wrong::SupplySenseReversed | Wrong::SupplySenseOpen => {
                     sample.supply_v = self.boards[at].adc.supply_noise_v * self.draw();
                 }

@@ -17,6 +17,7 @@ use sinew_rig::{BackendKind, Correction, EnableSignal, NO_PROGRAM, Rig, Sampling
 use super::run::{Asked, Driven, drive};
 use crate::args::{self, BringupStep as Step};
 use crate::failure::{Failure, Outcome};
+use crate::log;
 use crate::output;
 
 use causes::Cause;
@@ -32,7 +33,7 @@ const BUTTON: Duration = Duration::from_secs(3);
 /// Resistors one has at hand, E12.
 const E12: [f64; 12] = [1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2];
 /// No length is out of range while something else than a wire may be at the terminals.
-const ANY_LENGTH_M: (f64, f64) = (1e-6, 1e3);
+const ANY_LENGTH_M: (f64, f64) = (1e-6, 199.0);
 
 /// Runs the command.
 pub fn bringup(args: &args::Bringup) -> Outcome {
@@ -44,7 +45,8 @@ pub fn bringup(args: &args::Bringup) -> Outcome {
         output::has_place(path)?;
     }
     let board = (0..rig.channels.len()).map(|place| {
-        let place_of = |error| Failure::input(format!("{}: channel \"{}\": {error}", rig.file(), rig.channels[place].name));
+        let place_of =
+            |error| Failure::input(format!("{}: channel \"{}\": {error}", rig.file(), rig.channels[place].name));
         Expected::of(&rig, place).map_err(place_of)
     });
     let board: Vec<Expected> = board.collect::<Result<_, _>>()?;
@@ -67,9 +69,14 @@ pub fn bringup(args: &args::Bringup) -> Outcome {
     };
     let held = held(&rig);
     let asked = Asked { duration_s: None, report_to: None, leaves_traces: false, hold: Some(hold) };
+    // what is latched on the way is not news: each step says what it is
+    let hushed = log::hush();
     let driven = drive(&held, &asked, |driven, over| bench.walk(&steps, driven, over));
+    drop(hushed);
     let Bench { report, .. } = bench;
-    output::print(report.text())?;
+    if report.has_looked() {
+        output::print(report.text())?;
+    }
     if let Some(path) = &args.report {
         let text = output::json(&report)? + "\n";
         if path == Path::new("-") { output::print(text)? } else { output::write_file(path, text)? }
@@ -243,7 +250,12 @@ impl Bench<'_> {
             let is_stopped = self.rig.backend.estop.fitted && !matches!(step, Step::Supply | Step::Estop);
             if is_stopped && !look.reset_stop()? {
                 let finding = Finding::new(None, Cause::StopOpen, "the contact is open where it should be closed");
-                self.report.add(Stepped::of(*step, None, &Verdict { findings: vec![finding], ..Verdict::default() }, self.rig));
+                self.report.add(Stepped::of(
+                    *step,
+                    None,
+                    &Verdict { findings: vec![finding], ..Verdict::default() },
+                    self.rig,
+                ));
                 return Ok(());
             }
             let goes_on = match step {
@@ -312,7 +324,9 @@ impl Bench<'_> {
             match self.questions.ask(&id, text, &|| look.is_over())? {
                 Word::Done => return Ok(Next::Again),
                 Word::Quit => return Ok(Next::End),
-                Word::Skip if conducts => output::print("A wire would be heated without end: not before this is mended.\n")?,
+                Word::Skip if conducts => {
+                    output::print("A wire would be heated without end: not before this is mended.\n")?
+                }
                 Word::Skip => return Ok(Next::On),
             }
         }
@@ -363,7 +377,8 @@ impl Bench<'_> {
         };
         if let Some(cause) = cause {
             let word = |is: bool| if is { "closed" } else { "open" };
-            let saw = format!("released {}, pressed {}", word(closed), word(!opened || cause == Cause::StopNormallyOpen));
+            let saw =
+                format!("released {}, pressed {}", word(closed), word(!opened || cause == Cause::StopNormallyOpen));
             verdict.findings.push(Finding::new(None, cause, saw));
         } else if !look.reset_stop()? {
             verdict.findings.push(Finding::new(None, Cause::StopOpen, "it cannot be reset"));
@@ -381,7 +396,8 @@ impl Bench<'_> {
 
     /// The supply as well as it is known: by a meter, as read, or as it should be.
     fn supply_v(&self) -> f64 {
-        let read = self.dark.first().map(|seen| seen.read.supply.mean).filter(|read| *read > 0.5 * self.board[0].supply_v);
+        let read =
+            self.dark.first().map(|seen| seen.read.supply.mean).filter(|read| *read > 0.5 * self.board[0].supply_v);
         self.meter_v.or(read).unwrap_or(self.board[0].supply_v)
     }
 
@@ -465,10 +481,16 @@ impl Bench<'_> {
             }
             let both = look.pulse(&[place, other])?;
             if is_load(place, &both[0]) {
-                return by(Cause::OutputsExchanged, format!("{own} reads the resistor while {others} is given its pulse"));
+                return by(
+                    Cause::OutputsExchanged,
+                    format!("{own} reads the resistor while {others} is given its pulse"),
+                );
             }
             if is_load(other, &both[1]) {
-                return by(Cause::SensesExchanged, format!("{others} reads the resistor while {own} is given its pulse"));
+                return by(
+                    Cause::SensesExchanged,
+                    format!("{others} reads the resistor while {own} is given its pulse"),
+                );
             }
         }
         Ok(None)
@@ -526,7 +548,7 @@ impl Bench<'_> {
             supply: after(&found.supply, &old.supply),
         };
         let meter_v = self.meter_v.unwrap_or(f64::NAN);
-        let now = sinew_recording::utc::Utc::now();
+        let now = sinew_recording::Utc::now();
         let measured = format!("{now}, sinew bringup: supply {meter_v} V and resistor {ohm} Ω by a meter");
         put_in_force(&mut file, at, &five, &measured);
         output::write_file(path, file.to_toml())?;
@@ -556,7 +578,7 @@ fn corrected(mut seen: Seen, by: Option<&Five<Correction>>) -> Seen {
 /// Where a rig file is kept as it was.
 fn copy_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{name}.before-{}", sinew_recording::utc::Utc::now().stamp()))
+    path.with_file_name(format!("{name}.before-{}", sinew_recording::Utc::now().stamp()))
 }
 
 fn channels(count: usize) -> String {

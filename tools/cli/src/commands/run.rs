@@ -51,7 +51,8 @@ pub fn run(args: &args::Run) -> Outcome {
     for Doubt { line, channel, key, says } in rig.doubts() {
         output::note(format_args!("doubt: {}:{line}: channel \"{channel}\": {key}: {says}", rig.file()));
     }
-    let asked = Asked { duration_s: args.duration_s, report_to: args.report.as_deref(), leaves_traces: true, hold: None };
+    let asked =
+        Asked { duration_s: args.duration_s, report_to: args.report.as_deref(), leaves_traces: true, hold: None };
     drive(&rig, &asked, |driven, over| show(args, driven, over))
 }
 

@@ -157,7 +157,7 @@ impl Expected {
     }
 
     /// Where it conducts in the dark, as only a stage does that is stuck on; voltages of inputs that touch nothing are restless.
-    fn conducts(&self, dark: &Seen) -> bool {
+    pub fn conducts(&self, dark: &Seen) -> bool {
         let v3 = &dark.read.v3;
         let stands = v3.mean > SOME * self.supply_v && !self.is_restless(v3);
         stands || dark.fault == Some(Fault::StageOn) || dark.read.current.mean > SOME * self.supply_v / self.cold_ohm
@@ -217,7 +217,11 @@ pub fn supply(board: &[Expected], dark: &[Seen], meter_v: Option<f64>, accepts: 
                     verdict.find(None, Cause::SupplySense, saw);
                 }
             } else if !check.is_good() && level.is_none() && !accepts {
-                verdict.find(expected.place, Cause::Gain, format!("the supply reads {read:.3} V where the meter has {meter_v:.3} V"));
+                verdict.find(
+                    expected.place,
+                    Cause::Gain,
+                    format!("the supply reads {read:.3} V where the meter has {meter_v:.3} V"),
+                );
             }
             verdict.checks.push(check);
         }
@@ -233,7 +237,11 @@ pub fn stages(board: &[Expected], dark: &[Seen], lit: &[Seen], supply_v: f64, ha
     };
     let lit_none = !board.iter().zip(lit).any(stands);
     if lit_none && (has_switch || board.len() > 1) {
-        verdict.find(None, Cause::NoSupplyAtStages, format!("every terminal stays at 0 V of {supply_v:.2} V under its pulse"));
+        verdict.find(
+            None,
+            Cause::NoSupplyAtStages,
+            format!("every terminal stays at 0 V of {supply_v:.2} V under its pulse"),
+        );
         return verdict;
     }
     for ((expected, seen), dark) in board.iter().zip(lit).zip(dark) {
@@ -313,13 +321,22 @@ impl Dummy<'_> {
             let fallen_v = self.open.map_or(supply_v, |open| open.read.v3.mean) - lit.read.v3.mean;
             let flows_v = SOME * expected.above_ohm * full_a;
             let is_seen = flows_v > 5.0 * expected.voltage_noise_v;
-            let cause = if self.open.is_some() && is_seen && fallen_v > flows_v { Cause::CurrentUnseen } else { Cause::LeadOpen };
-            verdict.find(place, cause, format!("V3 {:.3} V ({:.0} mV below the open terminal), {amps:.4} A", v3, fallen_v * 1e3));
+            let cause = if self.open.is_some() && is_seen && fallen_v > flows_v {
+                Cause::CurrentUnseen
+            } else {
+                Cause::LeadOpen
+            };
+            verdict.find(
+                place,
+                cause,
+                format!("V3 {:.3} V ({:.0} mV below the open terminal), {amps:.4} A", v3, fallen_v * 1e3),
+            );
             return verdict;
         }
         let true_a = v3 / ohm;
         let seen_ohm = (supply_v - v3) / true_a;
-        let tolerance_ohm = SURE * expected.series_sigma_ohm + SURE * 0.004 * ohm + if self.is_metered { 0.0 } else { GAIN * ohm };
+        let tolerance_ohm =
+            SURE * expected.series_sigma_ohm + SURE * 0.004 * ohm + if self.is_metered { 0.0 } else { GAIN * ohm };
         let series = Check::new("stage, shunt and leads", expected.series_ohm, tolerance_ohm, seen_ohm, "Ω");
         let wanted_v = full_a * ohm;
         let share = wanted_v * (tolerance_ohm / (ohm + expected.series_ohm));
@@ -327,7 +344,8 @@ impl Dummy<'_> {
         verdict.checks.push(Check::new("current", true_a, GAIN * true_a, amps, "A"));
         let ratio = amps / true_a;
         if !series.is_good() && seen_ohm > expected.series_ohm {
-            let saw = format!("{seen_ohm:.2} Ω where the rig file has {:.2} ± {tolerance_ohm:.2} Ω", expected.series_ohm);
+            let saw =
+                format!("{seen_ohm:.2} Ω where the rig file has {:.2} ± {tolerance_ohm:.2} Ω", expected.series_ohm);
             verdict.find(place, Cause::StageWeak, saw);
         }
         verdict.checks.push(series);
@@ -350,7 +368,11 @@ impl Dummy<'_> {
     fn clips(&self, verdict: &mut Verdict) {
         let Dummy { expected, dark, lit, .. } = *self;
         let reference = self.open.unwrap_or(lit);
-        let wanted = if self.open.is_some() { self.supply_v } else { self.supply_v * self.ohm / (self.ohm + expected.series_ohm) };
+        let wanted = if self.open.is_some() {
+            self.supply_v
+        } else {
+            self.supply_v * self.ohm / (self.ohm + expected.series_ohm)
+        };
         let leads = expected.leads(&reference.read).into_iter().zip(expected.leads(&dark.read));
         for ((lead, reading), (_, dark)) in leads {
             let seen = reading.mean - dark.mean;
@@ -371,7 +393,10 @@ impl Dummy<'_> {
         let leads = expected.leads(&dark.read).into_iter().map(|(lead, zero)| (lead, zero, OFFSET * supply_v, "V"));
         for (lead, zero, most, unit) in leads.chain([("current", dark.read.current, OFFSET * full_a, "A")]) {
             if zero.mean.abs() > most && !expected.is_restless(&zero) && !self.accepts {
-                let saw = format!("{lead} shows {:.4} {unit} with the stage off; up to {most:.4} {unit} are corrected", zero.mean);
+                let saw = format!(
+                    "{lead} shows {:.4} {unit} with the stage off; up to {most:.4} {unit} are corrected",
+                    zero.mean
+                );
                 verdict.find(expected.place, Cause::Offset, saw);
             }
             verdict.checks.push(Check::new(format!("zero of {lead}"), 0.0, most, zero.mean, unit));
@@ -465,7 +490,10 @@ pub fn wire(expected: &Expected, dark: &Seen, lit: &Seen, supply_v: f64) -> Verd
                 let saw = format!("V1 {:.3} V where the first tap's share of V2 is {wanted_v:.3} V", v1.mean);
                 verdict.find(place, Cause::TapMissing, saw);
             } else if !length.is_good() {
-                let saw = format!("{:.2} mm where {:.2} ± {:.2} mm were expected", length.seen, length.wanted, length.tolerance);
+                let saw = format!(
+                    "{:.2} mm where {:.2} ± {:.2} mm were expected",
+                    length.seen, length.wanted, length.tolerance
+                );
                 verdict.find(place, Cause::TapsApart, saw);
             }
             verdict.checks.extend([first, length]);
@@ -474,7 +502,9 @@ pub fn wire(expected: &Expected, dark: &Seen, lit: &Seen, supply_v: f64) -> Verd
     let ohm = end_v / amps;
     let check = Check::new("resistance", expected.cold_ohm, WIRE * expected.cold_sigma_ohm, ohm, "Ω");
     if ohm < SOME * expected.cold_ohm {
-        verdict.findings.insert(0, Finding::new(place, Cause::WireBridged, format!("{ohm:.2} Ω of {:.2} Ω", expected.cold_ohm)));
+        verdict
+            .findings
+            .insert(0, Finding::new(place, Cause::WireBridged, format!("{ohm:.2} Ω of {:.2} Ω", expected.cold_ohm)));
     } else if !check.is_good() {
         let as_thick = expected.diameter_m * (expected.cold_ohm / ohm).sqrt() * 1e3;
         let saw = format!(

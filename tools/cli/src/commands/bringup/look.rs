@@ -1,7 +1,6 @@
 //! Looks at a held driver: what its channels read in the dark, and under the sensing pulse. The supervisor judges every sample before;
 //! what it latches is reset and looked at again, two samples at a time, until there are enough to say why.
 
-use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use sinew_driver::DriverHandle;
@@ -22,6 +21,8 @@ const IN_FLIGHT: usize = 5;
 const COOLING: Duration = Duration::from_secs(120);
 /// Longest look at a channel that may be looked at.
 const PATIENCE: Duration = Duration::from_secs(15);
+/// A channel that was reset shows something within this, or it waits for its wire to cool.
+const SHOWS: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The five readings of a channel, or what belongs to each.
@@ -108,16 +109,21 @@ pub struct Look<'a> {
     stream: CycleStream,
     hold: Hold,
     over: &'a dyn Fn() -> bool,
-    /// The latest cycles.
-    last: VecDeque<Cycle>,
+    /// The latest cycle.
+    last: Option<Cycle>,
 }
 
 impl<'a> Look<'a> {
     /// At the driver of a rig.
-    pub fn new(rig: &str, driver: &'a DriverHandle, hold: Hold, over: &'a dyn Fn() -> bool) -> Result<Look<'a>, Failure> {
+    pub fn new(
+        rig: &str,
+        driver: &'a DriverHandle,
+        hold: Hold,
+        over: &'a dyn Fn() -> bool,
+    ) -> Result<Look<'a>, Failure> {
         let client = Client::connect(rig).map_err(live::failure)?;
         let stream = client.stream().map_err(live::failure)?;
-        Ok(Look { driver, client, stream, hold, over, last: VecDeque::new() })
+        Ok(Look { driver, client, stream, hold, over, last: None })
     }
 
     /// Whether somebody has asked for the end, or the driver has ended.
@@ -136,10 +142,7 @@ impl<'a> Look<'a> {
     fn next(&mut self) -> Result<bool, Failure> {
         self.go_on()?;
         let Some(cycle) = self.stream.next_within(LOOK).map_err(live::failure)? else { return Ok(false) };
-        self.last.push_back(Cycle { number: cycle.header.cycle, channels: cycle.channels.to_vec() });
-        if self.last.len() > 3 {
-            self.last.pop_front();
-        }
+        self.last = Some(Cycle { number: cycle.header.cycle, channels: cycle.channels.to_vec() });
         Ok(true)
     }
 
@@ -154,7 +157,7 @@ impl<'a> Look<'a> {
     /// Forgets what has piled up while a person was asked.
     fn catch_up(&mut self) -> Result<(), Failure> {
         while self.stream.next().map_err(live::failure)?.is_some() {}
-        self.last.clear();
+        self.last = None;
         Ok(())
     }
 
@@ -167,7 +170,7 @@ impl<'a> Look<'a> {
         let began = Instant::now();
         while samples.first().is_none_or(|of| of.len() < SAMPLES) && began.elapsed() < PATIENCE {
             if self.next()?
-                && let Some(cycle) = self.last.back()
+                && let Some(cycle) = self.last.as_ref()
             {
                 samples.resize(cycle.channels.len(), Vec::new());
                 samples.iter_mut().zip(&cycle.channels).for_each(|(of, state)| of.push(*state));
@@ -191,12 +194,14 @@ impl<'a> Look<'a> {
         let mut samples: Vec<Vec<ChannelState>> = vec![Vec::new(); channels.len()];
         let mut faults: Vec<Option<Fault>> = vec![None; channels.len()];
         let mut tries = vec![0; channels.len()];
+        // when each was reset last, and how many samples there were then
+        let (mut since, mut before) = (vec![None::<Instant>; channels.len()], vec![0; channels.len()]);
         let mut began = Instant::now();
         let (mut cooling, mut is_told) = (Instant::now(), false);
         loop {
             let mut is_done = true;
             for (at, channel) in channels.iter().enumerate() {
-                let Some(state) = self.last.back().map(|cycle| cycle.channels[*channel]) else { continue };
+                let Some(state) = self.last.as_ref().map(|cycle| cycle.channels[*channel]) else { continue };
                 if samples[at].len() >= SAMPLES || tries[at] > TRIES {
                     continue;
                 }
@@ -205,15 +210,22 @@ impl<'a> Look<'a> {
                     return Err(Failure::own("the emergency stop is open; outputs are at zero and the supply is off")
                         .hint("release it, and begin again with --from estop"));
                 }
-                let Some(fault) = state.fault().filter(|_| state.duty == 0.0) else { continue };
-                if tries[at] > 0 && samples[at].len() > 2 * (tries[at] - 1) {
+                // A fault stays until the channel has proved itself: what is given its pulse, or waits for a supply to settle, is not off by it.
+                let is_off = state.duty == 0.0 && state.flags & ChannelState::FLAG_DARK == 0;
+                let Some(fault) = state.fault().filter(|_| is_off) else { continue };
+                let has_shown = samples[at].len() > before[at];
+                if since[at].is_some_and(|since| !has_shown && since.elapsed() < SHOWS) {
+                    continue;
+                }
+                if has_shown {
                     faults[at] = Some(fault);
                 }
                 match self.client.command(*channel as u32, CommandKind::Reset, 0.0, Duration::ZERO) {
                     Ok(reply) => {
-                        tries[at] += 1;
+                        tries[at] += usize::from(has_shown || since[at].is_none());
+                        (since[at], before[at]) = (Some(Instant::now()), samples[at].len());
                         // what was seen before does not show it yet
-                        while self.last.back().is_none_or(|cycle| cycle.number <= reply.cycle) {
+                        while self.last.as_ref().is_none_or(|cycle| cycle.number <= reply.cycle) {
                             if self.next()? {
                                 self.take(channels, &mut samples);
                             }
@@ -243,7 +255,7 @@ impl<'a> Look<'a> {
                     Err(error) => return Err(live::failure(error)),
                 }
             }
-            if is_done && !self.last.is_empty() || began.elapsed() > PATIENCE {
+            if is_done && self.last.is_some() || began.elapsed() > PATIENCE {
                 break;
             }
             if self.next()? {
@@ -256,16 +268,13 @@ impl<'a> Look<'a> {
         Ok(samples.iter().zip(faults).map(|(of, fault)| Seen::of(of, fault)).collect())
     }
 
-    /// Takes the samples of the latest cycle that are of a period with duty: what is decided in one cycle is put out in the next, and
-    /// sampled by the one after that.
+    /// Takes the samples of the latest cycle, where the period they are of was given its pulse: nothing is, while a supply settles.
     fn take(&self, channels: &[usize], samples: &mut [Vec<ChannelState>]) {
-        let (Some(first), Some(last)) = (self.last.front(), self.last.back()) else { return };
-        if last.number != first.number + 2 {
-            return;
-        }
+        let Some(last) = self.last.as_ref() else { return };
         for (channel, samples) in channels.iter().zip(samples) {
-            if first.channels[*channel].duty > 0.0 && !last.channels[*channel].v3_v.is_nan() {
-                samples.push(last.channels[*channel]);
+            let state = last.channels[*channel];
+            if state.power_w > 0.0 && !state.v3_v.is_nan() {
+                samples.push(state);
             }
         }
     }
@@ -291,7 +300,7 @@ impl<'a> Look<'a> {
             self.catch_up()?;
             self.pass(IN_FLIGHT)?;
             let stopped = |state: &ChannelState| state.flags & ChannelState::FLAG_STOPPED != 0;
-            if self.last.back().is_some_and(|cycle| !cycle.channels.iter().any(stopped)) {
+            if self.last.as_ref().is_some_and(|cycle| !cycle.channels.iter().any(stopped)) {
                 return Ok(true);
             }
             if self.hold.stop_is_closed() == Some(false) {

@@ -1,5 +1,6 @@
 //! What a person at the bench is asked, and answers: on a terminal, or by lines of a pipe. Waiting for an answer keeps nobody from ending it.
 
+use std::io::IsTerminal as _;
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -67,6 +68,10 @@ impl Questions {
         loop {
             if let Some(end) = self.held.iter().position(|byte| *byte == b'\n') {
                 let line: Vec<u8> = self.held.drain(..=end).collect();
+                if !std::io::stdin().is_terminal() {
+                    // nobody has typed it
+                    output::print("\n")?;
+                }
                 return Ok(Some(String::from_utf8_lossy(&line).trim_end().to_string()));
             }
             if over() {

@@ -129,6 +129,11 @@ impl Report {
         self.looks.push(stepped);
     }
 
+    /// Whether anything was looked at.
+    pub fn has_looked(&self) -> bool {
+        !self.looks.is_empty()
+    }
+
     /// The latest look of each step and channel.
     fn latest(&self) -> impl Iterator<Item = &Stepped> {
         let is_last = |at: usize, look: &Stepped| {
