@@ -446,12 +446,13 @@ impl Bench<'_> {
         let dummy = Dummy { expected, dark: &dark, open, lit: &lit, supply_v, is_metered, ohm, accepts };
         let shows = dummy.shows();
         let elsewhere = match shows {
+            _ if !lit.is_seen() => None,
             Shows::Load => None,
             Shows::Nothing | Shows::Open => self.search(place, shows, ohm, look)?,
         };
         let verdict = match elsewhere {
             Some(finding) => Verdict { findings: vec![finding], ..Verdict::default() },
-            None if shows == Shows::Nothing => {
+            None if shows == Shows::Nothing && lit.is_seen() => {
                 let saw = format!("V3 {:.3} V, {:.4} A under the pulse", lit.read.v3.mean, lit.read.current.mean);
                 Verdict { findings: vec![Finding::new(place, Cause::StageDead, saw)], ..Verdict::default() }
             }

@@ -135,6 +135,10 @@ causes! {
         "the wire's resistance is not that of the rig file's wire",
         "measure the wire's diameter and the length between its crimps, and correct wire in the rig file; a crimp of some ohms looks like a longer wire"
     }
+    Unseen = "unseen" {
+        "nothing was sampled",
+        "see the fault; look at the line to the board and whether this machine is punctual (`sinew doctor RIG.toml`), and at the converter"
+    }
     Other = "fault" {
         "the driver's supervisor has switched the channel off by a fault that this step does not explain",
         "see the fault's own remedy above"

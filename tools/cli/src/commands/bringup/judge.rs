@@ -87,6 +87,17 @@ impl Verdict {
         self.findings.is_empty()
     }
 
+    /// That nothing was sampled, where that is so.
+    fn misses(&mut self, expected: &Expected, seen: &Seen) -> bool {
+        if !seen.is_seen() {
+            let fault = seen
+                .fault
+                .map_or("no fault".into(), |fault| format!("{}: {}; {}", fault.flag(), fault.cause(), fault.remedy()));
+            self.find(expected.place, Cause::Unseen, fault);
+        }
+        !seen.is_seen()
+    }
+
     fn find(&mut self, channel: impl Into<Option<usize>>, cause: Cause, saw: impl Into<String>) {
         self.findings.push(Finding::new(channel, cause, saw));
     }
@@ -232,6 +243,9 @@ pub fn supply(board: &[Expected], dark: &[Seen], meter_v: Option<f64>, accepts: 
 /// Every stage under the sensing pulse with nothing connected and every clip at the moving end: all of it has to stand there.
 pub fn stages(board: &[Expected], dark: &[Seen], lit: &[Seen], supply_v: f64, has_switch: bool) -> Verdict {
     let mut verdict = Verdict::default();
+    if board.iter().zip(lit).any(|(expected, seen)| verdict.misses(expected, seen)) {
+        return verdict;
+    }
     let stands = |(expected, seen): (&Expected, &Seen)| {
         expected.leads(&seen.read).iter().any(|(_, lead)| lead.mean > SOME * supply_v)
     };
@@ -303,6 +317,9 @@ impl Dummy<'_> {
         let mut verdict = Verdict::default();
         let Dummy { expected, dark, lit, supply_v, ohm, .. } = *self;
         let place = expected.place;
+        if verdict.misses(expected, lit) {
+            return verdict;
+        }
         if expected.conducts(dark) {
             let saw = format!("duty 0, and V3 {:.2} V, {:.3} A", dark.read.v3.mean, dark.read.current.mean);
             verdict.find(place, Cause::StageOn, saw);
@@ -316,7 +333,7 @@ impl Dummy<'_> {
         };
         let v3 = corrected(&lit.read.v3, self.open.map(|open| &open.read.v3), &dark.read.v3);
         self.clips(&mut verdict);
-        let amps = lit.read.current.mean - dark.read.current.mean;
+        let amps = lit.read.current.mean - dark.read.current.beyond_scatter();
         if amps < NONE * full_a {
             let fallen_v = self.open.map_or(supply_v, |open| open.read.v3.mean) - lit.read.v3.mean;
             let flows_v = SOME * expected.above_ohm * full_a;
@@ -408,9 +425,10 @@ impl Dummy<'_> {
         let open = self.open.filter(|_| self.is_metered)?;
         let (dark, supply_v) = (&self.dark.read, self.supply_v);
         let of = |top: &Reading, zero: &Reading| {
-            let gain = supply_v / (top.mean - zero.mean);
+            let zero_v = zero.beyond_scatter();
+            let gain = supply_v / (top.mean - zero_v);
             match gain.is_finite() {
-                true => Correction { gain, offset: -gain * zero.mean },
+                true => Correction { gain, offset: -gain * zero_v },
                 false => Correction::NONE,
             }
         };
@@ -420,7 +438,7 @@ impl Dummy<'_> {
             v1: of(&open.read.v1, &dark.v1),
             v2: of(&open.read.v2, &dark.v2),
             v3: of(&open.read.v3, &dark.v3),
-            current: Correction { gain: current, offset: -current * dark.current.mean },
+            current: Correction { gain: current, offset: -current * dark.current.beyond_scatter() },
             // its zero cannot be seen: the supply stands
             supply: if supply.is_finite() { Correction { gain: supply, offset: 0.0 } } else { Correction::NONE },
         })
@@ -449,7 +467,7 @@ pub fn wire(expected: &Expected, dark: &Seen, lit: &Seen, supply_v: f64) -> Verd
         return verdict;
     }
     let (v1, v2, v3, amps) = (lit.read.v1, lit.read.v2, lit.read.v3, lit.read.current.mean);
-    if v3.count == 0 {
+    if verdict.misses(expected, lit) {
         return verdict;
     }
     for (lead, reading) in expected.leads(&lit.read) {

@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use sinew_driver::DriverHandle;
-use sinew_ipc::{ChannelState, Client, CommandKind, CycleStream, Error, Fault, Reason};
+use sinew_ipc::{ALL_CHANNELS, ChannelState, Client, CommandKind, CycleStream, Error, Fault, Reason};
 
 use super::held::Hold;
 use crate::commands::live;
@@ -12,9 +12,11 @@ use crate::failure::Failure;
 use crate::output;
 
 /// Samples that a look is made of, where nothing keeps it from having them.
-const SAMPLES: usize = 40;
+const SAMPLES: usize = 24;
 /// How often a channel that latches is reset to see more of it.
 const TRIES: usize = 8;
+/// How often a look is made anew that has shown nothing.
+const LOOKS: usize = 3;
 /// Cycles until what is let through has reached the samples, and those in flight are over.
 const IN_FLIGHT: usize = 5;
 /// Longest wait for a wire of unknown history to count as cool enough for the sensing pulse.
@@ -40,10 +42,23 @@ pub struct Five<T> {
     pub supply: T,
 }
 
-/// Mean of a reading and its scatter; NaN where nothing was sampled.
+/// Standard deviations in a median of deviations, for normal noise.
+const NORMAL: f64 = 1.4826;
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let (middle, count) = (values.len() / 2, values.len());
+    match count {
+        0 => f64::NAN,
+        count if count % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+/// Middle of a reading and its scatter; NaN where nothing was sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// Mean.
+    /// Median.
     pub mean: f64,
     /// Standard deviation of one sample.
     pub sigma: f64,
@@ -65,9 +80,17 @@ impl Reading {
         if count == 0 {
             return Reading::default();
         }
-        let mean = samples.iter().sum::<f64>() / count as f64;
-        let sigma = (samples.iter().map(|sample| (sample - mean).powi(2)).sum::<f64>() / count as f64).sqrt();
+        // Medians: a sample that came late may be of another period.
+        let mean = median(samples.clone());
+        let sigma = NORMAL * median(samples.iter().map(|sample| (sample - mean).abs()).collect());
         Reading { mean, sigma, count }
+    }
+}
+
+impl Reading {
+    /// The mean as a zero, none where it is within its own scatter: a converter that is cut off at 0 shows half of its noise there.
+    pub fn beyond_scatter(&self) -> f64 {
+        if self.mean.abs() > 2.0 * self.sigma { self.mean } else { 0.0 }
     }
 }
 
@@ -81,6 +104,11 @@ pub struct Seen {
 }
 
 impl Seen {
+    /// Whether there is enough to judge by.
+    pub fn is_seen(&self) -> bool {
+        self.read.v3.count >= 2
+    }
+
     fn of(samples: &[ChannelState], fault: Option<Fault>) -> Seen {
         let read = |of: fn(&ChannelState) -> f64| Reading::of(samples.iter().map(of));
         Seen {
@@ -96,9 +124,18 @@ impl Seen {
     }
 }
 
+/// Why a channel was not reset.
+enum Refused {
+    /// It was.
+    Not,
+    /// Its wire is too hot, for so long at the most, s.
+    Hot(f64),
+    /// The cause is still there.
+    By(Fault),
+}
+
 /// A cycle of all channels.
 struct Cycle {
-    number: u64,
     channels: Vec<ChannelState>,
 }
 
@@ -142,7 +179,7 @@ impl<'a> Look<'a> {
     fn next(&mut self) -> Result<bool, Failure> {
         self.go_on()?;
         let Some(cycle) = self.stream.next_within(LOOK).map_err(live::failure)? else { return Ok(false) };
-        self.last = Some(Cycle { number: cycle.header.cycle, channels: cycle.channels.to_vec() });
+        self.last = Some(Cycle { channels: cycle.channels.to_vec() });
         Ok(true)
     }
 
@@ -180,92 +217,100 @@ impl<'a> Look<'a> {
         Ok(samples.iter().map(|of| Seen::of(of, stage(of).filter(|fault| *fault == Fault::StageOn))).collect())
     }
 
-    /// These channels under the sensing pulse, all others dark; in their order.
+    /// These channels under the sensing pulse at the same time, all others dark; in their order.
     pub fn pulse(&mut self, channels: &[usize]) -> Result<Vec<Seen>, Failure> {
         self.hold.let_through(channels);
-        self.catch_up()?;
-        self.pass(IN_FLIGHT)?;
-        let seen = self.gather(channels);
+        let mut seen = Vec::new();
+        // a busy machine may be late for a whole look
+        for _ in 0..LOOKS {
+            self.catch_up()?;
+            self.pass(IN_FLIGHT)?;
+            seen = self.gather(channels)?;
+            if seen.iter().all(Seen::is_seen) {
+                break;
+            }
+        }
         self.hold.let_through(&[]);
-        seen
+        Ok(seen)
     }
 
     fn gather(&mut self, channels: &[usize]) -> Result<Vec<Seen>, Failure> {
         let mut samples: Vec<Vec<ChannelState>> = vec![Vec::new(); channels.len()];
         let mut faults: Vec<Option<Fault>> = vec![None; channels.len()];
-        let mut tries = vec![0; channels.len()];
-        // when each was reset last, and how many samples there were then
-        let (mut since, mut before) = (vec![None::<Instant>; channels.len()], vec![0; channels.len()]);
-        let mut began = Instant::now();
-        let (mut cooling, mut is_told) = (Instant::now(), false);
-        loop {
-            let mut is_done = true;
-            for (at, channel) in channels.iter().enumerate() {
-                let Some(state) = self.last.as_ref().map(|cycle| cycle.channels[*channel]) else { continue };
-                if samples[at].len() >= SAMPLES || tries[at] > TRIES {
-                    continue;
-                }
-                is_done = false;
-                if state.flags & ChannelState::FLAG_STOPPED != 0 {
-                    return Err(Failure::own("the emergency stop is open; outputs are at zero and the supply is off")
-                        .hint("release it, and begin again with --from estop"));
-                }
-                // A fault stays until the channel has proved itself: what is given its pulse, or waits for a supply to settle, is not off by it.
-                let is_off = state.duty == 0.0 && state.flags & ChannelState::FLAG_DARK == 0;
-                let Some(fault) = state.fault().filter(|_| is_off) else { continue };
-                let has_shown = samples[at].len() > before[at];
-                if since[at].is_some_and(|since| !has_shown && since.elapsed() < SHOWS) {
-                    continue;
-                }
-                if has_shown {
-                    faults[at] = Some(fault);
-                }
-                match self.client.command(*channel as u32, CommandKind::Reset, 0.0, Duration::ZERO) {
-                    Ok(reply) => {
-                        tries[at] += usize::from(has_shown || since[at].is_none());
-                        (since[at], before[at]) = (Some(Instant::now()), samples[at].len());
-                        // what was seen before does not show it yet
-                        while self.last.as_ref().is_none_or(|cycle| cycle.number <= reply.cycle) {
-                            if self.next()? {
-                                self.take(channels, &mut samples);
-                            }
-                        }
-                    }
-                    Err(Error::Refused(refusal)) => match refusal.reason {
-                        Reason::TooHot { longest_s, .. } => {
-                            if !is_told {
-                                let most = longest_s.min(COOLING.as_secs_f64()).ceil();
-                                output::note(format_args!(
-                                    "a wire whose past nobody knows counts as hot: waiting for it to have cooled, {most} s at the most"
-                                ));
-                            }
-                            is_told = true;
-                            if cooling.elapsed() > COOLING {
-                                return Err(Failure::own("what is known of the wire's heat does not get less")
-                                    .hint("leave it without supply for a while, and begin again"));
-                            }
-                            began = Instant::now();
-                        }
-                        Reason::CauseRemains(fault) => {
-                            (faults[at], tries[at]) = (Some(fault), tries[at] + 1);
-                        }
-                        // its sensors prove themselves
-                        _ => {}
-                    },
-                    Err(error) => return Err(live::failure(error)),
-                }
-            }
-            if is_done && self.last.is_some() || began.elapsed() > PATIENCE {
-                break;
-            }
+        // how often they were reset, when last, and how many samples there were then
+        let (mut tries, mut since, mut before) = (0, None::<Instant>, 0);
+        let (start, mut began, mut is_told) = (Instant::now(), Instant::now(), false);
+        while samples.iter().any(|of| of.len() < SAMPLES) && tries <= TRIES && began.elapsed() < PATIENCE {
             if self.next()? {
                 self.take(channels, &mut samples);
             }
-            if !is_told {
-                cooling = Instant::now();
+            let Some(last) = &self.last else { continue };
+            let states: Vec<ChannelState> = channels.iter().map(|channel| last.channels[*channel]).collect();
+            if states.iter().any(|state| state.flags & ChannelState::FLAG_STOPPED != 0) {
+                return Err(Failure::own("the emergency stop is open; outputs are at zero and the supply is off")
+                    .hint("release it, and begin again with --from estop"));
+            }
+            // A fault stays until the channel has proved itself: what is given its pulse, or waits for a supply to settle, is not off
+            // by it.
+            let off = |state: &ChannelState| {
+                let is_off = state.duty == 0.0 && state.flags & ChannelState::FLAG_DARK == 0;
+                state.fault().filter(|_| is_off)
+            };
+            let is_wanted = |at: usize| samples[at].len() < SAMPLES;
+            if !(0..states.len()).filter(|at| is_wanted(*at)).all(|at| off(&states[at]).is_some()) {
+                continue;
+            }
+            let count: usize = samples.iter().map(Vec::len).sum();
+            if since.is_some_and(|since| count == before && since.elapsed() < SHOWS) {
+                continue;
+            }
+            for (fault, state) in faults.iter_mut().zip(&states).filter(|_| count > before) {
+                *fault = off(state).or(*fault);
+            }
+            (tries, since, before) = (tries + 1, Some(Instant::now()), count);
+            match self.reset(channels, &states)? {
+                Refused::Not => {}
+                Refused::Hot(longest_s) => {
+                    if !is_told {
+                        let most = longest_s.min(COOLING.as_secs_f64()).ceil();
+                        output::note(format_args!(
+                            "a wire whose past nobody knows counts as hot: waiting for it to have cooled, {most} s at the most"
+                        ));
+                    }
+                    if start.elapsed() > COOLING {
+                        return Err(Failure::own("what is known of the wire's heat does not get less")
+                            .hint("leave it without supply for a while, and begin again"));
+                    }
+                    (tries, is_told, began) = (0, true, Instant::now());
+                }
+                Refused::By(fault) => faults.iter_mut().for_each(|of| *of = of.or(Some(fault))),
             }
         }
         Ok(samples.iter().zip(faults).map(|(of, fault)| Seen::of(of, fault)).collect())
+    }
+
+    /// Resets what is off: where all of it is, in the same cycle, so that all of it gets its pulse at the same time. Others are reset with
+    /// it, and latch again in the dark.
+    fn reset(&mut self, channels: &[usize], states: &[ChannelState]) -> Result<Refused, Failure> {
+        let is_off = |state: &ChannelState| state.fault().is_some() && state.duty == 0.0;
+        let whom: Vec<u32> = match states.iter().all(is_off) {
+            true => vec![ALL_CHANNELS],
+            false => channels.iter().zip(states).filter(|(_, state)| is_off(state)).map(|(at, _)| *at as u32).collect(),
+        };
+        let mut refused = Refused::Not;
+        for channel in whom {
+            match self.client.command(channel, CommandKind::Reset, 0.0, Duration::ZERO) {
+                Ok(_) => {}
+                Err(Error::Refused(refusal)) => match refusal.reason {
+                    Reason::TooHot { longest_s, .. } => refused = Refused::Hot(longest_s),
+                    Reason::CauseRemains(fault) | Reason::Faulted(fault) => refused = Refused::By(fault),
+                    // its sensors prove themselves
+                    _ => {}
+                },
+                Err(error) => return Err(live::failure(error)),
+            }
+        }
+        Ok(refused)
     }
 
     /// Takes the samples of the latest cycle, where the period they are of was given its pulse: nothing is, while a supply settles.
