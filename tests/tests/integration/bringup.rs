@@ -203,7 +203,7 @@ fn draw(kind: usize, random: &mut SmallRng) -> Draw {
         17 => of(format!("wire-bridged {a}"), "wire_bridged", "wire"),
         18 => of(format!("wire-diameter {a} {:.3}", factor(1.2, 1.35)), "wrong_wire", "wire"),
         19 => of(format!("tap-distance {a} {:.3}", random.random_range(0.85..0.95)), "taps_apart", "wire"),
-        20 => of(format!("stage-on {a}"), "stage_on", "supply"),
+        20 => of(format!("stage-on {a}"), "stage_on", "stages"),
         21 => of(format!("stage-dead {a}"), "stage_dead", "stages"),
         22 => of(format!("stage-weak {a}"), "stage_weak", "dummy"),
         23 => rig("enable-open".into(), "no_supply_at_stages", "stages"),

@@ -409,7 +409,7 @@ impl Bench<'_> {
         if self.meter_v.is_none() {
             self.meter(look)?;
         }
-        self.dark = look.dark()?;
+        self.dark = look.dark_with_supply(self.board.len())?;
         let all: Vec<usize> = (0..self.board.len()).collect();
         if let Some(place) = self.board.iter().zip(&self.dark).position(|(expected, seen)| expected.conducts(seen)) {
             let finding = Finding::new(place, Cause::StageOn, "there is voltage at an open terminal with duty 0");
@@ -471,7 +471,7 @@ impl Bench<'_> {
     fn search(&self, place: usize, shows: Shows, ohm: f64, look: &mut Look<'_>) -> Result<Option<Finding>, Failure> {
         let supply_v = self.supply_v();
         for other in (0..self.board.len()).filter(|other| *other != place) {
-            let is_load = |at: usize, seen: &Seen| judge::shows(&self.board[at], seen, supply_v, ohm) == Shows::Load;
+            let is_load = |at: usize, seen: &Seen| judge::has_shown(&self.board[at], seen, supply_v, ohm);
             let by = |cause, saw: String| Ok(Some(Finding::new(place, cause, saw)));
             let (own, others) = (&self.board[place].name, &self.board[other].name);
             if shows == Shows::Open {

@@ -17,6 +17,8 @@ const OFFSET: f64 = 0.01;
 /// A reading is none below this share of what is expected, and is expected's own above that.
 const NONE: f64 = 0.02;
 const SOME: f64 = 0.5;
+/// Share of a range at which a reading is at its end.
+const FULL: f64 = 0.97;
 /// Two clips at one terminal differ by no more once their inputs are corrected.
 const CLIP: f64 = 0.1;
 /// A first tap's share of the second's voltage errs by no more.
@@ -123,6 +125,7 @@ pub struct Expected {
     /// l0 and ls, m.
     taps: Option<(f64, f64)>,
     voltage_noise_v: f64,
+    current_range_a: f64,
 }
 
 impl Expected {
@@ -143,6 +146,7 @@ impl Expected {
         let strain = relative("transformation_strain") * (stroke.stroke_m() / stroke.cold_m);
         let apart = relative("ls_mm");
         Ok(Expected {
+            current_range_a: channel.adc.current_range_a,
             name: channel.name.clone(),
             place,
             supply_v: drive.supply_v,
@@ -354,19 +358,22 @@ impl Dummy<'_> {
         let seen_ohm = (supply_v - v3) / true_a;
         let tolerance_ohm =
             SURE * expected.series_sigma_ohm + SURE * 0.004 * ohm + if self.is_metered { 0.0 } else { GAIN * ohm };
-        let series = Check::new("stage, shunt and leads", expected.series_ohm, tolerance_ohm, seen_ohm, "Ω");
+        let ratio = amps / true_a;
+        // a shunt of another value is in the circuit, too
+        let is_other = (ratio - 1.0).abs() > GAIN;
+        let series_ohm = expected.series_ohm + if is_other { expected.shunt_ohm * (ratio - 1.0) } else { 0.0 };
+        let series = Check::new("stage, shunt and leads", series_ohm, tolerance_ohm, seen_ohm, "Ω");
         let wanted_v = full_a * ohm;
         let share = wanted_v * (tolerance_ohm / (ohm + expected.series_ohm));
         verdict.checks.push(Check::new("V3 over the resistor", wanted_v, share, v3, "V"));
         verdict.checks.push(Check::new("current", true_a, GAIN * true_a, amps, "A"));
-        let ratio = amps / true_a;
-        if !series.is_good() && seen_ohm > expected.series_ohm {
+        if !series.is_good() && seen_ohm > series_ohm {
             let saw =
                 format!("{seen_ohm:.2} Ω where the rig file has {:.2} ± {tolerance_ohm:.2} Ω", expected.series_ohm);
             verdict.find(place, Cause::StageWeak, saw);
         }
         verdict.checks.push(series);
-        if (ratio - 1.0).abs() > GAIN && !self.accepts {
+        if is_other && !self.accepts {
             let is_as = expected.shunt_ohm * ratio;
             let saw = format!(
                 "{amps:.4} A where {v3:.3} V over {ohm} Ω make {true_a:.4} A: as if the shunt had {is_as:.3} Ω and not {:.3} Ω",
@@ -447,11 +454,20 @@ impl Dummy<'_> {
 
 /// What a channel shows of a resistor at all.
 pub fn shows(expected: &Expected, lit: &Seen, supply_v: f64, ohm: f64) -> Shows {
+    shows_by(expected, lit, supply_v, ohm, |reading| reading.mean)
+}
+
+/// Whether it has shown a resistor at any time: one that is seen only while another channel is on as well.
+pub fn has_shown(expected: &Expected, lit: &Seen, supply_v: f64, ohm: f64) -> bool {
+    shows_by(expected, lit, supply_v, ohm, |reading| reading.most) == Shows::Load
+}
+
+fn shows_by(expected: &Expected, lit: &Seen, supply_v: f64, ohm: f64, of: fn(&Reading) -> f64) -> Shows {
     let full_a = supply_v / (ohm + expected.series_ohm);
     let volts = expected.leads(&lit.read).into_iter().map(|(_, lead)| lead);
-    let stands = volts.filter(|lead| !expected.is_restless(lead)).any(|lead| lead.mean > CLIP * supply_v);
+    let stands = volts.filter(|lead| !expected.is_restless(lead)).any(|lead| of(&lead) > CLIP * supply_v);
     match () {
-        () if lit.read.current.mean > NONE * full_a && stands => Shows::Load,
+        () if of(&lit.read.current) > CLIP * full_a && stands => Shows::Load,
         () if stands => Shows::Open,
         () => Shows::Nothing,
     }
@@ -517,7 +533,9 @@ pub fn wire(expected: &Expected, dark: &Seen, lit: &Seen, supply_v: f64) -> Verd
             verdict.checks.extend([first, length]);
         }
     }
-    let ohm = end_v / amps;
+    // a current at the end of its range is more than that: the stage and its leads tell how much
+    let is_full = amps > FULL * expected.current_range_a && expected.series_ohm > 0.0;
+    let ohm = if is_full { expected.series_ohm * end_v / (supply_v - end_v).max(0.0) } else { end_v / amps };
     let check = Check::new("resistance", expected.cold_ohm, WIRE * expected.cold_sigma_ohm, ohm, "Ω");
     if ohm < SOME * expected.cold_ohm {
         verdict
@@ -545,7 +563,7 @@ mod tests {
     }
 
     fn reading(mean: f64) -> Reading {
-        Reading { mean, sigma: 1e-3, count: 40 }
+        Reading { mean, sigma: 1e-3, most: mean, count: 40 }
     }
 
     fn seen(v1: f64, v2: f64, v3: f64, current: f64, supply: f64) -> Seen {

@@ -62,13 +62,15 @@ pub struct Reading {
     pub mean: f64,
     /// Standard deviation of one sample.
     pub sigma: f64,
+    /// Largest.
+    pub most: f64,
     /// Samples.
     pub count: usize,
 }
 
 impl Default for Reading {
     fn default() -> Reading {
-        Reading { mean: f64::NAN, sigma: f64::NAN, count: 0 }
+        Reading { mean: f64::NAN, sigma: f64::NAN, most: f64::NAN, count: 0 }
     }
 }
 
@@ -83,7 +85,8 @@ impl Reading {
         // Medians: a sample that came late may be of another period.
         let mean = median(samples.clone());
         let sigma = NORMAL * median(samples.iter().map(|sample| (sample - mean).abs()).collect());
-        Reading { mean, sigma, count }
+        let most = samples.iter().copied().fold(f64::MIN, f64::max);
+        Reading { mean, sigma, most, count }
     }
 }
 
@@ -234,6 +237,16 @@ impl<'a> Look<'a> {
         Ok(seen)
     }
 
+    /// All channels with nothing put out, but with the supply on the stages, where a line switches it: the driver gives their pulses, and
+    /// none is let through, until it has latched all of them for it.
+    pub fn dark_with_supply(&mut self, channels: usize) -> Result<Vec<Seen>, Failure> {
+        let all: Vec<usize> = (0..channels).collect();
+        self.hold.let_through(&[]);
+        self.catch_up()?;
+        self.pass(IN_FLIGHT)?;
+        self.gather(&all)
+    }
+
     fn gather(&mut self, channels: &[usize]) -> Result<Vec<Seen>, Failure> {
         let mut samples: Vec<Vec<ChannelState>> = vec![Vec::new(); channels.len()];
         let mut faults: Vec<Option<Fault>> = vec![None; channels.len()];
@@ -286,7 +299,11 @@ impl<'a> Look<'a> {
                 Refused::By(fault) => faults.iter_mut().for_each(|of| *of = of.or(Some(fault))),
             }
         }
-        Ok(samples.iter().zip(faults).map(|(of, fault)| Seen::of(of, fault)).collect())
+        // what came to enough samples in the end is not off by anything
+        let last = |(of, fault): (&Vec<ChannelState>, Option<Fault>)| {
+            Seen::of(of, fault.filter(|fault| of.len() < SAMPLES || *fault == Fault::StageOn))
+        };
+        Ok(samples.iter().zip(faults).map(last).collect())
     }
 
     /// Resets what is off: where all of it is, in the same cycle, so that all of it gets its pulse at the same time. Others are reset with
