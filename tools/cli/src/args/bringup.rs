@@ -10,6 +10,7 @@ use super::test::positive;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  sinew bringup bench.toml --parts                       which resistors, before anything is soldered
   sinew bringup bench.toml                               all steps: supply, estop, stages, dummy, wire
   sinew bringup bench.toml --only supply                 one of them
   sinew bringup bench.toml --from dummy --channel left --supply-meter 6.48 --dummy 11.97
@@ -44,6 +45,9 @@ pub struct Bringup {
     /// Correct also gains that are further off than 5 % and offsets above 1 %: that is how the board is meant.
     #[arg(long)]
     pub accept_gains: bool,
+    /// Drive nothing: print the values of shunt, resistor and fuse for each wire.
+    #[arg(long)]
+    pub parts: bool,
     /// Leave the rig file as it is.
     #[arg(long)]
     pub keep: bool,

@@ -6,6 +6,7 @@ mod causes;
 mod held;
 mod judge;
 mod look;
+mod parts;
 mod questions;
 mod report;
 
@@ -27,6 +28,7 @@ use questions::{Questions, Word};
 use report::{Report, Stepped};
 
 pub use held::{Held, Hold};
+pub use parts::parts;
 
 /// How long a button may take to show.
 const BUTTON: Duration = Duration::from_secs(3);
@@ -38,6 +40,9 @@ const ANY_LENGTH_M: (f64, f64) = (1e-6, 199.0);
 /// Runs the command.
 pub fn bringup(args: &args::Bringup) -> Outcome {
     let rig = super::load_rig(Some(&args.rig))?;
+    if args.parts {
+        return output::print(parts(&rig).map_err(|error| Failure::input(format!("{}: {error}", rig.file())))?);
+    }
     let steps = steps(args);
     let chosen = chosen(args, &rig)?;
     refuse(&rig)?;
@@ -200,10 +205,15 @@ fn after(new: &Correction, old: &Correction) -> Correction {
 
 /// The resistor that stands for a wire of so many Ω: what one has that is nearest to it.
 pub fn dummy_ohm(wire_ohm: f64) -> f64 {
-    let decade = 10f64.powf(wire_ohm.log10().floor());
-    let all = [0.1, 1.0, 10.0].into_iter().flat_map(|tens| E12.map(|value| value * tens * decade));
-    let nearest = all.min_by(|a, b| (a / wire_ohm).ln().abs().total_cmp(&(b / wire_ohm).ln().abs()));
-    nearest.map_or(wire_ohm, |ohm| (ohm * 1e6).round() / 1e6)
+    near(wire_ohm)
+}
+
+/// The value of E12 that is nearest.
+fn near(value: f64) -> f64 {
+    let decade = 10f64.powf(value.log10().floor());
+    let all = [0.1, 1.0, 10.0].into_iter().flat_map(|tens| E12.map(|one| one * tens * decade));
+    let nearest = all.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs()));
+    nearest.map_or(value, |one| (one * 1e6).round() / 1e6)
 }
 
 /// A board on a bench.
