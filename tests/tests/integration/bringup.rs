@@ -318,7 +318,7 @@ fn nobody_at_the_bench_ends_it_with_outputs_at_zero() {
 
 #[test]
 fn what_cannot_be_brought_up_is_refused_with_what_to_do() {
-    let simulated = Rig::simulated(&["wire"], "");
+    let simulated = Rig::bench(&["wire"], "");
     let refused = sinew_tests::run(["bringup", simulated.path().to_str().expect("text")]);
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     assert!(refused.stderr.contains("simulated") && refused.stderr.contains("sinew-front-end"), "{}", refused.stderr);

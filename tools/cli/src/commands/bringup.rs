@@ -3,7 +3,6 @@
 //! backend, held to 2 % on the channels that are looked at.
 
 mod causes;
-mod held;
 mod judge;
 mod look;
 mod parts;
@@ -15,6 +14,7 @@ use std::time::Duration;
 
 use sinew_rig::{BackendKind, Correction, EnableSignal, NO_PROGRAM, Rig, SamplingCircuit, Sensing};
 
+use super::held::{Hold, MOST_DUTY};
 use super::run::{Asked, Driven, drive};
 use crate::args::{self, BringupStep as Step};
 use crate::failure::{Failure, Outcome};
@@ -24,16 +24,14 @@ use crate::output;
 use causes::Cause;
 use judge::{Dummy, Expected, Finding, Shows, Verdict};
 use look::{Five, Look, Seen};
+use parts::dummy_ohm;
 use questions::{Questions, Word};
 use report::{Report, Stepped};
 
-pub use held::{Held, Hold};
 pub use parts::parts;
 
 /// How long a button may take to show.
 const BUTTON: Duration = Duration::from_secs(3);
-/// Resistors one has at hand, E12.
-const E12: [f64; 12] = [1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2];
 /// No length is out of range while something else than a wire may be at the terminals.
 const ANY_LENGTH_M: (f64, f64) = (1e-6, 199.0);
 
@@ -141,7 +139,7 @@ fn held(rig: &Rig) -> Rig {
     held.joints.clear();
     for channel in &mut held.channels {
         channel.control.sensing = Sensing::Resistance;
-        channel.control.minimum_duty = held::MOST_DUTY;
+        channel.control.minimum_duty = MOST_DUTY;
         (channel.limits.min_length_m, channel.limits.max_length_m) = ANY_LENGTH_M;
     }
     held
@@ -203,19 +201,6 @@ fn after(new: &Correction, old: &Correction) -> Correction {
     Correction { gain: rounded(new.gain * old.gain), offset: rounded(new.gain * old.offset + new.offset) }
 }
 
-/// The resistor that stands for a wire of so many Ω: what one has that is nearest to it.
-pub fn dummy_ohm(wire_ohm: f64) -> f64 {
-    near(wire_ohm)
-}
-
-/// The value of E12 that is nearest.
-fn near(value: f64) -> f64 {
-    let decade = 10f64.powf(value.log10().floor());
-    let all = [0.1, 1.0, 10.0].into_iter().flat_map(|tens| E12.map(|one| one * tens * decade));
-    let nearest = all.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs()));
-    nearest.map_or(value, |one| (one * 1e6).round() / 1e6)
-}
-
 /// A board on a bench.
 struct Bench<'a> {
     args: &'a args::Bringup,
@@ -254,7 +239,7 @@ impl Bench<'_> {
             self.rig.name,
             channels(self.rig.channels.len()),
             driven.wires,
-            held::MOST_DUTY * 100.0
+            MOST_DUTY * 100.0
         ))?;
         for step in steps {
             let is_stopped = self.rig.backend.estop.fitted && !matches!(step, Step::Supply | Step::Estop);
@@ -599,14 +584,6 @@ fn channels(count: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_resistor_is_one_of_e12_near_the_wire() {
-        for (wire_ohm, ohm) in [(11.3, 12.0), (10.4, 10.0), (9.2, 10.0), (0.97, 1.0), (57.0, 56.0), (95.0, 100.0)] {
-            assert_eq!(dummy_ohm(wire_ohm), ohm, "{wire_ohm}");
-            assert!((0.75..1.35).contains(&(dummy_ohm(wire_ohm) / wire_ohm)), "the supervisor takes it for the wire");
-        }
-    }
 
     #[test]
     fn a_correction_comes_after_another_and_keeps_a_meters_digits() {

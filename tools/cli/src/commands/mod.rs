@@ -17,6 +17,7 @@ pub mod diagnose;
 pub mod doctor;
 pub mod export;
 mod fitting;
+mod held;
 mod herald;
 pub mod identify;
 pub mod import;

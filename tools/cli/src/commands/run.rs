@@ -21,7 +21,7 @@ use sinew_realtime::Wish;
 use sinew_rig::{BackendKind, Doubt, Pace, Rig};
 use sinew_threads::{Comes, Thread};
 
-use super::bringup::{Held, Hold};
+use super::held::{Held, Hold};
 use super::life;
 use super::live::{self, Live};
 use super::monitor::{ENDING, has_screen, lines};

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use sinew_driver::DriverHandle;
 use sinew_ipc::{ALL_CHANNELS, ChannelState, Client, CommandKind, CycleStream, Error, Fault, Reason};
 
-use super::held::Hold;
+use crate::commands::held::Hold;
 use crate::commands::live;
 use crate::failure::Failure;
 use crate::output;

@@ -6,8 +6,8 @@ use sinew_control::StrokeRange;
 use sinew_physics::Wire;
 use sinew_rig::Rig;
 
-use super::{dummy_ohm, near};
-
+/// Resistors one has at hand, E12.
+const E12: [f64; 12] = [1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2];
 /// Volts of a shunt at full current that a converter reads well, and what a shunt may take of the supply.
 const SHUNT_V: f64 = 0.25;
 const SHUNT_SHARE: f64 = 0.1;
@@ -68,4 +68,30 @@ pub fn parts(rig: &Rig) -> Result<String, sinew_physics::Error> {
         );
     }
     Ok(text)
+}
+
+/// The resistor that stands for a wire of so many Ω: what one has that is nearest to it.
+pub fn dummy_ohm(wire_ohm: f64) -> f64 {
+    near(wire_ohm)
+}
+
+/// The value of E12 that is nearest.
+fn near(value: f64) -> f64 {
+    let decade = 10f64.powf(value.log10().floor());
+    let all = [0.1, 1.0, 10.0].into_iter().flat_map(|tens| E12.map(|one| one * tens * decade));
+    let nearest = all.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs()));
+    nearest.map_or(value, |one| (one * 1e6).round() / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_resistor_is_one_of_e12_near_the_wire() {
+        for (wire_ohm, ohm) in [(11.3, 12.0), (10.4, 10.0), (9.2, 10.0), (0.97, 1.0), (57.0, 56.0), (95.0, 100.0)] {
+            assert_eq!(dummy_ohm(wire_ohm), ohm, "{wire_ohm}");
+            assert!((0.75..1.35).contains(&(dummy_ohm(wire_ohm) / wire_ohm)), "the supervisor takes it for the wire");
+        }
+    }
 }
