@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rand::rngs::SmallRng;
@@ -13,6 +14,8 @@ use sinew_tests::{PATIENCE, Process, Rig, front_end, sinew};
 
 /// Slow periods and a long silence: on a busy machine both processes are late by many milliseconds.
 const RATE_HZ: f64 = 50.0;
+/// One bench at a time: a board and its driver are punctual only where both have a processor.
+static TABLE: Mutex<()> = Mutex::new(());
 const SUPPLY_V: f64 = 6.5;
 const OHM: f64 = 11.9;
 const CHANNELS: [&str; 3] = ["left", "middle", "right"];
@@ -73,6 +76,7 @@ impl Outcome {
 /// Brings a bench up with this wrong, by a person who does what is asked and gives up at the first thing that is wrong.
 #[track_caller]
 fn bring_up(rig: &Rig, wrong: &[String], more: &[&str]) -> Outcome {
+    let _table = TABLE.lock().unwrap_or_else(PoisonError::into_inner);
     let supply = wrong
         .iter()
         .find_map(|wrong| wrong.strip_prefix("supply "))

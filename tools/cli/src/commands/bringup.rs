@@ -139,7 +139,9 @@ fn held(rig: &Rig) -> Rig {
     held.joints.clear();
     for channel in &mut held.channels {
         channel.control.sensing = Sensing::Resistance;
-        channel.control.minimum_duty = MOST_DUTY;
+        // what a rig file keeps below that it does for a thin wire's sake
+        let own = Some(channel.control.minimum_duty).filter(|duty| *duty > 0.0);
+        channel.control.minimum_duty = own.map_or(MOST_DUTY, |duty| duty.min(MOST_DUTY));
         (channel.limits.min_length_m, channel.limits.max_length_m) = ANY_LENGTH_M;
     }
     held
@@ -291,7 +293,21 @@ impl Bench<'_> {
         body: fn(&mut Self, usize, &mut Look<'l>) -> Result<Option<Verdict>, Failure>,
     ) -> Result<bool, Failure> {
         loop {
-            let Some(verdict) = body(self, place.unwrap_or(0), look)? else { return Ok(false) };
+            let verdict = match body(self, place.unwrap_or(0), look) {
+                // only who stands by the rig may reset it, and go on
+                Err(_) if look.was_stopped() => {
+                    let text = "The emergency stop is open, or was: somebody has pressed it, or the line was late. Release it; Enter resets it and looks again.";
+                    if self.asked("estop again", text, look)? && look.reset_stop()? {
+                        continue;
+                    }
+                    let finding = Finding::new(None, Cause::StopOpen, "it cannot be reset");
+                    Verdict { findings: vec![finding], ..Verdict::default() }
+                }
+                verdict => match verdict? {
+                    Some(verdict) => verdict,
+                    None => return Ok(false),
+                },
+            };
             let stepped = Stepped::of(step, place, &verdict, self.rig);
             output::print(stepped.text())?;
             let is_good = verdict.is_good();

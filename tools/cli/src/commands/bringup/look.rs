@@ -25,6 +25,8 @@ const COOLING: Duration = Duration::from_secs(120);
 const PATIENCE: Duration = Duration::from_secs(15);
 /// A channel that was reset shows something within this, or it waits for its wire to cool.
 const SHOWS: Duration = Duration::from_millis(500);
+/// How long a contact may be open that is to be reset.
+const RELEASED: Duration = Duration::from_secs(2);
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The five readings of a channel, or what belongs to each.
@@ -151,6 +153,8 @@ pub struct Look<'a> {
     over: &'a dyn Fn() -> bool,
     /// The latest cycle.
     last: Option<Cycle>,
+    /// Whether a look was ended by the emergency stop.
+    is_stopped: bool,
 }
 
 impl<'a> Look<'a> {
@@ -163,7 +167,7 @@ impl<'a> Look<'a> {
     ) -> Result<Look<'a>, Failure> {
         let client = Client::connect(rig).map_err(live::failure)?;
         let stream = client.stream().map_err(live::failure)?;
-        Ok(Look { driver, client, stream, hold, over, last: None })
+        Ok(Look { driver, client, stream, hold, over, last: None, is_stopped: false })
     }
 
     /// Whether somebody has asked for the end, or the driver has ended.
@@ -260,6 +264,7 @@ impl<'a> Look<'a> {
             let Some(last) = &self.last else { continue };
             let states: Vec<ChannelState> = channels.iter().map(|channel| last.channels[*channel]).collect();
             if states.iter().any(|state| state.flags & ChannelState::FLAG_STOPPED != 0) {
+                self.is_stopped = true;
                 return Err(Failure::own("the emergency stop is open; outputs are at zero and the supply is off")
                     .hint("release it, and begin again with --from estop"));
             }
@@ -341,6 +346,11 @@ impl<'a> Look<'a> {
         }
     }
 
+    /// Whether a look was ended by the emergency stop since this was asked last.
+    pub fn was_stopped(&mut self) -> bool {
+        std::mem::take(&mut self.is_stopped)
+    }
+
     /// Waits until the emergency stop's contact is so; whether it came to be.
     pub fn stop_becomes(&self, is_closed: bool, within: Duration) -> Result<bool, Failure> {
         let began = Instant::now();
@@ -365,7 +375,8 @@ impl<'a> Look<'a> {
             if self.last.as_ref().is_some_and(|cycle| !cycle.channels.iter().any(stopped)) {
                 return Ok(true);
             }
-            if self.hold.stop_is_closed() == Some(false) {
+            // a line that was late for a moment looks the same
+            if self.hold.stop_is_closed() == Some(false) && began.elapsed() > RELEASED {
                 return Ok(false);
             }
         }
