@@ -454,18 +454,26 @@ impl Dummy<'_> {
 
 /// What a channel shows of a resistor at all.
 pub fn shows(expected: &Expected, lit: &Seen, supply_v: f64, ohm: f64) -> Shows {
-    shows_by(expected, lit, supply_v, ohm, |reading| reading.mean)
+    shows_by(expected, lit, supply_v, ohm, |reading| reading.mean, true)
 }
 
 /// Whether it has shown a resistor at any time: one that is seen only while another channel is on as well.
 pub fn has_shown(expected: &Expected, lit: &Seen, supply_v: f64, ohm: f64) -> bool {
-    shows_by(expected, lit, supply_v, ohm, |reading| reading.most) == Shows::Load
+    // it comes and goes with the other channel's pulse: that is no input that touches nothing
+    shows_by(expected, lit, supply_v, ohm, |reading| reading.most, false) == Shows::Load
 }
 
-fn shows_by(expected: &Expected, lit: &Seen, supply_v: f64, ohm: f64, of: fn(&Reading) -> f64) -> Shows {
+fn shows_by(
+    expected: &Expected,
+    lit: &Seen,
+    supply_v: f64,
+    ohm: f64,
+    of: fn(&Reading) -> f64,
+    is_steady: bool,
+) -> Shows {
     let full_a = supply_v / (ohm + expected.series_ohm);
     let volts = expected.leads(&lit.read).into_iter().map(|(_, lead)| lead);
-    let stands = volts.filter(|lead| !expected.is_restless(lead)).any(|lead| of(&lead) > CLIP * supply_v);
+    let stands = volts.filter(|lead| !is_steady || !expected.is_restless(lead)).any(|lead| of(&lead) > CLIP * supply_v);
     match () {
         () if of(&lit.read.current) > CLIP * full_a && stands => Shows::Load,
         () if stands => Shows::Open,
