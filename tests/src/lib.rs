@@ -55,10 +55,13 @@ pub fn trust() -> &'static Path {
     BINARY.get_or_init(|| built("sinew-trust"))
 }
 
-/// The firmware of a front-end as a process, `sinew-front-end`.
+/// The firmware of a front-end as a process, `sinew-front-end`. `SINEW_FRONT_END` names another one.
 pub fn front_end() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| built("sinew-front-end"))
+    BINARY.get_or_init(|| match std::env::var_os("SINEW_FRONT_END") {
+        Some(path) => path.into(),
+        None => built("sinew-front-end"),
+    })
 }
 
 /// A rig's wires as Linux would show them, `sinew-linux-tree`.

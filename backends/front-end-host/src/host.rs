@@ -21,6 +21,7 @@ use crate::line::{Direction, Spoilt};
 use crate::port::{Port, Read};
 use crate::truth::Truth;
 use crate::wires::Wires;
+use crate::wiring::{Mount, Wrong};
 
 /// Longest sleep, so that orders are taken, and how often a line with nobody on it is looked at, ns.
 const NAP_NS: u64 = 5_000_000;
@@ -43,6 +44,10 @@ pub struct Options {
     pub tell_outputs: bool,
     /// Where to write every wire's true temperature, a row of CSV every 10 ms: the wires outlive the driver.
     pub truth: Option<PathBuf>,
+    /// What is wrong with the wiring.
+    pub wrong: Vec<Wrong>,
+    /// What is at the terminals, by the channels' places in the rig; wires where nothing is said.
+    pub mounts: Vec<Mount>,
 }
 
 /// What can be done to it while it runs.
@@ -65,6 +70,12 @@ pub enum Order {
     Fault(usize, FaultKind),
     /// It is whole again.
     Whole(usize, FaultKind),
+    /// Something else is at a channel's terminals, by its place in the rig.
+    Mount(usize, Mount),
+    /// Something more is wrong with the wiring.
+    Wire(Wrong),
+    /// The wiring is right, and the wires are new.
+    Rewire,
     /// The end.
     Quit,
 }
@@ -218,7 +229,7 @@ pub fn run(
     put: Arc<[AtomicU16]>,
     tell: &mut dyn FnMut(Told),
 ) -> Result<Figures, Error> {
-    let (mut wires, who) = Wires::new(rig, put)?;
+    let (mut wires, who) = Wires::new(rig, put, &options.wrong, &options.mounts)?;
     wires.changes = options.tell_outputs.then(Vec::new);
     let timer = timerfd_create(TimerfdClockId::Monotonic, TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC)
         .map_err(|error| Error::Timer(error.into()))?;
@@ -334,6 +345,12 @@ impl Device<'_> {
             }
             Order::Fault(channel, kind) => drop(self.wires.faults().set(channel, kind)),
             Order::Whole(channel, kind) => drop(self.wires.faults().clear(channel, kind)),
+            Order::Mount(channel, mount) => self.wires.mount(channel, mount)?,
+            Order::Wire(wrong) => {
+                let all: Vec<Wrong> = self.wires.wrong().iter().copied().chain([wrong]).collect();
+                self.wires.wire(&all)?;
+            }
+            Order::Rewire => self.wires.wire(&[])?,
             Order::Mend(channel) => {
                 if let Some(broken) = self.wires.broken.get_mut(usize::from(channel)) {
                     *broken = None;

@@ -2,7 +2,8 @@
 //!
 //! The same [`Firmware`](sinew_front_end::Firmware) a microcontroller runs, so that the driver and a front-end can be tested as
 //! two processes. [`Host`] runs it on a thread; [`Order`]s damage bytes on the line, disconnect it, break a power stage;
-//! [`Told`] is an event with its time.
+//! [`Told`] is an event with its time. [`Wrong`] is a mistake in the wiring of the board, [`Mount`] what is at its terminals: what
+//! `sinew bringup` is tried against.
 //!
 //! ```no_run
 //! use sinew_front_end_host::{Host, Options};
@@ -21,7 +22,9 @@ mod line;
 mod port;
 mod truth;
 mod wires;
+mod wiring;
 
 pub use error::Error;
 pub use host::{Figures, Host, Options, Order, Told, What, run};
 pub use line::Spoilt;
+pub use wiring::{Input, Mount, Wrong};

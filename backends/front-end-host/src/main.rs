@@ -10,7 +10,7 @@ use std::thread;
 
 use clap::Parser;
 use sinew_front_end::{ChannelFault, MAX_CHANNELS};
-use sinew_front_end_host::{Options, Order, Spoilt, Told, run};
+use sinew_front_end_host::{Mount, Options, Order, Spoilt, Told, Wrong, run};
 use sinew_realtime::{Mode, Wish, prepare_process, prepare_thread};
 use sinew_rig::{FaultKind, Rig};
 
@@ -18,7 +18,9 @@ use sinew_rig::{FaultKind, Rig};
 ///
 /// What happens is told on stdout, a line of JSON each, with the time of CLOCK_MONOTONIC. Orders are read from stdin:
 /// `disconnect`, `connect`, `stall SECONDS`, `lose SHARE`, `damage SHARE`, `swap SHARE`, `break CHANNEL`, `mend CHANNEL`,
-/// `fault CHANNEL KIND`, `whole CHANNEL KIND` (a kind of the rig file's simulated faults, such as `stage_on` or `estop_open`), `quit`.
+/// `fault CHANNEL KIND`, `whole CHANNEL KIND` (a kind of the rig file's simulated faults, such as `stage_on` or `estop_open`),
+/// `mount CHANNEL wire|nothing|OHM` (what is at its terminals; with `nothing` and a resistor every clip is at the moving end's),
+/// `wrong KIND …` as in --wrong, `right` (the wiring is right again), `quit`.
 #[derive(Debug, Parser)]
 #[command(name = "sinew-front-end", version, max_term_width = 100, after_help = EXAMPLE)]
 struct Args {
@@ -52,6 +54,15 @@ struct Args {
     /// as long as this process, whatever drivers come and go.
     #[arg(long, value_name = "FILE.csv")]
     truth: Option<PathBuf>,
+    /// Something that is wrong with the wiring, such as `shunt left 0.2`; repeat it for more. `--wrong help` lists what there is.
+    #[arg(long, value_name = "WORDS")]
+    wrong: Vec<String>,
+    /// What is at the terminals of every channel: `wire`, `nothing`, or a resistor in Ω.
+    #[arg(long, value_name = "wire|nothing|OHM", default_value = "wire", value_parser = mount)]
+    mount: Mount,
+    /// Tell every change of what is put out.
+    #[arg(long)]
+    outputs: bool,
     /// Ask Linux for real time: SCHED_FIFO on the first core.
     #[arg(long)]
     realtime: bool,
@@ -63,7 +74,10 @@ Example, in two terminals:
   sinew run bench.toml             where bench.toml has
                                      [backend]
                                      kind = \"serial\"
-                                     serial.port = \"/tmp/front-end\"";
+                                     serial.port = \"/tmp/front-end\"
+
+A board off the bench, for `sinew bringup bench.toml`:
+  sinew-front-end bench.toml --link /tmp/front-end --mount nothing --wrong \"shunt left 0.2\"";
 
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -79,8 +93,16 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+fn mount(word: &str) -> Result<Mount, String> {
+    Mount::parse(word).ok_or_else(|| "expected wire, nothing, or a resistor in Ω".into())
+}
+
 fn main() -> ExitCode {
     let args = Args::parse();
+    if args.wrong.iter().any(|wrong| wrong == "help") {
+        println!("{}", Wrong::help());
+        return ExitCode::SUCCESS;
+    }
     let rig = match &args.rig {
         None => Rig::hexapod(),
         Some(path) => match Rig::load(path) {
@@ -91,6 +113,13 @@ fn main() -> ExitCode {
             }
         },
     };
+    let wrong = match args.wrong.iter().map(|wrong| Wrong::parse(wrong, &rig)).collect::<Result<Vec<_>, _>>() {
+        Ok(wrong) => wrong,
+        Err(error) => {
+            eprintln!("error: --wrong {error}\nhint: --wrong help lists what can be wrong");
+            return ExitCode::from(2);
+        }
+    };
     let spoilt =
         Spoilt { lost: args.lose, damaged: args.damage, swapped: args.swap, delay_ns: u64::from(args.delay_us) * 1000 };
     let options = Options {
@@ -99,14 +128,17 @@ fn main() -> ExitCode {
         spoilt: [spoilt; 2],
         seed: args.seed,
         duration_ns: args.duration_s.map(|seconds| (seconds * 1e9) as u64),
-        tell_outputs: false,
+        tell_outputs: args.outputs,
         truth: args.truth,
+        wrong,
+        mounts: vec![args.mount; rig.channels.len()],
     };
     let (give, orders) = mpsc::channel();
+    let named = rig.clone();
     thread::spawn(move || {
         let mut spoilt = spoilt;
         for line in io::stdin().lock().lines().map_while(Result::ok) {
-            match order(&line, &mut spoilt) {
+            match order(&line, &mut spoilt, &named) {
                 Some(order) => drop(give.send(order)),
                 None => eprintln!("unknown order: {line}"),
             }
@@ -146,13 +178,22 @@ fn main() -> ExitCode {
     }
 }
 
-fn order(line: &str, spoilt: &mut Spoilt) -> Option<Order> {
+fn order(line: &str, spoilt: &mut Spoilt, rig: &Rig) -> Option<Order> {
+    if let Some(words) = line.strip_prefix("wrong ") {
+        return Wrong::parse(words, rig).inspect_err(|error| eprintln!("{error}")).ok().map(Order::Wire);
+    }
     let mut words = line.split_whitespace();
     let (what, value, third) = (words.next()?, words.next(), words.next());
     let number = || value.and_then(|value| share(value).ok());
     let channel = || value.and_then(|value| value.parse::<u8>().ok());
     let kind = || FaultKind::ALL.into_iter().find(|(word, _)| Some(*word) == third).map(|(_, kind)| kind);
+    let named = || {
+        let named = rig.channels.iter().position(|channel| Some(channel.name.as_str()) == value);
+        named.or_else(|| value.and_then(|value| value.parse().ok()))
+    };
     match what {
+        "mount" => return Some(Order::Mount(named()?, third.and_then(Mount::parse)?)),
+        "right" => return Some(Order::Rewire),
         "disconnect" => return Some(Order::Disconnect),
         "connect" => return Some(Order::Connect),
         "quit" => return Some(Order::Quit),

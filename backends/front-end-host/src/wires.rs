@@ -13,6 +13,7 @@ use sinew_rig::{EnableSignal, Rig, SamplingCircuit};
 use sinew_sim_backend::{FaultHandle, SimulatedRig};
 
 use crate::error::Error;
+use crate::wiring::{Mount, Wiring, Wrong};
 
 /// The largest code of the converters.
 const FULL_CODE: u16 = 65_534;
@@ -71,7 +72,10 @@ impl Supply {
 
 /// Power stage, converters and wires.
 pub(crate) struct Wires {
+    /// The rig as its file says it is.
+    as_filed: Rig,
     rig: SimulatedRig,
+    wiring: Wiring,
     supply: Supply,
     /// Channels of the rig by their place on the front-end.
     places: Vec<usize>,
@@ -94,7 +98,12 @@ pub(crate) struct Wires {
 }
 
 impl Wires {
-    pub fn new(rig: &Rig, put: Arc<[AtomicU16]>) -> Result<(Wires, Identification), Error> {
+    pub fn new(
+        rig: &Rig,
+        put: Arc<[AtomicU16]>,
+        wrong: &[Wrong],
+        mounts: &[Mount],
+    ) -> Result<(Wires, Identification), Error> {
         let channels = rig.channels.len();
         let places: Vec<usize> = (0..channels).map(|index| rig.front_end_index(index).unwrap_or(0) as usize).collect();
         let used = places.iter().map(|place| place + 1).max().unwrap_or(0);
@@ -128,11 +137,11 @@ impl Wires {
             channels: used as u8,
             channel: ranges,
         };
-        let mut simulated = SimulatedRig::new(rig).map_err(Error::Wires)?;
-        // A simulated rig starts whatever happens.
-        let _ = simulated.start();
+        let (simulated, wiring) = wired(rig, wrong, mounts)?;
         let wires = Wires {
+            as_filed: rig.clone(),
             rig: simulated,
+            wiring,
             supply: Supply::of(rig),
             places,
             ranges,
@@ -149,6 +158,35 @@ impl Wires {
             told: Vec::new(),
         };
         Ok((wires, who))
+    }
+
+    /// Something else at a channel's terminals: of wires a new one.
+    ///
+    /// # Errors
+    /// Wires that cannot be simulated.
+    pub fn mount(&mut self, channel: usize, mount: Mount) -> Result<(), Error> {
+        let mut mounts = self.wiring.mounts().to_vec();
+        let Some(place) = mounts.get_mut(channel) else { return Ok(()) };
+        *place = mount;
+        self.rewire(&self.wiring.wrong().to_vec(), &mounts)
+    }
+
+    /// Wired otherwise, with new wires.
+    ///
+    /// # Errors
+    /// Wires that cannot be simulated.
+    pub fn wire(&mut self, wrong: &[Wrong]) -> Result<(), Error> {
+        self.rewire(wrong, &self.wiring.mounts().to_vec())
+    }
+
+    fn rewire(&mut self, wrong: &[Wrong], mounts: &[Mount]) -> Result<(), Error> {
+        (self.rig, self.wiring) = wired(&self.as_filed, wrong, mounts)?;
+        Ok(())
+    }
+
+    /// What is wrong with the wiring.
+    pub fn wrong(&self) -> &[Wrong] {
+        self.wiring.wrong()
     }
 
     fn show(&mut self, duty: &[u16]) {
@@ -179,11 +217,16 @@ impl Wires {
 
     /// Gives the stages the supply they have at a time, or takes it.
     fn switch(&mut self, at_ns: u64) {
-        if self.supply.is_on(at_ns) {
+        if self.is_live(at_ns) {
             self.rig.restore();
         } else {
             self.rig.cut();
         }
+    }
+
+    /// Whether the stages have a supply at a time.
+    fn is_live(&self, at_ns: u64) -> bool {
+        self.supply.is_on(at_ns) && self.wiring.is_enabled()
     }
 
     /// What breaks things in the simulated rig.
@@ -214,10 +257,13 @@ impl Hardware for Wires {
         self.rest();
         self.simulated_ns = Some(self.now_ns);
         self.switch(self.now_ns);
-        if self.rig.period(&self.duty, &mut self.samples).is_err() && self.samples.is_empty() {
+        let stages = self.wiring.of_stages(&self.duty);
+        let wires = self.wiring.of_wires(&stages);
+        if self.rig.period(&wires, &mut self.samples).is_err() && self.samples.is_empty() {
             return;
         }
-        for (sample, place) in self.samples.iter().zip(&self.places) {
+        let read = self.wiring.read(&self.duty, &stages, self.is_live(self.now_ns), &self.samples);
+        for (sample, place) in read.iter().zip(&self.places) {
             let range = &self.ranges[*place];
             if let Some(raw) = samples.get_mut(*place) {
                 *raw = RawSample {
@@ -238,7 +284,7 @@ impl Hardware for Wires {
     /// As the simulated rig showed them in its last period.
     fn stop_inputs(&mut self) -> Option<StopPins> {
         let inputs = self.rig.stop_inputs()?;
-        Some(StopPins { closed: inputs.is_closed, reset_pressed: inputs.is_reset_pressed })
+        Some(StopPins { closed: self.wiring.sees_closed(inputs.is_closed), reset_pressed: inputs.is_reset_pressed })
     }
 
     fn stage_fault(&mut self, channel: usize) -> Option<ChannelFault> {
@@ -252,6 +298,19 @@ impl Hardware for Wires {
     fn tell(&mut self, event: Event) {
         self.told.push(event);
     }
+}
+
+/// Simulated wires in a wiring.
+fn wired(rig: &Rig, wrong: &[Wrong], mounts: &[Mount]) -> Result<(SimulatedRig, Wiring), Error> {
+    let (real, wiring) = Wiring::new(rig, wrong, mounts, rig.simulation.seed);
+    let mut simulated = SimulatedRig::new(&real).map_err(Error::Wires)?;
+    wiring.break_wires(&simulated.faults());
+    // A simulated rig starts whatever happens.
+    let _ = simulated.start();
+    // It shows the emergency stop's contact open until its first period.
+    let (off, mut samples) = (vec![0.0; rig.channels.len()], vec![Sample::NONE; rig.channels.len()]);
+    let _ = simulated.period(&off, &mut samples);
+    Ok((simulated, wiring))
 }
 
 /// The converters a rig file describes.

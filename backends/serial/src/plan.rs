@@ -6,7 +6,7 @@ use std::hash::{BuildHasher, Hasher};
 use sinew_front_end::{
     ChannelLimits, Configure, EnableMode, FULL_DUTY, Identification, MAX_CHANNELS, NOT_SAMPLED, RawSample, ResetCause,
 };
-use sinew_rig::{EnableSignal, Rig, SamplingCircuit};
+use sinew_rig::{Correction, Corrections, EnableSignal, Rig, SamplingCircuit};
 use sinew_sensing::Sample;
 
 use crate::error::Error;
@@ -44,6 +44,8 @@ pub(crate) struct ChannelPlan {
     /// Full scales as the rig file has them, V and A; a shared input has no range of the current of its own.
     voltage_range_v: f64,
     current_range_a: Option<f64>,
+    /// By how much its inputs err.
+    inputs: Corrections,
 }
 
 impl Plan {
@@ -129,12 +131,16 @@ impl ChannelPlan {
         let ohm = channel.model.geometry.resistance_ohm(channel.model.material.least_resistivity());
         let whole = |value: f64| value.ceil().clamp(0.0, u32::MAX.into()) as u32;
         let low_ohm = drive.low_ohm();
+        let inputs = channel.backend.serial.inputs;
+        // The front-end compares what it reads, and knows of no correction.
+        let reads_a = |current_a: f64| ((current_a - inputs.current.offset) / inputs.current.gain).max(0.0);
         ChannelPlan {
             name: channel.name.clone(),
             place: rig.front_end_index(index).unwrap_or(0) as usize,
             limits: ChannelLimits {
                 max_duty: duty_code(limits.max_duty),
-                max_current_ma: whole(SECOND_LINE_CURRENT * limits.max_current_a * 1e3).min(u16::MAX.into()) as u16,
+                max_current_ma: whole(reads_a(SECOND_LINE_CURRENT * limits.max_current_a) * 1e3).min(u16::MAX.into())
+                    as u16,
                 heat_ma2_s: whole(SECOND_LINE * limits.energy_budget_j / ohm * 1e6),
                 drain_ma2: whole(SECOND_LINE * limits.energy_drain_w / ohm * 1e6),
             },
@@ -144,6 +150,7 @@ impl ChannelPlan {
                 SamplingCircuit::Shared if low_ohm > 0.0 => Some(adc.voltage_range_v / low_ohm),
                 SamplingCircuit::Shared => None,
             },
+            inputs,
         }
     }
 
@@ -154,6 +161,7 @@ impl ChannelPlan {
             voltage_v: f64::from(range.voltage_uv) * 1e-6 / full,
             current_a: f64::from(range.current_ua) * 1e-6 / full,
             supply_v: f64::from(range.supply_uv) * 1e-6 / full,
+            inputs: self.inputs,
         };
         let same = |key: &'static str, file: f64, device: f64| {
             if (device - file).abs() <= SAME * file {
@@ -170,24 +178,29 @@ impl ChannelPlan {
     }
 }
 
-/// What one code is worth.
+/// What one code is worth, and what the value is short of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale {
     voltage_v: f64,
     current_a: f64,
     supply_v: f64,
+    inputs: Corrections,
 }
 
 impl Scale {
     #[inline]
     pub fn sample(&self, raw: &RawSample) -> Sample {
-        let value = |code: u16, unit: f64| if code == NOT_SAMPLED { f64::NAN } else { f64::from(code) * unit };
+        let value = |code: u16, unit: f64, short: &Correction| match code {
+            NOT_SAMPLED => f64::NAN,
+            code => short.apply(f64::from(code) * unit),
+        };
+        let Corrections { v1, v2, v3, current, supply } = &self.inputs;
         Sample {
-            v1_v: value(raw.v1, self.voltage_v),
-            v2_v: value(raw.v2, self.voltage_v),
-            v3_v: value(raw.v3, self.voltage_v),
-            current_a: value(raw.current, self.current_a),
-            supply_v: value(raw.supply, self.supply_v),
+            v1_v: value(raw.v1, self.voltage_v, v1),
+            v2_v: value(raw.v2, self.voltage_v, v2),
+            v3_v: value(raw.v3, self.voltage_v, v3),
+            current_a: value(raw.current, self.current_a, current),
+            supply_v: value(raw.supply, self.supply_v, supply),
         }
     }
 }

@@ -5,6 +5,7 @@ mod bindings_c;
 mod black_box;
 mod book;
 mod bridges;
+mod bringup;
 mod bundle;
 mod circles;
 mod clients;

@@ -299,6 +299,24 @@ impl Drop for HoldBack {
     }
 }
 
+/// Drops messages until the guard is dropped, unless more of them is wanted than usual: for whoever tells what happens in words of its own.
+pub fn hush() -> Hush {
+    let is_wordy = LevelFilter::current() >= LevelFilter::DEBUG;
+    if !is_wordy {
+        *HELD_BACK.lock().unwrap_or_else(PoisonError::into_inner) = Some(Vec::new());
+    }
+    Hush
+}
+
+/// Messages are dropped while this lives.
+pub struct Hush;
+
+impl Drop for Hush {
+    fn drop(&mut self) {
+        *HELD_BACK.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
 /// Writes to stderr. Where nobody listens any more nothing is lost.
 pub fn say(bytes: &[u8]) {
     let _ = put(Stream::Err, bytes);

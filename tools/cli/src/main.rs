@@ -78,6 +78,7 @@ fn main() -> ExitCode {
         Command::Completions(args) => commands::shell::completions(args),
         Command::Man(args) => commands::shell::man(args),
         Command::Doctor(args) => commands::doctor::doctor(args),
+        Command::Bringup(args) => commands::bringup::bringup(args),
         Command::Run(args) => commands::run::run(args),
         Command::Bench(bench) => match &bench.what {
             BenchWhat::Loop(args) => commands::bench::bench_loop(args),

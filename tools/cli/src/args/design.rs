@@ -100,6 +100,9 @@ pub struct Design {
     /// This diameter, whether it is sold or not: 0.15mm.
     #[arg(long = "diameter", value_parser = diameter, allow_negative_numbers = true, value_name = "LENGTH")]
     pub diameter_m: Option<f64>,
+    /// The values of the parts around the chosen wire on a board: shunt, fuse, the resistor that stands for it in a bring-up.
+    #[arg(long, conflicts_with = "json")]
+    pub board: bool,
     /// What the mechanisms of the thesis' chapter 5 make of the chosen wire (fig. 51): strain, force, speed, cost, parts.
     #[arg(long)]
     pub mechanisms: bool,

@@ -3,6 +3,7 @@
 mod around;
 mod astm;
 mod bridge;
+mod bringup;
 mod conceal;
 mod design;
 mod exchange;
@@ -20,6 +21,7 @@ use sinew_ipc::MOST_PRIORITY;
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
 pub use astm::{Astm, Standard};
 pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
+pub use bringup::{Bringup, BringupStep};
 pub use conceal::{Conceal, Reveal};
 pub use design::{Design, Joint, Method};
 pub use exchange::{Export, Import, Replay};
@@ -149,6 +151,8 @@ pub enum Command {
     Schema(Schema),
     /// What this machine lacks for real time and for the rig, and what to type.
     Doctor(Doctor),
+    /// Bring a soldered board up, step by step: supply, emergency stop, stages, a resistor, the wires.
+    Bringup(Bringup),
     /// Measure this machine beside a bare timer loop.
     Bench(Bench),
     /// The thesis page by page: what it states beside what this program computes.

@@ -75,7 +75,7 @@ impl Demo {
     fn live(&self, args: &args::Demo) -> Outcome {
         let rig = self.rig(args)?;
         let tally = RefCell::new(None);
-        let asked = Asked { duration_s: args.duration_s, report_to: None, leaves_traces: false };
+        let asked = Asked { duration_s: args.duration_s, report_to: None, leaves_traces: false, hold: None };
         let driven = drive(&rig, &asked, |driven, over| {
             let Some(machine) = driven.machine else {
                 return Err(Failure::own(format!("{}: has no machine", rig.file())));

@@ -46,6 +46,12 @@ pub fn design(args: &args::Design) -> Outcome {
     if args.mechanisms {
         text.push_str(&mechanisms(&chosen.sizing.wire));
     }
+    if args.board {
+        text.push_str(&format!(
+            "\nOn a board (docs/board.md):\n{}",
+            super::bringup::parts(&rig).map_err(Failure::own)?
+        ));
+    }
     match &args.output {
         Some(path) if path.as_os_str() == "-" => {
             output::note(text);

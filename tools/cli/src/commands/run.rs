@@ -10,6 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use signal_hook::consts::{SIGTSTP, SIGXFSZ};
+use sinew_backend::Backend;
 use sinew_black_box::{BlackBox, Place};
 use sinew_demonstrators::Watch;
 use sinew_driver::report::Ending;
@@ -20,6 +21,7 @@ use sinew_realtime::Wish;
 use sinew_rig::{BackendKind, Doubt, Pace, Rig};
 use sinew_threads::{Comes, Thread};
 
+use super::held::{Held, Hold};
 use super::life;
 use super::live::{self, Live};
 use super::monitor::{ENDING, has_screen, lines};
@@ -49,7 +51,8 @@ pub fn run(args: &args::Run) -> Outcome {
     for Doubt { line, channel, key, says } in rig.doubts() {
         output::note(format_args!("doubt: {}:{line}: channel \"{channel}\": {key}: {says}", rig.file()));
     }
-    let asked = Asked { duration_s: args.duration_s, report_to: args.report.as_deref(), leaves_traces: true };
+    let asked =
+        Asked { duration_s: args.duration_s, report_to: args.report.as_deref(), leaves_traces: true, hold: None };
     drive(&rig, &asked, |driven, over| show(args, driven, over))
 }
 
@@ -61,6 +64,8 @@ pub struct Asked<'a> {
     pub report_to: Option<&'a Path>,
     /// Whether it keeps black boxes and the accounts of its wires' lives.
     pub leaves_traces: bool,
+    /// What its outputs are held to, beside its supervisor.
+    pub hold: Option<Hold>,
 }
 
 /// A running driver, for whoever shows it.
@@ -99,7 +104,7 @@ impl Driven<'_> {
 
 /// Drives a rig for as long as `show` shows it, or it ends by itself; then reports.
 pub fn drive(rig: &Rig, asked: &Asked<'_>, show: impl FnOnce(&Driven<'_>, &dyn Fn() -> bool) -> Outcome) -> Outcome {
-    let Asked { duration_s, report_to, leaves_traces } = *asked;
+    let Asked { duration_s, report_to, leaves_traces, .. } = *asked;
     if let Some(path) = report_to {
         output::has_place(path)?;
     }
@@ -107,6 +112,10 @@ pub fn drive(rig: &Rig, asked: &Asked<'_>, show: impl FnOnce(&Driven<'_>, &dyn F
     sinew_ipc::descriptors::raise_limit();
     let signals = signal_line()?;
     let Chosen { backend, simulated, wires, line, machine } = backend::choose(rig)?;
+    let backend: Box<dyn Backend> = match &asked.hold {
+        Some(hold) => Box::new(Held::new(backend, hold.clone())),
+        None => backend,
+    };
     let options = Options { duration_s, program: program::of(rig)?, simulated, ..Options::default() };
     // Nor does a file that may not grow any further (`ulimit -f`) end it: that is the black box's to find out.
     signal_hook::flag::register(SIGXFSZ, Arc::default())
@@ -135,8 +144,11 @@ pub fn drive(rig: &Rig, asked: &Asked<'_>, show: impl FnOnce(&Driven<'_>, &dyn F
         (report.black_boxes, report.black_box_error) = (written.files, written.failure);
     }
     let lives = accounts.map_or_else(String::new, |accounts| life::summary(&accounts.finish()));
-    output::note((summary(&report) + &lives).trim_end());
-    if let Some(line) = line {
+    // who holds it tells what it found in words of its own
+    if asked.hold.is_none() {
+        output::note((summary(&report) + &lives).trim_end());
+    }
+    if let Some(line) = line.filter(|_| asked.hold.is_none()) {
         output::note(format_args!(
             "  line      {} frames sent, {} answered in time, {} late, {} damaged, {} not taken; {} connections, {} trips",
             line.sent(),

@@ -73,6 +73,8 @@ pub struct LinuxChannel {
     pub current: LinuxInput,
     /// Supply.
     pub supply: LinuxInput,
+    /// When gains and offsets were measured, and against what.
+    pub measured: Option<String>,
 }
 
 /// An input of a converter: value = `gain` · what the kernel makes of it, in V or A, + `offset`.
@@ -97,6 +99,7 @@ impl Unread for LinuxChannel {
             v3: INPUT,
             current: INPUT,
             supply: INPUT,
+            measured: Field::UNREAD,
         }
     };
 }
@@ -161,6 +164,11 @@ pub(crate) fn channel() -> Section<LinuxChannel> {
                 /// The supply's.
                 "supply" = supply, "not measured";
                 "supply_gain" in "V/V"; "supply_offset_v" in "V"
+            },
+            keys! {
+                LinuxChannel;
+                /// When gains and offsets were measured, and against what: `sinew bringup` writes it with them.
+                "measured" = at(measured), text("a date and what it was measured against", MAX_PATH), Computed("not measured");
             },
         ]
         .into_iter()
