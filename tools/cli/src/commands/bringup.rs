@@ -239,7 +239,7 @@ impl Bench<'_> {
         output::print(format_args!(
             "{}: {} on {}\nNothing gets more than {:.0} % duty. Enter answers a step that is done, s goes on without it, q ends.\n",
             self.rig.name,
-            channels(self.rig.channels.len()),
+            output::counted(self.rig.channels.len(), "channel"),
             driven.wires,
             MOST_DUTY * 100.0
         ))?;
@@ -591,10 +591,6 @@ fn corrected(mut seen: Seen, by: Option<&Five<Correction>>) -> Seen {
 fn copy_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{name}.before-{}", sinew_recording::Utc::now().stamp()))
-}
-
-fn channels(count: usize) -> String {
-    if count == 1 { "1 channel".into() } else { format!("{count} channels") }
 }
 
 #[cfg(test)]
