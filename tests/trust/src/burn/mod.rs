@@ -54,6 +54,9 @@ pub struct Args {
     /// Histories at the same time; all cores where it is not given.
     #[arg(long)]
     jobs: Option<NonZero<usize>>,
+    /// Every wire in a sleeve that its rig file states (`thermal.sheath`), of twice its own heat capacity.
+    #[arg(long)]
+    sleeve: bool,
     /// Ends with the first history that burns its wire.
     #[arg(long)]
     until_burnt: bool,
@@ -104,13 +107,13 @@ impl History {
         }
     }
 
-    fn of(seed: u64, search: u32) -> Result<History, Failure> {
+    fn of(seed: u64, search: u32, in_sleeve: bool) -> Result<History, Failure> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5eed_0f5c_2197_a1b7);
         let mut aims = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xa1b3_77de_0c41_5e29);
         let (aim, sticks) = (Aim::by_chance(&mut aims, seed.is_multiple_of(2)), History::sticks(seed));
         let (mut again, mut runs) = (0, 0);
         let (plan, rigs, warm_s) = loop {
-            let plan = Plan::of(seed, again);
+            let plan = Plan::of(seed, again).in_sleeve(in_sleeve);
             let plan = match sticks {
                 Some(how) => plan.with_switch(how == Sticks::Stopped),
                 None if aim.needs_silence() => plan.bare(),
@@ -220,6 +223,7 @@ impl History {
 fn all(
     seeds: Range<u64>,
     search: u32,
+    in_sleeve: bool,
     jobs: usize,
     each: impl Fn(&History) -> Result<bool, Failure> + Sync,
 ) -> Result<Vec<Found>, Failure> {
@@ -231,7 +235,7 @@ fn all(
             if seed >= seeds.end {
                 break;
             }
-            let result = History::of(seed, search).and_then(|history| {
+            let result = History::of(seed, search, in_sleeve).and_then(|history| {
                 if !each(&history)? {
                     is_over.store(true, Ordering::Relaxed);
                 }
@@ -282,7 +286,7 @@ pub fn burn(args: &Args) -> Result<bool, Failure> {
         }
         Ok(!(args.until_burnt && is_burnt))
     };
-    let found = all(args.seed..end, args.search, args.jobs.map_or_else(cores, NonZero::get), each)?;
+    let found = all(args.seed..end, args.search, args.sleeve, args.jobs.map_or_else(cores, NonZero::get), each)?;
     println!(
         "| the driver knows its wire by | beliefs | histories | heated | worst above the limit (periods of full power) | promised | broken (by a jam) | published under the truth |"
     );
@@ -366,7 +370,7 @@ mod tests {
             }
             Ok(true)
         };
-        let found = all(1..301, 8, cores(), each).unwrap();
+        let found = all(1..301, 8, false, cores(), each).unwrap();
         let burnt = burnt.into_inner().unwrap();
         assert!(burnt.is_empty(), "{burnt:?}: `sinew-trust burn --search 8` tells what it takes");
         // And they are histories that could have burnt one.

@@ -77,6 +77,8 @@ pub struct Plan {
     has_enable: bool,
     /// Duty of its sensing pulse.
     sensing_duty: f64,
+    /// Whether it is in a sleeve.
+    in_sleeve: bool,
     /// Whether its heat capacity is nearly as much less than is believed as it may be, where beliefs are off.
     is_quick: bool,
     rng: Xoshiro256PlusPlus,
@@ -128,6 +130,7 @@ impl Plan {
             } else {
                 SENSING_DUTY
             },
+            in_sleeve: false,
             is_quick: false,
             rng,
         }
@@ -146,6 +149,11 @@ impl Plan {
     /// The same with a wire that, where beliefs are off, heats quicker than is believed.
     pub fn quick(self, is_quick: bool) -> Plan {
         Plan { is_quick, ..self }
+    }
+
+    /// The same in a sleeve that the rig file states, or in none.
+    pub fn in_sleeve(self, in_sleeve: bool) -> Plan {
+        Plan { in_sleeve, ..self }
     }
 
     /// What it is, for people.
@@ -190,6 +198,19 @@ impl Plan {
             self.sensing_duty,
             if taps == Taps::None { ", sensing = \"resistance\"" } else { "" },
             if taps == Taps::Shared { "adc = { circuit = \"shared\" }\n" } else { "" },
+        ) + &self.sleeve()
+    }
+
+    /// A sleeve of about twice the wire's heat capacity (0.68 J/K mm⁻² for this length), which conducts 2.5 times as well as still air does
+    /// about a wire of 0.125 mm inside, and 1.3 times as well outside.
+    fn sleeve(&self) -> String {
+        if !self.in_sleeve {
+            return String::new();
+        }
+        let (capacity, inner, outer) =
+            (1.5 * self.diameter_mm * self.diameter_mm, 0.15 * self.diameter_mm, 0.08 * self.diameter_mm);
+        format!(
+            "\n[channel.effects.\"thermal.sheath\"]\nheat_capacity_j_per_k = {capacity:?}\ninner_w_per_k = {inner:?}\nouter_w_per_k = {outer:?}\n"
         )
     }
 
