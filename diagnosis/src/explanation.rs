@@ -91,9 +91,8 @@ impl Explanation {
     /// Whether it leaves nothing but noise, or is wrong by no more than rounding is, in every sensor of `data`, which it explains: what a converter rounds off keeps its sign
     /// for as long as the values stand between two levels, as an error of the model does.
     pub(crate) fn leaves_rounding(&self, data: &Data) -> bool {
-        let is_rounding = |(wander, sensor): (&Wander, &Sensor)| {
-            is_noise(wander) || wander.size * sensor.noise <= sensor.rounding
-        };
+        let is_rounding =
+            |(wander, sensor): (&Wander, &Sensor)| is_noise(wander) || wander.size * sensor.noise <= sensor.rounding;
         self.discrepancy.wanders.iter().all(|run| run.iter().zip(&data.sensors).all(is_rounding))
     }
 

@@ -44,10 +44,14 @@ const SURELY_INSIDE: f64 = 0.9;
 /// How a wire cools that nobody measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cooling {
-    /// Heat capacity, J/K.
+    /// Heat capacity of the wire, J/K.
     pub heat_capacity_j_per_k: f64,
-    /// Least loss to the air, W/K.
+    /// That of a sleeve around it, which cools with it, J/K; 0 where its rig file states none.
+    pub sleeve_j_per_k: f64,
+    /// Least loss to the air, W/K, through the sleeve where there is one.
     pub loss_w_per_k: f64,
+    /// Most loss to its surroundings, W/K.
+    pub most_loss_w_per_k: f64,
     /// Heat it releases when all of it turns martensite, J.
     pub latent_j: f64,
     /// Where it does so: centre of the cooling curve at the preload, °C, and width, K (eq. 20).
@@ -60,9 +64,20 @@ impl Cooling {
     /// As a rig file's wire cools at the slowest.
     pub fn of(model: &WireModel) -> Cooling {
         let m = &model.material;
+        let sheath = &model.effects.thermal.sheath;
+        let (inner, outer) = (sheath.inner_w_per_k, sheath.outer_w_per_k);
+        let in_air = model.loss_w_per_k(WORKING_EXCESS_K);
+        let [least, most] = if sheath.heat_capacity_j_per_k > 0.0 {
+            // as one body with its sleeve, and no faster than heat gets into that and out of it
+            [inner * outer / (inner + outer).max(f64::MIN_POSITIVE), inner]
+        } else {
+            [in_air, in_air]
+        };
         Cooling {
             heat_capacity_j_per_k: model.heat_capacity_j_per_k(),
-            loss_w_per_k: SLOWEST_LOSS * model.loss_w_per_k(WORKING_EXCESS_K),
+            sleeve_j_per_k: sheath.heat_capacity_j_per_k,
+            loss_w_per_k: SLOWEST_LOSS * least,
+            most_loss_w_per_k: MOST_LOSS * most,
             latent_j: model.latent_heat_j(),
             centre_c: m.martensite_temperature_c,
             width_k: 1.0 / m.cooling_steepness_per_k,
@@ -73,25 +88,27 @@ impl Cooling {
     fn rate_per_s(&self, temperature_c: f64, phase_known: bool) -> f64 {
         let xi = if phase_known { 0.0 } else { logistic(temperature_c, self.centre_c, self.width_k) };
         let latent_j_per_k = self.latent_j * xi * (1.0 - xi) / self.width_k;
-        self.loss_w_per_k / (self.heat_capacity_j_per_k + latent_j_per_k)
+        self.loss_w_per_k / (self.heat_capacity_j_per_k + self.sleeve_j_per_k + latent_j_per_k)
     }
 
     /// Temperature, °C, at the most, of a wire that was this hot, after so long at this power, W: with the least loss, the latent heat that it
     /// may release as it cools, and none that it takes up.
     fn at_most_c(&self, temperature_c: f64, power_w: f64, ambient_c: f64, seconds: f64) -> f64 {
-        let Cooling { heat_capacity_j_per_k, loss_w_per_k, latent_j, centre_c, width_k } = *self;
+        let Cooling { heat_capacity_j_per_k, sleeve_j_per_k, loss_w_per_k, latent_j, centre_c, width_k, .. } = *self;
         let seconds = seconds.min(LONGEST_S);
         let steps = (seconds / STEP_S).ceil().max(1.0);
         (0..steps as u32).fold(temperature_c, |now_c, _| {
             let heat_w = power_w - loss_w_per_k * (now_c - ambient_c);
-            let xi = if heat_w < 0.0 { logistic(now_c, centre_c, width_k) } else { 0.0 };
-            now_c + heat_w * seconds / steps / (heat_capacity_j_per_k + latent_j * xi * (1.0 - xi) / width_k)
+            // what its sleeve takes up of a power is not counted on
+            let (xi, sleeve) =
+                if heat_w < 0.0 { (logistic(now_c, centre_c, width_k), sleeve_j_per_k) } else { (0.0, 0.0) };
+            now_c + heat_w * seconds / steps / (heat_capacity_j_per_k + sleeve + latent_j * xi * (1.0 - xi) / width_k)
         })
     }
 
     /// Share of its heat that it loses in a second at the most, 1/s: by its fastest law.
     fn most_leak_per_s(&self) -> f64 {
-        MOST_LOSS / SLOWEST_LOSS * self.loss_w_per_k / self.heat_capacity_j_per_k
+        self.most_loss_w_per_k / self.heat_capacity_j_per_k
     }
 
     /// Temperature, °C, at the most, of a wire that was this hot, after so long without power: by its slowest law.
@@ -107,7 +124,8 @@ impl Cooling {
         }
         let end_k = below_c - ambient_c;
         let released_j = self.latent_j * logistic(below_c, self.centre_c, self.width_k);
-        let sensible_s = self.heat_capacity_j_per_k / self.loss_w_per_k * ((temperature_c - ambient_c) / end_k).ln();
+        let stored_j_per_k = self.heat_capacity_j_per_k + self.sleeve_j_per_k;
+        let sensible_s = stored_j_per_k / self.loss_w_per_k * ((temperature_c - ambient_c) / end_k).ln();
         sensible_s + released_j / (self.loss_w_per_k * end_k)
     }
 
@@ -486,7 +504,9 @@ fn leaked_j(energy_j: f64, power_w: f64, leak_per_s: f64, dt_s: f64, kept: &mut 
 #[cfg(test)]
 pub(crate) const EXAMPLE: Cooling = Cooling {
     heat_capacity_j_per_k: 0.015,
+    sleeve_j_per_k: 0.0,
     loss_w_per_k: SLOWEST_LOSS * 0.008,
+    most_loss_w_per_k: MOST_LOSS * 0.008,
     latent_j: 1.0,
     centre_c: 60.0,
     width_k: 4.0,
@@ -536,7 +556,7 @@ mod tests {
     #[test]
     fn a_forgotten_wire_cools_no_faster_than_the_slowest_one() {
         let (mut heat, mut truth_c, mut xi) = (forgotten(), 150.0, 0.0);
-        let Cooling { heat_capacity_j_per_k, loss_w_per_k, latent_j, centre_c, width_k } = EXAMPLE;
+        let Cooling { heat_capacity_j_per_k, loss_w_per_k, latent_j, centre_c, width_k, .. } = EXAMPLE;
         let (mut least_k, mut most_k) = (f64::INFINITY, 0.0f64);
         for _ in 0..60_000 {
             heat.pass(&DARK);

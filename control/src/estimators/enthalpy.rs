@@ -6,6 +6,7 @@
 //! that is measured (g_M ≤ ξ ≤ g_A), and a wire that shortens on its own sits on the heating curve, one that lengthens on the
 //! cooling curve. Both pull with bounded gains, so a wrong parameter biases the estimate and can never make it run away.
 
+use super::surface::Surface;
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, Start, inside};
 use crate::estimate::{Estimate, Observation};
 use crate::lambda;
@@ -42,6 +43,7 @@ const MOST_K_PER_S: f64 = 60.0;
 #[derive(Debug, Clone)]
 pub struct EnthalpyObserver {
     map: WireMap,
+    surface: Surface,
     /// λ of the wire, 1/s, and the fastest the air lets it lengthen, m/s.
     lambda: f64,
     cooling_speed: f64,
@@ -69,6 +71,7 @@ impl EnthalpyObserver {
         let speeds = lambda::speeds(&map, map.full_power);
         let cooling_speed = speeds.cooling.max(1e-3 * map.length * map.strain.max(1e-3));
         let mut estimator = EnthalpyObserver {
+            surface: Surface::of(model, &map),
             map,
             lambda: lambda::limits(&map, map.full_power).value.clamp(0.05, 50.0),
             cooling_speed,
@@ -96,6 +99,7 @@ impl EnthalpyObserver {
     /// Back to the start, for a wire that is known to be as hot as this, °C.
     pub fn begin_at(&mut self, temperature_c: f64) {
         (self.temperature, self.fraction) = (temperature_c, self.start.martensite);
+        self.surface.settle(temperature_c);
         self.hottest = self.temperature;
         self.seen = false;
         (self.velocity, self.variance, self.loss_scale) = (0.0, 0.0, 1.0);
@@ -104,6 +108,12 @@ impl EnthalpyObserver {
         let theta = self.temperature - stress * self.map.shift;
         self.fraction = self.clipped(self.fraction, theta);
         self.elongation = self.map.elongation(self.fraction, stress, self.temperature);
+    }
+
+    /// What the wire gives to its surroundings, W.
+    #[inline]
+    fn loss_w(&self) -> f64 {
+        self.loss_scale * self.surface.loss_w_per_k * (self.temperature - self.surface.temperature_c)
     }
 
     /// ξ inside the outer curves (eq. 20).
@@ -193,7 +203,7 @@ impl EnthalpyObserver {
         let stress = cycle::stress(m, seen, self.elongation, self.velocity);
         let shift = stress * m.shift;
         // heat balance (eq. 48): what is not lost to the air, and what the change of phase releases
-        let loss = self.loss_scale * m.loss * (self.temperature - m.ambient);
+        let loss = self.loss_w();
         let heat = power - loss;
         let release = m.release(stress);
         let fraction = if measured {
@@ -215,6 +225,7 @@ impl EnthalpyObserver {
         }
         let m = &self.map;
         self.temperature = self.temperature.clamp(COLDEST_C, HOTTEST_C);
+        self.surface.follow(self.temperature, dt);
         if !measured {
             self.elongation = m.elongation(fraction, stress, self.temperature);
         }
@@ -227,11 +238,11 @@ impl EnthalpyObserver {
             heating_curve_c: curves.heating_c,
             cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.elongation,
-            loss_sigma_w: 0.2 * self.loss_scale * m.loss * (self.temperature - m.ambient).abs(),
+            loss_sigma_w: 0.2 * self.loss_w().abs(),
             release_j: release,
             full_power_w: self.full_power,
             velocity_m_s: self.velocity,
-            loss_w: self.loss_scale * m.loss * (self.temperature - m.ambient),
+            loss_w: self.loss_w(),
         }
     }
 }

@@ -16,6 +16,7 @@
 //! Without a length the motion goes on by the model alone: a kelvin changes the resistance as much as a quarter of a millimetre does,
 //! so that it says nothing of the length that the heat balance does not say better.
 
+use super::surface::Surface;
 use crate::cycle::{self, COLDEST_C, Curves, HOTTEST_C, SHORTEST_STEP_S, Start, inside};
 use crate::estimate::{Estimate, Observation};
 use crate::lambda;
@@ -227,6 +228,7 @@ pub struct FusedEstimator {
     inertia_s: f64,
     motion: Motion,
     heat: Heat,
+    surface: Surface,
     fraction: f64,
     /// Transformation strain over what the model says.
     strain: f64,
@@ -254,6 +256,7 @@ impl FusedEstimator {
             inertia_s: map.inertia_s(),
             motion: Motion { x: 0.0, model: 0.0, bias: 0.0, xx: 0.0, xb: 0.0, bb: 0.0 },
             heat: Heat::new(start.temperature_c, &map),
+            surface: Surface::of(model, &map),
             fraction: 1.0,
             strain: 1.0,
             rate: 0.0,
@@ -278,6 +281,7 @@ impl FusedEstimator {
     pub fn begin_at(&mut self, temperature_c: f64) {
         let m = &self.map;
         self.heat = Heat::new(temperature_c, m);
+        self.surface.settle(temperature_c);
         let stress = m.stress(m.strain * m.length, 0.0);
         self.fraction = self.start.martensite.clamp(0.0, 1.0);
         let x = m.elongation(self.fraction, stress, temperature_c);
@@ -363,6 +367,7 @@ impl FusedEstimator {
             }
         }
         self.keep_in_range();
+        self.surface.follow(self.heat.state[T], dt);
         let (m, state) = (&self.map, &self.heat.state);
         let temperature = state[T];
         if dt > 0.0 {
@@ -370,6 +375,7 @@ impl FusedEstimator {
             self.rate += fresh * ((temperature - before) / dt - self.rate);
         }
         self.hottest = cycle::hottest(m, self.hottest, power, dt, temperature);
+        let loss = self.surface.loss_w_per_k * (temperature - self.surface.temperature_c);
         Estimate {
             temperature_c: temperature,
             martensite: fraction,
@@ -380,9 +386,9 @@ impl FusedEstimator {
             length_m: m.length + x,
             full_power_w: self.full_power,
             velocity_m_s: velocity,
-            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt() * m.loss * (temperature - m.ambient).abs(),
+            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt() * loss.abs(),
             release_j: state[LATENT] * m.release(stress),
-            loss_w: state[LOSS] * m.loss * (temperature - m.ambient),
+            loss_w: state[LOSS] * loss,
         }
     }
 
@@ -395,7 +401,8 @@ impl FusedEstimator {
         self.fraction = fraction;
         let m = &self.map;
         let release = m.release(stress) * m.per_heat_capacity;
-        let loss = m.loss * (self.heat.state[T] - m.ambient);
+        let surface = self.surface;
+        let loss = surface.loss_w_per_k * (self.heat.state[T] - surface.temperature_c);
         let heat = power - self.heat.state[LOSS] * loss;
         let released = release * change;
         let rise = heat * dt * m.per_heat_capacity + self.heat.state[LATENT] * released;
@@ -405,7 +412,7 @@ impl FusedEstimator {
         let beyond = 1.0 - inside(fraction).min(inside(1.0 - fraction));
         let (latent, stored) = (LATENT_MODEL * release * change, beyond * CAPACITY_MODEL * rise);
         noise[T] += (latent * latent + stored * stored) * (MODEL_TIME_S / dt.max(1e-6)).min(100.0);
-        let per_kelvin = m.loss * dt * m.per_heat_capacity;
+        let per_kelvin = surface.loss_w_per_k * dt * m.per_heat_capacity;
         self.heat.predict(1.0 - self.heat.state[LOSS] * per_kelvin, -loss * dt * m.per_heat_capacity, released, &noise);
     }
 

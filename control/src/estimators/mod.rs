@@ -7,6 +7,7 @@
 mod enthalpy;
 mod fused;
 mod luenberger;
+mod surface;
 #[macro_use]
 mod table;
 
