@@ -125,6 +125,91 @@ impl fmt::Display for Change {
     }
 }
 
+/// A step of the system's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// It was set after this, CLOCK_MONOTONIC, ns.
+    pub after_ns: u64,
+    /// And before this.
+    pub before_ns: u64,
+    /// What it was set forward by (negative: back), ns.
+    pub by_ns: i64,
+}
+
+/// Readings of one machine's clocks over some time, as a recording holds them: system time of any stamp in it, and what became of it meanwhile.
+#[derive(Debug, Clone, PartialEq)]
+pub struct History {
+    readings: Vec<Reading>,
+}
+
+impl History {
+    /// Of readings in any order; `None` without any.
+    pub fn of(mut readings: Vec<Reading>) -> Option<History> {
+        readings.sort_by_key(|reading| reading.monotonic_ns);
+        (!readings.is_empty()).then_some(History { readings })
+    }
+
+    /// The readings, in order.
+    pub fn readings(&self) -> &[Reading] {
+        &self.readings
+    }
+
+    /// From the first to the last.
+    pub fn change(&self) -> Change {
+        let (first, last) = (&self.readings[0], &self.readings[self.readings.len() - 1]);
+        first.change_to(last)
+    }
+
+    /// When the system's clock was set.
+    pub fn steps(&self) -> impl Iterator<Item = Step> {
+        self.readings.windows(2).filter_map(|pair| {
+            let by_ns = pair[0].change_to(&pair[1]).step()?;
+            Some(Step { after_ns: pair[0].monotonic_ns, before_ns: pair[1].monotonic_ns, by_ns })
+        })
+    }
+
+    /// System time of a driver's stamp, ns since 1970 (UTC), as the clock was set then; `None` between two readings that it was set between.
+    pub fn system(&self, monotonic_ns: u64) -> Option<Mapped<i64>> {
+        let next = self.readings.partition_point(|reading| reading.monotonic_ns <= monotonic_ns);
+        let (before, after) = (next.checked_sub(1).map(|at| &self.readings[at]), self.readings.get(next));
+        match (before, after) {
+            (Some(before), Some(after)) if before.change_to(after).step().is_some() => None,
+            (Some(near), _) | (None, Some(near)) => Some(near.system(monotonic_ns)),
+            (None, None) => None,
+        }
+    }
+
+    /// For people, with times from this stamp on: how well system time was known, what its rate was corrected by, when it was set.
+    pub fn said(&self, start_ns: u64) -> String {
+        use std::fmt::Write as _;
+        let first = &self.readings[0];
+        let mut said = format!("system time ± {}", Span(first.system_error_ns));
+        if let Some(error_ns) = first.utc_error_ns {
+            let _ = write!(said, " (and that ± {} from UTC)", Span(error_ns));
+        } else {
+            said += " (not synchronised)";
+        }
+        let change = self.change();
+        if change.slew_error_ppm <= 10.0 {
+            let way = if change.slew_ppm < 0.0 { "slow" } else { "fast" };
+            let _ = write!(
+                said,
+                "; it ran {:.1} ± {:.1} ppm {way} beside the machine's counter",
+                change.slew_ppm.abs(),
+                change.slew_error_ppm
+            );
+        }
+        for step in self.steps() {
+            let at_s = step.before_ns.saturating_sub(start_ns) as f64 * 1e-9;
+            let _ = write!(said, "; set {} at {at_s:.1} s", Moved(step.by_ns));
+        }
+        if change.suspended_ns != 0 {
+            let _ = write!(said, "; the machine was suspended for {}", Span(change.suspended_ns.unsigned_abs()));
+        }
+        said
+    }
+}
+
 /// A step for people.
 struct Moved(i64);
 
@@ -200,5 +285,27 @@ mod tests {
         assert_eq!((slept.step(), slept.suspended_ns), (None, 3_000_000_000));
         let within = START.change_to(&Reading { system_ns: after(100).system_ns + 55, ..after(100) });
         assert_eq!(within.step(), None, "what the readings are off by is no step");
+    }
+
+    #[test]
+    fn a_history_knows_system_time_on_either_side_of_a_step() {
+        let stepped = |seconds, raw_ns: i64| Reading {
+            system_ns: after(seconds).system_ns + 1_200_000_000,
+            raw_ns: after(seconds).raw_ns.saturating_add_signed(raw_ns),
+            ..after(seconds)
+        };
+        let history = History::of(vec![stepped(34, -476_000), after(33), START, stepped(100, -1_400_000)]).unwrap();
+        let at = |ns: u64| history.system(START.monotonic_ns + ns).map(|at| at.ns - START.system_ns);
+        assert_eq!(at(10_000_000_000), Some(10_000_000_000));
+        assert_eq!(at(33_500_000_000), None);
+        assert_eq!(at(60_000_000_000), Some(61_200_000_000));
+        assert_eq!(at(200_000_000_000), Some(201_200_000_000), "after the last one");
+        let steps: Vec<Step> = history.steps().collect();
+        assert_eq!((steps.len(), steps[0].by_ns), (1, 1_200_000_000));
+        let said = history.said(START.monotonic_ns);
+        let expected = "system time ± 30 ns (not synchronised); it ran 14.0 ± 0.0 ppm fast beside the machine's counter; \
+                        set forward by 1.200 s at 34.0 s";
+        assert_eq!(said, expected);
+        assert!(History::of(Vec::new()).is_none());
     }
 }

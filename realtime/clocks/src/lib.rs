@@ -29,7 +29,7 @@ mod map;
 #[cfg(target_os = "linux")]
 mod reading;
 
-pub use change::{Change, Reading};
+pub use change::{Change, History, Reading, Step};
 pub use map::{Anew, ClockMap, ClockRules, Mapped, Update};
 #[cfg(target_os = "linux")]
 pub use reading::{Clocks, monotonic_ns};

@@ -68,7 +68,8 @@ impl Reading {
             monotonic_ns: at,
             system_ns: system.other_ns,
             system_error_ns: system.error_ns,
-            tai_offset_s: i32::try_from(tai_offset_s).ok().filter(|&seconds| seconds != 0),
+            // 0 where nobody has told the system; it was 10 s when UTC began
+            tai_offset_s: i32::try_from(tai_offset_s).ok().filter(|seconds| (10..100).contains(seconds)),
             boottime_ns: moved(&boottime).max(0) as u64,
             boottime_error_ns: boottime.error_ns,
             raw_ns: moved(&raw).max(0) as u64,
@@ -121,6 +122,7 @@ impl Clocks {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::{ClockMap, ClockRules};
 
     #[test]
     fn the_clocks_of_this_machine_agree_with_themselves() {
@@ -147,6 +149,52 @@ mod tests {
         assert!(first.system_error_ns < 100_000 && first.boottime_ns >= first.monotonic_ns - 1000, "{first:?}");
         if let Some(tai) = first.tai_offset_s {
             assert!((10..100).contains(&tai), "{tai}");
+        }
+    }
+
+    /// A clock of this machine that runs at another rate than CLOCK_MONOTONIC wherever that is corrected.
+    fn counter_ns() -> i64 {
+        now_ns(libc::CLOCK_MONOTONIC_RAW)
+    }
+
+    /// What it shows, independently: the closest of a thousand brackets.
+    fn looked_at() -> (u64, i64, u64) {
+        (0..1000)
+            .map(|_| (monotonic_ns(), counter_ns(), monotonic_ns()))
+            .min_by_key(|(before, _, after)| after - before)
+            .unwrap_or_default()
+    }
+
+    #[test]
+    fn a_real_clock_is_learnt_by_asking_it_and_by_stamps_of_another_thread() {
+        let (mut asked, mut received) = (ClockMap::new(ClockRules::default()), ClockMap::new(ClockRules::default()));
+        let (sender, stamps) = std::sync::mpsc::channel();
+        let device = std::thread::spawn(move || {
+            for _ in 0..600 {
+                let _ = sender.send(counter_ns());
+                std::thread::sleep(std::time::Duration::from_millis(5));
+            }
+        });
+        for (i, stamp) in stamps.into_iter().enumerate() {
+            received.late(monotonic_ns(), stamp);
+            if i % 20 == 0 {
+                let before = monotonic_ns();
+                let other = counter_ns();
+                asked.bracket(before, other, monotonic_ns());
+            }
+        }
+        device.join().unwrap();
+        let (before, other, after) = looked_at();
+        for (map, least_delay_ns) in [(&asked, 0), (&received, 1_000_000)] {
+            let at = map.driver_at(other).unwrap();
+            // how long a thread takes to wake at the least nobody knows here: the answer is late by that
+            assert!(
+                at.ns + at.error_ns >= before && at.ns <= after + at.error_ns + least_delay_ns,
+                "{before} {at:?} {after}"
+            );
+            assert!(at.error_ns < 2_000_000, "{at:?}");
+            let (ppm, error_ppm) = map.rate_ppm().unwrap();
+            assert!(ppm.abs() <= 500.0 + error_ppm, "{ppm} ± {error_ppm}");
         }
     }
 }

@@ -8,6 +8,7 @@ mod bridges;
 mod bundle;
 mod circles;
 mod clients;
+mod clocks;
 mod commands;
 mod conceal;
 mod demo;

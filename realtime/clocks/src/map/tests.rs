@@ -310,3 +310,29 @@ fn what_is_not_known_is_said_so() {
     let far = map.other_at(11_000_000_000).unwrap();
     assert!((2_000_000..2_010_000).contains(&far.error_ns), "{far:?}");
 }
+
+#[test]
+fn both_kinds_of_pairs_are_kept_for_as_long_as_there_is_room_without_an_allocation() {
+    let mut rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let truth = Truth { offset_ns: -5, rate_ppm: -40.0, wander_ppm: 0.5, period_s: 300.0 };
+    let rules = ClockRules { pairs: 40, ..ClockRules::default() };
+    let (mut map, mut judged) = (ClockMap::new(rules), Judged::default());
+    let room = map.kept.capacity();
+    for i in 0..30_000 {
+        let t = 1000.0 * S + 0.01 * S * i as f64;
+        let delay = Delays::Exponential(50_000.0).draw(&mut rng);
+        if i % 2 == 0 {
+            map.late((t + delay) as u64, truth.other(t as u64));
+        } else {
+            map.bracket((t - delay) as u64, truth.other(t as u64), (t + 10_000.0) as u64);
+        }
+        if i % 100 == 99 {
+            judged.look(&map, &truth, t as u64);
+        }
+    }
+    assert_eq!((judged.outside, judged.unknown, map.kept.capacity()), (0, 0, room));
+    assert!(map.kept.is_sorted_by(|a, b| a.at <= b.at) && map.pairs() > 20);
+    let late = map.kept.iter().filter(|pair| pair.is_late()).count();
+    assert!(late > 8 && map.pairs() - late > 8, "{late} of {}", map.pairs());
+    assert!(span_s(&map.kept) > 100.0, "{} s", span_s(&map.kept));
+}
