@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use sinew_recording::session::{History, Session};
+use sinew_recording::session::Session;
 use sinew_tests::{Driver, Process, RATE_HZ, Rig, recorded_so_far, run, sinew, wait_for, wait_until};
 
 fn system_ns() -> i64 {
@@ -36,8 +36,9 @@ fn a_client_and_a_recording_agree_on_the_time_of_day_of_a_drivers_stamps() {
 
     recorder.finish().expect(0);
     let session = Session::open(&file).unwrap();
-    let history = History::of(session.clocks().unwrap()).unwrap();
+    let history = session.clock_history().unwrap().unwrap();
     assert!(history.readings().len() >= 2, "at the start and at the end: {history:?}");
+    assert!(session.clocks().unwrap().starts_with(&history.readings()[..1]), "the same, one by one");
     assert_eq!(history.steps().count(), 0);
     let recorded = history.system(stamp).unwrap();
     assert!(recorded.ns.abs_diff(at.ns) <= recorded.error_ns + at.error_ns, "{recorded:?} {at:?}");
@@ -91,7 +92,7 @@ fn a_recording_says_when_the_system_clock_was_set_and_its_own_times_do_not_jump(
     assert!(text.contains("set forward by 1.200 s at"), "{text}");
 
     let session = Session::open(&file).unwrap();
-    let history = History::of(session.clocks().unwrap()).unwrap();
+    let history = session.clock_history().unwrap().unwrap();
     let (first, last) = session.span().unwrap().unwrap();
     let ahead = |ns: u64| history.system(ns).unwrap().ns - session.about().unix_ns(ns) as i64;
     assert!(ahead(first.monotonic_ns).abs() < 1_000_000);

@@ -12,7 +12,7 @@ use super::message::{Event, LoopFigures, body, damaged, decode_clocks};
 use super::{CLOCKS, CYCLES, Compression, EVENTS, Head, LOOP};
 use crate::error::Error;
 use mcap::records::op;
-use sinew_clocks::Reading;
+use sinew_clocks::{History, Reading};
 
 /// An open recording. Any number of readers may go through it at the same time.
 #[derive(Debug)]
@@ -195,6 +195,16 @@ impl Session {
     /// As [`Cycles::next`].
     pub fn clocks(&self) -> Result<Vec<Reading>, Error> {
         self.messages(self.topics.clocks, decode_clocks)
+    }
+
+    /// What became of the clocks of the recording machine meanwhile, and system time of any stamp: by what the end has of them, or, where it
+    /// broke off, by [`Session::clocks`]; `None` in recordings that are older than this.
+    ///
+    /// # Errors
+    /// As [`Cycles::next`].
+    pub fn clock_history(&self) -> Result<Option<History>, Error> {
+        let summed_up = self.ending.as_ref().map(|ending| ending.clocks.clone()).filter(|clocks| !clocks.is_empty());
+        Ok(History::of(summed_up.map_or_else(|| self.clocks(), Ok)?))
     }
 
     /// All messages of one of the smaller topics, out of the chunks that have any.

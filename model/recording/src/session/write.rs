@@ -239,7 +239,9 @@ impl<W: Write + Seek> SessionWriter<W> {
     /// # Errors
     /// [`What::Unwritable`].
     pub fn clocks(&mut self, reading: &Reading) -> Result<(), Error> {
-        self.message(self.topics.clocks, 0, reading.monotonic_ns, &encode_clocks(reading))
+        self.message(self.topics.clocks, 0, reading.monotonic_ns, &encode_clocks(reading))?;
+        self.ending.compared(reading);
+        Ok(())
     }
 
     fn message(&mut self, topic: u16, cycle: u64, monotonic_ns: u64, data: &[u8]) -> Result<(), Error> {

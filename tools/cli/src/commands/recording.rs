@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sinew_clocks::History;
 use sinew_recording::session::{Checkup, Compression, Gap, Head, Recovered, Session, check, recover as mend};
 use sinew_recording::{Error, Utc, What};
 
@@ -66,7 +65,6 @@ struct Info<'a> {
 /// What the clocks showed beside each other.
 #[derive(Debug, Serialize)]
 struct ClocksInfo {
-    readings: usize,
     system_error_ns: u64,
     utc_error_ns: Option<u64>,
     tai_offset_s: Option<i32>,
@@ -88,10 +86,9 @@ struct StepInfo {
 impl ClocksInfo {
     fn of(session: &Session) -> Result<Option<ClocksInfo>, Error> {
         let about = session.about();
-        let Some(history) = History::of(session.clocks()?) else { return Ok(None) };
+        let Some(history) = session.clock_history()? else { return Ok(None) };
         let (first, change) = (&history.readings()[0], history.change());
         Ok(Some(ClocksInfo {
-            readings: history.readings().len(),
             system_error_ns: first.system_error_ns,
             utc_error_ns: first.utc_error_ns,
             tai_offset_s: first.tai_offset_s,
