@@ -56,8 +56,8 @@ pub struct ClockRules {
     pub least_delay_ns: u64,
     /// See `least_delay_ns`.
     pub least_delay_error_ns: u64,
-    /// Late stamps must cover so much time, s, before they say anything; and those that are all later than ever, for so long, are of
-    /// a clock that was set back and not merely delayed.
+    /// Late stamps must cover so much time, s, before they say anything; and those that are all later than ever, for so long and by more
+    /// than twice what delays have been, are of a clock that was set back and not merely delayed.
     pub settle_s: f64,
     /// Pairs older than this are forgotten, s.
     pub window_s: f64,
@@ -152,6 +152,9 @@ pub struct ClockMap {
     interval: f64,
     /// The rate as of the latest pair, to compare late stamps of one interval by.
     rate: f64,
+    /// How late stamps have been at the most, ns: known to be delays, for a prompt one has followed; and since the last prompt one.
+    longest: f64,
+    longest_since: f64,
     /// Why it began anew, and how often.
     anew: Option<Anew>,
     times_anew: u64,
@@ -176,6 +179,8 @@ impl ClockMap {
             latest: (0, 0),
             interval: FINEST_NS,
             rate: 0.0,
+            longest: 0.0,
+            longest_since: 0.0,
             anew: None,
             times_anew: 0,
         }
@@ -223,6 +228,7 @@ impl ClockMap {
         self.origin = None;
         self.interval = FINEST_NS;
         self.rate = 0.0;
+        (self.longest, self.longest_since) = (0.0, 0.0);
     }
 
     /// The driver's time of a time of the other clock; `None` where that is not known: before enough pairs, and before the first pair
@@ -324,11 +330,34 @@ impl ClockMap {
             Found::Feasible(found) => found,
         };
         self.rate = 0.5 * (found.rate.0 + found.rate.1);
-        if new.high < found.low {
-            return jumped(new.high - found.low);
+        if new.is_late() {
+            self.note_delay(new, &found);
+        }
+        let early = found.low - new.high;
+        // One that is earlier than ever after late ones tells as well that all of those were delayed.
+        if early > 0.0 && !(new.is_late() && self.may_be_delay(early)) {
+            return jumped(-early);
         }
         // a late stamp is never too late
         (new.low > found.high).then(|| jumped(new.low - found.high)).flatten()
+    }
+
+    /// Takes note of how late a stamp is.
+    fn note_delay(&mut self, new: &Kept, found: &Feasible) {
+        let passed_s = 1e-9 * (new.at - self.kept.last().map_or(new.at, |last| last.at));
+        self.longest *= (-passed_s / self.rules.window_s).exp();
+        let delay = new.high - found.high;
+        if delay > found.high - found.low {
+            self.longest_since = self.longest_since.max(delay);
+        } else {
+            self.longest = self.longest.max(self.longest_since);
+            self.longest_since = 0.0;
+        }
+    }
+
+    /// Whether stamps may be so much later than others because they were delayed, ns: so they have been before.
+    fn may_be_delay(&self, by: f64) -> bool {
+        by <= 2.0 * self.longest
     }
 
     /// Keeps a pair, one of each kind and interval of time: that with the narrower bounds, or that which was less late.
@@ -402,9 +431,13 @@ impl ClockMap {
                     continue;
                 }
                 let line = self.below(some, at, sure);
-                lines[count] = line;
-                count += 1;
-                low = low.max(line.value - limit * line.away.abs());
+                let least = line.value - limit * line.away.abs();
+                // All of these are later than others: delayed together, if no more than others were.
+                if least <= high || !self.may_be_delay(least - high) {
+                    lines[count] = line;
+                    count += 1;
+                    low = low.max(least);
+                }
                 if some.len() < many {
                     break;
                 }

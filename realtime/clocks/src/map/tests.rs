@@ -336,3 +336,26 @@ fn both_kinds_of_pairs_are_kept_for_as_long_as_there_is_room_without_an_allocati
     assert!(late > 8 && map.pairs() - late > 8, "{late} of {}", map.pairs());
     assert!(span_s(&map.kept) > 100.0, "{} s", span_s(&map.kept));
 }
+
+#[test]
+fn a_busy_machine_makes_late_stamps_unsure_and_begins_nothing_anew() {
+    let truth = Truth { offset_ns: 3, rate_ppm: 25.0, wander_ppm: 0.0, period_s: 100.0 };
+    let mut rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let (mut map, mut judged) = (ClockMap::new(ClockRules::default()), Judged::default());
+    for i in 0..6000 {
+        let seconds = 0.005 * i as f64;
+        let t = 1000.0 * S + S * seconds;
+        // all of the first three seconds, and once more for four: by milliseconds, together
+        let busy = seconds < 3.0 || (12.0..16.0).contains(&seconds);
+        let delay = Delays::Exponential(40_000.0).draw(&mut rng)
+            + if busy { 2e6 + Delays::Exponential(3e6).draw(&mut rng) } else { 0.0 };
+        map.late((t + delay) as u64, truth.other(t as u64));
+        // while it was busy from the start nobody could know what it does otherwise
+        if i % 10 == 0 && seconds > 3.1 {
+            judged.look(&map, &truth, t as u64);
+        }
+    }
+    assert_eq!((map.anew().1, judged.outside, judged.unknown), (0, 0, 0));
+    let (error, bound) = judged.medians();
+    assert!(bound < 6.0 * error + 3000.0 && bound < 200_000.0, "{error} {bound}");
+}

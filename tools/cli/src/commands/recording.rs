@@ -158,7 +158,7 @@ impl Info<'_> {
         let wires = if self.simulated { "simulated" } else { "real" };
         row("rig", format!("{} ({wires}), recorded by {}", self.rig, self.software));
         row("started", self.started.clone());
-        row("clocks", self.clocks.as_ref().map_or("not compared: an older recording".into(), |c| c.said.clone()));
+        row("clocks", self.clocks.as_ref().map_or("not compared".into(), |c| c.said.clone()));
         row("time", format!("{:.3} s at {} Hz", self.seconds, self.rate_hz));
         let range = match (self.first_cycle, self.last_cycle) {
             (Some(first), Some(last)) => format!(" ({first} to {last})"),
