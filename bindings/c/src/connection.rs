@@ -176,8 +176,8 @@ pub extern "C" fn sinew_monotonic_ns() -> u64 {
     calm(0, ipc::monotonic_ns)
 }
 
-/// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a comparison of the two clocks, made
-/// now. It takes some µs. A stamp from before somebody has set the system's clock comes out as that is set now.
+/// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
+/// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
 ///
 /// # Safety
 /// As `sinew.h` says of pointers.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::map::Mapped;
+use crate::mapped::{Mapped, Span};
 
 /// What the clocks of a machine showed at one instant.
 ///
@@ -216,20 +216,6 @@ struct Moved(i64);
 impl fmt::Display for Moved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} by {}", if self.0 < 0 { "back" } else { "forward" }, Span(self.0.unsigned_abs()))
-    }
-}
-
-/// A time for people, ns.
-pub(crate) struct Span(pub(crate) u64);
-
-impl fmt::Display for Span {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            ns @ 0..10_000 => write!(f, "{ns} ns"),
-            ns @ 10_000..10_000_000 => write!(f, "{:.1} µs", ns as f64 * 1e-3),
-            ns @ 10_000_000..1_000_000_000 => write!(f, "{:.1} ms", ns as f64 * 1e-6),
-            ns => write!(f, "{:.3} s", ns as f64 * 1e-9),
-        }
     }
 }
 

@@ -26,10 +26,12 @@
 
 mod change;
 mod map;
+mod mapped;
 #[cfg(target_os = "linux")]
 mod reading;
 
 pub use change::{Change, History, Reading, Step};
-pub use map::{Anew, ClockMap, ClockRules, Mapped, Update};
+pub use map::{Anew, ClockMap, ClockRules, Update};
+pub use mapped::Mapped;
 #[cfg(target_os = "linux")]
 pub use reading::{Clocks, monotonic_ns};

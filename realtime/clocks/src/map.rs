@@ -13,7 +13,7 @@
 
 use std::fmt;
 
-use crate::change::Span;
+use crate::mapped::{Mapped, Span};
 
 /// Pairs that one answer looks at, at the most: the nearest.
 const NEAREST: usize = 128;
@@ -25,21 +25,6 @@ const SURE: f64 = 14.0;
 const SURE_OF_A_JUMP: f64 = 25.0;
 /// First interval of time that only one pair is kept of, ns.
 const FINEST_NS: f64 = 1e6;
-
-/// A time on another clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mapped<T> {
-    /// The time, ns.
-    pub ns: T,
-    /// What it is off by at the most, ns.
-    pub error_ns: u64,
-}
-
-impl<T: fmt::Display> fmt::Display for Mapped<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ns ± {}", self.ns, Span(self.error_ns))
-    }
-}
 
 /// What is assumed of the other clock.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)]
 
 use crate::change::{Change, Reading};
-use crate::map::Mapped;
+use crate::mapped::Mapped;
 
 /// So often each clock is read between two readings of CLOCK_MONOTONIC; the closest two count. What interrupts one (a scheduler, an
 /// interrupt) hardly interrupts all.
