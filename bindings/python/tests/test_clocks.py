@@ -28,7 +28,7 @@ def test_a_device_that_is_asked_is_learnt_with_its_rate():
         assert abs(there.ns - shows(ns)) <= there.error_ns and abs(back.ns - ns) <= back.error_ns
         assert str(there) == f"{there.ns} ± {there.error_ns} ns"
     assert daq.other_at(40_500_000_000).error_ns < daq.other_at(300_000_000_000).error_ns
-    said = daq.pair(61_000_000_000, 5, 100)
+    said = daq.pair(61_000_000_000, 5_000_000, 100)
     assert "was reset" in said and len(daq) == 1
     assert daq.driver_at(0) is None, "before the reset"
     daq.clear()
