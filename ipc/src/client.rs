@@ -10,8 +10,8 @@
 use crate::link::{Link, Waiter};
 use crate::stream::CycleStream;
 use crate::{
-    ALL_CHANNELS, ChannelInfo, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, MAX_CHANNELS, Outcome,
-    Reason, Refusal, Reply, Snapshot,
+    ALL_CHANNELS, ChannelInfo, Clocks, Command, CommandKind, DriverState, Error, Fault, Info, LoopStats, MAX_CHANNELS,
+    Outcome, Reason, Refusal, Reply, Snapshot,
 };
 use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -211,6 +211,14 @@ impl Client {
     /// Fault changes from now on.
     pub fn faults(&self) -> FaultWatch<&Client> {
         FaultWatch::new(self)
+    }
+
+    /// The clocks of this machine beside the driver's, compared now: system time, TAI and boot time of its stamps, each with its error.
+    ///
+    /// All stamps of a driver are CLOCK_MONOTONIC, which runs at the rate of system time and is never set. So one comparison does until
+    /// somebody sets the system's clock, which [`Clocks::refresh`] says. It takes some µs. A device's own clock is a [`sinew_clocks::ClockMap`]'s.
+    pub fn clocks(&self) -> Clocks {
+        Clocks::now()
     }
 
     /// Age of the latest state.

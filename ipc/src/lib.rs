@@ -66,6 +66,9 @@ mod setpoints;
 mod stream;
 mod sys;
 
+/// Clocks beside the driver's: see [`Client::clocks`] for those of this machine, [`ClockMap`] for a device's.
+pub use sinew_clocks::{Anew, Change, ClockMap, ClockRules, Clocks, Mapped, Reading, Update, monotonic_ns};
+
 pub use client::{Client, ClientOptions, DriverHealth, FaultChange, FaultWatch, Taken, Wanted};
 pub use error::{Error, Reason, Refusal};
 pub use fault::{FAULT_TABLE, Fault, FaultRow, fault_table_markdown};
@@ -82,4 +85,3 @@ pub use run::{RigLock, running, runtime_dir};
 pub use server::{Asker, CommandServer, CyclePublisher, Request, Server, StateWriter};
 pub use setpoints::{Progress, SetpointOptions, Setpoints};
 pub use stream::{Cycle, CycleStream};
-pub use sys::monotonic_ns;

@@ -1,4 +1,4 @@
-//! The system calls of this crate: the monotonic clock, the user's number, and file locks.
+//! The system calls of this crate: the user's number, and file locks.
 //!
 //! The locks are open-file-description locks (`F_OFD_SETLK`): like those of `flock` they belong to the open file, work between
 //! threads as between processes and are released by the kernel however the process ends; unlike those they can be
@@ -8,14 +8,6 @@
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
-
-/// CLOCK_MONOTONIC now, ns: the clock of every time stamp in a message.
-pub fn monotonic_ns() -> u64 {
-    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `now` is a valid place for a timespec; the call writes nothing else.
-    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut now) };
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
-}
 
 /// The effective user id.
 pub fn user_id() -> u32 {

@@ -683,6 +683,10 @@ SinewStatus sinew_rig_text(const SinewClient *client,
 // The clock of all times in messages: CLOCK_MONOTONIC, ns.
 uint64_t sinew_monotonic_ns(void);
 
+// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
+// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
+SinewStatus sinew_system_time(uint64_t monotonic_ns, int64_t *system_ns, uint64_t *error_ns);
+
 // The latest state: one whole cycle, never parts of two. Does not wait, and goes on giving the last one after the
 // driver's end.
 // Channels that are not there are left as they were.

@@ -175,3 +175,20 @@ pub unsafe extern "C" fn sinew_rig_text(
 pub extern "C" fn sinew_monotonic_ns() -> u64 {
     calm(0, ipc::monotonic_ns)
 }
+
+/// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
+/// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
+///
+/// # Safety
+/// As `sinew.h` says of pointers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sinew_system_time(monotonic_ns: u64, system_ns: *mut i64, error_ns: *mut u64) -> Status {
+    border(|| {
+        // SAFETY: room for a number each.
+        let (time, error) = unsafe { (Place::at(system_ns, "system_ns")?, Place::at(error_ns, "error_ns")?) };
+        let at = ipc::Clocks::now().system(monotonic_ns);
+        time.put(at.ns);
+        error.put(at.error_ns);
+        Ok(Status::SINEW_OK)
+    })
+}

@@ -247,6 +247,14 @@ static_assert(sizeof(Wanted) == sizeof(SinewWanted), "a row of one is a row of t
 /// The cycle from which on a command is in force, and the lease as granted.
 using Taken = SinewTaken;
 
+/// A time on another clock.
+struct Mapped {
+    /// The time, ns.
+    std::int64_t ns;
+    /// What it is off by at the most, ns.
+    std::uint64_t error_ns;
+};
+
 /// One change of a channel's fault.
 struct FaultChange {
     /// Number of the channel.
@@ -381,6 +389,13 @@ public:
             rigs.emplace_back(names[i].text);
         }
         return rigs;
+    }
+
+    /// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: as the clock is set now.
+    static Mapped system_time(std::uint64_t monotonic_ns) {
+        Mapped at{};
+        detail::done(sinew_system_time(monotonic_ns, &at.ns, &at.error_ns));
+        return at;
     }
 
     /// What does not change while the driver runs.

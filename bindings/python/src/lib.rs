@@ -2,6 +2,7 @@
 //!
 //! | module | |
 //! |---|---|
+//! | [`clocks`] | clocks beside the driver's |
 //! | [`driver`] | the client of a running driver (Linux) |
 //! | [`analysis`] | simulate, identify, diagnose: with the interpreter's lock released, progress told and Ctrl-C obeyed |
 //! | [`recordings`] | sessions and recordings as columns |
@@ -11,6 +12,7 @@
 //! Nothing here knows NumPy: the stable interface of Python (abi3) has no arrays, and bytes are what both sides understand.
 
 mod analysis;
+mod clocks;
 mod columns;
 #[cfg(target_os = "linux")]
 mod driver;
@@ -23,6 +25,11 @@ mod recordings;
 mod _sinew {
     #[pymodule_export]
     use super::analysis::{diagnose, identify, simulate};
+    #[pymodule_export]
+    use super::clocks::ClockMap;
+    #[cfg(target_os = "linux")]
+    #[pymodule_export]
+    use super::clocks::Clocks;
     #[cfg(target_os = "linux")]
     #[pymodule_export]
     use super::driver::{Client, Stream, discover, fault_table, fields, modes};

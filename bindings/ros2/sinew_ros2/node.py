@@ -12,9 +12,9 @@ from typing import Callable, Dict, Optional, Tuple
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.time import Time
 from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
@@ -39,6 +39,7 @@ class SinewNode(Node):
         publish_hz, command_hz = parameter("publish_hz", 50.0), parameter("command_hz", 50.0)
 
         self._rig: Optional[sinew.Rig] = None
+        self._clocks = sinew.Clocks()
         self._said = ""
         self._moving: Optional[Tuple[Trajectory, float]] = None
         """What is being carried out, and since when on ``time.monotonic()``."""
@@ -194,14 +195,24 @@ class SinewNode(Node):
 
     # What is published
 
+    def _ros_time(self, monotonic_ns: int) -> Tuple[Time, int]:
+        """ROS time of a driver's stamp, and what that is off by at the most, ns."""
+        if self.get_clock().ros_time_is_active:
+            # Simulated time runs at a rate of its own, stands still or jumps: what passed since the stamp is not known in it.
+            now, age_ns = self.get_clock().now(), max(time.monotonic_ns() - monotonic_ns, 0)
+            return Time(nanoseconds=max(now.nanoseconds - age_ns, 0), clock_type=now.clock_type), age_ns
+        change = self._clocks.refresh()
+        if change.step_ns is not None:
+            self.get_logger().warning(str(change))
+        at = self._clocks.system(monotonic_ns)
+        return Time(nanoseconds=at.ns, clock_type=self.get_clock().clock_type), at.error_ns
+
     def _publish(self) -> None:
         rig = self._rig
         if rig is None:
             return
         snapshot = rig.snapshot()
-        # The driver's clock is CLOCK_MONOTONIC: what was sampled so long ago was sampled so long ago on ROS's clock.
-        age = Duration(nanoseconds=max(time.monotonic_ns() - snapshot.monotonic_ns, 0))
-        stamp = (self.get_clock().now() - age).to_msg()
+        stamp = self._ros_time(snapshot.monotonic_ns)[0].to_msg()
         message = JointState()
         message.header.stamp = stamp
         message.name = list(rig.channels)
@@ -223,6 +234,12 @@ class SinewNode(Node):
             stats, health = rig.loop_stats, rig.health
             level = DiagnosticStatus.OK if health == "running" else DiagnosticStatus.WARN
             counts = {"cycles": stats["cycles"], "missed": stats["missed"], "rate_hz": rig.rate_hz, "pid": rig.pid}
+            is_simulated = self.get_clock().ros_time_is_active
+            _, error_ns = self._ros_time(rig.snapshot().monotonic_ns)
+            utc_error_ns = self._clocks.utc_error_ns
+            counts["stamps"] = "simulated time" if is_simulated else "system time"
+            counts["stamp_error_s"] = 1e-9 * error_ns
+            counts["utc_error_s"] = "not synchronised" if utc_error_ns is None else 1e-9 * utc_error_ns
             array.status = [_status(level, "sinew: driver", rig.name, health, counts)]
             array.status += [_channel_status(rig, channel) for channel in rig]
         self._diagnostics.publish(array)

@@ -50,6 +50,23 @@ def test_states_are_those_of_the_driver_at_their_time(rig, listener):
     assert all(0.0 < t.temperature < 60.0 for t in listener.temperatures), "cold wires"
 
 
+def test_stamps_are_the_system_time_of_the_samples_and_their_error_is_diagnosed(rig, listener):
+    seen = len(listener.states)
+    with rig.recorder() as recorder:
+        listener.wait_until(lambda: len(listener.states) > seen + 20, "states")
+        time.sleep(0.1)
+    clocks, cycles = rig.clocks, set(recorder.record.monotonic_ns.tolist())
+    stamps = [10**9 * s.header.stamp.sec + s.header.stamp.nanosec for s in listener.states[seen + 5 : seen + 20]]
+    error_ns = 2 * max(clocks.system(0).error_ns, 1_000)
+    for stamp in stamps:
+        at = clocks.driver_at_system(stamp).ns
+        assert min(abs(at - cycle) for cycle in cycles) <= error_ns, "each is the time of a cycle, not of the look at it"
+    listener.wait_until(lambda: listener.status("driver"), "a diagnosis")
+    values = {pair.key: pair.value for pair in listener.status("driver").values}
+    assert values["stamps"] == "system time" and 0.0 < float(values["stamp_error_s"]) < 1e-3
+    assert values["utc_error_s"] == "not synchronised" or float(values["utc_error_s"]) >= 0.0
+
+
 def test_a_command_holds_for_its_lease_and_no_longer(rig, listener):
     target_m = stroke_m(rig, "left", 0.3)
     for _ in range(20):

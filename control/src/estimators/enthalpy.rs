@@ -225,7 +225,7 @@ impl EnthalpyObserver {
         }
         let m = &self.map;
         self.temperature = self.temperature.clamp(COLDEST_C, HOTTEST_C);
-        self.surface.follow(self.temperature, dt);
+        self.surface.follow(self.temperature, self.loss_scale, dt);
         if !measured {
             self.elongation = m.elongation(fraction, stress, self.temperature);
         }

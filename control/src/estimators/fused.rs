@@ -367,7 +367,7 @@ impl FusedEstimator {
             }
         }
         self.keep_in_range();
-        self.surface.follow(self.heat.state[T], dt);
+        self.surface.follow(self.heat.state[T], self.heat.state[LOSS], dt);
         let (m, state) = (&self.map, &self.heat.state);
         let temperature = state[T];
         if dt > 0.0 {

@@ -47,12 +47,13 @@ impl Surface {
         }
     }
 
-    /// After `dt` seconds beside a wire of this temperature, °C: C Ṫ_s = k_i (T − T_s) − k_o (T_s − T∞), implicitly.
+    /// After `dt` seconds beside a wire of this temperature, °C, that loses so many times as much as it should: C Ṫ_s = k_i (T − T_s) −
+    /// k_o (T_s − T∞), implicitly. What leaves the wire is in the sleeve: an error of the loss makes none of the whole.
     #[inline]
-    pub(crate) fn follow(&mut self, wire_c: f64, dt: f64) {
+    pub(crate) fn follow(&mut self, wire_c: f64, loss_scale: f64, dt: f64) {
         if let Some(sleeve) = &self.sleeve {
             let Sleeve { heat_capacity_j_per_k: stored, outer_w_per_k: outer, ambient_c } = *sleeve;
-            let inner = self.loss_w_per_k;
+            let inner = loss_scale * self.loss_w_per_k;
             let now = (stored * self.temperature_c + dt * (inner * wire_c + outer * ambient_c))
                 / (stored + dt * (inner + outer));
             if now.is_finite() {
@@ -88,7 +89,7 @@ mod tests {
         for cycle in 0..20_000 {
             let drive = if cycle < 8000 { 0.2 } else { 0.0 };
             wire.step(&Inputs { drive, ..model.rest_inputs() }, 1e-3);
-            surface.follow(wire.temperature_c(), 1e-3);
+            surface.follow(wire.temperature_c(), 1.0, 1e-3);
             let whole_j = wire.energy().sheath_j;
             let own_j = 0.03 * (surface.temperature_c - model.ambient_c);
             kept_j = f64::max(kept_j, whole_j);
@@ -104,7 +105,7 @@ mod tests {
         surface.settle(model.ambient_c + 90.0);
         assert!((surface.temperature_c - model.ambient_c - 60.0).abs() < 1e-9);
         let before = surface.temperature_c;
-        surface.follow(model.ambient_c + 90.0, 1.0);
+        surface.follow(model.ambient_c + 90.0, 1.0, 1.0);
         assert!((surface.temperature_c - before).abs() < 1e-9, "at rest");
     }
 
@@ -114,7 +115,7 @@ mod tests {
         let map = WireMap::new(&model);
         let mut surface = Surface::of(&model, &map);
         surface.settle(150.0);
-        surface.follow(150.0, 1.0);
+        surface.follow(150.0, 1.0, 1.0);
         assert_eq!((surface.temperature_c, surface.loss_w_per_k), (map.ambient, map.loss));
     }
 }

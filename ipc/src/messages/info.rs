@@ -105,7 +105,7 @@ impl Info {
             pid: std::process::id(),
             rig: Name::new(rig)?,
             rate_hz,
-            started_ns: crate::sys::monotonic_ns(),
+            started_ns: crate::monotonic_ns(),
             channels: channels.len() as u32,
             simulated: 0,
             channel,

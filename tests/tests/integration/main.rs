@@ -9,6 +9,7 @@ mod bringup;
 mod bundle;
 mod circles;
 mod clients;
+mod clocks;
 mod commands;
 mod conceal;
 mod demo;

@@ -6,8 +6,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use sinew_ipc::Clocks;
 use sinew_ipc::Fault;
-use sinew_recorder::{FaultEvents, unix_ns};
+use sinew_recorder::FaultEvents;
 use sinew_recording::session::{About, Ended, Event, Layout, SessionWriter, WriteOptions};
 use sinew_recording::{Part, Utc, What};
 use sinew_rig::Rig;
@@ -98,6 +99,8 @@ impl Writer {
         let flag = Fault::from_code(due.fault).map_or("fault", Fault::flag);
         let channel = self.layout.channels.get(due.channel).map_or("", String::as_str);
         self.place.prepare()?;
+        let clocks = Clocks::now();
+        let unix_ns = |monotonic_ns| clocks.system(monotonic_ns).ns.max(0) as u64;
         let path = self.place.path(Utc::of_unix_ns(unix_ns(due.at_ns)), channel, flag);
         let failed = |reason: std::io::Error| {
             let (file, what) = (path.display().to_string(), What::Unwritable { reason: reason.to_string() });
@@ -116,6 +119,7 @@ impl Writer {
         let (part, file) = Part::create(&path).map_err(failed)?;
         let options = WriteOptions::new(path.to_string_lossy());
         let mut session = SessionWriter::create(BufWriter::new(file), &about, &self.layout, options)?;
+        session.clocks(clocks.reading())?;
         let mut faults = FaultEvents::new(self.layout.channels.len());
         let mut said = false;
         for (head, bytes) in cycles().filter(|(head, _)| within(head.monotonic_ns)) {

@@ -59,7 +59,7 @@ pub use events::FaultEvents;
 pub use figures::loop_figures;
 pub use files::part_path;
 pub use options::Options;
-pub use recorder::{Live, Recorder, Report, unix_ns};
+pub use recorder::{Live, Recorder, Report};
 pub use shared::Removed;
 pub use size::size;
 pub use state::layout;

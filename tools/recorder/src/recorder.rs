@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{SystemTime, UNIX_EPOCH};
 
-use sinew_ipc::{ChannelState, Client, monotonic_ns};
+use sinew_ipc::{ChannelState, Client, Clocks};
 use sinew_recording::session::{About, Ended, Gap, Layout};
 use sinew_recording::{Error as RecordingError, What};
 use sinew_threads::Thread;
@@ -107,13 +106,14 @@ impl Recorder {
             layout(client.channels().iter().map(|channel| channel.name.to_string()).collect()).map_err(misnamed)?;
         let from_ns = client.with_latest(|state| state.monotonic_ns);
         let stream = client.stream()?;
+        let clocks = client.clocks();
         let about = About {
             rig: info.rig.to_string(),
             rate_hz: info.rate_hz,
             software: concat!("sinew ", env!("CARGO_PKG_VERSION")).into(),
             kind: "driver".into(),
             simulated: info.simulated != 0,
-            started_unix_ns: unix_ns(from_ns),
+            started_unix_ns: clocks.system(from_ns).ns.max(0) as u64,
             started_monotonic_ns: from_ns,
             rig_toml: client.rig_text()?,
             extra: [("protocol", info.protocol.to_string()), ("driver_pid", info.pid.to_string())]
@@ -130,7 +130,9 @@ impl Recorder {
             let over = shared.clone();
             let shared = shared.clone();
             let start = Thread::Writer.start().ends_when(move || over.is_written.load(Ordering::Acquire));
-            start.spawn(move || write(&options, about, layout, &shared, &outlet, &ready)).map_err(Error::Thread)?
+            start
+                .spawn(move || write(&options, about, layout, clocks, &shared, &outlet, &ready))
+                .map_err(Error::Thread)?
         };
         // The first file is open, or it is known why not.
         match opened.recv() {
@@ -235,12 +237,13 @@ fn write(
     options: &Options,
     about: About,
     layout: Layout,
+    clocks: Clocks,
     shared: &Shared,
     outlet: &Outlet,
     ready: &std::sync::mpsc::Sender<Result<(), Error>>,
 ) -> Written {
     let _said = SaysItEnded(shared);
-    match Writer::new(options, about, layout, shared, &free_bytes) {
+    match Writer::new(options, about, layout, clocks, shared, &free_bytes) {
         Ok(writer) => {
             let _ = ready.send(Ok(()));
             let written = writer.run(outlet);
@@ -263,12 +266,6 @@ impl Drop for SaysItEnded<'_> {
         self.0.stop.store(true, Ordering::Relaxed);
         self.0.ended.store(true, Ordering::Release);
     }
-}
-
-/// Time of day, ns since 1970, at a moment of the monotonic clock, ns.
-pub fn unix_ns(moment_ns: u64) -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
-    now.saturating_sub(monotonic_ns().saturating_sub(moment_ns))
 }
 
 // A recording is made of these bytes as they are.

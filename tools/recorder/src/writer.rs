@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use sinew_ipc::{Clocks, Reading};
 use sinew_recording::session::{Abandoned, About, Ended, Ending, Head, Layout, SessionWriter, WriteOptions, close_off};
 
 use crate::blocks::{Item, Outlet};
@@ -21,6 +22,8 @@ use crate::warning::Warning;
 const IDLE: Duration = Duration::from_millis(200);
 /// How often what is written is brought to the disk: what a power failure may cost.
 const SYNC: Duration = Duration::from_secs(5);
+/// How often the clocks are written beside each other; when the system's is set, at once.
+const CLOCKS_NS: u64 = 10_000_000_000;
 /// What a summary takes for each chunk, and at all, bytes: to end a file before it is too large.
 const SUMMARY_PER_CHUNK: u64 = 160;
 const SUMMARY: u64 = 64 << 10;
@@ -34,6 +37,9 @@ pub(crate) struct Writer<'a> {
     /// `None` once nothing more can be written.
     part: Option<Part>,
     written: Written,
+    clocks: Clocks,
+    /// When the clocks were written last, CLOCK_MONOTONIC, ns.
+    clocks_written_ns: u64,
     faults: FaultEvents,
     kept: Kept,
     floor: Floor<'a>,
@@ -59,6 +65,7 @@ impl<'a> Writer<'a> {
         options: &'a Options,
         about: About,
         layout: Layout,
+        clocks: Clocks,
         shared: &'a Shared,
         free: &'a Free<'a>,
     ) -> Result<Writer<'a>, Error> {
@@ -70,6 +77,8 @@ impl<'a> Writer<'a> {
             shared,
             part: None,
             written: Written::default(),
+            clocks,
+            clocks_written_ns: 0,
             kept: Kept::new(options),
             floor: Floor::new(options.keep_free_bytes, free),
         };
@@ -96,7 +105,10 @@ impl<'a> Writer<'a> {
             chunk_bytes: most_bytes.map_or(defaults.chunk_bytes, |most| defaults.chunk_bytes.min(most / 8)),
             ..defaults
         };
-        let session = SessionWriter::create(file, &self.about, &self.layout, options)?;
+        let mut session = SessionWriter::create(file, &self.about, &self.layout, options)?;
+        // The comparison that the time of day of all its messages is made by, or, in a later file, the latest.
+        session.clocks(self.clocks.reading())?;
+        self.clocks_written_ns = self.clocks.reading().monotonic_ns;
         self.written.files.push(path.clone());
         self.shared.set_file(&path);
         let bytes = session.bytes();
@@ -142,7 +154,8 @@ impl<'a> Writer<'a> {
                     return self.written;
                 }
             };
-            let synced = done.and_then(|()| self.sync());
+            let compared = done.and_then(|()| self.compare_clocks());
+            let synced = compared.and_then(|()| self.sync());
             self.settle(synced);
         }
     }
@@ -180,6 +193,30 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
+    /// Looks at the clocks. They are written now and then, and on either side of what became of the system's.
+    fn compare_clocks(&mut self) -> Result<(), Error> {
+        let before = *self.clocks.reading();
+        let change = self.clocks.refresh();
+        let now = *self.clocks.reading();
+        let is_another = change.step().is_some() || change.suspended_ns != 0 || change.tai_offset_changed;
+        let is_due = now.monotonic_ns.saturating_sub(self.clocks_written_ns) >= CLOCKS_NS;
+        match (is_another, is_due) {
+            (true, _) => self.write_clocks(&[before, now]),
+            (false, true) => self.write_clocks(&[now]),
+            (false, false) => Ok(()),
+        }
+    }
+
+    fn write_clocks(&mut self, readings: &[Reading]) -> Result<(), Error> {
+        for reading in readings.iter().filter(|reading| reading.monotonic_ns > self.clocks_written_ns) {
+            if let Some(part) = &mut self.part {
+                part.session.clocks(reading)?;
+            }
+        }
+        self.clocks_written_ns = readings.last().map_or(self.clocks_written_ns, |last| last.monotonic_ns);
+        Ok(())
+    }
+
     /// Removes the oldest files while there is too much. After the next one is open: should that fail, more is left.
     fn remove_oldest(&mut self) {
         let Some(being_written) = self.part.as_ref().map(Part::next_bytes) else { return };
@@ -212,6 +249,12 @@ impl<'a> Writer<'a> {
 
     /// Completes the present file.
     fn close(&mut self, ended: Ended) -> Result<(), Error> {
+        if self.part.is_none() {
+            return Ok(());
+        }
+        self.clocks.refresh();
+        let last = *self.clocks.reading();
+        self.write_clocks(&[last])?;
         let Some(mut part) = self.part.take() else { return Ok(()) };
         // a file that cannot be completed must still be reported
         if let Err(error) = part.session.cut() {
@@ -348,7 +391,7 @@ mod tests {
             rig_toml: None,
             extra: Default::default(),
         };
-        let writer = Writer::new(options, about, layout, &shared, free)?;
+        let writer = Writer::new(options, about, layout, Clocks::now(), &shared, free)?;
         let (inlet, outlet) = buffer(u64::MAX, held);
         let (mut block, mut last) = (Block::default(), Head::default());
         for cycle in 1..=cycles {

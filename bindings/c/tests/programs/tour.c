@@ -47,6 +47,16 @@ int main(int count, char **arguments) {
     CHECK(sinew_info(client, &info) == SINEW_OK);
     CHECK(info.protocol == SINEW_PROTOCOL && info.pid > 0 && strcmp(info.rig, rig) == 0 && info.rate_hz == 500.0);
     CHECK(info.started_ns > 0 && info.started_ns < sinew_monotonic_ns() && info.channels == 2 && info.simulated == 1 && info.foreign == 0);
+    int64_t system_ns = 0;
+    uint64_t error_ns = 0;
+    struct timespec earlier, later;
+    clock_gettime(CLOCK_REALTIME, &earlier);
+    uint64_t stamp = sinew_monotonic_ns();
+    clock_gettime(CLOCK_REALTIME, &later);
+    CHECK(sinew_system_time(stamp, &system_ns, &error_ns) == SINEW_OK && error_ns > 0 && error_ns < 10000000);
+    CHECK(system_ns + (int64_t)error_ns >= (int64_t)earlier.tv_sec * 1000000000 + earlier.tv_nsec);
+    CHECK(system_ns - (int64_t)error_ns <= (int64_t)later.tv_sec * 1000000000 + later.tv_nsec);
+    CHECK(sinew_system_time(stamp, NULL, &error_ns) == SINEW_ERROR_ARGUMENT);
     channels[1].lease_s = -1.0;
     CHECK(sinew_channels(client, channels, 1, &found) == SINEW_OK && found == 2 && channels[1].lease_s == -1.0);
     CHECK(sinew_channels(client, channels, SINEW_MAX_CHANNELS, &found) == SINEW_OK && found == 2);

@@ -3,6 +3,7 @@
 #include <sinew.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
@@ -50,6 +51,9 @@ int main(int count, char **arguments) {
     CHECK(count == 2);
     const std::string rig = arguments[1];
 
+    const auto now = sinew::Client::system_time(sinew_monotonic_ns());
+    const auto since = std::chrono::system_clock::now().time_since_epoch();
+    CHECK(std::chrono::duration_cast<std::chrono::seconds>(since - std::chrono::nanoseconds(now.ns)).count() == 0 && now.error_ns > 0);
     const auto rigs = sinew::Client::discover();
     CHECK(std::find(rigs.begin(), rigs.end(), rig) != rigs.end());
     auto first = sinew::Client::connect(rig);

@@ -29,6 +29,7 @@ from ._analysis import (
     identify,
     simulate,
 )
+from ._clocks import ClockMap, Mapped
 from ._errors import (
     BadInput,
     DriverGone,
@@ -46,12 +47,14 @@ from ._sinew import __version__
 
 __all__ = [
     "BadInput",
+    "ClockMap",
     "Diagnosis",
     "DriverGone",
     "Effect",
     "EffectSize",
     "Faulted",
     "Identified",
+    "Mapped",
     "Misfit",
     "NoAnswer",
     "NotAdmitted",
@@ -72,6 +75,7 @@ __all__ = [
 ]
 
 if _sys.platform == "linux":
+    from ._clocks import ClockChange, Clocks
     from ._process import run
     from ._rig import (
         Channel,

@@ -13,6 +13,7 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Set, 
 import numpy as np
 
 from . import _sinew, _state
+from ._clocks import Clocks
 from ._errors import BadInput, DriverGone, Faulted, NotRunning, SinewError, UnknownChannel
 from ._recordings import Record
 from ._stream import Recorder, Stream
@@ -355,6 +356,15 @@ class Rig:
         """The latest cycle: one whole one, never parts of two. Does not wait."""
         cycle, monotonic_ns, missed, cells = self._client.latest()
         return Snapshot(cycle, monotonic_ns, missed, _state.of_bytes(cells, len(self))[0])
+
+    @property
+    def clocks(self) -> Clocks:
+        """The clocks of this machine beside the driver's, compared now: system time, TAI and boot time of its stamps, with the error.
+
+        >>> rig.clocks.system(rig.snapshot().monotonic_ns)        # doctest: +SKIP
+        Mapped(ns=1785598212345678901, error_ns=41)
+        """
+        return Clocks()
 
     def wait(self, timeout: float = 1.0) -> bool:
         """Sleeps until the driver has something new, up to ``timeout`` seconds; False when nothing came."""

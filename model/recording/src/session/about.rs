@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use sinew_clocks::Reading;
+
 use super::layout::Layout;
 
 /// Name of the metadata at the beginning.
@@ -13,6 +15,8 @@ pub(super) const ENDING: &str = "sinew.end";
 pub(super) const RIG_FILE: &str = "rig.toml";
 /// What precedes a channel's identifier where its true name stands.
 const CHANNEL: &str = "channel.";
+/// Most comparisons of clocks its end has.
+const MAX_CLOCKS: usize = 1000;
 /// Most gaps a recording lists one by one.
 pub(super) const MAX_GAPS: usize = 10_000;
 
@@ -174,12 +178,60 @@ pub struct Ending {
     pub gaps_not_listed: u64,
     /// Periods the driver skipped from the first cycle to the last.
     pub missed: u64,
+    /// The clocks of the recording machine beside each other: the first and the last comparison, and those on either side of what became of
+    /// the system's clock. [`CLOCKS`](super::CLOCKS) has all of them.
+    pub clocks: Vec<Reading>,
+}
+
+/// A comparison of clocks in one word.
+fn word_of(reading: &Reading) -> String {
+    let Reading {
+        monotonic_ns, system_ns, system_error_ns, boottime_ns, boottime_error_ns, raw_ns, raw_error_ns, ..
+    } = reading;
+    let utc = reading.utc_error_ns.map_or(String::new(), |ns| ns.to_string());
+    let tai = reading.tai_offset_s.map_or(String::new(), |seconds| seconds.to_string());
+    format!(
+        "{monotonic_ns},{system_ns},{system_error_ns},{boottime_ns},{boottime_error_ns},{raw_ns},{raw_error_ns},{utc},{tai}"
+    )
+}
+
+fn reading_of(word: &str) -> Option<Reading> {
+    let mut words = word.split(',');
+    Some(Reading {
+        monotonic_ns: words.next()?.parse().ok()?,
+        system_ns: words.next()?.parse().ok()?,
+        system_error_ns: words.next()?.parse().ok()?,
+        boottime_ns: words.next()?.parse().ok()?,
+        boottime_error_ns: words.next()?.parse().ok()?,
+        raw_ns: words.next()?.parse().ok()?,
+        raw_error_ns: words.next()?.parse().ok()?,
+        utc_error_ns: words.next()?.parse().ok(),
+        tai_offset_s: words.next()?.parse().ok(),
+    })
 }
 
 impl Ending {
+    /// Takes note of a comparison of clocks.
+    pub(super) fn compared(&mut self, reading: &Reading) {
+        let same = |from: &Reading, to: &Reading| {
+            let change = from.change_to(to);
+            change.step().is_none() && change.suspended_ns == 0 && !change.tai_offset_changed
+        };
+        match self.clocks[..] {
+            // between two others nothing became of the clocks: the latest takes the place of the one before
+            [.., before, latest] if same(&before, &latest) && same(&latest, reading) => {
+                self.clocks.pop();
+            }
+            _ if self.clocks.len() >= MAX_CLOCKS => return,
+            _ => {}
+        }
+        self.clocks.push(*reading);
+    }
+
     pub(super) fn metadata(&self) -> BTreeMap<String, String> {
         let gaps: Vec<String> = self.gaps.iter().map(Gap::to_string).collect();
-        [
+        let clocks: Vec<String> = self.clocks.iter().map(word_of).collect();
+        let mut map: BTreeMap<String, String> = [
             ("ended", self.ended.map_or("", Ended::word).to_string()),
             ("cycles", self.cycles.to_string()),
             ("lost", self.lost.to_string()),
@@ -188,7 +240,11 @@ impl Ending {
             ("missed", self.missed.to_string()),
         ]
         .map(|(key, value)| (key.to_string(), value))
-        .into()
+        .into();
+        if !clocks.is_empty() {
+            map.insert("clocks".into(), clocks.join(" "));
+        }
+        map
     }
 
     pub(super) fn parse(map: &BTreeMap<String, String>) -> Ending {
@@ -206,6 +262,7 @@ impl Ending {
             gaps: text("gaps").split_whitespace().filter_map(gap).take(MAX_GAPS).collect(),
             gaps_not_listed: number("gaps_not_listed"),
             missed: number("missed"),
+            clocks: text("clocks").split_whitespace().filter_map(reading_of).take(MAX_CLOCKS).collect(),
         }
     }
 }
@@ -237,7 +294,24 @@ mod tests {
         assert_eq!(about.unix_ns(6_000_000_000), 1_700_000_001_123_456_789);
         assert_eq!(about.time_s(4_500_000_000), -0.5);
 
+        let first = Reading { monotonic_ns: 5, system_ns: -3, utc_error_ns: Some(0), ..Reading::default() };
+        let after = |seconds: u64, ahead_ns: i64| Reading {
+            monotonic_ns: 5 + seconds * 1_000_000_000,
+            system_ns: seconds as i64 * 1_000_000_000 + ahead_ns - 3,
+            boottime_ns: seconds * 1_000_000_000,
+            raw_ns: seconds * 1_000_000_000,
+            tai_offset_s: Some(37),
+            ..first
+        };
+        let mut clocks = Ending::default();
+        for reading in [first, after(1, 0), after(2, 0), after(3, 0), after(4, 99), after(5, 99), after(6, 99)] {
+            clocks.compared(&reading);
+        }
+        let kept = [first, after(1, 0), after(3, 0), after(4, 99), after(6, 99)];
+        assert_eq!(clocks.clocks, kept, "those on either side of a change, and the last");
+
         let ending = Ending {
+            clocks: clocks.clocks,
             ended: Some(Ended::DriverDied),
             cycles: 7,
             lost: 4,

@@ -1,4 +1,7 @@
-//! The two messages beside the cycles, what happened and how the loop did, as ROS 2 would encode them: schema text and CDR.
+//! The messages beside the cycles, what happened, how the loop did and what the clocks showed, as ROS 2 would encode them: schema text
+//! and CDR.
+
+use sinew_clocks::Reading;
 
 use super::error::Trouble;
 
@@ -208,6 +211,55 @@ uint64[] period_count
     }
 }
 
+/// Type and schema of the messages on [`super::CLOCKS`].
+pub(super) const CLOCKS_TYPE: &str = "sinew_msgs/msg/Clocks";
+pub(super) const CLOCKS_SCHEMA: &str = "\
+# What the clocks of the recording machine showed beside each other. An error is what a time is off by at the most.
+uint64 monotonic_ns  # the instant, CLOCK_MONOTONIC
+int64 system_ns  # CLOCK_REALTIME, since 1970 (UTC)
+uint64 system_error_ns
+uint64 boottime_ns  # CLOCK_BOOTTIME
+uint64 boottime_error_ns
+uint64 raw_ns  # CLOCK_MONOTONIC_RAW, which nobody corrects
+uint64 raw_error_ns
+uint64 utc_error_ns  # what system time is off from UTC by, as its synchronisation says; 2^64-1 = it is not synchronised
+int64 tai_offset_s  # what TAI is ahead of UTC by; 0 = not known
+";
+
+/// The message on [`super::CLOCKS`].
+pub(super) fn encode_clocks(reading: &Reading) -> Vec<u8> {
+    let mut out = Encoder::new();
+    for value in [
+        reading.monotonic_ns,
+        reading.system_ns as u64,
+        reading.system_error_ns,
+        reading.boottime_ns,
+        reading.boottime_error_ns,
+        reading.raw_ns,
+        reading.raw_error_ns,
+        reading.utc_error_ns.unwrap_or(u64::MAX),
+        i64::from(reading.tai_offset_s.unwrap_or(0)) as u64,
+    ] {
+        out.u64(value);
+    }
+    out.bytes
+}
+
+pub(super) fn decode_clocks(message: &[u8]) -> Result<Reading, &'static str> {
+    let mut from = Decoder::new(message)?;
+    Ok(Reading {
+        monotonic_ns: from.u64()?,
+        system_ns: from.u64()? as i64,
+        system_error_ns: from.u64()?,
+        boottime_ns: from.u64()?,
+        boottime_error_ns: from.u64()?,
+        raw_ns: from.u64()?,
+        raw_error_ns: from.u64()?,
+        utc_error_ns: Some(from.u64()?).filter(|&ns| ns != u64::MAX),
+        tai_offset_s: i32::try_from(from.u64()? as i64).ok().filter(|&seconds| seconds != 0),
+    })
+}
+
 /// The body of a message, which must be CDR, little endian.
 pub(super) fn body(message: &[u8]) -> Result<&[u8], &'static str> {
     match message.split_first_chunk::<4>() {
@@ -328,12 +380,18 @@ mod tests {
                 lateness: durations.clone(), period: durations, ..LoopFigures::default()
             };
             prop_assert_eq!(LoopFigures::decode(&figures.encode()).unwrap(), figures);
+            let reading = Reading {
+                monotonic_ns: numbers[0], system_ns: numbers[1] as i64, system_error_ns: numbers[2], boottime_ns: numbers[3],
+                boottime_error_ns: numbers[4], raw_ns: numbers[5], raw_error_ns: numbers[6],
+                utc_error_ns: Some(numbers[7]).filter(|&ns| ns != u64::MAX), tai_offset_s: Some(code as i32).filter(|&s| s != 0),
+            };
+            prop_assert_eq!(decode_clocks(&encode_clocks(&reading)).unwrap(), reading);
         }
 
         #[test]
         fn no_bytes_make_the_decoder_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
             let message = [&CDR_LE[..], &bytes].concat();
-            let _ = (Event::decode(&message), Event::decode(&bytes), LoopFigures::decode(&message));
+            let _ = (Event::decode(&message), Event::decode(&bytes), LoopFigures::decode(&message), decode_clocks(&message));
         }
     }
 

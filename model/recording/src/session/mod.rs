@@ -35,6 +35,7 @@ pub use layout::{Field, Kind, Layout, MAX_CHANNELS, MAX_FIELDS};
 pub use message::{Durations, Event, FAULT, GAP, LoopFigures, NOTE};
 pub use read::{CycleView, Cycles, Session, Size};
 pub use recover::{Recovered, recover};
+pub use sinew_clocks::{History, Reading, Step};
 pub use write::{Abandoned, SessionWriter, WriteOptions, close_off};
 
 /// Topic of the cycles.
@@ -43,6 +44,9 @@ pub const CYCLES: &str = "/cycles";
 pub const EVENTS: &str = "/events";
 /// Topic of the loop's figures.
 pub const LOOP: &str = "/loop";
+
+/// Topic of the clocks of the recording machine beside each other.
+pub const CLOCKS: &str = "/clocks";
 
 /// How the schemas of topics are written: ROS 2 message definitions.
 pub const SCHEMA_ENCODING: &str = "ros2msg";
@@ -60,13 +64,18 @@ pub struct Topic {
     pub schema: String,
 }
 
-/// The topics of these channels: [`CYCLES`], [`EVENTS`], [`LOOP`].
+/// The topics of these channels that a running driver is watched by: [`CYCLES`], [`EVENTS`], [`LOOP`]. A recording has [`CLOCKS`] besides.
 pub fn topics(layout: &Layout) -> [Topic; 3] {
     [
         Topic { name: CYCLES, kind: layout::CYCLE_TYPE, schema: layout.text() },
         Topic { name: EVENTS, kind: Event::TYPE, schema: Event::SCHEMA.into() },
         Topic { name: LOOP, kind: LoopFigures::TYPE, schema: LoopFigures::SCHEMA.into() },
     ]
+}
+
+/// The topic [`CLOCKS`].
+fn clocks_topic() -> Topic {
+    Topic { name: CLOCKS, kind: message::CLOCKS_TYPE, schema: message::CLOCKS_SCHEMA.into() }
 }
 
 /// Number and time of a cycle.

@@ -8,10 +8,11 @@ use super::contents::{ChunkAt, Contents};
 use super::error::Trouble;
 use super::file::Source;
 use super::layout::{HEAD_BYTES, Kind, Layout, offsets};
-use super::message::{Event, LoopFigures, body, damaged};
-use super::{CYCLES, Compression, EVENTS, Head, LOOP};
+use super::message::{Event, LoopFigures, body, damaged, decode_clocks};
+use super::{CLOCKS, CYCLES, Compression, EVENTS, Head, LOOP};
 use crate::error::Error;
 use mcap::records::op;
+use sinew_clocks::{History, Reading};
 
 /// An open recording. Any number of readers may go through it at the same time.
 #[derive(Debug)]
@@ -31,6 +32,7 @@ pub(super) struct Topics {
     pub(super) cycles: u16,
     pub(super) events: Option<u16>,
     pub(super) figures: Option<u16>,
+    pub(super) clocks: Option<u16>,
 }
 
 /// What a recording takes up.
@@ -79,7 +81,8 @@ impl Session {
         let rig_toml = contents.attachment(&source, RIG_FILE);
         let about = About::parse(contents.metadata(&source, ABOUT).unwrap_or_default(), rig_toml, &mut layout);
         let ending = contents.metadata(&source, ENDING).map(|map| Ending::parse(&map));
-        let topics = Topics { cycles, events: contents.topic(EVENTS), figures: contents.topic(LOOP) };
+        let (events, figures) = (contents.topic(EVENTS), contents.topic(LOOP));
+        let topics = Topics { cycles, events, figures, clocks: contents.topic(CLOCKS) };
         let places = offsets(&layout.fields);
         Ok(Session { source, contents, layout, about, ending, topics, places })
     }
@@ -183,6 +186,25 @@ impl Session {
     /// As [`Cycles::next`].
     pub fn loop_figures(&self) -> Result<Vec<LoopFigures>, Error> {
         self.messages(self.topics.figures, LoopFigures::decode)
+    }
+
+    /// What the clocks of the recording machine showed beside each other: at the start, now and then, and at the end. None in
+    /// recordings that are older than this.
+    ///
+    /// # Errors
+    /// As [`Cycles::next`].
+    pub fn clocks(&self) -> Result<Vec<Reading>, Error> {
+        self.messages(self.topics.clocks, decode_clocks)
+    }
+
+    /// What became of the clocks of the recording machine meanwhile, and system time of any stamp: by what the end has of them, or, where it
+    /// broke off, by [`Session::clocks`]; `None` in recordings that are older than this.
+    ///
+    /// # Errors
+    /// As [`Cycles::next`].
+    pub fn clock_history(&self) -> Result<Option<History>, Error> {
+        let summed_up = self.ending.as_ref().map(|ending| ending.clocks.clone()).filter(|clocks| !clocks.is_empty());
+        Ok(History::of(summed_up.map_or_else(|| self.clocks(), Ok)?))
     }
 
     /// All messages of one of the smaller topics, out of the chunks that have any.

@@ -13,7 +13,7 @@ use super::contents::Contents;
 use super::error::Trouble;
 use super::file::{RECORD_HEAD, Source};
 use super::layout::HEAD_BYTES;
-use super::message::{Event, GAP, LoopFigures, body};
+use super::message::{Event, GAP, LoopFigures, body, decode_clocks};
 use super::read::Session;
 use super::write::{SessionWriter, WriteOptions};
 use super::{Compression, Head};
@@ -173,6 +173,11 @@ impl Kept<'_> {
             } else if Some(message.topic) == topics.figures {
                 match LoopFigures::decode(data) {
                     Ok(figures) => writer.loop_stats(&figures),
+                    Err(_) => self.session.source.damaged_message(),
+                }
+            } else if Some(message.topic) == topics.clocks {
+                match decode_clocks(data) {
+                    Ok(reading) => writer.clocks(&reading),
                     Err(_) => self.session.source.damaged_message(),
                 }
             } else if Some(message.topic) == topics.events {

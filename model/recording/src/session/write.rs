@@ -7,12 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::records::{MessageHeader, Metadata, op};
+use sinew_clocks::Reading;
 
 use super::about::{ABOUT, About, ENDING, Ended, Ending, Gap, MAX_GAPS, RIG_FILE};
 use super::error::Trouble;
 use super::layout::{HEAD_BYTES, Layout};
-use super::message::{CDR_LE, Event, GAP, LoopFigures};
-use super::{Compression, Head, MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, topics};
+use super::message::{CDR_LE, Event, GAP, LoopFigures, encode_clocks};
+use super::{Compression, Head, MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, clocks_topic, topics};
 use crate::error::{Error, What};
 
 /// Bytes of a chunk before compression, from which on it is closed.
@@ -50,9 +51,9 @@ pub struct SessionWriter<W: Write + Seek> {
     topics: Topics,
     /// The message being put together.
     message: Vec<u8>,
-    /// Bytes in the present chunk, before compression, and its first time.
+    /// Bytes in the present chunk, before compression, and the time of its first cycle.
     pending: u64,
-    pending_from: u64,
+    pending_from: Option<u64>,
     position: Arc<AtomicU64>,
     /// The position behind the last complete chunk.
     good: u64,
@@ -82,6 +83,7 @@ struct Topics {
     cycles: u16,
     events: u16,
     figures: u16,
+    clocks: u16,
 }
 
 impl<W: Write + Seek> SessionWriter<W> {
@@ -125,7 +127,8 @@ impl<W: Write + Seek> SessionWriter<W> {
         mcap.flush()?;
         let good = position.load(Ordering::Relaxed);
         let [cycles, events, figures] = topics(layout).map(|topic| add(&mut mcap, &topic));
-        let topics = Topics { cycles: cycles?, events: events?, figures: figures? };
+        let clocks = add(&mut mcap, &clocks_topic())?;
+        let topics = Topics { cycles: cycles?, events: events?, figures: figures?, clocks };
         // What was added is in the first chunk now, which is open.
         Ok(SessionWriter {
             name: options.name,
@@ -135,7 +138,7 @@ impl<W: Write + Seek> SessionWriter<W> {
             topics,
             message: Vec::with_capacity(CDR_LE.len() + HEAD_BYTES + layout.bytes()),
             pending: 0,
-            pending_from: 0,
+            pending_from: None,
             position,
             good,
             payload: 0,
@@ -176,7 +179,8 @@ impl<W: Write + Seek> SessionWriter<W> {
         self.ending.cycles += 1;
         let (first, _) = *self.missed.get_or_insert((head.missed, head.missed));
         self.missed = Some((first, head.missed));
-        if self.pending >= self.chunk_bytes || head.monotonic_ns.saturating_sub(self.pending_from) >= CHUNK_NS {
+        let from_ns = *self.pending_from.get_or_insert(head.monotonic_ns);
+        if self.pending >= self.chunk_bytes || head.monotonic_ns.saturating_sub(from_ns) >= CHUNK_NS {
             self.cut()?;
         }
         Ok(())
@@ -230,13 +234,20 @@ impl<W: Write + Seek> SessionWriter<W> {
         self.message(self.topics.figures, figures.cycle, figures.monotonic_ns, &figures.encode())
     }
 
+    /// Adds what the clocks of this machine show beside each other.
+    ///
+    /// # Errors
+    /// [`What::Unwritable`].
+    pub fn clocks(&mut self, reading: &Reading) -> Result<(), Error> {
+        self.message(self.topics.clocks, 0, reading.monotonic_ns, &encode_clocks(reading))?;
+        self.ending.compared(reading);
+        Ok(())
+    }
+
     fn message(&mut self, topic: u16, cycle: u64, monotonic_ns: u64, data: &[u8]) -> Result<(), Error> {
         let time = self.about.unix_ns(monotonic_ns);
         // a sequence is only 32 bits wide; the message has the whole number
         let header = MessageHeader { channel_id: topic, sequence: cycle as u32, log_time: time, publish_time: time };
-        if self.pending == 0 {
-            self.pending_from = monotonic_ns;
-        }
         self.pending += data.len() as u64;
         self.payload += data.len() as u64;
         self.mcap.write_to_known_channel(&header, data).map_err(|error| unwritable(&self.name, &error))
@@ -249,7 +260,7 @@ impl<W: Write + Seek> SessionWriter<W> {
     pub fn cut(&mut self) -> Result<(), Error> {
         if self.pending > 0 {
             self.mcap.flush().map_err(|error| unwritable(&self.name, &error))?;
-            self.pending = 0;
+            (self.pending, self.pending_from) = (0, None);
             self.good = self.position.load(Ordering::Relaxed);
             self.safe = self.ending();
         }

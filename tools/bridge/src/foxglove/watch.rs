@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use sinew_ipc::{ChannelState, Client, Cycle, CycleStream, Error};
-use sinew_recorder::{FaultEvents, layout, loop_figures, unix_ns};
+use sinew_ipc::{ChannelState, Client, Clocks, Cycle, CycleStream, Error};
+use sinew_recorder::{FaultEvents, layout, loop_figures};
 use sinew_recording::session::{Event, GAP, Head};
 
 use super::feed::{Feed, Item};
@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Watches until the bridge is to stop; of the cycles at most `rate_hz` a second, where that is given.
 pub fn watch(feed: &Feed, mut finder: Finder, rate_hz: Option<f64>) {
     // as in a recording: the driver's clock, which never jumps, and one comparison of it with the time of day
-    let boot_unix_ns = unix_ns(0);
+    let boot_unix_ns = Clocks::now().system(0).ns.max(0) as u64;
     while !is_over(feed) {
         if let Some(client) = finder.find() {
             let followed = client.stream().and_then(|stream| follow(feed, &client, stream, boot_unix_ns, rate_hz));

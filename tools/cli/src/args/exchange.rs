@@ -43,6 +43,8 @@ Examples:
   sinew import messung.csv --map map.toml --rig bench.toml -o messung.mcap
   sinew import --guess walk.mat --rate 100                         rows without times, 100 a second
   sinew import tensile.csv --rig bench.toml -o tensile.csv         by the mapping in the rig file
+  sinew import daq.csv --rig bench.toml --clock pairs.csv -o daq.mcap
+                                                                   on the driver's time, by moments on both clocks
 
 Reads text of any encoding with any separator and decimal sign, .xlsx, .xls, .ods, MATLAB's .mat, HDF5, LabVIEW's .lvm and \
 .tdms. Signs, zeros and units are held against heat, Ohm's law and the rig file; what they speak against is said and proposed in \
@@ -73,6 +75,10 @@ pub struct Import {
     /// Which channel of the rig file, where it has several.
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
+    /// Put it on the driver's time: a file with the columns driver_s, other_s and, at will, error_s, both clocks' times of the
+    /// same moments, s.
+    #[arg(long, value_name = "PAIRS.csv", conflicts_with = "guess")]
+    pub clock: Option<PathBuf>,
     /// With --guess: rows a second, where the file has no times.
     #[arg(long, value_name = "HZ", requires = "guess", value_parser = rate)]
     pub rate: Option<f64>,

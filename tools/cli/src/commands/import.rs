@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sinew_exchange::{Imported, parquet, session};
-use sinew_import::{Bench, confirm, guess, mapping, recording};
+use sinew_import::{Bench, Synchronised, confirm, guess, mapping, recording, synchronised};
 use sinew_recording::{Options, Recording, write};
 use sinew_rig::{Channel, FileFormat, Mapping, Rig};
 
@@ -77,11 +77,16 @@ fn bring_in(args: &args::Import, rig: &Rig, channel: &Channel, output: &Path) ->
             sinew_recording::read(&args.foreign, &options).map_err(recording_failure)?
         }
     };
+    let (recording, clock) = match &args.clock {
+        Some(pairs) => on_the_drivers_time(&recording, pairs)?,
+        None => (recording, None),
+    };
     let rows = recording.len();
     if format == Format::Csv {
         write(output, &recording).map_err(recording_failure)?;
     } else {
-        let about = foreign(&args.foreign, &rig.name, Some(rig.text()));
+        let mut about = foreign(&args.foreign, &rig.name, Some(rig.text()));
+        about.extra.extend(clock.map(|said| ("clock".to_string(), said)));
         let imported = Imported::new(recording, &channel.name, about).map_err(recording_failure)?;
         match format {
             Format::Parquet => parquet(&imported, &[], output),
@@ -91,6 +96,20 @@ fn bring_in(args: &args::Import, rig: &Rig, channel: &Channel, output: &Path) ->
     }
     output::note(format_args!("{}: {rows} rows of {}", output.display(), channel.name));
     Ok(())
+}
+
+/// A recording by a device's own clock, on the driver's, and what that is off by.
+fn on_the_drivers_time(recording: &Recording, pairs: &Path) -> Result<(Recording, Option<String>), Failure> {
+    let Synchronised { recording, error_s, rate_ppm: (ppm, error_ppm), outside } =
+        synchronised(recording, pairs).map_err(import_failure)?;
+    let way = if ppm < 0.0 { "slow" } else { "fast" };
+    let rate = format!("its clock runs {:.1} ± {error_ppm:.1} ppm {way}", ppm.abs());
+    let mut said = format!("times are the driver's within ± {:.3} ms; {rate}", 1e3 * error_s);
+    if outside > 0 {
+        said += &format!("; {outside} rows are before the first pair or behind the last");
+    }
+    output::note(format_args!("{}: {said}", pairs.display()));
+    Ok((recording, Some(said)))
 }
 
 /// What is wrong with a mapping.

@@ -24,7 +24,8 @@ const CHANNELS_SHOWN: usize = 24;
 pub fn info(args: &args::RecordingInfo) -> Outcome {
     let session = Session::open(&args.file).map_err(failure)?;
     let span = session.span().map_err(failure)?;
-    let info = Info::of(&session, span);
+    let clocks = ClocksInfo::of(&session).map_err(failure)?;
+    let info = Info::of(&session, span, clocks);
     if args.json { output::print_json(&info) } else { output::print(info.text()) }
 }
 
@@ -40,6 +41,7 @@ struct Info<'a> {
     rate_hz: f64,
     started_unix_ns: u64,
     started: String,
+    clocks: Option<ClocksInfo>,
     seconds: f64,
     channels: &'a [String],
     fields: Vec<FieldInfo<'a>>,
@@ -60,6 +62,52 @@ struct Info<'a> {
     extra: &'a std::collections::BTreeMap<String, String>,
 }
 
+/// What the clocks showed beside each other.
+#[derive(Debug, Serialize)]
+struct ClocksInfo {
+    system_error_ns: u64,
+    utc_error_ns: Option<u64>,
+    tai_offset_s: Option<i32>,
+    slew_ppm: f64,
+    slew_error_ppm: f64,
+    steps: Vec<StepInfo>,
+    suspended_s: f64,
+    #[serde(skip)]
+    said: String,
+}
+
+#[derive(Debug, Serialize)]
+struct StepInfo {
+    after_s: f64,
+    before_s: f64,
+    by_s: f64,
+}
+
+impl ClocksInfo {
+    fn of(session: &Session) -> Result<Option<ClocksInfo>, Error> {
+        let about = session.about();
+        let Some(history) = session.clock_history()? else { return Ok(None) };
+        let (first, change) = (&history.readings()[0], history.change());
+        Ok(Some(ClocksInfo {
+            system_error_ns: first.system_error_ns,
+            utc_error_ns: first.utc_error_ns,
+            tai_offset_s: first.tai_offset_s,
+            slew_ppm: change.slew_ppm,
+            slew_error_ppm: change.slew_error_ppm,
+            steps: history
+                .steps()
+                .map(|step| StepInfo {
+                    after_s: about.time_s(step.after_ns),
+                    before_s: about.time_s(step.before_ns),
+                    by_s: step.by_ns as f64 * 1e-9,
+                })
+                .collect(),
+            suspended_s: change.suspended_ns as f64 * 1e-9,
+            said: history.said(about.started_monotonic_ns),
+        }))
+    }
+}
+
 #[derive(Debug, Serialize)]
 struct FieldInfo<'a> {
     name: &'a str,
@@ -67,7 +115,7 @@ struct FieldInfo<'a> {
 }
 
 impl Info<'_> {
-    fn of(session: &Session, span: Option<(Head, Head)>) -> Info<'_> {
+    fn of(session: &Session, span: Option<(Head, Head)>, clocks: Option<ClocksInfo>) -> Info<'_> {
         let (about, layout, ending, size) = (session.about(), session.layout(), session.ending(), session.size());
         let ns = span.map_or(0, |(first, last)| last.monotonic_ns.saturating_sub(first.monotonic_ns));
         Info {
@@ -80,6 +128,7 @@ impl Info<'_> {
             rate_hz: about.rate_hz,
             started_unix_ns: about.started_unix_ns,
             started: Utc::of_unix_ns(about.started_unix_ns).to_string(),
+            clocks,
             seconds: ns as f64 * 1e-9,
             channels: &layout.channels,
             fields: layout.fields.iter().map(|field| FieldInfo { name: &field.name, unit: &field.unit }).collect(),
@@ -109,6 +158,7 @@ impl Info<'_> {
         let wires = if self.simulated { "simulated" } else { "real" };
         row("rig", format!("{} ({wires}), recorded by {}", self.rig, self.software));
         row("started", self.started.clone());
+        row("clocks", self.clocks.as_ref().map_or("not compared".into(), |c| c.said.clone()));
         row("time", format!("{:.3} s at {} Hz", self.seconds, self.rate_hz));
         let range = match (self.first_cycle, self.last_cycle) {
             (Some(first), Some(last)) => format!(" ({first} to {last})"),
