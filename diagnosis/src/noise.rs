@@ -66,11 +66,20 @@ pub fn estimate(recording: &Recording, column: Column, given: Option<f64>) -> No
 }
 
 /// The noise of a sensor by what a model leaves of its recording, where nothing of the signal's own course is left to be taken for
-/// noise: what a fast wire does between two samples is. `step` is the grid that the recording stands on.
+/// noise: what a fast wire does between two samples is. Nothing is cut off as an outlier: what is there only while the wire moves, as
+/// an input that was printed in few digits leaves it, counts as much as what is always there. `step` is the grid that the recording
+/// stands on.
 pub(crate) fn of_residuals(times: &[f64], values: &[f64], step: f64) -> Noise {
-    let Noise { white, total, .. } = of_values(times, values, 0.0);
-    let floor = step / 12f64.sqrt();
-    Noise { white: white.max(floor), total: total.max(floor), step }
+    if values.len() < LEAST_SAMPLES {
+        return Noise { white: f64::INFINITY, total: f64::INFINITY, step };
+    }
+    let rms = |order: usize| {
+        let (sizes, _) = differences(times, values, order);
+        (dot(&sizes, &sizes) / sizes.len().max(1) as f64).sqrt()
+    };
+    let floor = (step / 12f64.sqrt()).max(f64::MIN_POSITIVE);
+    let white = DIFFERENCE_ORDERS.map(rms).into_iter().fold(f64::INFINITY, f64::min).max(floor);
+    Noise { white, total: coloured(times, values).map_or(white, |wandering| wandering.max(white)), step }
 }
 
 fn of_values(times: &[f64], values: &[f64], step: f64) -> Noise {
@@ -130,8 +139,9 @@ fn grid(values: &[f64]) -> f64 {
     if is_grid || few { step } else { 0.0 }
 }
 
-/// Scatter of the divided differences of one order, each scaled so that white noise of RMS 1 gives 1.
-fn scatter_of_differences(times: &[f64], values: &[f64], step: f64, order: usize) -> f64 {
+/// Sizes of the divided differences of one order, each scaled so that white noise of RMS 1 gives 1; and the largest share of the least
+/// weight in one, by which what stands on a grid differs.
+fn differences(times: &[f64], values: &[f64], order: usize) -> (Vec<f64>, f64) {
     let mut sizes: Vec<f64> = Vec::with_capacity(values.len());
     let mut largest_weight = 0.0f64;
     for (t, v) in times.windows(order + 1).zip(values.windows(order + 1)) {
@@ -150,6 +160,12 @@ fn scatter_of_differences(times: &[f64], values: &[f64], step: f64, order: usize
             largest_weight = largest_weight.max(least / norm);
         }
     }
+    (sizes, largest_weight)
+}
+
+/// Scatter of these differences, outliers cut off.
+fn scatter_of_differences(times: &[f64], values: &[f64], step: f64, order: usize) -> f64 {
+    let (mut sizes, largest_weight) = differences(times, values, order);
     if sizes.is_empty() {
         return f64::INFINITY;
     }

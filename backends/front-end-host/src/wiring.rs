@@ -366,7 +366,8 @@ impl Wiring {
         let (volts, amps, has_taps) =
             if conducts { (terminal_v, current_a, board.has_taps) } else { (0.0, 0.0, board.has_taps) };
         let mut sample = match self.mounts[at] {
-            Mount::Wire if conducts => wires[at],
+            // a wire's own converters see it in the dark as well, whatever heats it
+            Mount::Wire if conducts || at == channel => wires[at],
             _ => {
                 let tap_v = if has_taps { self.noisy(at, volts) } else { f64::NAN };
                 let other_v = if has_taps { self.noisy(at, volts) } else { f64::NAN };

@@ -238,7 +238,10 @@ impl EnthalpyObserver {
             heating_curve_c: curves.heating_c,
             cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.elongation,
-            loss_sigma_w: 0.2 * self.loss_w().abs(),
+            loss_sigma_w: 0.2
+                * self.loss_scale
+                * self.surface.loss_w_per_k
+                * (self.temperature - self.surface.temperature_c).abs(),
             release_j: release,
             full_power_w: self.full_power,
             velocity_m_s: self.velocity,

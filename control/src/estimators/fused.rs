@@ -375,7 +375,6 @@ impl FusedEstimator {
             self.rate += fresh * ((temperature - before) / dt - self.rate);
         }
         self.hottest = cycle::hottest(m, self.hottest, power, dt, temperature);
-        let loss = self.surface.loss_w_per_k * (temperature - self.surface.temperature_c);
         Estimate {
             temperature_c: temperature,
             martensite: fraction,
@@ -386,9 +385,11 @@ impl FusedEstimator {
             length_m: m.length + x,
             full_power_w: self.full_power,
             velocity_m_s: velocity,
-            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt() * loss.abs(),
+            loss_sigma_w: self.heat.covariance[LOSS][LOSS].max(0.0).sqrt()
+                * self.surface.loss_w_per_k
+                * (temperature - self.surface.temperature_c).abs(),
             release_j: state[LATENT] * m.release(stress),
-            loss_w: state[LOSS] * loss,
+            loss_w: state[LOSS] * self.surface.loss_w_per_k * (temperature - self.surface.temperature_c),
         }
     }
 
