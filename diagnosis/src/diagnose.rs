@@ -55,6 +55,9 @@ pub struct Identified {
     pub warnings: Vec<String>,
 }
 
+/// chi up to which noise that is taken as less than the recording shows explains what is left.
+const AS_LITTLE: f64 = 1.5;
+
 /// As given, the mean square may be this much larger than recalibrated and still agree.
 const AGREES: f64 = 1.02;
 
@@ -82,7 +85,11 @@ pub fn diagnose(
         let quieter = prepare::quieter(rig, channel, &found.data, &found.compared.improved.residuals);
         if !quieter.is_empty() {
             // beside too much noise nothing shows
-            (found, warnings) = search(&quieter)?;
+            let anew = search(&quieter)?;
+            let is_borne_out = anew.0.selection.in_place.iter().any(InPlace::is_borne_out);
+            if is_borne_out || is_worth_it(&anew.0.compared.chosen, &anew.0.compared.improved) {
+                (found, warnings) = anew;
+            }
         }
         found.outcome(rig, warnings, settings)
     })
@@ -115,7 +122,10 @@ pub fn identify(
         let mut fitted = fitted_with(&BTreeMap::new())?;
         let quieter = prepare::quieter(rig, channel, &fitted.0, &Stage::of_fit(&fitted.0, &fitted.1.1.fit)?.residuals);
         if !quieter.is_empty() {
-            fitted = fitted_with(&quieter)?;
+            let anew = fitted_with(&quieter)?;
+            if is_worth_it(&anew.1.1, &Stage::of_fit(&anew.0, &anew.1.1.fit)?) {
+                fitted = anew;
+            }
         }
         let (data, (Searched { data: searched, .. }, found), mut warnings) = fitted;
         let given = Stage::as_given(&data, &Space::reference(rig, channel, &data))?;
@@ -139,6 +149,12 @@ pub fn identify(
             warnings,
         })
     })
+}
+
+/// Whether less noise of the sensors shows anything: that it was right, or that more is left. What is neither, because rows are so far apart
+/// that an instant is not known to better, is noise after all.
+fn is_worth_it(found: &Explanation, stage: &Stage) -> bool {
+    !found.leaves_noise() || stage.score.chi_kept() < AS_LITTLE
 }
 
 /// Does `work` on as many threads as `jobs` says.
