@@ -168,7 +168,8 @@ impl Wires {
         let mut mounts = self.wiring.mounts().to_vec();
         let Some(place) = mounts.get_mut(channel) else { return Ok(()) };
         *place = mount;
-        self.rewire(&self.wiring.wrong().to_vec(), &mounts)
+        (self.rig, self.wiring) = wired(&self.as_filed, self.wiring.wrong(), &mounts)?;
+        Ok(())
     }
 
     /// Wired otherwise, with new wires.
@@ -176,11 +177,7 @@ impl Wires {
     /// # Errors
     /// Wires that cannot be simulated.
     pub fn wire(&mut self, wrong: &[Wrong]) -> Result<(), Error> {
-        self.rewire(wrong, &self.wiring.mounts().to_vec())
-    }
-
-    fn rewire(&mut self, wrong: &[Wrong], mounts: &[Mount]) -> Result<(), Error> {
-        (self.rig, self.wiring) = wired(&self.as_filed, wrong, mounts)?;
+        (self.rig, self.wiring) = wired(&self.as_filed, wrong, self.wiring.mounts())?;
         Ok(())
     }
 

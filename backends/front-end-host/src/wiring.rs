@@ -260,7 +260,7 @@ impl Wiring {
         let boards = real.channels.iter().enumerate().map(|(index, channel)| {
             let weak = wrong.contains(&Wrong::StageWeak(index));
             Board {
-                adc: channel.adc.clone(),
+                adc: channel.adc,
                 supply_v: channel.model.drive.supply_v,
                 series_ohm: channel.model.outside_ohm() + if weak { WEAK_OHM } else { 0.0 },
                 has_taps: channel.model.taps.is_some(),

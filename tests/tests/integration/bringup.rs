@@ -230,7 +230,7 @@ fn each_is_named(seed: u64, kinds: impl Iterator<Item = usize>) {
     for kind in kinds {
         let Draw { wrong, cause, channels, step } = &all[kind];
         let rig = bench();
-        let outcome = bring_up(&rig, &[wrong.clone()], &[]);
+        let outcome = bring_up(&rig, std::slice::from_ref(wrong), &[]);
         let told = format!("seed {seed}, {wrong}:\n{}", outcome.said);
         let causes = outcome.causes();
         println!("{wrong}: {causes:?}, duty {:.4}, {:.1} °C", outcome.most_duty, outcome.hottest_c);
