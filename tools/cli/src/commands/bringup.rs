@@ -24,7 +24,7 @@ use crate::output;
 use causes::Cause;
 use judge::{Dummy, Expected, Finding, Shows, Verdict};
 use look::{Five, Look, Seen};
-use parts::dummy_ohm;
+use parts::{dummy_ohm, dummy_w};
 use questions::{Questions, Word};
 use report::{Report, Stepped};
 
@@ -434,7 +434,7 @@ impl Bench<'_> {
     fn dummy(&mut self, place: usize, look: &mut Look<'_>) -> Result<Option<Verdict>, Failure> {
         let name = self.board[place].name.clone();
         let near = dummy_ohm(self.board[place].cold_ohm);
-        let full_w = self.board[place].supply_v.powi(2) / near;
+        let full_w = dummy_w(&self.rig.channels[place].model, near);
         let text = format!(
             "Connect a resistor of about {near} Ω ({full_w:.0} W, should a stage stick) to the terminals of {name}, and to no others; every clip of {name} stays at the moving end."
         );

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use sinew_control::StrokeRange;
-use sinew_physics::Wire;
+use sinew_physics::{Wire, WireModel};
 use sinew_rig::Rig;
 
 /// Resistors one has at hand, E12.
@@ -27,7 +27,7 @@ pub fn parts(rig: &Rig) -> Result<String, sinew_physics::Error> {
         let least_ohm = model.geometry.resistance_ohm(model.material.least_resistivity());
         let full_a = drive.supply_v / (least_ohm + model.outside_ohm());
         let dummy = dummy_ohm(cold_ohm);
-        let dummy_w = COOL * (drive.supply_v / (dummy + model.outside_ohm())).powi(2) * dummy;
+        let dummy_w = dummy_w(model, dummy);
         // writing to a String cannot fail
         let _ = writeln!(
             text,
@@ -68,6 +68,11 @@ pub fn parts(rig: &Rig) -> Result<String, sinew_physics::Error> {
         );
     }
     Ok(text)
+}
+
+/// Power, W, that a resistor in a wire's place has to bear for good should its stage stick, and stay cool.
+pub fn dummy_w(model: &WireModel, ohm: f64) -> f64 {
+    COOL * (model.drive.supply_v / (ohm + model.outside_ohm())).powi(2) * ohm
 }
 
 /// The resistor that stands for a wire of so many Ω: what one has that is nearest to it.
