@@ -72,7 +72,7 @@ class Effect:
     cannot_be_told_apart_from: List[str]
     """Effects that explain the recording as well."""
     evidence: Dict[str, float]
-    """holdout_chi_before, holdout_chi_after, delta_bic and p_value."""
+    """holdout_chi_before, holdout_chi_after, holdout_rise, delta_bic and p_value."""
 
 
 @dataclass(frozen=True)
