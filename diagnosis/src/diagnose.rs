@@ -18,7 +18,7 @@ use crate::locate::{self, Located};
 use crate::noise::Noise;
 use crate::prepare::{self, Prepared, Searched};
 use crate::remains;
-use crate::select::{self, InPlace, Selection};
+use crate::select::{self, Selection};
 use crate::settings::Settings;
 use crate::shares::Shares;
 use crate::space::Space;
@@ -85,10 +85,9 @@ pub fn diagnose(
         let quieter = prepare::quieter(rig, channel, &found.data, &found.compared.improved.residuals);
         if !quieter.is_empty() {
             // beside too much noise nothing shows
-            let anew = search(&quieter)?;
-            let is_borne_out = anew.0.selection.in_place.iter().any(InPlace::is_borne_out);
-            if is_borne_out || is_worth_it(&anew.0.compared.chosen, &anew.0.compared.improved) {
-                (found, warnings) = anew;
+            let (anew, said) = search(&quieter)?;
+            if anew.selection.is_borne_out() || is_worth_it(&anew.compared.chosen, &anew.compared.improved) {
+                (found, warnings) = (anew, said);
             }
         }
         found.outcome(rig, warnings, settings)
@@ -115,19 +114,20 @@ pub fn identify(
             let [_, found] = Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME)
                 .ok_or(Error::NoFit)?;
             // what long rows lack where the fit began is not what they lack where it ends
-            let settled = select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
-            Ok::<_, Error>((data, settled, prepared.warnings))
+            let (searched, found) = select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
+            let stage = Stage::of_fit(&data, &found.fit)?;
+            Ok::<_, Error>((data, searched.data, found, stage, prepared.warnings))
         };
         (settings.progress)("as given", 0.0);
-        let mut fitted = fitted_with(&BTreeMap::new())?;
-        let quieter = prepare::quieter(rig, channel, &fitted.0, &Stage::of_fit(&fitted.0, &fitted.1.1.fit)?.residuals);
+        let (mut data, mut searched, mut found, mut recalibrated, mut warnings) = fitted_with(&BTreeMap::new())?;
+        let quieter = prepare::quieter(rig, channel, &data, &recalibrated.residuals);
         if !quieter.is_empty() {
             let anew = fitted_with(&quieter)?;
-            if is_worth_it(&anew.1.1, &Stage::of_fit(&anew.0, &anew.1.1.fit)?) {
-                fitted = anew;
+            let (.., found_anew, stage_anew, _) = &anew;
+            if is_worth_it(found_anew, stage_anew) {
+                (data, searched, found, recalibrated, warnings) = anew;
             }
         }
-        let (data, (Searched { data: searched, .. }, found), mut warnings) = fitted;
         let given = Stage::as_given(&data, &Space::reference(rig, channel, &data))?;
         let fit = &found.fit;
         describe::warn_of_fit(fit, &mut warnings);
@@ -137,7 +137,7 @@ pub fn identify(
         fit.space.apply(&fit.z, &mut fitted_rig)?;
         let stages = Stages {
             as_given: given.misfits(&data, true),
-            recalibrated: Stage::of_fit(&data, fit)?.misfits(&data, true),
+            recalibrated: recalibrated.misfits(&data, true),
             improved: BTreeMap::new(),
         };
         (settings.progress)("done", 1.0);
@@ -200,7 +200,7 @@ impl Found {
         let mut selection = select::select(&from, &space, settings.thorough, progress).ok_or(Error::NoFit)?;
         evidence::regrade(&data, &mut selection);
         let searched = selection.searched.clone();
-        let is_borne_out = selection.in_place.iter().any(InPlace::is_borne_out);
+        let is_borne_out = selection.is_borne_out();
         let named = if is_borne_out { &selection.chosen } else { &selection.reference };
         progress("locating", 0.0);
         let located = locate::locate(&searched, &selection.reference.fit, &|f| progress("locating", f));
@@ -237,7 +237,7 @@ impl Found {
         settings: &Settings<'_>,
     ) -> Result<Outcome, Error> {
         describe::warn_of_fit(&self.compared.chosen.fit, &mut warnings);
-        if self.compared.chosen.errs_where_kept_back_only(&self.data) {
+        if self.compared.errs_where_kept_back_only {
             warnings.push(describe::only_where_kept_back(&self.data));
         }
         if self.selection.is_cut_short {

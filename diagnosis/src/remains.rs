@@ -46,7 +46,7 @@ pub(crate) fn is_the_larger_part(located: &[Located], left: &[Located]) -> bool 
 pub(crate) fn remains(data: &Data, compared: &Compared, left: &[Located], has_curves: bool) -> Remains {
     let Compared { chosen, improved, .. } = compared;
     let looks_like = match looks_like(data, chosen, left) {
-        LooksLike::Noise if chosen.errs_where_kept_back_only(data) => LooksLike::MissingMechanism,
+        LooksLike::Noise if compared.errs_where_kept_back_only => LooksLike::MissingMechanism,
         looks_like => looks_like,
     };
     let is_noise = looks_like == LooksLike::Noise;

@@ -96,6 +96,11 @@ impl InPlace {
 }
 
 impl Selection {
+    /// Whether anything was found that what was kept back bears out.
+    pub(crate) fn is_borne_out(&self) -> bool {
+        self.in_place.iter().any(InPlace::is_borne_out)
+    }
+
     /// How many effects were compared at first.
     pub(crate) fn tried(&self) -> usize {
         self.rounds.first().map_or(0, |round| round.screened.len())

@@ -67,6 +67,8 @@ pub(crate) struct Compared {
     pub(crate) reference: Explanation,
     /// With everything that was found in the model.
     pub(crate) chosen: Explanation,
+    /// Whether that explains what it was fitted to, and plainly not what was kept back.
+    pub(crate) errs_where_kept_back_only: bool,
 }
 
 impl Compared {
@@ -81,7 +83,8 @@ impl Compared {
         let reference = if chosen.fit.space.effects.is_empty() { &chosen } else { reference }.clone();
         let recalibrated = Stage::of_fit(data, &reference.fit)?;
         let improved = Stage::of_fit(data, &chosen.fit)?;
-        Ok(Compared { as_given, recalibrated, improved, reference, chosen })
+        let errs_where_kept_back_only = chosen.errs_where_kept_back_only(data);
+        Ok(Compared { as_given, recalibrated, improved, reference, chosen, errs_where_kept_back_only })
     }
 
     /// Error by sensor on the data kept back.

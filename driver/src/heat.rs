@@ -67,7 +67,7 @@ impl Cooling {
         let sheath = &model.effects.thermal.sheath;
         let (inner, outer) = (sheath.inner_w_per_k, sheath.outer_w_per_k);
         let in_air = model.loss_w_per_k(WORKING_EXCESS_K);
-        let [least, most] = if sheath.heat_capacity_j_per_k > 0.0 {
+        let [least, most] = if sheath.is_on() {
             // as one body with its sleeve, and no faster than heat gets into that and out of it
             [inner * outer / (inner + outer).max(f64::MIN_POSITIVE), inner]
         } else {

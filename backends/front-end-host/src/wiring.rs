@@ -387,8 +387,8 @@ impl Wiring {
 
     /// What the inputs make of their pins.
     fn spoil(&mut self, channel: usize, at: usize, sample: &mut Sample) {
-        for wrong in self.wrong.clone() {
-            match wrong {
+        for index in 0..self.wrong.len() {
+            match self.wrong[index] {
                 Wrong::Shunt(of, factor) if of == at => sample.current_a *= factor,
                 Wrong::ShuntShorted(of) if of == at => {
                     sample.current_a = self.boards[at].adc.current_noise_a * self.draw()

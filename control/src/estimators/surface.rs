@@ -1,6 +1,7 @@
 //! What a wire gives its heat to: the air, or a sleeve that its rig file states, which is as warm as the wire has made it.
 
 use sinew_physics::WireModel;
+use sinew_physics::effects::Sheath;
 
 use crate::wire_map::WireMap;
 
@@ -11,39 +12,23 @@ pub(crate) struct Surface {
     pub(crate) loss_w_per_k: f64,
     /// Their temperature, °C.
     pub(crate) temperature_c: f64,
-    sleeve: Option<Sleeve>,
-}
-
-/// A sleeve around the wire (`thermal.sheath`).
-#[derive(Debug, Clone, Copy)]
-struct Sleeve {
-    heat_capacity_j_per_k: f64,
-    outer_w_per_k: f64,
     ambient_c: f64,
+    /// A sleeve around the wire (`thermal.sheath`).
+    sleeve: Option<Sheath>,
 }
 
 impl Surface {
     /// Of a wire that has been at its air's temperature for long.
     pub(crate) fn of(model: &WireModel, map: &WireMap) -> Surface {
-        let sheath = &model.effects.thermal.sheath;
-        let ambient_c = map.ambient;
-        if sheath.heat_capacity_j_per_k <= 0.0 {
-            return Surface { loss_w_per_k: map.loss, temperature_c: ambient_c, sleeve: None };
-        }
-        let sleeve = Sleeve {
-            heat_capacity_j_per_k: sheath.heat_capacity_j_per_k,
-            outer_w_per_k: sheath.outer_w_per_k,
-            ambient_c,
-        };
-        Surface { loss_w_per_k: sheath.inner_w_per_k, temperature_c: ambient_c, sleeve: Some(sleeve) }
+        let sleeve = Some(model.effects.thermal.sheath).filter(Sheath::is_on);
+        let loss_w_per_k = sleeve.map_or(map.loss, |sleeve| sleeve.inner_w_per_k);
+        Surface { loss_w_per_k, temperature_c: map.ambient, ambient_c: map.ambient, sleeve }
     }
 
     /// From now on beside a wire that has been as hot as this, °C, for as long as anybody knows.
     pub(crate) fn settle(&mut self, wire_c: f64) {
         if let Some(sleeve) = &self.sleeve {
-            let inner = self.loss_w_per_k;
-            let share = inner / (inner + sleeve.outer_w_per_k).max(f64::MIN_POSITIVE);
-            self.temperature_c = sleeve.ambient_c + share * (wire_c - sleeve.ambient_c);
+            self.temperature_c = sleeve.settled(wire_c, self.ambient_c);
         }
     }
 
@@ -52,9 +37,9 @@ impl Surface {
     #[inline]
     pub(crate) fn follow(&mut self, wire_c: f64, loss_scale: f64, dt: f64) {
         if let Some(sleeve) = &self.sleeve {
-            let Sleeve { heat_capacity_j_per_k: stored, outer_w_per_k: outer, ambient_c } = *sleeve;
-            let inner = loss_scale * self.loss_w_per_k;
-            let now = (stored * self.temperature_c + dt * (inner * wire_c + outer * ambient_c))
+            let Sheath { heat_capacity_j_per_k: stored, inner_w_per_k, outer_w_per_k: outer } = *sleeve;
+            let inner = loss_scale * inner_w_per_k;
+            let now = (stored * self.temperature_c + dt * (inner * wire_c + outer * self.ambient_c))
                 / (stored + dt * (inner + outer));
             if now.is_finite() {
                 self.temperature_c = now;

@@ -42,9 +42,7 @@ pub struct Synchronised {
 pub fn synchronised(recording: &Recording, pairs: &Path) -> Result<Synchronised, Error> {
     let name = pairs.display().to_string();
     let table = read(pairs, &FileFormat::default())?;
-    let map = learnt(&table).map_err(|error| error.of(&name))?;
-    let (first, last) = (map.1, map.2);
-    let map = map.0;
+    let (map, first, last) = learnt(&table).map_err(|error| error.of(&name))?;
     let outside = recording.time_s().iter().filter(|&&time_s| time_s < first || time_s > last).count();
     let (mut times, mut worst) = (Vec::with_capacity(recording.len()), 0.0f64);
     for &time_s in recording.time_s() {

@@ -49,7 +49,13 @@ pub fn physics_missing() -> (Diagnosis, Figures) {
         ]),
         share: 0.83,
         grade: Grade::OnThisProgrammeOnly,
-        evidence: Evidence { holdout_chi_before: before, holdout_chi_after: after, delta_bic: -5210.0, p_value: 0.001, ..Evidence::default() },
+        evidence: Evidence {
+            holdout_chi_before: before,
+            holdout_chi_after: after,
+            delta_bic: -5210.0,
+            p_value: 0.001,
+            ..Evidence::default()
+        },
         alternatives: vec![
             Alternative { id: "thermal.ambient_drift".into(), delta_bic: 830.0, holdout_chi: 0.7 * before },
             Alternative { id: "thermal.natural_convection".into(), delta_bic: 2411.0, holdout_chi: 0.9 * before },

@@ -137,12 +137,12 @@ impl Default for Sheath {
 
 impl Sheath {
     /// Whether there is one.
-    pub(crate) fn is_on(&self) -> bool {
+    pub fn is_on(&self) -> bool {
         self.heat_capacity_j_per_k > 0.0
     }
 
     /// T_s with nothing flowing into the sleeve on balance, in °C.
-    pub(crate) fn settled(&self, temperature: f64, ambient: f64) -> f64 {
+    pub fn settled(&self, temperature: f64, ambient: f64) -> f64 {
         let both = self.inner_w_per_k + self.outer_w_per_k;
         if both > 0.0 { ambient + (temperature - ambient) * self.inner_w_per_k / both } else { ambient }
     }

@@ -90,9 +90,7 @@ impl Reading {
         let most = samples.iter().copied().fold(f64::MIN, f64::max);
         Reading { mean, sigma, most, count }
     }
-}
 
-impl Reading {
     /// The mean as a zero, none where it is within its own scatter: a converter that is cut off at 0 shows half of its noise there.
     pub fn beyond_scatter(&self) -> f64 {
         if self.mean.abs() > 2.0 * self.sigma { self.mean } else { 0.0 }
