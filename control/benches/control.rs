@@ -37,6 +37,7 @@ fn readings() -> Vec<Observation> {
                 tension_n: f64::NAN,
                 length_sigma_m: 60e-6,
                 resistance_ohm: 11.3 + 0.1 * swing + 0.01 * noise,
+                resistance_sigma_ohm: 0.01,
                 dt_s: 1e-3,
             }
         })
@@ -178,6 +179,7 @@ fn joint(bencher: Bencher) {
             length_m: 0.16 + wires[side].position_m() + noise,
             length_sigma_m: 20e-6,
             resistance_ohm: wires[side].resistance_ohm(),
+            resistance_sigma_ohm: 0.01,
             tension_n: f64::NAN,
             dt_s: 1e-3,
         });

@@ -14,6 +14,8 @@ pub struct Observation {
     pub length_sigma_m: f64,
     /// Resistance of the whole wire, in Ω; NaN = not measured.
     pub resistance_ohm: f64,
+    /// Standard deviation of that resistance from the converter's noise, in Ω; infinite or NaN = not known.
+    pub resistance_sigma_ohm: f64,
     /// Wire tension, in N; NaN = follows from the load.
     pub tension_n: f64,
     /// Time since the last call, in s.
@@ -29,6 +31,7 @@ impl Observation {
             length_m: f64::NAN,
             length_sigma_m: f64::NAN,
             resistance_ohm: f64::NAN,
+            resistance_sigma_ohm: f64::NAN,
             tension_n: f64::NAN,
             dt_s,
         }

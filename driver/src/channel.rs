@@ -290,6 +290,7 @@ impl Channel {
             length_m: self.reading.length_m,
             length_sigma_m: self.reading.length_sigma_m,
             resistance_ohm: self.reading.resistance_ohm,
+            resistance_sigma_ohm: self.reading.resistance_sigma_ohm,
             tension_n: f64::NAN,
             dt_s: tick.dt_s,
         }

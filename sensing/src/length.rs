@@ -11,7 +11,6 @@ use crate::config::{GUARD, LengthSensorConfig, Method};
 use crate::converter::Circuit;
 use crate::error::Error;
 use crate::health::Health;
-use crate::line::ResistanceLine;
 use crate::reading::Reading;
 use crate::repeats::{Grain, Input, Repeats, StuckAfter};
 use crate::sample::Sample;
@@ -117,7 +116,9 @@ impl LengthSensor {
                 let between = v3_v * ls_m / length_m;
                 self.dual_sigma(ls_m, between, (length_m - l0_m) / ls_m)
             }
-            Method::Resistance { line } => self.line_sigma(&line, v3_v, current_a, v3_v / current_a),
+            Method::Resistance { line } => {
+                line.slope_m_per_ohm.abs() * self.resistance_sigma(v3_v, current_a, v3_v / current_a)
+            }
         }
     }
 
@@ -178,6 +179,7 @@ impl LengthSensor {
         if v3 > c.max_resistance_ohm * i + self.guard_open_v {
             return failed(Health::OpenWire);
         }
+        let resistance_sigma_ohm = self.resistance_sigma(v3, i, resistance_ohm);
         let (length_m, length_sigma_m, resistivity_ohm_m) = match c.method {
             Method::DualMeasurement { l0_m, ls_m } => {
                 // Whatever the wire is made of, V1 is a fixed share of V2: the only redundancy among three voltages.
@@ -197,7 +199,7 @@ impl LengthSensor {
             Method::Resistance { line } => {
                 let length = line.length_m(resistance_ohm);
                 let resistivity = resistivity_ohm_m(resistance_ohm, length, c.area_m2);
-                (length, self.line_sigma(&line, v3, i, resistance_ohm), resistivity)
+                (length, line.slope_m_per_ohm.abs() * resistance_sigma_ohm, resistivity)
             }
         };
         let outside = (c.min_length_m - length_m).max(length_m - c.max_length_m) - GUARD * length_sigma_m;
@@ -215,7 +217,14 @@ impl LengthSensor {
         if frozen {
             return failed(Health::Stuck);
         }
-        Reading { length_m, resistance_ohm, resistivity_ohm_m, health: Health::Ok, length_sigma_m }
+        Reading {
+            length_m,
+            resistance_ohm,
+            resistivity_ohm_m,
+            health: Health::Ok,
+            length_sigma_m,
+            resistance_sigma_ohm,
+        }
     }
 
     /// Forgets how long codes have repeated.
@@ -231,11 +240,10 @@ impl LengthSensor {
         ls_m * self.sigma_v / between_v * (dual_variance(share) + self.drop * self.drop).sqrt()
     }
 
-    /// First-order propagation through L = a + b V3/I.
+    /// First-order propagation through V3/I.
     #[inline]
-    fn line_sigma(&self, line: &ResistanceLine, v3: f64, i: f64, resistance: f64) -> f64 {
-        let relative = ((self.sigma_v3 / v3).powi(2) + (self.sigma_i / i).powi(2)).sqrt();
-        (line.slope_m_per_ohm * resistance).abs() * relative
+    fn resistance_sigma(&self, v3: f64, i: f64, resistance: f64) -> f64 {
+        resistance.abs() * ((self.sigma_v3 / v3).powi(2) + (self.sigma_i / i).powi(2)).sqrt()
     }
 }
 

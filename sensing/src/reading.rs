@@ -16,6 +16,8 @@ pub struct Reading {
     pub health: Health,
     /// Standard deviation of `length_m` from the converter's noise, in m; infinite where there is no length.
     pub length_sigma_m: f64,
+    /// Standard deviation of `resistance_ohm` from the converter's noise, in Ω; infinite where there is no length.
+    pub resistance_sigma_ohm: f64,
 }
 
 impl Reading {
@@ -27,6 +29,7 @@ impl Reading {
             resistivity_ohm_m: f64::NAN,
             health,
             length_sigma_m: f64::INFINITY,
+            resistance_sigma_ohm: f64::INFINITY,
         }
     }
 

@@ -259,7 +259,14 @@ mod tests {
     }
 
     fn reading(length_m: f64) -> Reading {
-        Reading { length_m, resistance_ohm: 11.0, resistivity_ohm_m: 8e-7, health: Health::Ok, length_sigma_m: 60e-6 }
+        Reading {
+            length_m,
+            resistance_ohm: 11.0,
+            resistivity_ohm_m: 8e-7,
+            health: Health::Ok,
+            length_sigma_m: 60e-6,
+            resistance_sigma_ohm: 0.01,
+        }
     }
 
     /// Seconds until the verdict at a constant power and length.

@@ -41,6 +41,8 @@ const LOST_SIGMAS: f64 = 1.2;
 const MODEL_TIME_S: f64 = 0.1;
 /// What the model leaves out of the resistivity, as a share of it.
 const RESISTIVITY_MODEL: f64 = 0.7e-3;
+/// Noise of a resistance at the least, as a share of it, and where nothing is said of it. That of the current is the larger part of it.
+const RESISTANCE_NOISE: f64 = 1e-3;
 /// What it leaves out of the curve a moving wire is on, in widths 1/k.
 const CURVE_MODEL: f64 = 0.35;
 /// Share of the cooling speed below which a wire counts as standing; four times as fast is surely moving.
@@ -152,8 +154,9 @@ impl Heat {
     }
 
     /// Takes a measurement in. Joseph's form is not needed: gains are small and the drift keeps the covariance up.
+    /// `learns`: the share of each state's correction that is taken, 0 for one that is considered and not learned (Schmidt's filter).
     #[inline]
-    fn correct<const N: usize>(&mut self, seen: &Evidence<N>) {
+    fn correct<const N: usize>(&mut self, seen: &Evidence<N>, learns: &[f64; STATES]) {
         let p = &mut self.covariance;
         let mut column = [0.0; STATES];
         for (state, slope) in seen.slopes {
@@ -170,9 +173,9 @@ impl Heat {
         let surprise = seen.surprise.max(-most).min(most);
         for k in 0..STATES {
             let gain = column[k] * scale;
-            self.state[k] += gain * surprise;
-            for (entry, column) in p[k].iter_mut().zip(column) {
-                *entry -= gain * column;
+            self.state[k] += learns[k] * gain * surprise;
+            for ((entry, column), other) in p[k].iter_mut().zip(column).zip(learns) {
+                *entry -= (learns[k] + other - learns[k] * other) * gain * column;
             }
         }
     }
@@ -361,7 +364,7 @@ impl FusedEstimator {
         let curves = Curves::at(&self.map, fraction, stress);
         if measured && dt > 0.0 {
             let patience = MODEL_TIME_S / dt.max(1e-6);
-            self.weigh_resistivity(seen.resistance_ohm, patience);
+            self.weigh_resistivity(seen, patience);
             if !self.learn_strain(curves.cooling_c, stress, dt) {
                 self.weigh_curves(&curves, velocity, patience);
             }
@@ -506,8 +509,9 @@ impl FusedEstimator {
     }
 
     #[inline]
-    fn weigh_resistivity(&mut self, resistance: f64, patience: f64) {
+    fn weigh_resistivity(&mut self, seen: &Observation, patience: f64) {
         let (m, state) = (&self.map, &self.heat.state);
+        let resistance = seen.resistance_ohm;
         let measured = resistivity_ohm_m(resistance, m.length + self.motion.x, m.area);
         if !(measured > 0.0 && measured.is_finite()) {
             return;
@@ -515,15 +519,22 @@ impl FusedEstimator {
         let xi = self.fraction;
         let (rho, slope) = m.resistivity(xi, state[T], (state[RHO_A], state[RHO_M]));
         let (austenite, martensite) = m.resistivities(state[T]);
-        // noise of the current is the larger part of it
-        let noise = 1e-3;
+        let told = seen.resistance_sigma_ohm / resistance;
+        let noise = if told.is_finite() { told.max(RESISTANCE_NOISE) } else { RESISTANCE_NOISE };
         let doubt = noise * noise + RESISTIVITY_MODEL * RESISTIVITY_MODEL * patience;
         let per = 1.0 / rho;
-        self.heat.correct(&Evidence {
+        let seen = Evidence {
             surprise: measured * per - 1.0,
             slopes: [(T, slope * per), (RHO_A, (1.0 - xi) * austenite * per), (RHO_M, xi * martensite * per)],
             variance: doubt,
-        });
+        };
+        // At its hot end nothing but resistance and power tell how hot a wire is. What they are read by is not learned from them there: the
+        // bias of a filter whose gains hang on its own estimates, however small, would carry temperature, loss and resistivity away together
+        // for as long as the wire is held, and no measurement would object.
+        let known = inside(self.fraction);
+        let mut learns = [known; STATES];
+        (learns[T], learns[LOSS]) = (1.0, 1.0);
+        self.heat.correct(&seen, &learns);
     }
 
     /// Whether a wire this far above its cooling curve (K) cannot be on its way along it.
@@ -587,10 +598,11 @@ impl FusedEstimator {
         let xi = self.fraction.clamp(0.03, 0.97);
         let phase = (self.motion.xx.max(0.0).sqrt() / (m.length * m.strain)) / (xi * (1.0 - xi));
         let doubt = width * (CURVE_MODEL + phase) / sure;
-        self.heat.correct(&Evidence {
+        let seen = Evidence {
             surprise: curve - temperature,
             slopes: [(T, 1.0), (offset, -1.0)],
             variance: doubt * doubt * patience,
-        });
+        };
+        self.heat.correct(&seen, &[1.0; STATES]);
     }
 }

@@ -181,6 +181,7 @@ fn without_a_length_the_model_goes_on() {
             tension_n: f64::NAN,
             length_sigma_m: f64::NAN,
             resistance_ohm: f64::NAN,
+            resistance_sigma_ohm: f64::NAN,
             dt_s: 1e-3,
         });
         assert!((estimate.temperature_c - out.temperature_c).abs() < 12.0, "{k}: {estimate:?} {out:?}");
@@ -247,7 +248,7 @@ proptest! {
         let mut estimator = StateEstimator::new(&model, estimator);
         for (power_w, duty, length, reference, derivative, dt) in rows {
             let length_m = 0.16 + 0.01 * length;
-            let estimate = estimator.update(&Observation { power_w, duty, length_m, tension_n: derivative, length_sigma_m: 1e-4 * reference, resistance_ohm: 10.0 + 10.0 * dt, dt_s: dt * 0.01 });
+            let estimate = estimator.update(&Observation { power_w, duty, length_m, tension_n: derivative, length_sigma_m: 1e-4 * reference, resistance_ohm: 10.0 + 10.0 * dt, resistance_sigma_ohm: 10.0 * reference, dt_s: dt * 0.01 });
             prop_assert!(estimate.temperature_c.is_finite() && estimate.martensite.is_finite(), "{estimate:?}");
             prop_assert!((0.0..=1.0).contains(&estimate.martensite));
             prop_assert!(estimate.hottest_c >= estimate.temperature_c);
@@ -281,7 +282,7 @@ proptest! {
     ) {
         let mut noise = rig::Gauss::new(seed);
         let mut estimator = StateEstimator::new(&figure_wire(), kind);
-        let observe = |power_w: f64, length_m: f64| Observation { power_w, duty: 0.0, length_m, tension_n: f64::NAN, length_sigma_m: f64::NAN, resistance_ohm: f64::NAN, dt_s: 1e-3 };
+        let observe = |power_w: f64, length_m: f64| Observation { power_w, duty: 0.0, length_m, tension_n: f64::NAN, length_sigma_m: f64::NAN, resistance_ohm: f64::NAN, resistance_sigma_ohm: f64::NAN, dt_s: 1e-3 };
         for (power, length) in powers.iter().zip(lengths.iter().cycle()) {
             for _ in 0..100 {
                 let estimate = estimator.update(&observe(*power, length + 6e-5 * noise.sample()));

@@ -102,6 +102,7 @@ impl Loop {
                 length_m: LENGTH + wire.position_m() + self.sigma_m * noise[side].0,
                 length_sigma_m: self.sigma_m.max(1e-7),
                 resistance_ohm: wire.resistance_ohm() * (1.0 + 10.0 * self.sigma_m * noise[side].1),
+                resistance_sigma_ohm: f64::NAN,
                 tension_n: f64::NAN,
                 dt_s: DT,
             }
@@ -307,7 +308,7 @@ proptest! {
         (0..50).for_each(|_| joint.step(0.1));
         for (length_m, power_w, resistance_ohm, reference_rad, dt_s) in inputs {
             let odd = Observation {
-                power_w, duty: power_w, length_m, length_sigma_m: length_m, resistance_ohm, tension_n: dt_s, dt_s,
+                power_w, duty: power_w, length_m, length_sigma_m: length_m, resistance_ohm, resistance_sigma_ohm: power_w, tension_n: dt_s, dt_s,
             };
             let even = Observation::nothing(0.3, DT);
             let estimate = joint.observer.update([&odd, &even]);

@@ -255,6 +255,7 @@ impl Bench {
             length_m: length,
             length_sigma_m: length * sv * (1.0 / (v2 * v2) + 1.0 / (v3 * v3)).sqrt(),
             resistance_ohm: v3 / current,
+            resistance_sigma_ohm: v3 / current * (sv / v3).hypot(si / current),
             tension_n: f64::NAN,
             dt_s: dt,
         };

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::converter::Converter;
-use crate::line::WireEnd;
+use crate::line::{ResistanceLine, WireEnd};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

@@ -145,6 +145,7 @@ impl Hanging {
             length_m,
             length_sigma_m: LENGTH_SIGMA_M,
             resistance_ohm: ohm,
+            resistance_sigma_ohm: f64::NAN,
             tension_n: reading.force_n,
             dt_s,
         });

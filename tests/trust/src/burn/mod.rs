@@ -193,14 +193,15 @@ impl History {
     }
 
     fn tell(&self) {
-        let Outcome { over_k, under_k, hottest_s, starts, resets, is_true, .. } = self.outcome;
+        let Outcome { over_k, under_k, under_s, under_at_k, hottest_s, starts, resets, is_true, .. } = self.outcome;
         println!(
-            "{} {}: {over_k:+.1} K from the limit at {hottest_s:.4} s, {under_k:.1} K under the truth, {starts} starts, {resets} resets, {}, \
-             {}: {}",
+            "{} {}: {over_k:+.1} K from the limit at {hottest_s:.4} s, {under_k:.1} K under the truth ({under_at_k:+.1} K at {under_s:.4} s), \
+             {starts} starts, {resets} resets, {}, {}, {}: {}",
             if self.is_burnt() { "BURNT" } else { "kept" },
             self.seed,
             if History::is_searched(self.seed) { "searched for" } else { "by chance" },
             if is_true { "a true rig file" } else { "beliefs off" },
+            self.outcome.stage.words(),
             self.plan.words()
         );
     }

@@ -40,6 +40,19 @@ pub enum Stage {
     Stuck,
 }
 
+impl Stage {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Stage::Healthy => "a healthy stage",
+            Stage::StuckWatched => "a stage that sticks watched",
+            Stage::StuckStopped => "a stage that sticks unmeasured, and an emergency stop",
+            Stage::StuckAbandoned => "a stage that sticks as its driver is killed",
+            Stage::Stuck => "a stage that sticks",
+        }
+    }
+}
+
 /// What a history came to.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
@@ -59,6 +72,10 @@ pub struct Outcome {
     pub relay_k: f64,
     /// Most the published temperature was below the true one, K.
     pub under_k: f64,
+    /// When that was, s, and how far the wire was above its limit then, K; negative below.
+    pub under_s: f64,
+    /// See there.
+    pub under_at_k: f64,
     /// When the wire came above 80 % of its rise, s; infinite = never.
     pub heated_s: f64,
     /// Starts of the driver.
@@ -130,6 +147,16 @@ impl Bench {
         }
         if true_c > self.heated_c && !outcome.was_heated() {
             outcome.heated_s = self.wires.time_s();
+        }
+    }
+
+    /// The true temperature beside the published one.
+    fn compare(&mut self, published_c: f64) {
+        let (true_c, outcome) = (self.true_c(), &mut self.outcome);
+        if true_c - published_c > outcome.under_k {
+            outcome.under_k = true_c - published_c;
+            outcome.under_s = self.wires.time_s();
+            outcome.under_at_k = true_c - self.limit_c;
         }
     }
 
@@ -247,6 +274,8 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
             full_power_k: full_k_per_s / rate_hz,
             relay_k: full_k_per_s * truth.backend.enable.dropout_s,
             under_k: f64::NEG_INFINITY,
+            under_s: 0.0,
+            under_at_k: f64::NAN,
             heated_s: f64::INFINITY,
             starts: 0,
             resets: 0,
@@ -386,7 +415,7 @@ pub fn run(rigs: &Rigs, script: &Script, mut trace: Option<&mut BufWriter<File>>
         let beat = Beat { now_ns: clock_ns(now_s - slept_s), missed: late };
         record = Some(alive.cycle(&mut world.wires, beat, exchanged, &samples));
         let state = &alive.snapshot.channel[0];
-        world.outcome.under_k = world.outcome.under_k.max(world.true_c() - state.temperature_c);
+        world.compare(state.temperature_c);
         if let Some(trace) = &mut trace {
             let breaks: Vec<&str> = world.mends.iter().map(|(kind, _)| kind.word()).collect();
             writeln!(

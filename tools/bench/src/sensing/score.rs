@@ -143,7 +143,7 @@ pub(super) fn score(
     let mut adc = Adc::new(setup.noise, seed_of(seed, setup));
     for point in &sweep.points {
         let sample = adc.sample(point);
-        let Reading { length_m, resistance_ohm, length_sigma_m, .. } = dual.read(&sample);
+        let Reading { length_m, resistance_ohm, length_sigma_m, resistance_sigma_ohm, .. } = dual.read(&sample);
         let measured = length_m.is_finite();
         by_dual.push(length_m, point);
         // Resistance needs no taps: also where the dual measurement has no length.
@@ -161,6 +161,7 @@ pub(super) fn score(
             length_m,
             length_sigma_m,
             resistance_ohm: resistance,
+            resistance_sigma_ohm,
             tension_n: f64::NAN,
             dt_s: PERIOD_S,
         };
