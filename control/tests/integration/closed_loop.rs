@@ -6,6 +6,7 @@ use sinew_control::{
     Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, Modulation, Observation, PidGains, Priming,
     Settings, StateEstimator,
 };
+use sinew_physics::{Drive, DriveKind, Load};
 
 fn settings(kind: AlgorithmKind) -> Settings {
     Settings { kind, maximum_duty: duty_for_power(&figure_wire(), 3.0), ..Settings::default() }
@@ -187,6 +188,54 @@ fn without_a_length_the_model_goes_on() {
         assert!((estimate.temperature_c - out.temperature_c).abs() < 12.0, "{k}: {estimate:?} {out:?}");
         assert!(estimate.hottest_c >= estimate.temperature_c);
     }
+}
+
+/// A thin wire whose converter is noisy, held for three minutes at its hot end by what is believed of its temperature: no drift carries that,
+/// loss and resistivity away together, which no measurement would object to.
+#[test]
+fn a_wire_that_is_held_at_its_hot_end_is_not_believed_colder_and_colder() {
+    const WANTED_C: f64 = 130.0;
+    const DT_S: f64 = 2e-3;
+    let mut model = figure_wire();
+    let thinner = 0.2;
+    model.geometry.diameter_m *= thinner;
+    model.load = Load::SpringMassDamper {
+        mass_kg: 0.2 * thinner * thinner,
+        damping_n_s_per_m: 40.0 * thinner * thinner,
+        spring_n_per_m: 0.0,
+        preload_n: 0.2 * 9.80665 * thinner * thinner,
+    };
+    model.drive = Drive { kind: DriveKind::Power, supply_v: 0.0, shunt_ohm: 0.0, switch_ohm: 0.0, lead_ohm: 0.0 };
+    let mut wire = sinew_physics::Wire::new(&model).unwrap();
+    let mut estimator = StateEstimator::new(&model, EstimatorKind::Fused);
+    let mut noise = rig::Gauss::new(7);
+    let mut inputs = model.rest_inputs();
+    let holds_w = model.loss_w_per_k(WANTED_C - model.ambient_c) * (WANTED_C - model.ambient_c);
+    let mut power_w = holds_w;
+    let mut worst_k = f64::NEG_INFINITY;
+    for k in 0..90_000 {
+        // every sixteenth period is a dark one, as a driver's
+        inputs.drive = if k % 16 == 0 { 0.0 } else { power_w };
+        wire.step(&inputs, DT_S);
+        let out = wire.outputs();
+        // a current that is 0.5 % off makes the resistance so much less and the power so much more
+        let off = 0.005 * noise.sample();
+        let is_measured = inputs.drive > 0.0;
+        let seen = |value: f64| if is_measured { value } else { f64::NAN };
+        let estimate = estimator.update(&Observation {
+            power_w: inputs.drive * (1.0 + off),
+            length_m: seen(model.geometry.length_m + out.position_m + 4e-4 * noise.sample()),
+            length_sigma_m: 4e-4,
+            resistance_ohm: seen(out.resistance_ohm / (1.0 + off)),
+            resistance_sigma_ohm: 0.005 * out.resistance_ohm,
+            ..Observation::nothing(0.1, DT_S)
+        });
+        power_w = (holds_w * (1.0 + 0.02 * (WANTED_C - estimate.temperature_c))).clamp(0.0, 2.0 * holds_w);
+        if k > 1000 {
+            worst_k = worst_k.max(out.temperature_c - estimate.temperature_c);
+        }
+    }
+    assert!(worst_k < 8.0, "{worst_k} K colder than it is");
 }
 
 /// Every wire of the list is brought to its references and held there, at its own pace.
