@@ -9,7 +9,7 @@ use std::io::{Seek, Write};
 
 use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_recording::session::{About, Ended, Field, Head, Layout, SessionWriter, WriteOptions};
-use sinew_recording::{Column, Error, Recording, TIME};
+use sinew_recording::{Column, Error, Recording, TIME, required_inputs};
 use sinew_rig::{Machine as Spec, Rig};
 
 use crate::machine::Reading;
@@ -47,6 +47,55 @@ pub fn recording(name: &str, rows: &[Row]) -> Result<Recording, Error> {
         recording.set(column, rows.iter().map(|row| value(&row.reading)).collect())?;
     }
     Ok(recording)
+}
+
+/// A driver's recording in rows of `count` of its own, as a fit wants them of a fast driver: the inputs' means, and what was measured at a
+/// row's end by a straight line through the samples in it, so that noise goes down and nothing is late.
+///
+/// # Errors
+/// So few rows that fewer than three are left.
+pub fn in_rows_of(recording: &Recording, count: usize, model: &WireModel) -> Result<Recording, Error> {
+    let count = count.max(1);
+    let starts = recording.time_s().chunks_exact(count).map(|times| times[0]).collect();
+    let mut fewer = Recording::new(recording.name(), starts)?;
+    let ends: Vec<f64> = (0..recording.len()).map(|row| recording.time_s()[row] + recording.interval_s(row)).collect();
+    let is_input = |column: Column| required_inputs(model).any(|input| input == column) || INPUTS.contains(&column);
+    for (column, values) in recording.columns() {
+        let rows = values.chunks_exact(count).zip(ends.chunks_exact(count));
+        let of = |(values, ends): (&[f64], &[f64])| match is_input(column) {
+            true => mean(values),
+            false => at_the_end(ends.iter().copied().zip(values.iter().copied())),
+        };
+        fewer.set(column, rows.map(of).collect())?;
+    }
+    Ok(fewer)
+}
+
+/// Columns that are inputs whatever drives the wire.
+const INPUTS: [Column; 3] = [Column::SupplyV, Column::AmbientC, Column::DisturbanceN];
+
+/// Mean of those that are numbers; NaN where none is.
+fn mean(values: &[f64]) -> f64 {
+    let known = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count
+}
+
+/// What samples, time and value, come to at the time of the last one, by a straight line through those that are numbers; the last of them
+/// where there are too few for a line; NaN where there is none.
+pub(crate) fn at_the_end(samples: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
+    let Some(end_s) = samples.clone().map(|(time_s, _)| time_s).last() else { return f64::NAN };
+    let known = samples.filter(|(_, value)| value.is_finite()).map(|(time_s, value)| (time_s - end_s, value));
+    let (count, t, v) = known.clone().fold((0.0, 0.0, 0.0), |(n, t, v), (time_s, value)| (n + 1.0, t + time_s, v + value));
+    if count < 4.0 {
+        return known.last().map_or(f64::NAN, |(_, value)| value);
+    }
+    let (middle, mean) = (t / count, v / count);
+    let sums = |(spread, lean): (f64, f64), (time_s, value): (f64, f64)| {
+        (spread + (time_s - middle).powi(2), lean + (time_s - middle) * (value - mean))
+    };
+    let (spread, lean) = known.fold((0.0, 0.0), sums);
+    mean - middle * lean / spread
 }
 
 /// What a recording holds beside the contract's columns: name, unit, value.

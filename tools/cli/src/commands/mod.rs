@@ -25,6 +25,7 @@ pub mod life;
 pub mod live;
 pub mod monitor;
 mod mounted;
+mod on_rig;
 pub mod new;
 pub mod play;
 pub mod plot;
