@@ -74,7 +74,10 @@ mod tests {
         // it gets shorter, ever faster: friction and mass pull at it besides
         assert!((spring.tension_n(0.0, -0.01, -1.0) - (2.4 + 0.3 + 0.1)).abs() < 1e-12);
         assert_eq!(spring.tension_n(0.0, f64::NAN, f64::NAN), 2.4);
-        assert_eq!(spring.to_string(), "a spring of 150 N/m that pulls 2.4 N at the hot, unloaded length, and 0.1 kg that move with it");
+        assert_eq!(
+            spring.to_string(),
+            "a spring of 150 N/m that pulls 2.4 N at the hot, unloaded length, and 0.1 kg that move with it"
+        );
         let mass = OwnLoad { mass_kg: 0.2, damping_n_s_per_m: 30.0, spring_n_per_m: 0.0, preload_n: 1.961 };
         assert_eq!((mass.at_rest_n(0.0), mass.at_rest_n(6e-3)), (1.961, 1.961));
         assert!(mass.is_constant() && mass.to_string().starts_with("a mass of 0.2 kg"));

@@ -86,7 +86,9 @@ impl RoutineKind {
                 "`constant-force-sweep` heats the wire through the transformation instead, `characterise` fits what that tells"
             }
             RoutineKind::ConstantStrainSweep => "`constant-force-sweep` lets it move instead",
-            RoutineKind::ConstantForceSweep => "under the rig's own load, which a spring changes: the report says by how much",
+            RoutineKind::ConstantForceSweep => {
+                "under the rig's own load, which a spring changes: the report says by how much"
+            }
             RoutineKind::PositionRegulation | RoutineKind::PositionTracking | RoutineKind::TrackingSweep => {
                 "by the driver's own law, on the rig's own load"
             }
@@ -338,7 +340,8 @@ pub const CHARACTERISE: &str = "characterise";
 pub const CHARACTERISE_ABOUT: &str =
     "all that a new wire needs, the fit to it, and how well that foretells what it was not fitted to";
 /// How [`CHARACTERISE`] goes on a rig.
-const CHARACTERISE_ON_RIG: &str = "heats under the rig's own load, slowly, within the transformation, in steps and in sines";
+const CHARACTERISE_ON_RIG: &str =
+    "heats under the rig's own load, slowly, within the transformation, in steps and in sines";
 
 /// Which routines run on a rig, which need the machine: as text for a terminal.
 pub fn rigs_table_text() -> String {
@@ -362,7 +365,9 @@ pub fn rigs_table_markdown() -> String {
         Some(needs) => format!("| `{}` | no: needs {needs} | {} |\n", kind.word(), kind.on_rig()),
     };
     let rows: String = RoutineKind::ALL.into_iter().map(of).collect();
-    format!("| routine | on a running rig | how, or what instead |\n|---|---|---|\n{rows}| `{CHARACTERISE}` | yes | {CHARACTERISE_ON_RIG} |\n")
+    format!(
+        "| routine | on a running rig | how, or what instead |\n|---|---|---|\n{rows}| `{CHARACTERISE}` | yes | {CHARACTERISE_ON_RIG} |\n"
+    )
 }
 
 /// The stages of a routine.
@@ -414,7 +419,11 @@ impl<'a> Plan<'a> {
             Plan { options, length_m: model.geometry.length_m, time_s: thermal_time_s(model), stages: Vec::new() };
         if options.own_load.is_some() {
             // a driver's wire comes from anywhere: a recording begins with a cold one
-            let cold = plan.prepare(Motion::Left, Heat::Program(Quantity::Power, Wave::still(0.0)), COOL_TIMES * plan.time_s);
+            let cold = plan.prepare(
+                plan.under_load(),
+                Heat::Program(Quantity::Power, Wave::still(0.0)),
+                COOL_TIMES * plan.time_s,
+            );
             plan.push(Stage { is_recorded: false, ..cold });
         }
         if options.chamber_c.is_some() {
@@ -440,7 +449,7 @@ impl<'a> Plan<'a> {
 
     /// What the end does under a load.
     fn under_load(&self) -> Motion {
-        if self.options.own_load.is_some() { Motion::Left } else { Motion::Force(self.load_n()) }
+        if self.options.own_load.is_some() { Motion::Left(self.load_n()) } else { Motion::Force(self.load_n()) }
     }
 
     fn steady(&self, value: f64) -> Heat {
@@ -577,7 +586,7 @@ impl<'a> Plan<'a> {
     fn take_up(&mut self, load_n: f64) {
         if self.options.own_load.is_some() {
             // it hangs there already
-            self.push(self.prepare(Motion::Left, self.steady(0.0), self.options.hold_s));
+            self.push(self.prepare(Motion::Left(load_n), self.steady(0.0), self.options.hold_s));
             return;
         }
         let pull = self.prepare(Motion::Force(load_n), self.steady(0.0), TAKE_UP_EXPECTED_S);
@@ -617,7 +626,7 @@ impl<'a> Plan<'a> {
             End::At(elongation_m) => self.go_to(elongation_m, cold),
             End::Pulled(newton) => self.take_up(newton),
             // from wherever its load has it, cold
-            End::Left => self.push(self.prepare(Motion::Left, cold, self.options.hold_s)),
+            End::Left => self.push(self.prepare(self.under_load(), cold, self.options.hold_s)),
         }
         for stage in &mut self.stages {
             // a programme is a recording of its own, without the way to where it begins

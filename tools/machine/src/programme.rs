@@ -63,7 +63,9 @@ impl std::fmt::Display for NoProgramme {
             NoProgramme::Switched => write!(f, "its duty is of a wire that a driver switches"),
             NoProgramme::Unheated => write!(f, "nothing in it says what heats the wire"),
             NoProgramme::Loose => write!(f, "nothing in it says where the wire's end is"),
-            NoProgramme::Moved(column) => write!(f, "{} moves the wire's end, which a running rig has nothing for", column.name()),
+            NoProgramme::Moved(column) => {
+                write!(f, "{} moves the wire's end, which a running rig has nothing for", column.name())
+            }
             NoProgramme::BeyondOne(time_s) => write!(f, "duty is above 1 at {time_s} s"),
             NoProgramme::Gap(column, time_s) => write!(f, "{} has no value at {time_s} s", column.name()),
             NoProgramme::Negative(column, time_s) => write!(f, "{} is below 0 at {time_s} s", column.name()),
@@ -80,9 +82,13 @@ impl NoProgramme {
             NoProgramme::Switched => {
                 "play it on a running rig (--rig NAME), which switches its wires; the test machine takes current_a or power_w"
             }
-            NoProgramme::Unheated => "give a column current_a, in A, or power_w, in W; for a running rig also duty, 0 to 1",
+            NoProgramme::Unheated => {
+                "give a column current_a, in A, or power_w, in W; for a running rig also duty, 0 to 1"
+            }
             NoProgramme::Loose => "give a column position_m, elongation in m, or force_n, in N",
-            NoProgramme::Moved(_) => "take the column out: the rig's own load pulls the wire; the test machine (RIG.toml without --rig) moves it",
+            NoProgramme::Moved(_) => {
+                "take the column out: the rig's own load pulls the wire; the test machine (RIG.toml without --rig) moves it"
+            }
             NoProgramme::BeyondOne(_) => "a duty is a share, 0 to 1",
             NoProgramme::Gap(..) => "give every row a value: inputs have no gaps",
             NoProgramme::Negative(..) => "a heater gives, and a wire pulls: 0 or more",
@@ -123,8 +129,7 @@ impl Programme {
         if let Some(column) = [Column::PositionM, Column::ForceN].into_iter().find(there) {
             return Err(NoProgramme::Moved(column));
         }
-        let (column, quantity) =
-            heats.into_iter().find(|(column, _)| there(column)).ok_or(NoProgramme::Unheated)?;
+        let (column, quantity) = heats.into_iter().find(|(column, _)| there(column)).ok_or(NoProgramme::Unheated)?;
         let heat = values(recording, column, true)?;
         let beyond = heat.iter().zip(recording.time_s()).find(|(heat, _)| quantity == Quantity::Duty && **heat > 1.0);
         if let Some((_, time_s)) = beyond {
@@ -254,7 +259,10 @@ mod tests {
     fn a_running_rig_takes_duties_and_moves_no_end() {
         let of = recording(&[(Column::Duty, [0.0, 0.5, 1.0]), (Column::PowerW, [1.0; 3])]);
         let programme = Programme::on_rig(&of).unwrap();
-        assert_eq!((programme.quantity(), programme.most_heat(), programme.end_at(0.3)), (Quantity::Duty, 1.0, End::Left));
+        assert_eq!(
+            (programme.quantity(), programme.most_heat(), programme.end_at(0.3)),
+            (Quantity::Duty, 1.0, End::Left)
+        );
         let refused = |columns: &[(Column, [f64; 3])]| Programme::on_rig(&recording(columns)).unwrap_err();
         let moved = [(Column::PowerW, [0.1; 3]), (Column::ForceN, [1.0; 3])];
         assert_eq!(refused(&moved), NoProgramme::Moved(Column::ForceN));

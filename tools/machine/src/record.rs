@@ -49,8 +49,8 @@ pub fn recording(name: &str, rows: &[Row]) -> Result<Recording, Error> {
     Ok(recording)
 }
 
-/// A driver's recording in rows of `count` of its own, as a fit wants them of a fast driver: the inputs' means, and what was measured at a
-/// row's end by a straight line through the samples in it, so that noise goes down and nothing is late.
+/// A driver's recording in rows of `count` of its own, as a fit wants them of a fast driver: the inputs' means, and the mean of what was
+/// measured around a row's end, as much before as after it, so that noise goes down and nothing is late.
 ///
 /// # Errors
 /// So few rows that fewer than three are left.
@@ -58,15 +58,20 @@ pub fn in_rows_of(recording: &Recording, count: usize, model: &WireModel) -> Res
     let count = count.max(1);
     let starts = recording.time_s().chunks_exact(count).map(|times| times[0]).collect();
     let mut fewer = Recording::new(recording.name(), starts)?;
-    let ends: Vec<f64> = (0..recording.len()).map(|row| recording.time_s()[row] + recording.interval_s(row)).collect();
     let is_input = |column: Column| required_inputs(model).any(|input| input == column) || INPUTS.contains(&column);
     for (column, values) in recording.columns() {
-        let rows = values.chunks_exact(count).zip(ends.chunks_exact(count));
-        let of = |(values, ends): (&[f64], &[f64])| match is_input(column) {
-            true => mean(values),
-            false => at_the_end(ends.iter().copied().zip(values.iter().copied())),
+        let of = |row: usize| {
+            let (start, end) = (row * count, (row + 1) * count);
+            match is_input(column) {
+                true => mean(&values[start..end]),
+                false => {
+                    // of an even number the one before the end is in the middle of one more
+                    let reach = (count - 1) / 2;
+                    mean(&values[end - 1 - reach..(end + reach).min(values.len())])
+                }
+            }
         };
-        fewer.set(column, rows.map(of).collect())?;
+        fewer.set(column, (0..values.len() / count).map(of).collect())?;
     }
     Ok(fewer)
 }
@@ -79,23 +84,6 @@ fn mean(values: &[f64]) -> f64 {
     let known = values.iter().filter(|value| value.is_finite());
     let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / count
-}
-
-/// What samples, time and value, come to at the time of the last one, by a straight line through those that are numbers; the last of them
-/// where there are too few for a line; NaN where there is none.
-pub(crate) fn at_the_end(samples: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
-    let Some(end_s) = samples.clone().map(|(time_s, _)| time_s).last() else { return f64::NAN };
-    let known = samples.filter(|(_, value)| value.is_finite()).map(|(time_s, value)| (time_s - end_s, value));
-    let (count, t, v) = known.clone().fold((0.0, 0.0, 0.0), |(n, t, v), (time_s, value)| (n + 1.0, t + time_s, v + value));
-    if count < 4.0 {
-        return known.last().map_or(f64::NAN, |(_, value)| value);
-    }
-    let (middle, mean) = (t / count, v / count);
-    let sums = |(spread, lean): (f64, f64), (time_s, value): (f64, f64)| {
-        (spread + (time_s - middle).powi(2), lean + (time_s - middle) * (value - mean))
-    };
-    let (spread, lean) = known.fold((0.0, 0.0), sums);
-    mean - middle * lean / spread
 }
 
 /// What a recording holds beside the contract's columns: name, unit, value.
@@ -209,4 +197,28 @@ pub fn rig_in_machine(rig: &Rig, channel: usize) -> Rig {
         wire.noise.entry(column).or_insert(sigma);
     }
     mounted
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_rig::Rig;
+
+    use super::*;
+
+    #[test]
+    fn fewer_rows_have_the_inputs_of_their_time_and_what_was_measured_at_their_end() {
+        let model = &Rig::hexapod().channels[0].model;
+        let mut recording = Recording::new("run", (0..100).map(|i| f64::from(i) * 1e-3).collect()).unwrap();
+        let ramp: Vec<f64> = (0..100).map(|i| if i == 17 { f64::NAN } else { f64::from(i) * 1e-6 }).collect();
+        recording.set(Column::Duty, (0..100).map(|i| f64::from(u8::from(i >= 25))).collect()).unwrap();
+        recording.set(Column::PositionM, ramp).unwrap();
+        let fewer = in_rows_of(&recording, 10, model).unwrap();
+        assert_eq!((fewer.len(), fewer.time_s()[3]), (10, 0.03));
+        let of = |column: Column| fewer.get(column).unwrap();
+        assert_eq!(of(Column::Duty)[1..4], [0.0, 0.5, 1.0]);
+        // the last sample of a row is the one at its end: 29, not 24.5
+        assert!((of(Column::PositionM)[2] - 29e-6).abs() < 1e-12, "{:?}", of(Column::PositionM));
+        assert!(in_rows_of(&recording, 1, model).unwrap().get(Column::Duty) == recording.get(Column::Duty));
+        assert!(in_rows_of(&recording, 40, model).is_err());
+    }
 }

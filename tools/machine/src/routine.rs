@@ -147,7 +147,7 @@ impl Routine {
             Motion::Stay => (Travel::At(0.0), f64::NAN),
             Motion::To(position_m, speed_m_s) => (Travel::To { position_m, speed_m_s }, position_m),
             Motion::Pull(speed_m_s) => (Travel::At(speed_m_s), f64::NAN),
-            Motion::Left => (Travel::Left, f64::NAN),
+            Motion::Left(newton) => (Travel::Left, newton),
             // what is commanded now is to be reached at the end of the period
             Motion::Brought(reference) => (Travel::Left, reference.at(now_s + dt_s)),
             Motion::Force(newton) => (Travel::At(self.servo(newton, reading, dt_s)), newton),

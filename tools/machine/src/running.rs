@@ -7,13 +7,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use sinew_ipc::{ChannelState, Client, CommandKind, CycleStream, Error, Mode, Reason, SetpointOptions, Setpoints, Wanted};
+use sinew_ipc::{
+    ChannelState, Client, CommandKind, CycleStream, Error, Mode, Reason, SetpointOptions, Setpoints, Wanted,
+};
 use sinew_physics::formulas::{current_a, heating_power_w};
+use sinew_plot::quantity::{fixed, number};
 use sinew_rig::{Channel, Machine as Spec, Rig, Sensing};
 
+use crate::analysis::AtRest;
 use crate::load::OwnLoad;
 use crate::machine::{Heater, Machine, MachineError, Order, Reading};
-use crate::record::at_the_end;
 
 /// Periods of a routine a second, at the most: enough for a wire, and a planner's usual rate.
 const MOST_RATE_HZ: f64 = 100.0;
@@ -206,9 +209,7 @@ impl Machine for RunningRig {
         let mut row = Gathered::default();
         while row.cycles < self.cycles {
             let (period, state, lost) = match self.stream.next_within(PATIENCE) {
-                Ok(Some(cycle)) => {
-                    (cycle.header.cycle + cycle.header.missed, cycle.channels[self.channel], cycle.lost)
-                }
+                Ok(Some(cycle)) => (cycle.header.cycle + cycle.header.missed, cycle.channels[self.channel], cycle.lost),
                 Ok(None) => {
                     return Err(MachineError::Lost(format!("no cycle of the driver for {} s", PATIENCE.as_secs())));
                 }
@@ -224,7 +225,7 @@ impl Machine for RunningRig {
         self.kept.lapsed += u64::from(row.has_lapsed && self.has_heated && order.heater != Heater::Off);
         let period_s = 1.0 / self.client.info().rate_hz;
         let first = *self.first.get_or_insert(row.last.saturating_sub(u64::from(self.cycles)));
-        match row.length_m() {
+        match row.length_m(period_s * f64::from(self.cycles - 1)) {
             Some(length_m) => (self.last_m, self.blind_s) = (length_m - self.rest_m, 0.0),
             None => self.blind_s += f64::from(row.cycles) * period_s,
         }
@@ -270,10 +271,9 @@ struct Gathered {
     cycles: u32,
     /// The period of the last one.
     last: u64,
-    /// Period and length, m; NaN where it was not measured.
-    lengths: Vec<(f64, f64)>,
     power_w: f64,
     /// Sums over those cycles in which it was measured, and how many.
+    length: (f64, u32),
     ohm: (f64, u32),
     on_a: (f64, u32),
     velocity: (f64, u32),
@@ -291,8 +291,8 @@ impl Gathered {
         };
         self.cycles += 1;
         self.last = period;
-        self.lengths.push((period as f64, state.measured_length_m));
         self.power_w += if state.power_w.is_finite() { state.power_w } else { 0.0 };
+        sum(&mut self.length, state.measured_length_m);
         sum(&mut self.ohm, state.resistance_ohm);
         sum(&mut self.on_a, state.current_a);
         sum(&mut self.velocity, state.velocity_m_s);
@@ -301,9 +301,12 @@ impl Gathered {
         self.has_lapsed |= state.mode() == Mode::Lapsed;
     }
 
-    /// Length at the end of the row, m: of a straight line through what was measured in it, so that a mean is not half a row late.
-    fn length_m(&self) -> Option<f64> {
-        Some(at_the_end(self.lengths.iter().copied())).filter(|length_m| length_m.is_finite())
+    /// Length at the end of the row, m: the mean of what was measured in it, brought from its middle to its end by the speed that the
+    /// driver observes. So the noise of a row is that of many samples, and nobody else's.
+    fn length_m(&self, row_s: f64) -> Option<f64> {
+        let (sum, count) = self.length;
+        let speed = Some(self.motion().0).filter(|speed| speed.is_finite()).unwrap_or(0.0);
+        (count > 0).then(|| sum / f64::from(count) + 0.5 * row_s * speed)
     }
 
     fn ohm(&self) -> Option<f64> {
@@ -323,13 +326,16 @@ impl Gathered {
     }
 }
 
-/// Which sensor a channel's position comes from, in words.
-pub fn position_sensor(wire: &Channel) -> String {
-    match (wire.control.sensing, wire.model.taps) {
-        (Sensing::Dual, Some(taps)) => {
-            format!("dual measurement, taps {} mm apart", sinew_plot::quantity::number(taps.ls_m * 1e3))
-        }
-        _ => "resistance of the whole wire by its line between cold and hot: not where it is on its way between them".into(),
+/// Which sensor a channel's position comes from, in words, and what it shows of a wire at rest.
+pub fn position_sensor(wire: &Channel, at_rest: Option<AtRest>) -> String {
+    let sensor = match (wire.control.sensing, wire.model.taps) {
+        (Sensing::Dual, Some(taps)) => format!("dual measurement, taps {} mm apart", number(taps.ls_m * 1e3)),
+        _ => "resistance of the whole wire by a line between its cold and its hot end, which it is beside on the way"
+            .into(),
+    };
+    match at_rest {
+        Some(at_rest) => format!("{sensor}; ± {} µm on the wire at rest", fixed(at_rest.noise_m * 1e6, 1)),
+        None => sensor,
     }
 }
 
@@ -339,15 +345,17 @@ mod tests {
 
     #[test]
     fn a_row_has_the_length_at_its_end_whatever_is_missing_in_it() {
-        let state = |length_m: f64| ChannelState { measured_length_m: length_m, ..ChannelState::UNKNOWN };
+        // 10 µm a ms
+        let state =
+            |length_m: f64| ChannelState { measured_length_m: length_m, velocity_m_s: 0.01, ..ChannelState::UNKNOWN };
         let mut row = Gathered::default();
-        (0..10).for_each(|k| row.add(100 + k, &state(if k == 4 { f64::NAN } else { 0.16 + 1e-5 * k as f64 })));
-        assert!((row.length_m().unwrap() - (0.16 + 9e-5)).abs() < 1e-12, "{:?}", row.length_m());
+        (0..11).for_each(|k| row.add(100 + k, &state(if k == 5 { f64::NAN } else { 0.16 + 1e-5 * k as f64 })));
+        assert!((row.length_m(0.01).unwrap() - (0.16 + 10e-5)).abs() < 1e-12, "{:?}", row.length_m(0.01));
         let mut dark = Gathered::default();
-        dark.add(1, &state(f64::NAN));
-        assert_eq!((dark.length_m(), dark.ohm()), (None, None));
-        dark.add(2, &state(0.161));
-        assert_eq!(dark.length_m(), Some(0.161));
+        dark.add(1, &ChannelState::UNKNOWN);
+        assert_eq!((dark.length_m(0.01), dark.ohm()), (None, None));
+        dark.add(2, &ChannelState { measured_length_m: 0.161, ..ChannelState::UNKNOWN });
+        assert_eq!(dark.length_m(0.01), Some(0.161), "nobody knows its speed");
     }
 
     #[test]
@@ -380,6 +388,10 @@ mod tests {
         assert_eq!((spec.rate_hz, spec.max_force_n), (100.0, f64::INFINITY));
         let most = most_power_w(&rig.channels[0]);
         assert!((2.0..6.0).contains(&most), "{most}");
-        assert!(position_sensor(&rig.channels[0]).contains("150 mm apart"));
+        let at_rest = Some(AtRest { noise_m: 2e-5, speed_m_s: 1e-3 });
+        assert_eq!(
+            position_sensor(&rig.channels[0], at_rest),
+            "dual measurement, taps 150 mm apart; ± 20.0 µm on the wire at rest"
+        );
     }
 }

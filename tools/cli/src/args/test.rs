@@ -71,7 +71,9 @@ pub struct TestList {
 
 /// `sinew test programme`.
 #[derive(Debug, Args)]
-#[command(allow_missing_positional = true, after_help = "\
+#[command(
+    allow_missing_positional = true,
+    after_help = "\
 Examples:
   sinew diagnose loops/rig.toml loops/direct-strain.mcap --out answer
   sinew test programme rig.toml answer/next.csv --out next
@@ -79,7 +81,8 @@ Examples:
   sinew diagnose loops/rig.toml loops/direct-strain.mcap next/programme.mcap --out both
 
 Columns: time_s; current_a in A or power_w in W, held from row to row; position_m, elongation in m, straight from row
-to row, or force_n in N. On a running rig duty, power_w or current_a, and nothing that moves the wire's end.")]
+to row, or force_n in N. On a running rig duty, power_w or current_a, and nothing that moves the wire's end."
+)]
 pub struct Programme {
     /// Rig and output.
     #[command(flatten)]

@@ -48,7 +48,7 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
             out: Some(&args.out),
             real_time: false,
         };
-        let Done { ran, routine, simulated, notes } = bench.run(&one, &asked)?;
+        let Done { ran, routine, simulated, notes, at_rest } = bench.run(&one, &asked)?;
         let run = analysis::Run {
             kind: task.kind,
             options: &task.options,
@@ -56,8 +56,9 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
             rows: &ran.rows,
             model,
             spec,
+            at_rest,
         };
-        let report = sinew_machine::Report::of(&run, &ran, simulated, bench.sources(), bench.about(), notes);
+        let report = sinew_machine::Report::of(&run, &ran, simulated, bench.sources(at_rest), bench.about(), notes);
         pages.push((format!("{}.html", task.name), sinew_machine::page(&run, &report)));
         match &ran.ending {
             Ending::Complete => {}

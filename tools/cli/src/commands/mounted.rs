@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use sinew_machine::analysis::AtRest;
 use sinew_machine::record::RecordingFile;
 use sinew_machine::{
     About, Machine, OnRig, Options, Ran, Routine, RoutineKind, Row, SimulatedMachine, Watch, plan, run,
@@ -48,6 +49,8 @@ pub struct Done {
     pub simulated: bool,
     /// What a reader must know of how a rig did.
     pub notes: Vec<String>,
+    /// What the position's sensor showed of the wire at rest, on a rig.
+    pub at_rest: Option<AtRest>,
 }
 
 /// A wire to be tested: what is believed of it, and where it is.
@@ -107,8 +110,8 @@ impl Bench {
     }
 
     /// Of a running rig: what a report says of its numbers.
-    pub fn sources(&self) -> Option<OnRig> {
-        self.on_rig().map(|on_rig| on_rig.sources(self.wire()))
+    pub fn sources(&self, at_rest: Option<AtRest>) -> Option<OnRig> {
+        self.on_rig().map(|on_rig| on_rig.sources(self.wire(), at_rest))
     }
 
     /// What is believed of the wire.
@@ -163,7 +166,7 @@ impl Bench {
         if let Some(file) = file {
             file.finish(&ran.ending).map_err(recording_failure)?;
         }
-        Ok(Done { ran, routine, simulated: machine.is_simulated(), notes: Vec::new() })
+        Ok(Done { ran, routine, simulated: machine.is_simulated(), notes: Vec::new(), at_rest: None })
     }
 
     /// The same on a running rig.
@@ -175,8 +178,12 @@ impl Bench {
         let mut machine = on_rig.claim(&self.rig, wire)?;
         let progress = Progress::new();
         let mut unwritable = None;
-        let mut go_on = |_: &Row, is_recorded: bool, share: f64| {
+        let mut cold_m = Vec::new();
+        let mut go_on = |row: &Row, is_recorded: bool, share: f64| {
             progress.tell(task.name, share);
+            if !is_recorded {
+                cold_m.push(row.reading.position_m);
+            }
             match recorded.watch(on_rig, is_recorded) {
                 Ok(()) => !asked.load(Ordering::Relaxed),
                 Err(error) => {
@@ -187,12 +194,14 @@ impl Bench {
         };
         let ran = run::run(&mut machine, &mut routine, &mut watch, &mut go_on);
         progress.clear();
+        // the latter half of the time it was given to get cold
+        let at_rest = AtRest::of(&cold_m[cold_m.len() / 2..], 1.0 / self.spec.rate_hz);
         let (simulated, kept) = (machine.is_simulated(), machine.kept());
         drop(machine);
         recorded.finish()?;
         match unwritable {
             Some(error) => Err(error),
-            None => Ok(Done { ran, routine, simulated, notes: on_rig.notes(&kept, &self.spec) }),
+            None => Ok(Done { ran, routine, simulated, notes: on_rig.notes(task.kind, &kept, &self.spec), at_rest }),
         }
     }
 

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use sinew_control::{AlgorithmKind, EstimatorKind};
 use sinew_ipc::{Client, Mode};
+use sinew_machine::analysis::AtRest;
 use sinew_machine::running::{Kept, most_power_w, position_sensor, spec};
 use sinew_machine::{OnRig, Options, OwnLoad, Quantity, RoutineKind, RunningRig};
 use sinew_recorder::Recorder;
@@ -57,8 +58,9 @@ impl RigBench {
             .hint("give the wire a load of its own: a mass or a spring, in a rig file with [channel.load]"));
         }
         let Some(load) = OwnLoad::of(&channel.model) else {
-            return Err(Failure::input(format!("{}: channel \"{chosen}\" has no load of its own", rig.file()))
-                .hint("say what pulls at the wire in [channel.load]: mass_kg, and spring_n_per_m where it is a spring"));
+            return Err(Failure::input(format!("{}: channel \"{chosen}\" has no load of its own", rig.file())).hint(
+                "say what pulls at the wire in [channel.load]: mass_kg, and spring_n_per_m where it is a spring",
+            ));
         };
         let bench = RigBench { client: Arc::new(client), channel: number, load, priority: wire.priority };
         bench.is_ready(&chosen)?;
@@ -99,8 +101,8 @@ impl RigBench {
     }
 
     /// What a report says of where its numbers come from.
-    pub fn sources(&self, wire: &Channel) -> OnRig {
-        OnRig { position: position_sensor(wire), load: self.load.to_string() }
+    pub fn sources(&self, wire: &Channel, at_rest: Option<AtRest>) -> OnRig {
+        OnRig { position: position_sensor(wire, at_rest), load: self.load.to_string() }
     }
 
     /// What no rig can be asked for.
@@ -116,13 +118,21 @@ impl RigBench {
         match quantity {
             Quantity::Power if !kind.is_closed_loop() && most_heat > most_w * (1.0 + 1e-9) => {
                 return refuse(
-                    format!("a heating of {most_heat:.3} W is more than {} takes: {most_w:.3} W at its largest duty", wire.name),
+                    format!(
+                        "a heating of {most_heat:.3} W is more than {} takes: {most_w:.3} W at its largest duty",
+                        wire.name
+                    ),
                     least_power.into(),
                 );
             }
             Quantity::Duty if most_heat > most_duty => {
                 return refuse(
-                    format!("a duty of {:.1} % is above {}'s largest, {:.1} %", 100.0 * most_heat, wire.name, 100.0 * most_duty),
+                    format!(
+                        "a duty of {:.1} % is above {}'s largest, {:.1} %",
+                        100.0 * most_heat,
+                        wire.name,
+                        100.0 * most_duty
+                    ),
                     "less, or maximum_duty of [channel.limits]".into(),
                 );
             }
@@ -130,11 +140,16 @@ impl RigBench {
         }
         if kind.is_closed_loop() {
             let info = &self.client.channels()[self.channel];
-            let (low, high) = (info.min_length_m / info.rest_length_m - 1.0, info.max_length_m / info.rest_length_m - 1.0);
+            let (low, high) =
+                (info.min_length_m / info.rest_length_m - 1.0, info.max_length_m / info.rest_length_m - 1.0);
             if let Some(place) = options.strains.iter().find(|strain| !(low..=high).contains(*strain)) {
                 return refuse(
                     format!("--places: a strain of {:.3} % is out of {}'s reach", 100.0 * place, wire.name),
-                    format!("{:.3} to {:.3} %: [channel.limits] and the wire's own stroke bound it", 100.0 * low, 100.0 * high),
+                    format!(
+                        "{:.3} to {:.3} %: [channel.limits] and the wire's own stroke bound it",
+                        100.0 * low,
+                        100.0 * high
+                    ),
                 );
             }
         }
@@ -142,7 +157,7 @@ impl RigBench {
     }
 
     /// What a reader must know of how it went.
-    pub fn notes(&self, kept: &Kept, spec: &Spec) -> Vec<String> {
+    pub fn notes(&self, kind: RoutineKind, kept: &Kept, spec: &Spec) -> Vec<String> {
         let seconds = |rows: u64| rows as f64 / spec.rate_hz;
         let mut notes = Vec::new();
         if kept.held_back > 0 {
@@ -159,10 +174,13 @@ impl RigBench {
             ));
         }
         if kept.lost > 0 {
-            notes.push(format!("{} of the driver were not read in time; the recording has its own count", output::counted(kept.lost as usize, "cycle")));
+            notes.push(format!(
+                "{} of the driver were not read in time; the recording has its own count",
+                output::counted(kept.lost as usize, "cycle")
+            ));
         }
-        if !self.load.is_constant() {
-            notes.push(format!("the load is no constant force: {}", self.load));
+        if kind == RoutineKind::ConstantForceSweep && !self.load.is_constant() {
+            notes.push(format!("the load is no constant force but {}", self.load));
         }
         notes
     }

@@ -110,17 +110,25 @@ fn is_for_rigs(kind: RoutineKind, mounted: &args::Mounted, of_machine: &[(&str, 
     let Some(name) = &mounted.wire.running else { return Ok(()) };
     if let Some(needs) = kind.needs_machine() {
         return Err(Failure::input(format!("{} needs {needs}, which the running rig {name} has not", kind.word()))
-            .hint(format!("{}; or the test machine: sinew test {} RIG.toml", kind.on_rig().replace('`', ""), kind.word())));
+            .hint(format!(
+                "{}; or the test machine: sinew test {} RIG.toml",
+                kind.on_rig().replace('`', ""),
+                kind.word()
+            )));
     }
     let chamber = [("--chamber", mounted.chamber.is_some())];
     let Some((option, _)) = of_machine.iter().chain(&chamber).find(|(_, is_typed)| *is_typed) else { return Ok(()) };
     let (has_not, hint) = match *option {
         "--chamber" => ("has no chamber", "leave it out; ambient_c of the rig file says how warm the air is"),
-        "--load" | "--mass" | "--damping" | "--disturb" => {
-            ("changes no load: what hangs on the wire pulls at it", "leave it out; [channel.load] of the rig file says what hangs there")
-        }
+        "--load" | "--mass" | "--damping" | "--disturb" => (
+            "changes no load: what hangs on the wire pulls at it",
+            "leave it out; [channel.load] of the rig file says what hangs there",
+        ),
         "--heating" => ("heats as its driver's law says", "leave it out; [channel.limits] bound the power"),
-        _ => ("is controlled by its driver's own law", "leave it out; [channel.control] of the driver's rig file has the law and its numbers"),
+        _ => (
+            "is controlled by its driver's own law",
+            "leave it out; [channel.control] of the driver's rig file has the law and its numbers",
+        ),
     };
     Err(Failure::input(format!("{option}: the running rig {name} {has_not}")).hint(hint))
 }
@@ -130,8 +138,7 @@ fn read_programme(path: &Path, on_rig: bool) -> Result<Programme, Failure> {
     let options = sinew_recording::Options::default();
     let recording = sinew_recording::read(path, &options).map_err(recording_failure)?;
     let programme = if on_rig { Programme::on_rig(&recording) } else { Programme::of(&recording) };
-    programme
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display())).hint(error.remedy()))
+    programme.map_err(|error| Failure::input(format!("{}: {error}", path.display())).hint(error.remedy()))
 }
 
 /// What there is.
@@ -187,10 +194,11 @@ fn routine(
         out: mounted.out.as_deref(),
         real_time: mounted.real_time,
     };
-    let Done { ran, routine, simulated, notes: went } = bench.run(&task, &asked)?;
-    let run = analysis::Run { kind, options: &options, stages: routine.stages(), rows: &ran.rows, model, spec };
+    let Done { ran, routine, simulated, notes: went, at_rest } = bench.run(&task, &asked)?;
+    let run =
+        analysis::Run { kind, options: &options, stages: routine.stages(), rows: &ran.rows, model, spec, at_rest };
     let notes = notes(kind, &options, &bench).into_iter().chain(went).collect();
-    let report = Report::of(&run, &ran, simulated, bench.sources(), bench.about(), notes);
+    let report = Report::of(&run, &ran, simulated, bench.sources(at_rest), bench.about(), notes);
     let json = output::json(&report)? + "\n";
     if let Some(out) = &mounted.out {
         let mounted_rig = match bench.on_rig() {

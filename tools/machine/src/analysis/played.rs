@@ -25,7 +25,8 @@ fn heat(programme: &Programme, rows: &[&Row]) -> Finding {
         Quantity::Voltage => (|row| row.reading.voltage_v, "mV"),
         Quantity::Power => (|row| row.reading.power_w(), "mW"),
         Quantity::Duty => {
-            let how = "power over the duty, and how far that power scatters over the run: the wire's resistance changes";
+            let how =
+                "power over the duty, and how far that power scatters over the run: the wire's resistance changes";
             let full: Vec<f64> = rows.iter().filter(|row| row.directive.heat > LEAST_DUTY).map(full_power_w).collect();
             let count = full.len().max(1) as f64;
             let mean = full.iter().sum::<f64>() / count;

@@ -146,18 +146,19 @@ pub fn tasks(model: &WireModel, spec: &Spec) -> Vec<Task> {
 pub fn tasks_on_rig(model: &WireModel, on_rig: &Options) -> Vec<Task> {
     let time_s = thermal_time_s(model);
     let hot_w = on_rig.heating.iter().copied().fold(0.0, f64::max);
-    let task = |name: &'static str, shape: Shape, shares: [f64; 2], periods: &[f64], cycles: usize, is_fitted: bool| Task {
-        name,
-        kind: RoutineKind::ConstantForceSweep,
-        options: Options {
-            heating: shares.map(|share| share * hot_w).to_vec(),
-            shape,
-            frequencies_hz: periods.iter().map(|times| 1.0 / (times * time_s)).collect(),
-            cycles,
-            ..on_rig.clone()
-        },
-        is_fitted,
-    };
+    let task =
+        |name: &'static str, shape: Shape, shares: [f64; 2], periods: &[f64], cycles: usize, is_fitted: bool| Task {
+            name,
+            kind: RoutineKind::ConstantForceSweep,
+            options: Options {
+                heating: shares.map(|share| share * hot_w).to_vec(),
+                shape,
+                frequencies_hz: periods.iter().map(|times| 1.0 / (times * time_s)).collect(),
+                cycles,
+                ..on_rig.clone()
+            },
+            is_fitted,
+        };
     vec![
         task("loop", Shape::Sine, [0.0, 1.0], &[LOOP], 1, true),
         task("inner", Shape::Sine, WITHIN, &[INNER_PERIOD], 3, true),
