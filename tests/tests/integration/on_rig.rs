@@ -126,14 +126,16 @@ fn a_fault_ends_it_and_keeps_what_was_recorded() {
     let (driver, observer) = Driver::ready(&rig);
     let out = rig.file("played");
     let programme = long(&rig);
-    let ended =
-        begin(&rig, &["programme", &programme, "--out", &out.display().to_string()]).finish().expect(1);
-    assert!(ended.stderr.contains("ended by the rig: fault wire_open"), "{ended:#?}");
-    assert!(ended.stderr.contains("hint: ") && ended.stderr.contains("what was recorded until then is whole"), "{ended:#?}");
+    let ended = begin(&rig, &["programme", &programme, "--out", &out.display().to_string()]).finish().expect(1);
+    assert!(ended.stderr.contains("ended by the rig: fault open_wire"), "{ended:#?}");
+    assert!(
+        ended.stderr.contains("hint: ") && ended.stderr.contains("what was recorded until then is whole"),
+        "{ended:#?}"
+    );
     assert!(ended.stdout.contains("partial"), "{ended:#?}");
     assert_eq!(observer.latest().channels()[0].mode(), Mode::Fault);
     // and nothing is begun on it again before somebody has looked after it
-    begin(&rig, &["programme", &programme]).finish().refused(&["hung has a fault: wire_open", "sinew reset hung"]);
+    begin(&rig, &["programme", &programme]).finish().refused(&["hung has a fault: open_wire", "sinew reset hung"]);
     driver.stop();
 }
 
@@ -151,7 +153,10 @@ fn what_a_rig_has_not_is_refused_before_anything_is_heated() {
     let moved = moved.display().to_string();
     let hung = ["--channel", "hung"];
     let cases: [(&[&str], &[&str]); 12] = [
-        (&["direct-strain"], &["direct-strain needs a cross-head that pulls the wire's end, and a load cell", "constant-force-sweep"]),
+        (
+            &["direct-strain"],
+            &["direct-strain needs a cross-head that pulls the wire's end, and a load cell", "constant-force-sweep"],
+        ),
         (&["direct-load"], &["needs a cross-head that changes the load"]),
         (&["constant-strain-sweep"], &["needs a clamp that holds the wire's end"]),
         (&["constant-force-sweep", "--chamber", "60C"], &["--chamber: the running rig", "has no chamber"]),
@@ -170,6 +175,10 @@ fn what_a_rig_has_not_is_refused_before_anything_is_heated() {
     }
     run(["test", "break-in", "--rig", "nobody"]).refused(&["nobody"]);
     let state = observer.latest().channels()[0];
-    assert_eq!((state.mode(), state.owner, state.duty), (Mode::Off, 0, SENSING_DUTY), "nobody has asked anything of it");
+    assert_eq!(
+        (state.mode(), state.owner, state.duty),
+        (Mode::Off, 0, SENSING_DUTY),
+        "nobody has asked anything of it"
+    );
     driver.stop();
 }

@@ -199,6 +199,8 @@ pub const DAMPING: f64 = 0.5;
 const APPROACH_M_S: f64 = 5e-3;
 /// A wire of a running rig is cold after so many thermal time constants, whatever it came from.
 const COOL_TIMES: f64 = 8.0;
+/// How near the cycles of a wire on a rig have to be, whose position is measured with some tens of µm of noise.
+const ON_RIG: Tolerance = Tolerance { strain: 4e-4, kelvin: 0.5 };
 /// How long the reset takes, thermal time constants.
 const RESET_TIMES: f64 = 6.0;
 /// Likely time for the chamber to settle, and how long it is waited for at most, s.
@@ -311,6 +313,8 @@ impl Options {
         let (cold_n, hot_n) = (load.at_rest_n(cold_m), load.at_rest_n(hot_m));
         let hot_w = holding_power_w(model, hot_c(model, hot_n.max(cold_n) / area), model.ambient_c).min(most_w);
         options.own_load = Some(load);
+        // the extremes of a cycle carry the noise of the position
+        options.tolerance = ON_RIG;
         options.loads_n = vec![cold_n];
         options.reset_w = None;
         options.heating = vec![0.0, hot_w];

@@ -249,10 +249,10 @@ pub struct BreakIn {
     /// Cycles at the most.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(4..=1000))]
     pub cycles: Option<u16>,
-    /// Strains that differ by no more are the same; without it, 0.005 %.
+    /// Strains that differ by no more are the same; without it, 0.005 %, on a running rig 0.04 %.
     #[arg(long, value_name = "%", value_parser = strain)]
     pub strain_within: Option<Values>,
-    /// Temperatures that differ by no more are the same, K; without it, 0.1.
+    /// Temperatures that differ by no more are the same, K; without it, 0.1, on a running rig 0.5.
     #[arg(long, value_name = "K", value_parser = positive)]
     pub kelvin_within: Option<f64>,
 }
