@@ -8,6 +8,7 @@ use sinew_diagnosis::Settings;
 use sinew_machine::characterise::{
     Characterised, Place, Recorded, believed, fit, fitted_rig, foretell, judge, tasks, tasks_on_rig,
 };
+use sinew_machine::running::most_power_w;
 use sinew_machine::{Ending, RoutineKind, analysis, record};
 use sinew_recording::Recording;
 
@@ -32,7 +33,7 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
             let kind = RoutineKind::ConstantForceSweep;
             let options = on_rig.options(kind, bench.wire(), spec);
             on_rig.check(kind, &options, bench.wire())?;
-            (Place::Rig, tasks_on_rig(model, &options))
+            (Place::Rig, tasks_on_rig(model, &options, most_power_w(bench.wire())))
         }
         None => (Place::Machine, tasks(model, spec)),
     };

@@ -64,6 +64,8 @@ const CHECK: [f64; 2] = [13.0, 3.0];
 const LOOP: f64 = 40.0;
 const INNER_PERIOD: f64 = 20.0;
 const WITHIN: [f64; 2] = [0.4, 0.8];
+/// A wire that is hotter than believed is to be made austenite all the same: so much more heat. The driver bounds its temperature.
+const RESERVE: f64 = 1.15;
 
 /// The routines, those that are fitted first, for a wire that is believed to be like `model`.
 pub fn tasks(model: &WireModel, spec: &Spec) -> Vec<Task> {
@@ -142,10 +144,10 @@ pub fn tasks(model: &WireModel, spec: &Spec) -> Vec<Task> {
     ]
 }
 
-/// The same for a rig, whose wire pulls against its own load: `on_rig` are the numbers of a sweep there.
-pub fn tasks_on_rig(model: &WireModel, on_rig: &Options) -> Vec<Task> {
+/// The same for a rig, whose wire pulls against its own load: `on_rig` are the numbers of a sweep there, and no more than `most_w` heats.
+pub fn tasks_on_rig(model: &WireModel, on_rig: &Options, most_w: f64) -> Vec<Task> {
     let time_s = thermal_time_s(model);
-    let hot_w = on_rig.heating.iter().copied().fold(0.0, f64::max);
+    let hot_w = (RESERVE * on_rig.heating.iter().copied().fold(0.0, f64::max)).min(most_w);
     let task =
         |name: &'static str, shape: Shape, shares: [f64; 2], periods: &[f64], cycles: usize, is_fitted: bool| Task {
             name,
@@ -164,8 +166,8 @@ pub fn tasks_on_rig(model: &WireModel, on_rig: &Options) -> Vec<Task> {
         task("inner", Shape::Sine, WITHIN, &[INNER_PERIOD], 3, true),
         task("steps", Shape::Step, [0.0, 1.0], &STEPS, 1, true),
         task("sines", Shape::Sine, [0.0, 1.0], &SINES, 1, true),
-        task("sawtooth", Shape::SawTooth, [0.0, 0.9], &CHECK, 1, false),
-        task("pieces", Shape::Step, [0.35, 0.75], &CHECK, 2, false),
+        task("sawtooth", Shape::SawTooth, [0.0, 1.0], &CHECK, 1, false),
+        task("pieces", Shape::Step, [0.5, 0.95], &CHECK, 2, false),
     ]
 }
 
