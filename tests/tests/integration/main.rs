@@ -24,6 +24,7 @@ mod manifests;
 mod mistakes;
 mod neighbours;
 mod new;
+mod on_rig;
 mod packages;
 mod process_faults;
 mod program;

@@ -9,7 +9,7 @@ use std::time::Instant;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use sinew_diagnosis::Settings;
-use sinew_machine::characterise::{Recorded, fit, judge, tasks};
+use sinew_machine::characterise::{Place, Recorded, fit, judge, tasks};
 use sinew_machine::{SimulatedMachine, Watch, plan, record, run};
 use sinew_physics::Material;
 use sinew_rig::Rig;
@@ -38,9 +38,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let started = Instant::now();
         let settings = Settings { seed: 1, jobs: 0, thorough: false, progress: &|_, _| () };
-        let identified = fit(&rig, 0, &recorded, &settings)?;
+        let identified = fit(&rig, 0, Place::Machine, &recorded, &settings)?;
         let took_s = started.elapsed().as_secs_f64();
-        let judged = judge(&rig, 0, &identified, &recorded)?;
+        let judged = judge(&rig, 0, Place::Machine, &identified, &recorded)?;
         let of = |fitted: bool, believed: bool| {
             let met = judged.recordings.iter().filter(move |met| met.fitted == fitted);
             met.map(|met| if believed { met.chi_as_believed } else { met.chi }).fold(0.0, f64::max)

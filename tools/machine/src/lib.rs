@@ -2,7 +2,7 @@
 //!
 //! [`Machine`] is the interface of every testing machine; [`SimulatedMachine`] simulates one. A [`Routine`] is a
 //! state machine over the measurements, made of [`Stage`]s; [`plan`] has the seven of the thesis, one that plays a [`Programme`], and one that breaks a wire in. [`run()`](run::run)
-//! runs it on a machine while [`Watch`] checks the limits, and [`record`] makes a recording of it for `simulate`,
+//! runs it on a machine, or on a wire of a running driver ([`RunningRig`]), while [`Watch`] checks the limits, and [`record`] makes a recording of it for `simulate`,
 //! `identify` and `diagnose`.
 //!
 //! # Example
@@ -28,6 +28,7 @@
 pub mod analysis;
 pub mod characterise;
 pub mod hanging;
+mod load;
 mod machine;
 mod page;
 pub mod plan;
@@ -36,19 +37,22 @@ pub mod record;
 mod report;
 mod routine;
 pub mod run;
+pub mod running;
 pub mod settling;
 mod simulated;
 mod stage;
 mod watch;
 mod wave;
 
+pub use load::OwnLoad;
 pub use machine::{Heater, Machine, MachineError, Order, Reading, Travel};
 pub use page::{page, picture};
 pub use plan::{Options, RoutineKind};
 pub use programme::{End, NoProgramme, Programme};
-pub use report::{About, Report};
+pub use report::{About, OnRig, Report};
 pub use routine::{Directive, Routine};
 pub use run::{Ending, Ran, Row};
+pub use running::RunningRig;
 pub use simulated::{SimulatedMachine, mounted};
 pub use stage::{Heat, Motion, Part, Stage, Until};
 pub use watch::{Bounded, Breach, Watch};

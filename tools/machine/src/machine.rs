@@ -14,6 +14,8 @@ pub enum Travel {
     },
     /// At this speed until commanded otherwise, in m/s, positive pulling the wire longer.
     At(f64),
+    /// Wherever the wire's own load pulls it: of a rig, which has no cross-head. A cross-head stands.
+    Left,
 }
 
 /// What the heater amplifier holds by its own feedback on current and voltage.
@@ -27,6 +29,10 @@ pub enum Heater {
     Current(f64),
     /// A power into the wire, in W.
     Power(f64),
+    /// A share of the time that a supply is switched on, 0 to 1: of a rig, which switches one.
+    Duty(f64),
+    /// Whatever brings the wire to this elongation, in m: of a rig, whose driver has a law of its own.
+    Length(f64),
 }
 
 /// What the machine is to do for the next period.
@@ -89,6 +95,13 @@ pub enum MachineError {
     Wire(sinew_physics::Error),
     /// The machine does not answer, or not as it should; with the reason in words.
     Lost(String),
+    /// A running rig has ended it: a fault, a refusal, or its driver is gone.
+    Ended {
+        /// What happened.
+        why: String,
+        /// What to do.
+        remedy: String,
+    },
 }
 
 impl std::fmt::Display for MachineError {
@@ -96,6 +109,7 @@ impl std::fmt::Display for MachineError {
         match self {
             MachineError::Wire(error) => write!(f, "the wire in the machine: {error}"),
             MachineError::Lost(why) => write!(f, "the machine does not answer: {why}"),
+            MachineError::Ended { why, .. } => write!(f, "{why}"),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::analysis::loops::level_name;
 use crate::analysis::sweep::{Response, responses};
 use crate::analysis::{Finding, Run};
 use crate::plan::RoutineKind;
-use crate::report::{Report, value};
+use crate::report::{OnRig, Report, value};
 use crate::run::Row;
 use crate::stage::Part;
 
@@ -157,8 +157,10 @@ fn answer(report: &Report) -> Markup {
         section #answer {
             h1 { (report.routine) ": " (known) " numbers of " (report.findings.len()) }
             p.lead {
-                (fixed(report.seconds, 1)) " s on " @if report.simulated { "the simulated machine" } @else { "the machine" }
-                ", " (report.rows) " rows, " (report.ending) "."
+                (fixed(report.seconds, 1)) " s on " (report.place()) (report.about.rig) ", " (report.rows) " rows, " (report.ending) "."
+            }
+            @if let Some(OnRig { position, load }) = &report.running {
+                p { "Position: " (position) ". Force: reckoned from the load, " (load) "." }
             }
             @if report.partial { p.callout { "Partial: the numbers are of what was completed." } }
             @for note in &report.notes { p.callout { (note) } }
@@ -207,7 +209,10 @@ fn asked(run: &Run<'_>) -> Markup {
         RoutineKind::DirectStrain => rows.push(("strains", format!("{} %", list(&o.strains, 100.0)))),
         RoutineKind::DirectLoad => rows.push(("loads", format!("{} N", list(&o.loads_n, 1.0)))),
         RoutineKind::ConstantForceSweep | RoutineKind::BreakIn => {
-            rows.push(("load", format!("{} N", list(&o.loads_n[..o.loads_n.len().min(1)], 1.0))))
+            rows.push(match &o.own_load {
+                Some(load) => ("load", load.to_string()),
+                None => ("load", format!("{} N", list(&o.loads_n[..o.loads_n.len().min(1)], 1.0))),
+            });
         }
         RoutineKind::ConstantStrainSweep => {
             rows.push(("strain", format!("{} %", list(&o.strains[..o.strains.len().min(1)], 100.0))))
@@ -215,6 +220,12 @@ fn asked(run: &Run<'_>) -> Markup {
         _ => {
             rows.push(("places", format!("{} % strain", list(&o.strains, 100.0))));
             rows.push(("law", format!("{}, estimator {}", o.law.word(), o.estimator.word())));
+        }
+    }
+    match (&o.own_load, run.kind.is_closed_loop()) {
+        (_, false) => {}
+        (Some(load), true) => rows.push(("load", load.to_string())),
+        (None, true) => {
             rows.push(("hanging load", format!("{} N", number(o.plant.load_n))));
             rows.push(("mass played", format!("{} kg", number(o.plant.mass_kg))));
             rows.push(("proportional part", format!("{} m/(N s)", number(o.plant.mobility_m_per_n_s))));

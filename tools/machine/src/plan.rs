@@ -1,4 +1,5 @@
-//! The seven routines of chapter 8, one that plays a file, and one that breaks a wire in (chapter 4): which stages each is made of, and the defaults.
+//! The seven routines of chapter 8, one that plays a file, and one that breaks a wire in (chapter 4): which stages each is made of, on a
+//! machine and on a rig, and the defaults.
 
 use std::sync::Arc;
 
@@ -8,6 +9,7 @@ use sinew_physics::{WireModel, cold_length_m, hot_length_m};
 use sinew_rig::Machine as Spec;
 
 use crate::hanging::{Disturbance, Loop, Plant, controlled, playable};
+use crate::load::OwnLoad;
 use crate::programme::{End, Programme};
 use crate::routine::Routine;
 use crate::settling::{Settling, Tolerance};
@@ -48,6 +50,52 @@ impl RoutineKind {
         RoutineKind::PositionTracking,
         RoutineKind::TrackingSweep,
     ];
+
+    /// All of them.
+    pub const ALL: [RoutineKind; 9] = [
+        RoutineKind::DirectStrain,
+        RoutineKind::DirectLoad,
+        RoutineKind::ConstantForceSweep,
+        RoutineKind::ConstantStrainSweep,
+        RoutineKind::PositionRegulation,
+        RoutineKind::PositionTracking,
+        RoutineKind::TrackingSweep,
+        RoutineKind::BreakIn,
+        RoutineKind::Programme,
+    ];
+
+    /// What it needs that a rig, whose wire pulls against its own load, has not; `None` where it runs on any rig.
+    pub fn needs_machine(self) -> Option<&'static str> {
+        match self {
+            RoutineKind::DirectStrain => Some("a cross-head that pulls the wire's end, and a load cell"),
+            RoutineKind::DirectLoad => Some("a cross-head that changes the load, and a load cell"),
+            RoutineKind::ConstantStrainSweep => Some("a clamp that holds the wire's end, and a load cell"),
+            RoutineKind::ConstantForceSweep
+            | RoutineKind::PositionRegulation
+            | RoutineKind::PositionTracking
+            | RoutineKind::TrackingSweep
+            | RoutineKind::Programme
+            | RoutineKind::BreakIn => None,
+        }
+    }
+
+    /// How it runs on a rig, in words; what it would do there in its place, where it does not.
+    pub fn on_rig(self) -> &'static str {
+        match self {
+            RoutineKind::DirectStrain | RoutineKind::DirectLoad => {
+                "`constant-force-sweep` heats the wire through the transformation instead, `characterise` fits what that tells"
+            }
+            RoutineKind::ConstantStrainSweep => "`constant-force-sweep` lets it move instead",
+            RoutineKind::ConstantForceSweep => {
+                "under the rig's own load, which a spring changes: the report says by how much"
+            }
+            RoutineKind::PositionRegulation | RoutineKind::PositionTracking | RoutineKind::TrackingSweep => {
+                "by the driver's own law, on the rig's own load"
+            }
+            RoutineKind::BreakIn => "under the rig's own load",
+            RoutineKind::Programme => "columns `duty`, `power_w` or `current_a`; none that moves the wire's end",
+        }
+    }
 
     /// What it is called.
     pub fn word(self) -> &'static str {
@@ -133,6 +181,8 @@ pub struct Options {
     pub programme: Option<Arc<Programme>>,
     /// How near cycles have to be for a wire to have settled.
     pub tolerance: Tolerance,
+    /// What the wire pulls against by itself, on a rig; `None` on a machine, which pulls at it.
+    pub own_load: Option<OwnLoad>,
 }
 
 /// Stress of the default load, Pa.
@@ -147,6 +197,10 @@ const SETTLE_TIMES: f64 = 6.0;
 pub const DAMPING: f64 = 0.5;
 /// Speed at which the cross-head goes where an experiment begins, m/s.
 const APPROACH_M_S: f64 = 5e-3;
+/// A wire of a running rig is cold after so many thermal time constants, whatever it came from.
+const COOL_TIMES: f64 = 8.0;
+/// How near the cycles of a wire on a rig have to be, whose position is measured with some tens of µm of noise.
+const ON_RIG: Tolerance = Tolerance { strain: 4e-4, kelvin: 0.5 };
 /// How long the reset takes, thermal time constants.
 const RESET_TIMES: f64 = 6.0;
 /// Likely time for the chamber to settle, and how long it is waited for at most, s.
@@ -216,6 +270,7 @@ impl Options {
             estimator: EstimatorKind::Fused,
             programme: None,
             tolerance: Tolerance { strain: 5e-5, kelvin: 0.1 },
+            own_load: None,
         };
         if !direct {
             options.loads_n = vec![load_n];
@@ -240,6 +295,37 @@ impl Options {
         }
         options
     }
+
+    /// What holds on a rig where nothing is set: its own load pulls, no more than `most_w` heats, and for the closed loops `law` and
+    /// `estimator` are the driver's.
+    pub fn on_rig(
+        kind: RoutineKind,
+        model: &WireModel,
+        spec: &Spec,
+        load: OwnLoad,
+        most_w: f64,
+        (law, estimator): (AlgorithmKind, EstimatorKind),
+    ) -> Options {
+        let mut options = Options::default_for(kind, model, spec);
+        let (area, length_m) = (model.geometry.area_m2(), model.geometry.length_m);
+        let at = |place: Result<f64, _>| place.map_or(f64::NAN, |m: f64| m - length_m);
+        let (cold_m, hot_m) = (at(cold_length_m(model)), at(hot_length_m(model)));
+        let (cold_n, hot_n) = (load.at_rest_n(cold_m), load.at_rest_n(hot_m));
+        let hot_w = holding_power_w(model, hot_c(model, hot_n.max(cold_n) / area), model.ambient_c).min(most_w);
+        options.own_load = Some(load);
+        // the extremes of a cycle carry the noise of the position
+        options.tolerance = ON_RIG;
+        options.loads_n = vec![cold_n];
+        options.reset_w = None;
+        options.heating = vec![0.0, hot_w];
+        if kind.is_closed_loop() {
+            options.plant = Plant { mass_kg: load.mass_kg, load_n: cold_n, mobility_m_per_n_s: 0.0 };
+            options.heating = vec![0.0, most_w];
+            options.strains = [0.3, 0.7].map(|share| (cold_m + share * (hot_m - cold_m)) / length_m).to_vec();
+            (options.law, options.estimator) = (law, estimator);
+        }
+        options
+    }
 }
 
 /// Strains at shares of the stroke (0 cold, 1 hot) of a wire with a hanging mass.
@@ -252,13 +338,49 @@ pub fn strokes(model: &WireModel, plant: &Plant, full_power_w: f64, shares: &[f6
     }
 }
 
+/// The word of what is no single routine, and what it does.
+pub const CHARACTERISE: &str = "characterise";
+/// What [`CHARACTERISE`] does, in a line.
+pub const CHARACTERISE_ABOUT: &str =
+    "all that a new wire needs, the fit to it, and how well that foretells what it was not fitted to";
+/// How [`CHARACTERISE`] goes on a rig.
+const CHARACTERISE_ON_RIG: &str =
+    "heats under the rig's own load, slowly, within the transformation, in steps and in sines";
+
+/// Which routines run on a rig, which need the machine: as text for a terminal.
+pub fn rigs_table_text() -> String {
+    let row = |word: &str, runs: String| format!("  {word:<22}  {runs}\n");
+    let of = |kind: RoutineKind| {
+        let runs = match kind.needs_machine() {
+            None => format!("yes: {}", kind.on_rig().replace('`', "")),
+            Some(needs) => format!("no: it needs {needs}"),
+        };
+        row(kind.word(), runs)
+    };
+    let rows: String = RoutineKind::ALL.into_iter().map(of).collect();
+    let last = row(CHARACTERISE, format!("yes: {CHARACTERISE_ON_RIG}"));
+    format!("On a running rig (--rig NAME)?\n{rows}{last}")
+}
+
+/// The same in Markdown, as it stands in `docs/test-machine.md`.
+pub fn rigs_table_markdown() -> String {
+    let of = |kind: RoutineKind| match kind.needs_machine() {
+        None => format!("| `{}` | yes | {} |\n", kind.word(), kind.on_rig()),
+        Some(needs) => format!("| `{}` | no: needs {needs} | {} |\n", kind.word(), kind.on_rig()),
+    };
+    let rows: String = RoutineKind::ALL.into_iter().map(of).collect();
+    format!(
+        "| routine | on a running rig | how, or what instead |\n|---|---|---|\n{rows}| `{CHARACTERISE}` | yes | {CHARACTERISE_ON_RIG} |\n"
+    )
+}
+
 /// The stages of a routine.
 pub fn stages(kind: RoutineKind, model: &WireModel, options: &Options) -> Vec<Stage> {
     let mut plan = Plan::new(model, options);
     match kind {
         RoutineKind::DirectStrain => plan.direct(false),
         RoutineKind::DirectLoad => plan.direct(true),
-        RoutineKind::ConstantForceSweep => plan.sweep(Motion::Force(plan.load_n())),
+        RoutineKind::ConstantForceSweep => plan.sweep(plan.under_load()),
         RoutineKind::ConstantStrainSweep => plan.sweep(Motion::Stay),
         RoutineKind::PositionRegulation => plan.regulation(),
         RoutineKind::PositionTracking | RoutineKind::TrackingSweep => plan.tracking(),
@@ -277,7 +399,8 @@ pub fn routine(kind: RoutineKind, model: &WireModel, spec: &Spec, options: &Opti
     if kind == RoutineKind::BreakIn {
         return routine.until_settled(Settling::new(options.tolerance, model, spec.rate_hz));
     }
-    if !kind.is_closed_loop() {
+    // a rig's driver has a law of its own
+    if !kind.is_closed_loop() || options.own_load.is_some() {
         return routine;
     }
     let full_power_w = options.heating.iter().copied().fold(0.0, f64::max);
@@ -298,6 +421,15 @@ impl<'a> Plan<'a> {
     fn new(model: &WireModel, options: &'a Options) -> Plan<'a> {
         let mut plan =
             Plan { options, length_m: model.geometry.length_m, time_s: thermal_time_s(model), stages: Vec::new() };
+        if options.own_load.is_some() {
+            // a driver's wire comes from anywhere: a recording begins with a cold one
+            let cold = plan.prepare(
+                plan.under_load(),
+                Heat::Program(Quantity::Power, Wave::still(0.0)),
+                COOL_TIMES * plan.time_s,
+            );
+            plan.push(Stage { is_recorded: false, ..cold });
+        }
         if options.chamber_c.is_some() {
             // the wire cold and slack meanwhile: whatever the air is then, it was only ever heated
             plan.push(Stage {
@@ -317,6 +449,11 @@ impl<'a> Plan<'a> {
 
     fn load_n(&self) -> f64 {
         self.options.loads_n.first().copied().unwrap_or(0.0)
+    }
+
+    /// What the end does under a load.
+    fn under_load(&self) -> Motion {
+        if self.options.own_load.is_some() { Motion::Left(self.load_n()) } else { Motion::Force(self.load_n()) }
     }
 
     fn steady(&self, value: f64) -> Heat {
@@ -414,7 +551,7 @@ impl<'a> Plan<'a> {
     /// One period of the heater after the other, under one load.
     fn break_in(&mut self) {
         let o = self.options;
-        let (motion, (low, high)) = (Motion::Force(self.load_n()), self.ends());
+        let (motion, (low, high)) = (self.under_load(), self.ends());
         let Some(&frequency_hz) = o.frequencies_hz.first() else { return };
         self.take_up(self.load_n());
         let heat = Heat::Program(o.quantity, Wave { shape: o.shape, ends: (low, high), frequency_hz });
@@ -442,7 +579,7 @@ impl<'a> Plan<'a> {
         let mut from_m = first_m;
         for _ in 0..o.cycles {
             for &to_m in places.iter().skip(1).chain(places.first()) {
-                let hold = self.prepare(Motion::Hang(Wave::still(to_m)), Heat::Law, o.hold_s);
+                let hold = self.prepare(self.led(Wave::still(to_m)), Heat::Law, o.hold_s);
                 self.push(Stage { part: Part::Hold { from_m, to_m }, ..hold });
                 from_m = to_m;
             }
@@ -451,16 +588,26 @@ impl<'a> Plan<'a> {
 
     /// The cold wire is pulled until it carries this load, and given time to stand still.
     fn take_up(&mut self, load_n: f64) {
+        if self.options.own_load.is_some() {
+            // it hangs there already
+            self.push(self.prepare(Motion::Left(load_n), self.steady(0.0), self.options.hold_s));
+            return;
+        }
         let pull = self.prepare(Motion::Force(load_n), self.steady(0.0), TAKE_UP_EXPECTED_S);
         self.push(Stage { until: Until::ForceOver(CARRIED * load_n), most_s: TAKE_UP_MOST_S, ..pull });
         self.push(self.prepare(Motion::Force(load_n), self.steady(0.0), self.time_s));
+    }
+
+    /// What a law leads along this reference.
+    fn led(&self, reference: Wave) -> Motion {
+        if self.options.own_load.is_some() { Motion::Brought(reference) } else { Motion::Hang(reference) }
     }
 
     /// The load is taken up, then the mass hangs.
     fn hang(&mut self, first_m: f64) {
         let o = self.options;
         self.take_up(o.plant.load_n);
-        self.push(self.prepare(Motion::Hang(Wave::still(first_m)), Heat::Law, o.hold_s));
+        self.push(self.prepare(self.led(Wave::still(first_m)), Heat::Law, o.hold_s));
     }
 
     /// A wave at every frequency.
@@ -471,7 +618,7 @@ impl<'a> Plan<'a> {
         self.hang(from_m);
         for &frequency_hz in &o.frequencies_hz {
             let wave = Wave { shape: o.shape, ends: (from_m, to_m), frequency_hz };
-            self.periods(Motion::Hang(wave), Heat::Law, frequency_hz, Part::Track { frequency_hz });
+            self.periods(self.led(wave), Heat::Law, frequency_hz, Part::Track { frequency_hz });
         }
     }
 
@@ -482,6 +629,8 @@ impl<'a> Plan<'a> {
         match programme.end_at(0.0) {
             End::At(elongation_m) => self.go_to(elongation_m, cold),
             End::Pulled(newton) => self.take_up(newton),
+            // from wherever its load has it, cold
+            End::Left => self.push(self.prepare(self.under_load(), cold, self.options.hold_s)),
         }
         for stage in &mut self.stages {
             // a programme is a recording of its own, without the way to where it begins

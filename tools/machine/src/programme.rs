@@ -23,6 +23,8 @@ enum Course {
     Position(Vec<f64>),
     /// Pull, N, held from its row to the next.
     Force(Vec<f64>),
+    /// As the wire's own load pulls it.
+    Left,
 }
 
 /// What is asked of the cross-head at a time.
@@ -32,6 +34,8 @@ pub enum End {
     At(f64),
     /// This force, N.
     Pulled(f64),
+    /// Nothing: the wire's own load pulls it.
+    Left,
 }
 
 /// Why a file is no programme for a test machine.
@@ -43,6 +47,10 @@ pub enum NoProgramme {
     Unheated,
     /// No column says where the wire's end is.
     Loose,
+    /// This column moves the wire's end, which a running rig has nothing for.
+    Moved(Column),
+    /// It asks for more than a supply can be on for; at this time, s.
+    BeyondOne(f64),
     /// A value is missing; in this column, at this time, s.
     Gap(Column, f64),
     /// A value is none that can be asked for: below zero.
@@ -55,6 +63,10 @@ impl std::fmt::Display for NoProgramme {
             NoProgramme::Switched => write!(f, "its duty is of a wire that a driver switches"),
             NoProgramme::Unheated => write!(f, "nothing in it says what heats the wire"),
             NoProgramme::Loose => write!(f, "nothing in it says where the wire's end is"),
+            NoProgramme::Moved(column) => {
+                write!(f, "{} moves the wire's end, which a running rig has nothing for", column.name())
+            }
+            NoProgramme::BeyondOne(time_s) => write!(f, "duty is above 1 at {time_s} s"),
             NoProgramme::Gap(column, time_s) => write!(f, "{} has no value at {time_s} s", column.name()),
             NoProgramme::Negative(column, time_s) => write!(f, "{} is below 0 at {time_s} s", column.name()),
         }
@@ -68,10 +80,16 @@ impl NoProgramme {
     pub fn remedy(&self) -> &'static str {
         match self {
             NoProgramme::Switched => {
-                "drive that wire by it and record it with `sinew record`; the test machine takes current_a or power_w"
+                "play it on a running rig (--rig NAME), which switches its wires; the test machine takes current_a or power_w"
             }
-            NoProgramme::Unheated => "give a column current_a, in A, or power_w, in W",
+            NoProgramme::Unheated => {
+                "give a column current_a, in A, or power_w, in W; for a running rig also duty, 0 to 1"
+            }
             NoProgramme::Loose => "give a column position_m, elongation in m, or force_n, in N",
+            NoProgramme::Moved(_) => {
+                "take the column out: the rig's own load pulls the wire; the test machine (RIG.toml without --rig) moves it"
+            }
+            NoProgramme::BeyondOne(_) => "a duty is a share, 0 to 1",
             NoProgramme::Gap(..) => "give every row a value: inputs have no gaps",
             NoProgramme::Negative(..) => "a heater gives, and a wire pulls: 0 or more",
         }
@@ -97,9 +115,33 @@ impl Programme {
         } else {
             return Err(NoProgramme::Loose);
         };
-        let first_s = recording.time_s().first().copied().unwrap_or(0.0);
-        let time_s = recording.time_s().iter().map(|time_s| time_s - first_s).collect();
-        Ok(Programme { name: recording.name().into(), time_s, quantity, heat, course })
+        Ok(Programme { name: recording.name().into(), time_s: counted(recording), quantity, heat, course })
+    }
+
+    /// For a running rig, from `duty`, `power_w` or `current_a`, the first of them that is there. Its own load pulls the wire.
+    ///
+    /// # Errors
+    /// What is missing in it, or too much.
+    pub fn on_rig(recording: &Recording) -> Result<Programme, NoProgramme> {
+        let heats =
+            [(Column::Duty, Quantity::Duty), (Column::PowerW, Quantity::Power), (Column::CurrentA, Quantity::Current)];
+        let there = |column: &Column| recording.get(*column).is_some();
+        if let Some(column) = [Column::PositionM, Column::ForceN].into_iter().find(there) {
+            return Err(NoProgramme::Moved(column));
+        }
+        let (column, quantity) = heats.into_iter().find(|(column, _)| there(column)).ok_or(NoProgramme::Unheated)?;
+        let heat = values(recording, column, true)?;
+        let beyond = heat.iter().zip(recording.time_s()).find(|(heat, _)| quantity == Quantity::Duty && **heat > 1.0);
+        if let Some((_, time_s)) = beyond {
+            return Err(NoProgramme::BeyondOne(*time_s));
+        }
+        Ok(Programme {
+            name: recording.name().into(),
+            time_s: counted(recording),
+            quantity,
+            heat,
+            course: Course::Left,
+        })
     }
 
     /// The file's name.
@@ -139,6 +181,7 @@ impl Programme {
     pub fn end_at(&self, time_s: f64) -> End {
         let row = self.row_at(time_s);
         match &self.course {
+            Course::Left => End::Left,
             Course::Force(newton) => End::Pulled(newton[row]),
             Course::Position(elongation_m) => {
                 let next = (row + 1).min(elongation_m.len() - 1);
@@ -153,7 +196,7 @@ impl Programme {
     pub fn longest_m(&self) -> f64 {
         match &self.course {
             Course::Position(elongation_m) => elongation_m.iter().copied().fold(0.0, f64::max),
-            Course::Force(_) => 0.0,
+            Course::Force(_) | Course::Left => 0.0,
         }
     }
 
@@ -161,7 +204,7 @@ impl Programme {
     pub fn largest_n(&self) -> f64 {
         match &self.course {
             Course::Force(newton) => newton.iter().copied().fold(0.0, f64::max),
-            Course::Position(_) => 0.0,
+            Course::Position(_) | Course::Left => 0.0,
         }
     }
 
@@ -169,6 +212,12 @@ impl Programme {
     fn row_at(&self, time_s: f64) -> usize {
         self.time_s.partition_point(|start_s| *start_s <= time_s + 1e-9).saturating_sub(1)
     }
+}
+
+/// Times from the first row on, s.
+fn counted(recording: &Recording) -> Vec<f64> {
+    let first_s = recording.time_s().first().copied().unwrap_or(0.0);
+    recording.time_s().iter().map(|time_s| time_s - first_s).collect()
 }
 
 /// All values of a column.
@@ -204,6 +253,21 @@ mod tests {
         assert_eq!(programme.end_at(0.25), End::At(0.5e-3));
         assert_eq!(programme.end_at(1.4), End::At(1e-3));
         assert_eq!((programme.longest_m(), programme.largest_n(), programme.most_heat()), (1e-3, 0.0, 0.3));
+    }
+
+    #[test]
+    fn a_running_rig_takes_duties_and_moves_no_end() {
+        let of = recording(&[(Column::Duty, [0.0, 0.5, 1.0]), (Column::PowerW, [1.0; 3])]);
+        let programme = Programme::on_rig(&of).unwrap();
+        assert_eq!(
+            (programme.quantity(), programme.most_heat(), programme.end_at(0.3)),
+            (Quantity::Duty, 1.0, End::Left)
+        );
+        let refused = |columns: &[(Column, [f64; 3])]| Programme::on_rig(&recording(columns)).unwrap_err();
+        let moved = [(Column::PowerW, [0.1; 3]), (Column::ForceN, [1.0; 3])];
+        assert_eq!(refused(&moved), NoProgramme::Moved(Column::ForceN));
+        assert_eq!(refused(&[(Column::Duty, [0.1, 1.2, 0.1])]), NoProgramme::BeyondOne(5.5));
+        assert_eq!(refused(&[(Column::TemperatureC, [30.0; 3])]), NoProgramme::Unheated);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::io::{Seek, Write};
 
 use sinew_physics::{DriveKind, Load, WireModel};
 use sinew_recording::session::{About, Ended, Field, Head, Layout, SessionWriter, WriteOptions};
-use sinew_recording::{Column, Error, Recording, TIME};
+use sinew_recording::{Column, Error, Recording, TIME, required_inputs};
 use sinew_rig::{Machine as Spec, Rig};
 
 use crate::machine::Reading;
@@ -47,6 +47,43 @@ pub fn recording(name: &str, rows: &[Row]) -> Result<Recording, Error> {
         recording.set(column, rows.iter().map(|row| value(&row.reading)).collect())?;
     }
     Ok(recording)
+}
+
+/// A driver's recording in rows of `count` of its own, as a fit wants them of a fast driver: the inputs' means, and the mean of what was
+/// measured around a row's end, as much before as after it, so that noise goes down and nothing is late.
+///
+/// # Errors
+/// So few rows that fewer than three are left.
+pub fn in_rows_of(recording: &Recording, count: usize, model: &WireModel) -> Result<Recording, Error> {
+    let count = count.max(1);
+    let starts = recording.time_s().chunks_exact(count).map(|times| times[0]).collect();
+    let mut fewer = Recording::new(recording.name(), starts)?;
+    let is_input = |column: Column| required_inputs(model).any(|input| input == column) || INPUTS.contains(&column);
+    for (column, values) in recording.columns() {
+        let of = |row: usize| {
+            let (start, end) = (row * count, (row + 1) * count);
+            match is_input(column) {
+                true => mean(&values[start..end]),
+                false => {
+                    // of an even number the one before the end is in the middle of one more
+                    let reach = (count - 1) / 2;
+                    mean(&values[end - 1 - reach..(end + reach).min(values.len())])
+                }
+            }
+        };
+        fewer.set(column, (0..values.len() / count).map(of).collect())?;
+    }
+    Ok(fewer)
+}
+
+/// Columns that are inputs whatever drives the wire.
+const INPUTS: [Column; 3] = [Column::SupplyV, Column::AmbientC, Column::DisturbanceN];
+
+/// Mean of those that are numbers; NaN where none is.
+fn mean(values: &[f64]) -> f64 {
+    let known = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count
 }
 
 /// What a recording holds beside the contract's columns: name, unit, value.
@@ -160,4 +197,28 @@ pub fn rig_in_machine(rig: &Rig, channel: usize) -> Rig {
         wire.noise.entry(column).or_insert(sigma);
     }
     mounted
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_rig::Rig;
+
+    use super::*;
+
+    #[test]
+    fn fewer_rows_have_the_inputs_of_their_time_and_what_was_measured_at_their_end() {
+        let model = &Rig::hexapod().channels[0].model;
+        let mut recording = Recording::new("run", (0..100).map(|i| f64::from(i) * 1e-3).collect()).unwrap();
+        let ramp: Vec<f64> = (0..100).map(|i| if i == 17 { f64::NAN } else { f64::from(i) * 1e-6 }).collect();
+        recording.set(Column::Duty, (0..100).map(|i| f64::from(u8::from(i >= 25))).collect()).unwrap();
+        recording.set(Column::PositionM, ramp).unwrap();
+        let fewer = in_rows_of(&recording, 10, model).unwrap();
+        assert_eq!((fewer.len(), fewer.time_s()[3]), (10, 0.03));
+        let of = |column: Column| fewer.get(column).unwrap();
+        assert_eq!(of(Column::Duty)[1..4], [0.0, 0.5, 1.0]);
+        // the last sample of a row is the one at its end: 29, not 24.5
+        assert!((of(Column::PositionM)[2] - 29e-6).abs() < 1e-12, "{:?}", of(Column::PositionM));
+        assert!(in_rows_of(&recording, 1, model).unwrap().get(Column::Duty) == recording.get(Column::Duty));
+        assert!(in_rows_of(&recording, 40, model).is_err());
+    }
 }

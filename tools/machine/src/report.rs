@@ -24,6 +24,15 @@ pub struct About {
     pub version: String,
 }
 
+/// Where the numbers of a running rig come from.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct OnRig {
+    /// Which sensor gave the position.
+    pub position: String,
+    /// What pulled at the wire, by which its force is reckoned.
+    pub load: String,
+}
+
 /// The report of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
@@ -34,8 +43,11 @@ pub struct Report {
     pub about: About,
     /// Which routine.
     pub routine: &'static str,
-    /// Whether the machine was computed.
+    /// Whether the machine was computed, or the wires of the rig.
     pub simulated: bool,
+    /// Of a running rig: what its numbers come from. `None` = a machine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub running: Option<OnRig>,
     /// How it ended, in words.
     pub ending: String,
     /// Whether not all of the routine was done: numbers are of the stages that were completed.
@@ -52,12 +64,20 @@ pub struct Report {
 
 impl Report {
     /// Analyses a run.
-    pub fn of(run: &Run<'_>, ran: &Ran, simulated: bool, about: About, notes: Vec<String>) -> Report {
+    pub fn of(
+        run: &Run<'_>,
+        ran: &Ran,
+        simulated: bool,
+        running: Option<OnRig>,
+        about: About,
+        notes: Vec<String>,
+    ) -> Report {
         Report {
             schema: SCHEMA,
             about,
             routine: run.kind.word(),
             simulated,
+            running,
             ending: ran.ending.to_string(),
             partial: ran.ending != Ending::Complete,
             seconds: ran.rows.len() as f64 / run.spec.rate_hz,
@@ -67,19 +87,32 @@ impl Report {
         }
     }
 
+    /// On what it was run, before the rig's name.
+    pub(crate) fn place(&self) -> &'static str {
+        match (self.running.is_some(), self.simulated) {
+            (true, true) => "the running rig, its wires simulated, ",
+            (true, false) => "the running rig ",
+            (false, true) => "the simulated machine, rig ",
+            (false, false) => "the machine, rig ",
+        }
+    }
+
     /// The table for a terminal.
     pub fn text(&self) -> String {
         let mut text = format!(
             "{} of {} on {}{}: {}, {} s\n",
             self.routine,
             self.about.channel,
-            if self.simulated { "the simulated machine, rig " } else { "the machine, rig " },
+            self.place(),
             self.about.rig,
             self.ending,
             fixed(self.seconds, 1)
         );
         if self.partial {
             text.push_str("partial: the numbers are of what was completed\n");
+        }
+        if let Some(OnRig { position, load }) = &self.running {
+            let _ = writeln!(text, "position: {position}\nforce: reckoned from the load, {load}");
         }
         for note in &self.notes {
             let _ = writeln!(text, "note: {note}");

@@ -147,6 +147,9 @@ impl Routine {
             Motion::Stay => (Travel::At(0.0), f64::NAN),
             Motion::To(position_m, speed_m_s) => (Travel::To { position_m, speed_m_s }, position_m),
             Motion::Pull(speed_m_s) => (Travel::At(speed_m_s), f64::NAN),
+            Motion::Left(newton) => (Travel::Left, newton),
+            // what is commanded now is to be reached at the end of the period
+            Motion::Brought(reference) => (Travel::Left, reference.at(now_s + dt_s)),
             Motion::Force(newton) => (Travel::At(self.servo(newton, reading, dt_s)), newton),
             Motion::Follow => {
                 // what is commanded now is to be reached at the end of the period
@@ -155,6 +158,7 @@ impl Routine {
                         (Travel::At((elongation_m - reading.position_m) / dt_s), elongation_m)
                     }
                     Some(End::Pulled(newton)) => (Travel::At(self.servo(newton, reading, dt_s)), newton),
+                    Some(End::Left) => (Travel::Left, f64::NAN),
                     None => (Travel::At(0.0), f64::NAN),
                 }
             }
@@ -171,6 +175,8 @@ impl Routine {
             }
         };
         let (heater, heat) = match stage.heat {
+            // how much that takes, the driver knows
+            Heat::Law if matches!(stage.motion, Motion::Brought(_)) => (Heater::Length(target), f64::NAN),
             Heat::Law => (Heater::Power(law_w), law_w),
             // the middle of the period, for what changes within it
             Heat::Follow => match &self.programme {
@@ -243,5 +249,6 @@ fn of(quantity: Quantity, value: f64) -> Heater {
         Quantity::Voltage => Heater::Voltage(value),
         Quantity::Current => Heater::Current(value),
         Quantity::Power => Heater::Power(value),
+        Quantity::Duty => Heater::Duty(value),
     }
 }

@@ -188,6 +188,7 @@ impl Crosshead {
         let most = spec.max_acceleration_m_s2 * period_s;
         let wanted = match *travel {
             Travel::At(speed_m_s) => speed_m_s,
+            Travel::Left => 0.0,
             Travel::To { position_m, speed_m_s } => {
                 let way = position_m + spec.compliance_m_per_n * tension_n - self.position_m;
                 // as fast as it can still stop from, and never past the end within this period
@@ -225,7 +226,8 @@ impl Amplifier {
     fn wanted(&self, heater: Heater) -> f64 {
         let ohm = self.believed_ohm.max(1e-6);
         let amps = match heater {
-            Heater::Off => 0.0,
+            // an amplifier has neither a switch nor a law: no routine of a machine asks for these
+            Heater::Off | Heater::Duty(_) | Heater::Length(_) => 0.0,
             Heater::Current(amps) => amps,
             Heater::Voltage(volts) => volts / ohm,
             Heater::Power(watts) => (watts.max(0.0) / ohm).sqrt(),

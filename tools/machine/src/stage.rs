@@ -60,6 +60,10 @@ pub enum Motion {
     Force(f64),
     /// As the routine's programme says.
     Follow,
+    /// It is where the wire's own load pulls it, with this force, N, where the cold wire rests: of a running rig.
+    Left(f64),
+    /// It is where the driver's own law brings the wire, to this reference, m: of a running rig.
+    Brought(Wave),
     /// It moves as a hanging mass would, whose elongation the routine's law is to bring to this reference, m.
     Hang(Wave),
 }

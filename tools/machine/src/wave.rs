@@ -66,11 +66,13 @@ pub enum Quantity {
     Current,
     /// W.
     Power,
+    /// Share of the time that a supply is on, of a running rig.
+    Duty,
 }
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Quantity; 3] = [Quantity::Voltage, Quantity::Current, Quantity::Power];
+    pub const ALL: [Quantity; 4] = [Quantity::Voltage, Quantity::Current, Quantity::Power, Quantity::Duty];
 
     /// What it is called.
     pub fn word(self) -> &'static str {
@@ -78,6 +80,7 @@ impl Quantity {
             Quantity::Voltage => "voltage",
             Quantity::Current => "current",
             Quantity::Power => "power",
+            Quantity::Duty => "duty",
         }
     }
 
@@ -87,6 +90,7 @@ impl Quantity {
             Quantity::Voltage => "V",
             Quantity::Current => "A",
             Quantity::Power => "W",
+            Quantity::Duty => "1",
         }
     }
 }

@@ -1,28 +1,34 @@
-//! `sinew test`: the routines of the test machine.
+//! `sinew test`: the routines of the test machine, on a simulated one and on running rigs.
 
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use sinew_control::{AlgorithmKind, EstimatorKind};
+use sinew_ipc::MOST_PRIORITY;
 use sinew_machine::hanging::Disturbance;
 use sinew_machine::{Quantity, Shape};
 
 /// `sinew test`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew test list
-  sinew test direct-strain examples/test-machine.toml --heating power=0.6,0.9,1.2W --strain 0-4.5% --out loops
-  sinew test position-regulation examples/test-machine.toml --controller pid --json
-  sinew test characterise examples/test-machine.toml --out wire
-
-The machine is described by [machine] of the rig file; docs/test-machine.md says what each routine yields.
-Ctrl-C ends a routine at zero output; its recording and a partial report are written all the same.")]
+#[command(after_help = format!("{EXAMPLES}\n\n{}", sinew_machine::plan::rigs_table_text()))]
 pub struct Test {
     /// Which routine.
     #[command(subcommand)]
     pub routine: TestRoutine,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  sinew test list
+  sinew test direct-strain examples/test-machine.toml --heating power=0.6,0.9,1.2W --strain 0-4.5% --out loops
+  sinew test position-regulation examples/test-machine.toml --controller pid --json
+  sinew test characterise examples/test-machine.toml --out wire
+  sinew test constant-force-sweep --rig bench --channel left --out sweep     on a wire of a running driver
+  sinew test characterise --rig bench --channel left --out wire
+
+The machine is described by [machine] of the rig file; docs/test-machine.md says what each routine yields. With --rig the wire is one of a
+running driver, on its own load. The channel is claimed, and a lease switches the wire off if this program dies.
+Ctrl-C ends a routine at zero output; its recording and a partial report are written all the same.";
 
 /// The routines.
 #[derive(Debug, Subcommand)]
@@ -65,14 +71,18 @@ pub struct TestList {
 
 /// `sinew test programme`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(
+    allow_missing_positional = true,
+    after_help = "\
 Examples:
   sinew diagnose loops/rig.toml loops/direct-strain.mcap --out answer
   sinew test programme rig.toml answer/next.csv --out next
+  sinew test programme --rig bench --channel left duties.csv --out played
   sinew diagnose loops/rig.toml loops/direct-strain.mcap next/programme.mcap --out both
 
 Columns: time_s; current_a in A or power_w in W, held from row to row; position_m, elongation in m, straight from row
-to row, or force_n in N.")]
+to row, or force_n in N. On a running rig duty, power_w or current_a, and nothing that moves the wire's end."
+)]
 pub struct Programme {
     /// Rig and output.
     #[command(flatten)]
@@ -82,18 +92,32 @@ pub struct Programme {
     pub programme: PathBuf,
 }
 
-/// What every routine takes.
+/// Where the wire is, and what is believed of it.
 #[derive(Debug, Args)]
-pub struct Mounted {
-    /// The rig file: what is believed of the wire, and the machine.
-    #[arg(value_name = "RIG.toml")]
-    pub rig: PathBuf,
-    /// Which channel of the rig file, where it has several.
+pub struct TestedWire {
+    /// The rig file: what is believed of the wire, and the machine; with --rig, other beliefs than those the driver runs by.
+    #[arg(value_name = "RIG.toml", required_unless_present = "running")]
+    pub rig: Option<PathBuf>,
+    /// Run it on a wire of this running rig instead of the machine: on its own load, as `sinew test list` says.
+    #[arg(long = "rig", value_name = "NAME")]
+    pub running: Option<String>,
+    /// Which channel of the rig, where it has several.
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
     /// The rig file of the wire that is really in the simulated machine; without it, the wire is as believed.
     #[arg(long, value_name = "TRUE.toml")]
     pub truth: Option<PathBuf>,
+    /// With --rig: of the claim to the channel, which takes it over from a lower one.
+    #[arg(long, value_name = "0..9", requires = "running", default_value_t = 5, value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PRIORITY)))]
+    pub priority: u32,
+}
+
+/// What every routine takes.
+#[derive(Debug, Args)]
+pub struct Mounted {
+    /// Where the wire is.
+    #[command(flatten)]
+    pub wire: TestedWire,
     /// Regulate the chamber to this temperature first, such as 60C; without it, the wire is in the room.
     #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_negative_numbers = true)]
     pub chamber: Option<f64>,
@@ -167,7 +191,8 @@ pub struct Direct {
 #[command(after_help = "\
 Examples:
   sinew test constant-force-sweep rig.toml --heating power=0-1.3W --load 1.2N --frequencies 0.02-1Hz
-  sinew test constant-force-sweep rig.toml --wave step --frequencies 0.05Hz --cycles 3 --out steps")]
+  sinew test constant-force-sweep rig.toml --wave step --frequencies 0.05Hz --cycles 3 --out steps
+  sinew test constant-force-sweep --rig bench --channel left --out sweep      under the load that hangs there")]
 pub struct ConstantForceSweep {
     /// Rig and output.
     #[command(flatten)]
@@ -224,10 +249,10 @@ pub struct BreakIn {
     /// Cycles at the most.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(4..=1000))]
     pub cycles: Option<u16>,
-    /// Strains that differ by no more are the same; without it, 0.005 %.
+    /// Strains that differ by no more are the same; without it, 0.005 %, on a running rig 0.04 %.
     #[arg(long, value_name = "%", value_parser = strain)]
     pub strain_within: Option<Values>,
-    /// Temperatures that differ by no more are the same, K; without it, 0.1.
+    /// Temperatures that differ by no more are the same, K; without it, 0.1, on a running rig 0.5.
     #[arg(long, value_name = "K", value_parser = positive)]
     pub kelvin_within: Option<f64>,
 }
@@ -255,7 +280,8 @@ pub struct Sweep {
 Examples:
   sinew test position-regulation rig.toml --controller pid
   sinew test position-regulation rig.toml --controller sliding_mode_first_order --lambda 4 --places 1,3% --hold 8
-  sinew test position-regulation rig.toml --disturb 0.2N@20-25s --out pulled")]
+  sinew test position-regulation rig.toml --disturb 0.2N@20-25s --out pulled
+  sinew test position-regulation --rig bench --channel left --hold 8      by the law of the running driver")]
 pub struct PositionRegulation {
     /// Rig and output.
     #[command(flatten)]
@@ -334,12 +360,12 @@ pub struct Hanging {
     /// Power at duty 1: power=4W.
     #[arg(long, value_name = "power=W", value_parser = heating)]
     pub heating: Option<Heating>,
-    /// The law, by its word in the rig file.
-    #[arg(long, value_name = "LAW", default_value = "time_optimal", value_parser = law)]
-    pub controller: AlgorithmKind,
-    /// The estimator, by its word in the rig file.
-    #[arg(long, value_name = "ESTIMATOR", default_value = "fused", value_parser = estimator)]
-    pub estimator: EstimatorKind,
+    /// The law, by its word in the rig file; without it, time_optimal.
+    #[arg(long, value_name = "LAW", value_parser = law)]
+    pub controller: Option<AlgorithmKind>,
+    /// The estimator, by its word in the rig file; without it, fused.
+    #[arg(long, value_name = "ESTIMATOR", value_parser = estimator)]
+    pub estimator: Option<EstimatorKind>,
     /// Bandwidth of the sliding surface, 1/s.
     #[arg(long, value_name = "1/s", value_parser = positive)]
     pub lambda: Option<f64>,
@@ -359,17 +385,12 @@ pub struct Hanging {
 #[command(after_help = "\
 Examples:
   sinew test characterise rig.toml --out wire                    wire/fitted.toml, wire/report.html, all recordings
-  sinew test characterise belief.toml --truth true.toml --out wire   a simulated wire that the fit has to find out")]
+  sinew test characterise belief.toml --truth true.toml --out wire   a simulated wire that the fit has to find out
+  sinew test characterise --rig bench --channel left --out wire  a wire of a running driver, on its own load")]
 pub struct Characterise {
-    /// The rig file: what is believed of the wire, and the machine.
-    #[arg(value_name = "RIG.toml")]
-    pub rig: PathBuf,
-    /// Which channel of the rig file, where it has several.
-    #[arg(long, value_name = "NAME")]
-    pub channel: Option<String>,
-    /// The rig file of the wire that is really in the simulated machine; the fit does not see it.
-    #[arg(long, value_name = "TRUE.toml")]
-    pub truth: Option<PathBuf>,
+    /// Where the wire is.
+    #[command(flatten)]
+    pub wire: TestedWire,
     /// Write the fitted rig file, the recordings and the reports into this folder.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -446,12 +467,13 @@ fn frequencies(text: &str) -> Result<Values, String> {
 }
 
 fn heating(text: &str) -> Result<Heating, String> {
-    let wrong = "write power=0.5W, voltage=9V or current=150mA; several levels as 0.5,1W, two ends as 0-1W";
+    let wrong = "write power=0.5W, voltage=9V or current=150mA, of a running rig also duty=20%; several levels as 0.5,1W, two ends as 0-1W";
     let (word, rest) = text.split_once('=').ok_or(wrong)?;
     let quantity = Quantity::ALL.into_iter().find(|q| q.word() == word.trim()).ok_or(wrong)?;
     let milli = format!("m{}", quantity.unit());
     let units = [(quantity.unit(), 1.0), (milli.as_str(), 1e-3)];
-    Ok(Heating { quantity, values: values(rest, &units, wrong.trim_start_matches("write "))? })
+    let units = if quantity == Quantity::Duty { &[("%", 0.01)][..] } else { &units };
+    Ok(Heating { quantity, values: values(rest, units, wrong.trim_start_matches("write "))? })
 }
 
 fn shape(text: &str) -> Result<Shape, String> {
@@ -550,6 +572,8 @@ mod tests {
         assert!((found.values.values[1] - 0.2).abs() < 1e-12);
         assert!(heating("power=1V").unwrap_err().contains("lacks its unit"));
         assert!(heating("heat=1W").is_err());
+        let found = heating("duty=0-40%").unwrap();
+        assert_eq!((found.quantity, found.values.values), (Quantity::Duty, vec![0.0, 0.4]));
         let found = disturbance("-0.2N@20-25s").unwrap();
         assert_eq!((found.pull_n, found.start_s, found.end_s), (-0.2, 20.0, 25.0));
         assert!(disturbance("0.2N@25-20s").is_err() && disturbance("0.2N").is_err());

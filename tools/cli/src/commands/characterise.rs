@@ -1,11 +1,16 @@
 //! `sinew test characterise`: from an unknown wire to a fitted rig file.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use sinew_diagnosis::Settings;
-use sinew_machine::characterise::{Characterised, Recorded, fit, fitted_rig, foretell, judge, tasks};
-use sinew_machine::{Ending, analysis, record};
+use sinew_machine::characterise::{
+    Characterised, Place, Recorded, believed, fit, fitted_rig, foretell, judge, tasks, tasks_on_rig,
+};
+use sinew_machine::running::most_power_w;
+use sinew_machine::{Ending, RoutineKind, analysis, record};
+use sinew_recording::Recording;
 
 use super::diagnose::write_all;
 use super::fitting::{diagnosis_failure, warn};
@@ -20,13 +25,22 @@ use crate::progress::Progress;
 
 /// Runs the command.
 pub fn characterise(args: &args::Characterise) -> Outcome {
-    let bench = Bench::read(&args.rig, args.channel.as_deref(), args.truth.as_deref())?;
+    let bench = Bench::read(&args.wire)?;
     output::can_become_folder(&args.out)?;
-    let (model, spec) = (&bench.wire().model, &bench.rig.machine);
+    let (model, spec) = (&bench.wire().model, &bench.spec);
+    let (place, tasks) = match bench.on_rig() {
+        Some(on_rig) => {
+            let kind = RoutineKind::ConstantForceSweep;
+            let options = on_rig.options(kind, bench.wire(), spec);
+            on_rig.check(kind, &options, bench.wire())?;
+            (Place::Rig, tasks_on_rig(model, &options, most_power_w(bench.wire())))
+        }
+        None => (Place::Machine, tasks(model, spec)),
+    };
     let asked = signals()?;
     let mut recorded = Vec::new();
     let mut pages = Vec::new();
-    for (number, task) in tasks(model, spec).into_iter().enumerate() {
+    for (number, task) in tasks.into_iter().enumerate() {
         let one = Task {
             kind: task.kind,
             options: &task.options,
@@ -35,7 +49,7 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
             out: Some(&args.out),
             real_time: false,
         };
-        let Done { ran, routine, simulated } = bench.run(&one, &asked)?;
+        let Done { ran, routine, simulated, notes, at_rest } = bench.run(&one, &asked)?;
         let run = analysis::Run {
             kind: task.kind,
             options: &task.options,
@@ -43,8 +57,9 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
             rows: &ran.rows,
             model,
             spec,
+            at_rest,
         };
-        let report = sinew_machine::Report::of(&run, &ran, simulated, bench.about(), Vec::new());
+        let report = sinew_machine::Report::of(&run, &ran, simulated, bench.sources(at_rest), bench.about(), notes);
         pages.push((format!("{}.html", task.name), sinew_machine::page(&run, &report)));
         match &ran.ending {
             Ending::Complete => {}
@@ -56,36 +71,43 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
                 ));
                 return Ok(());
             }
+            Ending::Failed(error) if bench.on_rig().is_some() => {
+                return Err(super::test::ended(task.name, error, Some(&args.out)));
+            }
             ending => {
                 return Err(Failure::own(format!("{}: {ending}", task.name))
                     .hint("the rig file's beliefs may be far off, or its limits too narrow for this wire"));
             }
         }
-        let recording = record::recording(task.name, &ran.rows).map_err(recording_failure)?;
+        let recording = match place {
+            Place::Machine => record::recording(task.name, &ran.rows).map_err(recording_failure)?,
+            Place::Rig => recorded_by_driver(&bench, &args.out.join(format!("{}.mcap", task.name)))?,
+        };
         recorded.push(Recorded { task, recording });
     }
     let progress = Progress::new();
     let tell = |stage: &str, share: f64| progress.tell(stage, share);
     let settings =
         Settings { seed: args.seed, jobs: args.jobs.map_or(0, usize::from), thorough: false, progress: &tell };
-    let identified = fit(&bench.rig, bench.channel, &recorded, &settings);
+    let identified = fit(&bench.rig, bench.channel, place, &recorded, &settings);
     progress.clear();
     let identified = identified.map_err(|error| diagnosis_failure(&error))?;
-    let judged = judge(&bench.rig, bench.channel, &identified, &recorded).map_err(recording_failure)?;
+    let judged = judge(&bench.rig, bench.channel, place, &identified, &recorded).map_err(recording_failure)?;
     let json = output::json(&judged)? + "\n";
     let text = format!("{}\n{}", parameters_table(&identified), table(&judged));
     let rigs = [
         ("fitted.toml", fitted_rig(&bench.rig, bench.channel, &identified).to_toml()),
-        ("rig.toml", record::rig_in_machine(&bench.rig, bench.channel).to_toml()),
+        ("rig.toml", place.recorded(&bench.rig, bench.channel).to_toml()),
         ("characterise.json", json.clone()),
     ];
+    let as_believed = believed(&bench.rig, bench.channel, place, &identified);
     let unseen: Vec<_> = recorded.iter().filter(|r| !r.task.is_fitted).collect();
     let foretold = unseen
         .iter()
         .map(|r| {
             Ok((
                 *r,
-                foretell(&bench_in_machine(&bench), bench.channel, &r.recording)?,
+                foretell(&as_believed, bench.channel, &r.recording)?,
                 foretell(&identified.rig, bench.channel, &r.recording)?,
             ))
         })
@@ -104,8 +126,14 @@ pub fn characterise(args: &args::Characterise) -> Outcome {
     if args.json { output::print(json) } else { output::print(text) }
 }
 
-fn bench_in_machine(bench: &Bench) -> sinew_rig::Rig {
-    record::rig_in_machine(&bench.rig, bench.channel)
+/// What the driver has recorded of the wire, in as many rows a second as the routine had.
+fn recorded_by_driver(bench: &Bench, path: &Path) -> Result<Recording, Failure> {
+    let wire = bench.wire();
+    let options =
+        sinew_recording::Options { model: Some(&wire.model), channel: Some(&wire.name), ..Default::default() };
+    let recording = sinew_recording::read(path, &options).map_err(recording_failure)?;
+    let rows = 1.0 / (bench.spec.rate_hz * recording.median_interval_s());
+    record::in_rows_of(&recording, rows.round() as usize, &wire.model).map_err(recording_failure)
 }
 
 /// How every recording is met, before and after.

@@ -26,6 +26,7 @@ pub mod live;
 pub mod monitor;
 mod mounted;
 pub mod new;
+mod on_rig;
 pub mod play;
 pub mod plot;
 mod program;

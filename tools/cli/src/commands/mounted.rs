@@ -1,5 +1,5 @@
-//! A wire mounted in the test machine, for the commands of `sinew test`: the rig files are read, routines run on it, and their rows
-//! go into files.
+//! A wire mounted in the test machine, or one of a running rig, for the commands of `sinew test`: the rig files are read, routines run on
+//! it, and their rows go into files.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -7,14 +7,19 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use sinew_machine::analysis::AtRest;
 use sinew_machine::record::RecordingFile;
-use sinew_machine::{About, Machine, Options, Ran, Routine, RoutineKind, Row, SimulatedMachine, Watch, plan, run};
+use sinew_machine::{
+    About, Machine, OnRig, Options, Ran, Routine, RoutineKind, Row, SimulatedMachine, Watch, plan, run,
+};
 use sinew_recording::session;
-use sinew_rig::{Channel, Rig};
+use sinew_rig::{Channel, Machine as Spec, Rig};
 
 use super::fitting::command;
+use super::on_rig::{Recorded, RigBench};
 use super::simulate::recording_failure;
 use super::{choose_channel, load_rig};
+use crate::args::TestedWire;
 use crate::failure::Failure;
 use crate::progress::Progress;
 
@@ -42,33 +47,71 @@ pub struct Done {
     pub routine: Routine,
     /// Whether the machine was computed.
     pub simulated: bool,
+    /// What a reader must know of how a rig did.
+    pub notes: Vec<String>,
+    /// What the position's sensor showed of the wire at rest, on a rig.
+    pub at_rest: Option<AtRest>,
 }
 
-/// A wire in a machine: what is believed of it, and the rig that is really there.
+/// A wire to be tested: what is believed of it, and where it is.
 pub struct Bench {
     /// What is believed.
     pub rig: Rig,
     /// Index of the channel.
     pub channel: usize,
-    /// What is simulated.
-    pub truth: Rig,
-    truth_channel: usize,
+    /// The machine, or what of one a rig has.
+    pub spec: Spec,
+    place: Place,
+}
+
+/// Where the wire is.
+enum Place {
+    /// In the simulated machine: the rig that is really there, and which channel of it.
+    Machine(Box<Rig>, usize),
+    /// On a running rig.
+    Rig(Box<RigBench>),
 }
 
 impl Bench {
-    /// Reads the rig files.
-    pub fn read(rig: &Path, channel: Option<&str>, truth: Option<&Path>) -> Result<Bench, Failure> {
-        let rig = load_rig(Some(rig))?;
-        let name = choose_channel(&rig, channel)?.name.clone();
+    /// Reads the rig files, or what the running driver goes by.
+    pub fn read(wire: &TestedWire) -> Result<Bench, Failure> {
+        if let Some(name) = &wire.running {
+            let (rig, channel, on_rig) = RigBench::connect(name, wire)?;
+            let spec = on_rig.spec(&rig);
+            return Ok(Bench { rig, channel, spec, place: Place::Rig(Box::new(on_rig)) });
+        }
+        let rig = load_rig(wire.rig.as_deref())?;
+        let name = choose_channel(&rig, wire.channel.as_deref())?.name.clone();
         let (channel, _) = rig.channel(&name).ok_or_else(|| Failure::own("the channel that was just there is gone"))?;
-        let truth = match truth {
+        let truth = match wire.truth.as_deref() {
             Some(path) => load_rig(Some(path))?,
             None => rig.clone(),
         };
         let wanted = if truth.channels.len() == 1 { None } else { Some(name.as_str()) };
         let there = choose_channel(&truth, wanted)?.name.clone();
         let truth_channel = truth.channel(&there).map_or(0, |(index, _)| index);
-        Ok(Bench { rig, channel, truth, truth_channel })
+        Ok(Bench { spec: rig.machine, rig, channel, place: Place::Machine(Box::new(truth), truth_channel) })
+    }
+
+    /// The running rig, where it is one.
+    pub fn on_rig(&self) -> Option<&RigBench> {
+        match &self.place {
+            Place::Rig(on_rig) => Some(on_rig),
+            Place::Machine(..) => None,
+        }
+    }
+
+    /// The rig file of the wire that is really in the simulated machine, where that is another one.
+    pub fn truth(&self) -> Option<&Rig> {
+        match &self.place {
+            Place::Machine(truth, _) => Some(&**truth).filter(|truth| **truth != self.rig),
+            Place::Rig(_) => None,
+        }
+    }
+
+    /// Of a running rig: what a report says of its numbers.
+    pub fn sources(&self, at_rest: Option<AtRest>) -> Option<OnRig> {
+        self.on_rig().map(|on_rig| on_rig.sources(self.wire(), at_rest))
     }
 
     /// What is believed of the wire.
@@ -77,19 +120,23 @@ impl Bench {
     }
 
     /// Mounts a fresh wire.
-    pub fn machine(&self, seed: u64) -> Result<SimulatedMachine, Failure> {
-        let model = &self.truth.channels[self.truth_channel].model;
-        let seed = self.truth.simulation.seed.wrapping_add(seed);
-        SimulatedMachine::new(model, &self.rig.machine, seed)
-            .map_err(|error| Failure::input(format!("{}: {error}", self.truth.file())).hint("mend the rig file"))
+    fn machine(&self, truth: &Rig, channel: usize, seed: u64) -> Result<SimulatedMachine, Failure> {
+        let seed = truth.simulation.seed.wrapping_add(seed);
+        SimulatedMachine::new(&truth.channels[channel].model, &self.spec, seed)
+            .map_err(|error| Failure::input(format!("{}: {error}", truth.file())).hint("mend the rig file"))
     }
 
-    /// Runs a routine on a fresh wire until it ends or a signal asks for its end; its rows go into a file as they come.
+    /// Runs a routine on a fresh wire, or on that of the rig, until it ends or a signal asks for its end; its rows go into a file as they
+    /// come, and of a rig every cycle of its driver.
     pub fn run(&self, task: &Task<'_>, asked: &AtomicBool) -> Result<Done, Failure> {
-        let mut machine = self.machine(task.seed)?;
+        let (truth, channel) = match &self.place {
+            Place::Machine(truth, channel) => (truth, *channel),
+            Place::Rig(on_rig) => return self.run_on_rig(on_rig, task, asked),
+        };
+        let mut machine = self.machine(truth, channel, task.seed)?;
         let wire = self.wire();
-        let mut routine = plan::routine(task.kind, &wire.model, &self.rig.machine, task.options);
-        let mut watch = Watch::new(&wire.model, &wire.limits, &self.rig.machine);
+        let mut routine = plan::routine(task.kind, &wire.model, &self.spec, task.options);
+        let mut watch = Watch::new(&wire.model, &wire.limits, &self.spec);
         let mut file = match task.out {
             Some(out) => Some(self.file(&out.join(format!("{}.mcap", task.name)), task, machine.is_simulated())?),
             None => None,
@@ -119,7 +166,43 @@ impl Bench {
         if let Some(file) = file {
             file.finish(&ran.ending).map_err(recording_failure)?;
         }
-        Ok(Done { ran, routine, simulated: machine.is_simulated() })
+        Ok(Done { ran, routine, simulated: machine.is_simulated(), notes: Vec::new(), at_rest: None })
+    }
+
+    /// The same on a running rig.
+    fn run_on_rig(&self, on_rig: &RigBench, task: &Task<'_>, asked: &AtomicBool) -> Result<Done, Failure> {
+        let wire = self.wire();
+        let mut routine = plan::routine(task.kind, &wire.model, &self.spec, task.options);
+        let mut watch = Watch::of_running(&wire.model);
+        let mut recorded = Recorded::of(task.out.map(|out| out.join(format!("{}.mcap", task.name))))?;
+        let mut machine = on_rig.claim(&self.rig, wire)?;
+        let progress = Progress::new();
+        let mut unwritable = None;
+        let mut cold_m = Vec::new();
+        let mut go_on = |row: &Row, is_recorded: bool, share: f64| {
+            progress.tell(task.name, share);
+            if !is_recorded {
+                cold_m.push(row.reading.position_m);
+            }
+            match recorded.watch(on_rig, is_recorded) {
+                Ok(()) => !asked.load(Ordering::Relaxed),
+                Err(error) => {
+                    unwritable = Some(error);
+                    false
+                }
+            }
+        };
+        let ran = run::run(&mut machine, &mut routine, &mut watch, &mut go_on);
+        progress.clear();
+        // the latter half of the time it was given to get cold
+        let at_rest = AtRest::of(&cold_m[cold_m.len() / 2..], 1.0 / self.spec.rate_hz);
+        let (simulated, kept) = (machine.is_simulated(), machine.kept());
+        drop(machine);
+        recorded.finish()?;
+        match unwritable {
+            Some(error) => Err(error),
+            None => Ok(Done { ran, routine, simulated, notes: on_rig.notes(task.kind, &kept, &self.spec), at_rest }),
+        }
     }
 
     /// The file of a recording.
@@ -136,7 +219,7 @@ impl Bench {
         let extra = [("routine", task.kind.word().to_string()), ("command", command())];
         let about = session::About {
             rig: self.rig.name.clone(),
-            rate_hz: self.rig.machine.rate_hz,
+            rate_hz: self.spec.rate_hz,
             software: format!("sinew {}", env!("CARGO_PKG_VERSION")),
             kind: String::new(),
             simulated,

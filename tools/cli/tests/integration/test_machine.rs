@@ -42,7 +42,7 @@ fn a_file_is_played_and_what_is_none_is_refused_in_words() {
     assert_eq!((&report["routine"], &report["partial"]), (&"programme".into(), &false.into()));
     assert!(scratch.path("next/programme.mcap").is_file());
     scratch.file("duty.csv", "time_s,duty\n0,0.1\n1,0.2\n2,0.1\n");
-    scratch.sinew(["test", "programme", "rig.toml", "duty.csv"]).refused(&["a driver switches", "sinew record"]);
+    scratch.sinew(["test", "programme", "rig.toml", "duty.csv"]).refused(&["a driver switches", "--rig NAME"]);
     scratch.file("far.csv", "time_s,current_a,position_m\n0,0,0\n1,0,0.5\n2,0,0\n");
     scratch.sinew(["test", "programme", "rig.toml", "far.csv"]).refused(&["machine's limit", "max_strain"]);
 }

@@ -12,7 +12,7 @@ pub mod sweep;
 use crate::plan::RoutineKind;
 
 pub use finding::{Estimate, Finding};
-pub use run::Run;
+pub use run::{AtRest, Run};
 
 /// Every number of a run.
 pub fn findings(run: &Run<'_>) -> Vec<Finding> {

@@ -9,6 +9,9 @@
 //! - `sines`: power up and down under a smaller force, ever faster. Partial loops, and the shift with stress once more.
 //!
 //! All are recorded with imposed position and measured force, whatever was held, so one fit takes all five.
+//!
+//! On a running rig, whose own load pulls: `loop`, once slowly through the transformation and back; `inner`, back and forth within it; `steps`
+//! and `sines` as above. The driver records them, so duty drives the model, and position and voltages are its answer.
 
 mod page;
 
@@ -16,7 +19,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use sinew_diagnosis::{FittedParameter, Identified, Settings};
-use sinew_physics::WireModel;
+use sinew_physics::{Load, WireModel};
 use sinew_recording::{Column, Recording};
 use sinew_rig::{Machine as Spec, Prior, Rig};
 
@@ -57,6 +60,12 @@ const WAY: f64 = 9.0;
 const STEPS: [f64; 2] = [22.0, 9.0];
 const SINES: [f64; 2] = [30.0, 9.0];
 const CHECK: [f64; 2] = [13.0, 3.0];
+/// On a rig: the period of the slow loop and of the inner ones, in thermal time constants, and between which shares of the heat those go.
+const LOOP: f64 = 40.0;
+const INNER_PERIOD: f64 = 20.0;
+const WITHIN: [f64; 2] = [0.4, 0.8];
+/// A wire that is hotter than believed is to be made austenite all the same: so much more heat. The driver bounds its temperature.
+const RESERVE: f64 = 1.15;
 
 /// The routines, those that are fitted first, for a wire that is believed to be like `model`.
 pub fn tasks(model: &WireModel, spec: &Spec) -> Vec<Task> {
@@ -135,9 +144,55 @@ pub fn tasks(model: &WireModel, spec: &Spec) -> Vec<Task> {
     ]
 }
 
+/// The same for a rig, whose wire pulls against its own load: `on_rig` are the numbers of a sweep there, and no more than `most_w` heats.
+pub fn tasks_on_rig(model: &WireModel, on_rig: &Options, most_w: f64) -> Vec<Task> {
+    let time_s = thermal_time_s(model);
+    let hot_w = (RESERVE * on_rig.heating.iter().copied().fold(0.0, f64::max)).min(most_w);
+    let task =
+        |name: &'static str, shape: Shape, shares: [f64; 2], periods: &[f64], cycles: usize, is_fitted: bool| Task {
+            name,
+            kind: RoutineKind::ConstantForceSweep,
+            options: Options {
+                heating: shares.map(|share| share * hot_w).to_vec(),
+                shape,
+                frequencies_hz: periods.iter().map(|times| 1.0 / (times * time_s)).collect(),
+                cycles,
+                ..on_rig.clone()
+            },
+            is_fitted,
+        };
+    vec![
+        task("loop", Shape::Sine, [0.0, 1.0], &[LOOP], 1, true),
+        task("inner", Shape::Sine, WITHIN, &[INNER_PERIOD], 3, true),
+        task("steps", Shape::Step, [0.0, 1.0], &STEPS, 1, true),
+        task("sines", Shape::Sine, [0.0, 1.0], &SINES, 1, true),
+        task("sawtooth", Shape::SawTooth, [0.0, 1.0], &CHECK, 1, false),
+        task("pieces", Shape::Step, [0.5, 0.95], &CHECK, 2, false),
+    ]
+}
+
+/// Where a wire was recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// In a test machine, by its sensors.
+    Machine,
+    /// On a rig, by its driver.
+    Rig,
+}
+
+impl Place {
+    /// The rig as recordings of it are.
+    pub fn recorded(self, rig: &Rig, channel: usize) -> Rig {
+        match self {
+            Place::Machine => rig_in_machine(rig, channel),
+            Place::Rig => rig.clone(),
+        }
+    }
+}
+
 /// The rig as the recordings see it, with what else may be fitted to them.
-pub fn beliefs(rig: &Rig, channel: usize) -> Rig {
-    let mut mounted = rig_in_machine(rig, channel);
+pub fn beliefs(rig: &Rig, channel: usize, place: Place) -> Rig {
+    let mut mounted = place.recorded(rig, channel);
     if let Some(wire) = mounted.channels.get_mut(channel) {
         for (key, prior) in MORE_PRIORS {
             wire.priors.entry(key.to_string()).or_insert(prior);
@@ -164,29 +219,42 @@ pub struct Foretold {
     pub chi: f64,
     /// Force as simulated, N, by row.
     pub force_n: Vec<f64>,
+    /// Elongation as simulated, m, by row.
+    pub position_m: Vec<f64>,
 }
 
-/// Simulates a recording with channel `channel` of a rig and compares force and voltages, in the noise `rig` gives.
+impl Foretold {
+    /// What is foretold of this column, by row: force, else elongation.
+    fn of(&self, column: Column) -> &[f64] {
+        if column == Column::ForceN { &self.force_n } else { &self.position_m }
+    }
+}
+
+/// Simulates a recording with channel `channel` of a rig and compares force, position where it is an answer, and voltages, in the noise
+/// `rig` gives.
 ///
 /// # Errors
 /// A recording without the inputs the rig needs.
 pub fn foretell(rig: &Rig, channel: usize, recording: &Recording) -> Result<Foretold, sinew_recording::Error> {
     let wire = &rig.channels[channel];
     let model = &wire.model;
-    let columns: Vec<(Column, f64)> = [Column::ForceN, Column::V1V, Column::V2V, Column::V3V]
+    let columns: Vec<(Column, f64)> = [Column::ForceN, Column::PositionM, Column::V1V, Column::V2V, Column::V3V]
         .into_iter()
         .filter_map(|column| Some((column, *wire.noise.get(column.name())?)))
         .filter(|(column, _)| recording.get(*column).is_some())
+        // what is put in is no answer
+        .filter(|(column, _)| *column != Column::PositionM || model.load != Load::ImposedPosition)
         .collect();
     let mut sums = vec![(0.0, 0usize); columns.len()];
-    let mut force_n = Vec::with_capacity(recording.len());
+    let (mut force_n, mut position_m) = (Vec::with_capacity(recording.len()), Vec::with_capacity(recording.len()));
     for (row, simulated) in recording.simulated(model)?.enumerate() {
         let (inputs, outputs) = simulated?;
         force_n.push(outputs.force_n);
+        position_m.push(Column::PositionM.of_outputs(&outputs).unwrap_or(f64::NAN));
         for ((column, noise), sum) in columns.iter().zip(&mut sums) {
             let measured = recording.get(*column).map_or(f64::NAN, |values| values[row]);
             // without a current there is no voltage to tell anything by
-            let seen = *column == Column::ForceN || inputs.drive > 0.0;
+            let seen = matches!(column, Column::ForceN | Column::PositionM) || inputs.drive > 0.0;
             let Some(simulated) = column.of_outputs(&outputs).filter(|_| seen && !measured.is_nan()) else { continue };
             sum.0 += ((measured - simulated) / noise).powi(2);
             sum.1 += 1;
@@ -201,7 +269,7 @@ pub fn foretell(rig: &Rig, channel: usize, recording: &Recording) -> Result<Fore
             (column.name().to_string(), Misfit { chi: chi(*sum, *samples), samples: *samples })
         })
         .collect();
-    Ok(Foretold { misfits, chi: chi(total.0, total.1), force_n })
+    Ok(Foretold { misfits, chi: chi(total.0, total.1), force_n, position_m })
 }
 
 /// One recording of the characterisation and how it is met.
@@ -258,12 +326,13 @@ pub struct Recorded {
 pub fn fit(
     rig: &Rig,
     channel: usize,
+    place: Place,
     recorded: &[Recorded],
     settings: &Settings<'_>,
 ) -> Result<Identified, sinew_diagnosis::Error> {
     let recordings: Vec<Recording> =
         recorded.iter().filter(|r| r.task.is_fitted).map(|r| r.recording.clone()).collect();
-    sinew_diagnosis::identify(&beliefs(rig, channel), channel, &recordings, settings)
+    sinew_diagnosis::identify(&beliefs(rig, channel, place), channel, &recordings, settings)
 }
 
 /// The rig file with the fitted material, its own drive and load kept.
@@ -273,6 +342,15 @@ pub fn fitted_rig(rig: &Rig, channel: usize, identified: &Identified) -> Rig {
     fitted
 }
 
+/// What was believed, with the noise of its sensors; where the rig file says nothing of it, with what the recordings themselves show.
+pub fn believed(rig: &Rig, channel: usize, place: Place, identified: &Identified) -> Rig {
+    let mut believed = place.recorded(rig, channel);
+    for (column, sigma) in &identified.noise {
+        believed.channels[channel].noise.entry(column.clone()).or_insert(*sigma);
+    }
+    believed
+}
+
 /// Judges a fit by every recording.
 ///
 /// # Errors
@@ -280,10 +358,11 @@ pub fn fitted_rig(rig: &Rig, channel: usize, identified: &Identified) -> Rig {
 pub fn judge(
     rig: &Rig,
     channel: usize,
+    place: Place,
     identified: &Identified,
     recorded: &[Recorded],
 ) -> Result<Characterised, sinew_recording::Error> {
-    let believed = rig_in_machine(rig, channel);
+    let believed = believed(rig, channel, place, identified);
     // the assumed noise of the sensors, whatever was fitted
     let mut fitted = identified.rig.clone();
     fitted.channels[channel].noise.clone_from(&believed.channels[channel].noise);

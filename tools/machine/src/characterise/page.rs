@@ -15,6 +15,14 @@ pub type Unseen<'a> = (&'a Recorded, Foretold, Foretold);
 const SIZE: (f64, f64) = (460.0, 280.0);
 const POINTS: usize = 2500;
 
+/// What the wire answered with, in the first place: its force where a machine moved it, else where its end was.
+fn answer(recorded: &Recorded) -> Column {
+    match recorded.recording.get(Column::ForceN) {
+        Some(_) => Column::ForceN,
+        None => Column::PositionM,
+    }
+}
+
 /// The page: parameters, how every recording is met, and what was not fitted as it was measured and predicted.
 pub fn page(judged: &Characterised, about: &About, unseen: &[Unseen<'_>]) -> String {
     let legend = vec![
@@ -26,32 +34,37 @@ pub fn page(judged: &Characterised, about: &About, unseen: &[Unseen<'_>]) -> Str
     let measured: Vec<(Vec<f64>, Vec<f64>)> = unseen
         .iter()
         .map(|(recorded, _, _)| {
-            let force = recorded.recording.get(Column::ForceN).unwrap_or(&[]);
-            recorded.recording.time_s().iter().zip(force).filter(|(_, f)| f.is_finite()).map(|(t, f)| (*t, *f)).unzip()
+            let values = recorded.recording.get(answer(recorded)).unwrap_or(&[]);
+            recorded.recording.time_s().iter().zip(values).filter(|(_, f)| f.is_finite()).map(|(t, f)| (*t, *f)).unzip()
         })
         .collect();
     let panels = unseen
         .iter()
         .zip(&measured)
-        .map(|((recorded, before, after), (time_s, force_n))| {
+        .map(|((recorded, before, after), (time_s, measured))| {
             let all_s = recorded.recording.time_s();
-            let all_n = force_n.iter().chain(&before.force_n).copied();
+            let (name, unit) = match answer(recorded) {
+                Column::ForceN => ("Force", "N"),
+                _ => ("Elongation", "m"),
+            };
+            let (before, after) = (before.of(answer(recorded)), after.of(answer(recorded)));
+            let all = measured.iter().chain(before).copied();
             let plot = Plot {
-                title: format!("Force over time: {}", recorded.task.name),
+                title: format!("{name} over time: {}", recorded.task.name),
                 size: SIZE,
                 x: Axis::spanning("Time", "s", 0.0, recorded.recording.duration_s()),
-                y: Axis::around("", "N", all_n),
+                y: Axis::around("", unit, all),
                 names_x: true,
                 bands: Vec::new(),
                 noise: None,
                 lines: vec![
-                    Line { x: time_s, y: force_n, ink: Ink::Measured },
-                    Line { x: all_s, y: &before.force_n, ink: Ink::Before },
-                    Line { x: all_s, y: &after.force_n, ink: Ink::After },
+                    Line { x: time_s, y: measured, ink: Ink::Measured },
+                    Line { x: all_s, y: before, ink: Ink::Before },
+                    Line { x: all_s, y: after, ink: Ink::After },
                 ],
                 points: POINTS,
             };
-            (format!("{}, N ({})", recorded.task.name, recorded.task.kind.word()), plot)
+            (format!("{}, {unit} ({})", recorded.task.name, recorded.task.kind.word()), plot)
         })
         .collect();
     let plots = Panels { title: String::new(), row: TWO_IN_A_ROW, legend, panels }.draw();

@@ -1,7 +1,7 @@
 //! An unknown wire: its parameters are found, and the fitted rig predicts recordings it was not fitted to.
 
 use sinew_diagnosis::Settings;
-use sinew_machine::characterise::{Recorded, fit, fitted_rig, judge, tasks};
+use sinew_machine::characterise::{Place, Recorded, fit, fitted_rig, judge, tasks};
 use sinew_machine::{Ending, SimulatedMachine, Watch, plan, record, run};
 use sinew_rig::{Prior, Rig, default_priors, is_tolerance};
 
@@ -41,8 +41,8 @@ fn an_unknown_wire_is_found_out() {
         })
         .collect();
     let settings = Settings { seed: 1, jobs: 0, thorough: false, progress: &|_, _| () };
-    let identified = fit(&rig, 0, &recorded, &settings).expect("a fit");
-    let judged = judge(&rig, 0, &identified, &recorded).expect("inputs");
+    let identified = fit(&rig, 0, Place::Machine, &recorded, &settings).expect("a fit");
+    let judged = judge(&rig, 0, Place::Machine, &identified, &recorded).expect("inputs");
     assert!(judged.chi_unseen <= 1.1, "{:?}", judged.recordings);
     assert!(judged.recordings.iter().filter(|met| !met.fitted).all(|met| met.chi_as_believed > 10.0));
     let fitted = fitted_rig(&rig, 0, &identified).channels[0].model.material;

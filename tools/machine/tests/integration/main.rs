@@ -1,4 +1,5 @@
 //! The test machine's routines and their results.
 
 mod characterise;
+mod reference;
 mod routines;

@@ -42,6 +42,7 @@ fn findings(rig: &Rig, kind: RoutineKind, options: &Options) -> Vec<Finding> {
         rows: &ran.rows,
         model,
         spec: &rig.machine,
+        at_rest: None,
     })
 }
 
@@ -200,6 +201,7 @@ fn a_limit_ends_a_routine_at_zero_output_and_what_was_completed_counts() {
         rows: &ran.rows,
         model: &model,
         spec,
+        at_rest: None,
     };
     let loops = analysis::loops::cycles(&run);
     assert_eq!(loops.len(), 1, "the second level was not completed");
@@ -273,7 +275,15 @@ fn a_new_wire_is_cycled_until_it_has_settled() {
         let (ran, routine) = run_until(&rig, truth, RoutineKind::BreakIn, &o, f64::INFINITY);
         assert_eq!(ran.ending, Ending::Complete);
         let (stages, rows) = (routine.stages(), &ran.rows[..]);
-        let run = analysis::Run { kind: RoutineKind::BreakIn, options: &o, stages, rows, model, spec: &rig.machine };
+        let run = analysis::Run {
+            kind: RoutineKind::BreakIn,
+            options: &o,
+            stages,
+            rows,
+            model,
+            spec: &rig.machine,
+            at_rest: None,
+        };
         analysis::findings(&run)
     };
     let value = |all: &[Finding], key: &str| find(all, key, 0).value;
@@ -305,7 +315,15 @@ fn a_new_wire_is_cycled_until_it_has_settled() {
     o.cycles = 12;
     let (ran, routine) = run_until(&rig, &new, RoutineKind::BreakIn, &o, f64::INFINITY);
     let (stages, rows) = (routine.stages(), &ran.rows[..]);
-    let run = analysis::Run { kind: RoutineKind::BreakIn, options: &o, stages, rows, model, spec: &rig.machine };
+    let run = analysis::Run {
+        kind: RoutineKind::BreakIn,
+        options: &o,
+        stages,
+        rows,
+        model,
+        spec: &rig.machine,
+        at_rest: None,
+    };
     let all = analysis::findings(&run);
     assert_eq!((value(&all, "cycles_to_settle"), value(&all, "cycles")), (None, Some(12.0)));
     assert!(find(&all, "cycles_to_settle", 0).how.contains("after 12 cycles"));
