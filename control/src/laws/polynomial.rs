@@ -46,7 +46,7 @@ fn polynomial(terms: &[f64; TERMS], at: f64) -> f64 {
 impl Side {
     #[inline]
     fn power(&self, stroke: f64, speed: f64) -> f64 {
-        let at = stroke.max(EDGE).min(1.0 - EDGE);
+        let at = stroke.clamp(EDGE, 1.0 - EDGE);
         // more speed is never less power, whatever a fit may say
         polynomial(&self.per_speed, at).max(0.0) * speed + polynomial(&self.standing, at)
     }

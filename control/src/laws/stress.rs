@@ -64,7 +64,7 @@ impl Law for StressVariableStructure {
         if m.mass > 0.0 {
             self.surface = short_of_k / m.shift * m.area / m.mass;
         }
-        let share = (short_of_k / width).max(-1.0).min(1.0);
+        let share = (short_of_k / width).clamp(-1.0, 1.0);
         Some(self.range.give(seen.loss_w / seen.full_power_w + self.range.maximum * share))
     }
 

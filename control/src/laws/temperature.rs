@@ -16,7 +16,7 @@ use crate::wire_map::WireMap;
 
 /// By how much the gain grows far from the temperature wanted, as a share of what it is near it.
 const GROWTH: f64 = 1.0;
-/// Error beyond which a wire that is on the wrong side is brought over to the other curve, in strokes.
+/// Error beyond which a wire that is on the wrong side is brought over to the other curve, in strokes. A kelvin is worth six of these.
 const TURN: f64 = 0.01;
 /// Least temperature above the air from which the learned loss is scaled to another, K.
 const LEAST_EXCESS_K: f64 = 1.0;
