@@ -18,6 +18,7 @@ mod prandtl_ishlinskii;
 mod predictive;
 mod rapid_heating;
 mod relay;
+mod resistance;
 mod segment;
 mod servo;
 mod setup;
@@ -323,6 +324,27 @@ laws! {
                   (after Jayender and others 2005, 2008)",
             defaults: "crosses 1 at λ",
             new: |s| LoopShaping::new(&s.map, s.lambda, s.stroke, s.range),
+        }
+    }
+    resistance::ResistanceFeedback {
+        /// Fuzzy PID on the length that a polynomial makes of the resistance alone.
+        ResistancePolynomial {
+            word: "resistance_polynomial",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "`fuzzy_pid` on x = p(R), p of fifth degree, fitted to the simulated loop of the rig file's wire (after Lan, Fan 2010); no other \
+                  length is used",
+            defaults: "as `fuzzy_pid`",
+            new: |s| ResistanceFeedback::polynomial(s.model, &s.map, s.pid_gains(), s.stroke, s.range),
+        }
+        /// PID on the length that a neural network makes of the resistance alone.
+        ResistanceNetwork {
+            word: "resistance_network",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "`pid` on x = N(R, side of the loop), N a network of 8 neurons, trained on the same loop (after Ma, Song, Lee 2004)",
+            defaults: "as `pid`",
+            new: |s| ResistanceFeedback::network(s.model, &s.map, s.pid_gains(), s.range),
         }
     }
     segment::BinarySegment {

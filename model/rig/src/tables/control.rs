@@ -105,7 +105,7 @@ table! {
         /// Duty that is always on so that there is something to measure; below `maximum_duty`.
         minimum_duty: f64 = "sensing_duty", number(si("1"), 0.0, 0.5), Number(0.02);
         /// Proportional gain of `pi`, `pid` and what is built on them (`prandtl_ishlinskii`, `fuzzy_pid`, `temperature_pid`, `pid_p3`,
-        /// `neural_feedforward`, `neural_sliding`): duty per mm of error.
+        /// `neural_feedforward`, `neural_sliding`, `resistance_polynomial`, `resistance_network`): duty per mm of error.
         pi_proportional_per_m: f64 = "pi_proportional_per_mm", number(kilo("1/mm"), 0.0, 1e6),
             Computed("1 / (0.3 stroke)"), only of_law();
         /// Integral gain of the same but `neural_sliding`.

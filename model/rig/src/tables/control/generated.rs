@@ -52,6 +52,10 @@ laws! {
     NeuralSliding = "neural_sliding", takes ["lambda_per_s", "pi_proportional_per_mm", "pid_derivative_s_per_mm"];
     /// H∞ loop shaping on the logistic model.
     LoopShaping = "h_infinity", takes ["lambda_per_s"];
+    /// Fuzzy PID on the length that a polynomial makes of the resistance alone.
+    ResistancePolynomial = "resistance_polynomial", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// PID on the length that a neural network makes of the resistance alone.
+    ResistanceNetwork = "resistance_network", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
     /// One of several pieces of doubled lengths, heated wholly or not at all.
     BinarySegment = "binary_segment", takes ["segment", "segments"];
 }
