@@ -91,6 +91,8 @@ impl Scale {
 }
 
 /// What makes a length of a resistance.
+// By value: it lies in the channel's struct, where the loop touches it.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy)]
 enum Curve {
     Polynomial([f64; TERMS]),
