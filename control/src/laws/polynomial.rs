@@ -15,6 +15,8 @@ use crate::wire_map::WireMap;
 use sinew_physics::{Initial, Inputs, Wire, WireModel};
 use sinew_state_space::{DMatrix, DVector};
 
+/// Iterations after which a least-squares fit is given up.
+const MOST_ITERATIONS: usize = 1000;
 /// Terms of each polynomial: of fourth degree.
 const TERMS: usize = 5;
 /// Share of the stroke at both ends that is not fitted: there 1/g grows without bound.
@@ -64,7 +66,7 @@ impl Side {
             if j < TERMS { term * speed / unit } else { term }
         });
         let powers = DVector::from_fn(samples.len(), |i, _| samples[i].2);
-        let found = rows.svd(true, true).solve(&powers, 1e-12).ok()?;
+        let found = rows.try_svd(true, true, f64::EPSILON, MOST_ITERATIONS)?.solve(&powers, 1e-12).ok()?;
         found.iter().all(|term| term.is_finite()).then(|| Side {
             per_speed: std::array::from_fn(|k| found[k] / unit),
             standing: std::array::from_fn(|k| found[TERMS + k]),

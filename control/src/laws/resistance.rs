@@ -20,6 +20,8 @@ use crate::wire_map::WireMap;
 use sinew_physics::{Initial, Wire, WireModel};
 use sinew_state_space::{DMatrix, DVector};
 
+/// Iterations after which a least-squares fit is given up.
+const MOST_ITERATIONS: usize = 1000;
 /// Terms of the polynomial.
 const TERMS: usize = 6;
 /// Neurons of the network, and the seed of its training.
@@ -162,7 +164,7 @@ impl Gauge {
         } else {
             let rows = DMatrix::from_fn(samples.len(), TERMS, |i, j| samples[i].0[0].powi(j as i32));
             let wanted = DVector::from_fn(samples.len(), |i, _| samples[i].1);
-            let found = rows.svd(true, true).solve(&wanted, 1e-12).ok()?;
+            let found = rows.try_svd(true, true, f64::EPSILON, MOST_ITERATIONS)?.solve(&wanted, 1e-12).ok()?;
             Curve::Polynomial(std::array::from_fn(|k| found[k]))
         };
         Some(Gauge { curve, resistance, length, side: Side::COLD, now: None })

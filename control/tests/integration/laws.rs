@@ -413,3 +413,33 @@ fn loop_shaping_bears_a_wrong_model() {
         }
     }
 }
+
+/// Every law can be made for every wire of the list, for one whose load nobody knows and for one that hardly moves, and gives a duty within
+/// its limits from the first cycle on.
+#[test]
+fn every_law_runs_on_every_wire() {
+    let mut imposed = figure_wire();
+    imposed.load = sinew_physics::Load::ImposedForce;
+    let mut stiff = figure_wire();
+    stiff.material.transformation_strain = 1e-9;
+    stiff.material.martensite_modulus_pa = stiff.material.austenite_modulus_pa;
+    let mut hot = figure_wire();
+    hot.ambient_c = 80.0;
+    let odd =
+        [("imposed force", imposed), ("no stroke", stiff), ("hot air", hot)].map(|(title, model)| (title, model, 3.0));
+    for (title, model, power_w) in rig::other_wires().into_iter().chain(odd) {
+        for kind in AlgorithmKind::ALL {
+            let maximum_duty = duty_for_power(&model, power_w);
+            let settings = Settings { kind, maximum_duty, ..Settings::default() };
+            let mut bench = Bench::new(&model, &model, &settings, 1e3, CONVERTER, 1);
+            for stroke in [0.5, 0.3] {
+                let reference_m = bench.range.length_m(stroke);
+                for _ in 0..50 {
+                    bench.cycle(reference_m);
+                    let duty = bench.duty();
+                    assert!((settings.minimum_duty..=maximum_duty).contains(&duty), "{title}, {kind:?}: {duty}");
+                }
+            }
+        }
+    }
+}
