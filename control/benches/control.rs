@@ -63,7 +63,7 @@ fn run(bencher: Bencher, kind: AlgorithmKind, estimating: Option<EstimatorKind>,
                 length_m: reading.length_m,
                 velocity_m_s: 1e-3,
                 acceleration_m_s2: 0.0,
-                resistance_ohm: f64::NAN,
+                resistance_ohm: reading.resistance_ohm,
                 dt_s: reading.dt_s,
                 estimate,
             });

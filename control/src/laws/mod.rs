@@ -3,23 +3,32 @@
 //! **To add a law**: write its file here, with a type that is a [`Law`]; add its `mod` line and its row below; run
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::`. Rig file, driver, bench, command line and docs follow from the row.
 
+mod cubic;
 mod fuzzy;
 mod hold;
 mod linearised;
+mod loop_shaping;
+mod network;
+mod neural;
 mod optimal;
 mod pace;
 mod pid;
+mod polynomial;
 mod prandtl_ishlinskii;
 mod predictive;
 mod rapid_heating;
 mod relay;
+mod resistance;
 mod segment;
 mod servo;
 mod setup;
+mod simulated;
 mod sliding;
 mod sliding_first_order;
 #[macro_use]
 mod table;
+mod stress;
+mod temperature;
 mod tension;
 
 pub use pid::PidGains;
@@ -235,6 +244,107 @@ laws! {
                   the ranges are ours)",
             defaults: "as `pid`; big is e = 0.1 S, ẋ = 0.5 S/s",
             new: |s| FuzzyPid::new(s.pid_gains(), s.stroke, s.range),
+        }
+    }
+    temperature::TemperaturePid {
+        /// Proportional-integral-derivative control of the estimated temperature, to the one that the length wanted asks for.
+        TemperaturePid {
+            word: "temperature_pid",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: true,
+            law: "T_d = the temperature of x_ref on the curve of the way there; D = loss(T_d)/P_max + `pid` on k(e) e, e = (T_d − T)/\\|∂T/∂x\\|, \
+                  k(e) = 2 − sech((T_d − T) k_A)",
+            defaults: "as `pid`",
+            new: |s| TemperaturePid::new(s.map, s.pid_gains(), s.stroke, s.range),
+        }
+    }
+    cubic::PidP3 {
+        /// Proportional-integral-derivative with a cubic proportional term.
+        PidP3 {
+            word: "pid_p3",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "`pid` + K_P3 e³ (Shameli, Alasty, Salaarieh 2005)",
+            defaults: "as `pid`; K_P3 = K_P/(0.1 S)²",
+            new: |s| PidP3::new(s.pid_gains(), s.stroke, s.range),
+        }
+    }
+    polynomial::PolynomialLinearised {
+        /// Feedback linearisation on polynomials of the length, fitted to the simulated wire.
+        PolynomialLinearised {
+            word: "polynomial_linearised",
+            takes: ["lambda_per_s"],
+            needs_estimate: false,
+            law: "P = p₁(s) λe/S + p₀(s), s the share of the stroke; p₁ and p₀ of fourth degree, for shortening and lengthening each, fitted to the \
+                  simulated ways of the rig file's wire (Arai, Aramaki, Yanagisawa 1995)",
+            defaults: "λ",
+            new: |s| PolynomialLinearised::new(s.model, s.map, s.lambda, s.range),
+        }
+    }
+    stress::StressVariableStructure {
+        /// Variable structure control on the stress that the wire should have to move its load as wanted.
+        StressVariableStructure {
+            word: "stress_variable_structure",
+            takes: ["lambda_per_s"],
+            needs_estimate: true,
+            law: "P = loss + P_max sat((σ_d − σ)/φ); A σ_d = F_preload − K x − B v_d − M v̇_d + λM(ẋ − v_d), v_d = −λe; σ by eq. 12 from T and ξ; \
+                  φ dT/dσ = 1/k (after Elahinia, Ahmadian and others 2004)",
+            defaults: "λ",
+            new: |s| StressVariableStructure::new(s.map, s.lambda, s.range),
+        }
+    }
+    neural::Neural {
+        /// Inverse of the wire, learned by a neural network, as feed-forward, with proportional-integral-derivative control.
+        NeuralFeedforward {
+            word: "neural_feedforward",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "D = loss(T_N)/P_max + `pid`; T_N of a network of 10 neurons from x_ref, its direction and its last reversal, trained on the \
+                  simulated loop of the rig file's wire (after Song, Chaudhry, Batur 2003)",
+            defaults: "as `pid`",
+            new: |s| Neural::with_pid(s.model, s.map, s.pid_gains(), s.range),
+        }
+        /// The same inverse as feed-forward, with a smoothed sliding mode.
+        NeuralSliding {
+            word: "neural_sliding",
+            takes: ["lambda_per_s", "pi_proportional_per_mm", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "D = loss(T_N)/P_max + K_P e + K_D ẋ + ½D_max tanh(σ/(0.1 λS)), σ = ẋ + λe",
+            defaults: "λ; K_P and K_D as of `pid`",
+            new: |s| Neural::with_sliding(s.model, s.map, s.pid_gains(), s.lambda, s.stroke, s.range),
+        }
+    }
+    loop_shaping::LoopShaping {
+        /// H∞ loop shaping on the logistic model.
+        LoopShaping {
+            word: "h_infinity",
+            takes: ["lambda_per_s"],
+            needs_estimate: false,
+            law: "McFarlane and Glover's controller of G W₁, G the linearised logistic model at its slope k/4, W₁ = k_w (s + λ/10)/s, γ = 1.1 γ_min \
+                  (after Jayender and others 2005, 2008)",
+            defaults: "crosses 1 at λ",
+            new: |s| LoopShaping::new(&s.map, s.lambda, s.stroke, s.range),
+        }
+    }
+    resistance::ResistanceFeedback {
+        /// Fuzzy PID on the length that a polynomial makes of the resistance alone.
+        ResistancePolynomial {
+            word: "resistance_polynomial",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "`fuzzy_pid` on x = p(R), p of fifth degree, fitted to the simulated loop of the rig file's wire (after Lan, Fan 2010); no other \
+                  length is used",
+            defaults: "as `fuzzy_pid`",
+            new: |s| ResistanceFeedback::polynomial(s.model, &s.map, s.pid_gains(), s.stroke, s.range),
+        }
+        /// PID on the length that a neural network makes of the resistance alone.
+        ResistanceNetwork {
+            word: "resistance_network",
+            takes: ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"],
+            needs_estimate: false,
+            law: "`pid` on x = N(R, side of the loop), N a network of 8 neurons, trained on the same loop (after Ma, Song, Lee 2004)",
+            defaults: "as `pid`",
+            new: |s| ResistanceFeedback::network(s.model, &s.map, s.pid_gains(), s.range),
         }
     }
     segment::BinarySegment {

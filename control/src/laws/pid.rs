@@ -52,6 +52,13 @@ pub struct Pid {
     velocity: f64,
 }
 
+/// The duty that the sum of the terms asks for, and what of it is given.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    pub wanted: f64,
+    pub given: f64,
+}
+
 impl Pid {
     pub(crate) fn new(gains: PidGains, feedforward: bool, range: Range) -> Pid {
         let integral = if feedforward { 0.0 } else { range.minimum };
@@ -69,15 +76,20 @@ impl Pid {
     /// The same with other gains than its own.
     #[inline]
     pub(super) fn give_with(&mut self, g: &PidGains, demand: &Demand, fed_forward: f64) -> f64 {
-        let error = demand.length_m - demand.reference_m;
-        self.velocity += (demand.velocity_m_s - self.velocity) * demand.dt_s / (g.filter_s + demand.dt_s);
+        self.answer(g, demand.length_m - demand.reference_m, demand.velocity_m_s, demand.dt_s, fed_forward).given
+    }
+
+    /// The same of an error, m, and a velocity, m/s, that need not be those of the length, after `dt_s`.
+    #[inline]
+    pub(super) fn answer(&mut self, g: &PidGains, error: f64, velocity: f64, dt_s: f64, fed_forward: f64) -> Answer {
+        self.velocity += (velocity - self.velocity) * dt_s / (g.filter_s + dt_s);
         let wanted = g.proportional_per_m * error + g.derivative_s_per_m * self.velocity + self.integral + fed_forward;
         // in this order a NaN becomes the minimum
         let given = wanted.max(self.range.minimum).min(self.range.maximum);
-        let dt = demand.dt_s.min(g.tracking_s);
+        let dt = dt_s.min(g.tracking_s);
         let rate = g.integral_per_m_s * error + (given - wanted) / g.tracking_s;
         self.integral = (self.integral + rate * dt).clamp(-10.0, 10.0);
-        given
+        Answer { wanted, given }
     }
 }
 

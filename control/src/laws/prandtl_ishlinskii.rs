@@ -10,9 +10,10 @@
 //! weights are the changes of that curve's slope.
 
 use super::pid::{Pid, PidGains};
+use super::simulated::{crossing, reference, slowly};
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
-use sinew_physics::{Drive, DriveKind, Effects, Inputs, Load, Wire, WireModel};
+use sinew_physics::{Wire, WireModel};
 
 /// Play operators, the one without a threshold included.
 const PLAYS: usize = 16;
@@ -20,9 +21,6 @@ const PLAYS: usize = 16;
 const PIECES: usize = 64;
 /// Least weight of the play without threshold: without any there is no inverse.
 const LEAST_WEIGHT: f64 = 0.02;
-/// How slowly the loop is gone through, K/s, in steps of so many seconds.
-const SLOWLY_K_PER_S: f64 = 1.0;
-const STEP_S: f64 = 5e-3;
 /// How far beyond both outer curves' centres the loop goes, in widths.
 const BEYOND_WIDTHS: f64 = 6.0;
 /// Share of the stroke at both ends that no temperature is asked for.
@@ -101,40 +99,10 @@ struct Loop {
     stroke_m: f64,
 }
 
-/// Points of a way through the loop: temperature, °C, and elongation, m.
-type Way = Vec<(f64, f64)>;
-
-/// The wire of a model, heated or cooled slowly to where `until` says so.
-fn slowly(wire: &mut Wire, model: &WireModel, loss: f64, to_c: f64, until: impl Fn(&Wire) -> bool) -> Way {
-    let mut way = Way::new();
-    let from_c = wire.temperature_c();
-    let steps = ((to_c - from_c).abs() / (SLOWLY_K_PER_S * STEP_S)).min(1e5) as usize;
-    let capacity = model.heat_capacity_j_per_k();
-    for k in 1..=steps {
-        let wanted = from_c + (to_c - from_c) * k as f64 / steps as f64;
-        let now = wire.temperature_c();
-        // the loss, and the heat that brings it to where it is to be within ten steps
-        let power = loss * (now - model.ambient_c) + capacity * (wanted - now) / (10.0 * STEP_S);
-        wire.step(&Inputs { drive: power.max(0.0), ..model.rest_inputs() }, STEP_S);
-        way.push((wire.temperature_c(), wire.position_m()));
-        if until(wire) {
-            break;
-        }
-    }
-    way
-}
-
 impl Loop {
     /// By simulation; `None` of a wire that does not move.
     fn simulated(model: &WireModel, map: &WireMap) -> Option<Loop> {
-        // what heats it does not matter, nor what lies beyond the reference model; a load that nobody knows is none
-        let load = if map.load_known {
-            model.load
-        } else {
-            Load::SpringMassDamper { mass_kg: 0.01, damping_n_s_per_m: 1.0, spring_n_per_m: 0.0, preload_n: 0.0 }
-        };
-        let drive = Drive { kind: DriveKind::Power, ..model.drive };
-        let model = WireModel { load, drive, effects: Effects::default(), taps: None, ..model.clone() };
+        let model = reference(model, map);
         let (cold_m, hot_m) = (sinew_physics::cold_length_m(&model).ok()?, sinew_physics::hot_length_m(&model).ok()?);
         let stroke_m = cold_m - hot_m;
         let mut wire = Wire::new(&model).ok()?;
@@ -193,11 +161,6 @@ impl Loop {
         let inverse = Plays::new(threshold, weight, model.ambient_c).inverse();
         Some(Loop { inverse, cold: inverse.state, curve, cold_m, stroke_m })
     }
-}
-
-/// The temperature at which a way first makes `of` (of the elongation) positive.
-fn crossing(way: &Way, of: impl Fn(f64) -> f64) -> Option<f64> {
-    way.iter().find(|(_, x)| of(*x) >= 0.0).map(|(t, _)| *t)
 }
 
 /// D = loss(P⁻¹(S⁻¹(x_ref)))/P_max + K_P e + ∫K_I e dt.

@@ -317,3 +317,129 @@ fn fuzzy_rules_arrive_with_less_overshoot() {
     });
     assert!(fuzzy[0] < pid[0] && fuzzy[1] < pid[1], "{fuzzy:?} {pid:?}");
 }
+
+/// The mean of the length follows the temperature that is controlled; where that is a fraction of a kelvin beyond its curve, the wire
+/// has to cross the hysteresis and back.
+#[test]
+fn the_length_follows_the_temperature() {
+    for seed in 1001..1004 {
+        let mut bench = bench(&settings(AlgorithmKind::TemperaturePid, 3.0), 1e3, CONVERTER, seed);
+        for stroke in [0.4, 0.7, 0.3] {
+            let step = bench.step_to(stroke, 8.0, |_, _, _| ());
+            assert!(step.bias.abs() < 0.015 && step.rms < 0.04 && step.overshoot < 0.1, "{step:?}");
+        }
+    }
+}
+
+/// The cube gets a wire sooner over a long way.
+#[test]
+fn the_cube_hurries_long_ways() {
+    let gains = PidGains::for_stroke(StrokeRange::of(&figure_wire()).unwrap().stroke_m());
+    let timid = PidGains {
+        proportional_per_m: 0.2 * gains.proportional_per_m,
+        integral_per_m_s: 0.2 * gains.integral_per_m_s,
+        derivative_s_per_m: 0.2 * gains.derivative_s_per_m,
+        ..gains
+    };
+    let [pid, cubic] = [AlgorithmKind::Pid, AlgorithmKind::PidP3].map(|kind| {
+        let settings = Settings { pid: Some(timid), ..settings(kind, 3.0) };
+        let mut bench = Bench::new(&figure_wire(), &figure_wire(), &settings, 1e3, CONVERTER, 1001);
+        let mut halfway = f64::INFINITY;
+        bench.step_to(0.5, 6.0, |bench, t, _| {
+            if bench.range.stroke(bench.length_m()) > 0.25 {
+                halfway = halfway.min(t);
+            }
+        });
+        halfway
+    });
+    assert!(cubic < 0.8 * pid, "{pid} s, {cubic} s");
+}
+
+/// The polynomials linearise what is not linear: without an estimator, steps that start anywhere come as near as they do with the
+/// estimated slope, and nearer than with a constant one and no loss.
+#[test]
+fn polynomials_linearise_without_an_estimate() {
+    let off = |kind, heat_loss_feedforward| {
+        let settings = Settings { heat_loss_feedforward, ..settings(kind, 3.0) };
+        let mut bench = bench(&settings, 1e3, CONVERTER, 1001);
+        let steps = [0.4, 0.8, 0.4, 0.2].map(|stroke| bench.step_to(stroke, 3.0, |_, _, _| ()).rms);
+        (steps.iter().map(|rms| rms * rms).sum::<f64>() / 4.0).sqrt()
+    };
+    let polynomials = off(AlgorithmKind::PolynomialLinearised, None);
+    let neither = off(AlgorithmKind::InputOutputLinearisedConstant, Some(false));
+    assert!(polynomials < 0.02 && polynomials < 0.2 * neither, "{polynomials} {neither}");
+}
+
+/// On its surface a wire under stress control approaches as it was asked to, by λ each second, whatever λ that is.
+#[test]
+fn stress_makes_the_wire_approach_as_asked() {
+    for lambda in [2.0, 4.0] {
+        let settings = Settings { lambda_per_s: Some(lambda), ..settings(AlgorithmKind::StressVariableStructure, 3.0) };
+        let mut bench = bench(&settings, 1e3, QUIET, 1);
+        bench.step_to(0.3, 4.0, |_, _, _| ());
+        let mut passed = [f64::NAN; 2];
+        bench.step_to(0.8, 4.0, |_, t, error| {
+            for (passed, at) in passed.iter_mut().zip([0.3, 0.1]) {
+                if passed.is_nan() && error < at {
+                    *passed = t;
+                }
+            }
+        });
+        let rate = 3f64.ln() / (passed[1] - passed[0]);
+        assert!((rate / lambda - 1.0).abs() < 0.35, "{lambda}: {rate}");
+    }
+}
+
+/// What the network has learned of the wire, fed forward, takes as much from a timid PI's error on a slow sine as the inverse of a
+/// hysteresis operator does; and the switch takes more.
+#[test]
+fn the_network_knows_the_loop() {
+    let (pi, network) = (slow_sine(AlgorithmKind::Pi), slow_sine(AlgorithmKind::NeuralFeedforward));
+    let switched = slow_sine(AlgorithmKind::NeuralSliding);
+    assert!(network < 0.6 * pi && switched < 0.5 * network, "{pi} {network} {switched}");
+}
+
+/// Robust is what it was made to be: on no wire that is other than it believes does it go on swinging or stay away.
+#[test]
+fn loop_shaping_bears_a_wrong_model() {
+    let model = figure_wire();
+    for (title, plant) in rig::misjudged(&model) {
+        let settings = settings(AlgorithmKind::LoopShaping, 3.0);
+        let mut bench = Bench::with_estimator(&plant, &model, &settings, 1e3, CONVERTER, 1001, EstimatorKind::Fused);
+        bench.idle(0.3);
+        for stroke in [0.4, 0.8, 0.4, 0.7] {
+            let step = bench.step_to(stroke, 8.0, |_, _, _| ());
+            assert!(step.bias.abs() < 0.02 && rest_of(&step).1 < 0.02 && step.overshoot < 0.15, "{title}: {step:?}");
+        }
+    }
+}
+
+/// Every law can be made for every wire of the list, for one whose load nobody knows and for one that hardly moves, and gives a duty within
+/// its limits from the first cycle on.
+#[test]
+fn every_law_runs_on_every_wire() {
+    let mut imposed = figure_wire();
+    imposed.load = sinew_physics::Load::ImposedForce;
+    let mut stiff = figure_wire();
+    stiff.material.transformation_strain = 1e-9;
+    stiff.material.martensite_modulus_pa = stiff.material.austenite_modulus_pa;
+    let mut hot = figure_wire();
+    hot.ambient_c = 80.0;
+    let odd =
+        [("imposed force", imposed), ("no stroke", stiff), ("hot air", hot)].map(|(title, model)| (title, model, 3.0));
+    for (title, model, power_w) in rig::other_wires().into_iter().chain(odd) {
+        for kind in AlgorithmKind::ALL {
+            let maximum_duty = duty_for_power(&model, power_w);
+            let settings = Settings { kind, maximum_duty, ..Settings::default() };
+            let mut bench = Bench::new(&model, &model, &settings, 1e3, CONVERTER, 1);
+            for stroke in [0.5, 0.3] {
+                let reference_m = bench.range.length_m(stroke);
+                for _ in 0..50 {
+                    bench.cycle(reference_m);
+                    let duty = bench.duty();
+                    assert!((settings.minimum_duty..=maximum_duty).contains(&duty), "{title}, {kind:?}: {duty}");
+                }
+            }
+        }
+    }
+}

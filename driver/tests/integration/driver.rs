@@ -70,6 +70,21 @@ fn with_all_that_linux_grants_nothing_is_allocated_either() {
     assert_eq!(report.rt.cpu.is_some(), granted("core"));
 }
 
+/// A channel for each law that a rig file can choose, all of them moving.
+#[test]
+fn no_law_allocates_in_the_loop() {
+    let laws = sinew_rig::Algorithm::ALL;
+    let mut rig = rig(&name("laws"), laws.len(), 500.0);
+    for (channel, (_, law)) in rig.channels.iter_mut().zip(laws) {
+        channel.control.algorithm = law;
+    }
+    let options =
+        Options { duration_s: Some(0.5), program: Some(Program::tripod(laws.len(), 1.0)), ..Options::default() };
+    let report = Driver::start(&rig, Fake::new(&rig), options).unwrap().join();
+    assert_eq!(report.allocations_in_loop, Some(0));
+    assert!(report.cycles > 10 && report.faults.is_empty(), "{report:?}");
+}
+
 #[test]
 fn the_running_loop_allocates_nothing_and_reports_what_it_did() {
     let rig = rig(&name("alloc"), 18, 1000.0);

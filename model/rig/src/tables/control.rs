@@ -89,8 +89,8 @@ table! {
         /// measured and the model, weighed together; the heat that its power feeds; the thesis' linear state estimator
         /// with constant gains, or with scheduled ones.
         estimator: Estimator = "estimator", Estimator::KIND, Estimator::DEFAULT;
-        /// λ of the sliding surface, of the linearised loop or of the servo's integral; not with `relay`, `pi`,
-        /// `pid`, `prandtl_ishlinskii` and `fuzzy_pid`.
+        /// λ of the sliding surface, of the linearised or shaped loop or of the servo's integral; not with `relay` nor with
+        /// `pi`, `pid` and what is built on them, but for `neural_sliding`.
         lambda_per_s: Option<f64> = "lambda_per_s", number(si("1/s"), 0.01, 10_000.0),
             Computed("from the wire's heating and cooling limits"), only of_law();
         /// Full power to a wire that has to shorten, whatever the law says, until just below its transformation, as
@@ -104,13 +104,14 @@ table! {
         sensing: Sensing = "sensing", Sensing::KIND, Computed("`dual` with taps, else `resistance`");
         /// Duty that is always on so that there is something to measure; below `maximum_duty`.
         minimum_duty: f64 = "sensing_duty", number(si("1"), 0.0, 0.5), Number(0.02);
-        /// Proportional gain of `pi`, `pid`, `prandtl_ishlinskii` and `fuzzy_pid`: duty per mm of error.
+        /// Proportional gain of `pi`, `pid` and what is built on them (`prandtl_ishlinskii`, `fuzzy_pid`, `temperature_pid`, `pid_p3`,
+        /// `neural_feedforward`, `neural_sliding`, `resistance_polynomial`, `resistance_network`): duty per mm of error.
         pi_proportional_per_m: f64 = "pi_proportional_per_mm", number(kilo("1/mm"), 0.0, 1e6),
             Computed("1 / (0.3 stroke)"), only of_law();
-        /// Integral gain of the same.
+        /// Integral gain of the same but `neural_sliding`.
         pi_integral_per_m_s: f64 = "pi_integral_per_mm_s", number(kilo("1/(mm s)"), 0.0, 1e6),
             Computed("1 / (0.3 stroke) per second"), only of_law();
-        /// Derivative gain of `pid` and `fuzzy_pid`: duty per mm/s.
+        /// Derivative gain of the same but `pi` and `prandtl_ishlinskii`: duty per mm/s.
         pid_derivative_s_per_m: f64 = "pid_derivative_s_per_mm", number(kilo("s/mm"), 0.0, 1e6),
             Computed("0.05 s / (0.3 stroke)"), only of_law();
         /// Half width of the band of `relay` in which nothing is switched.

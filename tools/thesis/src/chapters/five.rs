@@ -92,8 +92,10 @@ pub(crate) fn rows() -> Vec<Row> {
                 reported.",
         )
         .not_built(
-            "the other rivals of the table as laws of the bench: H∞, neural, \
-            stress models, pairs and others",
+            "of the table as laws of the bench: the antagonist pair's own (differential \
+                PID with anti-slack [146, 147], relay on a load cell [151], differential \
+                resistance [123, 173], polynomial resistance of a pair [172]) and \
+                inductance [170]; the schemes for one wire run, docs/control-laws.md",
         ),
     ]
 }

@@ -38,6 +38,24 @@ laws! {
     PrandtlIshlinskii = "prandtl_ishlinskii", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s"];
     /// Proportional-integral-derivative with gains tuned by fuzzy rules.
     FuzzyPid = "fuzzy_pid", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Proportional-integral-derivative control of the estimated temperature, to the one that the length wanted asks for.
+    TemperaturePid = "temperature_pid", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Proportional-integral-derivative with a cubic proportional term.
+    PidP3 = "pid_p3", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Feedback linearisation on polynomials of the length, fitted to the simulated wire.
+    PolynomialLinearised = "polynomial_linearised", takes ["lambda_per_s"];
+    /// Variable structure control on the stress that the wire should have to move its load as wanted.
+    StressVariableStructure = "stress_variable_structure", takes ["lambda_per_s"];
+    /// Inverse of the wire, learned by a neural network, as feed-forward, with proportional-integral-derivative control.
+    NeuralFeedforward = "neural_feedforward", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// The same inverse as feed-forward, with a smoothed sliding mode.
+    NeuralSliding = "neural_sliding", takes ["lambda_per_s", "pi_proportional_per_mm", "pid_derivative_s_per_mm"];
+    /// H∞ loop shaping on the logistic model.
+    LoopShaping = "h_infinity", takes ["lambda_per_s"];
+    /// Fuzzy PID on the length that a polynomial makes of the resistance alone.
+    ResistancePolynomial = "resistance_polynomial", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// PID on the length that a neural network makes of the resistance alone.
+    ResistanceNetwork = "resistance_network", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
     /// One of several pieces of doubled lengths, heated wholly or not at all.
     BinarySegment = "binary_segment", takes ["segment", "segments"];
 }
