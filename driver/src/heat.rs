@@ -436,8 +436,7 @@ impl Heat {
         let &Passed { power_w, dt_s, is_measured, martensite, length_m, .. } = passed;
         let length_m = if is_measured { length_m } else { f64::NAN };
         // NaN says nothing
-        let stand =
-            Stand { least_c: surely_c.max(passed.resistance_least_c), most_c: before_c, martensite, length_m, dt_s };
+        let stand = Stand { least_c: surely_c.max(passed.resistance_least_c), most_c: before_c, martensite, length_m, dt_s };
         let is_held = self.jam.as_mut().is_some_and(|jam| jam.look(&stand));
         if is_measured && !is_held {
             // A gap before one measurement is no time in which it was measured.

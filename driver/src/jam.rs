@@ -4,8 +4,7 @@
 //! (eq. 12, 51). One that is held goes up in stress instead, and its curves go up with it. From its length it looks like a wire on the
 //! curve of its load's stress, tens of kelvins colder than it is.
 //!
-//! The temperature it is judged by is the least that power leaves in the wire or that its resistance shows, not an estimate that believes in
-//! the curve. Power shows it where there is much; resistance also where there is little, if its converter is quiet enough.
+//! The temperature it is judged by is the least that power leaves in the wire, not an estimate that believes in the curve.
 
 use sinew_control::StrokeRange;
 use sinew_physics::formulas::{logit, stress_shift_k};
@@ -24,7 +23,7 @@ const AT_END: f64 = 0.15;
 /// What a period shows of a wire that may be jammed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stand {
-    /// Temperature at the least by power or resistance, °C.
+    /// Temperature at the least, °C.
     pub least_c: f64,
     /// Temperature at the most, °C.
     pub most_c: f64,

@@ -449,7 +449,7 @@ impl FusedEstimator {
         self.hottest = cycle::hottest(m, self.hottest, power, dt, temperature);
         Estimate {
             temperature_c: temperature,
-            resistance_least_c: if measured { temperature + self.standing.least_k } else { f64::NAN },
+            resistance_least_c: temperature + self.standing.least_k,
             martensite: fraction,
             hottest_c: self.hottest,
             stress_pa: stress,
@@ -579,9 +579,9 @@ impl FusedEstimator {
     }
 
     /// Share of each state's correction that is taken. Where a wire stands, or is at its hot end, nothing but resistance and power tell how hot
-    /// it is, and a curve only if nothing holds its load. What resistance is read by is not learned then: it would explain whatever holds the
-    /// load; and the bias of a filter whose gains hang on its own estimates, however small, would carry temperature, loss and resistivity away
-    /// together for as long as the wire is held, and no measurement would object.
+    /// it is, and a curve only if nothing holds its load. What all of these are read by is not learned then: it would explain whatever holds
+    /// the load; and the bias of a filter whose gains hang on its own estimates, however small, would carry temperature, loss and resistivity
+    /// away together for as long as the wire is held, and no measurement would object.
     #[inline]
     fn learns(&mut self, dt: f64) -> [f64; STATES] {
         let m = &self.map;
