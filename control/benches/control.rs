@@ -98,7 +98,6 @@ fn a_plan_of_model_predictive(bencher: Bencher) {
             hottest_c: 110.0,
             stress_pa: 160e6,
             heating_curve_c: 103.0,
-            resistance_least_c: f64::NAN,
             cooling_curve_c: 77.0,
             length_m,
             loss_w: 0.5,

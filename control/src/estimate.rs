@@ -43,9 +43,6 @@ impl Observation {
 pub struct Estimate {
     /// Mean wire temperature, in °C.
     pub temperature_c: f64,
-    /// Temperature at the least by resistance alone, °C, of a standing wire, whose curve tells it only if nothing holds the load; NaN where that
-    /// is not told.
-    pub resistance_least_c: f64,
     /// Martensite fraction, 0..1.
     pub martensite: f64,
     /// Temperature the wire cannot be above: half the loss to the air, no latent heat, never below the estimate; °C.
@@ -74,7 +71,6 @@ impl Estimate {
     /// An estimate that knows nothing: everything NaN.
     pub const UNKNOWN: Estimate = Estimate {
         temperature_c: f64::NAN,
-        resistance_least_c: f64::NAN,
         martensite: f64::NAN,
         hottest_c: f64::NAN,
         stress_pa: f64::NAN,

@@ -309,7 +309,6 @@ impl Channel {
             power_w: self.power_w,
             dt_s: tick.dt_s,
             estimate_c: protective.temperature_c,
-            resistance_least_c: protective.resistance_least_c,
             martensite: protective.martensite,
             is_measured: self.reading.length_m.is_finite(),
             cooling_curve_c: protective.cooling_curve_c,

@@ -152,8 +152,6 @@ pub struct Passed {
     pub dt_s: f64,
     /// Temperature by a protective estimator, °C.
     pub estimate_c: f64,
-    /// Temperature at the least by resistance alone, °C, of a standing wire; NaN where that is not told.
-    pub resistance_least_c: f64,
     /// Martensite by it, and whether that comes from a length measured in this period.
     pub martensite: f64,
     /// See there.
@@ -435,8 +433,7 @@ impl Heat {
     fn add_unseen(&mut self, passed: &Passed, before_c: f64, surely_c: f64) {
         let &Passed { power_w, dt_s, is_measured, martensite, length_m, .. } = passed;
         let length_m = if is_measured { length_m } else { f64::NAN };
-        // NaN says nothing
-        let stand = Stand { least_c: surely_c.max(passed.resistance_least_c), most_c: before_c, martensite, length_m, dt_s };
+        let stand = Stand { least_c: surely_c, most_c: before_c, martensite, length_m, dt_s };
         let is_held = self.jam.as_mut().is_some_and(|jam| jam.look(&stand));
         if is_measured && !is_held {
             // A gap before one measurement is no time in which it was measured.
@@ -541,7 +538,6 @@ mod tests {
         martensite: 1.0,
         is_measured: false,
         cooling_curve_c: 25.0,
-        resistance_least_c: f64::NAN,
         length_m: f64::NAN,
         cold_c: None,
     };

@@ -399,7 +399,6 @@ mod tests {
         martensite: 1.0,
         is_measured: true,
         cooling_curve_c: 25.0,
-        resistance_least_c: f64::NAN,
         length_m: f64::NAN,
         cold_c: None,
     };

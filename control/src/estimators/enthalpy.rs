@@ -236,7 +236,6 @@ impl EnthalpyObserver {
             hottest_c: self.hottest,
             stress_pa: stress,
             heating_curve_c: curves.heating_c,
-            resistance_least_c: f64::NAN,
             cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.elongation,
             loss_sigma_w: 0.2

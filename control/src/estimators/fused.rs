@@ -52,11 +52,6 @@ const LATENT_MODEL: f64 = 0.05;
 /// Share of a change of temperature that is not as the model has it, where the curves say nothing of it: heat capacity is none of the filter's
 /// states. Without it a wire that heats and cools quicker than believed is taken for one of another resistivity, and is tens of kelvins hotter.
 const CAPACITY_MODEL: f64 = 0.2;
-/// A wire that has not come further than this share of its strain for so long, s, stands.
-const STANDS: f64 = 0.03;
-const STANDS_S: f64 = 0.05;
-/// How fast what resistance shows of a standing wire may part from the estimate, K²/s: a wire that is held is hundreds of kelvins hotter in a second.
-const HELD_K2_PER_S: f64 = 900.0;
 /// Drift of the heat filter's states, per √s. What changes a resistivity takes days.
 const DRIFT: Spread =
     Spread { temperature_k: 0.3, loss: 0.15, resistivities: 3e-4, curves_widths: 0.03, latent_heat: 0.01 };
@@ -186,66 +181,6 @@ impl Heat {
     }
 }
 
-/// What resistance alone says of a standing wire beyond the estimate, which takes it to be on its curve.
-#[derive(Debug, Clone, Copy)]
-struct Standing {
-    /// Where it stands, m of elongation, and for how long, s.
-    at_m: f64,
-    since_s: f64,
-    /// How much hotter it shows the wire, K, and the variance of that by noise, K².
-    hotter_k: f64,
-    variance_k2: f64,
-    /// The least of it, K; NaN while the wire moves.
-    least_k: f64,
-}
-
-impl Default for Standing {
-    fn default() -> Standing {
-        Standing { at_m: f64::NAN, since_s: 0.0, hotter_k: 0.0, variance_k2: 0.0, least_k: f64::NAN }
-    }
-}
-
-impl Standing {
-    /// Whether it stands: for [`STANDS_S`] it has not come further than this, m.
-    #[inline]
-    fn is_at(&mut self, x_m: f64, within_m: f64, dt: f64) -> bool {
-        if (x_m - self.at_m).abs() < within_m {
-            self.since_s += dt;
-        } else {
-            (self.at_m, self.since_s) = (x_m, 0.0);
-        }
-        self.since_s >= STANDS_S
-    }
-
-    /// A curve tells its temperature, or the air.
-    #[inline]
-    fn moves(&mut self) {
-        (self.hotter_k, self.variance_k2, self.least_k) = (0.0, 0.0, f64::NAN);
-    }
-
-    /// Takes in what a resistance shows beyond the estimate. `noise`: its variance, as a share.
-    #[inline]
-    fn follow<const N: usize>(&mut self, heat: &Heat, seen: &Evidence<N>, noise: f64, dt: f64) {
-        let slope = seen.slopes.iter().filter(|(state, _)| *state == T).map(|(_, slope)| slope).sum::<f64>();
-        if !(slope > 0.0 && seen.surprise.is_finite()) {
-            return;
-        }
-        let (shown_k, noise_k2) = (seen.surprise / slope, noise / (slope * slope));
-        self.variance_k2 += HELD_K2_PER_S * dt;
-        let gain = self.variance_k2 / (self.variance_k2 + noise_k2);
-        self.hotter_k += gain * (shown_k - self.hotter_k);
-        self.variance_k2 *= 1.0 - gain;
-        // and what is not known of the resistivities it is read by
-        let mut doubt = 0.0;
-        for (one, by_one) in seen.slopes {
-            for (other, by_other) in seen.slopes {
-                doubt += if one == T || other == T { 0.0 } else { by_one * by_other * heat.covariance[one][other] };
-            }
-        }
-        self.least_k = self.hotter_k - (self.variance_k2 + doubt.max(0.0) / (slope * slope)).sqrt();
-    }
-}
-
 /// The motion filter's state and covariance.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
@@ -297,7 +232,6 @@ pub struct FusedEstimator {
     motion: Motion,
     heat: Heat,
     surface: Surface,
-    standing: Standing,
     fraction: f64,
     /// Transformation strain over what the model says.
     strain: f64,
@@ -326,7 +260,6 @@ impl FusedEstimator {
             motion: Motion { x: 0.0, model: 0.0, bias: 0.0, xx: 0.0, xb: 0.0, bb: 0.0 },
             heat: Heat::new(start.temperature_c, &map),
             surface: Surface::of(model, &map),
-            standing: Standing::default(),
             fraction: 1.0,
             strain: 1.0,
             rate: 0.0,
@@ -352,7 +285,6 @@ impl FusedEstimator {
         let m = &self.map;
         self.heat = Heat::new(temperature_c, m);
         self.surface.settle(temperature_c);
-        self.standing = Standing::default();
         let stress = m.stress(m.strain * m.length, 0.0);
         self.fraction = self.start.martensite.clamp(0.0, 1.0);
         let x = m.elongation(self.fraction, stress, temperature_c);
@@ -432,10 +364,9 @@ impl FusedEstimator {
         let curves = Curves::at(&self.map, fraction, stress);
         if measured && dt > 0.0 {
             let patience = MODEL_TIME_S / dt.max(1e-6);
-            let learns = self.learns(dt);
-            self.weigh_resistivity(seen, patience, &learns);
+            self.weigh_resistivity(seen, patience);
             if !self.learn_strain(curves.cooling_c, stress, dt) {
-                self.weigh_curves(&curves, velocity, patience, &learns);
+                self.weigh_curves(&curves, velocity, patience);
             }
         }
         self.keep_in_range();
@@ -449,7 +380,6 @@ impl FusedEstimator {
         self.hottest = cycle::hottest(m, self.hottest, power, dt, temperature);
         Estimate {
             temperature_c: temperature,
-            resistance_least_c: temperature + self.standing.least_k,
             martensite: fraction,
             hottest_c: self.hottest,
             stress_pa: stress,
@@ -578,24 +508,8 @@ impl FusedEstimator {
         (one.min(other), one.max(other))
     }
 
-    /// Share of each state's correction that is taken. Where a wire stands, or is at its hot end, nothing but resistance and power tell how hot
-    /// it is, and a curve only if nothing holds its load. What all of these are read by is not learned then: it would explain whatever holds
-    /// the load; and the bias of a filter whose gains hang on its own estimates, however small, would carry temperature, loss and resistivity
-    /// away together for as long as the wire is held, and no measurement would object.
     #[inline]
-    fn learns(&mut self, dt: f64) -> [f64; STATES] {
-        let m = &self.map;
-        let stands = self.standing.is_at(self.motion.x, STANDS * m.strain * m.length, dt);
-        // a cold wire has its air to be judged by
-        let cold = 1.0 - inside(1.0 - self.fraction);
-        let known = inside(self.fraction) * if stands { cold } else { 1.0 };
-        let mut learns = [1.0; STATES];
-        (learns[RHO_A], learns[RHO_M]) = (known, known);
-        learns
-    }
-
-    #[inline]
-    fn weigh_resistivity(&mut self, seen: &Observation, patience: f64, learns: &[f64; STATES]) {
+    fn weigh_resistivity(&mut self, seen: &Observation, patience: f64) {
         let (m, state) = (&self.map, &self.heat.state);
         let resistance = seen.resistance_ohm;
         let measured = resistivity_ohm_m(resistance, m.length + self.motion.x, m.area);
@@ -614,12 +528,13 @@ impl FusedEstimator {
             slopes: [(T, slope * per), (RHO_A, (1.0 - xi) * austenite * per), (RHO_M, xi * martensite * per)],
             variance: doubt,
         };
-        if learns[RHO_A] > 0.0 {
-            self.standing.moves();
-        } else {
-            self.standing.follow(&self.heat, &seen, noise * noise, MODEL_TIME_S / patience);
-        }
-        self.heat.correct(&seen, learns);
+        // At its hot end nothing but resistance and power tell how hot a wire is. What they are read by is not learned from them there: the
+        // bias of a filter whose gains hang on its own estimates, however small, would carry temperature, loss and resistivity away together
+        // for as long as the wire is held, and no measurement would object.
+        let known = inside(self.fraction);
+        let mut learns = [known; STATES];
+        (learns[T], learns[LOSS]) = (1.0, 1.0);
+        self.heat.correct(&seen, &learns);
     }
 
     /// Whether a wire this far above its cooling curve (K) cannot be on its way along it.
@@ -659,7 +574,7 @@ impl FusedEstimator {
     }
 
     #[inline]
-    fn weigh_curves(&mut self, curves: &Curves, velocity: f64, patience: f64, learns: &[f64; STATES]) {
+    fn weigh_curves(&mut self, curves: &Curves, velocity: f64, patience: f64) {
         let m = &self.map;
         let state = &self.heat.state;
         let (heating, cooling) = (curves.heating_c + state[HEATING], curves.cooling_c + state[COOLING]);
@@ -688,6 +603,6 @@ impl FusedEstimator {
             slopes: [(T, 1.0), (offset, -1.0)],
             variance: doubt * doubt * patience,
         };
-        self.heat.correct(&seen, learns);
+        self.heat.correct(&seen, &[1.0; STATES]);
     }
 }

@@ -308,7 +308,6 @@ impl Side {
             hottest_c: self.hottest,
             stress_pa: stress,
             heating_curve_c: curves.heating_c,
-            resistance_least_c: f64::NAN,
             cooling_curve_c: curves.cooling_c,
             length_m: m.length + self.rest - shortened,
             loss_w: self.loss_scale * m.loss * (temperature - m.ambient),

@@ -441,7 +441,6 @@ mod tests {
                 hottest_c: 110.0,
                 stress_pa: 160e6,
                 heating_curve_c: 103.0,
-                resistance_least_c: f64::NAN,
                 cooling_curve_c: 77.0,
                 length_m: 0.16342 + 1e-6 * f64::from(k % 97),
                 loss_w: 0.5,

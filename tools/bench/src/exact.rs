@@ -122,7 +122,6 @@ impl Told<'_> {
             hottest_c: wire.temperature_c(),
             stress_pa,
             heating_curve_c: centre(material.austenite_temperature_c, material.heating_steepness_per_k),
-            resistance_least_c: f64::NAN,
             cooling_curve_c: centre(material.martensite_temperature_c, material.cooling_steepness_per_k),
             length_m,
             loss_w: m.loss_w_per_k(WORKING_EXCESS_K) * (wire.temperature_c() - m.ambient_c),
