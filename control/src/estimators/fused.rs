@@ -52,6 +52,10 @@ const LATENT_MODEL: f64 = 0.05;
 /// Share of a change of temperature that is not as the model has it, where the curves say nothing of it: heat capacity is none of the filter's
 /// states. Without it a wire that heats and cools quicker than believed is taken for one of another resistivity, and is tens of kelvins hotter.
 const CAPACITY_MODEL: f64 = 0.2;
+/// Time over which what the heat balance is linearised at is averaged, s: gains that follow the noise of what they correct are biased by it.
+const LINEAR_TIME_S: f64 = 1.0;
+/// Share of a correction by resistance that what it is read by takes at the hot end, where nothing else tells the temperature.
+const LEARNED_HOT: f64 = 0.2;
 /// Drift of the heat filter's states, per √s. What changes a resistivity takes days.
 const DRIFT: Spread =
     Spread { temperature_k: 0.3, loss: 0.15, resistivities: 3e-4, curves_widths: 0.03, latent_heat: 0.01 };
@@ -181,6 +185,30 @@ impl Heat {
     }
 }
 
+/// What the heat balance is linearised at where no curve tells the temperature: averages, not the estimates of the moment.
+#[derive(Debug, Clone, Copy)]
+struct Linear {
+    /// Loss over what the model says.
+    loss: f64,
+    /// What the model says of it, W.
+    loss_w: f64,
+    /// Rate of the temperature without what latent heat makes of it, K/s.
+    k_per_s: f64,
+}
+
+impl Linear {
+    /// Of a wire at rest in its air.
+    const AT_REST: Linear = Linear { loss: 1.0, loss_w: 0.0, k_per_s: 0.0 };
+
+    #[inline]
+    fn follow(&mut self, loss: f64, loss_w: f64, k_per_s: f64, dt: f64) {
+        let (slowly, quickly) = (dt / (dt + LINEAR_TIME_S), dt / (dt + MODEL_TIME_S));
+        self.loss += slowly * (loss - self.loss);
+        self.loss_w += slowly * (loss_w - self.loss_w);
+        self.k_per_s += quickly * (k_per_s - self.k_per_s);
+    }
+}
+
 /// The motion filter's state and covariance.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
@@ -232,6 +260,7 @@ pub struct FusedEstimator {
     motion: Motion,
     heat: Heat,
     surface: Surface,
+    linear: Linear,
     fraction: f64,
     /// Transformation strain over what the model says.
     strain: f64,
@@ -260,6 +289,7 @@ impl FusedEstimator {
             motion: Motion { x: 0.0, model: 0.0, bias: 0.0, xx: 0.0, xb: 0.0, bb: 0.0 },
             heat: Heat::new(start.temperature_c, &map),
             surface: Surface::of(model, &map),
+            linear: Linear::AT_REST,
             fraction: 1.0,
             strain: 1.0,
             rate: 0.0,
@@ -285,6 +315,7 @@ impl FusedEstimator {
         let m = &self.map;
         self.heat = Heat::new(temperature_c, m);
         self.surface.settle(temperature_c);
+        self.linear = Linear::AT_REST;
         let stress = m.stress(m.strain * m.length, 0.0);
         self.fraction = self.start.martensite.clamp(0.0, 1.0);
         let x = m.elongation(self.fraction, stress, temperature_c);
@@ -414,10 +445,16 @@ impl FusedEstimator {
         let mut noise = DRIFT.of_states(m).map(|rate| rate * rate * dt);
         // within the loop the curves say how hot it is
         let beyond = 1.0 - inside(fraction).min(inside(1.0 - fraction));
-        let (latent, stored) = (LATENT_MODEL * release * change, beyond * CAPACITY_MODEL * rise);
+        self.linear.follow(self.heat.state[LOSS], loss, heat * m.per_heat_capacity, dt);
+        let linear = if beyond > 0.0 {
+            self.linear
+        } else {
+            Linear { loss: self.heat.state[LOSS], loss_w: loss, ..self.linear }
+        };
+        let (latent, stored) = (LATENT_MODEL * release * change, beyond * CAPACITY_MODEL * linear.k_per_s * dt);
         noise[T] += (latent * latent + stored * stored) * (MODEL_TIME_S / dt.max(1e-6)).min(100.0);
         let per_kelvin = surface.loss_w_per_k * dt * m.per_heat_capacity;
-        self.heat.predict(1.0 - self.heat.state[LOSS] * per_kelvin, -loss * dt * m.per_heat_capacity, released, &noise);
+        self.heat.predict(1.0 - linear.loss * per_kelvin, -linear.loss_w * dt * m.per_heat_capacity, released, &noise);
     }
 
     /// Keeps the heat filter's state to what a wire can have.
@@ -528,10 +565,10 @@ impl FusedEstimator {
             slopes: [(T, slope * per), (RHO_A, (1.0 - xi) * austenite * per), (RHO_M, xi * martensite * per)],
             variance: doubt,
         };
-        // At its hot end nothing but resistance and power tell how hot a wire is. What they are read by is not learned from them there: the
-        // bias of a filter whose gains hang on its own estimates, however small, would carry temperature, loss and resistivity away together
-        // for as long as the wire is held, and no measurement would object.
-        let known = inside(self.fraction);
+        // At its hot end nothing but resistance and power tell how hot a wire is. What they are read by is hardly learned from them there: a
+        // bias, however small, would carry temperature, loss and resistivity away together for as long as the wire is held, and no measurement
+        // would object.
+        let known = inside(self.fraction).max(LEARNED_HOT);
         let mut learns = [known; STATES];
         (learns[T], learns[LOSS]) = (1.0, 1.0);
         self.heat.correct(&seen, &learns);

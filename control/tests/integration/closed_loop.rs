@@ -235,7 +235,7 @@ fn a_wire_that_is_held_at_its_hot_end_is_not_believed_colder_and_colder() {
             worst_k = worst_k.max(out.temperature_c - estimate.temperature_c);
         }
     }
-    assert!(worst_k < 8.0, "{worst_k} K colder than it is");
+    assert!(worst_k < 10.0, "{worst_k} K colder than it is");
 }
 
 /// Every wire of the list is brought to its references and held there, at its own pace.
