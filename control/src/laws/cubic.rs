@@ -52,18 +52,10 @@ impl Law for PidP3 {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
+    use crate::testing::standing;
 
     fn demand(error_m: f64) -> Demand {
-        Demand {
-            reference_m: 0.16,
-            length_m: 0.16 + error_m,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate: Estimate::UNKNOWN,
-        }
+        standing(0.16, 0.16 + error_m)
     }
 
     /// Twice the linear answer at a tenth of the stroke, an eighth more at half of that, hardly any near the reference; odd in the error.

@@ -133,7 +133,7 @@ impl Law for FuzzyPid {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
+    use crate::testing::standing;
 
     fn law() -> FuzzyPid {
         FuzzyPid::new(PidGains::for_stroke(7e-3), 7e-3, Range::new(0.02, 1.0, Modulation::Switched))
@@ -182,15 +182,7 @@ mod tests {
         let mut fuzzy = law();
         let gains = fuzzy.gains(2e-3, 0.0);
         let mut pid = Pid::new(gains, false, Range::new(0.02, 1.0, Modulation::Switched));
-        let demand = Demand {
-            reference_m: 0.16,
-            length_m: 0.162,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate: Estimate::UNKNOWN,
-        };
+        let demand = standing(0.16, 0.162);
         for _ in 0..100 {
             assert_eq!(fuzzy.duty(&demand), pid.duty(&demand));
         }

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::demand::Modulation;
     use crate::estimate::Estimate;
-    use crate::testing::{by_power, hanging, wire};
+    use crate::testing::{by_power, hanging, standing, wire};
     use sinew_physics::{Inputs, Wire, WireModel};
 
     fn model() -> WireModel {
@@ -98,15 +98,7 @@ mod tests {
             let estimate = believed(&map, &wire);
             // an error that is always worth the same speed
             let duty = law
-                .duty(&Demand {
-                    reference_m: estimate.length_m - asked / 10.0,
-                    length_m: estimate.length_m,
-                    velocity_m_s: 0.0,
-                    acceleration_m_s2: 0.0,
-                    resistance_ohm: f64::NAN,
-                    dt_s,
-                    estimate,
-                })
+                .duty(&Demand { dt_s, estimate, ..standing(estimate.length_m - asked / 10.0, estimate.length_m) })
                 .unwrap();
             wire.step(&Inputs { drive: 10.0 * duty, ..model.rest_inputs() }, dt_s);
             if (0.1..0.85).contains(&wire.martensite()) {

@@ -183,8 +183,7 @@ impl Law for LoopShaping {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
-    use crate::testing::{hanging, wire};
+    use crate::testing::{hanging, standing, wire};
     use sinew_physics::WireModel;
     use sinew_state_space::Complex;
 
@@ -245,15 +244,7 @@ mod tests {
     }
 
     fn demand(error_m: f64, dt_s: f64) -> Demand {
-        Demand {
-            reference_m: 0.163,
-            length_m: 0.163 + error_m,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s,
-            estimate: Estimate::UNKNOWN,
-        }
+        Demand { dt_s, ..standing(0.163, 0.163 + error_m) }
     }
 
     /// Run cycle by cycle within its limits it is the transfer function it was designed as: a slow sine of the error comes out

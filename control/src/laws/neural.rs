@@ -13,7 +13,7 @@
 
 use super::network::{Network, Numbers, Sample};
 use super::pid::{Pid, PidGains};
-use super::simulated::{reference, slowly};
+use super::simulated::{Moving, reference, slowly};
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
 use sinew_physics::{Initial, Wire, WireModel};
@@ -82,11 +82,9 @@ struct Inverse {
 }
 
 /// What the wire showed: inputs of the network with the temperature, °C.
-fn lesson(model: &WireModel, map: &WireMap, cold_m: f64, stroke_m: f64) -> Option<Vec<Sample<3>>> {
-    let stroke_at = |elongation: f64| (cold_m - map.length - elongation) / stroke_m;
-    let shifts = [0.0, stroke_m].map(|shorter| map.stress(cold_m - shorter - map.length, 0.0) * map.shift);
-    let high = map.heating_centre + shifts[0].max(shifts[1]) + BEYOND_WIDTHS * map.heating_width;
-    let low = (map.cooling_centre + shifts[0].min(shifts[1]) - BEYOND_WIDTHS * map.cooling_width).max(map.ambient);
+fn lesson(moving: &Moving, map: &WireMap) -> Option<Vec<Sample<3>>> {
+    let model = &moving.model;
+    let [low, high] = moving.beyond_c(map, BEYOND_WIDTHS);
     let mut numbers = Numbers(SEED);
     let mut turns = vec![1.0, 0.0];
     while turns.len() < TURNS {
@@ -102,11 +100,11 @@ fn lesson(model: &WireModel, map: &WireMap, cold_m: f64, stroke_m: f64) -> Optio
         let shortening = k % 2 == 0;
         let there = |stroke: f64| if shortening { stroke >= to } else { stroke <= to };
         let way = slowly(&mut wire, model, map.loss, if shortening { high } else { low }, |wire| {
-            there(stroke_at(wire.position_m()))
+            there(moving.stroke(wire.position_m()))
         });
         let mut last = turn;
         for (temperature, elongation) in way {
-            let stroke = stroke_at(elongation);
+            let stroke = moving.stroke(elongation);
             let ahead = if shortening { stroke - last } else { last - stroke };
             if ahead >= SPACING {
                 let course = Course { shortening, turn, farthest: stroke };
@@ -114,7 +112,7 @@ fn lesson(model: &WireModel, map: &WireMap, cold_m: f64, stroke_m: f64) -> Optio
                 last = stroke;
             }
         }
-        turn = stroke_at(wire.position_m()).clamp(0.0, 1.0);
+        turn = moving.stroke(wire.position_m()).clamp(0.0, 1.0);
     }
     Some(samples)
 }
@@ -122,13 +120,8 @@ fn lesson(model: &WireModel, map: &WireMap, cold_m: f64, stroke_m: f64) -> Optio
 impl Inverse {
     /// Learned from the simulated wire; `None` of one that does not move.
     fn learned(model: &WireModel, map: &WireMap) -> Option<Inverse> {
-        let model = WireModel { initial: Initial::default(), ..reference(model, map) };
-        let (cold_m, hot_m) = (sinew_physics::cold_length_m(&model).ok()?, sinew_physics::hot_length_m(&model).ok()?);
-        let stroke_m = cold_m - hot_m;
-        if stroke_m.partial_cmp(&1e-9)? != std::cmp::Ordering::Greater {
-            return None;
-        }
-        let mut samples = lesson(&model, map, cold_m, stroke_m)?;
+        let moving = Moving::of(WireModel { initial: Initial::default(), ..reference(model, map) })?;
+        let mut samples = lesson(&moving, map)?;
         let all = samples.iter().map(|(_, temperature)| *temperature);
         let (least, most) = (all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max));
         let (middle_c, span_k) = (0.5 * (least + most), 0.5 * (most - least));
@@ -137,6 +130,7 @@ impl Inverse {
         }
         samples.iter_mut().for_each(|(_, temperature)| *temperature = (*temperature - middle_c) / span_k);
         let network = Network::trained(&samples, SEED)?;
+        let Moving { cold_m, stroke_m, .. } = moving;
         Some(Inverse { network, middle_c, span_k, cold_m, stroke_m, course: Course::COLD })
     }
 
@@ -266,19 +260,10 @@ impl Law for Neural {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
-    use crate::testing::{by_power, hanging, wire};
+    use crate::testing::{by_power, hanging, standing, wire};
 
     fn demand(reference_m: f64, error_m: f64, velocity_m_s: f64) -> Demand {
-        Demand {
-            reference_m,
-            length_m: reference_m + error_m,
-            velocity_m_s,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate: Estimate::UNKNOWN,
-        }
+        Demand { velocity_m_s, ..standing(reference_m, reference_m + error_m) }
     }
 
     /// Taken slowly to what the network asks for, the wire of the reference model comes to where it was to be: up from cold and after

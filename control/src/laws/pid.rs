@@ -114,6 +114,7 @@ mod tests {
     use super::*;
     use crate::demand::Modulation;
     use crate::estimate::Estimate;
+    use crate::testing::standing;
 
     const GAINS: PidGains = PidGains {
         proportional_per_m: 100.0,
@@ -128,15 +129,7 @@ mod tests {
     }
 
     fn demand(error_m: f64, velocity_m_s: f64) -> Demand {
-        Demand {
-            reference_m: 0.16,
-            length_m: 0.16 + error_m,
-            velocity_m_s,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate: Estimate::UNKNOWN,
-        }
+        Demand { velocity_m_s, ..standing(0.16, 0.16 + error_m) }
     }
 
     /// K_P e + K_I e t from the least duty on, and K_D v once the filter has it.

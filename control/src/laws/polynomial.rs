@@ -9,14 +9,12 @@
 //! simulated wire of the rig file under six constant powers. v = −λ(x − x_ref), as in [`super::linearised`], whose inverse is that of
 //! the estimated state instead.
 
-use super::simulated::reference;
+use super::simulated::{Moving, least_squares, reference};
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
 use sinew_physics::{Initial, Inputs, Wire, WireModel};
 use sinew_state_space::{DMatrix, DVector};
 
-/// Iterations after which a least-squares fit is given up.
-const MOST_ITERATIONS: usize = 1000;
 /// Terms of each polynomial: of fourth degree.
 const TERMS: usize = 5;
 /// Share of the stroke at both ends that is not fitted: there 1/g grows without bound.
@@ -66,7 +64,7 @@ impl Side {
             if j < TERMS { term * speed / unit } else { term }
         });
         let powers = DVector::from_fn(samples.len(), |i, _| samples[i].2);
-        let found = rows.try_svd(true, true, f64::EPSILON, MOST_ITERATIONS)?.solve(&powers, 1e-12).ok()?;
+        let found = least_squares(rows, &powers)?;
         found.iter().all(|term| term.is_finite()).then(|| Side {
             per_speed: std::array::from_fn(|k| found[k] / unit),
             standing: std::array::from_fn(|k| found[TERMS + k]),
@@ -87,12 +85,8 @@ struct Polynomials {
 impl Polynomials {
     /// By simulation; `None` of a wire that does not move both ways.
     fn simulated(model: &WireModel, map: &WireMap) -> Option<Polynomials> {
-        let model = WireModel { initial: Initial::default(), ..reference(model, map) };
-        let (cold_m, hot_m) = (sinew_physics::cold_length_m(&model).ok()?, sinew_physics::hot_length_m(&model).ok()?);
-        let stroke_m = cold_m - hot_m;
-        if stroke_m.partial_cmp(&1e-9)? != std::cmp::Ordering::Greater {
-            return None;
-        }
+        let moving = Moving::of(WireModel { initial: Initial::default(), ..reference(model, map) })?;
+        let Moving { ref model, cold_m, hot_m, stroke_m } = moving;
         let shifts = [hot_m, cold_m].map(|length| map.stress(length - map.length, 0.0) * map.shift);
         let hot_c = map.heating_centre + shifts[0] + BEYOND_WIDTHS * map.heating_width;
         let cold_c = map.cooling_centre + shifts[1] - BEYOND_WIDTHS * map.cooling_width;
@@ -112,7 +106,7 @@ impl Polynomials {
                 }
             }
         };
-        let stroke = |wire: &Wire| (cold_m - map.length - wire.position_m()) / stroke_m;
+        let stroke = |wire: &Wire| moving.stroke(wire.position_m());
         // each piece of a way is one sample: its middle, the mean speed over it, the power
         let along = |wire: &mut Wire, power: f64, up: bool, samples: &mut Vec<(f64, f64, f64)>| {
             let width = (1.0 - 2.0 * EDGE) / PIECES as f64;
@@ -136,9 +130,9 @@ impl Polynomials {
         };
         let mut up = Vec::new();
         for losses in UP {
-            along(&mut Wire::new(&model).ok()?, losses * hot_w, true, &mut up);
+            along(&mut Wire::new(model).ok()?, losses * hot_w, true, &mut up);
         }
-        let mut hot = Wire::new(&model).ok()?;
+        let mut hot = Wire::new(model).ok()?;
         run(&mut hot, 2.0 * hot_w, &mut |wire, _| wire.temperature_c() > hot_c && stroke(wire) > 1.0 - EDGE);
         let mut down = Vec::new();
         for losses in DOWN {
@@ -198,8 +192,7 @@ impl Law for PolynomialLinearised {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
-    use crate::testing::{by_power, hanging, wire};
+    use crate::testing::{by_power, hanging, standing, wire};
 
     /// What was made of polynomials is found again, whatever the powers.
     #[test]
@@ -260,15 +253,7 @@ mod tests {
         model.material.martensite_modulus_pa = model.material.austenite_modulus_pa;
         let map = WireMap::new(&model);
         let mut law = PolynomialLinearised::new(&model, map, 10.0, Range::new(0.02, 1.0, Modulation::Switched));
-        let demand = Demand {
-            reference_m: 0.15,
-            length_m: 0.16,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate: Estimate::UNKNOWN,
-        };
+        let demand = standing(0.15, 0.16);
         assert_eq!(law.duty(&demand), Some(0.02));
     }
 }

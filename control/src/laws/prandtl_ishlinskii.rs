@@ -10,7 +10,7 @@
 //! weights are the changes of that curve's slope.
 
 use super::pid::{Pid, PidGains};
-use super::simulated::{crossing, reference, slowly};
+use super::simulated::{Moving, crossing, reference, slowly};
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
 use sinew_physics::{Wire, WireModel};
@@ -102,20 +102,13 @@ struct Loop {
 impl Loop {
     /// By simulation; `None` of a wire that does not move.
     fn simulated(model: &WireModel, map: &WireMap) -> Option<Loop> {
-        let model = reference(model, map);
-        let (cold_m, hot_m) = (sinew_physics::cold_length_m(&model).ok()?, sinew_physics::hot_length_m(&model).ok()?);
-        let stroke_m = cold_m - hot_m;
-        let mut wire = Wire::new(&model).ok()?;
-        if stroke_m.partial_cmp(&1e-9)? != std::cmp::Ordering::Greater {
-            return None;
-        }
-        let share = |x: f64| (cold_m - model.geometry.length_m - x) / stroke_m;
-        let stress = [cold_m, hot_m].map(|length| map.stress(length - model.geometry.length_m, 0.0) * map.shift);
-        let high = map.heating_centre + stress[0].max(stress[1]) + BEYOND_WIDTHS * map.heating_width;
-        let low =
-            (map.cooling_centre + stress[0].min(stress[1]) - BEYOND_WIDTHS * map.cooling_width).max(model.ambient_c);
+        let moving = Moving::of(reference(model, map))?;
+        let Moving { ref model, cold_m, stroke_m, .. } = moving;
+        let mut wire = Wire::new(model).ok()?;
+        let share = |x: f64| moving.stroke(x);
+        let [low, high] = moving.beyond_c(map, BEYOND_WIDTHS);
         // up: the curve. Its zero is halfway.
-        let up = slowly(&mut wire, &model, map.loss, high, |_| false);
+        let up = slowly(&mut wire, model, map.loss, high, |_| false);
         let middle = crossing(&up, |x| share(x) - 0.5)?;
         let mut at = [0.0; PIECES + 1];
         for (k, at) in at.iter_mut().enumerate() {
@@ -129,10 +122,10 @@ impl Loop {
         }
         let curve = Curve { at };
         // down, up again to halfway, and back from there: the plays
-        slowly(&mut wire, &model, map.loss, low, |_| false);
-        slowly(&mut wire, &model, map.loss, high, |wire| share(wire.position_m()) >= 0.5);
+        slowly(&mut wire, model, map.loss, low, |_| false);
+        slowly(&mut wire, model, map.loss, high, |wire| share(wire.position_m()) >= 0.5);
         let (turn, turned) = (wire.temperature_c(), curve.inverse(share(wire.position_m())));
-        let back = slowly(&mut wire, &model, map.loss, low, |_| false);
+        let back = slowly(&mut wire, model, map.loss, low, |_| false);
         let fallen = |d: f64| {
             let x = back.iter().find(|(t, _)| turn - t >= d).map(|(_, x)| *x);
             x.map(|x| turned - curve.inverse(share(x).max(EDGE)))
@@ -211,7 +204,7 @@ impl Law for PrandtlIshlinskii {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::wire;
+    use crate::testing::{standing, wire};
 
     /// A way with many reversals, within and beyond all thresholds.
     fn wandering() -> impl Iterator<Item = f64> {
@@ -285,15 +278,7 @@ mod tests {
         let mut law = PrandtlIshlinskii::new(&model, WireMap::new(&model), gains, range);
         assert!(law.hysteresis.is_none());
         let mut pi = Pid::new(gains, true, range);
-        let demand = Demand {
-            reference_m: 0.16,
-            length_m: 0.1601,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate: crate::estimate::Estimate::UNKNOWN,
-        };
+        let demand = standing(0.16, 0.1601);
         for _ in 0..10 {
             assert_eq!(law.duty(&demand), pi.duty(&demand));
         }

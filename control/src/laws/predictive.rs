@@ -332,7 +332,7 @@ impl Law for ModelPredictive {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::testing::wire;
+    use crate::testing::{standing, wire};
 
     /// The model of a plan for the wire of the tests, which takes at most 3 W.
     fn model(map: &WireMap, sign: f64) -> Model<'_> {
@@ -449,17 +449,8 @@ mod tests {
                 full_power_w: 3.0,
                 velocity_m_s: -5e-3,
             };
-            let duty = law
-                .duty(&Demand {
-                    reference_m: 0.16318,
-                    length_m: 0.1632,
-                    velocity_m_s: -5e-3,
-                    acceleration_m_s2: 0.0,
-                    resistance_ohm: f64::NAN,
-                    dt_s: 1e-4,
-                    estimate,
-                })
-                .unwrap();
+            let duty =
+                law.duty(&Demand { velocity_m_s: -5e-3, dt_s: 1e-4, estimate, ..standing(0.16318, 0.1632) }).unwrap();
             changes += u32::from(duty != last);
             last = duty;
         }

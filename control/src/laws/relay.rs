@@ -41,22 +41,12 @@ impl Law for Relay {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
+    use crate::testing::standing;
 
     #[test]
     fn switches_at_the_edges_of_its_band() {
         let mut relay = Relay::new(1e-4, Range::new(0.02, 0.7, Modulation::Switched));
-        let mut at = |error_m: f64| {
-            relay.duty(&Demand {
-                reference_m: 0.16,
-                length_m: 0.16 + error_m,
-                velocity_m_s: 0.0,
-                acceleration_m_s2: 0.0,
-                resistance_ohm: f64::NAN,
-                dt_s: 1e-3,
-                estimate: Estimate::UNKNOWN,
-            })
-        };
+        let mut at = |error_m: f64| relay.duty(&standing(0.16, 0.16 + error_m));
         let errors = [0.9e-4, 1.1e-4, 0.0, -0.9e-4, -1.1e-4, 0.9e-4, f64::NAN, 0.9e-4];
         let least = Some(0.02);
         let most = Some(0.7);

@@ -14,14 +14,12 @@
 use super::fuzzy::FuzzyPid;
 use super::network::{Network, Sample};
 use super::pid::{Pid, PidGains};
-use super::simulated::{reference, slowly};
+use super::simulated::{Moving, least_squares, reference, slowly};
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
 use sinew_physics::{Initial, Wire, WireModel};
 use sinew_state_space::{DMatrix, DVector};
 
-/// Iterations after which a least-squares fit is given up.
-const MOST_ITERATIONS: usize = 1000;
 /// Terms of the polynomial.
 const TERMS: usize = 6;
 /// Neurons of the network, and the seed of its training.
@@ -121,21 +119,14 @@ struct Gauge {
 
 /// Resistance, Ω, and length, m, of the simulated wire on its ways.
 fn lesson(model: &WireModel, map: &WireMap) -> Option<Vec<(f64, f64)>> {
-    let model = WireModel { initial: Initial::default(), ..reference(model, map) };
-    let (cold_m, hot_m) = (sinew_physics::cold_length_m(&model).ok()?, sinew_physics::hot_length_m(&model).ok()?);
-    let stroke_m = cold_m - hot_m;
-    if stroke_m.partial_cmp(&1e-9)? != std::cmp::Ordering::Greater {
-        return None;
-    }
-    let stroke = |wire: &Wire| (cold_m - map.length - wire.position_m()) / stroke_m;
-    let shifts = [cold_m, hot_m].map(|length| map.stress(length - map.length, 0.0) * map.shift);
-    let high = map.heating_centre + shifts[0].max(shifts[1]) + BEYOND_WIDTHS * map.heating_width;
-    let low = (map.cooling_centre + shifts[0].min(shifts[1]) - BEYOND_WIDTHS * map.cooling_width).max(map.ambient);
-    let mut wire = Wire::new(&model).ok()?;
+    let moving = Moving::of(WireModel { initial: Initial::default(), ..reference(model, map) })?;
+    let stroke = |wire: &Wire| moving.stroke(wire.position_m());
+    let [low, high] = moving.beyond_c(map, BEYOND_WIDTHS);
+    let mut wire = Wire::new(&moving.model).ok()?;
     let seen = std::cell::RefCell::new(Vec::new());
     for (k, to) in TURNS.into_iter().enumerate() {
         let up = k % 2 == 0;
-        slowly(&mut wire, &model, map.loss, if up { high } else { low }, |wire| {
+        slowly(&mut wire, &moving.model, map.loss, if up { high } else { low }, |wire| {
             seen.borrow_mut().push((wire.resistance_ohm(), map.length + wire.position_m()));
             if up { stroke(wire) >= to } else { stroke(wire) <= to }
         });
@@ -164,7 +155,7 @@ impl Gauge {
         } else {
             let rows = DMatrix::from_fn(samples.len(), TERMS, |i, j| samples[i].0[0].powi(j as i32));
             let wanted = DVector::from_fn(samples.len(), |i, _| samples[i].1);
-            let found = rows.try_svd(true, true, f64::EPSILON, MOST_ITERATIONS)?.solve(&wanted, 1e-12).ok()?;
+            let found = least_squares(rows, &wanted)?;
             Curve::Polynomial(std::array::from_fn(|k| found[k]))
         };
         Some(Gauge { curve, resistance, length, side: Side::COLD, now: None })
@@ -265,19 +256,10 @@ impl Law for ResistanceFeedback {
 mod tests {
     use super::*;
     use crate::demand::Modulation;
-    use crate::estimate::Estimate;
-    use crate::testing::wire;
+    use crate::testing::{standing, wire};
 
     fn demand(reference_m: f64, resistance_ohm: f64) -> Demand {
-        Demand {
-            reference_m,
-            length_m: f64::from(u8::MAX),
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm,
-            dt_s: 1e-3,
-            estimate: Estimate::UNKNOWN,
-        }
+        Demand { resistance_ohm, ..standing(reference_m, f64::from(u8::MAX)) }
     }
 
     /// RMS of what a gauge is off along the lesson, in strokes.

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::demand::Modulation;
     use crate::estimate::Estimate;
-    use crate::testing::wire;
+    use crate::testing::{standing, wire};
 
     fn piece(digit: u32, digits: u32) -> BinarySegment {
         let range = Range::new(0.02, 0.7, Modulation::Switched);
@@ -110,15 +110,7 @@ mod tests {
         let reference_m = piece.stroke.length_m(stroke);
         let estimate =
             Estimate { temperature_c, stress_pa: 1.6e8, loss_w: 0.3, full_power_w: 3.0, ..Estimate::UNKNOWN };
-        piece.duty(&Demand {
-            reference_m,
-            length_m: 0.16,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate,
-        })
+        piece.duty(&Demand { estimate, ..standing(reference_m, 0.16) })
     }
 
     #[test]

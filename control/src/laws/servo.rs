@@ -183,7 +183,7 @@ mod tests {
     use crate::demand::Modulation;
     use crate::estimate::Estimate;
     use crate::stroke::StrokeRange;
-    use crate::testing::{by_power, wire};
+    use crate::testing::{by_power, standing, wire};
     use sinew_physics::{Load, Wire};
 
     fn model() -> WireModel {
@@ -310,15 +310,7 @@ mod tests {
             stress_pa: 1e8,
             ..Estimate::UNKNOWN
         };
-        let demand = Demand {
-            reference_m: 0.16,
-            length_m: 0.166,
-            velocity_m_s: 0.0,
-            acceleration_m_s2: 0.0,
-            resistance_ohm: f64::NAN,
-            dt_s: 1e-3,
-            estimate,
-        };
+        let demand = Demand { estimate, ..standing(0.16, 0.166) };
         assert_eq!(servo.duty(&demand), None);
     }
 }

@@ -84,7 +84,7 @@ mod tests {
     use crate::cycle::Curves;
     use crate::demand::Modulation;
     use crate::estimate::Estimate;
-    use crate::testing::{hanging, wire};
+    use crate::testing::{hanging, standing, wire};
     use sinew_physics::WireModel;
 
     fn law() -> StressVariableStructure {
@@ -137,15 +137,7 @@ mod tests {
                 full_power_w: 3.0,
                 ..Estimate::UNKNOWN
             };
-            let demand = Demand {
-                reference_m: 0.16 + reference,
-                length_m: 0.16 + elongation,
-                velocity_m_s,
-                acceleration_m_s2: 0.0,
-                resistance_ohm: f64::NAN,
-                dt_s: 1e-3,
-                estimate,
-            };
+            let demand = Demand { velocity_m_s, estimate, ..standing(0.16 + reference, 0.16 + elongation) };
             let duty = law.duty(&demand).unwrap();
             (duty, law.surface())
         };

@@ -118,7 +118,7 @@ mod tests {
     use super::*;
     use crate::cycle::Curves;
     use crate::demand::Modulation;
-    use crate::testing::{by_power, hanging, wire};
+    use crate::testing::{by_power, hanging, standing, wire};
     use sinew_physics::{Inputs, Wire, WireModel};
 
     fn model() -> WireModel {
@@ -195,15 +195,7 @@ mod tests {
             let (mut last, mut asked) = (f64::NAN, f64::NAN);
             for _ in 0..8000 {
                 let estimate = believed(&law.map, &wire);
-                let demand = Demand {
-                    reference_m,
-                    length_m: estimate.length_m,
-                    velocity_m_s: 0.0,
-                    acceleration_m_s2: 0.0,
-                    resistance_ohm: f64::NAN,
-                    dt_s: 1e-3,
-                    estimate,
-                };
+                let demand = Demand { estimate, ..standing(reference_m, estimate.length_m) };
                 let duty = law.duty(&demand).unwrap();
                 asked = law.wanted(reference_m, law.shortens, &estimate);
                 wire.step(&Inputs { drive: 3.0 * duty, ..model.rest_inputs() }, 1e-3);

@@ -29,7 +29,7 @@ impl OwnLoad {
 
     /// Tension of the wire at rest at an elongation, N; a wire cannot push.
     pub fn at_rest_n(&self, elongation_m: f64) -> f64 {
-        (self.preload_n - self.spring_n_per_m * elongation_m).max(0.0)
+        self.tension_n(elongation_m, 0.0, 0.0)
     }
 
     /// Tension of the wire in motion, N: at this elongation, m, velocity, m/s, and acceleration, m/s². What of the motion is not known

@@ -236,8 +236,8 @@ impl Machine for RunningRig {
             });
         }
         let power_w = row.power_w / f64::from(row.cycles);
-        let ohm = row.ohm().unwrap_or(self.full.ohm);
-        let (velocity, acceleration) = row.motion();
+        let ohm = row.ohm.get().unwrap_or(self.full.ohm);
+        let (velocity, acceleration) = (row.velocity.or_nan(), row.acceleration.or_nan());
         let position_m = if self.last_m.is_nan() { 0.0 } else { self.last_m };
         Ok(Reading {
             time_s: row.last.saturating_sub(first) as f64 * period_s,
@@ -272,31 +272,26 @@ struct Gathered {
     /// The period of the last one.
     last: u64,
     power_w: f64,
-    /// Sums over those cycles in which it was measured, and how many.
-    length: (f64, u32),
-    ohm: (f64, u32),
-    on_a: (f64, u32),
-    velocity: (f64, u32),
-    acceleration: (f64, u32),
+    /// Over those cycles in which it was measured.
+    length: Mean,
+    ohm: Mean,
+    on_a: Mean,
+    velocity: Mean,
+    acceleration: Mean,
     is_held_back: bool,
     has_lapsed: bool,
 }
 
 impl Gathered {
     fn add(&mut self, period: u64, state: &ChannelState) {
-        let sum = |into: &mut (f64, u32), value: f64| {
-            if value.is_finite() {
-                *into = (into.0 + value, into.1 + 1);
-            }
-        };
         self.cycles += 1;
         self.last = period;
         self.power_w += if state.power_w.is_finite() { state.power_w } else { 0.0 };
-        sum(&mut self.length, state.measured_length_m);
-        sum(&mut self.ohm, state.resistance_ohm);
-        sum(&mut self.on_a, state.current_a);
-        sum(&mut self.velocity, state.velocity_m_s);
-        sum(&mut self.acceleration, state.acceleration_m_s2);
+        self.length.add(state.measured_length_m);
+        self.ohm.add(state.resistance_ohm);
+        self.on_a.add(state.current_a);
+        self.velocity.add(state.velocity_m_s);
+        self.acceleration.add(state.acceleration_m_s2);
         self.is_held_back |= state.flags & ChannelState::FLAG_LIMITED != 0;
         self.has_lapsed |= state.mode() == Mode::Lapsed;
     }
@@ -304,25 +299,38 @@ impl Gathered {
     /// Length at the end of the row, m: the mean of what was measured in it, brought from its middle to its end by the speed that the
     /// driver observes. So the noise of a row is that of many samples, and nobody else's.
     fn length_m(&self, row_s: f64) -> Option<f64> {
-        let (sum, count) = self.length;
-        let speed = Some(self.motion().0).filter(|speed| speed.is_finite()).unwrap_or(0.0);
-        (count > 0).then(|| sum / f64::from(count) + 0.5 * row_s * speed)
-    }
-
-    fn ohm(&self) -> Option<f64> {
-        (self.ohm.1 > 0).then(|| self.ohm.0 / f64::from(self.ohm.1))
+        let speed = self.velocity.get().unwrap_or(0.0);
+        self.length.get().map(|length_m| length_m + 0.5 * row_s * speed)
     }
 
     fn full_on(&self) -> FullOn {
-        let of = |(sum, count): (f64, u32)| if count > 0 { sum / f64::from(count) } else { f64::NAN };
-        let (amps, ohm) = (of(self.on_a), of(self.ohm));
+        let (amps, ohm) = (self.on_a.or_nan(), self.ohm.or_nan());
         FullOn { full_w: heating_power_w(1.0, amps, ohm), ohm }
     }
+}
 
-    /// Mean velocity, m/s, and acceleration, m/s²; NaN where they are not observed.
-    fn motion(&self) -> (f64, f64) {
-        let of = |(sum, count): (f64, u32)| if count > 0 { sum / f64::from(count) } else { f64::NAN };
-        (of(self.velocity), of(self.acceleration))
+/// Mean of what is finite.
+#[derive(Debug, Default)]
+struct Mean {
+    sum: f64,
+    count: u32,
+}
+
+impl Mean {
+    fn add(&mut self, value: f64) {
+        if value.is_finite() {
+            self.sum += value;
+            self.count += 1;
+        }
+    }
+
+    /// `None` where there was none.
+    fn get(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / f64::from(self.count))
+    }
+
+    fn or_nan(&self) -> f64 {
+        self.get().unwrap_or(f64::NAN)
     }
 }
 
@@ -353,7 +361,7 @@ mod tests {
         assert!((row.length_m(0.01).unwrap() - (0.16 + 10e-5)).abs() < 1e-12, "{:?}", row.length_m(0.01));
         let mut dark = Gathered::default();
         dark.add(1, &ChannelState::UNKNOWN);
-        assert_eq!((dark.length_m(0.01), dark.ohm()), (None, None));
+        assert_eq!((dark.length_m(0.01), dark.ohm.get()), (None, None));
         dark.add(2, &ChannelState { measured_length_m: 0.161, ..ChannelState::UNKNOWN });
         assert_eq!(dark.length_m(0.01), Some(0.161), "nobody knows its speed");
     }

@@ -35,15 +35,26 @@ fn findings(rig: &Rig, kind: RoutineKind, options: &Options) -> Vec<Finding> {
     let model = &rig.channels[0].model;
     let (ran, routine) = run_until(rig, model, kind, options, f64::INFINITY);
     assert_eq!(ran.ending, Ending::Complete);
-    analysis::findings(&analysis::Run {
+    analysis::findings(&analysed(rig, kind, options, &ran, &routine))
+}
+
+/// What the analysis gets of a run.
+fn analysed<'a>(
+    rig: &'a Rig,
+    kind: RoutineKind,
+    options: &'a Options,
+    ran: &'a Ran,
+    routine: &'a Routine,
+) -> analysis::Run<'a> {
+    analysis::Run {
         kind,
         options,
         stages: routine.stages(),
         rows: &ran.rows,
-        model,
+        model: &rig.channels[0].model,
         spec: &rig.machine,
         at_rest: None,
-    })
+    }
 }
 
 fn find<'a>(all: &'a [Finding], key: &str, of: usize) -> &'a Finding {
@@ -193,17 +204,7 @@ fn a_limit_ends_a_routine_at_zero_output_and_what_was_completed_counts() {
     let Ending::Breach(breach) = &ran.ending else { panic!("{:?}", ran.ending) };
     assert_eq!(breach.what, Bounded::Force);
     assert!(breach.to_string().contains("machine.max_force_n"), "{breach}");
-    let spec = &rig.machine;
-    let run = analysis::Run {
-        kind: RoutineKind::DirectStrain,
-        options: &o,
-        stages: routine.stages(),
-        rows: &ran.rows,
-        model: &model,
-        spec,
-        at_rest: None,
-    };
-    let loops = analysis::loops::cycles(&run);
+    let loops = analysis::loops::cycles(&analysed(&rig, RoutineKind::DirectStrain, &o, &ran, &routine));
     assert_eq!(loops.len(), 1, "the second level was not completed");
 }
 
@@ -274,17 +275,7 @@ fn a_new_wire_is_cycled_until_it_has_settled() {
     let judge = |truth: &WireModel| {
         let (ran, routine) = run_until(&rig, truth, RoutineKind::BreakIn, &o, f64::INFINITY);
         assert_eq!(ran.ending, Ending::Complete);
-        let (stages, rows) = (routine.stages(), &ran.rows[..]);
-        let run = analysis::Run {
-            kind: RoutineKind::BreakIn,
-            options: &o,
-            stages,
-            rows,
-            model,
-            spec: &rig.machine,
-            at_rest: None,
-        };
-        analysis::findings(&run)
+        analysis::findings(&analysed(&rig, RoutineKind::BreakIn, &o, &ran, &routine))
     };
     let value = |all: &[Finding], key: &str| find(all, key, 0).value;
 
@@ -314,17 +305,7 @@ fn a_new_wire_is_cycled_until_it_has_settled() {
     new.effects.kinetic.training_drift.settles_after_cycles = 0.0;
     o.cycles = 12;
     let (ran, routine) = run_until(&rig, &new, RoutineKind::BreakIn, &o, f64::INFINITY);
-    let (stages, rows) = (routine.stages(), &ran.rows[..]);
-    let run = analysis::Run {
-        kind: RoutineKind::BreakIn,
-        options: &o,
-        stages,
-        rows,
-        model,
-        spec: &rig.machine,
-        at_rest: None,
-    };
-    let all = analysis::findings(&run);
+    let all = analysis::findings(&analysed(&rig, RoutineKind::BreakIn, &o, &ran, &routine));
     assert_eq!((value(&all, "cycles_to_settle"), value(&all, "cycles")), (None, Some(12.0)));
     assert!(find(&all, "cycles_to_settle", 0).how.contains("after 12 cycles"));
 }
