@@ -54,8 +54,8 @@ const LATENT_MODEL: f64 = 0.05;
 const CAPACITY_MODEL: f64 = 0.2;
 /// Time over which what the heat balance is linearised at is averaged, s: gains that follow the noise of what they correct are biased by it.
 const LINEAR_TIME_S: f64 = 1.0;
-/// Share of a correction by resistance that what it is read by takes at the hot end, where nothing else tells the temperature.
-const LEARNED_HOT: f64 = 0.2;
+/// Time, s, in which what resistance is read by is learned at the hot end, where nothing else tells the temperature; less and less after it.
+const LEARNED_HOT_S: f64 = 4.0;
 /// Drift of the heat filter's states, per √s. What changes a resistivity takes days.
 const DRIFT: Spread =
     Spread { temperature_k: 0.3, loss: 0.15, resistivities: 3e-4, curves_widths: 0.03, latent_heat: 0.01 };
@@ -261,6 +261,8 @@ pub struct FusedEstimator {
     heat: Heat,
     surface: Surface,
     linear: Linear,
+    /// How long the wire has been at its hot end, s.
+    hot_s: f64,
     fraction: f64,
     /// Transformation strain over what the model says.
     strain: f64,
@@ -290,6 +292,7 @@ impl FusedEstimator {
             heat: Heat::new(start.temperature_c, &map),
             surface: Surface::of(model, &map),
             linear: Linear::AT_REST,
+            hot_s: 0.0,
             fraction: 1.0,
             strain: 1.0,
             rate: 0.0,
@@ -315,7 +318,7 @@ impl FusedEstimator {
         let m = &self.map;
         self.heat = Heat::new(temperature_c, m);
         self.surface.settle(temperature_c);
-        self.linear = Linear::AT_REST;
+        (self.linear, self.hot_s) = (Linear::AT_REST, 0.0);
         let stress = m.stress(m.strain * m.length, 0.0);
         self.fraction = self.start.martensite.clamp(0.0, 1.0);
         let x = m.elongation(self.fraction, stress, temperature_c);
@@ -565,10 +568,12 @@ impl FusedEstimator {
             slopes: [(T, slope * per), (RHO_A, (1.0 - xi) * austenite * per), (RHO_M, xi * martensite * per)],
             variance: doubt,
         };
-        // At its hot end nothing but resistance and power tell how hot a wire is. What they are read by is hardly learned from them there: a
-        // bias, however small, would carry temperature, loss and resistivity away together for as long as the wire is held, and no measurement
-        // would object.
-        let known = inside(self.fraction).max(LEARNED_HOT);
+        // At its hot end nothing but resistance and power tell how hot a wire is. What they are read by is learned from them there with less
+        // and less weight: a bias, however small, would carry temperature, loss and resistivity away together for as long as the wire is held,
+        // and no measurement would object.
+        let inside = inside(self.fraction);
+        self.hot_s = if inside > 0.0 { 0.0 } else { self.hot_s + MODEL_TIME_S / patience };
+        let known = inside.max(LEARNED_HOT_S / (LEARNED_HOT_S + self.hot_s));
         let mut learns = [known; STATES];
         (learns[T], learns[LOSS]) = (1.0, 1.0);
         self.heat.correct(&seen, &learns);
