@@ -1,1 +1,1 @@
-../tools/cli/src/robots/arm.rs
+../tools/cli/src/driving/robots/arm.rs

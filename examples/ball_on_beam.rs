@@ -1,1 +1,1 @@
-../tools/cli/src/robots/ball_on_beam.rs
+../tools/cli/src/driving/robots/ball_on_beam.rs

@@ -1,1 +1,1 @@
-../tools/cli/src/robots/servo.rs
+../tools/cli/src/driving/robots/servo.rs

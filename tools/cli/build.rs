@@ -5,6 +5,11 @@ use std::process::Command;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    // the half of the program that drives, which is Linux's
+    println!("cargo::rustc-check-cfg=cfg(driver)");
+    if drives() {
+        println!("cargo::rustc-cfg=driver");
+    }
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let from = if is_release { of_release() } else { "development build".into() };
     println!("cargo::rustc-env=SINEW_BUILT_FROM={from}");
@@ -12,12 +17,18 @@ fn main() {
     println!("cargo::rustc-env=SINEW_FEATURES={}", features());
 }
 
+fn drives() -> bool {
+    let is = |name, value| std::env::var(name).is_ok_and(|found| found == value);
+    is("CARGO_CFG_TARGET_OS", "linux") && std::env::var("CARGO_FEATURE_DRIVER").is_ok()
+}
+
 /// Those it is built with, of those that may be left out.
-fn features() -> String {
-    let names = std::env::vars().filter_map(|(name, _)| Some(name.strip_prefix("CARGO_FEATURE_")?.to_lowercase()));
-    let mut names: Vec<String> = names.filter(|name| name != "default").map(|name| name.replace('_', "-")).collect();
-    names.sort();
-    if names.is_empty() { "all; none may be left out".into() } else { names.join(", ") }
+fn features() -> &'static str {
+    match (drives(), std::env::var("CARGO_FEATURE_DRIVER").is_ok()) {
+        (true, _) => "driver; none is left out",
+        (false, true) => "none; driver is for Linux only",
+        (false, false) => "none; driver is left out",
+    }
 }
 
 /// The commit and its date; where there is no repository (a source archive), that it is not known.

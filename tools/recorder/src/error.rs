@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use sinew_threads::Thread;
 
-use crate::size;
+use sinew_recording::session::size;
 
 /// Every way a recording can fail.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use crate::size;
+use sinew_recording::session::size;
 
 /// Something to know about a recording that goes on all the same.
 #[derive(Debug)]

@@ -5,7 +5,6 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use mcap::records::{Record, op};
@@ -143,7 +142,7 @@ impl Source {
     }
 
     pub(super) fn read_at(&self, offset: u64, bytes: &mut [u8]) -> Result<(), Error> {
-        self.file.read_exact_at(bytes, offset).map_err(|error| match error.kind() {
+        At { file: &self.file, position: offset }.read_exact(bytes).map_err(|error| match error.kind() {
             io::ErrorKind::UnexpectedEof => self.trouble(damaged(offset, "the file ends in the middle of a record")),
             _ => self.unreadable(&error),
         })
@@ -194,6 +193,17 @@ impl Source {
     }
 }
 
+/// Reads at a position, as much as is there at once. No reader goes by where another has left the file.
+#[cfg(unix)]
+fn read_at(file: &File, bytes: &mut [u8], position: u64) -> io::Result<usize> {
+    std::os::unix::fs::FileExt::read_at(file, bytes, position)
+}
+
+#[cfg(windows)]
+fn read_at(file: &File, bytes: &mut [u8], position: u64) -> io::Result<usize> {
+    std::os::windows::fs::FileExt::seek_read(file, bytes, position)
+}
+
 /// A file at a position of its own.
 struct At<'a> {
     file: &'a File,
@@ -202,7 +212,7 @@ struct At<'a> {
 
 impl Read for At<'_> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read_at(bytes, self.position)?;
+        let read = read_at(self.file, bytes, self.position)?;
         self.position += read as u64;
         Ok(read)
     }

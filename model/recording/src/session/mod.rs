@@ -25,6 +25,7 @@ mod layout;
 mod message;
 mod read;
 mod recover;
+mod size;
 mod write;
 
 pub use about::{About, Ended, Ending, Gap};
@@ -36,6 +37,7 @@ pub use message::{Durations, Event, FAULT, GAP, LoopFigures, NOTE};
 pub use read::{CycleView, Cycles, Session, Size};
 pub use recover::{Recovered, recover};
 pub use sinew_clocks::{History, Reading, Step};
+pub use size::size;
 pub use write::{Abandoned, SessionWriter, WriteOptions, close_off};
 
 /// Topic of the cycles.

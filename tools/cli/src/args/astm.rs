@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use sinew_import::Quantity;
 
-use super::design::{diameter, length};
-use super::test::positive;
+use super::numbers::{diameter, length, positive};
 
 /// A quantity and the column that holds it.
 pub type Named = (Quantity, String);

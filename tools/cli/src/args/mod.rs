@@ -2,34 +2,26 @@
 
 mod around;
 mod astm;
-mod bridge;
-mod bringup;
 mod conceal;
-mod design;
+#[cfg(driver)]
+mod driving;
 mod exchange;
-mod life;
 mod look;
+mod numbers;
 mod recording;
-mod test;
-mod thesis;
 
 use std::path::PathBuf;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
-use sinew_ipc::MOST_PRIORITY;
 
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
 pub use astm::{Astm, Standard};
-pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
-pub use bringup::{Bringup, BringupStep};
 pub use conceal::{Conceal, Reveal};
-pub use design::{Design, Joint, Method};
-pub use exchange::{Export, Import, Replay};
-pub use life::Life;
-pub use look::{Plot, PlotKind, Scope};
-pub use recording::{Record, Recording, RecordingInfo, RecordingRecover, RecordingWhat};
-pub use test::*;
-pub use thesis::Thesis;
+#[cfg(driver)]
+pub use driving::*;
+pub use exchange::{Export, Import};
+pub use look::{Plot, PlotKind};
+pub use recording::{Recording, RecordingInfo, RecordingRecover, RecordingWhat};
 
 use crate::log::Wordiness;
 
@@ -87,30 +79,12 @@ Exit codes: 0 done, 1 own failure, 2 bad input or use (the hint says what to men
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Drive a rig: the real-time loop, its supervisor and its publishing.
-    Run(Run),
-    /// One look at the running driver.
-    Status(Status),
-    /// Watch and command every channel on a live screen.
-    Monitor(Monitor),
-    /// The running driver as a live page for a browser of this machine.
-    Scope(Scope),
-    /// The running driver for other programs and machines: Prometheus, Foxglove.
-    Bridge(Bridge),
-    /// Command channels: one, or several in the same cycle.
-    Set(Set),
-    /// Play setpoints from a CSV file, all channels in the same cycle.
-    Play(Play),
-    /// Clear the latched faults of channels.
-    Reset(Reset),
-    /// Stop the running driver: outputs to zero, then it reports and ends.
-    Stop(Stop),
-    /// Record every cycle of the running driver.
-    Record(Record),
+    /// Those that drive a rig, or talk to what does.
+    #[cfg(driver)]
+    #[command(flatten)]
+    Driving(Driving),
     /// Look into a recording, check it, mend it.
     Recording(Recording),
-    /// What each wire has done, what that used of its life, and what is left of it.
-    Life(Life),
     /// Let a recording's inputs drive the model, and write what the sensors would have measured.
     Simulate(Simulate),
     /// Fit the model's parameters to recordings, with their intervals.
@@ -123,217 +97,26 @@ pub enum Command {
     Conceal(Conceal),
     /// What was hidden in a recording, beside what a diagnosis found.
     Reveal(Reveal),
-    /// See what this program does, in three minutes: a wire moves, a program dies, physics is missing. Leaves nothing behind.
-    Tour(Tour),
-    /// A machine of the thesis, simulated with the robot program that runs it: a ball on a beam, a servo.
-    Demo(Demo),
     /// Bring a recording into CSV or Parquet.
     Export(Export),
     /// Bring a foreign recording in, or say what is in one.
     Import(Import),
     /// Transformation temperatures, strains and plateaus off a material laboratory's curve, as the ASTM standards have them.
     Astm(Box<Astm>),
-    /// Let the driver's sensing and control run again on a recording's voltages, and list what differs.
-    Replay(Replay),
     /// Draw recordings: over time, as loops, in the phase plane; as SVG, PNG or a page to zoom into.
     Plot(Plot),
     /// Choose the bandwidth λ of each channel's sliding surface from power, cooling, range and uncertainty.
     Tune(Tune),
-    /// Size a wire from the force, the stroke and the speed it is to have.
-    Design(Design),
-    /// Run a routine of the test machine: pull, heat, regulate a wire, and report the numbers it is run for.
-    Test(Box<Test>),
     /// The first files of a bench: a rig file that runs, a robot program, an editor's settings.
     New(New),
     /// Read a rig file, and tell all its mistakes or what it comes to.
     Check(Check),
     /// The JSON Schema of a rig file, by which editors complete and check.
     Schema(Schema),
-    /// What this machine lacks for real time and for the rig, and what to type.
-    Doctor(Doctor),
-    /// Bring a soldered board up, step by step: supply, emergency stop, stages, a resistor, the wires.
-    Bringup(Bringup),
-    /// Measure this machine beside a bare timer loop.
-    Bench(Bench),
-    /// The thesis page by page: what it states beside what this program computes.
-    Thesis(Thesis),
     /// The script by which a shell completes commands and options.
     Completions(Completions),
     /// The manual pages.
     Man(Man),
-}
-
-/// `sinew run`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew run                                        the built-in 18-wire hexapod, simulated, walking on the spot
-  sinew run examples/hexapod.toml --for 60 --report run.json
-  sinew run bench.toml --no-monitor 2> run.log     one line a second on stdout
-  sinew run bench.toml --speed 20                  simulated wires, twenty times as fast
-
-On a terminal it shows the monitor; otherwise one line a second. Ctrl-C and SIGTERM put all outputs to zero,
-print the report and exit 0.")]
-pub struct Run {
-    /// The rig file; without one, the built-in simulated hexapod.
-    #[arg(value_name = "RIG.toml")]
-    pub rig: Option<PathBuf>,
-    /// Stop after so many seconds.
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
-    pub duration_s: Option<f64>,
-    /// Write the report here, as JSON ("sinew.run/1"); `-` is stdout.
-    #[arg(long, value_name = "FILE.json")]
-    pub report: Option<PathBuf>,
-    /// One line a second, also on a terminal.
-    #[arg(long)]
-    pub no_monitor: bool,
-    /// So many simulated seconds in a second, 1 to 10000, or `max`: simulated wires only; leases count simulated time.
-    #[arg(long, value_name = "F|max", value_parser = speed)]
-    pub speed: Option<f64>,
-    /// Physics of one's own, for simulated wires.
-    #[command(flatten)]
-    pub laws: Laws,
-}
-
-/// Which running driver is meant.
-#[derive(Debug, Args)]
-pub struct Target {
-    /// Name of the rig; only needed where several drivers run.
-    #[arg(long = "rig", value_name = "NAME")]
-    pub name: Option<String>,
-}
-
-/// `sinew status`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew status
-  sinew status --json | jq '.channel[] | {name, length_m, fault}'")]
-pub struct Status {
-    /// Which driver.
-    #[command(flatten)]
-    pub target: Target,
-    /// As JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `sinew monitor`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew monitor
-  sinew monitor --rig hexapod
-  sinew monitor > watch.log        no terminal: one line a second
-
-Keys: arrows or j/k select, + and - move the stroke by 5 %, digits type a stroke (Enter sends), o off, r reset,
-Space let go of the channel, ? help, q quit. NO_COLOR is honoured.")]
-pub struct Monitor {
-    /// Which driver.
-    #[command(flatten)]
-    pub target: Target,
-    /// Stop after so many seconds.
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
-    pub duration_s: Option<f64>,
-}
-
-/// `sinew set`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew set front_left_femur stroke=40%
-  sinew set front_left_femur length=164mm --hold 30
-  sinew set front_left_femur duty=0.1 --hold 2
-  sinew set front_left_femur force=2N
-  sinew set front_left_femur off
-  sinew set front_left_femur stroke=40% front_left_tibia stroke=6mm
-
-Units: length in mm, cm or m; stroke in % (0 % cold and long, 100 % hot and short) or, from the cold end, in mm, cm or m; duty 0..1 or %; force in N or mN.
-Several channels are commanded in the same cycle, all or none. Names and setpoints take turns, so that a channel may be called anything.
-Without --hold a setpoint holds for 10 s; then the channel goes back to what the driver does by itself.
-`off` stays until the next command unless --hold is given.")]
-pub struct Set {
-    /// Name of a channel and its setpoint: length=164mm, stroke=40%, duty=0.1, force=2N or off; then those of the next.
-    #[arg(value_names = ["CHANNEL", "SETPOINT"], num_args = 2.., required = true)]
-    pub wanted: Vec<String>,
-    /// How long it holds without being renewed.
-    #[arg(long = "hold", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
-    pub hold_s: Option<f64>,
-    /// Which driver.
-    #[command(flatten)]
-    pub target: Target,
-}
-
-/// `sinew play`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew play wave.csv
-  sinew play wave.csv --speed 0.5 --times 10
-  sinew play wave.csv --rig hexapod --keep
-  sinew play wave.csv --priority 5        nobody else's setpoints meanwhile
-
-The file: a first line `time_s,left,right` with the channels' names, then rows such as `0,10%,off`, `0.5,164mm,` or `2,,duty=0.1`. A cell is a setpoint
-as in the monitor, a bare number the stroke in %, an empty one leaves its channel as it is. All of a row is in force from the same cycle on.
-Setpoints are leases of --hold seconds, renewed while the file is played; at its end, and after Ctrl-C, its channels are off.")]
-pub struct Play {
-    /// The CSV file.
-    #[arg(value_name = "FILE.csv")]
-    pub file: PathBuf,
-    /// How much faster than written.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = test::positive, allow_negative_numbers = true)]
-    pub speed: f64,
-    /// How often.
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub times: u32,
-    /// How long each setpoint holds without being renewed.
-    #[arg(long = "hold", value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds, allow_negative_numbers = true)]
-    pub hold_s: f64,
-    /// Leave the last setpoints until their lease runs out, instead of switching off.
-    #[arg(long)]
-    pub keep: bool,
-    /// Have the channels to oneself while the file is played: claim them with this priority, which takes them over from a lower one.
-    #[arg(long, value_name = "0..9", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_PRIORITY)))]
-    pub priority: Option<u32>,
-    /// Which driver.
-    #[command(flatten)]
-    pub target: Target,
-}
-
-/// `sinew reset`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew reset front_left_femur
-  sinew reset front_left_femur front_left_tibia
-  sinew reset --all
-
-A fault stays latched until it is reset, and is only cleared once its cause is gone.")]
-pub struct Reset {
-    /// Names of the channels.
-    #[arg(value_name = "CHANNEL", required_unless_present = "all")]
-    pub channels: Vec<String>,
-    /// Every channel that has a fault.
-    #[arg(long, conflicts_with = "channels")]
-    pub all: bool,
-    /// Which driver.
-    #[command(flatten)]
-    pub target: Target,
-}
-
-/// `sinew stop`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Example:
-  sinew stop
-  sinew stop --rig hexapod
-
-Every output goes to zero, the supply off where a line switches it, and the driver ends. It overtakes whatever waits. `sinew set CHANNEL off`
-instead leaves the sensing pulse, by which the wire goes on being measured. Software's stop is no emergency stop: see docs/wiring.md.")]
-pub struct Stop {
-    /// Which driver.
-    #[command(flatten)]
-    pub target: Target,
 }
 
 /// `sinew simulate`.
@@ -535,181 +318,6 @@ pub struct Repeat {
     pub jobs: Option<u16>,
 }
 
-/// `sinew tour`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew tour
-  sinew tour --no-wait --seed 7         without waiting for Enter, and the same effect every time
-  sinew tour --keep seen                keeps the files, and the report of the diagnosis
-
-Types the commands that you would type, in a folder for temporary files and with a driver of its own: drivers that run already are not touched. At the
-end, and after Ctrl-C, the driver is off and the folder is gone.")]
-pub struct Tour {
-    /// Do not wait for Enter between its parts.
-    #[arg(long)]
-    pub no_wait: bool,
-    /// What the hidden effect comes from, 0 to 4294967295. Without it, another one each time.
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u32>,
-    /// Keep what was made in this folder.
-    #[arg(long, value_name = "FOLDER")]
-    pub keep: Option<PathBuf>,
-}
-
-/// `sinew demo`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew demo                                 which there are
-  sinew demo ball-on-beam                    live in this terminal, until q or Ctrl-C
-  sinew demo ball-on-beam --scope            live in a browser
-  sinew demo ball-on-beam --trials 20        twenty of ten minutes, without a clock: how often it succeeds
-  sinew demo servo --keep bench              the rig file and the robot program, to go on from
-
-The wires are simulated, and what they move with them (`[demonstrator]` of the rig file). The robot program runs in a process of its own, as an
-ordinary client of the driver, and sees nothing but the lines of its sensor, late and noisy.")]
-pub struct Demo {
-    /// Which machine; without one, a list.
-    #[arg(value_name = "NAME")]
-    pub name: Option<String>,
-    /// End by itself after this time; of a trial, how long it lasts (600 s if not said).
-    #[arg(long = "for", value_name = "S", value_parser = seconds)]
-    pub duration_s: Option<f64>,
-    /// What noise and draughts come from.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub seed: Option<u32>,
-    /// Show it in a browser of this machine instead of in the terminal.
-    #[arg(long, conflicts_with = "trials")]
-    pub scope: bool,
-    /// So many trials without a clock, one for each seed from 1 (or --seed) on.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub trials: Option<u32>,
-    /// The trials as JSON.
-    #[arg(long, requires = "trials")]
-    pub json: bool,
-    /// Plain lines instead of the screen.
-    #[arg(long)]
-    pub no_monitor: bool,
-    /// Write its rig file and its robot program into this new folder, and do nothing else.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["trials", "scope"])]
-    pub keep: Option<PathBuf>,
-    /// Be its robot program.
-    #[arg(long, hide = true)]
-    pub robot: bool,
-}
-
-/// `sinew doctor`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew doctor
-  sinew doctor bench.toml --json")]
-pub struct Doctor {
-    /// A rig file, to be checked for what this machine can give it; without one, the built-in hexapod.
-    #[arg(value_name = "RIG.toml")]
-    pub rig: Option<PathBuf>,
-    /// As JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `sinew bench`.
-#[derive(Debug, Args)]
-pub struct Bench {
-    /// What to measure.
-    #[command(subcommand)]
-    pub what: BenchWhat,
-}
-
-/// What can be measured.
-#[derive(Debug, Subcommand)]
-pub enum BenchWhat {
-    /// The driver with simulated wires, beside a bare timer loop in the same run.
-    Loop(BenchLoop),
-    /// Every controller and estimator on the same simulated plants, beside what physics allows.
-    Control(BenchControl),
-}
-
-/// `sinew bench loop`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew bench loop
-  sinew bench loop --channels 64 --rate 5000 --for 60 --json")]
-pub struct BenchLoop {
-    /// How many wires.
-    #[arg(long, default_value_t = 18, value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub channels: u32,
-    /// Cycles a second.
-    #[arg(long = "rate", value_name = "HZ", default_value = "1000", value_parser = rate, allow_negative_numbers = true)]
-    pub rate_hz: f64,
-    /// Length of the measurement.
-    #[arg(long = "for", value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
-    pub duration_s: f64,
-    /// As JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `sinew bench control`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  sinew bench control --out bench              everything: bench/report.html and bench/bench.json
-  sinew bench control --quick                  five plants, one seed: a first look within a minute
-  sinew bench control --plant figure --controller sliding_mode --controller pi
-  sinew bench control --quick --json | jq '.rows[] | {controller, estimator, plant, ratio_up, overshoot_percent}'
-
-Simulated time, as fast as the machine can, the same numbers for the same seeds on any number of threads.
-A full run takes seeds that nobody develops with; --quick takes others.")]
-pub struct BenchControl {
-    /// Where report.html and bench.json are written; made if it is not there.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Where the pictures of the documentation are written, as SVG.
-    #[arg(long, value_name = "DIR")]
-    pub pictures: Option<PathBuf>,
-    /// A few plants on one seed to develop with.
-    #[arg(long)]
-    pub quick: bool,
-    /// Only this controller, by its word in the rig file; may be given several times.
-    #[arg(long, value_name = "WORD")]
-    pub controller: Vec<String>,
-    /// Only this estimator, by its word in the rig file; may be given several times.
-    #[arg(long, value_name = "WORD")]
-    pub estimator: Vec<String>,
-    /// Only this plant; may be given several times.
-    #[arg(long, value_name = "NAME")]
-    pub plant: Vec<String>,
-    /// How many seeds of the noise each row is run with; 3, with --quick 1.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
-    pub seeds: Option<u16>,
-    /// Threads; without it, as many as there are processors.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub jobs: Option<u16>,
-    /// The answer as JSON on stdout.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// A speed of simulated time; infinite as fast as possible.
-fn speed(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        _ if text == "max" => Ok(f64::INFINITY),
-        Ok(speed) if (1.0..=10_000.0).contains(&speed) => Ok(speed),
-        _ => Err("expected 1 to 10000, or max".into()),
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.trim_end_matches('s').parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 1e7 => Ok(value),
-        Ok(_) => Err("seconds are more than 0 and at most 10000000".into()),
-        Err(_) => Err("give seconds as a number, as in 2.5".into()),
-    }
-}
-
 fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 100.0));
     match number.parse::<f64>() {
@@ -727,14 +335,6 @@ fn strokes(text: &str) -> Result<(f64, f64), String> {
     match 0.0 <= low && low < high && high <= 1.0 {
         true => Ok((low, high)),
         false => Err("the strokes rise, from 0 to 100 %".into()),
-    }
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (10.0..=10_000.0).contains(&value) => Ok(value),
-        Ok(_) => Err("the rate is 10 to 10000 Hz".into()),
-        Err(_) => Err("give the rate in Hz as a number, as in 1000".into()),
     }
 }
 
@@ -760,15 +360,5 @@ mod tests {
             }
         }
         check(&Cli::command(), " ");
-    }
-
-    #[test]
-    fn durations_are_positive_numbers() {
-        assert_eq!(seconds("2.5"), Ok(2.5));
-        assert_eq!(seconds("3s"), Ok(3.0));
-        for bad in ["0", "-1", "nan", "inf", "abc", ""] {
-            assert!(seconds(bad).is_err(), "{bad}");
-        }
-        assert!(rate("5").is_err() && rate("nan").is_err() && rate("1e6").is_err());
     }
 }

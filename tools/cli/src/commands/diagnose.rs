@@ -12,8 +12,8 @@ use sinew_report::About;
 
 use super::bundle::{Bundle, Given};
 use super::fitting::{Input, command, has_colour, sha256, sources, spare_inputs, width, work};
-use super::monitor::signals;
 use crate::args;
+use crate::ending;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 
@@ -76,7 +76,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     let picture = args.picture.then(|| sinew_report::picture(&outcome.diagnosis, &outcome.figures));
     let next = outcome.next_programme.as_ref().map(as_csv).transpose()?;
     // from here to the end Ctrl-C is ignored, so that no partial result is left: it takes a moment
-    let _asked = signals()?;
+    let _asked = ending::asked()?;
     let improved = outcome.improved.to_toml();
     let more = [(PICTURE, picture.as_deref()), (NEXT_PROGRAMME, next.as_deref())];
     let more: Vec<(&str, &str)> = more.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();

@@ -1,49 +1,20 @@
-//! The commands, one file each.
+//! The commands that need no driver, one file each, and what all commands share.
 
-mod admission;
 pub mod astm;
-mod attached;
-pub mod bench;
-pub mod bench_control;
-pub mod bridge;
-pub mod bringup;
-mod bundle;
-pub mod characterise;
-mod check;
+pub mod bundle;
 pub mod conceal;
-pub mod demo;
-pub mod design;
 pub mod diagnose;
-pub mod doctor;
 pub mod export;
-mod fitting;
-mod held;
-mod herald;
+pub mod fitting;
 pub mod identify;
 pub mod import;
-pub mod life;
-pub mod live;
-pub mod monitor;
-mod mounted;
 pub mod new;
-mod on_rig;
-pub mod play;
 pub mod plot;
-mod program;
-pub mod record;
 pub mod recording;
 pub mod repeat;
-pub mod replay;
 pub mod rig_file;
-pub mod run;
-pub mod scope;
-pub mod set;
 pub mod shell;
 pub mod simulate;
-pub mod status;
-pub mod test;
-pub mod thesis;
-pub mod tour;
 pub mod tune;
 pub mod whole_rig;
 
@@ -56,12 +27,12 @@ use crate::failure::{Failure, Outcome};
 use crate::format::Format;
 
 /// Reads a rig file, or takes the built-in hexapod.
-fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
+pub fn load_rig(path: Option<&Path>) -> Result<Rig, Failure> {
     load_rig_with(path, &args::Laws::default())
 }
 
 /// The same, with laws of one's own.
-fn load_rig_with(path: Option<&Path>, laws: &args::Laws) -> Result<Rig, Failure> {
+pub fn load_rig_with(path: Option<&Path>, laws: &args::Laws) -> Result<Rig, Failure> {
     let failure = |error: sinew_rig::Error| rig_failure(&error);
     let catalogue = laws.catalogue.as_deref().map(Catalogue::load).transpose().map_err(failure)?.unwrap_or_default();
     match path {
@@ -101,7 +72,7 @@ pub fn rig_failure(error: &sinew_rig::Error) -> Failure {
 }
 
 /// The channel that is meant: the named one, or the only one.
-fn choose_channel<'a>(rig: &'a Rig, name: Option<&str>) -> Result<&'a Channel, Failure> {
+pub fn choose_channel<'a>(rig: &'a Rig, name: Option<&str>) -> Result<&'a Channel, Failure> {
     match rig.chosen(name) {
         Ok(index) => Ok(&rig.channels[index]),
         Err(error) => Err(Failure::input(&error).hint(error.remedy("--channel"))),
@@ -109,7 +80,7 @@ fn choose_channel<'a>(rig: &'a Rig, name: Option<&str>) -> Result<&'a Channel, F
 }
 
 /// A channel that does not exist, with the ones that do.
-fn unknown_channel<'a>(place: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Failure {
+pub fn unknown_channel<'a>(place: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Failure {
     let failure = Failure::input(format!("{place}: has no channel \"{name}\""));
     match nearest(name, known.clone()) {
         Some(near) => failure.hint(format!("did you mean \"{near}\"?")),
@@ -118,6 +89,6 @@ fn unknown_channel<'a>(place: &str, name: &str, known: impl Iterator<Item = &'a 
 }
 
 /// Names in a row.
-fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+pub fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.collect::<Vec<_>>().join(", ")
 }

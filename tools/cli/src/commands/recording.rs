@@ -4,10 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sinew_recording::session::{Checkup, Compression, Gap, Head, Recovered, Session, check, recover as mend};
+use sinew_recording::session::{Checkup, Compression, Gap, Head, Recovered, Session, check, recover as mend, size};
 use sinew_recording::{Error, Utc, What};
 
-use super::record::{gaps, size};
 use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
@@ -17,6 +16,8 @@ use crate::progress::Progress;
 const INFO: &str = "sinew.recording/1";
 const DOCTOR: &str = "sinew.recording-doctor/1";
 const RECOVER: &str = "sinew.recover/1";
+/// Gaps that are listed one by one for a person.
+const GAPS_SHOWN: usize = 10;
 /// Channels that are named for a person.
 const CHANNELS_SHOWN: usize = 24;
 
@@ -362,4 +363,14 @@ pub fn failure(error: Error) -> Failure {
     let own = matches!(error.what, What::Unwritable { .. });
     let failure = if own { Failure::own(error.message()) } else { Failure::input(error.message()) };
     failure.hint(error.hint())
+}
+
+/// Gaps for a person: the first few.
+pub fn gaps(gaps: &[Gap], more: u64) -> String {
+    let shown: Vec<String> = gaps.iter().take(GAPS_SHOWN).map(Gap::to_string).collect();
+    let hidden = gaps.len().saturating_sub(GAPS_SHOWN) as u64 + more;
+    match hidden {
+        0 => shown.join(", "),
+        _ => format!("{} and {hidden} more gaps", shown.join(", ")),
+    }
 }

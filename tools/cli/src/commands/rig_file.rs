@@ -6,7 +6,7 @@ use serde::Serialize;
 use sinew_control::StrokeRange;
 use sinew_rig::{Channel, Doubt, Rig};
 
-use super::{load_rig_with, program};
+use super::load_rig_with;
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
@@ -74,7 +74,8 @@ impl Wire<'_> {
 pub fn check(args: &args::Check) -> Outcome {
     let rig = load_rig_with(Some(&args.rig), &args.laws)?;
     // what moves it without anybody's command belongs to it: a mistake there is one here
-    program::of(&rig)?;
+    #[cfg(driver)]
+    crate::driving::program(&rig)?;
     let answer = Answer {
         schema: CHECK,
         file: rig.file(),

@@ -90,7 +90,7 @@ impl From<Limits> for Rates {
 }
 
 /// How fast a channel's surface can be between two strokes, with its parameters wrong by a share.
-pub(super) fn reach_of(channel: &Channel, model: &WireModel, range: (f64, f64), uncertainty: f64) -> Reach {
+pub fn reach_of(channel: &Channel, model: &WireModel, range: (f64, f64), uncertainty: f64) -> Reach {
     let limits = &channel.limits;
     let config = ReachConfig {
         least_duty: channel.control.minimum_duty,

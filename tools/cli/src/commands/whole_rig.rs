@@ -11,8 +11,8 @@ use super::bundle::{self, Bundle};
 use super::diagnose::{IMPROVED, JSON, PICTURE, REPORT, as_csv, is_no_folder, list, write_all};
 use super::fitting::{command, has_colour, read_all, sources, spare_inputs, width, work};
 use super::load_rig_with;
-use super::monitor::signals;
 use crate::args;
+use crate::ending;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 
@@ -101,7 +101,7 @@ pub fn diagnose(args: &args::Diagnose) -> Outcome {
     }
     answers.push((args.out.clone(), vec![(REPORT, page), (JSON, json.clone()), (IMPROVED, improved)]));
     // from here to the end Ctrl-C is ignored, so that no partial result is left: it takes a moment
-    let _asked = signals()?;
+    let _asked = ending::asked()?;
     for (folder, answer) in &answers {
         let answer: Vec<(&str, &str)> = answer.iter().map(|(name, text)| (*name, text.as_str())).collect();
         write_all(folder, &answer)?;

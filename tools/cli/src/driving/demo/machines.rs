@@ -1,0 +1,161 @@
+//! The machines there are: what is shown of each, and what is claimed.
+
+use sinew_demonstrators::{ARM, BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally};
+use sinew_rig::Rig;
+
+use crate::args;
+use crate::driving::robots::{arm, ball_on_beam, servo};
+use crate::failure::Failure;
+
+/// What a robot program is when nothing stands between it and its sensor: from what that says (`None`: nothing for
+/// [`Demo::silence_s`]) to the strokes it asks for.
+pub type Mind = Box<dyn FnMut(Option<[f64; 2]>) -> Vec<f64>>;
+
+/// One of them.
+pub struct Demo {
+    /// By which it is asked for.
+    pub name: &'static str,
+    /// What it is, for a person.
+    pub about: &'static str,
+    /// Text of the rig file, and of the robot program with its file's name.
+    pub rig: &'static str,
+    pub program: (&'static str, &'static str),
+    /// The wires it commands.
+    pub wires: &'static [&'static str],
+    /// What its sensor says, by name, and the sensor's unit over SI's.
+    pub says: (&'static [&'static str], f64),
+    /// After so long a robot program takes notice that its sensor is silent, s.
+    pub silence_s: f64,
+    /// The robot program, on the rig of this name.
+    pub run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
+    /// Of a first wire with this way from cold to hot, m.
+    pub mind: fn(f64) -> Mind,
+    /// Whether something can fall off it.
+    pub falls: bool,
+    /// What is claimed: no larger error than this, in the unit of [`Demo::error`].
+    pub claim: f64,
+    /// The unit an error is told in, and that unit over SI's.
+    pub error: (&'static str, f64),
+}
+
+/// All of them.
+pub const DEMOS: [Demo; 4] = [
+    Demo {
+        name: "ball-on-beam",
+        about: "one wire tilts a beam on which a ball rolls, and a camera sees the ball",
+        rig: BALL_ON_BEAM,
+        program: ("ball_on_beam.rs", include_str!("../robots/ball_on_beam.rs")),
+        wires: &["tilt"],
+        says: (&["ball_mm"], 1e3),
+        silence_s: 0.3,
+        run: ball_on_beam::run,
+        mind: |travel_m| {
+            let mut balance = ball_on_beam::Balance::new(travel_m);
+            Box::new(move |ball_mm| match ball_mm {
+                Some([ball_mm, _]) => vec![balance.sees(ball_mm * 1e-3)],
+                None => vec![balance.sees_nothing()],
+            })
+        },
+        falls: true,
+        claim: 10.0,
+        error: ("mm", 1e3),
+    },
+    servo(
+        "servo",
+        "one wire that measures itself turns a horn as the pulses of a radio's receiver ask",
+        SERVO,
+        |rig| servo::run(rig, MICRO),
+        |travel_m| mind_of_servo(MICRO, travel_m),
+    ),
+    servo(
+        "bowden-servo",
+        "the same with half a metre of wire in a Bowden tube, which takes its heat and holds it back",
+        BOWDEN_SERVO,
+        |rig| servo::run(rig, BOWDEN),
+        |travel_m| mind_of_servo(BOWDEN, travel_m),
+    ),
+    Demo {
+        name: "arm",
+        about: "two wires point a camera at a target, by a program that knows neither angles nor lengths",
+        rig: ARM,
+        program: ("arm.rs", include_str!("../robots/arm.rs")),
+        wires: &["shoulder", "elbow"],
+        says: (&["x_mm", "y_mm"], 1e3),
+        silence_s: f64::INFINITY,
+        run: arm::run,
+        mind: |_| {
+            let mut gaze = arm::Gaze::default();
+            Box::new(move |target_mm| target_mm.map_or(gaze.strokes(), |mm| gaze.sees(mm)).to_vec())
+        },
+        falls: false,
+        claim: 10.0,
+        error: ("mm", 1e3),
+    },
+];
+
+/// A servo with this wire and horn.
+const fn servo(
+    name: &'static str,
+    about: &'static str,
+    rig: &'static str,
+    run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
+    mind: fn(f64) -> Mind,
+) -> Demo {
+    Demo {
+        name,
+        about,
+        rig,
+        program: ("servo.rs", include_str!("../robots/servo.rs")),
+        wires: &["horn"],
+        says: (&["pulse_us"], 1e6),
+        silence_s: f64::INFINITY,
+        run,
+        mind,
+        falls: false,
+        claim: 3.0,
+        error: ("°", 180.0 / std::f64::consts::PI),
+    }
+}
+
+const MICRO: servo::Horn = servo::Horn { lever_m: 0.004, degrees_per_ms: 60.0 };
+const BOWDEN: servo::Horn = servo::Horn { lever_m: 0.008, degrees_per_ms: 120.0 };
+
+fn mind_of_servo(horn: servo::Horn, travel_m: f64) -> Mind {
+    let mut servo = servo::Servo::new(horn, travel_m);
+    Box::new(move |pulse_us| pulse_us.into_iter().map(|[us, _]| servo.hears(us)).collect())
+}
+
+impl Demo {
+    /// Its rig, with the seed that is asked for.
+    pub fn rig(&self, args: &args::Demo) -> Result<Rig, Failure> {
+        let mut rig = Rig::parse(self.rig, &format!("the rig file of {}", self.name)).map_err(Failure::own)?;
+        if let Some(seed) = args.seed {
+            rig.simulation.seed = seed.into();
+        }
+        Ok(rig)
+    }
+
+    /// How it has done, for a person.
+    pub fn says_of(&self, tally: &Tally) -> String {
+        let (unit, over_si) = self.error;
+        let Tally { seconds, falls, worst, mean_square } = *tally;
+        let fell = match falls {
+            _ if !self.falls => String::new(),
+            0 => "never fell; ".into(),
+            1 => "fell once; ".into(),
+            times => format!("fell {times} times; "),
+        };
+        let (worst, rms) = (worst * over_si, mean_square.sqrt() * over_si);
+        let settled = if worst > 0.0 {
+            format!("once settled never off by more than {worst:.1} {unit}, {rms:.1} {unit} RMS")
+        } else {
+            "it had no time to settle".into()
+        };
+        format!("{}, {seconds:.0} s: {fell}{settled}", self.name)
+    }
+
+    /// Whether that is what is claimed.
+    pub fn succeeds(&self, tally: &Tally) -> bool {
+        tally.falls == 0 && tally.seconds > 0.0 && tally.worst > 0.0 && tally.worst * self.error.1 <= self.claim
+    }
+}
