@@ -234,6 +234,7 @@ pub fn never_wait() -> Result<(), Failure> {
     let failed = |error: io::Error| Failure::own(format!("no thread to write messages: {error}"));
     OUT.start(io::stdout()).map_err(failed)?;
     ERR.start(io::stderr()).map_err(failed)?;
+    #[cfg(driver)]
     for signal in [libc::SIGTTOU, libc::SIGTTIN] {
         // SAFETY: takes plain numbers; nothing here handles these signals.
         unsafe { libc::signal(signal, libc::SIG_IGN) };

@@ -142,7 +142,7 @@ pub fn has_colour() -> bool {
 pub fn width() -> usize {
     const WIDTH: usize = 100;
     match io::stdout().is_terminal() {
-        true => ratatui::crossterm::terminal::size().map_or(WIDTH, |(columns, _)| usize::from(columns)),
+        true => terminal_size::terminal_size_of(io::stdout()).map_or(WIDTH, |(columns, _)| usize::from(columns.0)),
         false => WIDTH,
     }
 }
