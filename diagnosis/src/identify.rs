@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use sinew_recording::{Column, Recording};
 use sinew_rig::{Prior, Rig};
 
@@ -11,6 +12,7 @@ use crate::describe;
 use crate::diagnose::{in_pool, is_worth_it};
 use crate::error::Error;
 use crate::explanation::{Explanation, Turns};
+use crate::fit::Fit;
 use crate::intervals::{self, Interval, Z90};
 use crate::measured::{Measured, MeasuredParameter};
 use crate::noise::Noise;
@@ -23,6 +25,8 @@ use crate::stages::Stage;
 
 /// Recordings say something of a parameter of their own if they narrow its prior by more than this share of its precision.
 const OWN_SHARE: f64 = 0.2;
+/// Variance of what they hardly tell of, in that of its prior.
+const UNTOLD: f64 = 100.0;
 
 /// What a fit of the parameters alone gives.
 #[derive(Debug, Clone)]
@@ -58,11 +62,11 @@ pub fn identify(
         Some(measured) => {
             // first without it, so that a contradiction shows
             let alone = FittedAlone::to(rig, channel, recordings, None, settings)?;
-            let by_recordings = by_recordings(&alone.found.fit.space, &alone.intervals()?);
+            let by_recordings = by_recordings(&alone.found.fit, &alone.intervals()?, measured);
             let fitted = FittedAlone::to(rig, channel, recordings, Some(measured), settings)?;
             let mut identified = fitted.identified(rig, channel, settings)?;
             complete(measured, rig, channel, &mut identified)?;
-            identified.measured = measured.compared(&by_recordings);
+            identified.measured = measured.compared(rig, channel, Some(&by_recordings));
             measured.warn_of_contradictions(rig, channel, &by_recordings, &mut identified.warnings);
             Ok(identified)
         }
@@ -155,7 +159,7 @@ fn of_measured(measured: &Measured, rig: &Rig, channel: usize) -> Result<Identif
         parameters: BTreeMap::new(),
         noise: BTreeMap::new(),
         fit: Stages::default(),
-        measured: measured.compared(&BTreeMap::new()),
+        measured: measured.compared(rig, channel, None),
         warnings,
     };
     complete(measured, rig, channel, &mut identified)?;
@@ -194,17 +198,46 @@ fn complete(measured: &Measured, rig: &Rig, channel: usize, identified: &mut Ide
     Ok(())
 }
 
-/// What recordings say of the keys alone, value and 1 σ: what is left of the fit by them when the prior is taken out.
-fn by_recordings(space: &Space, intervals: &[Interval]) -> BTreeMap<String, (f64, f64)> {
-    let coordinates = space.coordinates.iter().zip(intervals);
-    coordinates
-        .filter_map(|(c, interval)| {
-            let What::Key(key) = &c.what else { return None };
-            let sigma = (interval.high - interval.low) / (2.0 * Z90);
-            let prior = c.pull / (c.scale * c.scale);
-            let own = 1.0 / (sigma * sigma) - prior;
-            let value = (interval.value / (sigma * sigma) - prior * c.origin) / own;
-            (own > OWN_SHARE * prior && value.is_finite()).then(|| (key.clone(), (value, own.sqrt().recip())))
-        })
-        .collect()
+/// What recordings say alone of the keys that were measured elsewhere: what is left of the fit by them when its priors are taken out of it.
+fn by_recordings(fit: &Fit, intervals: &[Interval], measured: &Measured) -> Measured {
+    let coordinates = &fit.space.coordinates;
+    let of_key = |key: &String| coordinates.iter().position(|c| matches!(&c.what, What::Key(name) if name == key));
+    let (keys, places): (Vec<String>, Vec<usize>) =
+        measured.keys.iter().filter_map(|key| Some((key.clone(), of_key(key)?))).unzip();
+    let mut values = DVector::from_iterator(places.len(), places.iter().map(|i| intervals[*i].value));
+    let mut own = DMatrix::from_diagonal_element(places.len(), places.len(), f64::INFINITY);
+    if let Some(factor) = fit.information.clone().cholesky() {
+        let all = factor.inverse();
+        // in σ of the priors, as wide as the intervals are
+        let slopes = DVector::from_iterator(places.len(), places.iter().map(|i| coordinates[*i].slope(fit.z[*i])));
+        let wide = |k: usize| {
+            let (place, interval) = (places[k], &intervals[places[k]]);
+            (interval.high - interval.low).abs() / (2.0 * Z90 * slopes[k].abs() * all[(place, place)].sqrt())
+        };
+        let block = DMatrix::from_fn(places.len(), places.len(), |i, j| {
+            all[(places[i], places[j])] * wide(i).max(1.0) * wide(j).max(1.0)
+        });
+        if let Some(precision) = block.cholesky().map(|factor| factor.inverse()) {
+            let z = DVector::from_iterator(places.len(), places.iter().map(|i| fit.z[*i]));
+            let prior = DMatrix::from_diagonal(&DVector::from_iterator(
+                places.len(),
+                places.iter().map(|i| coordinates[*i].pull),
+            ));
+            let eigen = SymmetricEigen::new(&precision - prior);
+            let along = &precision * &z;
+            let mut alone = DVector::zeros(places.len());
+            let mut spread = DMatrix::zeros(places.len(), places.len());
+            for (k, told) in eigen.eigenvalues.iter().enumerate() {
+                let v = eigen.eigenvectors.column(k);
+                // of a direction that they hardly tell of they say nothing against anything
+                let (at, variance) =
+                    if *told > OWN_SHARE { (v.dot(&along) / told, 1.0 / told) } else { (v.dot(&z), UNTOLD) };
+                alone += v * at;
+                spread += v * v.transpose() * variance;
+            }
+            values += slopes.component_mul(&(alone - z));
+            own = DMatrix::from_fn(places.len(), places.len(), |i, j| spread[(i, j)] * slopes[i] * slopes[j]);
+        }
+    }
+    Measured { source: "the recordings".into(), keys, values, covariance: own }
 }

@@ -10,6 +10,9 @@ use crate::numbers::number;
 
 /// Recordings and what was measured elsewhere contradict each other beyond so many σ of both.
 const CONTRADICTS: f64 = 3.0;
+/// Recordings that leave more than so many times a parameter's prior hardly tell of it.
+const HARDLY: f64 = 3.0;
+
 /// Parameters measured elsewhere, with what they are uncertain by: a normal distribution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
@@ -64,10 +67,6 @@ impl Measured {
         }
     }
 
-    fn place(&self, key: &str) -> Option<usize> {
-        self.keys.iter().position(|k| k == key)
-    }
-
     /// Together with the priors that the rig file itself states; those that hold where it says nothing are no knowledge of this wire.
     /// `None` where there is nothing.
     pub(crate) fn beside_stated(&self, rig: &Rig, channel: usize) -> Option<Belief> {
@@ -86,17 +85,40 @@ impl Measured {
         Some(Belief { values: &covariance * along, covariance, precision })
     }
 
-    /// Each key beside what the recordings say alone.
-    pub(crate) fn compared(&self, alone: &BTreeMap<String, (f64, f64)>) -> BTreeMap<String, MeasuredParameter> {
-        let one = |(i, key): (usize, &String)| {
-            let (value, variance) = (self.values[i], self.covariance[(i, i)]);
-            let by_recordings = alone.get(key).map(|&(by, sigma)| {
-                let apart_sigma = (by - value).abs() / (variance + sigma * sigma).sqrt();
-                ByRecordings { value: by, sigma, apart_sigma }
+    /// Each key beside what the recordings say alone, as far as they tell of it.
+    pub(crate) fn compared(
+        &self,
+        rig: &Rig,
+        channel: usize,
+        recordings: Option<&Measured>,
+    ) -> BTreeMap<String, MeasuredParameter> {
+        let priors = rig.channels[channel].priors_in_force();
+        let one = |key: &String| {
+            let (value, sigma) = self.told(key)?;
+            let prior = priors.get(key).zip(rig.parameter(channel, key)).map(|(prior, value)| prior.sigma(value));
+            let by = recordings.and_then(|recordings| recordings.told(key));
+            let is_told = |(_, sigma): &(f64, f64)| prior.is_none_or(|prior| *sigma < HARDLY * prior);
+            let by_recordings = by.filter(is_told).map(|(by, of)| {
+                let apart_sigma = (by - value).abs() / sigma.hypot(of);
+                ByRecordings { value: by, sigma: of, apart_sigma }
             });
-            (key.clone(), MeasuredParameter { value, sigma: variance.sqrt(), by_recordings })
+            Some((key.clone(), MeasuredParameter { value, sigma, by_recordings }))
         };
-        self.keys.iter().enumerate().map(one).collect()
+        self.keys.iter().filter_map(one).collect()
+    }
+
+    /// What it says of a key, and 1 σ.
+    fn told(&self, key: &str) -> Option<(f64, f64)> {
+        let i = self.keys.iter().position(|k| k == key)?;
+        Some((self.values[i], self.covariance[(i, i)].sqrt()))
+    }
+
+    /// What it says of the difference of two keys, and 1 σ.
+    fn told_between(&self, keys: [&str; 2]) -> Option<(f64, f64)> {
+        let [a, b] = keys.map(|key| self.keys.iter().position(|k| k == key));
+        let (a, b) = (a?, b?);
+        let variance = self.covariance[(a, a)] + self.covariance[(b, b)] - 2.0 * self.covariance[(a, b)];
+        Some((self.values[a] - self.values[b], variance.max(0.0).sqrt()))
     }
 
     /// Says where recordings and what was measured contradict each other.
@@ -104,7 +126,7 @@ impl Measured {
         &self,
         rig: &Rig,
         channel: usize,
-        alone: &BTreeMap<String, (f64, f64)>,
+        recordings: &Measured,
         warnings: &mut Vec<String>,
     ) {
         self.warn_of_stated(rig, channel, warnings);
@@ -123,21 +145,18 @@ impl Measured {
                 ));
             }
         };
-        for (key, compared) in self.compared(alone) {
+        for (key, compared) in self.compared(rig, channel, Some(recordings)) {
             if let Some(by) = compared.by_recordings {
                 let unit = rig.channels[channel].range_of(&key).map_or("", |(unit, ..)| unit);
                 said(key, by.value, by.sigma, compared.value, compared.sigma, unit);
             }
         }
-        // a thermometer's error moves both centres, not how far they are apart
+        // a thermometer's error moves both centres, and so does what stress shifts them by; not how far they are apart
         let centres = ["austenite_temperature_c", "martensite_temperature_c"];
-        if let ([Some(a), Some(m)], [Some(hot), Some(cold)]) =
-            (centres.map(|key| self.place(key)), centres.map(|key| alone.get(key)))
+        if let (Some((measured, of)), Some((by, sigma))) =
+            (self.told_between(centres), recordings.told_between(centres))
         {
-            let variance = self.covariance[(a, a)] + self.covariance[(m, m)] - 2.0 * self.covariance[(a, m)];
-            let what = format!("{} less {}", centres[0], centres[1]);
-            let measured = self.values[a] - self.values[m];
-            said(what, hot.0 - cold.0, hot.1.hypot(cold.1), measured, variance.max(0.0).sqrt(), "K");
+            said(format!("{} less {}", centres[0], centres[1]), by, sigma, measured, of, "K");
         }
     }
 
@@ -203,10 +222,13 @@ mod tests {
     fn contradictions_are_told_with_their_numbers_and_only_they() {
         let rig = Rig::hexapod();
         let said = |a: f64, m: f64| {
-            let alone = [("austenite_temperature_c", a), ("martensite_temperature_c", m)];
             let mut warnings = Vec::new();
-            let alone = alone.map(|(key, value)| (key.to_string(), (value, 0.1))).into();
-            measured().warn_of_contradictions(&rig, 0, &alone, &mut warnings);
+            let recordings = Measured {
+                values: DVector::from_vec(vec![a, m]),
+                covariance: DMatrix::from_diagonal_element(2, 2, 0.01),
+                ..measured()
+            };
+            measured().warn_of_contradictions(&rig, 0, &recordings, &mut warnings);
             warnings
         };
         assert_eq!(said(102.0, 62.0), Vec::<String>::new());

@@ -13,6 +13,7 @@ mod robots;
 mod score;
 mod screen;
 mod setpoint;
+mod table;
 
 use std::process::ExitCode;
 

@@ -14,7 +14,7 @@ use sinew_recording::Recording;
 
 use super::diagnose::write_all;
 use super::fitting::{diagnosis_failure, warn};
-use super::identify::{columns, parameters_table};
+use super::identify::parameters_table;
 use super::monitor::signals;
 use super::mounted::{Bench, Done, Task};
 use super::simulate::recording_failure;
@@ -22,6 +22,7 @@ use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::Progress;
+use crate::table::columns;
 
 /// Runs the command.
 pub fn characterise(args: &args::Characterise) -> Outcome {
