@@ -163,9 +163,7 @@ fn sharpen(data: &Data, space: &Space, z: &[f64], columns: &mut [Residuals]) {
         return;
     }
     let mut information = gram(data, Part::Fitted, columns);
-    for (i, pull) in space.pulls().enumerate() {
-        information[(i, i)] += pull;
-    }
+    space.add_pulls(&mut information);
     let eigen = SymmetricEigen::new(information);
     let firmest = eigen.eigenvalues.max();
     let anew: Vec<(DVector<f64>, Residuals)> = (0..columns.len())

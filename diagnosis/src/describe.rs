@@ -47,7 +47,7 @@ pub(crate) fn warn_of_fit(fit: &Fit, warnings: &mut Vec<String>) {
     if !fit.converged {
         warnings.push("the fit of the parameters did not converge: take their values with caution".into());
     }
-    for (coordinate, z) in fit.space.coordinates.iter().zip(&fit.z) {
+    for (place, (coordinate, z)) in fit.space.coordinates.iter().zip(&fit.z).enumerate() {
         let (What::Key(_) | What::BothModuli) = coordinate.what else { continue };
         let key = words::key_of(coordinate);
         let bound = *z <= coordinate.low + 1e-6 || *z >= coordinate.high - 1e-6;
@@ -56,7 +56,7 @@ pub(crate) fn warn_of_fit(fit: &Fit, warnings: &mut Vec<String>) {
                 "{key} ended on its bound, {}: it stands in for something else, or its prior is too narrow",
                 number(coordinate.value(*z))
             ));
-        } else if z.abs() > 3.0 {
+        } else if z.abs() > 3.0 && !fit.space.is_tied(place) {
             warnings.push(format!(
                 "{key} = {} is {:.1} σ of its prior away from the rig file",
                 number(coordinate.value(*z)),

@@ -11,7 +11,7 @@ use crate::data::Data;
 use crate::describe;
 use crate::error::Error;
 use crate::evidence;
-use crate::explanation::{Explanation, Turns};
+use crate::explanation::Explanation;
 use crate::figures;
 use crate::intervals;
 use crate::locate::{self, Located};
@@ -38,21 +38,6 @@ pub struct Outcome {
     pub improved: Rig,
     /// What to drive the wire by next, where that would settle something: inputs that `simulate` takes.
     pub next_programme: Option<Recording>,
-}
-
-/// What a fit of the parameters alone gives.
-#[derive(Debug, Clone)]
-pub struct Identified {
-    /// The rig with the fitted parameters.
-    pub rig: Rig,
-    /// What was fitted.
-    pub parameters: BTreeMap<String, FittedParameter>,
-    /// Noise of every sensor, RMS, by column.
-    pub noise: BTreeMap<String, f64>,
-    /// How well it fits, as given and recalibrated.
-    pub fit: Stages,
-    /// What a reader must know.
-    pub warnings: Vec<String>,
 }
 
 /// chi up to which noise that is taken as less than the recording shows explains what is left.
@@ -94,66 +79,9 @@ pub fn diagnose(
     })
 }
 
-/// Fits the parameters of one channel within their priors to all of the recordings.
-///
-/// # Errors
-/// What is wrong with the rig or the recordings, with the remedy.
-pub fn identify(
-    rig: &Rig,
-    channel: usize,
-    recordings: &[Recording],
-    settings: &Settings<'_>,
-) -> Result<Identified, Error> {
-    in_pool(settings.jobs, || {
-        let fitted_with = |noise: &BTreeMap<Column, Noise>| {
-            let prepared = Prepared::quieter(rig, channel, recordings, &[], settings.seed, noise)?;
-            let data = prepared.data.all_fitted();
-            let space = Space::reference(rig, channel, &data);
-            (settings.progress)("fitting", 0.1);
-            let from = Searched::new(&data, &space, space.drive());
-            let [_, found] = Explanation::from_belief(&from.data, &space, &vec![0.0; space.len()], Turns::SOME)
-                .ok_or(Error::NoFit)?;
-            // what long rows lack where the fit began is not what they lack where it ends
-            let (searched, found) = select::settled(&from, &found, Turns::ALL).ok_or(Error::NoFit)?;
-            let stage = Stage::of_fit(&data, &found.fit)?;
-            Ok::<_, Error>((data, searched.data, found, stage, prepared.warnings))
-        };
-        (settings.progress)("as given", 0.0);
-        let (mut data, mut searched, mut found, mut recalibrated, mut warnings) = fitted_with(&BTreeMap::new())?;
-        let quieter = prepare::quieter(rig, channel, &data, &recalibrated.residuals);
-        if !quieter.is_empty() {
-            let anew = fitted_with(&quieter)?;
-            let (.., found_anew, stage_anew, _) = &anew;
-            if is_worth_it(found_anew, stage_anew) {
-                (data, searched, found, recalibrated, warnings) = anew;
-            }
-        }
-        let given = Stage::as_given(&data, &Space::reference(rig, channel, &data))?;
-        let fit = &found.fit;
-        describe::warn_of_fit(fit, &mut warnings);
-        (settings.progress)("intervals", 0.9);
-        let intervals = intervals::intervals(&searched, &found, &[]).ok_or_else(Error::lost_fit)?;
-        let mut fitted_rig = rig.clone();
-        fit.space.apply(&fit.z, &mut fitted_rig)?;
-        let stages = Stages {
-            as_given: given.misfits(&data, true),
-            recalibrated: recalibrated.misfits(&data, true),
-            improved: BTreeMap::new(),
-        };
-        (settings.progress)("done", 1.0);
-        Ok(Identified {
-            rig: fitted_rig,
-            parameters: describe::parameters(fit, &intervals),
-            noise: describe::noise_by_column(&data),
-            fit: stages,
-            warnings,
-        })
-    })
-}
-
 /// Whether less noise of the sensors shows anything: that it was right, or that more is left. What is neither, because rows are so far apart
 /// that an instant is not known to better, is noise after all.
-fn is_worth_it(found: &Explanation, stage: &Stage) -> bool {
+pub(crate) fn is_worth_it(found: &Explanation, stage: &Stage) -> bool {
     !found.leaves_noise() || stage.score.chi_kept() < AS_LITTLE
 }
 

@@ -162,9 +162,7 @@ impl Slope {
     fn new(data: &Data, space: &Space, known: &Known, here: &Place) -> Slope {
         let columns = matrix(data, Part::Fitted, &known.white(data).iter().collect::<Vec<_>>());
         let mut information = square(&columns);
-        for (i, pull) in space.pulls().enumerate() {
-            information[(i, i)] += pull;
-        }
+        space.add_pulls(&mut information);
         let left = DVector::from_vec(flat(data, Part::Fitted, &here.residuals));
         Slope { columns, information, left }
     }
@@ -172,9 +170,7 @@ impl Slope {
     /// Half the derivative of the objective at `z`.
     fn gradient(&self, space: &Space, z: &[f64]) -> DVector<f64> {
         let mut gradient = product(&self.columns, &self.left);
-        for (i, (pull, z)) in space.pulls().zip(z).enumerate() {
-            gradient[i] += pull * z;
-        }
+        space.add_pulls_at(z, &mut gradient);
         gradient
     }
 

@@ -16,7 +16,7 @@ use crate::space::{Coordinate, What};
 /// this (see the physics' reference trajectories). With thousands of samples it is more than what noise leaves open.
 const SIMULATION_ERROR: f64 = 2e-4;
 /// Half-width of a 90 % interval, in standard deviations, and the fall of the profile there.
-const Z90: f64 = 1.6449;
+pub(crate) const Z90: f64 = 1.6449;
 const FALL90: f64 = Z90 * Z90;
 /// What is outside on either side.
 const TAIL: f64 = 0.05;
@@ -192,8 +192,9 @@ impl Spread {
         let here = fit.residuals(data)?;
         let columns = derivatives::sharp(data, &fit.space, &fit.z)?;
         let mut information = products::gram(data, Part::Fitted, &columns);
-        for (i, pull) in fit.space.pulls().enumerate() {
-            information[(i, i)] += pull + 1e-12;
+        fit.space.add_pulls(&mut information);
+        for i in 0..n {
+            information[(i, i)] += 1e-12;
         }
         let covariance = information.cholesky()?.inverse();
         let mut middle: DMatrix<f64> = DMatrix::zeros(n, n);
@@ -220,9 +221,7 @@ impl Spread {
                 }
             }
         }
-        for (i, pull) in fit.space.pulls().enumerate() {
-            middle[(i, i)] += pull;
-        }
+        fit.space.add_pulls(&mut middle);
         let sandwich = &covariance * middle * &covariance;
         let (deviations, inflation) = (0..n)
             .map(|i| {

@@ -1,6 +1,6 @@
 //! Where a simulation and a recording differ, what physics was left out, and what it explains on data never fitted.
 //!
-//! [`diagnose`] names the missing physics, [`identify`] fits the parameters alone, and [`check`] runs the gates that both
+//! [`diagnose`] names the missing physics, [`identify`] fits the parameters alone, beside what was [`Measured`] of them elsewhere, and [`check`] runs the gates that both
 //! pass first: what is wrong with a recording itself is an error with its remedy, never a verdict.
 //!
 //! # Example
@@ -67,8 +67,10 @@ mod figures;
 mod fit;
 mod gates;
 mod grade;
+mod identify;
 mod intervals;
 mod locate;
+mod measured;
 mod noise;
 mod numbers;
 mod prepare;
@@ -91,10 +93,12 @@ mod whole_rig;
 mod words;
 
 pub use answer::*;
-pub use diagnose::{Identified, Outcome, diagnose, identify};
+pub use diagnose::{Outcome, diagnose};
 pub use error::{Broken, Error, Trouble};
 pub use experiment::NEXT_PROGRAMME;
 pub use gates::{Exclude, LEAST_SAMPLES, MOST_SAMPLES, Warning, check, sensors};
+pub use identify::{Identified, identify};
+pub use measured::{ByRecordings, Measured, MeasuredParameter};
 pub use noise::{Noise, estimate};
 pub use settings::Settings;
 pub use whole_rig::{RIG_SCHEMA, RigDiagnosis, RigOutcome, SharedFinding, SharedTried, WireRecordings, diagnose_rig};

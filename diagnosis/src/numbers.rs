@@ -24,6 +24,11 @@ pub(crate) fn interval(value: f64, low: f64, high: f64) -> (String, String, Stri
     (trimmed(value, digits), trimmed(low, digits), trimmed(high, digits))
 }
 
+/// A number in digits that no interval is narrower than.
+pub(crate) fn digits(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
+}
+
 fn trimmed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }

@@ -4,12 +4,15 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use nalgebra::{DMatrix, DVector};
 use sinew_physics::effects::{self, Effect, EffectParameter, Nature};
 use sinew_physics::{DriveKind, WireModel};
 use sinew_recording::Column;
 use sinew_rig::{Prior, Rig};
 
 use crate::data::{Data, Run};
+use crate::measured::Measured;
+use crate::numbers::digits;
 
 /// Steps of numerical derivatives, in scales: a hysteretic simulator is not smooth below that, and fits stall.
 const STEP: f64 = 0.02;
@@ -135,6 +138,8 @@ pub(crate) struct Space {
     channel: usize,
     pub(crate) coordinates: Vec<Coordinate>,
     pub(crate) effects: Vec<&'static Effect>,
+    /// What pulls coordinates together: places of two, and the weight of the product of both.
+    ties: Vec<(usize, usize, f64)>,
 }
 
 impl Space {
@@ -182,7 +187,8 @@ impl Space {
             coordinate.high = coordinate.at(most).clamp(0.0, farthest);
             coordinates.push(coordinate);
         }
-        let mut space = Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new() };
+        let mut space =
+            Space { rig: Arc::new(rig.clone()), channel, coordinates, effects: Vec::new(), ties: Vec::new() };
         space.add_runs(data);
         space
     }
@@ -221,6 +227,37 @@ impl Space {
                 });
             }
         }
+    }
+
+    /// The same with what was measured of the wire elsewhere as the belief in its keys: in the place of priors that hold where nothing is
+    /// known, beside those that the rig file states. Before any effect is added.
+    pub(crate) fn told(mut self, measured: &Measured) -> Space {
+        let place = |key: &str| self.coordinates.iter().position(|c| matches!(&c.what, What::Key(name) if name == key));
+        let known = measured.of(|key| place(key).is_some());
+        let Some(belief) = known.beside_stated(&self.rig, self.channel) else { return self };
+        let places: Vec<usize> = known.keys.iter().filter_map(|key| place(key)).collect();
+        let sigma = |i: usize| belief.covariance[(i, i)].sqrt();
+        for (i, &at) in places.iter().enumerate() {
+            let before = self.coordinates[at].clone();
+            let mut told = Coordinate {
+                origin: belief.values[i],
+                scale: sigma(i),
+                pivot: None,
+                pull: belief.precision[(i, i)] * sigma(i) * sigma(i),
+                step: if sigma(i) < FIRM_SHARE * belief.values[i].abs() { FIRM_STEP } else { STEP },
+                ..before.clone()
+            };
+            // what recordings may say against it goes as far as it did
+            let farthest = FARTHEST_SIGMA * (before.scale / sigma(i)).max(1.0);
+            let ends = [before.value(before.low), before.value(before.high)];
+            told.low = told.at(ends[0]).clamp(-farthest, 0.0);
+            told.high = told.at(ends[1]).clamp(0.0, farthest);
+            self.coordinates[at] = told;
+            for (j, &with) in places.iter().enumerate().take(i) {
+                self.ties.push((at, with, belief.precision[(i, j)] * sigma(i) * sigma(j)));
+            }
+        }
+        self
     }
 
     /// The same with an effect in it, its parameters free, from the values `start` gives (rig-file units).
@@ -287,7 +324,7 @@ impl Space {
 
     /// Writes what belongs to the wire at `z` into a rig that people read: in digits that no interval is narrower than.
     pub(crate) fn apply(&self, z: &[f64], rig: &mut Rig) -> Result<(), sinew_rig::Error> {
-        self.put(z, rig, |value| format!("{value:.6e}").parse().unwrap_or(value))
+        self.put(z, rig, digits)
     }
 
     /// Sets what belongs to the wire at `z`, every value as `digits` makes it.
@@ -357,9 +394,37 @@ impl Space {
         self.coordinates.iter().map(|c| c.pull)
     }
 
-    /// What the priors add to the squared residuals: Σ z².
+    /// What the priors add to the squared residuals: Σ z², and what ties coordinates.
     pub(crate) fn resistance(&self, z: &[f64]) -> f64 {
-        self.coordinates.iter().zip(z).map(|(c, z)| c.pull * z * z).sum()
+        let alone: f64 = self.coordinates.iter().zip(z).map(|(c, z)| c.pull * z * z).sum();
+        alone + self.ties.iter().map(|(i, j, weight)| 2.0 * weight * z[*i] * z[*j]).sum::<f64>()
+    }
+
+    /// Adds the priors' curvature to that of the squared residuals.
+    pub(crate) fn add_pulls(&self, information: &mut DMatrix<f64>) {
+        for (i, pull) in self.pulls().enumerate() {
+            information[(i, i)] += pull;
+        }
+        for &(i, j, weight) in &self.ties {
+            information[(i, j)] += weight;
+            information[(j, i)] += weight;
+        }
+    }
+
+    /// Adds half of the priors' derivative at `z` to that of the squared residuals.
+    pub(crate) fn add_pulls_at(&self, z: &[f64], gradient: &mut DVector<f64>) {
+        for (i, (pull, z)) in self.pulls().zip(z).enumerate() {
+            gradient[i] += pull * z;
+        }
+        for &(i, j, weight) in &self.ties {
+            gradient[i] += weight * z[j];
+            gradient[j] += weight * z[i];
+        }
+    }
+
+    /// Whether what is believed of a coordinate was measured elsewhere together with others.
+    pub(crate) fn is_tied(&self, place: usize) -> bool {
+        self.ties.iter().any(|(i, j, _)| *i == place || *j == place)
     }
 
     /// Whether what switches an effect on is a nuisance here already.

@@ -70,7 +70,7 @@ pub fn identify<'py>(
     let (recordings, _) = read_all(&rig, wire, &recordings, &[], ignore_columns)?;
     let identified = patience::wait(py, progress, |tell| {
         let settings = Settings { seed, jobs, thorough: false, progress: tell };
-        sinew_diagnosis::identify(&rig, wire, &recordings, &settings)
+        sinew_diagnosis::identify(&rig, wire, &recordings, None, &settings)
     })?
     .map_err(|error| of_diagnosis(&error))?;
     let json = serde_json::json!({

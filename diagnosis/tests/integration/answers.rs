@@ -117,7 +117,7 @@ fn parameters_that_are_off_are_no_missing_physics_and_are_found() {
     assert_eq!(outcome.diagnosis.verdict, Verdict::ParametersOff, "{}", outcome.diagnosis.summary);
     assert!(outcome.diagnosis.effects.is_empty());
     assert!(outcome.diagnosis.left.chi < 1.05, "{}", outcome.diagnosis.left.chi);
-    let identified = identify(&believed(), 0, &[recording], &settings(0)).unwrap();
+    let identified = identify(&believed(), 0, &[recording], None, &settings(0)).unwrap();
     let mut outside = 0;
     for (key, fitted) in &identified.parameters {
         let truth = real().parameter(0, key).unwrap();
@@ -309,7 +309,7 @@ fn a_dead_sensor_in_one_recording_spoils_no_other() {
     let mut dead = record(&real(), 5);
     dead.set(Column::PositionM, vec![0.004; dead.len()]).unwrap();
     let recordings = [record(&real(), 6), dead];
-    let identified = identify(&believed(), 0, &recordings, &settings(0)).unwrap();
+    let identified = identify(&believed(), 0, &recordings, None, &settings(0)).unwrap();
     let noise = identified.noise["position_m"];
     assert!((1e-5..2.5e-5).contains(&noise), "{noise}");
     assert!(identified.fit.recalibrated["position_m"].chi < 1.1, "{:?}", identified.fit.recalibrated);
@@ -342,7 +342,7 @@ fn numbers_of_effects_take_priors() {
          [channel.priors]\n\"mechanical.friction.coulomb_n\" = 0.05\n"
     );
     let believed = Rig::parse(&text, "bench.toml").unwrap();
-    let identified = identify(&believed, 0, &[record(&truth, 9)], &settings(0)).unwrap();
+    let identified = identify(&believed, 0, &[record(&truth, 9)], None, &settings(0)).unwrap();
     let coulomb = &identified.parameters["mechanical.friction.coulomb_n"];
     assert!((coulomb.value - 0.1).abs() < 0.005 && coulomb.unit == "N", "{coulomb:?}");
 }

@@ -14,6 +14,7 @@ mod format;
 mod log;
 mod output;
 mod progress;
+mod table;
 
 use std::process::ExitCode;
 

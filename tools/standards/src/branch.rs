@@ -25,6 +25,15 @@ impl Stretch {
     }
 }
 
+/// The heating and the cooling of a curve over temperature, °C, whichever was measured first; each in ascending order of temperature.
+///
+/// # Errors
+/// Where it goes one way only, or has hardly any samples.
+pub fn stretches(temperature_c: &[f64], y: &[f64]) -> Result<[Vec<(f64, f64)>; 2], Error> {
+    let of = |stretch| Branch::of(temperature_c, y, stretch).map(|branch| branch.points);
+    Ok([of(Stretch::Heating)?, of(Stretch::Cooling)?])
+}
+
 /// A stretch of a curve in the order of its temperature, °C.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Branch {

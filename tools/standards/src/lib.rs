@@ -29,6 +29,7 @@ mod fit;
 mod tension;
 mod transition;
 
+pub use branch::stretches;
 pub use calorimetry::{Calorimetry, LOGISTIC_SPAN, Peak, calorimetry};
 pub use cycle::{Recovery, ThermalCycle, recovery, thermal_cycle};
 pub use error::Error;

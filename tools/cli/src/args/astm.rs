@@ -74,7 +74,7 @@ pub enum Standard {
     E3098,
 }
 
-fn named(text: &str) -> Result<Named, String> {
+pub(super) fn named(text: &str) -> Result<Named, String> {
     let named = text.split_once('=').filter(|(_, name)| !name.is_empty()).and_then(|(word, name)| {
         let quantity = Quantity::ALL.into_iter().find(|quantity| quantity.word() == word)?;
         Some((quantity, name.to_string()))

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand};
 
 pub use around::{Check, Completions, Man, NamedLanguage, New, Schema};
-pub use astm::{Astm, Standard};
+pub use astm::{Astm, Named, Standard};
 pub use conceal::{Conceal, Reveal};
 #[cfg(driver)]
 pub use driving::*;
@@ -171,7 +171,7 @@ pub struct Fitting {
     #[arg(value_name = "RIG.toml")]
     pub rig: PathBuf,
     /// What happened: .csv, .csv.gz or .mcap. Several are fitted together.
-    #[arg(value_name = "RECORDING", required = true)]
+    #[arg(value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
     /// Which channel of the rig file, where it has several; and of the recording.
     #[arg(long, value_name = "NAME")]
@@ -196,18 +196,39 @@ pub struct Fitting {
 
 /// `sinew identify`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(
+    after_help = "\
 Examples:
   sinew identify bench.toml monday.csv -o fitted.toml
   sinew identify bench.toml monday.csv tuesday.csv.gz -o fitted.toml --channel wire --json
+  sinew identify bench.toml monday.csv --dsc dsc.csv -o fitted.toml    a calorimeter's curve beside it
+  sinew identify bench.toml --dsc dsc.txt --mass-mg 12.4 --rate 10 -o fitted.toml
 
 The physics stays that of the rig file; its parameters move within their priors
 ([channel.priors]). The table gives each with its 90 % interval. FITTED.toml is the rig file with
-the fitted values in their places.")]
+the fitted values in their places.
+
+A calorimeter's curve (--dsc, in any file that `sinew import` reads) is fitted by the same physics without stress, and
+joins the fit of the recordings; where both contradict each other it is said. Without recordings FITTED.toml gets what
+the curve says, and its uncertainties as priors.",
+    mut_arg("recordings", |recordings| recordings.required_unless_present("dsc"))
+)]
 pub struct Identify {
     /// What to fit.
     #[command(flatten)]
     pub fitting: Fitting,
+    /// A calorimeter's curve of the wire's material, heating and cooling; may be given several times.
+    #[arg(long, value_name = "FILE")]
+    pub dsc: Vec<PathBuf>,
+    /// Mass of the calorimeter's sample, mg, where the file has the whole sample's heat flow; one for all curves, or one for each.
+    #[arg(long, value_name = "MG", value_parser = numbers::positive, requires = "dsc")]
+    pub mass_mg: Vec<f64>,
+    /// Rate of the calorimeter's sweep, K/min, where the file has no times.
+    #[arg(long, value_name = "K_PER_MIN", value_parser = numbers::positive, requires = "dsc")]
+    pub rate: Option<f64>,
+    /// Which column of the calorimeter's file holds a quantity, where its name does not say so: temperature, heat-flow, time.
+    #[arg(long = "column", value_name = "QUANTITY=NAME", value_parser = astm::named, requires = "dsc")]
+    pub columns: Vec<Named>,
     /// Where to write the rig file with the fitted parameters; `-` is stdout, and the table goes to stderr.
     #[arg(short, long, value_name = "FITTED.toml")]
     pub output: PathBuf,
@@ -252,7 +273,8 @@ pub struct Tune {
 
 /// `sinew diagnose`.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(
+    after_help = "\
 Examples:
   sinew diagnose bench.toml monday.csv --out monday
   sinew diagnose bench.toml slow.csv fast.csv --holdout tuesday.csv --out week
@@ -271,7 +293,9 @@ unknown_physics; a broken recording gets none, but exit code 2.
 With --whole-rig there is an answer for every wire, in DIR/CHANNEL, and one for what they share:
 a supply that sags under the sum of their currents, heat that passes between two of them. A session
 is of all its wires; a .csv says of which by CHANNEL=FILE. The n-th of each wire are of one run, with
-one clock.")]
+one clock.",
+    mut_arg("recordings", |recordings| recordings.required(true))
+)]
 pub struct Diagnose {
     /// What to fit.
     #[command(flatten)]

@@ -4,15 +4,15 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use sinew_figures::{Curve, Field, Figure, Ink, Kind, Panel};
-use sinew_import::{Found, Quantity, Table, quantity};
+use sinew_import::{Found, Quantity};
 use sinew_physics::{Geometry, Material};
-use sinew_rig::{FileFormat, rounded};
+use sinew_rig::rounded;
 use sinew_standards::{
     Calorimetry, Estimate, Peak, Recovery, Tension, ThermalCycle, Transition, calorimetry, recovery, tension,
     thermal_cycle,
 };
 
-use super::import::import_failure;
+use super::curves::{CurveFile, Measured};
 use super::plot;
 use crate::args::{self, Standard};
 use crate::failure::{Failure, Outcome};
@@ -27,9 +27,7 @@ pub fn astm(args: &args::Astm) -> Outcome {
         plot::form(path)?;
         output::has_place(path)?;
     }
-    let given = FileFormat { sheet: args.sheet.clone(), ..FileFormat::default() };
-    let table = sinew_import::read(&args.file, &given).map_err(import_failure)?;
-    let curve = Curves { args, table: &table };
+    let curve = Curves { args, curve: CurveFile::read(&args.file, args.sheet.as_deref(), &args.columns)? };
     let read = match args.standard {
         Standard::F2004 => curve.calorimetry()?,
         // what is bent has a deflection, and that goes back like a strain
@@ -105,19 +103,19 @@ struct Read {
     material: Vec<(&'static str, f64, String)>,
 }
 
-/// A file's columns by quantity.
+/// A file's columns, and what is said of them.
 struct Curves<'a> {
     args: &'a args::Astm,
-    table: &'a Table,
+    curve: CurveFile,
 }
 
 impl Curves<'_> {
     fn of(&self, of: Quantity) -> Result<Found, Failure> {
-        let named = self.args.columns.iter().find(|(quantity, _)| *quantity == of).map(|(_, name)| name.as_str());
-        quantity(self.table, of, named).map_err(|error| {
-            let place = format!("{}: {}", self.args.file.display(), error.message);
-            Failure::input(place).hint(error.hint)
-        })
+        self.curve.of(of)
+    }
+
+    fn failure(&self, error: sinew_standards::Error) -> Failure {
+        self.curve.failure(error)
     }
 
     /// The strain, or the elongation over the sample's length.
@@ -143,26 +141,13 @@ impl Curves<'_> {
         })
     }
 
-    fn failure(&self, error: sinew_standards::Error) -> Failure {
-        let hint = match error {
-            sinew_standards::Error::Short { .. } | sinew_standards::Error::Flat { .. } => {
-                "is it the right column? --column QUANTITY=NAME says which"
-            }
-            sinew_standards::Error::NoSweep { .. } | sinew_standards::Error::NoBaseLine { .. } => {
-                "measure the whole sweep again, further on both sides: tangents need a base line before and after"
-            }
-            _ => "the standard reads its figures from a test that goes that far",
-        };
-        Failure::input(format!("{}: {error}", self.args.file.display())).hint(hint)
-    }
-
     fn calorimetry(&self) -> Result<Read, Failure> {
-        let (x, y) = (self.of(Quantity::Temperature)?, self.of(Quantity::HeatFlow)?);
+        let Measured { temperature: x, flow: y, rates_k_per_s, to_w_per_kg } =
+            self.curve.heat_flow(self.args.mass_mg, self.args.rate)?;
         let peaks = calorimetry(&x.values, &y.values).map_err(|e| self.failure(e))?;
-        let heat_j_per_kg = self.rates_k_per_s(&x).and_then(|rates| {
-            let by_mass = if y.is_of_sample { 1.0 / (self.args.mass_mg? * 1e-6) } else { 1.0 };
+        let heat_j_per_kg = rates_k_per_s.zip(to_w_per_kg).map(|(rates, to_w_per_kg)| {
             let areas = [peaks.heating.area.abs(), peaks.cooling.area.abs()];
-            Some([areas[0] / rates[0] * by_mass, areas[1] / rates[1] * by_mass])
+            [areas[0] / rates[0] * to_w_per_kg, areas[1] / rates[1] * to_w_per_kg]
         });
         let Calorimetry { heating, cooling } = &peaks;
         let free = || "without stress".to_string();
@@ -176,28 +161,6 @@ impl Curves<'_> {
             material.push(("latent_heat_j_per_kg", 0.5 * (up + down), "mean of both".into()));
         }
         Ok(Read { x, y, stress_pa: None, figures: Figures::Calorimetry { peaks, heat_j_per_kg }, material })
-    }
-
-    /// How fast the temperature goes on heating and on cooling, K/s, by the file's times or by what is said.
-    fn rates_k_per_s(&self, temperature: &Found) -> Option<[f64; 2]> {
-        if let Some(rate) = self.args.rate {
-            return Some([rate / 60.0; 2]);
-        }
-        let time = self.of(Quantity::Time).ok()?;
-        let mut rates = [Vec::new(), Vec::new()];
-        for (t, s) in temperature.values.windows(2).zip(time.values.windows(2)) {
-            let rate = (t[1] - t[0]) / (s[1] - s[0]);
-            if rate.is_finite() && rate != 0.0 {
-                rates[usize::from(rate < 0.0)].push(rate.abs());
-            }
-        }
-        // a dwell between both has no rate worth the name
-        let middle = |mut rates: Vec<f64>| {
-            rates.sort_by(f64::total_cmp);
-            rates.get(rates.len() / 2).copied()
-        };
-        let [up, down] = rates;
-        Some([middle(up)?, middle(down)?])
     }
 
     fn thermal_cycle(&self) -> Result<Read, Failure> {

@@ -4,12 +4,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use sinew_diagnosis::{FittedParameter, Identified, Stages};
+use sinew_diagnosis::{FittedParameter, Identified, MeasuredParameter, Stages};
+use sinew_material::{Temperature, Temperatures};
+use sinew_physics::{DriveKind, Load};
+use sinew_recording::Column;
 
+use super::dsc::{Curve, Curves};
 use super::fitting::{Input, spare_inputs, warn, work};
 use crate::args;
 use crate::failure::Outcome;
 use crate::output;
+use crate::table::{columns, number};
 
 /// So many σ of its prior from the rig file's value, a parameter is worth a mark.
 const FAR_SIGMA: f64 = 2.0;
@@ -21,14 +26,19 @@ pub fn identify(args: &args::Identify) -> Outcome {
     let input = Input::read(fitting, &[])?;
     if !to_stdout {
         output::has_place(&args.output)?;
-        spare_inputs(&args.output, fitting, fitting.recordings.iter())?;
+        spare_inputs(&args.output, fitting, fitting.recordings.iter().chain(&args.dsc))?;
     }
-    let identified =
-        work(fitting, |settings| sinew_diagnosis::identify(&input.rig, input.channel, &input.recordings, settings))?;
+    let curves = Curves::read(args, &input.rig, input.channel)?;
+    let measured = curves.as_ref().map(|curves| &curves.measured);
+    let mut identified = work(fitting, |settings| {
+        sinew_diagnosis::identify(&input.rig, input.channel, &input.recordings, measured, settings)
+    })?;
+    identified.warnings.extend(curves.iter().flat_map(Curves::warnings));
+    let temperatures = named_temperatures(&input, &mut identified);
     let fitted = identified.rig.to_toml();
     let answer = match fitting.json {
-        true => output::json(&Answer::of(&input, &identified, fitting.seed))? + "\n",
-        false => table(&identified),
+        true => output::json(&Answer::of(&input, &identified, curves.as_ref(), &temperatures, fitting.seed))? + "\n",
+        false => table(&identified, curves.as_ref(), &temperatures),
     };
     if to_stdout {
         output::note(answer.trim_end());
@@ -53,11 +63,21 @@ struct Answer<'a> {
     noise: &'a BTreeMap<String, f64>,
     fit: &'a Stages,
     parameters: &'a BTreeMap<String, FittedParameter>,
+    /// What was measured elsewhere, by key.
+    measured: &'a BTreeMap<String, MeasuredParameter>,
+    calorimetry: &'a [Curve],
+    temperatures: &'a [Temperatures],
     warnings: &'a [String],
 }
 
 impl<'a> Answer<'a> {
-    fn of(input: &'a Input, identified: &'a Identified, seed: u64) -> Answer<'a> {
+    fn of(
+        input: &'a Input,
+        identified: &'a Identified,
+        curves: Option<&'a Curves>,
+        temperatures: &'a [Temperatures],
+        seed: u64,
+    ) -> Answer<'a> {
         Answer {
             schema: "sinew.identify/1",
             rig: &input.rig.name,
@@ -67,14 +87,71 @@ impl<'a> Answer<'a> {
             noise: &identified.noise,
             fit: &identified.fit,
             parameters: &identified.parameters,
+            measured: &identified.measured,
+            calorimetry: curves.map_or(&[], |curves| &curves.each),
+            temperatures,
             warnings: &identified.warnings,
         }
     }
 }
 
-/// The parameters with their intervals, then how well each sensor is met.
-fn table(identified: &Identified) -> String {
-    format!("{}\n{}", parameters_table(identified), sensors_table(identified))
+/// The parameters with their intervals, how well each sensor is met, what calorimeters said, and the temperatures as the standards name them.
+fn table(identified: &Identified, curves: Option<&Curves>, temperatures: &[Temperatures]) -> String {
+    let mut parts = vec![parameters_table(identified)];
+    if !identified.noise.is_empty() {
+        parts.push(sensors_table(identified));
+    }
+    parts.extend(curves.map(|curves| curves.table(&identified.measured)));
+    if !temperatures.is_empty() {
+        parts.push(temperatures_table(temperatures));
+    }
+    parts.join("\n")
+}
+
+/// A force that stays within this share of its middle is a constant one; loops whose stresses are nearer to each other than this, Pa, are
+/// under the same.
+const ISOBARIC: f64 = 0.15;
+const SAME_STRESS_PA: f64 = 1e6;
+
+/// The transformation temperatures of the fitted model without stress, and under that of each recording that is a loop under a constant one.
+fn named_temperatures(input: &Input, identified: &mut Identified) -> Vec<Temperatures> {
+    let model = &input.rig.channels[input.channel].model;
+    let mut stresses_pa = vec![0.0];
+    if model.drive.kind == DriveKind::Temperature && model.load == Load::ImposedForce {
+        for force_n in input.recordings.iter().filter_map(|recording| recording.get(Column::ForceN)) {
+            let mut sorted: Vec<f64> = force_n.iter().copied().filter(|n| n.is_finite()).collect();
+            sorted.sort_by(f64::total_cmp);
+            let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+            let (low, middle, high) = (at(0.05), at(0.5), at(0.95));
+            let stress_pa = middle / model.geometry.area_m2();
+            let is_new = stresses_pa.iter().all(|known: &f64| (known - stress_pa).abs() > SAME_STRESS_PA);
+            if is_new && high - low < 2.0 * ISOBARIC * middle {
+                stresses_pa.push(stress_pa);
+            }
+        }
+    }
+    stresses_pa.sort_by(f64::total_cmp);
+    let mut found = Vec::new();
+    for stress_pa in stresses_pa {
+        match sinew_material::temperatures(&identified.rig, input.channel, &identified.parameters, stress_pa) {
+            Ok(temperatures) => found.push(temperatures),
+            Err(error) => identified
+                .warnings
+                .push(format!("no A_s, A_f, M_s and M_f at {:.0} MPa: the fitted model {error}", 1e-6 * stress_pa)),
+        }
+    }
+    found
+}
+
+/// A_s, A_f, M_s and M_f with their intervals.
+fn temperatures_table(temperatures: &[Temperatures]) -> String {
+    let of = |t: Temperature| format!("{:.1} ({:.1} to {:.1})", t.value_c, t.low_c, t.high_c);
+    let rows = temperatures.iter().map(|t| {
+        let by = format!("{}, {:.0} MPa", t.standard, 1e-6 * t.stress_pa);
+        [by, of(t.austenite_start), of(t.austenite_finish), of(t.martensite_start), of(t.martensite_finish)]
+    });
+    let head = ["temperatures, °C, 90 % interval", "A_s", "A_f", "M_s", "M_f"];
+    columns(std::iter::once(head.map(String::from)).chain(rows).collect())
 }
 
 /// The parameters with their intervals.
@@ -84,7 +161,8 @@ pub fn parameters_table(identified: &Identified) -> String {
         let far = if sigmas.abs() > FAR_SIGMA { " !" } else { "" };
         let moved = if sigmas.is_finite() { format!("{sigmas:+.1}{far}") } else { String::new() };
         let interval = format!("{} to {}", number(p.low), number(p.high));
-        [key.clone(), number(p.given), number(p.value), interval, number(p.prior_sigma), moved, p.unit.clone()]
+        let prior = if p.prior_sigma.is_finite() { number(p.prior_sigma) } else { String::new() };
+        [key.clone(), number(p.given), number(p.value), interval, prior, moved, p.unit.clone()]
     });
     let head = ["parameter", "given", "fitted", "90 % interval", "prior 1 σ", "moved, σ", "unit"];
     columns(std::iter::once(head.map(String::from)).chain(rows).collect())
@@ -103,51 +181,10 @@ fn sensors_table(identified: &Identified) -> String {
     columns(std::iter::once(head.map(String::from)).chain(rows).collect())
 }
 
-/// Rows of cells as lines, the first column to the left, the last as it is, the others to the right.
-pub fn columns<const N: usize>(rows: Vec<[String; N]>) -> String {
-    let widths: [usize; N] = std::array::from_fn(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0));
-    let mut text = String::new();
-    for row in &rows {
-        let mut line = String::new();
-        for (i, cell) in row.iter().enumerate() {
-            let pad = " ".repeat(widths[i].saturating_sub(cell.chars().count()));
-            let gap = if i == 0 { "" } else { "  " };
-            let (before, after) = if i == 0 || i + 1 == N && N > 5 { ("", pad.as_str()) } else { (pad.as_str(), "") };
-            line += &format!("{gap}{before}{cell}{after}");
-        }
-        text += line.trim_end();
-        text.push('\n');
-    }
-    text
-}
-
-/// A number with four digits.
-fn number(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || !size.is_finite() {
-        return format!("{value}");
-    }
-    if !(1e-3..1e6).contains(&size) {
-        return format!("{value:.2e}");
-    }
-    let places = (3 - size.log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.places$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-        false => text,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use sinew_diagnosis::Misfit;
-
-    #[test]
-    fn numbers_have_four_digits() {
-        let said = [0.0, 121.2, 0.04, 24200.0, 0.31, 1.5e-5, 113.0449, -2.0].map(number);
-        assert_eq!(said, ["0", "121.2", "0.04", "24200", "0.31", "1.50e-5", "113", "-2"]);
-    }
 
     #[test]
     fn the_table_says_what_moved_and_how_far() {
@@ -165,9 +202,10 @@ mod tests {
             parameters: BTreeMap::from([("convection_w_per_m2_k".to_string(), parameter)]),
             noise: BTreeMap::from([("position_m".to_string(), 1.5e-5)]),
             fit: Stages { as_given: misfit(66.0), recalibrated: misfit(1.01), improved: BTreeMap::new() },
+            measured: BTreeMap::new(),
             warnings: Vec::new(),
         };
-        let text = table(&identified);
+        let text = table(&identified, None, &[]);
         let lines: Vec<&str> = text.lines().collect();
         let cells: Vec<&str> = lines[1].split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
         let expected = ["convection_w_per_m2_k", "121.2", "60", "55 to 65.5", "24.24", "-2.5 !", "W/(m² K)"];

@@ -3,7 +3,9 @@
 pub mod astm;
 pub mod bundle;
 pub mod conceal;
+mod curves;
 pub mod diagnose;
+mod dsc;
 pub mod export;
 pub mod fitting;
 pub mod identify;

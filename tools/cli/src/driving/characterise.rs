@@ -16,12 +16,13 @@ use super::mounted::{Bench, Done, Task};
 use crate::args;
 use crate::commands::diagnose::write_all;
 use crate::commands::fitting::{diagnosis_failure, warn};
-use crate::commands::identify::{columns, parameters_table};
+use crate::commands::identify::parameters_table;
 use crate::commands::simulate::recording_failure;
 use crate::ending;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::Progress;
+use crate::table::columns;
 
 /// Runs the command.
 pub fn characterise(args: &args::Characterise) -> Outcome {

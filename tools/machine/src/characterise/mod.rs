@@ -332,7 +332,7 @@ pub fn fit(
 ) -> Result<Identified, sinew_diagnosis::Error> {
     let recordings: Vec<Recording> =
         recorded.iter().filter(|r| r.task.is_fitted).map(|r| r.recording.clone()).collect();
-    sinew_diagnosis::identify(&beliefs(rig, channel, place), channel, &recordings, settings)
+    sinew_diagnosis::identify(&beliefs(rig, channel, place), channel, &recordings, None, settings)
 }
 
 /// The rig file with the fitted material, its own drive and load kept.
