@@ -135,10 +135,11 @@ fn identify_says_what_a_calorimeters_file_lacks() {
     let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");
     calorimeter(folder.path());
     file("rig.toml", FURNACE);
+    // what is seen on heating at a temperature is seen on cooling 20 K below it
     let curve = |flow: &dyn Fn(f64) -> f64, unit: &str| {
-        let row = |t: f64| format!("{t},{}\n", flow(t));
         let up = (0..600).map(|i| -20.0 + 0.3 * f64::from(i));
-        let (heats, cools): (String, String) = (up.clone().map(row).collect(), up.rev().map(row).collect());
+        let heats: String = up.clone().map(|t| format!("{t},{}\n", flow(t))).collect();
+        let cools: String = up.rev().map(|t| format!("{t},{}\n", flow(t + 20.0))).collect();
         (format!("Temp (C),Heat Flow ({unit})\n{heats}"), cools)
     };
     let (flat, back) = curve(&|t| 0.1 + 1e-4 * t + 1e-3 * (37.0 * t).sin(), "mW/mg");
@@ -253,14 +254,15 @@ fn fitted_temperatures_are_those_of_real_loops() {
         println!("skipped: no ../shared/real beside this checkout");
         return;
     };
-    for (name, loops, within_k) in [
-        ("isobaric-flexinol", ["50mpa.csv", "150mpa.csv", "200mpa.csv"], 12.0),
-        ("isobaric-nitihf", ["7mpa.csv", "100mpa.csv", "300mpa.csv"], 60.0),
+    for (name, loops) in [
+        ("isobaric-flexinol", ["50mpa.csv", "150mpa.csv", "200mpa.csv"]),
+        ("isobaric-nitihf", ["7mpa.csv", "100mpa.csv", "300mpa.csv"]),
     ] {
         let rig = real.join(name).join("rig.toml");
         let geometry: toml::Value = toml::from_str(&fs::read_to_string(&rig).expect("a rig file")).expect("TOML");
         let wire = &geometry["channel"][0]["wire"];
         let of = |key: &str| format!("{}mm", wire[key].as_float().expect("a size"));
+        // a fit that has lost the loop names no temperature, and says why
         let mut far: f64 = 0.0;
         for file in loops {
             let folder = tempfile::tempdir().expect("a temporary folder");
@@ -293,6 +295,6 @@ fn fitted_temperatures_are_those_of_real_loops() {
                 far = far.max((by_fit - by_eye).abs());
             }
         }
-        assert!(far < within_k, "{name}: {far} K apart");
+        assert!(far < 10.0, "{name}: {far} K apart");
     }
 }

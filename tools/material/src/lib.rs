@@ -14,5 +14,5 @@ mod temperatures;
 
 pub use calorimeter::{Fitted, HeatFlow, calorimeter};
 pub use error::Error;
-pub use measured::{HEAT_ERROR, THERMOMETER_K, together};
+pub use measured::{DIRECTION_K, HEAT_ERROR, STEEPNESS_ERROR, THERMOMETER_K, together};
 pub use temperatures::{Temperature, Temperatures, temperatures};

@@ -7,11 +7,15 @@ use crate::calorimeter::Fitted;
 
 /// Error of a calorimeter's thermometer, 1 σ, K: the same on heating and on cooling, so that the width of a hysteresis is known better.
 pub const THERMOMETER_K: f64 = 1.0;
+/// And what heating and cooling differ by each: it is calibrated on heating, at one rate.
+pub const DIRECTION_K: f64 = 0.3;
 /// Error of its heat, 1 σ, as a share: calibration, mass and base line.
 pub const HEAT_ERROR: f64 = 0.03;
+/// Error of a steepness, 1 σ, as a share: a sample is not everywhere as hot as its pan, and its peak the wider for it.
+pub const STEEPNESS_ERROR: f64 = 0.02;
 
 /// The mean of what curves say of the keys that all of them tell of. Where there are several, how they differ says how sure it is: samples
-/// of a wire differ by more than a curve's noise. The errors of one thermometer and one calibration are added once.
+/// of a wire differ by more than a curve's noise. The errors of the calorimeter are added once.
 /// `None` without curves.
 pub fn together(source: &str, curves: &[Fitted]) -> Option<Measured> {
     let first = curves.first()?;
@@ -31,9 +35,11 @@ pub fn together(source: &str, curves: &[Fitted]) -> Option<Measured> {
     for (i, a) in keys.iter().enumerate() {
         for (j, b) in keys.iter().enumerate() {
             if is_temperature(a) && is_temperature(b) {
-                covariance[(i, j)] += THERMOMETER_K * THERMOMETER_K;
-            } else if i == j && *a == "latent_heat_j_per_kg" {
-                covariance[(i, i)] += (HEAT_ERROR * mean[i]).powi(2);
+                let own = if i == j { DIRECTION_K * DIRECTION_K } else { 0.0 };
+                covariance[(i, j)] += THERMOMETER_K * THERMOMETER_K + own;
+            } else if i == j {
+                let share = if *a == "latent_heat_j_per_kg" { HEAT_ERROR } else { STEEPNESS_ERROR };
+                covariance[(i, i)] += (share * mean[i]).powi(2);
             }
         }
     }

@@ -42,6 +42,9 @@ pub struct Temperatures {
 /// How far the sweep goes beyond both centres, in 1/k, and its steps.
 const BEYOND: f64 = 20.0;
 const STEPS: usize = 800;
+/// No wire is simulated beyond, °C.
+const COLDEST_C: f64 = -270.0;
+const HOTTEST_C: f64 = 790.0;
 
 /// The temperatures of the model of one channel under a stress: without any those of a calorimeter (F2004), else those of a loop under it
 /// (E3097). Their intervals come of those of the parameters, each moved to its ends alone: as if nothing were known of how they hang together.
@@ -92,7 +95,8 @@ fn read(model: &WireModel, stress_pa: f64) -> Result<[f64; 4], Error> {
     let shift = material.stress_shift_k_per_pa * stress_pa;
     let cold_c = material.martensite_temperature_c + shift - BEYOND / material.cooling_steepness_per_k;
     let hot_c = material.austenite_temperature_c + shift + BEYOND / material.heating_steepness_per_k;
-    let cold_c = cold_c.min(hot_c - 2.0 * BEYOND / material.heating_steepness_per_k).max(-270.0);
+    let cold_c = cold_c.min(hot_c - 2.0 * BEYOND / material.heating_steepness_per_k).max(COLDEST_C);
+    let hot_c = hot_c.max(cold_c + 2.0 * BEYOND / material.cooling_steepness_per_k).min(HOTTEST_C);
     let mut swept = Vec::new();
     for way in [[cold_c, hot_c], [hot_c, cold_c]] {
         swept.push(sweep(model, way, STEPS, stress_pa, USUAL_RATE_K_PER_S)?);

@@ -15,8 +15,11 @@ struct Truth {
     heat_j_per_kg: f64,
     lag_s: f64,
     noise: f64,
-    thermometer_k: f64,
+    /// On heating and on cooling.
+    thermometer_k: [f64; 2],
     calibration: f64,
+    /// What of the steepness the sample shows on heating and on cooling.
+    shown: [f64; 2],
 }
 
 impl Truth {
@@ -31,11 +34,18 @@ impl Truth {
             heat_j_per_kg: of(12e3, 28e3),
             lag_s: of(1.0, 8.0),
             noise: of(0.003, 0.03),
-            thermometer_k: 0.0,
+            thermometer_k: [0.0; 2],
             calibration: 1.0,
+            shown: [1.0; 2],
         };
-        let (k, share) = (normal.sample(random), normal.sample(random));
-        Truth { thermometer_k: k, calibration: 1.0 + 0.03 * share, ..drawn }
+        let mut scatter = |sigma: f64| sigma * normal.sample(random);
+        let thermometer_k = scatter(1.0);
+        Truth {
+            thermometer_k: [thermometer_k + scatter(0.3), thermometer_k + scatter(0.3)],
+            calibration: 1.0 + scatter(0.03),
+            shown: [1.0 + scatter(0.02), 1.0 + scatter(0.02)],
+            ..drawn
+        }
     }
 
     /// Temperature, °C, and heat flow, W/kg, at 10 K/min and five samples a second thinned to one: the flow behind a first-order lag.
@@ -44,9 +54,10 @@ impl Truth {
         let normal = Normal::new(0.0, 1.0).expect("a normal");
         let height = 0.25 * self.heating_per_k.max(self.cooling_per_k) * self.heat_j_per_kg * rate;
         let (mut temperature, mut flow) = (Vec::new(), Vec::new());
-        for (sign, centre, k) in
-            [(1.0, self.austenite_c, self.heating_per_k), (-1.0, self.martensite_c, self.cooling_per_k)]
-        {
+        for (sign, centre, k) in [
+            (1.0, self.austenite_c, self.shown[0] * self.heating_per_k),
+            (-1.0, self.martensite_c, self.shown[1] * self.cooling_per_k),
+        ] {
             let (from, to) = if sign > 0.0 { (-60.0, 220.0) } else { (220.0, -60.0) };
             let base = |t: f64| sign * (20.0 + height * (0.05 + 4e-4 * t));
             let dt = 0.2;
@@ -58,7 +69,7 @@ impl Truth {
                 let flows = base(t) + sign * self.heat_j_per_kg * rate * peak;
                 shown += dt / self.lag_s * (flows - shown);
                 if i % 5 == 0 {
-                    temperature.push(t + self.thermometer_k);
+                    temperature.push(t + self.thermometer_k[usize::from(sign < 0.0)]);
                     flow.push(self.calibration * shown + height * self.noise * normal.sample(random));
                 }
             }
@@ -126,7 +137,8 @@ fn what_a_curve_was_made_of_is_within_its_intervals_as_often_as_is_said() {
 fn several_samples_say_how_much_samples_differ() {
     let rig = Rig::hexapod();
     let random = &mut SmallRng::seed_from_u64(7);
-    let truth = Truth { noise: 0.003, thermometer_k: 0.0, calibration: 1.0, ..Truth::drawn(random) };
+    let truth =
+        Truth { noise: 0.003, shown: [1.0; 2], thermometer_k: [0.0; 2], calibration: 1.0, ..Truth::drawn(random) };
     let one = fitted(&rig, &truth, random);
     let other = fitted(&rig, &Truth { austenite_c: truth.austenite_c + 4.0, ..truth }, random);
     let key = one.keys.iter().position(|key| *key == "austenite_temperature_c").expect("a key that is fitted");

@@ -67,7 +67,7 @@ impl Curves {
                 Error::Curve(error) => curve.failure(error),
                 error => Failure::input(format!("{}: {error}", file.display())).hint(match error {
                     Error::NothingMoves => "its curve belongs to criterion = \"driving_temperature\" in [channel.material]",
-                    Error::Model(_) => "see the parameters of the rig file",
+                    Error::Model(_) => "the model's transformation on cooling is below that on heating: is it the right curve?",
                     _ => "look at it with `sinew astm f2004 FILE -o curve.svg`; other kinetics may suit it, such as \"richards\"",
                 }),
             })?;
