@@ -13,6 +13,7 @@ mod robots;
 mod score;
 mod screen;
 mod setpoint;
+mod typed;
 
 use std::process::ExitCode;
 

@@ -13,6 +13,7 @@ use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::log;
 use crate::output;
+use crate::screen::plain::{self, Telling};
 use crate::screen::terminal;
 
 /// Runs the command.
@@ -22,10 +23,14 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
     log::never_wait()?;
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let over = || asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end);
-    if has_screen() {
-        terminal::show(&mut live, "quit", &over, None, None)?;
-    } else {
-        while lines(&mut live, &over, false)? {}
+    match Look::of(args.plain) {
+        Look::Screen => terminal::show(&mut live, "quit", &over, None, None)?,
+        Look::Words => {
+            let every = args.every_s.map(Duration::from_secs_f64);
+            let telling = Telling { quit_word: "quit", every, stdout_taken: false, reset_stop: None };
+            plain::tell(&mut live, &over, telling)?;
+        }
+        Look::Lines => while lines(&mut live, &over, false)? {},
     }
     match live.ended() {
         Some(DriverHealth::Died) => Err(Failure::own(format!(
@@ -42,9 +47,33 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
     }
 }
 
+/// How a running driver is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Look {
+    /// On a screen of its own.
+    Screen,
+    /// In words, with commands typed as lines.
+    Words,
+    /// A line a second.
+    Lines,
+}
+
+impl Look {
+    /// How it is shown here. Words are for whoever wants them, and for a terminal that cannot place its cursor.
+    pub fn of(wants_words: bool) -> Look {
+        let has_cursor = std::env::var_os("TERM").is_some_and(|term| term != "dumb");
+        match () {
+            () if wants_words => Look::Words,
+            () if !io::stdout().is_terminal() || !in_foreground() => Look::Lines,
+            () if has_cursor => Look::Screen,
+            () => Look::Words,
+        }
+    }
+}
+
 /// Whether a screen can be shown: a terminal that can place its cursor.
 pub fn has_screen() -> bool {
-    io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb") && in_foreground()
+    Look::of(false) == Look::Screen
 }
 
 /// Whether this process may use its terminal. One started with `&` would be stopped by the kernel at the first touch,
