@@ -221,7 +221,7 @@ fn what_a_page_shows_is_told_from_what_it_does_not() {
 
 #[test]
 fn start_here_is_followed() {
-    Reader::of("docs/book/start.md").follow();
+    Reader::without_python("docs/book/start.md").follow();
 }
 
 /// Commands of the README that are not typed here, but only read by the program (it says its help behind them, or what is wrong with them), and why.
@@ -305,7 +305,7 @@ fn the_readme_stays_short() {
 
 #[test]
 fn a_wire_moves() {
-    Reader::of("docs/book/a-wire-moves.md").follow();
+    Reader::without_python("docs/book/a-wire-moves.md").follow();
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn a_robot_of_your_own() {
 
 #[test]
 fn why_does_my_recording_differ() {
-    Reader::of("docs/book/why-does-my-recording-differ.md").follow();
+    Reader::without_python("docs/book/why-does-my-recording-differ.md").follow();
 }
 
 /// All pages below a folder, by their path from the checkout.

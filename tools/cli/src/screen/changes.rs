@@ -170,7 +170,7 @@ pub fn summary(view: &View) -> Vec<String> {
 /// A channel in a sentence.
 pub fn channel(row: &Row) -> String {
     let share = |share: f64| percent(share).trim_start().to_string();
-    let trouble = row.trouble().map_or_else(|| mode_words(row.state.mode()).into(), |trouble| trouble);
+    let trouble = row.trouble().unwrap_or_else(|| mode_words(row.state.mode()).into());
     let target = row.target();
     let target = if target.is_finite() { format!(", target {} %", share(target)) } else { String::new() };
     let celsius = number(row.state.temperature_c, 0, 0);
